@@ -5,7 +5,7 @@
 #include <map>
 #include <numeric>
 
-#include "classifier/learn/random.hpp"
+#include "classifier/base/random.hpp"
 
 namespace weft::classifier {
 namespace {

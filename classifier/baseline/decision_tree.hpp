@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "classifier/fabric/line_text.hpp"
-#include "classifier/features/matrix.hpp"
-#include "classifier/learn/random.hpp"
+#include "classifier/base/line_text.hpp"
+#include "classifier/base/matrix.hpp"
+#include "classifier/base/random.hpp"
 
 namespace weft::classifier {
 

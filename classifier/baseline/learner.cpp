@@ -6,9 +6,9 @@
 #include <iterator>
 #include <limits>
 
+#include "classifier/base/memory.hpp"
 #include "classifier/baseline/class_folds.hpp"
 #include "classifier/fabric/pair_problem.hpp"
-#include "classifier/learn/memory.hpp"
 
 namespace weft::classifier {
 namespace {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 
+#include "classifier/base/parallel.hpp"
 #include "classifier/fabric/core_text.hpp"
 #include "classifier/fabric/matrix_text.hpp"
-#include "classifier/learn/parallel.hpp"
 
 namespace weft::classifier {
 namespace {

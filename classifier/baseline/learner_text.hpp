@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "classifier/base/line_text.hpp"
 #include "classifier/baseline/learner.hpp"
-#include "classifier/fabric/line_text.hpp"
 
 namespace weft::classifier {
 

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <string>
 
+#include "classifier/base/memory.hpp"
+#include "classifier/base/parallel.hpp"
 #include "classifier/learn/distance.hpp"
 #include "classifier/learn/exponential.hpp"
-#include "classifier/learn/memory.hpp"
-#include "classifier/learn/parallel.hpp"
 #include "classifier/learn/svm_solver.hpp"
 
 namespace weft::classifier {

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "classifier/base/matrix.hpp"
 #include "classifier/fabric/options.hpp"
-#include "classifier/features/matrix.hpp"
 #include "classifier/learn/folds.hpp"
 #include "classifier/learn/scaler.hpp"
 #include "protocols/base/result.hpp"

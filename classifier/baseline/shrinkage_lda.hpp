@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "classifier/features/matrix.hpp"
+#include "classifier/base/matrix.hpp"
 #include "classifier/learn/scaler.hpp"
 #include "protocols/base/result.hpp"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "classifier/learn/parallel.hpp"
+#include "classifier/base/parallel.hpp"
 
 namespace weft::classifier {
 namespace {

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
+#include "classifier/base/matrix.hpp"
 #include "classifier/baseline/decision_tree.hpp"
 #include "classifier/fabric/options.hpp"
-#include "classifier/features/matrix.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {

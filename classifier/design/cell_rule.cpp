@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "classifier/evaluate/interval.hpp"
+#include "classifier/base/interval.hpp"
 
 namespace weft::classifier::design {
 namespace {

@@ -7,9 +7,9 @@
 #include <functional>
 #include <vector>
 
+#include "classifier/base/interval.hpp"
 #include "classifier/baseline/learner.hpp"
 #include "classifier/design/cell_rule.hpp"
-#include "classifier/evaluate/interval.hpp"
 #include "classifier/features/feature_matrix.hpp"
 
 namespace weft::classifier::design {

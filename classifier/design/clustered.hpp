@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "classifier/evaluate/interval.hpp"
+#include "classifier/base/interval.hpp"
 
 namespace weft::classifier::design {
 

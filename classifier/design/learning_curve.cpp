@@ -5,9 +5,9 @@
 #include <map>
 #include <set>
 
+#include "classifier/base/parallel.hpp"
 #include "classifier/design/clustered.hpp"
 #include "classifier/design/resample.hpp"
-#include "classifier/learn/parallel.hpp"
 
 namespace weft::classifier::design {
 namespace {

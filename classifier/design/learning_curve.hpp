@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
+#include "classifier/base/interval.hpp"
 #include "classifier/baseline/learner.hpp"
 #include "classifier/design/power_law.hpp"
-#include "classifier/evaluate/interval.hpp"
 #include "classifier/fabric/options.hpp"
 #include "classifier/features/feature_matrix.hpp"
 

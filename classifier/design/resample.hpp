@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "classifier/evaluate/interval.hpp"
-#include "classifier/learn/random.hpp"
+#include "classifier/base/interval.hpp"
+#include "classifier/base/random.hpp"
 
 namespace weft::classifier::design {
 

@@ -5,8 +5,8 @@
 #include <map>
 #include <set>
 
+#include "classifier/base/random.hpp"
 #include "classifier/features/windows.hpp"
-#include "classifier/learn/random.hpp"
 #include "classifier/vote/learner_answer.hpp"
 
 namespace weft::classifier {

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "classifier/base/interval.hpp"
 #include "classifier/baseline/learner.hpp"
 #include "classifier/evaluate/confusion.hpp"
-#include "classifier/evaluate/interval.hpp"
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/features/feature_matrix.hpp"
 #include "classifier/vote/reliability.hpp"

@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
+#include "classifier/base/interval.hpp"
 #include "classifier/baseline/learner.hpp"
 #include "classifier/evaluate/calibration_check.hpp"
 #include "classifier/evaluate/confusion.hpp"
-#include "classifier/evaluate/interval.hpp"
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/fabric/model.hpp"
 #include "classifier/features/feature_matrix.hpp"

@@ -1,6 +1,6 @@
 #include "classifier/evaluate/permutation.hpp"
 
-#include "classifier/learn/random.hpp"
+#include "classifier/base/random.hpp"
 
 namespace weft::classifier {
 namespace {

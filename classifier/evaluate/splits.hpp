@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "classifier/evaluate/interval.hpp"
+#include "classifier/base/interval.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {

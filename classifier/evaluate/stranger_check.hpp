@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "classifier/base/interval.hpp"
 #include "classifier/baseline/learner.hpp"
-#include "classifier/evaluate/interval.hpp"
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/features/feature_matrix.hpp"
 #include "protocols/base/result.hpp"

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
+#include "classifier/base/student_t.hpp"
 #include "classifier/learn/distance.hpp"
 #include "classifier/learn/svm_solver.hpp"
-#include "classifier/selection/student_t.hpp"
 
 namespace weft::classifier {
 namespace {

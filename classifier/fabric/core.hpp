@@ -6,11 +6,11 @@
 #include <span>
 #include <vector>
 
+#include "classifier/base/matrix.hpp"
 #include "classifier/fabric/grid_search.hpp"
 #include "classifier/fabric/options.hpp"
 #include "classifier/fabric/packed_core.hpp"
 #include "classifier/fabric/reducer.hpp"
-#include "classifier/features/matrix.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {

@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "classifier/base/line_text.hpp"
 #include "classifier/fabric/core.hpp"
-#include "classifier/fabric/line_text.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {

@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
+#include "classifier/base/matrix.hpp"
 #include "classifier/fabric/loss_bound.hpp"
 #include "classifier/fabric/options.hpp"
 #include "classifier/fabric/reducer.hpp"
-#include "classifier/features/matrix.hpp"
 #include "classifier/learn/svm_solver.hpp"
 #include "protocols/base/result.hpp"
 

@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <string_view>
 
-#include "classifier/fabric/line_text.hpp"
-#include "classifier/features/matrix.hpp"
+#include "classifier/base/line_text.hpp"
+#include "classifier/base/matrix.hpp"
 #include "classifier/learn/scaler.hpp"
 
 namespace weft::classifier {

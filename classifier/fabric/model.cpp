@@ -8,9 +8,9 @@
 #include <optional>
 #include <tuple>
 
+#include "classifier/base/memory.hpp"
+#include "classifier/base/parallel.hpp"
 #include "classifier/fabric/pair_problem.hpp"
-#include "classifier/learn/memory.hpp"
-#include "classifier/learn/parallel.hpp"
 
 namespace weft::classifier {
 namespace {

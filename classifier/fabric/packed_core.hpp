@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "classifier/base/matrix.hpp"
 #include "classifier/fabric/reducer.hpp"
-#include "classifier/features/matrix.hpp"
 
 namespace weft::classifier {
 

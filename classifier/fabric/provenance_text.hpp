@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "classifier/fabric/line_text.hpp"
+#include "classifier/base/line_text.hpp"
 #include "classifier/fabric/provenance.hpp"
 
 namespace weft::classifier {

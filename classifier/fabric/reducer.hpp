@@ -5,10 +5,10 @@
 #include <span>
 #include <vector>
 
+#include "classifier/base/matrix.hpp"
+#include "classifier/base/student_t.hpp"
 #include "classifier/fabric/options.hpp"
-#include "classifier/features/matrix.hpp"
 #include "classifier/learn/scaler.hpp"
-#include "classifier/selection/student_t.hpp"
 
 namespace weft::classifier {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "classifier/base/parallel.hpp"
 #include "classifier/features/extract.hpp"
-#include "classifier/learn/parallel.hpp"
 
 namespace weft::classifier {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "classifier/features/matrix.hpp"
+#include "classifier/base/matrix.hpp"
 #include "classifier/features/options.hpp"
 #include "classifier/features/trial.hpp"
 #include "protocols/base/result.hpp"

@@ -7,7 +7,7 @@
 #include <array>
 #include <cstddef>
 
-#include "classifier/features/lanes.hpp"
+#include "classifier/base/lanes.hpp"
 
 namespace weft::classifier::fourier {
 

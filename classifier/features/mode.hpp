@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "classifier/features/lanes.hpp"
+#include "classifier/base/lanes.hpp"
 
 namespace weft::classifier {
 

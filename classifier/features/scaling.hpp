@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "classifier/features/lanes.hpp"
+#include "classifier/base/lanes.hpp"
 
 namespace weft::classifier {
 

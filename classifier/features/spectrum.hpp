@@ -13,7 +13,7 @@
 #include <memory>
 #include <vector>
 
-#include "classifier/features/lanes.hpp"
+#include "classifier/base/lanes.hpp"
 
 namespace weft::classifier {
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <cstddef>
 
-#include "classifier/features/lanes.hpp"
+#include "classifier/base/lanes.hpp"
 #include "classifier/features/layout.hpp"
 #include "classifier/features/mode.hpp"
 #include "classifier/features/options.hpp"

@@ -11,7 +11,7 @@
 namespace weft::classifier::imprint {
 
 /// By default what told classes apart best on the training parts of what there is to learn from
-/// (daemon/imprint/README.md): more than the paper's scales 1, 2 and 4 alone.
+/// (daemon/storage/imprints/README.md): more than the paper's scales 1, 2 and 4 alone.
 struct FeaturePlan {
   /// Ellis 1986; empty: none of them.
   std::optional<ScaleOptions> scales = ScaleOptions{.sigmas = {0.0, 1.0, 2.0, 3.0, 4.0}};

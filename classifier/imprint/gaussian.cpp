@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "classifier/features/lanes.hpp"
+#include "classifier/base/lanes.hpp"
 
 namespace weft::classifier::imprint {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "classifier/features/lanes.hpp"
+#include "classifier/base/lanes.hpp"
 
 namespace weft::classifier::imprint {
 namespace {

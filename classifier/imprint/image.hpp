@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "classifier/features/matrix.hpp"
+#include "classifier/base/matrix.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier::imprint {

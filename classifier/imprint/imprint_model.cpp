@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 
+#include "classifier/base/sealed_text.hpp"
 #include "classifier/fabric/provenance_text.hpp"
-#include "classifier/fabric/sealed_text.hpp"
+#include "classifier/model/learnt_text.hpp"
 #include "classifier/vote/learner_answer.hpp"
-#include "classifier/vote/learnt_text.hpp"
 
 namespace weft::classifier::imprint {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "classifier/learn/parallel.hpp"
+#include "classifier/base/parallel.hpp"
 
 namespace weft::classifier::imprint {
 

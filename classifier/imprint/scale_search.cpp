@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
+#include "classifier/base/parallel.hpp"
 #include "classifier/imprint/imprint_set.hpp"
-#include "classifier/learn/parallel.hpp"
 
 namespace weft::classifier::imprint {
 namespace {

@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "classifier/features/matrix.hpp"
+#include "classifier/base/matrix.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier::imprint {

@@ -5,7 +5,7 @@
 #include <bit>
 #include <cstddef>
 
-#include "classifier/features/lanes.hpp"
+#include "classifier/base/lanes.hpp"
 
 namespace weft::classifier {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "classifier/features/lanes.hpp"
+#include "classifier/base/lanes.hpp"
 #include "classifier/learn/exponential.hpp"
 
 namespace weft::classifier {

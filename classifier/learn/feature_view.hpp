@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "classifier/features/matrix.hpp"
+#include "classifier/base/matrix.hpp"
 #include "classifier/learn/scaler.hpp"
 #include "protocols/base/result.hpp"
 

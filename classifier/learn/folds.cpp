@@ -5,8 +5,8 @@
 #include <map>
 #include <utility>
 
-#include "classifier/features/matrix.hpp"
-#include "classifier/learn/random.hpp"
+#include "classifier/base/matrix.hpp"
+#include "classifier/base/random.hpp"
 
 namespace weft::classifier {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "classifier/features/matrix.hpp"
+#include "classifier/base/matrix.hpp"
 
 namespace weft::classifier {
 

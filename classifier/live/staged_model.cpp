@@ -9,10 +9,10 @@
 #include <ostream>
 #include <sstream>
 
+#include "classifier/base/line_text.hpp"
+#include "classifier/base/sealed_text.hpp"
 #include "classifier/baseline/fold_report.hpp"
-#include "classifier/fabric/line_text.hpp"
 #include "classifier/fabric/pair_problem.hpp"
-#include "classifier/fabric/sealed_text.hpp"
 
 namespace weft::classifier {
 namespace {

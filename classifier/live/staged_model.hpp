@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "classifier/fabric/model_file.hpp"
 #include "classifier/features/options.hpp"
 #include "classifier/features/spectrum.hpp"
 #include "classifier/features/trial.hpp"
+#include "classifier/model/model_file.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "classifier/features/matrix.hpp"
+#include "classifier/base/matrix.hpp"
 
 namespace weft::classifier {
 

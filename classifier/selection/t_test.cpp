@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "classifier/features/lanes.hpp"
+#include "classifier/base/lanes.hpp"
 
 namespace weft::classifier {
 namespace {

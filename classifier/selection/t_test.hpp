@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "classifier/features/matrix.hpp"
-#include "classifier/selection/student_t.hpp"
+#include "classifier/base/matrix.hpp"
+#include "classifier/base/student_t.hpp"
 
 namespace weft::classifier {
 

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
+#include "classifier/base/interval.hpp"
 #include "classifier/evaluate/confusion.hpp"
 #include "classifier/evaluate/evaluate.hpp"
-#include "classifier/evaluate/interval.hpp"
 #include "classifier/vibro/learn/pipeline.hpp"
 #include "classifier/vibro/protocol.hpp"
 

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "classifier/features/lanes.hpp"
+#include "classifier/base/lanes.hpp"
 
 namespace weft::classifier::vibro {
 

@@ -6,8 +6,8 @@
 #include <set>
 #include <string>
 
+#include "classifier/base/parallel.hpp"
 #include "classifier/features/windows.hpp"
-#include "classifier/learn/parallel.hpp"
 
 namespace weft::classifier::vibro {
 namespace {

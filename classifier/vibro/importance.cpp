@@ -4,8 +4,8 @@
 #include <set>
 #include <string>
 
-#include "classifier/evaluate/interval.hpp"
-#include "classifier/learn/random.hpp"
+#include "classifier/base/interval.hpp"
+#include "classifier/base/random.hpp"
 #include "classifier/vibro/assess.hpp"
 #include "classifier/vibro/learn/tree.hpp"
 

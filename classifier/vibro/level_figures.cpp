@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "classifier/features/lanes.hpp"
+#include "classifier/base/lanes.hpp"
 
 namespace weft::classifier::vibro {
 namespace {

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "classifier/features/lanes.hpp"
+#include "classifier/base/lanes.hpp"
 
 namespace weft::classifier::vibro {
 

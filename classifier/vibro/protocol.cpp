@@ -4,7 +4,7 @@
 #include <map>
 #include <set>
 
-#include "classifier/learn/random.hpp"
+#include "classifier/base/random.hpp"
 #include "classifier/vibro/median.hpp"
 #include "protocols/base/names.hpp"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "classifier/learn/random.hpp"
+#include "classifier/base/random.hpp"
 #include "protocols/base/number_words.hpp"
 
 namespace weft::classifier::vibro {

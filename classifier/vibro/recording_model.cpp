@@ -4,8 +4,8 @@
 #include <iterator>
 #include <set>
 
+#include "classifier/base/sealed_text.hpp"
 #include "classifier/fabric/provenance_text.hpp"
-#include "classifier/fabric/sealed_text.hpp"
 #include "classifier/vibro/protocol.hpp"
 
 namespace weft::classifier::vibro {

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "classifier/features/lanes.hpp"
+#include "classifier/base/lanes.hpp"
 #include "classifier/vibro/bin_tables.hpp"
 #include "classifier/vibro/filters.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 // Eight rows of eight numbers turned into columns.
 
-#include "classifier/features/lanes.hpp"
+#include "classifier/base/lanes.hpp"
 
 namespace weft::classifier::vibro {
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "classifier/base/parallel.hpp"
 #include "classifier/fabric/pair_problem.hpp"
-#include "classifier/learn/parallel.hpp"
 #include "classifier/vote/cross_decisions.hpp"
 
 namespace weft::classifier {

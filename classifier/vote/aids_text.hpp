@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <optional>
 
-#include "classifier/fabric/line_text.hpp"
+#include "classifier/base/line_text.hpp"
 #include "classifier/vote/aids.hpp"
 
 namespace weft::classifier {

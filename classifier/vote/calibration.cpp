@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "classifier/learn/parallel.hpp"
+#include "classifier/base/parallel.hpp"
 #include "classifier/vote/coupling.hpp"
 
 namespace weft::classifier {

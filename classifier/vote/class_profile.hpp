@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "classifier/base/matrix.hpp"
 #include "classifier/features/feature_matrix.hpp"
-#include "classifier/features/matrix.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <memory>
 
+#include "classifier/base/parallel.hpp"
 #include "classifier/fabric/pair_problem.hpp"
-#include "classifier/learn/parallel.hpp"
 #include "classifier/vote/class_profile.hpp"
 #include "classifier/vote/vote.hpp"
 

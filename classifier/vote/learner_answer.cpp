@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "classifier/base/memory.hpp"
+#include "classifier/base/parallel.hpp"
 #include "classifier/baseline/class_folds.hpp"
 #include "classifier/fabric/pair_problem.hpp"
-#include "classifier/learn/memory.hpp"
-#include "classifier/learn/parallel.hpp"
 
 namespace weft::classifier {
 namespace {

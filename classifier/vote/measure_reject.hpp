@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "classifier/evaluate/interval.hpp"
+#include "classifier/base/interval.hpp"
 #include "classifier/fabric/model.hpp"
 #include "classifier/features/feature_matrix.hpp"
 #include "classifier/vote/novelty.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "classifier/learn/parallel.hpp"
+#include "classifier/base/parallel.hpp"
 #include "protocols/base/names.hpp"
 
 namespace weft::classifier {

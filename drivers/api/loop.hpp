@@ -1,5 +1,5 @@
 #pragma once
-// The one source of time and timers. Two implementations live in daemon/loop: real (Asio) and
+// The one source of time and timers. Two implementations live in daemon/base/loop: real (Asio) and
 // virtual (ordered timers; when idle, jump to the next).
 
 #include <cstdint>

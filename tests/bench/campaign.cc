@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "daemon/run/campaign.hpp"
+#include "daemon/campaign/campaign.hpp"
 #include "tests/bench/figures.hpp"
 
 int main() {

@@ -16,7 +16,7 @@
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/fabric/model.hpp"
 #include "classifier/features/extract.hpp"
-#include "daemon/dataset/hdf5_file.hpp"
+#include "daemon/storage/dataset/hdf5_file.hpp"
 #include "tests/bench/classifier_libsvm.hpp"
 #include "tests/bench/classifier_set.hpp"
 #include "tests/bench/figures.hpp"

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "classifier/base/random.hpp"
 #include "classifier/features/trial.hpp"
-#include "classifier/learn/random.hpp"
 
 namespace weft::bench {
 

@@ -11,11 +11,11 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "daemon/link/port_link.hpp"
-#include "daemon/run/bench_session.hpp"
-#include "daemon/run/campaign.hpp"
-#include "daemon/run/simulated_bench.hpp"
-#include "daemon/run/supervisor.hpp"
+#include "daemon/campaign/bench_session.hpp"
+#include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/simulated_bench.hpp"
+#include "daemon/campaign/supervisor.hpp"
+#include "daemon/hardware/link/port_link.hpp"
 #include "sim/plant/fabric_library.hpp"
 
 namespace {

@@ -12,8 +12,8 @@
 
 #include "classifier/features/extract.hpp"
 #include "classifier/imprint/scale_features.hpp"
-#include "daemon/imprint/imprint_dataset.hpp"
-#include "daemon/imprint/imprint_scene.hpp"
+#include "daemon/analysis/imprint/imprint_scene.hpp"
+#include "daemon/storage/imprints/imprint_dataset.hpp"
 #include "tests/bench/figures.hpp"
 
 namespace {

@@ -8,8 +8,8 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/loop/real_loop.hpp"
-#include "daemon/loop/real_time.hpp"
+#include "daemon/base/loop/real_loop.hpp"
+#include "daemon/base/loop/real_time.hpp"
 #include "tests/bench/figures.hpp"
 
 namespace {

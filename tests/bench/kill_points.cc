@@ -11,11 +11,11 @@
 #include <random>
 #include <thread>
 
-#include "daemon/certificate/verify.hpp"
-#include "daemon/loop/wall_clock.hpp"
-#include "daemon/recorder/campaign_past.hpp"
+#include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/storage/certificate/verify.hpp"
+#include "daemon/storage/recorder/campaign_past.hpp"
 #include "tests/bench/figures.hpp"
-#include "tests/unit/daemon/kill_points.hpp"
+#include "tests/unit/daemon/benches/kill_points.hpp"
 
 using namespace weft;
 using namespace weft::daemon;

@@ -8,8 +8,8 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "daemon/recorder/recorder.hpp"
-#include "daemon/run/trial_recording.hpp"
+#include "daemon/campaign/trial_recording.hpp"
+#include "daemon/storage/recorder/recorder.hpp"
 #include "tests/bench/figures.hpp"
 #include "tests/unit/recipes/engine_bench.hpp"
 

@@ -11,8 +11,8 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "daemon/recorder/recorder.hpp"
-#include "daemon/recorder/sqlite.hpp"
+#include "daemon/storage/recorder/recorder.hpp"
+#include "daemon/storage/recorder/sqlite.hpp"
 #include "tests/bench/figures.hpp"
 
 namespace {

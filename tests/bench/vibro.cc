@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "classifier/learn/random.hpp"
+#include "classifier/base/random.hpp"
 #include "classifier/vibro/extract.hpp"
 #include "classifier/vibro/learn/pipeline.hpp"
 #include "tests/bench/figures.hpp"

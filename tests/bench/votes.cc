@@ -13,8 +13,8 @@
 #include "classifier/vote/compare.hpp"
 #include "classifier/vote/measure_reject.hpp"
 #include "classifier/vote/reliability.hpp"
-#include "daemon/dataset/hdf5_file.hpp"
-#include "daemon/dataset/import.hpp"
+#include "daemon/storage/dataset/hdf5_file.hpp"
+#include "daemon/storage/dataset/import.hpp"
 #include "tests/bench/classifier_set.hpp"
 #include "tests/bench/figures.hpp"
 

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "daemon/dataset/csv.hpp"
-#include "daemon/dataset/import.hpp"
+#include "daemon/base/text/csv.hpp"
+#include "daemon/storage/dataset/import.hpp"
 #include "tests/fuzz/target.hpp"
 
 namespace weft::fuzz {

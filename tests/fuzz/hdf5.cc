@@ -2,7 +2,7 @@
 // (hdf5_edit.hpp), which search the reader; B, bytes of it to alter; anything else, the file
 // itself. The last two mostly search the HDF5 library.
 
-#include "daemon/dataset/hdf5_file.hpp"
+#include "daemon/storage/dataset/hdf5_file.hpp"
 #include "tests/fuzz/hdf5_edit.hpp"
 #include "tests/fuzz/target.hpp"
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/dataset/hdf5_file.hpp"
-#include "daemon/dataset/hdf5_handle.hpp"
-#include "daemon/recordings/recording_set.hpp"
+#include "daemon/storage/dataset/hdf5_file.hpp"
+#include "daemon/storage/dataset/hdf5_handle.hpp"
+#include "daemon/storage/recordings/recording_set.hpp"
 #include "tests/fuzz/samples.hpp"
 #include "tests/fuzz/target.hpp"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "classifier/imprint/scale_features.hpp"
-#include "daemon/imprint/image_file.hpp"
+#include "daemon/storage/imprints/image_file.hpp"
 #include "tests/fuzz/target.hpp"
 
 namespace weft::fuzz {

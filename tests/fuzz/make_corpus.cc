@@ -13,7 +13,7 @@
 #include <sstream>
 #include <utility>
 
-#include "daemon/dataset/hdf5_file.hpp"
+#include "daemon/storage/dataset/hdf5_file.hpp"
 #include "protocols/rdt/page.hpp"
 #include "tests/fuzz/checksum.hpp"
 #include "tests/fuzz/samples.hpp"

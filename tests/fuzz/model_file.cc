@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "classifier/fabric/model_file.hpp"
+#include "classifier/model/model_file.hpp"
 #include "tests/fuzz/checksum.hpp"
 #include "tests/fuzz/target.hpp"
 

@@ -2,7 +2,7 @@
 // edits of a whole file, which search the reader; B, bytes of it to alter; anything else, the file
 // itself.
 
-#include "daemon/recordings/recording_set.hpp"
+#include "daemon/storage/recordings/recording_set.hpp"
 #include "tests/fuzz/hdf5_edit.hpp"
 #include "tests/fuzz/target.hpp"
 

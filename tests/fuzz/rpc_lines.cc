@@ -6,9 +6,9 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "daemon/api/services.hpp"
-#include "daemon/server/conversation.hpp"
-#include "daemon/server/line_buffer.hpp"
+#include "daemon/service/methods/services.hpp"
+#include "daemon/service/rpc/conversation.hpp"
+#include "daemon/service/rpc/line_buffer.hpp"
 #include "protocols/base/bytes.hpp"
 #include "tests/fuzz/target.hpp"
 
@@ -39,7 +39,7 @@ class SmallDaemon {
         hand_overs_({.post = [](const std::function<void()>&) {},
                      .utc_us = [] { return std::int64_t{0}; },
                      .changed = [](std::string_view, const control::HandOverFact&) {}},
-                    store_) {
+                    control::HandoverStore(store_.database())) {
     const auto at_once = [](const auto& work, const auto&) {
       work()();
       return true;

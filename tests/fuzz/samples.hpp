@@ -1,12 +1,12 @@
 #pragma once
 // Small inputs made by the program's own writers: where fuzzing starts.
 
-#include "classifier/fabric/model_file.hpp"
 #include "classifier/imprint/imprint_model.hpp"
 #include "classifier/live/staged_model.hpp"
+#include "classifier/model/model_file.hpp"
 #include "classifier/vibro/recording_model.hpp"
-#include "daemon/dataset/dataset.hpp"
-#include "daemon/recordings/recording_set.hpp"
+#include "daemon/storage/dataset/dataset.hpp"
+#include "daemon/storage/recordings/recording_set.hpp"
 
 namespace weft::fuzz {
 

@@ -4,9 +4,9 @@
 
 #include <string>
 
+#include "classifier/base/random.hpp"
 #include "classifier/baseline/learner_text.hpp"
 #include "classifier/features/trial.hpp"
-#include "classifier/learn/random.hpp"
 #include "tests/scenario/bytes_digest.hpp"
 
 using namespace weft;

@@ -21,10 +21,10 @@
 #include <iostream>
 #include <sstream>
 
+#include "classifier/base/student_t.hpp"
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/fabric/pair_problem.hpp"
 #include "classifier/features/windows.hpp"
-#include "classifier/selection/student_t.hpp"
 #include "classifier/selection/t_test.hpp"
 #include "tests/unit/classifier/support.hpp"
 

@@ -122,7 +122,7 @@ def commands_in(text):
 
 def cli_page():
     out = ["# Commands", "", MADE.format("what `--help` says; `man weft` has the same where Weft is installed"),
-           "What each does, at length: [daemon/cli](../../daemon/cli/README.md), [daemon/server](../../daemon/server/README.md).", ""]
+           "What each does, at length: [daemon/apps/weft](../../daemon/apps/weft/README.md), [daemon/service](../../daemon/service/README.md).", ""]
 
     def add(words, depth):
         text = help_of(PROGRAMS[words[0]], *words[1:])

@@ -116,7 +116,7 @@ set_tests_properties(scenario_cli_design PROPERTIES TIMEOUT 300 ENVIRONMENT PYTH
 
 # Every bit of the plant at each level, as digests: built with several compilers and compared by script/same-bytes.
 add_executable(same_bytes EXCLUDE_FROM_ALL ${CMAKE_CURRENT_SOURCE_DIR}/scenario/same_bytes.cc)
-target_link_libraries(same_bytes PRIVATE weft_plant)
+target_link_libraries(same_bytes PRIVATE weft_sim_plant)
 # So of what the classifier learns.
 add_executable(learnt_bytes EXCLUDE_FROM_ALL ${CMAKE_CURRENT_SOURCE_DIR}/scenario/learnt_bytes.cc)
 target_link_libraries(learnt_bytes PRIVATE weft_classifier)
@@ -288,7 +288,7 @@ set_tests_properties(scenario_installed PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHO
 # one. The longest of those begin first and leave room for one that computes; where one ends another takes its slot.
 get_property(all_tests DIRECTORY PROPERTY TESTS)
 set_tests_properties(${all_tests} PROPERTIES PROCESSORS 3 COST 500)
-set_tests_properties(unit_daemon scenario_cli_real_fabrics PROPERTIES COST 600)
+set_tests_properties(unit_daemon_service unit_daemon_campaign scenario_cli_real_fabrics PROPERTIES COST 600)
 function(weft_waits cost)
   foreach(waiting ${ARGN})
     if(TEST ${waiting})

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "classifier/fabric/line_text.hpp"
-#include "classifier/features/matrix.hpp"
+#include "classifier/base/line_text.hpp"
+#include "classifier/base/matrix.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier::vibro {

@@ -6,8 +6,8 @@
 #include <numeric>
 #include <string>
 
+#include "classifier/base/random.hpp"
 #include "classifier/fabric/matrix_text.hpp"
-#include "classifier/learn/random.hpp"
 #include "classifier/vibro/learn/product.hpp"
 
 namespace weft::classifier::vibro {

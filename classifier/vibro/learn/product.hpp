@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "classifier/features/lanes.hpp"
+#include "classifier/base/lanes.hpp"
 
 namespace weft::classifier::vibro {
 

@@ -2,8 +2,8 @@
 
 #include <numeric>
 
+#include "classifier/base/parallel.hpp"
 #include "classifier/baseline/tree_ensemble.hpp"
-#include "classifier/learn/parallel.hpp"
 
 namespace weft::classifier::vibro {
 namespace {

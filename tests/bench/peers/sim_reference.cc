@@ -21,8 +21,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "daemon/trade/sim/reference_file.hpp"
-#include "daemon/trade/sim/sim_watch.hpp"
+#include "daemon/analysis/tradeoff/sim/reference_file.hpp"
+#include "daemon/analysis/tradeoff/sim/sim_watch.hpp"
 
 namespace {
 

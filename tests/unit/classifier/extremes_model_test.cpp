@@ -4,7 +4,7 @@
 
 #include <sstream>
 
-#include "classifier/fabric/model_file.hpp"
+#include "classifier/model/model_file.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::extremes_model_test {

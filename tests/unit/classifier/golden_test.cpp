@@ -6,9 +6,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "classifier/base/student_t.hpp"
 #include "classifier/fabric/model.hpp"
 #include "classifier/features/extract.hpp"
-#include "classifier/selection/student_t.hpp"
 #include "classifier/selection/t_test.hpp"
 #include "tests/unit/classifier/support.hpp"
 

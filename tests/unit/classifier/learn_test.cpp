@@ -5,10 +5,10 @@
 #include <new>
 #include <set>
 
+#include "classifier/base/memory.hpp"
+#include "classifier/base/parallel.hpp"
 #include "classifier/learn/distance.hpp"
 #include "classifier/learn/folds.hpp"
-#include "classifier/learn/memory.hpp"
-#include "classifier/learn/parallel.hpp"
 #include "classifier/learn/scaler.hpp"
 #include "classifier/learn/svm.hpp"
 #include "tests/unit/classifier/support.hpp"

@@ -5,7 +5,7 @@
 #include <limits>
 #include <sstream>
 
-#include "classifier/fabric/sealed_text.hpp"
+#include "classifier/base/sealed_text.hpp"
 #include "classifier/live/live_voter.hpp"
 #include "classifier/live/staged_model.hpp"
 #include "tests/unit/classifier/support.hpp"

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "classifier/base/line_text.hpp"
 #include "classifier/baseline/decision_tree.hpp"
-#include "classifier/fabric/line_text.hpp"
-#include "classifier/fabric/model_file.hpp"
+#include "classifier/model/model_file.hpp"
 #include "tests/unit/classifier/stored_model.hpp"
 
 namespace weft::classifier::model_file_lines_test {

@@ -1,11 +1,11 @@
-#include "classifier/fabric/model_file.hpp"
+#include "classifier/model/model_file.hpp"
 
 #include <bit>
 #include <catch2/catch.hpp>
 #include <limits>
 #include <sstream>
 
-#include "classifier/fabric/line_text.hpp"
+#include "classifier/base/line_text.hpp"
 #include "tests/unit/classifier/stored_model.hpp"
 #include "tests/unit/source_text.hpp"
 

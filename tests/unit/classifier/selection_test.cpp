@@ -2,8 +2,8 @@
 #include <limits>
 #include <numbers>
 
+#include "classifier/base/student_t.hpp"
 #include "classifier/selection/pca.hpp"
-#include "classifier/selection/student_t.hpp"
 #include "classifier/selection/t_test.hpp"
 #include "tests/unit/classifier/support.hpp"
 

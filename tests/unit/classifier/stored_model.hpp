@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "classifier/fabric/model_file.hpp"
+#include "classifier/model/model_file.hpp"
 #include "classifier/vote/aids.hpp"
 #include "protocols/base/crc.hpp"
 #include "tests/unit/classifier/support.hpp"

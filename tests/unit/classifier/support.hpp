@@ -9,11 +9,11 @@
 #include <string_view>
 #include <vector>
 
+#include "classifier/base/random.hpp"
 #include "classifier/fabric/grid_search.hpp"
 #include "classifier/fabric/model.hpp"
 #include "classifier/features/feature_matrix.hpp"
 #include "classifier/features/trial.hpp"
-#include "classifier/learn/random.hpp"
 #include "classifier/selection/t_test.hpp"
 
 namespace weft::classifier::testing {

@@ -5,7 +5,7 @@
 #include <iterator>
 #include <sstream>
 
-#include "classifier/fabric/sealed_text.hpp"
+#include "classifier/base/sealed_text.hpp"
 #include "classifier/vibro/recording_model.hpp"
 #include "tests/unit/classifier/damaged_model.hpp"
 #include "tests/unit/classifier/features_support.hpp"

@@ -1,0 +1,78 @@
+#include "classifier/base/parallel.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace weft::classifier {
+namespace {
+
+std::size_t thread_count(std::size_t count, std::size_t asked) {
+  const std::size_t cores = std::max(1U, std::thread::hardware_concurrency());
+  return std::clamp<std::size_t>(asked == 0 ? cores : asked, 1, std::max<std::size_t>(1, count));
+}
+
+// Keeps what the first thread threw until all have ended.
+class FirstThrown {
+ public:
+  void keep() noexcept {
+    const std::lock_guard lock(mutex_);
+    if (!thrown_) thrown_ = std::current_exception();
+  }
+  void rethrow() const {
+    if (thrown_) std::rethrow_exception(thrown_);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::exception_ptr thrown_;
+};
+
+// Runs `body(t)` on threads t = 0 .. n - 1, the first of them the caller's own.
+void on_threads(std::size_t n, const std::function<void(std::size_t)>& body) {
+  FirstThrown first;
+  const auto guarded = [&](std::size_t t) {
+    try {
+      body(t);
+    } catch (...) {
+      first.keep();
+    }
+  };
+  {
+    std::vector<std::jthread> others;
+    others.reserve(n - 1);
+    for (std::size_t t = 1; t < n; ++t) others.emplace_back([&guarded, t] { guarded(t); });
+    guarded(0);
+  }
+  first.rethrow();
+}
+
+}  // namespace
+
+void parallel_for(std::size_t count, std::size_t threads,
+                  const std::function<void(std::size_t)>& work) {
+  std::atomic<std::size_t> next{0};
+  on_threads(thread_count(count, threads), [&](std::size_t) {
+    for (std::size_t i = next++; i < count; i = next++) work(i);
+  });
+}
+
+void parallel_workers(std::size_t count, std::size_t threads,
+                      const std::function<std::function<void(std::size_t)>()>& make_worker) {
+  std::atomic<std::size_t> next{0};
+  on_threads(thread_count(count, threads), [&](std::size_t) {
+    const auto work = make_worker();
+    for (std::size_t i = next++; i < count; i = next++) work(i);
+  });
+}
+
+void parallel_blocks(std::size_t count, std::size_t threads,
+                     const std::function<void(std::size_t, std::size_t)>& work) {
+  const std::size_t n = thread_count(count, threads);
+  on_threads(n, [&](std::size_t t) { work(count * t / n, count * (t + 1) / n); });
+}
+
+}  // namespace weft::classifier

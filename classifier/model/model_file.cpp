@@ -1,0 +1,215 @@
+#include "classifier/model/model_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <istream>
+#include <iterator>
+#include <memory>
+#include <ostream>
+#include <string_view>
+
+#include "classifier/base/line_text.hpp"
+#include "classifier/base/parallel.hpp"
+#include "classifier/base/sealed_text.hpp"
+#include "classifier/fabric/provenance_text.hpp"
+#include "classifier/model/learnt_text.hpp"
+
+namespace weft::classifier {
+namespace {
+
+constexpr std::string_view header_word = "weft-fabric-model ";
+constexpr std::size_t most_taxels = 100'000;
+
+// Words of the options, in the order of their enumerators.
+constexpr std::array<std::string_view, 2> skew_words{"peaks", "signal"};
+constexpr std::array<std::string_view, 2> norm_words{"l2", "rms"};
+constexpr std::array<std::string_view, 2> spectrum_words{"amplitude", "magnitude"};
+
+std::string phase_letters(PhaseSet phases) {
+  std::string out;
+  if (phases.rest) out += to_char(Phase::rest);
+  if (phases.press) out += to_char(Phase::press);
+  out += to_char(Phase::motion);
+  if (phases.end) out += to_char(Phase::end);
+  return out;
+}
+
+// ---- writing ----
+
+void write_setup(LineWriter& out, const FeatureSetup& setup) {
+  out.count("taxels", setup.taxels);
+  out.text("phases", phase_letters(setup.phases));
+  out.text("skew", word_of(skew_words, setup.options.skew));
+  out.text("norm", word_of(norm_words, setup.options.norm));
+  out.text("spectrum", word_of(spectrum_words, setup.options.spectrum));
+  out.number("mode_bin_counts", setup.options.mode_bin_counts);
+  out.number("window_s", setup.window_s);
+  out.number("window_step_s", setup.window_step_s);
+  out.number("sample_period_s", setup.sample_period_s);
+  out.text("exploration", setup.exploration);
+}
+
+// ---- reading ----
+
+std::optional<PhaseSet> phases_from(std::string_view letters) {
+  PhaseSet phases;
+  for (const char c : letters) {
+    const auto phase = phase_from_char(c);
+    if (phase == Phase::rest) phases.rest = true;
+    if (phase == Phase::press) phases.press = true;
+    if (phase == Phase::end) phases.end = true;
+  }
+  return phase_letters(phases) == letters ? std::optional(phases) : std::nullopt;
+}
+
+FeatureSetup read_setup(LineReader& in) {
+  FeatureSetup setup;
+  setup.taxels = in.count("taxels", 1, most_taxels);
+  const std::string letters = in.text("phases");
+  const auto phases = phases_from(letters);
+  if (!phases) in.refuse("unknown phases", "letters of SPME", letters);
+  setup.phases = phases.value_or(PhaseSet{});
+  setup.options.skew = static_cast<SkewOf>(word(in, "skew", skew_words));
+  setup.options.norm = static_cast<Norm>(word(in, "norm", norm_words));
+  setup.options.spectrum = static_cast<SpectrumScale>(word(in, "spectrum", spectrum_words));
+  setup.options.mode_bin_counts = in.positive("mode_bin_counts");
+  setup.window_s = in.not_negative("window_s");
+  setup.window_step_s = in.not_negative("window_step_s");
+  setup.sample_period_s = in.not_negative("sample_period_s");
+  setup.exploration = in.text("exploration");
+  return setup;
+}
+
+using HeadReader = LearnerHead (*)(LineReader&);
+
+Result<StoredModel> read_body(std::string_view body, HeadReader head_reader) {
+  LineReader in(body);
+  Provenance provenance = read_provenance(in);
+  FeatureSetup setup = read_setup(in);
+  const LearnerHead head = head_reader(in);
+  std::vector<std::string> labels = read_labels(in);
+  // Each taxel has twelve lines of names: what a short file claims costs no memory.
+  if (setup.taxels > body.size() / 12)
+    in.refuse("more taxels than the file has features for",
+              "at most " + std::to_string(body.size() / 12), std::to_string(setup.taxels));
+  if (!in.ok()) return pass(in.status().error());
+  auto learnt =
+      read_learnt(in, head, std::move(labels), FeatureLayout(setup.taxels, setup.phases).names());
+  in.finish();
+  if (!in.ok()) return pass(in.status().error());
+  return StoredModel{std::move(learnt->learner), std::move(setup), std::move(provenance),
+                     std::move(learnt->aids)};
+}
+
+struct Body {
+  std::string_view text;
+  HeadReader head = read_head;
+};
+
+// By the first line; nullptr for a version that is not known.
+HeadReader head_reader_of(std::string_view header) {
+  if (header == model_file_header) return read_head;
+  if (header == model_file_header_5) return read_head_of_version_5;
+  if (header == model_file_header_4) return read_head_of_version_4;
+  return header == model_file_header_3 ? read_head_of_version_3 : nullptr;
+}
+
+// What follows the header.
+Result<Body> after_header(std::string_view text) {
+  if (!text.starts_with(header_word))
+    return fail(Errc::parse, "not a model file", {}, model_file_header,
+                std::string(text.substr(0, std::min(text.find('\n'), std::size_t{40}))));
+  const std::string_view first = text.substr(0, text.find('\n'));
+  const HeadReader head = head_reader_of(first);
+  if (head == nullptr)
+    return fail(Errc::unsupported, "a model file of another version", {},
+                std::string(model_file_header) + ", 5, 4 or 3", std::string(first.substr(0, 40)),
+                "Train the model again with this version");
+  return Body{text.substr(std::min(first.size() + 1, text.size())), head};
+}
+
+// The text between header and checksum, once both are in order.
+Result<Body> body_of(std::string_view text) {
+  const Result<Body> rest = after_header(text);
+  if (!rest) return rest;
+  const Result<std::string_view> body = unsealed(text, text.size() - rest->text.size());
+  if (!body) return pass(body.error());
+  return Body{*body, rest->head};
+}
+
+// [trials x features] of trials that the model may take; one extractor a thread.
+Result<Matrix> features_of(const FeatureSetup& setup, std::span<const Trial> trials,
+                           std::size_t threads) {
+  for (const Trial& trial : trials)
+    if (auto ok = check_trial(setup, trial); !ok) return pass(ok.error());
+  Matrix out(trials.size(), FeatureLayout(setup.taxels, setup.phases).size());
+  std::vector<Status> done(trials.size());
+  parallel_workers(trials.size(), threads, [&] {
+    auto extractor = std::make_shared<FeatureExtractor>(setup.options);
+    return [&, extractor](std::size_t i) {
+      const auto features = extractor->extract(trials[i]);
+      if (features) std::ranges::copy(*features, out.row(i).begin());
+      if (!features) done[i] = pass(features.error());
+    };
+  });
+  for (const Status& status : done)
+    if (!status) return pass(status.error());
+  return out;
+}
+
+}  // namespace
+
+Status save_model(const StoredModel& stored, std::ostream& out) {
+  const TrainedLearner& learner = stored.learner;
+  if (learner.feature_names() != FeatureLayout(stored.setup.taxels, stored.setup.phases).names())
+    return fail(Errc::invalid_argument, "features are not those of the taxels and phases", "model");
+  LineWriter text;
+  write_provenance(text, stored.provenance);
+  write_setup(text, stored.setup);
+  write_learnt(text, learner, stored.aids);
+  return write_sealed(model_file_header, text.str(), out);
+}
+
+Result<StoredModel> load_model(std::istream& in) {
+  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  if (in.bad()) return fail(Errc::io, "cannot read the model");
+  const Result<Body> body = body_of(text);
+  if (!body) return pass(body.error());
+  return read_body(body->text, body->head);
+}
+
+Result<ModelHead> load_model_head(std::string_view beginning) {
+  const Result<Body> body = after_header(beginning);
+  if (!body) return pass(body.error());
+  LineReader in(body->text);
+  ModelHead out{read_provenance(in), read_setup(in)};
+  if (!in.ok()) return pass(in.status().error());
+  return out;
+}
+
+Status check_trial(const FeatureSetup& setup, const Trial& trial) {
+  if (trial.taxels != setup.taxels)
+    return fail(Errc::invalid_argument, "the model was trained for another sensor", trial.file,
+                std::to_string(setup.taxels) + " taxels", std::to_string(trial.taxels));
+  const PhaseSet phases = phases_of(trial);
+  if (phases != setup.phases)
+    return fail(Errc::invalid_argument, "the model was trained on other phases", trial.file,
+                phase_letters(setup.phases), phase_letters(phases));
+  return {};
+}
+
+Result<std::vector<Answer>> classify(const StoredModel& stored, std::span<const Trial> trials,
+                                     const VoteOptions& options, std::size_t threads) {
+  const auto features = features_of(stored.setup, trials, threads);
+  if (!features) return pass(features.error());
+  auto said = answers(stored.learner, stored.aids, *features, options, threads);
+  std::vector<Answer> out;
+  out.reserve(said.size());
+  for (std::size_t i = 0; i < said.size(); ++i) {
+    if (!said[i]) return pass(said[i].error(), trials[i].file);
+    out.push_back(std::move(*said[i]));
+  }
+  return out;
+}
+
+}  // namespace weft::classifier

@@ -1,0 +1,44 @@
+# The classifier's modules, lowest first (see weft_module() in the top CMakeLists.txt).
+weft_module(classifier/base USES protocols/base SYSTEM Eigen3::Eigen Threads::Threads)
+weft_module(classifier/features USES classifier/base)
+weft_module(classifier/selection USES classifier/base)
+weft_module(classifier/learn USES classifier/base SYSTEM ${LIBSVM})
+weft_module(classifier/fabric USES classifier/features classifier/selection classifier/learn)
+weft_module(classifier/baseline USES classifier/fabric)
+weft_module(classifier/vote USES classifier/baseline)
+weft_module(classifier/evaluate USES classifier/vote)
+weft_module(classifier/model USES classifier/vote)
+weft_module(classifier/live USES classifier/model)
+weft_module(classifier/design USES classifier/evaluate)
+weft_module(classifier/imprint USES classifier/model)
+weft_module(classifier/vibro RECURSE USES classifier/evaluate SYSTEM nlohmann_json::nlohmann_json)
+
+set(WEFT_CLASSIFIER_MODULES base features selection learn fabric baseline vote evaluate model live design imprint vibro)
+add_library(weft_classifier INTERFACE)  # all of it
+foreach(module ${WEFT_CLASSIFIER_MODULES})
+  target_link_libraries(weft_classifier INTERFACE weft_classifier_${module})
+  target_compile_options(weft_classifier_${module} PRIVATE -Wno-psabi)  # lanes never cross a call, so their ABI is no concern
+endforeach()
+
+# Square roots that need not set errno are taken for all lanes at once.
+set_source_files_properties(classifier/features/spectrum.cpp classifier/features/taxel_block.cpp classifier/imprint/gradient.cpp
+                            classifier/vibro/frame_figures.cpp classifier/vibro/short_time.cpp classifier/vibro/learn/network.cpp
+                            classifier/vibro/learn/product.cpp classifier/vibro/level_figures.cpp classifier/vibro/median.cpp
+                            classifier/vibro/real_transform.cpp PROPERTIES COMPILE_OPTIONS -fno-math-errno)
+if(XGBOOST AND XGBOOST_HEADERS)
+  # Loaded when it is asked for, by the name under which programs find it: that to which the name for linking leads.
+  set(xgboost_library "${XGBOOST}")
+  if(IS_SYMLINK "${XGBOOST}")
+    file(READ_SYMLINK "${XGBOOST}" xgboost_library)
+  endif()
+  set_property(SOURCE classifier/vibro/learn/boosted.cpp classifier/vibro/learn/xgboost_library.cpp APPEND
+               PROPERTY COMPILE_DEFINITIONS "WEFT_XGBOOST_LIBRARY=\"${xgboost_library}\"" "WEFT_XGBOOST_BUILT_WITH=\"${XGBOOST}\"")
+  target_link_libraries(weft_classifier_vibro PRIVATE ${CMAKE_DL_LIBS})
+endif()
+
+# Kernels are compiled one by one (docs/adr/0009); joined is what only reads, writes and chooses.
+file(GLOB kernels CONFIGURE_DEPENDS classifier/base/*.cpp classifier/features/*.cpp classifier/selection/*.cpp classifier/learn/*.cpp
+     classifier/fabric/*.cpp classifier/vote/*.cpp)
+list(FILTER kernels EXCLUDE REGEX
+     "classifier/(base/(.*_text|interval)|fabric/(.*_text|options)|vote/(.*_text|aids|calibration|class_profile|compare|cross_decisions|learner_answer|measure_reject|novelty|reliability))")
+set_source_files_properties(${kernels} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)

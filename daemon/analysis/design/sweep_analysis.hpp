@@ -1,0 +1,88 @@
+#pragma once
+// A swept campaign looked at cell by cell: how the array answers, how well the fabrics are told
+// apart, how long it takes, and which cell to take. docs/design.md says how each is defined.
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "classifier/design/cells.hpp"
+#include "classifier/design/response.hpp"
+#include "daemon/storage/dataset/dataset.hpp"
+
+namespace weft::daemon {
+
+/// A mean or median over the trials of a cell with its 95 % interval.
+struct CellValue {
+  double value = 0;
+  classifier::Interval ci95;
+};
+
+struct SweepCell {
+  std::vector<double> factors;  ///< SI, in the order of SweepAnalysis::factors
+  std::size_t trials = 0;
+  CellValue snr_db, saturated_share;  ///< means
+  CellValue seconds;                  ///< median
+};
+
+/// A cell that could not be measured or compared.
+struct LeftOutCell {
+  std::vector<double> factors;
+  std::string why;
+};
+
+/// How often the rule took a cell with this value of a factor.
+struct FactorShare {
+  std::size_t factor = 0;
+  double value = 0;
+  double share = 0;
+};
+
+struct SweepAnalysis {
+  BenchKind bench = BenchKind::unknown;
+  std::string exploration;            ///< as the recipe names it
+  std::vector<std::string> datasets;  ///< digests
+  std::vector<std::string> factors;   ///< "force_n"
+  std::vector<std::string> fabrics;
+  std::size_t replicates = 0;  ///< of each cell
+  std::string learner;
+  classifier::design::TextureBand band;
+  std::vector<SweepCell> cells;           ///< by rising factors; at least one
+  classifier::design::CellChoice choice;  ///< cells in the same order
+  std::vector<LeftOutCell> left_out;      ///< by rising factors
+  std::vector<std::string> without;       ///< other explorations, none of whose cells is left
+  /// For every factor its surest value: what more of the resamples agree on than on a cell.
+  std::vector<FactorShare> surest;
+};
+
+struct SweepOptions {
+  classifier::Learner learner = classifier::Learner::lda;
+  classifier::design::TextureBand band;
+  std::size_t resamples = 2000;
+  std::uint64_t seed = 1;
+  std::size_t threads = 0;
+  std::function<void(const std::string&)> progress = {};
+};
+
+/// One analysis for each exploration of the recipe. Several data sets are taken together when
+/// swept_cells() lets them. A cell that cannot be measured (fewer than three replicates, a slide of
+/// too few samples, what the learner refuses) or holds other trials than most is left out by name;
+/// refused is only what leaves no cell at all.
+Result<std::vector<SweepAnalysis>> analyse_sweep(std::span<const Dataset> datasets,
+                                                 const SweepOptions& options);
+
+/// "5 N, 2 mm/s".
+std::string cell_words(const SweepAnalysis& analysis, std::size_t cell);
+std::string cell_words(const SweepAnalysis& analysis, const std::vector<double>& factors);
+/// A factor for people: "force [N]", and a value of it in that unit.
+std::string factor_title(std::string_view factor);
+double factor_shown(std::string_view factor, double si);
+
+/// The recommendation and its reason, or why there is none, in sentences.
+std::string recommendation(const SweepAnalysis& analysis);
+/// A line for each cell and exploration that is left out, and why; nothing where none is.
+std::string left_out_words(const SweepAnalysis& analysis);
+
+}  // namespace weft::daemon

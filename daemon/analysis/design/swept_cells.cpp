@@ -1,0 +1,187 @@
+#include "daemon/analysis/design/swept_cells.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include "daemon/base/text/format.hpp"
+#include "recipes/engine/plan.hpp"
+
+namespace weft::daemon {
+namespace {
+
+constexpr double ns_per_s = 1e9;
+
+tl::unexpected<Error> apart(std::string message, const DatasetInfo& info, std::string expected,
+                            std::string got) {
+  return fail(Errc::invalid_argument, std::move(message), info.name, std::move(expected),
+              std::move(got), "Analyse them one by one");
+}
+
+std::string rig_words(const recipes::RigLimits& rig) {
+  return rig.name + ", " + rig.bench + ", " + std::to_string(rig.taxels) + " taxels";
+}
+
+Result<recipes::RigLimits> swept_rig(const DatasetInfo& info) {
+  auto limits = recipes::parse_rig_limits(info.rig_json);
+  if (!limits) return pass(limits.error(), info.name + ": rig on record");
+  return limits;
+}
+
+Status check_sweep(const DatasetInfo& info) {
+  if (!info.factors.empty()) return {};
+  return fail(Errc::invalid_argument, "the data set is of no sweep", info.name,
+              "a recipe with \"sweep\"", {}, "recipes/README.md says how to sweep");
+}
+
+/// Sensors that differ answer differently, whatever the cell.
+Status check_alike(const DatasetInfo& first, const DatasetInfo& info) {
+  if (info.kind != first.kind)
+    return apart("simulated and real data are never mixed", info,
+                 std::string(to_string(first.kind)), std::string(to_string(info.kind)));
+  if (info.kind == BenchKind::unknown)
+    return apart("data of an unknown bench cannot be taken together", info, "simulated or real",
+                 "unknown");
+  if (info.factors != first.factors)
+    return apart("sweeps of different factors", info, joined(first.factors), joined(info.factors));
+  if (info.taxel_rate_hz != first.taxel_rate_hz)
+    return apart("sweeps of different sample rates", info, general(first.taxel_rate_hz) + " Hz",
+                 general(info.taxel_rate_hz) + " Hz");
+  const auto one = swept_rig(first), other = swept_rig(info);
+  if (!one) return pass(one.error());
+  if (!other) return pass(other.error());
+  if (rig_words(*one) != rig_words(*other))
+    return apart("sweeps of different rigs", info, rig_words(*one), rig_words(*other));
+  if (info.devices != first.devices)
+    return apart("sweeps of different devices, or of devices that are scaled otherwise", info,
+                 "the same devices", {});
+  return {};
+}
+
+Result<recipes::Plan> swept_plan(const DatasetInfo& info) {
+  const auto limits = swept_rig(info);
+  if (!limits) return pass(limits.error());
+  recipes::CheckReport report = recipes::check_recipe(info.recipe_json, *limits);
+  if (!report.plan)
+    return fail(Errc::invalid_argument, recipes::to_string(report.problems.front()),
+                info.name + ": recipe on record");
+  if (!report.plan->sweep)
+    return fail(Errc::corrupt, "factors without a sweep in the recipe on record", info.name);
+  return *std::move(report.plan);
+}
+
+double swept_seconds(const TrialRecord& record) {
+  if (record.t_ns.size() < 2) return 0;
+  return static_cast<double>(record.t_ns.back() - record.t_ns.front()) / ns_per_s;
+}
+
+/// By the names of the cells' explorations, which two spellings of a value share.
+using ByName = std::map<std::string, CellTrials>;
+
+/// Adds the cells that a data set plans, and its complete trials to them.
+Status add_cells(const Dataset& dataset, std::size_t number, std::map<std::string, ByName>& all) {
+  const auto plan = swept_plan(dataset.info);
+  if (!plan) return pass(plan.error());
+  std::map<std::string, CellTrials*> cells;
+  for (std::size_t e = 0; e < plan->explorations.size(); ++e) {
+    const recipes::Exploration& exploration = plan->explorations[e];
+    // each of the recipe's explorations has one after the other all cells
+    const std::string& base = plan->sweep->explorations[e / plan->sweep->cells.size()];
+    CellTrials& cell = all[base][exploration.name];
+    cell.factors = exploration.factors;
+    cell.speed_mps = exploration.slides() ? exploration.step(Phase::motion).speed_mps : 0;
+    cells[exploration.name] = &cell;
+  }
+  const std::string prefix = std::to_string(number) + "/";
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
+    const TrialRecord& record = dataset.records[i];
+    if (record.outcome != TrialOutcome::complete) continue;
+    const auto found = cells.find(record.spec.exploration);
+    if (found == cells.end())
+      return fail(Errc::corrupt, "a trial of an exploration that the recipe on record lacks",
+                  dataset.trials[i].file, {}, record.spec.exploration);
+    CellTrials& cell = *found->second;
+    classifier::Trial& trial = cell.trials.emplace_back(dataset.trials[i]);
+    trial.group.insert(0, prefix);
+    trial.file.insert(0, prefix);
+    cell.seconds.push_back(swept_seconds(record));
+  }
+  return {};
+}
+
+struct Shape {
+  std::map<std::string, std::size_t> trials;  ///< of each fabric
+  std::size_t replicates = 0;
+  auto operator<=>(const Shape&) const = default;
+  [[nodiscard]] std::size_t all() const {
+    std::size_t sum = 0;
+    for (const auto& [fabric, count] : trials) sum += count;
+    return sum;
+  }
+};
+
+Shape shape_of(const CellTrials& cell) {
+  Shape out;
+  std::set<std::string> groups;
+  for (const classifier::Trial& trial : cell.trials) {
+    ++out.trials[trial.label];
+    groups.insert(trial.group);
+  }
+  out.replicates = groups.size();
+  return out;
+}
+
+/// "wool in 2 trials instead of 3".
+std::string shape_words(const Shape& usual, const Shape& shape) {
+  std::set<std::string> fabrics;
+  for (const Shape* one : {&usual, &shape})
+    for (const auto& [fabric, count] : one->trials) fabrics.insert(fabric);
+  const auto count = [](const Shape& of, const std::string& fabric) {
+    const auto found = of.trials.find(fabric);
+    return found == of.trials.end() ? 0 : found->second;
+  };
+  std::vector<std::string> out;
+  for (const std::string& fabric : fabrics)
+    if (count(usual, fabric) != count(shape, fabric))
+      out.push_back(fabric + " in " + std::to_string(count(shape, fabric)) + " trials instead of " +
+                    std::to_string(count(usual, fabric)));
+  if (usual.replicates != shape.replicates)
+    out.push_back(std::to_string(shape.replicates) + " replicates instead of " +
+                  std::to_string(usual.replicates));
+  return joined(out);
+}
+
+}  // namespace
+
+Result<SweptCells> swept_cells(std::span<const Dataset> datasets) {
+  if (datasets.empty()) return fail(Errc::invalid_argument, "no data set", "design analyse");
+  for (const Dataset& dataset : datasets)
+    if (Status ok = check_sweep(dataset.info); !ok) return pass(ok.error());
+  for (const Dataset& dataset : datasets.subspan(1))
+    if (Status ok = check_alike(datasets.front().info, dataset.info); !ok) return pass(ok.error());
+  std::map<std::string, ByName> all;
+  for (std::size_t i = 0; i < datasets.size(); ++i)
+    if (Status ok = add_cells(datasets[i], i, all); !ok) return pass(ok.error());
+  SweptCells out;
+  for (auto& [exploration, by_name] : all) {
+    std::vector<CellTrials>& cells = out[exploration];
+    for (auto& [name, cell] : by_name) cells.push_back(std::move(cell));
+    std::ranges::sort(cells, {}, &CellTrials::factors);
+  }
+  return out;
+}
+
+std::map<std::size_t, std::string> not_alike(std::span<const CellTrials* const> cells) {
+  std::map<Shape, std::size_t> counts;
+  for (const CellTrials* cell : cells) ++counts[shape_of(*cell)];
+  if (counts.size() < 2) return {};
+  const auto usual = std::ranges::max_element(counts, {}, [](const auto& one) {
+                       return std::pair(one.second, one.first.all());
+                     })->first;
+  std::map<std::size_t, std::string> out;
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    if (const Shape shape = shape_of(*cells[i]); shape != usual)
+      out[i] = "it holds other trials than most cells: " + shape_words(usual, shape);
+  return out;
+}
+
+}  // namespace weft::daemon

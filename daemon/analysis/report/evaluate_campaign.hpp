@@ -1,0 +1,62 @@
+#pragma once
+// The classification of a campaign: each exploration, each way of reducing the features.
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "classifier/evaluate/evaluate.hpp"
+#include "daemon/storage/dataset/dataset.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon {
+
+struct EvaluateOptions {
+  double train_fraction = 0.4;  ///< paper, section IV-B
+  std::size_t repeats = 30;     ///< random splits; the paper averages over 30 trials
+  std::uint64_t seed = 1;       ///< of splits and folds
+  std::size_t threads = 0;      ///< 0: one per core; the figures do not depend on it
+};
+
+struct ReductionResult {
+  classifier::Reduction reduction = classifier::Reduction::pvalue;
+  classifier::Evaluation evaluation;
+};
+
+struct ExplorationResult {
+  std::string exploration;  ///< "M1"
+  std::size_t trials = 0;   ///< complete ones, all of which were used
+  std::size_t features = 0;
+  std::size_t threads = 0;  ///< that trained; features and test are timed on one
+  /// Mean over a sample of the trials, one at a time on one thread [s].
+  double feature_s_per_sample = 0;
+  /// p-value method with labels in random order, mean over several permutations with a split each:
+  /// what chance looks like.
+  double permuted_accuracy = 0;
+  std::vector<ReductionResult> reductions;  ///< pvalue, pca, all
+
+  /// nullptr when it was not evaluated.
+  [[nodiscard]] const classifier::Evaluation* find(classifier::Reduction reduction) const;
+};
+
+/// How the intervals were computed, for the reader of a report.
+std::string interval_methods(const std::vector<ExplorationResult>& results);
+
+/// Told before each step.
+struct EvaluationProgress {
+  std::size_t step = 0;
+  std::size_t steps = 0;
+  std::string what;  ///< "M1: features of 340 trials"
+};
+using EvaluationSink = std::function<void(const EvaluationProgress&)>;
+
+/// Explorations in order of their first trial; only complete trials take part. Refuses what the
+/// classifier refuses (a label with one trial, a single label), a data set without complete trials.
+Result<std::vector<ExplorationResult>> evaluate_campaign(const Dataset& dataset,
+                                                         const EvaluateOptions& options,
+                                                         const classifier::SecondsNow& seconds_now,
+                                                         const EvaluationSink& progress = {});
+
+}  // namespace weft::daemon

@@ -1,0 +1,134 @@
+#include <cctype>
+
+#include "daemon/analysis/report/paper.hpp"
+#include "daemon/analysis/report/report.hpp"
+#include "daemon/analysis/report/simulation_words.hpp"
+#include "daemon/base/text/format.hpp"
+#include "recipes/engine/engine.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using classifier::Reduction;
+
+constexpr std::size_t name_width = 21;  // "M1 paper, real cloth"
+constexpr std::size_t cell_width = 19;  // "100.0 (99.9-100.0)"
+
+std::string padded(std::string text, std::size_t width) {
+  if (text.size() < width) text.append(width - text.size(), ' ');
+  return text;
+}
+
+std::string line(const std::string& name, const std::string& value) {
+  return "  " + padded(name, 18) + value + "\n";
+}
+
+// Printable text only: a name from a recipe must not drive the terminal.
+std::string printable(std::string_view text) {
+  std::string out;
+  for (const char c : text) out += std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
+  return out;
+}
+
+std::string bench_words(BenchKind kind) {
+  if (kind == BenchKind::simulated) return "SIMULATED bench";
+  return kind == BenchKind::real ? "real bench" : "unknown bench";
+}
+
+/// Of a report made afterwards the bench's clock alone: nobody counted the rest.
+std::string time_lines(const CampaignSummary& run) {
+  const std::string bench = duration(run.virtual_s) + " on the bench";
+  if (!(run.wall_s > 0)) return line("time", bench);
+  return line("time", bench + ", " + duration(run.wall_s) + " wall, " +
+                          fixed(run.virtual_s / run.wall_s, 0) + " x real time") +
+         line("of which", "plant " + duration(run.time.plant_and_emulators_s) + ", control " +
+                              duration(run.time.drivers_and_control_s) + ", recorder " +
+                              duration(run.time.recorder_s) + "; export " +
+                              duration(run.time.export_s));
+}
+
+std::string run_lines(const ReportInput& input) {
+  const CampaignSummary& run = input.run;
+  std::string out = line(
+      "trials", thousands(run.trials_complete) + " of " + thousands(run.trials_planned) + ", " +
+                    std::string(recipes::to_string(run.outcome)) + ended_early_words(run));
+  if (run.takes_rejected > 0)
+    out += line("bad takes", thousands(run.takes_rejected) + ", kept, marked and taken again");
+  if (run.error) out += line("error", printable(to_string(*run.error)));
+  out += time_lines(run);
+  if (run.force.samples > 0)
+    out += line("force while held", fixed(run.force.rms_n() * 1e3, 1) + " mN RMS, worst " +
+                                        fixed(run.force.worst_n * 1e3, 0) + " mN, " +
+                                        percent(static_cast<double>(run.force.in_band) /
+                                                    static_cast<double>(run.force.samples),
+                                                2) +
+                                        " % in band");
+  // 64 digits leave no room for the usual column
+  out += simulation_text(run.simulation);
+  return out + "  data set  " + (run.dataset_sha256.empty() ? "none" : run.dataset_sha256) + "\n";
+}
+
+std::string accuracy_cell(const ExplorationResult& result, Reduction reduction) {
+  const classifier::Evaluation* e = result.find(reduction);
+  if (e == nullptr) return padded("-", cell_width);
+  return padded(
+      percent(e->accuracy) + " (" + percent(e->ci95.low) + "-" + percent(e->ci95.high) + ")",
+      cell_width);
+}
+
+std::string printed_cell(double share) {
+  return padded(share < 0 ? "-" : percent(share, 0), cell_width);
+}
+
+std::string accuracy_lines(const std::vector<ExplorationResult>& results) {
+  std::string out = "\n  " + padded("accuracy [%]", name_width) + padded("p-value", cell_width) +
+                    padded("PCA", cell_width) + "all features\n";
+  for (const ExplorationResult& result : results) {
+    out += "  " + padded(printable(result.exploration), name_width) +
+           accuracy_cell(result, Reduction::pvalue) + accuracy_cell(result, Reduction::pca) +
+           accuracy_cell(result, Reduction::all);
+    out.erase(out.find_last_not_of(' ') + 1);
+    out += "\n";
+  }
+  for (const paper::Accuracy& row : paper::accuracies_beside(results)) {
+    out += "  " + padded(std::string(row.exploration) + " paper, real cloth", name_width) +
+           printed_cell(row.pvalue) + printed_cell(row.pca) + printed_cell(row.all);
+    out.erase(out.find_last_not_of(' ') + 1);
+    out += "\n";
+  }
+  return out + wrapped("in brackets: 95 % interval, " + printable(interval_methods(results)), "  ");
+}
+
+std::string timing_lines(const std::vector<ExplorationResult>& results) {
+  std::string out;
+  for (const ExplorationResult& result : results) {
+    const classifier::Evaluation* e = result.find(Reduction::pvalue);
+    if (e == nullptr) continue;
+    out += line(printable(result.exploration) + " timing",
+                "features " + duration(result.feature_s_per_sample) + ", training " +
+                    duration(e->train_s) + ", test " + duration(e->test_s_per_sample));
+    out += line("", "shuffled labels " + percent(result.permuted_accuracy) + " %");
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string summary_text(const ReportInput& input) {
+  const BenchKind kind = input.dataset.info.kind;
+  std::string out = "\nCampaign " + printable(input.run.name) + ", " + bench_words(kind);
+  if (!input.run.level.empty()) out += " (plant " + printable(input.run.level) + ")";
+  if (!is_complete(input.run)) out += ", " + incomplete_words(input.run);
+  out += "\n" + run_lines(input);
+  if (input.results.empty()) return out;
+  out += accuracy_lines(input.results) + "\n" + timing_lines(input.results);
+  if (kind == BenchKind::simulated && paper::accuracies_beside(input.results).empty())
+    out += "\n  All figures are SIMULATED.\n";
+  else if (kind == BenchKind::simulated)
+    out +=
+        "\n  All figures but the paper's are SIMULATED; the paper measured real fabrics.\n"
+        "  They stand side by side for orientation and are not comparable one to one.\n";
+  return out;
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,123 @@
+#include "daemon/analysis/report/trace.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace weft::daemon {
+namespace {
+
+constexpr double pause_s = 0.15;  // over five taxel periods: nothing was recorded
+
+double seconds(std::int64_t t_ns, std::int64_t origin_ns) {
+  return static_cast<double>(t_ns - origin_ns) * 1e-9;
+}
+
+std::vector<PhaseSpan> spans_of(const classifier::Trial& trial, const TrialRecord& record) {
+  std::vector<PhaseSpan> spans;
+  for (std::size_t i = 0; i < trial.samples(); ++i) {
+    const double t = seconds(record.t_ns[i], record.t_ns.front());
+    if (spans.empty() || spans.back().phase != trial.phase[i])
+      spans.push_back({trial.phase[i], t, t});
+    spans.back().end_s = t;
+  }
+  // Neighbours meet half way; across a pause they do not.
+  for (std::size_t k = 1; k < spans.size(); ++k) {
+    const double gap_s = spans[k].begin_s - spans[k - 1].end_s;
+    if (gap_s < pause_s) spans[k - 1].end_s = spans[k].begin_s = spans[k].begin_s - gap_s / 2;
+  }
+  return spans;
+}
+
+double rest_level(const classifier::Trial& trial, std::size_t pad) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < trial.samples(); ++i) {
+    if (trial.phase[i] != Phase::rest) continue;
+    sum += trial.row(i)[pad];
+    ++count;
+  }
+  return count > 0 ? sum / static_cast<double>(count) : trial.row(0)[pad];
+}
+
+Curve pad_curve(const classifier::Trial& trial, const TrialRecord& record, std::size_t pad) {
+  Curve out;
+  const double level = rest_level(trial, pad);
+  for (std::size_t i = 0; i < trial.samples(); ++i) {
+    out.t_s.push_back(seconds(record.t_ns[i], record.t_ns.front()));
+    out.value.push_back(trial.row(i)[pad] - level);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::optional<std::size_t> typical_trial(const Dataset& dataset, std::string_view exploration) {
+  std::vector<std::size_t> candidates;
+  for (std::size_t i = 0; i < dataset.records.size(); ++i) {
+    const TrialRecord& record = dataset.records[i];
+    if (record.outcome == TrialOutcome::complete && record.spec.exploration == exploration &&
+        dataset.trials[i].samples() > 0)
+      candidates.push_back(i);
+  }
+  if (candidates.empty()) return std::nullopt;
+  const auto with_force =
+      std::stable_partition(candidates.begin(), candidates.end(), [&](std::size_t i) {
+        return dataset.records[i].quality.force_rms_error_n.has_value() &&
+               dataset.records[i].wrench.samples() > 0;
+      });
+  if (with_force == candidates.begin()) return candidates.front();
+  std::stable_sort(candidates.begin(), with_force, [&](std::size_t a, std::size_t b) {
+    return *dataset.records[a].quality.force_rms_error_n <
+           *dataset.records[b].quality.force_rms_error_n;
+  });
+  return candidates[static_cast<std::size_t>(with_force - candidates.begin() - 1) / 2];
+}
+
+TrialTrace trace_of(const Dataset& dataset, std::size_t trial_index) {
+  const classifier::Trial& trial = dataset.trials[trial_index];
+  const TrialRecord& record = dataset.records[trial_index];
+  TrialTrace out;
+  out.record = &record;
+  if (trial.samples() == 0) return out;
+  out.phases = spans_of(trial, record);
+  for (std::size_t i = 0; i < record.wrench.samples(); ++i) {
+    const double t = seconds(record.wrench.t_ns[i], record.t_ns.front());
+    out.normal_n.t_s.push_back(t);
+    out.normal_n.value.push_back(record.wrench.force_n(i, 2));
+    out.tangential_n.t_s.push_back(t);
+    out.tangential_n.value.push_back(
+        std::hypot(record.wrench.force_n(i, 0), record.wrench.force_n(i, 1)));
+  }
+  for (std::size_t pad = 0; pad < trial.taxels; ++pad)
+    out.pads.push_back(pad_curve(trial, record, pad));
+  return out;
+}
+
+std::vector<svg::Point> thinned(const Curve& curve, std::size_t buckets) {
+  std::vector<svg::Point> out;
+  if (curve.t_s.empty() || buckets == 0) return out;
+  const double origin_s = curve.t_s.front();
+  const double width_s =
+      std::max((curve.t_s.back() - origin_s) / static_cast<double>(buckets), 1e-9);
+  const auto bucket_of = [&](std::size_t i) {
+    return std::floor((curve.t_s[i] - origin_s) / width_s);
+  };
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t begin = 0, end = 0; begin < curve.t_s.size(); begin = end) {
+    std::size_t low = begin, high = begin;
+    const bool paused = begin > 0 && curve.t_s[begin] - curve.t_s[begin - 1] > pause_s;
+    for (end = begin; end < curve.t_s.size() && bucket_of(end) <= bucket_of(begin); ++end) {
+      if (end > begin && curve.t_s[end] - curve.t_s[end - 1] > pause_s) break;
+      if (curve.value[end] < curve.value[low]) low = end;
+      if (curve.value[end] > curve.value[high]) high = end;
+    }
+    if (paused) out.push_back({nan, nan});
+    const auto [first, second] = std::minmax(low, high);
+    out.push_back({curve.t_s[first], curve.value[first]});
+    if (second != first) out.push_back({curve.t_s[second], curve.value[second]});
+  }
+  return out;
+}
+
+}  // namespace weft::daemon

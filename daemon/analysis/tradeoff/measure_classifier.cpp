@@ -1,0 +1,394 @@
+#include "daemon/analysis/tradeoff/measure_classifier.hpp"
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <set>
+
+#include "classifier/vote/class_profile.hpp"
+#include "daemon/analysis/tradeoff/answer_timing.hpp"
+#include "daemon/analysis/tradeoff/early_stop.hpp"
+#include "daemon/analysis/tradeoff/trade_arms.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/pages/plot/interval_words.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using classifier::FeatureMatrix;
+using classifier::Split;
+
+/// Material with its splits.
+struct Bench {
+  Material material;
+  SplitPlan plan;
+  std::shared_ptr<const std::vector<AnswerTrials>> timed;
+};
+
+/// What one training gave, split by split.
+struct Training {
+  std::vector<std::shared_ptr<const classifier::TrainedLearner>> learners;
+  std::vector<std::shared_ptr<const classifier::ClassProfile>> profiles;
+  std::map<std::string, std::size_t> chosen;  // recipes of a choice between learners
+  double train_s = 0;
+};
+
+/// Right answers and test trials of one split.
+struct Count {
+  std::size_t right = 0;
+  std::size_t tested = 0;
+};
+
+// As classifier::evaluate() has it: the mean over the splits, and what is known of it.
+void score(const SplitPlan& plan, const std::vector<Count>& counts, TradePoint& point) {
+  std::vector<classifier::SplitSizes> sizes;
+  std::vector<double> accuracy;
+  for (std::size_t s = 0; s < counts.size(); ++s) {
+    if (counts[s].tested == 0) continue;
+    const auto tested = static_cast<double>(counts[s].tested);
+    sizes.push_back({static_cast<double>(plan.splits[s].train.size()), tested});
+    point.tested += counts[s].tested;
+    accuracy.push_back(static_cast<double>(counts[s].right) / tested);
+  }
+  point.accuracy = classifier::mean_of(accuracy);
+  point.ci95 = classifier::split_interval(accuracy, mean_sizes(sizes));
+  if (plan.groups_left_out) name_groups_left_out(point.ci95);
+}
+
+std::size_t label_count(const FeatureMatrix& features) {
+  return std::set<std::string>(features.labels.begin(), features.labels.end()).size();
+}
+
+/// Answers one trial with the machine of a split.
+AnswerFunction answer_function(const TradeArm& arm, const Training& training, std::size_t split) {
+  const auto learner = training.learners[split];
+  if (arm.vote.kind == classifier::VoteKind::majority)
+    return [learner](std::span<const double> features) { return learner->classify(features); };
+  const auto profile = training.profiles[split];
+  classifier::VoteOptions vote = arm.vote;
+  vote.profile = profile.get();
+  return [learner, profile, vote](std::span<const double> features) -> Result<std::size_t> {
+    const classifier::FabricModel* cores = learner->cores();
+    if (cores == nullptr)
+      return fail(Errc::invalid_argument, "a learner without cores has no vote");
+    const auto prepared = learner->prepared(features);
+    if (!prepared) return pass(prepared.error());
+    const auto ballot = classifier::vote(*cores, *prepared, vote);
+    if (!ballot) return pass(ballot.error());
+    return ballot->winner;
+  };
+}
+
+class Measurement {
+ public:
+  Measurement(const Dataset& dataset, const ClassifierTradeOptions& options,
+              const classifier::SecondsNow& now, const TradeProgress& progress)
+      : dataset_(&dataset), options_(&options), now_(&now), progress_(&progress) {}
+
+  Result<TradeSet> run() {
+    if (options_->timings < 5)
+      return fail(Errc::range, "too few timings for a median", "timings", "at least 5",
+                  std::to_string(options_->timings));
+    if (!*now_) return fail(Errc::invalid_argument, "no clock to time with", "timings");
+    if (Status ok = prepare_default(); !ok) return pass(ok.error());
+    for (std::size_t i = 0; i < plan_.arms.size(); ++i) {
+      tell(i, plan_.arms[i].name);
+      if (Status ok = measure(plan_.arms[i]); !ok) return pass(ok.error(), plan_.arms[i].name);
+    }
+    tell(plan_.arms.size(), "timing of answers");
+    if (Status ok = time_answers(); !ok) return pass(ok.error());
+    add_facts();
+    return std::move(out_);
+  }
+
+ private:
+  void tell(std::size_t step, const std::string& what) const {
+    if (*progress_) (*progress_)(step, plan_.arms.size() + 1, what);
+  }
+
+  Status prepare_default() {
+    const auto present = explorations_of(*dataset_);
+    if (present.empty())
+      return fail(Errc::not_found, "no complete trial in the data set", dataset_->info.name);
+    const std::string exploration =
+        options_->exploration.empty() ? present.front() : options_->exploration;
+    auto bench = bench_for(exploration, 0);
+    if (!bench) return pass(bench.error());
+    base_ = std::move(*bench);
+    const std::size_t labels = label_count(base_.material.features);
+    if (labels < 2)
+      return fail(Errc::invalid_argument, "nothing to tell apart", "labels", "at least 2",
+                  std::to_string(labels));
+    plan_ = plan_trade(*dataset_, base_.material, labels, exploration, *options_);
+    out_.bench = dataset_->info.kind;
+    out_.left_out = plan_.left_out;
+    if (plan_.arms.size() > 1) return {};
+    std::vector<std::string> why;
+    for (const auto& [family, reason] : plan_.left_out) why.push_back(family + ": " + reason);
+    return fail(Errc::invalid_argument, "nothing of what was asked for can be varied",
+                dataset_->info.name, {}, joined(why, "; "), "Vary something else");
+  }
+
+  Result<Bench> bench_for(const std::string& exploration, double slide_s) const {
+    auto material =
+        prepare(*dataset_, {exploration, slide_s, options_->features, options_->training.threads});
+    if (!material) return pass(material.error());
+    auto plan = options_->split(material->features);
+    if (!plan) return pass(plan.error());
+    Bench out{std::move(*material), std::move(*plan), {}};
+    out.timed = timed_trials(rows_of({}, out.material), out.material);
+    return out;
+  }
+
+  Result<Training> train(const TradeArm& arm, const Bench& bench) const {
+    const FeatureMatrix& features = bench.material.features;
+    classifier::TrainOptions options = options_->training;
+    options.cap = arm.cap;
+    Training out;
+    for (const Split& split : bench.plan.splits) {
+      const FeatureMatrix rows = classifier::take_rows(features, split.train);
+      const double start = (*now_)();
+      auto trained = classifier::train_learner(rows, arm.learner, options);
+      if (!trained) return pass(trained.error());
+      out.train_s += ((*now_)() - start) / static_cast<double>(bench.plan.splits.size());
+      if (!trained->scores.empty()) ++out.chosen[to_string(trained->recipe)];
+      auto profile =
+          classifier::fit_profile(trained->trained.prepared(rows), trained->trained.labels());
+      if (!profile) return pass(profile.error());
+      out.learners.push_back(
+          std::make_shared<classifier::TrainedLearner>(std::move(trained->trained)));
+      out.profiles.push_back(std::make_shared<classifier::ClassProfile>(std::move(*profile)));
+    }
+    return out;
+  }
+
+  // The default comes first: its training is there when a vote or a speed asks for it.
+  Status measure(const TradeArm& arm) {
+    if (arm.sure) return measure_stop(arm);
+    const TradeArm& standard = plan_.arms.front();
+    std::optional<Bench> own;
+    if (!arm.same_material(standard)) {
+      auto made = bench_for(arm.exploration, arm.slide_s);
+      if (!made) return pass(made.error());
+      own = std::move(*made);
+    }
+    const Bench& bench = own ? *own : base_;
+    std::optional<Training> fresh;
+    if (&arm == &standard || !arm.same_training(standard)) {
+      auto trained = train(arm, bench);
+      if (!trained) return pass(trained.error());
+      fresh = std::move(*trained);
+    }
+    if (&arm == &standard) {
+      trained_ = std::move(*fresh);
+      fresh.reset();
+    }
+    return add_point(arm, bench, fresh ? *fresh : trained_);
+  }
+
+  Status add_point(const TradeArm& arm, const Bench& bench, const Training& training) {
+    TradePoint point;
+    point.name = arm.name;
+    point.family = arm.family;
+    point.settings = settings_of(arm, *options_);
+    point.bench = dataset_->info.kind;
+    point.train_s = training.train_s;
+    add_chosen(training, point);
+    const auto counts = count(arm, bench, training);
+    if (!counts) return pass(counts.error());
+    score(bench.plan, *counts, point);
+    const std::vector<std::size_t> rows = rows_of(arm, bench.material);
+    point.contact_s = contact_of(rows, bench.material);
+    out_.points.push_back(std::move(point));
+    timings_.add({arm.speed_mm_s ? timed_trials(rows, bench.material) : bench.timed,
+                  answer_function(arm, training, 0)});
+    return {};
+  }
+
+  /// All rules judge the same votes: the slides are watched once.
+  Status watch_all() {
+    if (!watched_.empty()) return {};
+    classifier::StagedOptions how;
+    how.learner = options_->learner;
+    how.training = options_->training;
+    how.features = options_->features;
+    const double start = (*now_)();
+    for (std::size_t s = 0; s < base_.plan.splits.size(); ++s) {
+      const AnswerFunction whole = answer_function(plan_.arms.front(), trained_, s);
+      auto watched = watch_slides(
+          *dataset_, base_.material, base_.plan.splits[s], how,
+          [&](std::size_t row) { return whole(base_.material.features.values.row(row)); });
+      if (!watched) return pass(watched.error());
+      watched_.push_back(std::move(*watched));
+    }
+    watched_s_ = ((*now_)() - start) / static_cast<double>(watched_.size());
+    return {};
+  }
+
+  Status measure_stop(const TradeArm& arm) {
+    if (Status ok = watch_all(); !ok) return ok;
+    TradePoint point;
+    point.name = arm.name;
+    point.family = arm.family;
+    point.settings = settings_of(arm, *options_);
+    point.bench = dataset_->info.kind;
+    point.train_s = watched_s_;
+    std::vector<Count> counts;
+    double slide_s = 0;
+    std::size_t stopped = 0;
+    for (const WatchedSplit& split : watched_) {
+      const EarlyStops ends = judge(split, {*arm.sure, least_slide_s});
+      counts.push_back({ends.right, ends.tested});
+      slide_s += ends.slide_s;
+      stopped += ends.stopped;
+    }
+    score(base_.plan, counts, point);
+    point.contact_s = slide_s / static_cast<double>(point.tested);
+    point.settings.emplace_back("ended_early_share",
+                                static_cast<double>(stopped) / static_cast<double>(point.tested));
+    add_look(point.contact_s);
+    out_.points.push_back(std::move(point));
+    return {};
+  }
+
+  /// The look at a slide that has come as far as most come.
+  void add_look(double slide_s) {
+    const auto model = watched_.front().model;
+    std::size_t stage = 0;
+    while (stage + 1 < model->stages.size() && model->slide_s(stage + 1) <= slide_s) ++stage;
+    auto trials = std::make_shared<std::vector<AnswerTrials>>(*base_.timed);
+    for (AnswerTrials& one : *trials)
+      for (classifier::Trial& trial : one)
+        trial = classifier::begun_slide(trial, model->stages[stage].motion_frames);
+    timings_.add({trials, [model, stage](std::span<const double> features) -> Result<std::size_t> {
+                    const classifier::StoredModel& asked = model->stages[stage].model;
+                    const auto said = classifier::answer(asked.learner, asked.aids, features);
+                    if (!said) return pass(said.error());
+                    return said->ballot.winner;
+                  }});
+  }
+
+  static void add_chosen(const Training& training, TradePoint& point) {
+    std::vector<std::string> words;
+    for (const auto& [recipe, splits] : training.chosen)
+      words.push_back(recipe + " (" + std::to_string(splits) + ")");
+    if (!words.empty()) point.settings.emplace_back("chose", joined(words, "; "));
+  }
+
+  static bool concerns(const TradeArm& arm, const Material& material, std::size_t row) {
+    return !arm.speed_mm_s || material.speed_mm_s[row] == arm.speed_mm_s;
+  }
+
+  static std::vector<std::size_t> rows_of(const TradeArm& arm, const Material& material) {
+    std::vector<std::size_t> out;
+    for (std::size_t row = 0; row < material.slide_s.size(); ++row)
+      if (concerns(arm, material, row)) out.push_back(row);
+    return out;
+  }
+
+  static double contact_of(const std::vector<std::size_t>& rows, const Material& material) {
+    std::vector<double> slides;
+    for (const std::size_t row : rows) slides.push_back(material.slide_s[row]);
+    return classifier::mean_of(slides);
+  }
+
+  [[nodiscard]] std::shared_ptr<const std::vector<AnswerTrials>> timed_trials(
+      const std::vector<std::size_t>& rows, const Material& material) const {
+    return std::make_shared<std::vector<AnswerTrials>>(
+        some_trials(*dataset_, material, rows, options_->timed_trials));
+  }
+
+  Result<std::vector<Count>> count(const TradeArm& arm, const Bench& bench,
+                                   const Training& training) const {
+    std::vector<Count> out;
+    for (std::size_t s = 0; s < bench.plan.splits.size(); ++s) {
+      auto one = count_split(arm, bench, training, s);
+      if (!one) return pass(one.error());
+      out.push_back(*one);
+    }
+    const bool any = std::ranges::any_of(out, [](const Count& c) { return c.tested > 0; });
+    if (!any) return fail(Errc::invalid_argument, "nothing to test", arm.name);
+    return out;
+  }
+
+  Result<Count> count_split(const TradeArm& arm, const Bench& bench, const Training& training,
+                            std::size_t s) const {
+    const FeatureMatrix& features = bench.material.features;
+    const auto& labels = training.learners[s]->labels();
+    const AnswerFunction answer = answer_function(arm, training, s);
+    Count out;
+    for (const std::size_t row : bench.plan.splits[s].test) {
+      if (!concerns(arm, bench.material, row)) continue;
+      if (!std::ranges::binary_search(labels, features.labels[row]))
+        return fail(Errc::invalid_argument, "test label was never trained", features.files[row], {},
+                    features.labels[row], "Give every fabric trials on both sides or leave it out");
+      const auto winner = answer(features.values.row(row));
+      if (!winner) return pass(winner.error(), features.files[row]);
+      ++out.tested;
+      out.right += labels[*winner] == features.labels[row] ? 1 : 0;
+    }
+    return out;
+  }
+
+  Status time_answers() {
+    const auto timings = timings_.run(options_->timings, options_->features, *now_);
+    if (!timings) return pass(timings.error());
+    for (std::size_t i = 0; i < out_.points.size(); ++i) {
+      const AnswerTimes& times = (*timings)[i];
+      TradePoint& point = out_.points[i];
+      for (std::size_t k = 0; k < times.features_s.size(); ++k)
+        point.timings_s.push_back(times.features_s[k] + times.vote_s[k]);
+      point.answer_s = classifier::mean_of(point.timings_s);
+      point.features_s = classifier::mean_of(times.features_s);
+      point.vote_s = classifier::mean_of(times.vote_s);
+    }
+    return {};
+  }
+
+  void add_facts() {
+    const FeatureMatrix& features = base_.material.features;
+    const auto number = [](std::size_t n) { return static_cast<double>(n); };
+    out_.facts = {{"trials", number(features.size())},
+                  {"labels", number(label_count(features))},
+                  {"features", number(features.names.size())},
+                  {"split", base_.plan.words},
+                  {"splits", number(base_.plan.splits.size())},
+                  {"train_rows", number(base_.plan.splits.front().train.size())},
+                  {"test_rows", number(base_.plan.splits.front().test.size())},
+                  {"timings", number(options_->timings)},
+                  {"timed_trials", number(base_.timed->size())}};
+    if (!plan_.arms.front().exploration.empty())
+      out_.facts.emplace_back("exploration", plan_.arms.front().exploration);
+  }
+
+  const Dataset* dataset_;
+  const ClassifierTradeOptions* options_;
+  const classifier::SecondsNow* now_;
+  const TradeProgress* progress_;
+  Bench base_;
+  Training trained_;  // of the default
+  std::vector<WatchedSplit> watched_;
+  double watched_s_ = 0;  // mean over the splits
+  TradePlan plan_;
+  AnswerTiming timings_;
+  TradeSet out_;
+};
+
+}  // namespace
+
+const std::vector<TradeCost>& classifier_costs() {
+  static const std::vector<TradeCost> costs = {
+      {"answer_s", "time to compute one answer, features and vote, one thread", "compute time",
+       &TradePoint::answer_s},
+      {"contact_s", "seconds of sliding an answer needs", "contact", &TradePoint::contact_s}};
+  return costs;
+}
+
+Result<TradeSet> measure_classifier_trade(const Dataset& dataset,
+                                          const ClassifierTradeOptions& options,
+                                          const classifier::SecondsNow& seconds_now,
+                                          const TradeProgress& progress) {
+  return Measurement(dataset, options, seconds_now, progress).run();
+}
+
+}  // namespace weft::daemon

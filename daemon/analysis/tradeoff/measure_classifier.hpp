@@ -1,0 +1,72 @@
+#pragma once
+// `weft trade classifier`: the classifier's settings, varied one family at a time around a default,
+// each trained and tested on the same splits and timed in the same run.
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "classifier/baseline/learner.hpp"
+#include "classifier/evaluate/evaluate.hpp"
+#include "classifier/features/options.hpp"
+#include "daemon/analysis/tradeoff/trade_point.hpp"
+#include "daemon/storage/dataset/dataset.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon {
+
+/// What may be varied.
+enum class TradeFamily {
+  features,     ///< feature count N of the cores
+  learner,      ///< kinds of cores, LDA, SVC, trees, the choice between them
+  slide,        ///< first seconds of phase M
+  speed,        ///< one speed's trials at a time, where names of recordings tell it
+  exploration,  ///< the others of the data set, and each pair side by side
+  vote,         ///< soft, DAG, short-lists
+  stop          ///< slides that end once a live vote is sure
+};
+/// "features", "learner" ...
+std::string_view to_string(TradeFamily family);
+/// Refuses another word; says which one was probably meant.
+Result<TradeFamily> trade_family_from(std::string_view word);
+std::vector<TradeFamily> all_trade_families();
+
+/// How to split a feature matrix, and how that is said to a reader.
+struct SplitPlan {
+  std::vector<classifier::Split> splits;
+  std::string words;
+  bool groups_left_out = false;  ///< each group tests once
+};
+using SplitMaker = std::function<Result<SplitPlan>(const classifier::FeatureMatrix&)>;
+
+struct ClassifierTradeOptions {
+  std::vector<TradeFamily> vary = all_trade_families();
+  classifier::Learner learner = classifier::Learner::pvalue;  ///< of the default
+  classifier::TrainOptions training;                          ///< cap: the default's N
+  classifier::FeatureOptions features;
+  std::string exploration;  ///< of the default; empty: the data set's first
+  SplitMaker split;
+  std::size_t timings = 9;        ///< repetitions of which the median counts, at least 5
+  std::size_t timed_trials = 16;  ///< answers in each, spread over the trials
+};
+
+/// Before each piece of work: which one, out of how many, what.
+using TradeProgress = std::function<void(std::size_t, std::size_t, const std::string&)>;
+
+/// The default comes first, then the families in the order of TradeFamily. Accuracy and interval
+/// are those of classifier::evaluate(): the mean over the splits with split_interval(), or Wilson's
+/// of a single split.
+/// Answers (features and vote, one thread) are timed after all trainings, the points in turn in
+/// each repetition, so that a busy moment of the machine falls on all of them. The TradeSet's
+/// `dataset` and `sha256` are the caller's to fill. Refuses what training and splitting refuse,
+/// fewer than 5 timings, and options of which nothing can be varied on this data set.
+Result<TradeSet> measure_classifier_trade(const Dataset& dataset,
+                                          const ClassifierTradeOptions& options,
+                                          const classifier::SecondsNow& seconds_now,
+                                          const TradeProgress& progress = {});
+
+/// Compute time of one answer, and seconds of sliding.
+const std::vector<TradeCost>& classifier_costs();
+
+}  // namespace weft::daemon

@@ -1,0 +1,95 @@
+#pragma once
+// `weft trade vibro`: learner x features x window x source on recordings of sound and vibration,
+// under the paper's protocol and an honest one.
+
+#include <string>
+#include <vector>
+
+#include "classifier/vibro/assess.hpp"
+#include "daemon/analysis/tradeoff/measure_classifier.hpp"
+#include "daemon/analysis/tradeoff/trade_point.hpp"
+#include "daemon/base/file/stop_asked.hpp"
+#include "daemon/storage/recordings/recording_set.hpp"
+
+namespace weft::daemon {
+
+struct VibroTradeOptions {
+  std::vector<classifier::vibro::Method> methods = classifier::vibro::all_methods();
+  std::vector<classifier::vibro::Family> families = {classifier::vibro::Family::smmrp,
+                                                     classifier::vibro::Family::fft,
+                                                     classifier::vibro::Family::smmrpfft};
+  std::vector<double> windows_s = {1.0, 2.0};
+  std::vector<std::string> sources = {};  ///< of sources_of(); empty: all
+  /// What leaves whole parts out beside the paper's random windows: blocks or groups.
+  classifier::vibro::Protocol honest = classifier::vibro::Protocol::blocks;
+  classifier::vibro::Combine combine = classifier::vibro::Combine::mean;
+  std::size_t components = 3;  ///< the paper's
+  /// Its window and protocol are set for each choice.
+  classifier::vibro::ProtocolOptions protocol;
+  classifier::vibro::MethodOptions learner;
+  std::size_t timings = 101;  ///< of the features of a window, at least 5
+  StopAsked stop = {};        ///< asked before each training
+};
+
+/// One choice and what came of it.
+struct VibroPoint {
+  classifier::vibro::Method method{};
+  classifier::vibro::Family family{};
+  double window_s = 0.0;
+  std::string source;  ///< "S", "XYZ", "SXYZ"
+  classifier::vibro::Protocol protocol{};
+  classifier::vibro::Assessment result;
+  double features_s = 0.0;  ///< of one window, one thread
+};
+
+/// Recordings of which windows of one length under one protocol left nothing, of any source.
+struct VibroTooShort {
+  classifier::vibro::Protocol protocol{};
+  double window_s = 0.0;
+  std::size_t parts = 1;  ///< of a recording, into each of which a window must fit
+  std::vector<classifier::vibro::TooShort> recordings;
+};
+
+struct VibroTrade {
+  std::vector<VibroPoint> points;
+  classifier::vibro::Protocol honest = classifier::vibro::Protocol::blocks;
+  /// Of random windows, and of the honest protocol: of all choices the one with the largest median.
+  classifier::vibro::Leak random_leak, honest_leak;
+  std::vector<std::string> left_out;  ///< learners that this build has no library for
+  std::vector<VibroTooShort> too_short;
+};
+
+/// "S", "XYZ" and both where the recordings have sound and something else; else the one there is.
+std::vector<std::string> sources_of(const RecordingSet& set);
+/// The recordings with the channels of that source alone.
+std::vector<classifier::vibro::Recording> of_source(const RecordingSet& set,
+                                                    const std::string& source);
+
+/// "random windows", "contiguous parts", "whole recordings".
+std::string protocol_name(classifier::vibro::Protocol protocol);
+
+/// Seconds that the features of one window take on this thread: the median over `timings` windows
+/// of `windows`, which were cut from `recordings`, a first one not counted. Refuses what extraction
+/// refuses.
+Result<double> vibro_features_time(const std::vector<classifier::vibro::Recording>& recordings,
+                                   const classifier::vibro::WindowSet& windows,
+                                   classifier::vibro::FeatureChoice choice, std::size_t timings,
+                                   const classifier::SecondsNow& now);
+
+/// What can be known before anything is trained: fewer than 5 timings, what check() refuses of the
+/// set, and every window and protocol whose places, with all channels, do not give splits or cannot
+/// be cut, by the window.
+Status check_vibro_trade(const RecordingSet& set, const VibroTradeOptions& options);
+
+/// All choices under both protocols. Refuses what check_vibro_trade(), extraction and training
+/// refuse.
+Result<VibroTrade> measure_vibro_trade(const RecordingSet& set, const VibroTradeOptions& options,
+                                       const classifier::SecondsNow& seconds_now,
+                                       const TradeProgress& progress = {});
+
+/// The choices of one protocol as a set of the trade's page: accuracy is the macro F-score. `file`:
+/// how the recordings were named.
+TradeSet vibro_trade_set(const VibroTrade& trade, const RecordingSet& set, const std::string& file,
+                         classifier::vibro::Protocol protocol);
+
+}  // namespace weft::daemon

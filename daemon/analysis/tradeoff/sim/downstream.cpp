@@ -1,0 +1,234 @@
+#include "daemon/analysis/tradeoff/sim/downstream.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "classifier/base/student_t.hpp"
+#include "daemon/analysis/tradeoff/sim/sim_scene.hpp"
+
+namespace weft::daemon {
+
+namespace {
+
+using classifier::FeatureMatrix;
+
+constexpr double grid_s = sim_grid_s;
+
+struct Seen {
+  std::string channels;
+  std::vector<FeatureMatrix> by_level;
+};
+
+SeedMean seed_mean(std::vector<double> values, double low, double high) {
+  SeedMean out;
+  out.mean = classifier::mean_of(values);
+  const auto n = static_cast<double>(values.size());
+  const double half = values.size() < 2 ? 0
+                                        : classifier::critical_t(0.05, n - 1) *
+                                              classifier::deviation_of(values) / std::sqrt(n);
+  out.ci95 = {std::max(low, out.mean - half), std::min(high, out.mean + half),
+              "Student's t over seeds"};
+  out.values = std::move(values);
+  return out;
+}
+
+std::vector<double> column_of(std::span<const std::vector<double>> rows, std::size_t column) {
+  std::vector<double> out;
+  for (const std::vector<double>& row : rows) out.push_back(row[column]);
+  return out;
+}
+
+/// Rows that train and rows that test.
+struct Sides {
+  std::vector<std::size_t> train, test;
+};
+
+/// Every swatch tests once, the others train.
+std::vector<Sides> across(const FeatureMatrix& features, std::size_t swatches) {
+  std::vector<Sides> out(swatches);
+  for (std::size_t s = 0; s < swatches; ++s)
+    for (std::size_t row = 0; row < features.size(); ++row)
+      (features.groups[row] == std::to_string(s + 1) ? out[s].test : out[s].train).push_back(row);
+  return out;
+}
+
+/// Within all swatches every other trial trains.
+std::vector<Sides> within(const FeatureMatrix& features) {
+  std::vector<Sides> out(1);
+  for (std::size_t row = 0; row < features.size(); ++row)
+    (row % 2 == 0 ? out[0].train : out[0].test).push_back(row);
+  return out;
+}
+
+Result<double> accuracy_of(const classifier::TrainedLearner& trained, const FeatureMatrix& features,
+                           const std::vector<std::size_t>& rows) {
+  std::size_t right = 0;
+  for (const std::size_t row : rows) {
+    const auto answer = trained.classify(features.values.row(row));
+    if (!answer) return pass(answer.error(), features.files[row]);
+    right += trained.labels()[*answer] == features.labels[row] ? 1 : 0;
+  }
+  return static_cast<double>(right) / static_cast<double>(rows.size());
+}
+
+/// How far the features of one level are from the yardstick's.
+struct Moved {
+  std::vector<std::string> names;
+  std::vector<std::vector<double>> by_seed;
+};
+
+/// All results of all seeds, in the order in which they are asked for.
+class Collector {
+ public:
+  explicit Collector(const DownstreamOptions& options) : options_(options) {}
+
+  Status add_seed(const std::vector<Seen>& seen, const DownstreamProgress& progress) {
+    std::size_t next = 0, shift = 0;
+    for (const Seen& one : seen) {
+      for (const bool crossing : {false, true}) {
+        const auto sides = crossing ? across(one.by_level.front(), options_.campaign.swatches)
+                                    : within(one.by_level.front());
+        for (const classifier::Learner learner : options_.learners) {
+          if (progress)
+            progress(one.channels + ", " + std::string(classifier::to_string(learner)) +
+                     (crossing ? ", across swatches" : ", same swatches"));
+          for (std::size_t level = 0; level < one.by_level.size(); ++level)
+            if (Status ok = add_training(one, sides, learner, level, crossing, next); !ok)
+              return ok;
+        }
+      }
+      add_shifts(one, shift);
+    }
+    return {};
+  }
+
+  void finish(DownstreamResult& out) {
+    for (std::size_t i = 0; i < transfers_.size(); ++i) {
+      const classifier::Interval ci95 = classifier::repetition_interval(accuracies_[i], tested_[i]);
+      const double mean = classifier::mean_of(accuracies_[i]);
+      transfers_[i].accuracy = {mean, ci95, std::move(accuracies_[i])};
+      out.transfers.push_back(std::move(transfers_[i]));
+    }
+    for (std::size_t i = 0; i < shifts_.size(); ++i) {
+      shifts_[i].spearman = seed_mean(std::move(spearmans_[i]), -1, 1);
+      const std::size_t most = most_shifted(moved_[i].by_seed);
+      shifts_[i].shifted = moved_[i].names[most];
+      shifts_[i].max_shift = seed_mean(column_of(moved_[i].by_seed, most), 0, HUGE_VAL);
+      out.shifts.push_back(std::move(shifts_[i]));
+    }
+  }
+
+ private:
+  Status add_training(const Seen& seen, const std::vector<Sides>& sides,
+                      classifier::Learner learner, std::size_t level, bool crossing,
+                      std::size_t& next) {
+    std::vector<double> sums(seen.by_level.size(), 0);
+    std::size_t rows = 0;
+    for (const Sides& side : sides) rows += side.test.size();
+    for (const Sides& side : sides) {
+      const auto trained = classifier::train_learner(
+          classifier::take_rows(seen.by_level[level], side.train), learner, options_.training);
+      if (!trained) return pass(trained.error(), options_.levels[level].name);
+      for (std::size_t tested = 0; tested < sums.size(); ++tested) {
+        const auto share = accuracy_of(trained->trained, seen.by_level[tested], side.test);
+        if (!share) return pass(share.error(), options_.levels[tested].name);
+        sums[tested] += *share / static_cast<double>(sides.size());
+      }
+    }
+    for (std::size_t tested = 0; tested < sums.size(); ++tested, ++next) {
+      if (next == transfers_.size()) {
+        transfers_.push_back({seen.channels,
+                              std::string(classifier::to_string(learner)),
+                              options_.levels[level].name,
+                              options_.levels[tested].name,
+                              crossing,
+                              {}});
+        accuracies_.emplace_back();
+        tested_.push_back(rows);
+      }
+      accuracies_[next].push_back(sums[tested]);
+    }
+    return {};
+  }
+
+  void add_shifts(const Seen& seen, std::size_t& next) {
+    const FeatureMatrix& yardstick = seen.by_level.back();
+    const std::vector<double> f = f_statistics(yardstick);
+    for (std::size_t level = 0; level + 1 < seen.by_level.size(); ++level, ++next) {
+      if (next == shifts_.size()) {
+        shifts_.push_back({seen.channels, options_.levels[level].name, {}, {}, {}});
+        spearmans_.emplace_back();
+        moved_.push_back({yardstick.names, {}});
+      }
+      spearmans_[next].push_back(spearman(f_statistics(seen.by_level[level]), f));
+      moved_[next].by_seed.push_back(feature_shifts(seen.by_level[level], yardstick));
+    }
+  }
+
+  const DownstreamOptions& options_;
+  std::vector<Transfer> transfers_;
+  std::vector<std::vector<double>> accuracies_, spearmans_;
+  std::vector<std::size_t> tested_;  // trials of a seed
+  std::vector<Moved> moved_;
+  std::vector<FeatureShift> shifts_;
+};
+
+Result<std::vector<Seen>> features_of(const sim::FabricLibrary& library,
+                                      const DownstreamOptions& options, std::uint64_t seed,
+                                      const DownstreamProgress& progress) {
+  std::vector<Seen> out{{"pads", {}}, {"force", {}}};
+  for (const DownstreamLevel& level : options.levels) {
+    if (progress) progress("seed " + std::to_string(seed) + ", trials at " + level.name);
+    const auto trials = make_downstream_trials(library, options.campaign, level, seed);
+    if (!trials) return pass(trials.error(), level.name);
+    for (Seen& seen : out) {
+      auto features = classifier::build_feature_matrix(
+          seen.channels == "pads" ? trials->pads : trials->force, {}, options.training.threads);
+      if (!features) return pass(features.error(), level.name);
+      seen.by_level.push_back(std::move(*features));
+    }
+  }
+  return out;
+}
+
+Status check(const DownstreamOptions& options) {
+  if (options.seeds < 2 || options.campaign.trials < 4 || options.campaign.swatches < 2)
+    return fail(Errc::invalid_argument, "too little to compare levels", "downstream",
+                "2 seeds, 4 trials on each of 2 swatches",
+                std::to_string(options.seeds) + " seeds, " +
+                    std::to_string(options.campaign.trials) + " trials on each of " +
+                    std::to_string(options.campaign.swatches) + " swatches");
+  return {};
+}
+
+}  // namespace
+
+std::vector<DownstreamLevel> downstream_levels() {
+  return {{"L0", sim::Level::algebraic, 0},
+          {"L1", sim::Level::quasistatic, 0},
+          {"L2 1.024 ms", sim::Level::dynamic, grid_s / 3},
+          {"L2 0.192 ms", sim::Level::dynamic, grid_s / 16}};
+}
+
+Result<DownstreamResult> measure_downstream(const sim::FabricLibrary& library,
+                                            DownstreamOptions options,
+                                            const DownstreamProgress& progress) {
+  if (Status ok = check(options); !ok) return pass(ok.error());
+  if (options.levels.empty()) options.levels = downstream_levels();
+  DownstreamResult out;
+  out.campaign = options.campaign;
+  out.seeds = options.seeds;
+  for (const DownstreamLevel& level : options.levels) out.levels.push_back(level.name);
+  Collector collector(options);
+  for (std::size_t i = 0; i < options.seeds; ++i) {
+    const auto seen = features_of(library, options, options.first_seed + i, progress);
+    if (!seen) return pass(seen.error());
+    const auto& labels = seen->front().by_level.front().labels;
+    out.fabrics = labels.size() / (options.campaign.swatches * options.campaign.trials);
+    if (Status ok = collector.add_seed(*seen, progress); !ok) return pass(ok.error());
+  }
+  collector.finish(out);
+  return out;
+}
+
+}  // namespace weft::daemon

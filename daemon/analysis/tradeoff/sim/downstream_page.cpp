@@ -1,0 +1,139 @@
+#include "daemon/analysis/tradeoff/sim/downstream_page.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "daemon/base/text/format.hpp"
+#include "daemon/pages/plot/html.hpp"
+#include "daemon/pages/plot/page_parts.hpp"
+
+namespace weft::daemon {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+std::string share_cell(const SeedMean& m) {
+  return percent(m.mean) + "<span class=\"interval-text\">" + percent(m.ci95.low) + " to " +
+         percent(m.ci95.high) + "</span>";
+}
+
+std::string number_cell(const SeedMean& m, int decimals) {
+  if (!std::isfinite(m.mean)) return "without bound";
+  return fixed(m.mean, decimals) + "<span class=\"interval-text\">" + fixed(m.ci95.low, decimals) +
+         " to " + fixed(m.ci95.high, decimals) + "</span>";
+}
+
+template <class Field>
+std::vector<std::string> different(const std::vector<Transfer>& all, Field Transfer::*field) {
+  std::vector<std::string> out;
+  for (const Transfer& t : all)
+    if (std::ranges::find(out, t.*field) == out.end()) out.push_back(t.*field);
+  return out;
+}
+
+/// Rows: learner and channels, columns: the level that trained; tested at one level.
+std::string transfer_table(const DownstreamResult& result, const std::string& tested,
+                           bool across_swatches) {
+  std::vector<std::string> head{"channels", "learner"};
+  for (const std::string& level : result.levels) head.push_back("trained at " + escape(level));
+  HtmlTable out(head, 2);
+  for (const std::string& channels : different(result.transfers, &Transfer::channels))
+    for (const std::string& learner : different(result.transfers, &Transfer::learner)) {
+      std::vector<std::string> row{escape(channels), escape(learner)};
+      for (const std::string& level : result.levels)
+        for (const Transfer& t : result.transfers)
+          if (t.channels == channels && t.learner == learner && t.trained == level &&
+              t.tested == tested && t.across_swatches == across_swatches)
+            row.push_back(share_cell(t.accuracy));
+      out.row(row);
+    }
+  return out.finish();
+}
+
+std::string shift_table(const DownstreamResult& result) {
+  HtmlTable out({"channels", "level", "largest shift of", "by, in deviations within a cloth",
+                 "Spearman's rank correlation of F"},
+                3);
+  for (const FeatureShift& s : result.shifts)
+    out.row({escape(s.channels), escape(s.level), feature_html(s.shifted),
+             number_cell(s.max_shift, 2), number_cell(s.spearman, 3)});
+  return out.finish();
+}
+
+ordered_json number(double value) {
+  return std::isfinite(value) ? ordered_json(value) : ordered_json();
+}
+
+ordered_json mean_json(const SeedMean& m) {
+  ordered_json values = ordered_json::array();
+  for (const double v : m.values) values.push_back(number(v));
+  return {{"mean", number(m.mean)},
+          {"ci95", {number(m.ci95.low), number(m.ci95.high)}},
+          {"ci95_method", m.ci95.method},
+          {"seeds", std::move(values)}};
+}
+
+}  // namespace
+
+std::string downstream_html(const DownstreamResult& result) {
+  const std::string& yardstick = result.levels.back();
+  std::string out =
+      "<section>\n<h2>Downstream: what a classifier notices " + simulated_badge() + "</h2>\n";
+  out += "<p>" + std::to_string(result.fabrics) + " cloths, " +
+         std::to_string(result.campaign.swatches) + " swatches of each, " +
+         std::to_string(result.campaign.trials) + " trials on a swatch, " +
+         fixed(result.campaign.slide_s, 1) + " s of sliding, " + std::to_string(result.seeds) +
+         " seeds; the same cloths, places and noise at every level. Synthetic on synthetic: the "
+         "figures compare levels and say nothing of how well cloths are told apart.</p>\n";
+  for (const bool across : {true, false})
+    out += figure(transfer_table(result, yardstick, across),
+                  std::string(across ? "Across swatches: other swatches of the cloths train than "
+                                       "test. "
+                                     : "On the same swatches: every other trial trains. ") +
+                      "Tested at " + escape(yardstick) +
+                      "; accuracy in percent, 95 % intervals over seeds (Student's t; "
+                      "Wilson's of one seed where all agree).",
+                  simulated_badge());
+  out += figure(transfer_table(result, "L1", true),
+                "Across swatches, tested at L1: what happens to a classifier that was trained on "
+                "a finer model.",
+                simulated_badge());
+  out += figure(shift_table(result),
+                "Features of a level beside those at " + escape(yardstick) +
+                    ": a feature's shift is the mean over cloths of |difference of its means|, by "
+                    "its pooled deviation within a cloth; F is of an analysis of variance between "
+                    "cloths.",
+                simulated_badge());
+  return out + "</section>\n";
+}
+
+ordered_json downstream_json(const DownstreamResult& result) {
+  ordered_json out = {{"bench", "simulated"},
+                      {"fabrics", result.fabrics},
+                      {"swatches", result.campaign.swatches},
+                      {"trials", result.campaign.trials},
+                      {"slide_s", result.campaign.slide_s},
+                      {"seeds", result.seeds},
+                      {"levels", result.levels},
+                      {"transfers", ordered_json::array()},
+                      {"shifts", ordered_json::array()}};
+  for (const Transfer& t : result.transfers)
+    out["transfers"].push_back({{"channels", t.channels},
+                                {"learner", t.learner},
+                                {"trained", t.trained},
+                                {"tested", t.tested},
+                                {"across_swatches", t.across_swatches},
+                                {"accuracy", mean_json(t.accuracy)}});
+  for (const FeatureShift& s : result.shifts)
+    out["shifts"].push_back({{"channels", s.channels},
+                             {"level", s.level},
+                             {"yardstick", result.levels.back()},
+                             {"spearman", mean_json(s.spearman)},
+                             {"max_shift", mean_json(s.max_shift)},
+                             {"shifted", s.shifted}});
+  return out;
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,79 @@
+#pragma once
+// `weft trade sim`: every level, integrator and step on every scene; error against references and
+// processor time of the same runs.
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/analysis/tradeoff/sim/sim_error.hpp"
+#include "daemon/analysis/tradeoff/sim/sim_run.hpp"
+
+namespace weft::daemon {
+
+/// Trajectories of one scene that every run is compared with, one per case.
+struct SimReference {
+  std::string words;  ///< how they were made
+  std::vector<SimTrace> traces;
+};
+
+/// Error against one reference: the worst case, and the median over the cases.
+struct SimErrors {
+  SimDeviation worst_n, median_n;  ///< force as a vector
+  SimDeviation normal_n;           ///< worst case, normal part
+  std::optional<SimDeviation> pads_lsb;
+  std::optional<double> touch_s;
+};
+
+/// One setting on one scene.
+struct SimPoint {
+  SimSetting setting;
+  SimErrors total;                          ///< against the reference of level L2
+  std::optional<SimErrors> discretisation;  ///< against the finest run of the same level
+  std::optional<SimErrors> model;           ///< of that finest run, against the next level up
+  SimCycle cycle;
+  std::string failure;              ///< why it is out of the comparison; empty: it is in
+  std::vector<double> timings_s;    ///< processor seconds of the whole scene, setup apart
+  double best_s = 0, median_s = 0;  ///< per simulated second
+  double setup_s = 0;               ///< processor seconds to make the models of all cases
+  bool front = false;               ///< none is as accurate (total, worst, largest) in less time
+};
+
+/// A setting without any result.
+struct SimRefusal {
+  SimSetting setting;
+  std::string why;
+};
+
+struct SimSceneResult {
+  std::string scene, words, reference;
+  std::size_t cases = 0;
+  double simulated_s = 0;
+  SimCycle cycle;                           ///< of the reference
+  std::optional<SimDeviation> agreement_n;  ///< of the finest run of L2 with the reference
+  std::vector<SimPoint> points;
+  std::vector<SimRefusal> refusals;
+};
+
+struct SimTradeOptions {
+  std::vector<std::string> scenes;                 ///< all where empty
+  std::map<std::string, SimReference> references;  ///< by scene; else the finest run of L2
+  std::size_t timings = 7;                         ///< at least 1; tests need no more
+  bool quick = false;                              ///< few steps, three cloths
+};
+
+using SimProgress = std::function<void(const std::string&)>;
+
+/// What is tried: L0 once, L1 and both integrators of L2 at steps from one sample down, L3 at the
+/// steps of its sensors.
+std::vector<SimSetting> sim_settings(bool quick);
+
+/// `cpu_seconds` is the time of this thread or process alone.
+Result<std::vector<SimSceneResult>> measure_sim_trade(const sim::FabricLibrary& library,
+                                                      const SimTradeOptions& options,
+                                                      const std::function<double()>& cpu_seconds,
+                                                      const SimProgress& progress = {});
+
+}  // namespace weft::daemon

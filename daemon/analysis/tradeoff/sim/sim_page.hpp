@@ -1,0 +1,36 @@
+#pragma once
+// What is shown of `weft trade sim`: the page, the same as JSON, and the table from which a run
+// chooses its level.
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/analysis/tradeoff/sim/downstream.hpp"
+#include "daemon/analysis/tradeoff/sim/measure_sim.hpp"
+
+namespace weft::daemon {
+
+struct SimTradeReport {
+  std::vector<SimSceneResult> scenes;
+  std::optional<DownstreamResult> downstream;
+  std::string command;   ///< as it was given
+  std::string timing;    ///< how times were taken
+  std::string machine;   ///< threads, system, compiler
+  std::string load;      ///< of the machine at begin and end
+  std::string software;  ///< version
+  std::string commit;    ///< empty when unknown
+};
+
+/// One file without scripts or outside resources.
+std::string sim_trade_html(const SimTradeReport& report);
+
+/// schema 1, keys in daemon/analysis/tradeoff/README.md.
+nlohmann::ordered_json sim_trade_json(const SimTradeReport& report);
+
+/// sim/fidelity.json (sim/plant/fidelity/table.hpp): one row per scene and setting that did not
+/// fail; errors against the reference of level L2, speed from the median.
+nlohmann::ordered_json fidelity_table_json(const SimTradeReport& report);
+
+}  // namespace weft::daemon

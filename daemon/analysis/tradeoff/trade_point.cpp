@@ -1,0 +1,59 @@
+#include "daemon/analysis/tradeoff/trade_point.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "daemon/analysis/tradeoff/pareto.hpp"
+#include "daemon/base/text/format.hpp"
+
+namespace weft::daemon {
+namespace {
+
+Status check(const TradeSet& set, const TradePoint& point, double cost_s) {
+  if (point.bench != set.bench)
+    return fail(Errc::invalid_argument, "a point of another bench than its data set", point.name,
+                std::string(to_string(set.bench)), std::string(to_string(point.bench)),
+                "Real and simulated data have pictures of their own");
+  for (const double value : {point.accuracy, point.ci95.low, point.ci95.high})
+    if (!(value >= 0 && value <= 1))
+      return fail(Errc::range, "an accuracy must be a share", point.name, "0 to 1",
+                  std::to_string(value));
+  if (!(cost_s > 0) || !std::isfinite(cost_s))
+    return fail(Errc::range, "a time must be positive and finite", point.name, {},
+                std::to_string(cost_s) + " s");
+  return {};
+}
+
+}  // namespace
+
+Result<std::vector<std::size_t>> front_of(const TradeSet& set, const TradeCost& cost) {
+  if (set.points.empty()) return fail(Errc::invalid_argument, "no point to compare", set.dataset);
+  std::vector<Bargain> choices;
+  for (const TradePoint& point : set.points) {
+    if (Status ok = check(set, point, point.*cost.seconds); !ok) return pass(ok.error());
+    choices.push_back({point.accuracy, point.*cost.seconds});
+  }
+  return pareto_front(choices);
+}
+
+std::vector<std::string> families_of(std::span<const TradeSet> sets) {
+  std::vector<std::string> out;
+  for (const TradeSet& set : sets)
+    for (const TradePoint& point : set.points)
+      if (std::ranges::find(out, point.family) == out.end()) out.push_back(point.family);
+  return out;
+}
+
+std::string text_of(const Setting& setting) {
+  const auto* number = std::get_if<double>(&setting.second);
+  return number == nullptr ? std::get<std::string>(setting.second) : general(*number);
+}
+
+double median_of(std::vector<double> values) {
+  if (values.empty()) return 0;
+  std::ranges::sort(values);
+  const std::size_t middle = values.size() / 2;
+  return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
+}
+
+}  // namespace weft::daemon

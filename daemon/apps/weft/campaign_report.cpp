@@ -1,0 +1,99 @@
+#include "daemon/apps/weft/campaign_report.hpp"
+
+#include <sys/utsname.h>
+
+#include <ostream>
+#include <thread>
+
+#include "daemon/analysis/design/campaign_design.hpp"
+#include "daemon/analysis/report/evaluate_campaign.hpp"
+#include "daemon/analysis/report/report.hpp"
+#include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/base/file/read_file.hpp"
+#include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/base/version/software_version.hpp"
+#include "daemon/storage/dataset/hdf5_file.hpp"
+#include "daemon/storage/imprints/imprint_dataset.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+EvaluationSink progress_to(Console& console) {
+  return [&console](const EvaluationProgress& p) {
+    console.err << "classify " << p.step + 1 << "/" << p.steps << ": " << p.what << std::endl;
+  };
+}
+
+constexpr std::uintmax_t most_report_bytes = std::uintmax_t{1} << 30;
+
+std::filesystem::path json_beside(std::filesystem::path html) {
+  return html.replace_extension(".json");
+}
+
+}  // namespace
+
+Status check_report_places(const std::filesystem::path& html) {
+  const std::filesystem::path json = json_beside(html);
+  for (const auto& file : {html, json})
+    if (Status ok = check_output(file); !ok) return ok;
+  std::error_code unseen;
+  if (!std::filesystem::exists(json, unseen)) return {};
+  const auto there = read_text_file(json, most_report_bytes);
+  if (there && is_report_json(*there)) return {};
+  return fail(Errc::invalid_argument,
+              "the report's JSON document goes beside its page, and would take the place of a file "
+              "that is no report",
+              json.string(), {}, {}, "Choose another name for the page");
+}
+
+std::string machine_text() {
+  utsname system{};
+  std::string text = std::to_string(std::thread::hardware_concurrency()) + " threads";
+  if (uname(&system) == 0)
+    text += std::string(", ") + system.sysname + " " + system.release + " " + system.machine;
+  return text + ", compiler " + __VERSION__;
+}
+
+Result<CampaignReport> write_report(const CampaignSummary& summary,
+                                    const std::filesystem::path& folder, std::size_t repeats,
+                                    Console& console) {
+  const Result<Dataset> dataset = read_hdf5(summary.dataset_file);
+  if (!dataset) return pass(dataset.error());
+  return write_report_to(summary, *dataset, folder / "report.html", repeats, {}, console);
+}
+
+Result<CampaignReport> write_report_to(const CampaignSummary& summary, const Dataset& dataset,
+                                       const std::filesystem::path& html, std::size_t repeats,
+                                       const ReportExtras& extras, Console& console) {
+  EvaluateOptions options;
+  options.repeats = repeats;
+  // What a live vote has left says nothing of all slides.
+  const bool selected = !dataset.info.ended_early.empty();
+  // Imprints have rules of their own: the hand-over's.
+  // So has a sweep: its cells are weighed against each other, see weft design analyse.
+  auto results =
+      selected || holds_imprints(dataset) || !dataset.info.factors.empty()
+          ? Result<std::vector<ExplorationResult>>()
+          : evaluate_campaign(dataset, options, steady_wall_seconds, progress_to(console));
+  CampaignReport report;
+  report.selected = selected;
+  report.html = html;
+  report.json = json_beside(html);
+  if (!results) report.not_classified = results.error();
+  const std::vector<ExplorationResult> none;
+  const DesignParts design = selected || holds_imprints(dataset) || !results
+                                 ? DesignParts{}
+                                 : design_of(dataset, [&console](const std::string& what) {
+                                     console.err << "design: " << what << std::endl;
+                                   });
+  ReportInput input{summary,        dataset,           results ? *results : none,
+                    machine_text(), software_commit(), design};
+  input.verified = extras.verified;
+  input.trade_html = extras.trade_html;
+  if (auto ok = write_report_html(input, report.html); !ok) return pass(ok.error());
+  if (auto ok = write_report_json(input, report.json); !ok) return pass(ok.error());
+  report.summary = summary_text(input);
+  return report;
+}
+
+}  // namespace weft::daemon::cli

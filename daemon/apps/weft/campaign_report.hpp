@@ -1,0 +1,46 @@
+#pragma once
+// What `weft run` does with a finished campaign: classify it and write report.html and report.json.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "daemon/apps/weft/console.hpp"
+#include "daemon/campaign/campaign.hpp"
+#include "daemon/storage/certificate/verify.hpp"
+
+namespace weft::daemon::cli {
+
+struct CampaignReport {
+  std::string summary;  ///< for a terminal
+  std::filesystem::path html;
+  std::filesystem::path json;
+  /// Why there are no accuracies: a campaign of one fabric, for example, has nothing to tell apart.
+  std::optional<Error> not_classified;
+  bool selected = false;  ///< not classified, for a live vote has chosen what is left
+};
+
+/// Of a report that is made afterwards.
+struct ReportExtras {
+  const VerifyReport* verified = nullptr;
+  std::string trade_html = {};  ///< sections
+};
+
+/// Reads the data set back, classifies it over `repeats` random splits, unless slides of it ended
+/// early, and writes both documents into `folder`. Progress goes to the console's `err`.
+Result<CampaignReport> write_report(const CampaignSummary& summary,
+                                    const std::filesystem::path& folder, std::size_t repeats,
+                                    Console& console);
+/// The same into `html`, and the JSON document beside it under the same name.
+Result<CampaignReport> write_report_to(const CampaignSummary& summary, const Dataset& dataset,
+                                       const std::filesystem::path& html, std::size_t repeats,
+                                       const ReportExtras& extras, Console& console);
+
+/// Whether write_report_to() may write both: check_output(), and where the JSON document goes there
+/// is none, or one of an older report. Nobody named that file: it may be a recipe.
+Status check_report_places(const std::filesystem::path& html);
+
+/// "2 threads, Linux 6.1 x86_64, compiler 12.2.0": for figures of speed.
+std::string machine_text();
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,177 @@
+#include "daemon/apps/weft/check_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "daemon/analysis/report/json_parts.hpp"
+#include "daemon/analysis/report/simulation_words.hpp"
+#include "daemon/apps/weft/file_problems.hpp"
+#include "daemon/apps/weft/table.hpp"
+#include "daemon/base/text/format.hpp"
+#include "protocols/base/units.hpp"
+#include "recipes/engine/operator_steps.hpp"
+#include "recipes/engine/plan.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using nlohmann::json;
+using recipes::Diagnostic;
+using recipes::Plan;
+
+json to_json(const std::vector<Diagnostic>& list) {
+  json out = json::array();
+  for (const Diagnostic& d : list) out.push_back(diagnostic_json(d));
+  return out;
+}
+
+json to_json(const recipes::Forecast& forecast) {
+  return {{"duration_s", forecast.duration_s},
+          {"people_s", forecast.people_s},
+          {"asks", forecast.asks},
+          {"mounts", forecast.mounts},
+          {"total_s", forecast.total_s()},
+          {"bytes", forecast.bytes},
+          {"envelope", envelope_json(forecast)},
+          {"force_min_n", forecast.force_n.min},
+          {"force_max_n", forecast.force_n.max}};
+}
+
+constexpr std::size_t most_asks_told = 100;
+
+/// The first that people are asked for, each with the machine's time until then.
+template <class Told>
+void for_first_asks(const Plan& plan, std::size_t most, const Told& told) {
+  for (std::size_t trial = 0; most > 0; ++trial) {
+    const auto next = recipes::next_ask(plan, trial);
+    if (!next) return;
+    trial = next->trial;
+    for (auto step = recipes::due_step(plan, trial, 0, false); step && most > 0;
+         step = recipes::due_step(plan, trial, *step + 1, false), --most)
+      told(recipes::ask_of(plan, trial, *step), recipes::machine_s(plan, 0, trial));
+  }
+}
+
+json asks_json(const Plan& plan) {
+  json out = json::array();
+  for_first_asks(plan, most_asks_told, [&](const recipes::OperatorAsk& ask, double after_s) {
+    out.push_back({{"trial", ask.trial},
+                   {"text", ask.text},
+                   {"people_s", ask.people_s},
+                   {"after_s", after_s}});
+  });
+  return out;
+}
+
+std::string asks_text(const Plan& plan) {
+  constexpr std::size_t enough = 5;
+  if (plan.forecast.asks == 0) return {};
+  std::string out = "People are asked:\n";
+  for_first_asks(plan, enough, [&](const recipes::OperatorAsk& ask, double after_s) {
+    out += "  after " + duration(after_s) + " of the machine's time: " + ask.text + " (" +
+           duration(ask.people_s) + ")\n";
+  });
+  if (plan.forecast.asks > enough)
+    out += "  and " + std::to_string(plan.forecast.asks - enough) + " times more\n";
+  return out;
+}
+
+json sweep_json(const Plan& plan) {
+  if (!plan.sweep) return nullptr;
+  const recipes::Sweep& sweep = *plan.sweep;
+  json factors = json::array();
+  for (const recipes::Factor& factor : sweep.factors)
+    factors.push_back({{"name", recipes::factor_name(factor.kind)}, {"values", factor.values}});
+  return {{"factors", factors},
+          {"cells", sweep.cells.size()},
+          {"full_cells", sweep.full_cells()},
+          {"d_efficiency", sweep.d_efficiency},
+          {"replicates", sweep.replicates},
+          {"block_by", recipes::to_string(sweep.block_by)},
+          {"explorations", sweep.explorations}};
+}
+
+json plan_json(const CheckArgs& args, const Plan& plan, const SimulationNote& simulation,
+               const std::vector<Diagnostic>& warnings) {
+  json explorations = json::array();
+  for (const recipes::Exploration& e : plan.explorations) explorations.push_back(e.name);
+  return {{"command", "check"},
+          {"recipe", args.recipe.string()},
+          {"name", plan.name},
+          {"rig", plan.limits.name},
+          {"bench", plan.limits.bench},
+          {"seed", plan.seed},
+          {"trials", plan.trials.size()},
+          {"fabrics", plan.fabrics},
+          {"explorations", explorations},
+          {"sweep", sweep_json(plan)},
+          {"simulation", json::parse(to_json(simulation))},
+          {"forecast", to_json(plan.forecast)},
+          {"operator_steps", asks_json(plan)},
+          {"warnings", to_json(warnings)}};
+}
+
+std::string envelope_text(const recipes::Forecast& forecast) {
+  Table table;
+  table.row({"axis", "from", "to", "margin", ""});
+  for (const recipes::Axis axis : recipes::all_axes) {
+    const std::size_t k = recipes::index(axis);
+    const bool linear = recipes::is_linear(axis);
+    const double scale = linear ? 1.0 / m_per_mm : 1.0 / rad_per_deg;
+    table.row({std::string(recipes::to_string(axis)), fixed(scale * forecast.envelope[k].min, 2),
+               fixed(scale * forecast.envelope[k].max, 2), fixed(scale * forecast.margin[k], 2),
+               linear ? "mm" : "deg"});
+  }
+  return table.text();
+}
+
+std::string plan_text(const Plan& plan, const SimulationNote& simulation,
+                      const std::vector<Diagnostic>& warnings) {
+  std::vector<std::string> names;
+  for (const recipes::Exploration& e : plan.explorations) names.push_back(e.name);
+  if (plan.sweep) names = plan.sweep->explorations;
+  const recipes::Forecast& f = plan.forecast;
+  Table facts(Align::left);
+  facts.row({"recipe", plan.name});
+  facts.row({"rig", plan.limits.name + " (" + plan.limits.bench + ")"});
+  facts.row({"trials", thousands(plan.trials.size()) + ": " + std::to_string(plan.fabrics.size()) +
+                           " fabrics, explorations " + joined(names)});
+  if (plan.sweep) facts.row({"sweep", recipes::sweep_text(*plan.sweep)});
+  facts.row({"cloths", "put on the plate " + std::to_string(f.mounts) +
+                           (f.mounts == 1 ? " time" : " times")});
+  facts.row({"duration",
+             duration(f.total_s()) +
+                 (f.asks == 0
+                      ? ""
+                      : ": " + duration(f.duration_s) + " of the machine, " + duration(f.people_s) +
+                            " of people, who are asked " + std::to_string(f.asks) + " times")});
+  facts.row({"samples", fixed(static_cast<double>(f.bytes) / 1e6, 1) + " MB before compression"});
+  facts.row({"force", fixed(f.force_n.min, 2) + " to " + fixed(f.force_n.max, 2) + " N"});
+  std::string out = "The rig can run this recipe.\n" + facts.text() + simulation_text(simulation) +
+                    asks_text(plan) + "Stage positions used:\n" + envelope_text(f);
+  for (const Diagnostic& warning : warnings)
+    out += "warning: " + recipes::to_string(warning) + "\n";
+  return out;
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, CheckArgs& args) {
+  command.add_option("RECIPE", args.recipe, "recipe file (JSON)")->required();
+  command.add_option("--rig", args.rig, "rig file (JSON)")->required();
+  add_options(command, args.fidelity);
+  add_options(command, args.plugins);
+}
+
+Result<int> run_check(const CheckArgs& args, Console& console) {
+  CampaignRequest request{args.recipe, args.rig, {}, {}, asked_of(args.fidelity)};
+  request.plugins = settings_of(args.plugins, console);
+  const Result<Preflight> found = preflight(request);
+  if (!found) return pass(found.error());
+  if (!found->problems.empty()) return refuse(found->problems, console);
+  print(console, plan_text(*found->plan, found->simulation, found->warnings),
+        plan_json(args, *found->plan, found->simulation, found->warnings));
+  return exit_ok;
+}
+
+}  // namespace weft::daemon::cli

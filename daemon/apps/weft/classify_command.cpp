@@ -1,0 +1,147 @@
+#include "daemon/apps/weft/classify_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "classifier/base/sealed_text.hpp"
+#include "classifier/imprint/imprint_model.hpp"
+#include "classifier/live/staged_model.hpp"
+#include "classifier/model/model_file.hpp"
+#include "classifier/vibro/recording_model.hpp"
+#include "daemon/apps/weft/answer_words.hpp"
+#include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/model_imprints.hpp"
+#include "daemon/apps/weft/model_recordings.hpp"
+#include "daemon/apps/weft/standard_input.hpp"
+#include "daemon/apps/weft/trial_choice.hpp"
+#include "daemon/base/text/csv.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/storage/dataset/import.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using classifier::StoredModel;
+using classifier::Trial;
+using nlohmann::json;
+
+Result<StoredModel> open_model(const std::filesystem::path& path) {
+  std::error_code unseen;
+  std::ifstream in(path, std::ios::binary);
+  if (!in || std::filesystem::is_directory(path, unseen))
+    return fail(Errc::not_found, "cannot read the model", path.string(), "a model file",
+                in ? "a folder" : "");
+  auto model = classifier::load_model(in);
+  if (!model) return pass(model.error(), path.string());
+  return model;
+}
+
+// Enough of a file to know its kind; nothing of one that cannot be read.
+std::string beginning_of(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::string out(64, '\0');
+  in.read(out.data(), static_cast<std::streamsize>(out.size()));
+  out.resize(static_cast<std::size_t>(in.gcount()));
+  return out;
+}
+
+Result<Dataset> open_trials(const std::filesystem::path& path, std::istream* in) {
+  if (path == "-") return trials_from(in);
+  return is_csv_name(path) ? import_trial(path) : open_dataset(path);
+}
+
+// The model's own exploration. Imported recordings name none, and are taken for what the model
+// knows; so is the only exploration of a campaign by a model of imported recordings.
+Result<std::string> exploration_for(const classifier::FeatureSetup& setup, const Dataset& dataset) {
+  const std::vector<std::string> present = explorations_of(dataset);
+  if (present.empty()) return fail(Errc::not_found, "no complete trial in the data set");
+  if (std::ranges::find(present, setup.exploration) != present.end()) return setup.exploration;
+  if (present.size() == 1 && (present.front().empty() || setup.exploration.empty()))
+    return present.front();
+  return fail(Errc::invalid_argument, "no trial of the exploration that the model was trained on",
+              {}, setup.exploration.empty() ? "a single exploration" : setup.exploration,
+              joined(present));
+}
+
+// Prepared as the training trials were.
+Result<std::vector<Trial>> prepared(const classifier::FeatureSetup& setup, const Dataset& dataset) {
+  const Result<std::string> exploration = exploration_for(setup, dataset);
+  if (!exploration) return pass(exploration.error());
+  if (auto ok = check_rate(dataset, *exploration, setup.sample_period_s); !ok)
+    return pass(ok.error());
+  return in_windows(complete_trials(dataset, *exploration),
+                    {setup.window_s, setup.window_step_s, setup.sample_period_s});
+}
+
+Result<std::vector<AnsweredTrial>> answers(const StoredModel& stored,
+                                           const std::vector<Trial>& trials,
+                                           const classifier::VoteOptions& options) {
+  auto said = classifier::classify(stored, trials, options);
+  if (!said) return pass(said.error());
+  std::vector<AnsweredTrial> out;
+  for (std::size_t i = 0; i < trials.size(); ++i)
+    out.push_back({trials[i].file, trials[i].label, std::move((*said)[i])});
+  return out;
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, ClassifyArgs& args) {
+  command.add_option("MODEL", args.model, "model file of `weft train`")->required();
+  command
+      .add_option("TRIALS", args.trials,
+                  "a trial (.csv), a data set (.h5), or - for either on standard input; recordings "
+                  "(.h5) for a model of recordings; imprints (.h5), or one (.csv, .txt, .pgm, "
+                  ".npy), for a model of imprints")
+      ->required();
+  command
+      .add_option("--vote", args.vote,
+                  "majority or soft: all cores; dag: one core less than fabrics; shortlist: the "
+                  "cores of the fabrics whose means are nearest")
+      ->check(CLI::IsMember({"majority", "soft", "dag", "shortlist"}))
+      ->capture_default_str();
+  command.add_option("--shortlist", args.shortlist, "fabrics on the short-list")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str()
+      ->each([&args](const std::string&) { args.shortlist_told = true; });
+}
+
+Result<int> run_classify(const ClassifyArgs& args, Console& console) {
+  if (args.shortlist_told && args.vote != "shortlist")
+    return fail(Errc::invalid_argument, "a short-list is of another kind of vote", "--shortlist",
+                "--vote shortlist", "--vote " + args.vote);
+  const auto beginning = beginning_of(args.model);
+  if (classifier::is_of_kind(beginning, classifier::vibro::recording_model_header))
+    return run_classify_recordings(args, console);
+  if (classifier::is_of_kind(beginning, classifier::imprint::imprint_model_header))
+    return run_classify_imprints(args, console);
+  if (classifier::is_of_kind(beginning, classifier::staged_file_header))
+    return fail(Errc::unsupported, "a model for votes while a slide goes on", args.model.string(),
+                "a model of `weft train` without --live", {},
+                "Name it in a recipe's classify.live, or train again without --live");
+  const Result<classifier::VoteKind> kind = classifier::vote_kind_from(args.vote);
+  if (!kind) return pass(kind.error(), "--vote");
+  const Result<StoredModel> stored = open_model(args.model);
+  if (!stored) return pass(stored.error());
+  const Result<Dataset> dataset = open_trials(args.trials, console.in);
+  if (!dataset) return pass(dataset.error());
+  const Result<std::vector<Trial>> trials = prepared(stored->setup, *dataset);
+  if (!trials) return pass(trials.error(), args.trials.string());
+  const auto list = answers(*stored, *trials, {*kind, args.shortlist, nullptr});
+  if (!list) return pass(list.error(), args.trials.string());
+  std::string text = bench_banner(dataset->info.kind) + trained_banner(stored->provenance);
+  for (const AnsweredTrial& one : *list) text += answer_line(stored->learner, one);
+  print(console, text,
+        {{"command", "classify"},
+         {"model", args.model.string()},
+         {"model_bench", stored->provenance.bench},
+         {"learner", classifier::to_string(stored->learner.kind())},
+         {"bench", to_string(dataset->info.kind)},
+         {"vote", args.vote},
+         {"trials", answers_json(stored->learner, stored->aids.has_value(), *list)}});
+  return exit_ok;
+}
+
+}  // namespace weft::daemon::cli

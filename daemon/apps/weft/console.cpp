@@ -1,0 +1,92 @@
+#include "daemon/apps/weft/console.hpp"
+
+#include <new>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+namespace weft::daemon::cli {
+namespace {
+
+using nlohmann::json;
+
+// Text from outside may be anything; what is not UTF-8 becomes U+FFFD instead of an exception.
+constexpr int pretty = 2, on_one_line = -1;
+void put(std::ostream& out, const json& object, int indent = pretty) {
+  out << object.dump(indent, ' ', false, json::error_handler_t::replace) << '\n';
+}
+
+// What somebody called a fabric or a file could hold sequences that a terminal obeys.
+std::string harmless(std::string_view text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto c = static_cast<unsigned char>(text[i]);
+    const auto next = i + 1 < text.size() ? static_cast<unsigned char>(text[i + 1]) : 0;
+    const bool second_set = c == 0xC2 && next >= 0x80 && next < 0xA0;  // U+0080 to U+009F
+    const bool obeyed = (c < ' ' && c != '\n' && c != '\t') || c == 0x7F || second_set;
+    out += obeyed ? '?' : text[i];
+    i += second_set ? 1 : 0;
+  }
+  return out;
+}
+
+}  // namespace
+
+namespace {
+
+void print(Console& console, std::string_view text, const json& object, int indent) {
+  if (console.json) {
+    put(console.out, object, indent);
+  } else {
+    console.out << harmless(text);
+  }
+  console.out.flush();
+}
+
+}  // namespace
+
+void print(Console& console, std::string_view text, const json& object) {
+  print(console, text, object, pretty);
+}
+
+void print_line(Console& console, std::string_view text, const json& object) {
+  print(console, text, object, on_one_line);
+}
+
+json error_json(const Error& error) {
+  return {{"code", to_string(error.code)},
+          {"number", static_cast<int>(error.code)},
+          {"message", error.message},
+          {"where", error.where},
+          {"expected", error.expected},
+          {"got", error.got},
+          {"hint", error.hint},
+          {"sentence", to_string(error)}};
+}
+
+int report(Console& console, const Error& error) {
+  console.err << "weft: " << harmless(to_string(error)) << '\n';
+  if (console.json) put(console.out, {{"error", error_json(error)}});
+  return exit_failure;
+}
+
+int report_thrown(Console& console, const std::exception& thrown, const std::string& where) {
+  if (dynamic_cast<const std::bad_alloc*>(&thrown) == nullptr)
+    return report(console, Error{Errc::io, thrown.what(), where, {}, {}, {}});
+  return report(console, Error{Errc::range,
+                               "no memory is left for this",
+                               where,
+                               {},
+                               {},
+                               "Give it less at a time, end other programs, or take a machine "
+                               "with more memory"});
+}
+
+int report_usage(Console& console, const std::string& message) {
+  console.err << "weft: " << harmless(message)
+              << "\nweft: `weft --help` lists the commands and their options\n";
+  if (console.json)
+    put(console.out, {{"error", {{"code", "usage"}, {"message", message}, {"sentence", message}}}});
+  return exit_usage;
+}
+
+}  // namespace weft::daemon::cli

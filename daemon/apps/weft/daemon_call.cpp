@@ -1,0 +1,142 @@
+#include "daemon/apps/weft/daemon_call.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "daemon/base/text/format.hpp"
+
+namespace weft::daemon::cli {
+
+using client::Client;
+using nlohmann::json;
+
+void add_run(CLI::App& command, RunOrderArgs& args) {
+  add_socket(command, args);
+  command.add_option("RUN", args.run, "its name, R-000318; the one under way where it is left out");
+}
+
+Result<json> call(Client& daemon, std::string_view method) {
+  return call(daemon, method, json::object());
+}
+
+Result<json> call(Client& daemon, std::string_view method, const json& params) {
+  const auto result = daemon.call(method, params.dump());
+  if (!result) return pass(result.error());
+  return json::parse(*result);
+}
+
+namespace {
+
+std::string hand_over_words(const json& told) {
+  const std::string state = told.value("state", "");
+  if (state != "done")
+    return "\n  hand-over " + state +
+           (told.value("error", json()).is_string() ? ": " + told.value("error", "") : "");
+  std::string words;
+  for (const json& model : told.value("models", json::array()))
+    words += "\n  handed over: " + model.value("model", "") + ", accuracy " +
+             percent(model.value("accuracy", 0.0), 1) + " % (" + told.value("bench", "") + ")";
+  return words;
+}
+
+}  // namespace
+
+std::string run_line(const json& run) {
+  std::string line =
+      run.value("run", "") + "  " + run.value("state", "") + "  " + run.value("recipe", "");
+  if (const std::string name = run.value("name", ""); !name.empty()) line += " (" + name + ")";
+  if (run.contains("trials_planned"))
+    line += "  " + std::to_string(run.value("trials_done", 0)) + " of " +
+            std::to_string(run.value("trials_planned", 0)) + " trials";
+  if (const auto at = run.find("at"); at != run.end() && !run.contains("outcome"))
+    line += "  " + at->value("fabric", "") + " " + at->value("exploration", "") + " " +
+            at->value("step", "");
+  if (run.contains("outcome"))
+    line += "  " + run.value("outcome", "") + ", clean-up " + run.value("cleanup", "") + ", rig " +
+            run.value("rig", "");
+  const json attention = run.value("attention", json());
+  if (attention.is_object() && attention.value("asked", false))
+    line += "\n  waits for a person: " + attention.value("text", "") + "  Then: weft confirm " +
+            run.value("run", "");
+  if (run.contains("error")) line += "\n  " + run.value("error", "");
+  if (run.contains("dataset_error")) line += "\n  not concluded: " + run.value("dataset_error", "");
+  if (const json since = run.value("campaign_since", json()); since.is_object())
+    line += "\n  its folder holds " + std::to_string(since.value("trials_done", 0)) + " of " +
+            std::to_string(since.value("trials_planned", 0)) + " trials by now" +
+            (since.value("complete", false) ? ", complete" : "") +
+            ": its campaign was gone on with without the daemon";
+  if (run.contains("handover")) line += hand_over_words(run.at("handover"));
+  return line + "\n";
+}
+
+/// The run that was named, or the one under way.
+Result<std::string> run_of(Client& daemon, const std::string& named) {
+  if (!named.empty()) return named;
+  const auto rig = call(daemon, "rig.state");
+  if (!rig) return pass(rig.error());
+  if (rig->contains("run")) return rig->at("run").get<std::string>();
+  return fail(Errc::not_found, "no run is under way", "weftd", {}, {}, "weft status lists all");
+}
+
+Result<json> run_told(Client& daemon, const std::string& named) {
+  const auto id = run_of(daemon, named);
+  if (!id) return pass(id.error());
+  return call(daemon, "run.get", {{"run", *id}});
+}
+
+namespace {
+
+/// The lease of this user that no connection keeps, such as the page's, whose calls are connections
+/// of their own; null where he has none. A program of his that is there may keep him out.
+Result<json> kept_by_nobody(Client& daemon) {
+  const auto me = call(daemon, "session.whoami");
+  if (!me) return pass(me.error());
+  const auto held = call(daemon, "lease.list");
+  if (!held) return pass(held.error());
+  const auto there = call(daemon, "session.list");
+  if (!there) return pass(there.error());
+  const auto is_there = [&](const json& session) {
+    return std::ranges::any_of(there->at("sessions"),
+                               [&](const json& one) { return one.at("session") == session; });
+  };
+  for (const json& lease : held->at("leases"))
+    if (lease.at("user") == me->at("user") && !is_there(lease.at("session")))
+      return lease.at("lease");
+  return json();
+}
+
+}  // namespace
+
+// A lease that is over by the time it is given back was looked at when the change began; one that
+// cannot be given back ends by itself. What the daemon answered stands either way.
+Result<json> under_lease(Client& daemon, const LeaseWish& wish, std::string_view method,
+                         json params) {
+  const auto lease =
+      call(daemon, "lease.acquire", {{"note", wish.note}, {"ttl_ms", wish.longest.count()}});
+  if (!lease) {
+    const auto held = kept_by_nobody(daemon);
+    if (!held || !held->is_string()) return pass(lease.error());
+    params["lease"] = *held;
+    return call(daemon, method, params);
+  }
+  params["lease"] = lease->at("lease");
+  auto done = call(daemon, method, params);
+  static_cast<void>(call(daemon, "lease.release", {{"lease", lease->at("lease")}}));
+  return done;
+}
+
+Result<int> ordered(const RunOrderArgs& args, std::string_view method, json params,
+                    Console& console) {
+  auto daemon = opened(args);
+  if (!daemon) return pass(daemon.error());
+  const auto id = run_of(*daemon, args.run);
+  if (!id) return pass(id.error());
+  params["run"] = *id;
+  const auto run = call(*daemon, method, params);
+  if (!run) return pass(run.error());
+  print(console, run_line(*run), *run);
+  return exit_ok;
+}
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,40 @@
+#pragma once
+// How commands speak to a running weftd. For .cpp files of daemon/apps/weft.
+
+#include <chrono>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+
+#include "daemon/apps/weft/console.hpp"
+#include "daemon/apps/weft/daemon_commands.hpp"
+#include "daemon/service/client/client.hpp"
+
+namespace weft::daemon::cli {
+
+/// The socket's options, and RUN.
+void add_run(CLI::App& command, RunOrderArgs& args);
+
+Result<nlohmann::json> call(client::Client& daemon, std::string_view method);
+Result<nlohmann::json> call(client::Client& daemon, std::string_view method,
+                            const nlohmann::json& params);
+
+/// A run for people, with what a person is asked for.
+std::string run_line(const nlohmann::json& run);
+/// The run that was named, or the one under way. Errors: not_found, when none is.
+Result<std::string> run_of(client::Client& daemon, const std::string& named);
+/// The same run as the daemon tells it.
+Result<nlohmann::json> run_told(client::Client& daemon, const std::string& named);
+struct LeaseWish {
+  std::string note;                          ///< what for
+  std::chrono::milliseconds longest{15000};  ///< for which others are kept away if we die meanwhile
+};
+/// A change after which the rig may move, under a lease of this user that no connection keeps (the
+/// page's), else under one that is given back: what the daemon answers to it.
+Result<nlohmann::json> under_lease(client::Client& daemon, const LeaseWish& wish,
+                                   std::string_view method, nlohmann::json params);
+/// Asks for a change of that run, and prints it.
+Result<int> ordered(const RunOrderArgs& args, std::string_view method, nlohmann::json params,
+                    Console& console);
+
+}  // namespace weft::daemon::cli

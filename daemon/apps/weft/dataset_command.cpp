@@ -1,0 +1,355 @@
+#include "daemon/apps/weft/dataset_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "daemon/analysis/report/json_parts.hpp"
+#include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/table.hpp"
+#include "daemon/apps/weft/trial_choice.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/storage/dataset/copies.hpp"
+#include "daemon/storage/dataset/hdf5_file.hpp"
+#include "daemon/storage/dataset/import.hpp"
+#include "daemon/storage/imprints/import_imprints.hpp"
+#include "daemon/storage/imprints/imprint_dataset.hpp"
+#include "daemon/storage/recordings/import_recordings.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using nlohmann::json;
+
+struct Counts {
+  std::map<std::string, std::size_t> label;
+  std::map<std::string, std::size_t> outcome;
+  std::set<std::string> groups;
+  std::set<std::string> explorations;  ///< imported sets have none
+  std::size_t samples = 0;
+  std::size_t lost = 0;
+};
+
+Counts count(const Dataset& dataset) {
+  Counts out;
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
+    ++out.label[dataset.trials[i].label];
+    ++out.outcome[std::string(to_string(dataset.records[i].outcome))];
+    out.groups.insert(dataset.trials[i].group);
+    if (const std::string& name = dataset.records[i].spec.exploration; !name.empty())
+      out.explorations.insert(name);
+    out.samples += dataset.trials[i].samples();
+    out.lost += dataset.records[i].lost_samples;
+  }
+  return out;
+}
+
+json info_json(const char* command, const std::filesystem::path& file, const Dataset& dataset,
+               const std::string& sha256) {
+  const Counts counts = count(dataset);
+  const DatasetInfo& info = dataset.info;
+  return {{"command", command},
+          {"file", file.string()},
+          {"name", info.name},
+          {"source", info.source},
+          {"bench", to_string(info.kind)},
+          {"dataset_sha256", sha256},
+          {"recipe_sha256", info.recipe_sha256},
+          {"rig_sha256", info.rig_sha256},
+          {"software_version", info.software_version},
+          {"seed", info.seed},
+          {"trials", dataset.trials.size()},
+          {"samples", counts.samples},
+          {"lost_samples", counts.lost},
+          {"taxels", dataset.trials.empty() ? 0 : dataset.trials.front().taxels},
+          {"taxel_rate_hz", info.taxel_rate_hz},
+          {"labels", counts.label},
+          {"groups", counts.groups},
+          {"explorations", counts.explorations},
+          {"outcomes", counts.outcome},
+          {"copies", copies_in(dataset)},
+          {"ended_early", json(ended_early_json(info))}};
+}
+
+std::string info_text(const std::filesystem::path& file, const Dataset& dataset,
+                      const std::string& sha256) {
+  const Counts counts = count(dataset);
+  Table facts(Align::left);
+  facts.row({"file", file.string()});
+  facts.row({"source", dataset.info.source + " \"" + dataset.info.name + "\""});
+  facts.row({"bench", std::string(to_string(dataset.info.kind))});
+  facts.row({"trials", thousands(dataset.trials.size()) + " of " +
+                           std::to_string(counts.label.size()) + " labels, " +
+                           thousands(counts.samples) + " samples"});
+  if (const auto imprints = imprints_of(dataset); imprints && !imprints->empty())
+    facts.row({"imprints", std::to_string(imprints->front().image.rows()) + " x " +
+                               std::to_string(imprints->front().image.cols()) + " taxels"});
+  else if (!dataset.trials.empty())
+    facts.row({"taxels",
+               std::to_string(dataset.trials.front().taxels) + " at " +
+                   (dataset.info.taxel_rate_hz > 0 ? fixed(dataset.info.taxel_rate_hz, 2) + " Hz"
+                                                   : "a rate that is not known")});
+  facts.row({"groups", joined(counts.groups)});
+  facts.row({"sha256", sha256});
+  Table labels;
+  for (const auto& [label, trials] : counts.label) labels.row({label, std::to_string(trials)});
+  return bench_banner(dataset.info) + facts.text() + "Trials per label:\n" + labels.text() +
+         copies_text(copies_in(dataset));
+}
+
+std::string left_out_text(const CampaignContents& campaign) {
+  std::vector<std::string> parts;
+  for (const auto& [outcome, trials] : campaign.left_out)
+    parts.push_back(std::to_string(trials) + " " + outcome);
+  if (campaign.never_begun > 0) parts.push_back(thousands(campaign.never_begun) + " never begun");
+  return thousands(campaign.dataset.trials.size()) + " of " + thousands(campaign.progress.planned) +
+         " planned trials are complete" + (parts.empty() ? "" : "; left out: " + joined(parts)) +
+         (campaign.progress.finished ? "" : "; the run did not come to its end") +
+         (campaign.progress.discarded ? "; somebody discarded it" : "") + ".\n";
+}
+
+void add_campaign(const CampaignContents& campaign, json& object) {
+  object["trials_planned"] = campaign.progress.planned;
+  object["finished"] = campaign.progress.finished;
+  object["left_out"] = json(campaign.left_out);
+  object["never_begun"] = campaign.never_begun;
+}
+
+void print_campaign(const char* command, const std::filesystem::path& file,
+                    const CampaignContents& campaign, const std::string& sha256, Console& console) {
+  json object = info_json(command, file, campaign.dataset, sha256);
+  add_campaign(campaign, object);
+  print(console, info_text(file, campaign.dataset, sha256) + left_out_text(campaign), object);
+}
+
+// A manifest's files lie beside it, those of other formats in the folder that was named.
+Status refuse_same_files(const ImportArgs& args, const Dataset& dataset) {
+  if (auto ok = refuse_same_file(args.source, args.out); !ok) return ok;
+  const bool manifest = args.format != "fabricslide";
+  const std::filesystem::path folder = manifest ? args.source.parent_path() : args.source;
+  for (const classifier::Trial& trial : dataset.trials)
+    if (auto ok = refuse_same_file(folder / trial.file, args.out); !ok) return ok;
+  return {};
+}
+
+/// "28x50": rows and columns.
+Result<std::pair<std::size_t, std::size_t>> shape_from(const std::string& text) {
+  std::size_t rows = 0, cols = 0;
+  const char* const end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, rows);
+  const bool cross = first.ec == std::errc() && first.ptr != end && *first.ptr == 'x';
+  const auto second =
+      cross ? std::from_chars(first.ptr + 1, end, cols) : std::from_chars_result{end, std::errc()};
+  if (!cross || second.ec != std::errc() || second.ptr != end || rows == 0 || cols == 0)
+    return fail(Errc::invalid_argument, "the table's imprints need a shape", {},
+                "rows x columns, such as 28x50", text);
+  return std::pair{rows, cols};
+}
+
+FabricslideGroup group_of(const std::string& word) {
+  if (word == "pressure") return FabricslideGroup::pressure;
+  return word == "speed" ? FabricslideGroup::speed : FabricslideGroup::repetition;
+}
+
+Result<Dataset> import(const ImportArgs& args) {
+  if (args.format == "fabricslide")
+    return import_fabricslide(args.source, args.filter, group_of(args.group));
+  if (args.format == "icub20")
+    return import_icub20(args.source,
+                         args.order == "filed" ? Icub20Order::filed : Icub20Order::time);
+  if (args.format == "imprints") return import_imprints(args.source);
+  if (args.format == "imprint-table") {
+    const auto shape = shape_from(args.shape);
+    if (!shape) return pass(shape.error(), "--shape");
+    return import_imprint_table(args.source, shape->first, shape->second);
+  }
+  return import_manifest(args.source);
+}
+
+json recordings_json(const char* command, const std::filesystem::path& file,
+                     const RecordingSet& set, const std::string& sha256) {
+  std::map<std::string, std::size_t> labels;
+  std::set<std::string> groups;
+  for (const auto& r : set.recordings) {
+    ++labels[r.label];
+    groups.insert(r.group);
+  }
+  json channels = json::array();
+  for (const auto& c : set.recordings.front().channels)
+    channels.push_back({{"name", c.name}, {"rate_hz", c.rate_hz}, {"unit", c.unit}});
+  return {{"command", command},       {"file", file.string()},
+          {"kind", "recordings"},     {"name", set.name},
+          {"source", set.source},     {"bench", to_string(set.kind)},
+          {"dataset_sha256", sha256}, {"recordings", set.recordings.size()},
+          {"channels", channels},     {"labels", labels},
+          {"groups", groups},         {"copies", copies_in(set)}};
+}
+
+std::string recordings_text(const std::filesystem::path& file, const RecordingSet& set,
+                            const std::string& sha256) {
+  Table facts(Align::left);
+  facts.row({"file", file.string()});
+  facts.row({"source", set.source + " \"" + set.name + "\""});
+  facts.row({"bench", std::string(to_string(set.kind))});
+  double seconds = 0.0;
+  std::set<std::string> labels, groups;
+  for (const auto& r : set.recordings) {
+    seconds += r.duration_s();
+    labels.insert(r.label);
+    groups.insert(r.group);
+  }
+  facts.row({"recordings", thousands(set.recordings.size()) + " of " +
+                               std::to_string(labels.size()) + " labels, " + fixed(seconds, 1) +
+                               " s"});
+  for (const auto& c : set.recordings.front().channels)
+    facts.row({"channel", c.name + " at " + fixed(c.rate_hz, 2) + " Hz [" + c.unit + "]"});
+  facts.row({"groups", joined(groups)});
+  facts.row({"sha256", sha256});
+  return bench_banner(set.kind) + facts.text() + copies_text(copies_in(set));
+}
+
+bool makes_recordings(const std::string& format) {
+  return format == "recordings" || format == "vibtac12" || format == "lmt_sound" ||
+         format == "hapmat";
+}
+
+Result<RecordingSet> import_set(const ImportArgs& args) {
+  if (args.format == "vibtac12")
+    return import_vibtac12(args.source, args.channels.empty()
+                                            ? std::vector<std::string>{"X", "Y", "Z"}
+                                            : args.channels);
+  if (args.format == "lmt_sound") return import_lmt_sound(args.source);
+  if (args.format == "hapmat") return import_hapmat(args.source);
+  return import_recordings(args.source);
+}
+
+Result<int> run_import_recordings(const ImportArgs& args, Console& console) {
+  const auto set = import_set(args);
+  if (!set) return pass(set.error());
+  if (auto ok = refuse_same_file(args.source, args.out); !ok) return pass(ok.error());
+  for (const auto& r : set->recordings)
+    if (auto ok = refuse_same_file(args.source.parent_path() / r.file, args.out); !ok)
+      return pass(ok.error());
+  const auto sha256 = write_recordings(*set, args.out);
+  if (!sha256) return pass(sha256.error());
+  print(console, recordings_text(args.out, *set, *sha256),
+        recordings_json("dataset import", args.out, *set, *sha256));
+  return exit_ok;
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, ImportArgs& args) {
+  command
+      .add_option("SOURCE", args.source,
+                  "manifest.csv with columns file,label,group; imprint-table, icub20: a table; "
+                  "fabricslide: a folder")
+      ->required();
+  command.add_option("-o,--output", args.out, "data set to write (HDF5)")->required();
+  command
+      .add_option("--format", args.format,
+                  "layout of SOURCE; imprints: a manifest of .csv, .pgm and .npy matrices, "
+                  "imprint-table: an imprint a line, label,group,values; recordings: a manifest "
+                  "of sound files and tables of sound and vibration")
+      ->check(CLI::IsMember({"manifest", "fabricslide", "icub20", "imprints", "imprint-table",
+                             "recordings", "vibtac12", "lmt_sound", "hapmat"}))
+      ->capture_default_str();
+  command
+      .add_option("--channels", args.channels,
+                  "vibtac12: some of X,Y,Z,S (X,Y,Z); with S only textures that have a sound track")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  command.add_option("--filter", args.filter,
+                     "fabricslide: only files whose name matches, with * and ?");
+  command.add_option("--shape", args.shape, "imprint-table: rows x columns, such as 28x50");
+  command.add_option("--group", args.group, "fabricslide: what makes the groups (repetition)")
+      ->check(CLI::IsMember({"repetition", "pressure", "speed"}));
+  command
+      .add_option("--order", args.order,
+                  "icub20: the values of a slide as frames in the order of time (time), in which "
+                  "the published table does not have them, or its rows as they stand (filed)")
+      ->check(CLI::IsMember({"time", "filed"}));
+}
+
+Result<int> run_import(const ImportArgs& args, Console& console) {
+  if (args.format != "fabricslide" && args.filter != "*")
+    return fail(Errc::invalid_argument, args.format + " has no file names to filter", "--filter",
+                {}, {}, "Leave lines out of the manifest instead");
+  if (args.format != "imprint-table" && !args.shape.empty())
+    return fail(Errc::invalid_argument, "only a table needs a shape", "--shape", {}, args.shape);
+  if (args.format != "fabricslide" && !args.group.empty())
+    return fail(Errc::invalid_argument, "a manifest names its groups itself", "--group");
+  if (args.format != "vibtac12" && !args.channels.empty())
+    return fail(Errc::invalid_argument, "only of vibtac12 channels are chosen", "--channels",
+                "--format vibtac12", "--format " + args.format);
+  if (args.format != "icub20" && !args.order.empty())
+    return fail(Errc::invalid_argument, "only icub20 has two orders", "--order", {}, args.order);
+  if (auto ok = check_output(args.out); !ok) return pass(ok.error());
+  if (makes_recordings(args.format)) return run_import_recordings(args, console);
+  Result<Dataset> dataset = import(args);
+  if (!dataset) return pass(dataset.error());
+  if (auto ok = refuse_same_files(args, *dataset); !ok) return pass(ok.error());
+  const Result<std::string> sha256 = write_hdf5(*dataset, args.out);
+  if (!sha256) return pass(sha256.error());
+  print(console, info_text(args.out, *dataset, *sha256),
+        info_json("dataset import", args.out, *dataset, *sha256));
+  return exit_ok;
+}
+
+void add_options(CLI::App& command, ExportArgs& args) {
+  command
+      .add_option("CAMPAIGN", args.campaign, "campaign.sqlite of `weft run`, whole or cut short")
+      ->required();
+  command.add_option("-o,--output", args.out, "data set to write (HDF5)")->required();
+  command.add_flag("--without-log", args.without_log,
+                   "of a campaign whose log is damaged or gone: the trials that lie before");
+}
+
+Result<int> run_export(const ExportArgs& args, Console& console) {
+  if (auto ok = check_output(args.campaign, args.out); !ok) return pass(ok.error());
+  const Result<CampaignContents> campaign = open_campaign(
+      args.campaign, args.without_log ? CampaignLog::as_far_as_it_goes : CampaignLog::whole);
+  if (!campaign) return pass(campaign.error());
+  if (campaign->progress.discarded)
+    return fail(Errc::wrong_state, "the campaign was discarded: no data set is made of it",
+                args.campaign.string());
+  if (campaign->dataset.trials.empty())
+    return fail(Errc::not_found, "no complete trial in the campaign", args.campaign.string());
+  const Result<std::string> sha256 = write_hdf5(campaign->dataset, args.out);
+  if (!sha256) return pass(sha256.error());
+  print_campaign("dataset export", args.out, *campaign, *sha256, console);
+  return exit_ok;
+}
+
+void add_options(CLI::App& command, InfoArgs& args) {
+  command.add_option("DATASET", args.dataset, "data set (HDF5) or campaign file (SQLite)")
+      ->required();
+}
+
+Result<int> run_info(const InfoArgs& args, Console& console) {
+  if (is_recordings_file(args.dataset)) {
+    const auto set = read_recordings(args.dataset);
+    if (!set) return pass(set.error());
+    const std::string sha256 = recordings_sha256(*set);
+    print(console, recordings_text(args.dataset, *set, sha256),
+          recordings_json("dataset info", args.dataset, *set, sha256));
+    return exit_ok;
+  }
+  if (is_campaign_file(args.dataset)) {
+    const Result<CampaignContents> campaign = open_campaign(args.dataset);
+    if (!campaign) return pass(campaign.error());
+    print_campaign("dataset info", args.dataset, *campaign, dataset_sha256(campaign->dataset),
+                   console);
+    return exit_ok;
+  }
+  const Result<Dataset> dataset = read_hdf5(args.dataset);
+  if (!dataset) return pass(dataset.error());
+  const std::string sha256 = dataset_sha256(*dataset);
+  print(console, info_text(args.dataset, *dataset, sha256),
+        info_json("dataset info", args.dataset, *dataset, sha256));
+  return exit_ok;
+}
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,122 @@
+#include "daemon/apps/weft/dataset_file.hpp"
+
+#include <set>
+
+#include "daemon/base/file/atomic_file.hpp"
+#include "daemon/base/file/read_file.hpp"
+#include "daemon/storage/certificate/certificate.hpp"
+#include "daemon/storage/dataset/hdf5_file.hpp"
+#include "daemon/storage/recorder/log_check.hpp"
+#include "daemon/storage/recorder/whole_log.hpp"
+#include "daemon/storage/recordings/recording_set.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+/// One whose first bytes are gone, or that is nothing but its log, is still one by its name.
+bool is_campaign(const std::filesystem::path& path) {
+  std::error_code unseen;
+  return is_campaign_file(path) || has_log(path) ||
+         (path.filename() == campaign_file_name && std::filesystem::exists(path, unseen));
+}
+
+/// By its content, or by its name beside a campaign: verify takes what lies there for one.
+bool is_certificate(const std::filesystem::path& path) {
+  if (path.filename() == certificate_file_name &&
+      is_campaign(path.parent_path() / campaign_file_name))
+    return true;
+  const auto text = read_text_file(path, most_list_bytes);
+  return text && certificate_from_json(*text);
+}
+
+}  // namespace
+
+Result<Dataset> open_dataset(const std::filesystem::path& path) {
+  if (is_campaign_file(path))
+    return fail(Errc::unsupported, "a campaign file, not a data set", path.string(), "HDF5",
+                "SQLite", "Make a data set of it with `weft dataset export`");
+  if (is_recordings_file(path))
+    return fail(Errc::unsupported, "recordings of sound and vibration, not a data set of slides",
+                path.string(), {}, {}, "weft train, evaluate, classify and trade vibro take them");
+  return read_hdf5(path);
+}
+
+Result<CampaignContents> open_campaign(const std::filesystem::path& path, CampaignLog log) {
+  if (log == CampaignLog::whole)
+    if (Status whole = whole_log(path); !whole) return pass(whole.error(), path.string());
+  const Result<CampaignProgress> progress = load_progress(path);
+  if (!progress) return pass(progress.error());
+  CampaignLoadOptions options;
+  options.all_outcomes = true;
+  Result<Dataset> all = load_campaign(path, options);
+  if (!all) return pass(all.error());
+  CampaignContents out{{}, *progress, {}, 0};
+  out.dataset.info = std::move(all->info);
+  std::set<std::uint32_t> begun;
+  for (std::size_t i = 0; i < all->trials.size(); ++i) {
+    TrialRecord& record = all->records[i];
+    begun.insert(record.spec.index);
+    if (record.outcome != TrialOutcome::complete) {
+      ++out.left_out[std::string(to_string(record.outcome))];
+      continue;
+    }
+    out.dataset.trials.push_back(std::move(all->trials[i]));
+    out.dataset.records.push_back(std::move(record));
+  }
+  out.never_begun = progress->planned - std::min<std::size_t>(begun.size(), progress->planned);
+  return out;
+}
+
+Status refuse_same_file(const std::filesystem::path& input, const std::filesystem::path& output) {
+  std::error_code not_there;
+  if (!std::filesystem::equivalent(input, output, not_there)) return {};
+  return fail(Errc::invalid_argument, "the output would take the place of the input",
+              output.string(), {}, {}, "Choose another name");
+}
+
+Status check_output(const std::filesystem::path& output) {
+  if (auto ok = check_target(output); !ok) return ok;
+  const char* const record = is_campaign(output)      ? "the recording of a campaign"
+                             : is_certificate(output) ? "the certificate of a campaign"
+                                                      : nullptr;
+  if (record == nullptr) return {};
+  return fail(Errc::invalid_argument, std::string("the output would take the place of ") + record,
+              output.string(), {}, {}, "Choose another name");
+}
+
+Status check_output(const std::filesystem::path& input, const std::filesystem::path& output) {
+  if (auto ok = refuse_same_file(input, output); !ok) return ok;
+  return check_output(output);
+}
+
+namespace {
+
+// Before they are there, under whatever name.
+bool will_be_one(const std::filesystem::path& a, const std::filesystem::path& b) {
+  const auto canonical = [](const std::filesystem::path& path) {
+    std::error_code unseen;
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(path), unseen);
+  };
+  return canonical(a) == canonical(b);
+}
+
+}  // namespace
+
+Status check_outputs(std::span<const std::filesystem::path> inputs,
+                     std::span<const Output> outputs) {
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    const Output& own = outputs[i];
+    if (own.file.empty()) continue;
+    for (const std::filesystem::path& input : inputs)
+      if (auto ok = refuse_same_file(input, own.file); !ok) return ok;
+    for (const Output& before : outputs.first(i))
+      if (!before.file.empty() && will_be_one(before.file, own.file))
+        return fail(Errc::invalid_argument,
+                    before.name + " and " + own.name + " cannot be one file", "--" + own.name, {},
+                    own.file.string(), "Choose another name");
+    if (auto ok = check_output(own.file); !ok) return ok;
+  }
+  return {};
+}
+
+}  // namespace weft::daemon::cli

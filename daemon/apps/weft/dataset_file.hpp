@@ -1,0 +1,48 @@
+#pragma once
+// Files that commands read data from and write results to.
+
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+
+#include "daemon/storage/dataset/dataset.hpp"
+#include "daemon/storage/recorder/recorder.hpp"
+
+namespace weft::daemon::cli {
+
+/// A data set; a campaign file is refused with the command that makes a data set of it.
+Result<Dataset> open_dataset(const std::filesystem::path& path);
+
+/// A campaign file, finished or not, of a process that may have been killed.
+struct CampaignContents {
+  Dataset dataset;  ///< complete trials; may be none
+  CampaignProgress progress;
+  std::map<std::string, std::size_t> left_out;  ///< attempts that are not complete, by outcome
+  std::size_t never_begun = 0;
+};
+/// Whether what lies before the damage of its log is better than nothing.
+enum class CampaignLog { whole, as_far_as_it_goes };
+/// Errors: whole_log()'s, where the log has to be; load_campaign()'s.
+Result<CampaignContents> open_campaign(const std::filesystem::path& path,
+                                       CampaignLog log = CampaignLog::whole);
+
+/// Refuses to write over a file that is read, under whatever name.
+Status refuse_same_file(const std::filesystem::path& input, const std::filesystem::path& output);
+
+/// What could be known of an output before the work: check_target(), and that it would take the
+/// place of no campaign file and of no certificate: nothing brings a recording back.
+Status check_output(const std::filesystem::path& output);
+/// The same, and refuse_same_file().
+Status check_output(const std::filesystem::path& input, const std::filesystem::path& output);
+
+/// One of several files that a command writes.
+struct Output {
+  std::string name;            ///< "page", "data": option --data
+  std::filesystem::path file;  ///< empty: not written
+};
+/// check_output() of each beside every input, and that no two of them are one file.
+Status check_outputs(std::span<const std::filesystem::path> inputs,
+                     std::span<const Output> outputs);
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,188 @@
+#include "daemon/apps/weft/design_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "daemon/analysis/design/design_json.hpp"
+#include "daemon/analysis/design/design_page.hpp"
+#include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/number_range.hpp"
+#include "daemon/apps/weft/table.hpp"
+#include "daemon/base/file/atomic_file.hpp"
+#include "daemon/base/text/format.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using nlohmann::json;
+namespace design = classifier::design;
+
+std::string cells_text(const SweepAnalysis& a) {
+  Table table;
+  table.row(
+      {"cell", "told right", "95 % interval", "signal/noise", "saturated", "seconds", "chosen in"});
+  for (std::size_t i = 0; i < a.cells.size(); ++i) {
+    const auto& cell = a.choice.cells[i];
+    table.row({(i == a.choice.chosen ? "> " : "") + cell_words(a, i),
+               percent(cell.figures.accuracy) + " %",
+               percent(cell.ci95.low) + " to " + percent(cell.ci95.high),
+               fixed(a.cells[i].snr_db.value, 1) + " dB",
+               percent(a.cells[i].saturated_share.value, 2) + " %",
+               fixed(a.cells[i].seconds.value, 1), percent(cell.chosen_share) + " %"});
+  }
+  return table.text();
+}
+
+std::string analysis_text(const SweepAnalysis& a) {
+  std::vector<std::string> on;
+  for (const std::size_t i : a.choice.front) on.push_back(cell_words(a, i));
+  return bench_banner(a.bench) + a.exploration + ", " + std::to_string(a.fabrics.size()) +
+         " fabrics, " + std::to_string(a.replicates) + " replicates\n" + cells_text(a) +
+         left_out_words(a) + "Front of separability against seconds: " + joined(on, "; ") + "\n" +
+         wrapped(recommendation(a), "");
+}
+
+Status refuse_over(const std::filesystem::path& input, const std::filesystem::path& out) {
+  return out.empty() ? Status{} : check_output(input, out);
+}
+
+Status write_page(const std::filesystem::path& out, std::string_view title, BenchKind bench,
+                  std::string_view sections) {
+  return out.empty() ? Status{} : write_text_file(out, design_page(title, bench, sections));
+}
+
+std::string page_line(const std::filesystem::path& out) {
+  return out.empty() ? "" : "page: " + out.string() + "\n";
+}
+
+std::string curve_text(const RepetitionStudy& study) {
+  Table table;
+  table.row({"repetitions", "told right", "95 % interval"});
+  for (const auto& p : study.curve.points)
+    table.row({std::to_string(p.repetitions), percent(p.accuracy) + " %",
+               percent(p.ci95.low) + " to " + percent(p.ci95.high)});
+  return bench_banner(study.bench) + table.text() + wrapped(repetition_words(study), "");
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, DesignAnalyseArgs& args) {
+  command.add_option("DATA", args.datasets, "data sets of a sweep, all of one kind of bench")
+      ->required();
+  command.add_option("-o,--output", args.out, "page to write (HTML)");
+  command.add_option("--learner", args.learner, "that tells the fabrics apart")
+      ->capture_default_str();
+  command
+      .add_option("--resamples", args.resamples, "of the trials, for the stability of the choice")
+      ->check(CLI::Range(100, 1'000'000))
+      ->capture_default_str();
+  command.add_option("--seed", args.seed, "of resamples and learner")->capture_default_str();
+  command.add_option("--shortest-mm", args.shortest_mm, "shortest period of a texture")
+      ->check(number_range(0.001, 1000.0))
+      ->capture_default_str();
+  command.add_option("--longest-mm", args.longest_mm, "longest period of a texture")
+      ->check(number_range(0.001, 1000.0))
+      ->capture_default_str();
+}
+
+Result<int> run_design_analyse(const DesignAnalyseArgs& args, Console& console) {
+  if (args.shortest_mm >= args.longest_mm)
+    return fail(Errc::invalid_argument, "the band of textures is empty", "--shortest-mm",
+                "less than --longest-mm");
+  const auto learner = classifier::learner_from(args.learner);
+  if (!learner) return pass(learner.error(), "--learner");
+  std::vector<Dataset> datasets;
+  for (const auto& path : args.datasets) {
+    if (Status ok = refuse_over(path, args.out); !ok) return pass(ok.error());
+    auto dataset = open_dataset(path);
+    if (!dataset) return pass(dataset.error());
+    datasets.push_back(std::move(*dataset));
+  }
+  SweepOptions options;
+  options.learner = *learner;
+  options.band = {args.shortest_mm / 1e3, args.longest_mm / 1e3};
+  options.resamples = args.resamples;
+  options.seed = args.seed;
+  options.progress = [&](const std::string& what) {
+    console.err << "design: " << what << std::endl;
+  };
+  const auto analyses = analyse_sweep(datasets, options);
+  if (!analyses) return pass(analyses.error());
+  std::string text, sections;
+  json list = json::array();
+  for (const SweepAnalysis& one : *analyses) {
+    text += analysis_text(one);
+    sections += design_section(one);
+    list.push_back(json(design_json(one)));
+  }
+  if (Status ok = write_page(args.out, "Which setting: " + datasets.front().info.name,
+                             analyses->front().bench, sections);
+      !ok)
+    return pass(ok.error());
+  print(console, text + page_line(args.out), {{"command", "design analyse"}, {"analyses", list}});
+  return exit_ok;
+}
+
+void add_options(CLI::App& command, DesignRepetitionsArgs& args) {
+  command.add_option("DATA", args.dataset, "data set")->required();
+  command.add_option("-o,--output", args.out, "page to write (HTML)");
+  add_trial_options(command, args.trials);
+  command.add_option("--learner", args.learner, "that tells the fabrics apart")
+      ->capture_default_str();
+  command.add_option("--predict", args.predict, "repetitions whose accuracy is foretold")
+      ->check(CLI::Range(3, 100'000))
+      ->capture_default_str();
+  command.add_option("--accuracy", args.accuracy, "that is wanted")
+      ->check(number_range(0.01, 0.9999))
+      ->capture_default_str();
+  command.add_option("--most", args.most, "repetitions that are looked for")
+      ->check(CLI::Range(3, 100'000))
+      ->capture_default_str();
+  command.add_option("--first", args.first, "take only the first so many repetitions (all)");
+  command.add_flag("--strokes", args.strokes,
+                   "every trial of a label is a repetition, in an order drawn from the seed");
+  command.add_option("--draws", args.draws, "trainings for each size and repetition left out")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command.add_option("--resamples", args.resamples, "of the repetitions, for the intervals")
+      ->check(CLI::Range(100, 1'000'000))
+      ->capture_default_str();
+  command.add_option("--seed", args.seed, "of draws and resamples")->capture_default_str();
+  note_given(command, args.trials.given);
+}
+
+Result<int> run_design_repetitions(const DesignRepetitionsArgs& args, Console& console) {
+  if (Status ok = refuse_over(args.dataset, args.out); !ok) return pass(ok.error());
+  const auto learner = classifier::learner_from(args.learner);
+  if (!learner) return pass(learner.error(), "--learner");
+  if (args.trials.window_s != 0)
+    return fail(Errc::invalid_argument, "a window is no repetition", "--window-s");
+  const auto chosen = load_trials(args.dataset, args.trials, true);
+  if (!chosen) return pass(chosen.error());
+  const classifier::FeatureMatrix matrix =
+      by_repetition(chosen->features, chosen->dataset, {args.strokes, args.first, args.seed});
+  design::CurveOptions options;
+  options.learner = *learner;
+  options.draws = args.draws;
+  options.seed = args.seed;
+  auto curve = design::learning_curve(matrix, options);
+  if (!curve) return pass(curve.error(), args.dataset.string());
+  const auto forecast = design::forecast_repetitions(
+      *curve, {args.predict, args.accuracy, args.most, args.resamples, args.seed});
+  if (!forecast) return pass(forecast.error());
+  const RepetitionStudy study{
+      chosen->dataset.info.kind, chosen->sha256,
+      chosen->setup.exploration, std::string(classifier::to_string(*learner)),
+      std::move(*curve),         *forecast};
+  if (Status ok = write_page(args.out, "How many repetitions: " + chosen->dataset.info.name,
+                             study.bench, design_section(study));
+      !ok)
+    return pass(ok.error());
+  json out = json(design_json(study));
+  out["command"] = "design repetitions";
+  print(console, curve_text(study) + page_line(args.out), out);
+  return exit_ok;
+}
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,205 @@
+#include "daemon/apps/weft/evaluate_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "classifier/evaluate/permutation.hpp"
+#include "classifier/evaluate/stranger_check.hpp"
+#include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/evaluate_text.hpp"
+#include "daemon/apps/weft/number_range.hpp"
+#include "daemon/base/file/atomic_file.hpp"
+#include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/pages/plot/interval_words.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using nlohmann::json;
+
+// What the same training reaches when the labels are in random order, beside every outcome.
+Status add_permuted(const EvaluateArgs& args, const ChosenTrials& chosen,
+                    const std::vector<Outcome>& outcomes, std::string& text, json& out) {
+  if (args.permute_labels == 0) return {};
+  text += "Labels in random order:\n";
+  for (const Outcome& outcome : outcomes) {
+    const auto permuted =
+        classifier::evaluate_permuted(chosen.features, outcome.learner, options_of(args),
+                                      {args.train_fraction, args.permute_labels, 1});
+    if (!permuted) return pass(permuted.error(), args.dataset.string());
+    const std::string name = outcome.name();
+    out["results"][name]["permuted"] = {{"accuracy", permuted->mean},
+                                        {"accuracy_of_permutations", permuted->accuracy},
+                                        {"chance", permuted->chance},
+                                        {"tested", permuted->trials}};
+    text += "  " + name + " " + percent(permuted->mean, 2) + " % of " +
+            thousands(permuted->trials) + " answers over " + std::to_string(args.permute_labels) +
+            " permutations, chance " + percent(permuted->chance, 2) + " %\n";
+  }
+  return {};
+}
+
+// How often a fabric that was left out is taken for another, beside every outcome.
+Status add_strangers(const EvaluateArgs& args, const ChosenTrials& chosen, const Measured& measured,
+                     std::string& text, json& out) {
+  if (!args.none_of_these) return {};
+  text += "None of these, every fabric left out of the training in turn:\n";
+  for (const Outcome& outcome : measured.outcomes) {
+    const auto found = classifier::check_strangers(chosen.features, measured.splits,
+                                                   outcome.evaluation.recipes, options_of(args));
+    if (!found) return pass(found.error(), args.dataset.string());
+    json strangers = json::array();
+    std::size_t trials = 0, answers = 0;
+    for (const classifier::Stranger& one : found->strangers) {
+      trials += one.trials;
+      answers += one.answers;
+      strangers.push_back({{"label", one.label},
+                           {"trials", one.trials},
+                           {"answers", one.answers},
+                           {"accepted", one.accepted}});
+    }
+    classifier::Interval ci = found->false_accept_ci95;
+    if (args.leave_one_group_out) name_groups_left_out(ci);
+    out["results"][outcome.name()]["none_of_these"] = {{"false_accept", found->false_accept},
+                                                       {"ci95", {ci.low, ci.high}},
+                                                       {"ci95_method", ci.method},
+                                                       {"false_reject", found->false_reject},
+                                                       {"strangers", strangers},
+                                                       {"not_measured", found->not_measured}};
+    text += "  " + outcome.name() + " takes " + percent(found->false_accept, 1) + " % (" +
+            percent(ci.low, 1) + " to " + percent(ci.high, 1) + ") of " + thousands(trials) +
+            " strangers for a fabric that it knows" +
+            (answers == trials ? ""
+                               : " (" + thousands(answers) + " answers over " +
+                                     std::to_string(measured.splits.size()) + " splits)") +
+            ", and refuses " + percent(found->false_reject, 1) + " % of the trials that it knows" +
+            (found->not_measured.empty()
+                 ? ""
+                 : "; not measured, for want of trials beside it: " + joined(found->not_measured)) +
+            "\n    interval: " + ci.method + "\n";
+  }
+  return {};
+}
+
+Status write_page(const EvaluateArgs& args, const ChosenTrials& chosen, const Measured& measured) {
+  if (args.report.empty()) return {};
+  std::vector<EvaluatedLearner> learners;
+  for (const Outcome& outcome : measured.outcomes)
+    learners.push_back({outcome.name(), outcome.evaluation,
+                        is_choice(outcome.learner) ? chosen_text(outcome.evaluation) : ""});
+  const EvaluationPage page{chosen.dataset.info.kind,
+                            args.dataset.filename().string(),
+                            facts_of(args, chosen, measured),
+                            seconds_of_features(args.trials, chosen, steady_wall_seconds),
+                            learners,
+                            measured.groups,
+                            measured.curve};
+  return write_text_file(args.report, evaluation_html(page));
+}
+
+void add_split_options(CLI::App& command, EvaluateArgs& args) {
+  auto* train = command.add_option("--train-groups", args.train_groups, "groups that train: A,B");
+  auto* test = command.add_option("--test-groups", args.test_groups, "groups that test: C");
+  train->delimiter(',')->allow_extra_args(false)->needs(test);
+  test->delimiter(',')->allow_extra_args(false)->needs(train);
+  auto* fraction = command.add_option("--train-fraction", args.train_fraction,
+                                      "share of each label's trials that trains, such as 0.4");
+  fraction->excludes(train)->check(number_range(0.001, 0.999));
+  command
+      .add_flag("--leave-one-group-out", args.leave_one_group_out,
+                "every group tests once, all others train; try --fold-unit group with it")
+      ->excludes(train)
+      ->excludes(fraction);
+  command
+      .add_option("--permute-labels", args.permute_labels,
+                  "also train and test with labels in random order, so often: must give chance")
+      ->needs(fraction)
+      ->check(CLI::Range(1, 100000));
+  command.add_option("--repeats", args.repeats, "random splits")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, EvaluateArgs& args) {
+  command
+      .add_option("DATASET", args.dataset, "data set, or recordings of sound and vibration (HDF5)")
+      ->required();
+  add_split_options(command, args);
+  command
+      .add_option(
+          "--learner,--reduction", args.learners,
+          "cores with p-value, PCA or all features; lda: shrinkage LDA; svc: one multi-class "
+          "SVC; trees: extremely randomised trees; cores-best, best: chosen by cross-validation of "
+          "the whole learner on the "
+          "training part; every: all of them")
+      ->check(CLI::IsMember({"pvalue", "pca", "all", "cores-pvalue", "cores-pca", "cores-all",
+                             "lda", "svc", "trees", "cores-best", "best", "every"}))
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->capture_default_str();
+  command
+      .add_option("--learning-curve", args.curve,
+                  "also with so many training trials of each label: 2,4,8")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::Range(2, 1000000));
+  command.add_flag("--calibration", args.calibration,
+                   "also compare the probabilities of test answers with what came true");
+  command.add_flag("--none-of-these", args.none_of_these,
+                   "also leave every fabric out of the training in turn: how often is it taken for "
+                   "another (trains as often as there are fabrics, for every split)");
+  command.add_option("--report", args.report, "also write all of it as a page (HTML)");
+  command.add_flag("--answers", args.answers, "with --json: the answer on every test trial");
+  command.add_option("--curve-draws", args.curve_draws, "random draws for each split and number")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  add_trial_options(command, args.trials);
+  add_level_option(command, args.trials);
+  add_train_options(command, args.training);
+  add_recording_options(command, args.recordings);
+  note_given(command, args.trials.given);
+}
+
+Result<std::vector<classifier::Split>> splits_of(const EvaluateArgs& args,
+                                                 const classifier::FeatureMatrix& features) {
+  if (!args.train_groups.empty()) {
+    auto split = classifier::grouped_split(features.groups, args.train_groups, args.test_groups);
+    if (!split) return pass(split.error());
+    return std::vector{std::move(*split)};
+  }
+  if (args.leave_one_group_out)
+    return classifier::leave_one_group_out(features.groups, features.labels);
+  if (args.train_fraction == 0.0)
+    return fail(Errc::invalid_argument, "no split given", {},
+                "--train-groups with --test-groups, --leave-one-group-out, or --train-fraction");
+  if (args.trials.window_s != 0.0)
+    return fail(Errc::invalid_argument,
+                "a random split would put windows of one recording on both sides",
+                "--train-fraction", {}, {}, "Use --train-groups and --test-groups with --window-s");
+  return classifier::stratified_splits(features.labels, args.train_fraction, args.repeats,
+                                       args.training.seed);
+}
+
+Result<int> run_evaluate(const EvaluateArgs& args, Console& console) {
+  if (is_about_recordings(args)) return run_evaluate_recordings(args, console);
+  if (!args.report.empty())
+    if (Status ok = check_output(args.dataset, args.report); !ok) return pass(ok.error());
+  const Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, true, true);
+  if (!chosen) return pass(chosen.error());
+  const Result<Measured> measured = measure(args, *chosen);
+  if (!measured) return pass(measured.error());
+  // It has nothing of what follows, which trains anew and may end in an error.
+  if (Status ok = write_page(args, *chosen, *measured); !ok) return pass(ok.error());
+  std::string text = report_text(args, *chosen, *measured);
+  json out = report_json(args, *chosen, *measured);
+  if (Status ok = add_permuted(args, *chosen, measured->outcomes, text, out); !ok)
+    return pass(ok.error());
+  if (Status ok = add_strangers(args, *chosen, *measured, text, out); !ok) return pass(ok.error());
+  print(console, text, out);
+  return exit_ok;
+}
+
+}  // namespace weft::daemon::cli

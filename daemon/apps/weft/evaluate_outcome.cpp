@@ -1,0 +1,219 @@
+#include "daemon/apps/weft/evaluate_outcome.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "classifier/baseline/fold_report.hpp"
+#include "classifier/evaluate/stranger_check.hpp"
+#include "daemon/apps/weft/imprint_features.hpp"
+#include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/pages/plot/interval_words.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using classifier::Learner;
+using classifier::LearnerEvaluation;
+
+// LDA and trees have nothing to choose by folds; their probabilities are learnt from them.
+bool needs_folds(Learner learner, bool calibration) {
+  return calibration || (learner != Learner::lda && learner != Learner::trees);
+}
+
+std::map<std::string, std::size_t> folds_of(const EvaluateArgs& args, Learner learner,
+                                            const classifier::FeatureMatrix& features,
+                                            const std::vector<classifier::Split>& splits) {
+  std::map<std::string, std::size_t> out;
+  for (const classifier::Split& split : splits) {
+    const classifier::FoldReport report =
+        fold_report(take_rows(features, split.train), learner, options_of(args));
+    if (!report.as_asked()) ++out[words_of(report)];
+  }
+  return out;
+}
+
+Result<std::vector<Outcome>> evaluate_all(const EvaluateArgs& args,
+                                          const std::vector<Learner>& learners,
+                                          const classifier::FeatureMatrix& features,
+                                          const std::vector<classifier::Split>& splits,
+                                          bool calibration) {
+  std::vector<Outcome> out;
+  for (const Learner learner : learners) {
+    auto evaluation = classifier::evaluate(features, splits, learner, options_of(args),
+                                           steady_wall_seconds, calibration);
+    if (!evaluation) return pass(evaluation.error(), args.dataset.string());
+    if (args.leave_one_group_out) name_groups_left_out(*evaluation);
+    out.push_back({learner, std::move(*evaluation)});
+  }
+  return out;
+}
+
+std::vector<GroupLeftOut> by_group(const classifier::FeatureMatrix& features,
+                                   const Measured& measured) {
+  std::vector<GroupLeftOut> out;
+  for (std::size_t s = 0; s < measured.splits.size(); ++s) {
+    const auto& test = measured.splits[s].test;
+    GroupLeftOut one{features.groups[test.front()], test.size(), {}};
+    for (const Outcome& outcome : measured.outcomes)
+      one.accuracy.push_back(outcome.evaluation.splits[s].accuracy);
+    out.push_back(std::move(one));
+  }
+  return out;
+}
+
+// The splits with fewer training trials of each label, by their number; draws of one split follow
+// each other.
+using ThinSplits = std::map<std::size_t, std::vector<classifier::Split>>;
+
+Result<ThinSplits> thin_splits(const EvaluateArgs& args, const classifier::FeatureMatrix& features,
+                               const std::vector<classifier::Split>& splits) {
+  ThinSplits out;
+  for (const std::size_t trials : args.curve) {
+    auto thin = classifier::thinned(splits, features.labels, features.files, trials,
+                                    args.curve_draws, args.training.seed);
+    if (!thin) return pass(thin.error(), "--learning-curve");
+    out[trials] = std::move(*thin);
+  }
+  return out;
+}
+
+// Draws of one split share its trials: what they reach on average is that split's figure.
+classifier::Interval curve_interval(const EvaluateArgs& args, const classifier::Scores& drawn,
+                                    const std::vector<classifier::Split>& splits) {
+  std::vector<double> accuracy(splits.size());
+  for (std::size_t i = 0; i < drawn.splits.size(); ++i)
+    accuracy[i / args.curve_draws] +=
+        drawn.splits[i].accuracy / static_cast<double>(args.curve_draws);
+  classifier::Interval out = classifier::split_interval(accuracy, mean_sizes(splits));
+  if (args.leave_one_group_out) name_groups_left_out(out);
+  return out;
+}
+
+Result<std::vector<CurvePoint>> curve_of(const EvaluateArgs& args,
+                                         const std::vector<Learner>& learners,
+                                         const classifier::FeatureMatrix& features,
+                                         const std::vector<classifier::Split>& splits,
+                                         const ThinSplits& thin) {
+  std::vector<CurvePoint> out;
+  for (const auto& [trials, drawn] : thin) {
+    const auto outcomes = evaluate_all(args, learners, features, drawn, false);
+    if (!outcomes) return pass(outcomes.error());
+    CurvePoint point{trials, drawn.size(), {}};
+    for (const Outcome& outcome : *outcomes)
+      point.values.push_back({outcome.name(), outcome.evaluation.accuracy,
+                              outcome.evaluation.deviation,
+                              curve_interval(args, outcome.evaluation, splits)});
+    out.push_back(std::move(point));
+  }
+  return out;
+}
+
+}  // namespace
+
+// "every" leaves cores-best out: best tries the same candidates and three more kinds.
+Result<std::vector<Learner>> learners_of(const std::vector<std::string>& words) {
+  std::vector<Learner> out;
+  for (const std::string& word : words) {
+    if (word == "every") {
+      out = classifier::all_learners();
+      std::erase(out, Learner::cores_best);
+      return out;
+    }
+    const auto one = classifier::learner_from(word);
+    if (!one) return pass(one.error(), "--learner");
+    if (std::find(out.begin(), out.end(), *one) == out.end()) out.push_back(*one);
+  }
+  return out;
+}
+
+classifier::TrainOptions options_of(const EvaluateArgs& args) {
+  return train_options(args.training, classifier::Reduction::pvalue);
+}
+
+bool is_choice(Learner learner) {
+  return learner == Learner::best || learner == Learner::cores_best;
+}
+
+Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen) {
+  const auto learners = learners_of(args.learners);
+  if (!learners) return pass(learners.error());
+  auto splits = splits_of(args, chosen.features);
+  if (!splits) return pass(splits.error());
+  const auto thin = thin_splits(args, chosen.features, *splits);
+  if (!thin) return pass(thin.error());
+  if (args.none_of_these)
+    if (auto ok = classifier::check_labels_can_be_left_out(chosen.features, *splits); !ok)
+      return pass(ok.error(), args.dataset.string());
+  Measured out{std::move(*splits), {}, {}, {}, {}, {}};
+  out.never_tested = classifier::never_tested(out.splits, chosen.features.labels,
+                                              chosen.features.groups, chosen.features.files);
+  out.twins = classifier::twins_of(chosen.features, out.splits);
+  const bool calibration = args.calibration || !args.report.empty();
+  auto outcomes = evaluate_all(args, *learners, chosen.features, out.splits, calibration);
+  if (!outcomes) return pass(outcomes.error());
+  out.outcomes = std::move(*outcomes);
+  for (Outcome& outcome : out.outcomes)
+    if (needs_folds(outcome.learner, calibration || args.none_of_these))
+      outcome.folds = folds_of(args, outcome.learner, chosen.features, out.splits);
+  if (args.leave_one_group_out) out.groups = by_group(chosen.features, out);
+  auto curve = curve_of(args, *learners, chosen.features, out.splits, *thin);
+  if (!curve) return pass(curve.error());
+  out.curve = std::move(*curve);
+  return out;
+}
+
+double seconds_of_features(const TrialChoice& choice, const ChosenTrials& chosen,
+                           const classifier::SecondsNow& seconds_now) {
+  constexpr std::size_t timed = 16;
+  if (choice.window_s != 0.0) return 0.0;
+  if (chosen.imprint_plan)
+    return seconds_of_imprint_features(chosen.dataset, *chosen.imprint_plan, seconds_now);
+  auto selection = choose_trials(chosen.dataset, choice, false);
+  if (!selection || selection->trials.empty()) return 0.0;
+  classifier::FeatureExtractor extractor(chosen.setup.options);
+  const std::size_t count = std::min(timed, selection->trials.size());
+  double sum_s = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    classifier::Trial& trial = selection->trials[i];
+    if (!remove_level(trial, choice) || !extractor.extract(trial)) return 0.0;
+    const double began_s = seconds_now();
+    if (!extractor.extract(trial)) return 0.0;
+    sum_s += seconds_now() - began_s;
+  }
+  return sum_s / static_cast<double>(count);
+}
+
+// "lda" or "lda 4, svc 1": what a choice came to, and how often.
+std::string chosen_text(const LearnerEvaluation& e) {
+  std::map<std::string, std::size_t> count;
+  for (const auto& recipe : e.recipes) ++count[to_string(recipe)];
+  std::vector<std::string> out;
+  for (const auto& [name, splits] : count)
+    out.push_back(count.size() == 1 ? name : name + " (" + std::to_string(splits) + " splits)");
+  return joined(out);
+}
+
+std::string split_text(const EvaluateArgs& args, const std::vector<classifier::Split>& splits) {
+  const std::string sizes = std::to_string(splits.front().train.size()) + " train, " +
+                            std::to_string(splits.front().test.size()) + " test";
+  if (args.leave_one_group_out)
+    return "each of " + std::to_string(splits.size()) + " groups left out in turn; first: " + sizes;
+  if (args.train_fraction == 0.0)
+    return "groups " + joined(args.train_groups, ",") + " train, groups " +
+           joined(args.test_groups, ",") + " test: " + sizes;
+  return std::to_string(args.repeats) + " random splits of " + percent(args.train_fraction, 0) +
+         " % of each label: " + sizes;
+}
+
+std::string tried_text(const std::vector<classifier::RecipeScore>& scores) {
+  std::size_t most = 0;
+  for (const auto& score : scores) most = std::max(most, score.tested);
+  std::vector<std::string> out;
+  for (const auto& score : scores)
+    out.push_back(to_string(score.recipe) + " " + std::to_string(score.errors) + "/" +
+                  std::to_string(score.tested) + (score.tested < most ? ", then dropped" : ""));
+  return joined(out, "; ");
+}
+
+}  // namespace weft::daemon::cli

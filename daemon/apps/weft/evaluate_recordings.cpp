@@ -1,0 +1,404 @@
+#include "daemon/apps/weft/evaluate_recordings.hpp"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "classifier/vibro/assess.hpp"
+#include "daemon/analysis/tradeoff/measure_vibro.hpp"
+#include "daemon/analysis/tradeoff/vibro_evaluation_page.hpp"
+#include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/evaluate_command.hpp"
+#include "daemon/apps/weft/evaluate_importance.hpp"
+#include "daemon/apps/weft/evaluate_text.hpp"
+#include "daemon/apps/weft/number_range.hpp"
+#include "daemon/apps/weft/open_recordings.hpp"
+#include "daemon/apps/weft/table.hpp"
+#include "daemon/base/file/atomic_file.hpp"
+#include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/pages/plot/interval_words.hpp"
+#include "daemon/pages/plot/leak_words.hpp"
+#include "daemon/pages/plot/too_short_words.hpp"
+#include "daemon/storage/recordings/recording_set.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+namespace vibro = classifier::vibro;
+using nlohmann::json;
+
+struct RecordingsPlan {
+  vibro::FeatureChoice features;
+  vibro::ProtocolOptions protocol;
+  vibro::PipelineOptions pipeline;
+  std::vector<vibro::Method> methods;
+  bool best = false;
+};
+
+Status choose_methods(const RecordingChoice& choice, RecordingsPlan& plan) {
+  for (const std::string& word : choice.methods) {
+    if (word == "best") {
+      plan.best = true;
+    } else if (word == "every") {
+      plan.methods = vibro::all_methods();
+      plan.best = true;
+    } else if (const auto method = vibro::method_from(word)) {
+      plan.methods.push_back(*method);
+    } else {
+      return pass(method.error(), "--method");
+    }
+  }
+  plan.best = plan.best || choice.methods.empty();
+  return {};
+}
+
+DataKind kind_of(vibro::Protocol protocol) {
+  switch (protocol) {
+    case vibro::Protocol::random:
+      return DataKind::random_windows;
+    case vibro::Protocol::blocks:
+      return DataKind::parts;
+    case vibro::Protocol::groups:
+      return DataKind::whole_recordings;
+  }
+  return DataKind::whole_recordings;
+}
+
+Result<RecordingsPlan> plan_of(const EvaluateArgs& args) {
+  const RecordingChoice& choice = args.recordings;
+  RecordingsPlan out;
+  const auto features = features_of(choice);
+  if (!features) return pass(features.error());
+  const auto protocol = vibro::protocol_from(choice.protocol);
+  if (!protocol) return pass(protocol.error(), "--protocol");
+  out.features = *features;
+  const bool by_group = !args.test_groups.empty() || args.leave_one_group_out;
+  out.protocol.protocol = by_group ? vibro::Protocol::groups : *protocol;
+  if (auto ok = check_given(args.trials.given, kind_of(out.protocol.protocol)); !ok)
+    return pass(ok.error(), args.dataset.string());
+  if (args.trials.window_s > 0.0) out.protocol.window_s = args.trials.window_s;
+  out.protocol.step_s = choice.step_s;
+  out.protocol.blocks = choice.blocks;
+  out.protocol.per_recording = choice.per_recording;
+  out.protocol.repeats = out.protocol.protocol == vibro::Protocol::random ? args.repeats : 1;
+  out.protocol.train_groups = args.train_groups;
+  out.protocol.test_groups = args.test_groups;
+  out.protocol.seed = args.training.seed;
+  out.pipeline.components = choice.components;
+  out.pipeline.learner.seed = args.training.seed;
+  out.pipeline.learner.threads = args.training.threads;
+  if (auto ok = choose_methods(choice, out); !ok) return pass(ok.error());
+  return out;
+}
+
+std::string words_of(const RecordingsPlan& plan) {
+  const vibro::ProtocolOptions& p = plan.protocol;
+  const std::string windows = general(p.window_s) + " s windows";
+  if (p.protocol == vibro::Protocol::random)
+    return windows + ", " + std::to_string(p.per_recording) + " at random from each recording, " +
+           percent(p.test_share, 0) + " % of them test (the paper's protocol)";
+  const std::string every = windows + " every " + general(p.step_s) + " s";
+  if (p.protocol == vibro::Protocol::groups && p.test_groups.empty())
+    return every + ", whole recordings: each group of them left out in turn";
+  if (p.protocol == vibro::Protocol::groups)
+    return every + ", recordings of groups " + joined(p.test_groups, ",") + " test";
+  return every + ", " + std::to_string(p.blocks) +
+         " contiguous parts of each recording, each left out in turn";
+}
+
+std::size_t parts_of(const RecordingsPlan& plan) {
+  return plan.protocol.protocol == vibro::Protocol::blocks ? plan.protocol.blocks : 1;
+}
+
+std::string leak_words(const vibro::Leak& leak, const classifier::Twins& twins) {
+  std::string out;
+  if (leak.largest > 0.0) out += "LEAK: " + leak_sentence(leak) + "; the figures are too good.\n";
+  if (twins.found > 0) out += "LEAK: " + twins_words(twins, "windows") + ".\n";
+  return out.empty() ? "No sample of a test window is in a training window.\n" : out;
+}
+
+json interval_json(const classifier::Interval& interval) {
+  return {{"low", interval.low}, {"high", interval.high}, {"method", interval.method}};
+}
+
+json method_json(const vibro::Assessment& a) {
+  json chosen = json::array();
+  for (const vibro::Method m : a.chosen) chosen.push_back(vibro::to_string(m));
+  return {{"accuracy", a.accuracy},
+          {"accuracy_of_splits", a.split_accuracy},
+          {"f_score", a.f_score},
+          {"recordings_accuracy", a.voted_accuracy},
+          {"recordings_tested", a.voted},
+          {"recordings_answers", a.voted_answers},
+          {"windows_tested", a.confusion.total()},
+          {"components", a.components},
+          {"explained", a.explained},
+          {"train_s", a.train_s},
+          {"answer_s", a.answer_s},
+          {"labels", a.confusion.labels},
+          {"confusion", a.confusion.count},
+          {"chosen", chosen},
+          {"accuracy_ci95", interval_json(a.accuracy_ci95)},
+          {"recordings_ci95", interval_json(a.voted_ci95)}};
+}
+
+std::vector<std::string> method_row(const std::string& name, const vibro::Assessment& a) {
+  std::string chosen;
+  for (const vibro::Method m : a.chosen)
+    chosen += (chosen.empty() ? "" : ",") + std::string(vibro::to_string(m));
+  return {name,
+          percent(a.accuracy, 2),
+          percent(a.accuracy_ci95.low, 0) + " to " + percent(a.accuracy_ci95.high, 0),
+          fixed(a.f_score, 3),
+          percent(a.voted_accuracy, 2) + " of " + std::to_string(a.voted),
+          duration(a.train_s),
+          duration(a.answer_s),
+          chosen};
+}
+
+// Notes what came of one learner.
+void note(const std::string& name, const RecordingsPlan& plan, vibro::Assessment got, Table& table,
+          json& results, std::vector<EvaluatedMethod>& all) {
+  name_left_out(got, plan.protocol.protocol);
+  table.row(method_row(name, got));
+  results[name] = method_json(got);
+  all.push_back({name, std::move(got)});
+}
+
+// Fills table, results and all of them; what this build has no library for is left out by name.
+Status measure_all(const RecordingsPlan& plan, const vibro::WindowSet& windows,
+                   const std::vector<classifier::Split>& splits, Table& table, json& results,
+                   std::vector<EvaluatedMethod>& all, Console& console) {
+  if (plan.best)
+    if (auto ok = vibro::check_choice(windows, splits, plan.protocol.protocol); !ok) return ok;
+  for (const vibro::Method method : plan.methods) {
+    const std::string name(vibro::to_string(method));
+    if (!vibro::available(method) && plan.methods.size() > 1) {
+      console.err << name << ": left out, this build of Weft has no library for it" << std::endl;
+      continue;
+    }
+    vibro::PipelineOptions options = plan.pipeline;
+    options.method = method;
+    auto got = vibro::assess(windows, splits, options, steady_wall_seconds);
+    if (!got) return pass(got.error());
+    note(name, plan, std::move(*got), table, results, all);
+  }
+  if (!plan.best) return {};
+  auto got = vibro::assess_chosen(windows, splits, plan.protocol.protocol, vibro::quick_methods(),
+                                  plan.pipeline, steady_wall_seconds);
+  if (!got) return pass(got.error());
+  note("best", plan, std::move(*got), table, results, all);
+  return {};
+}
+
+// Where it was asked for: by the one learner that was named, or by the paper's forest.
+Result<std::string> weigh(const EvaluateArgs& args, const RecordingsPlan& plan,
+                          const vibro::WindowSet& windows,
+                          const std::vector<classifier::Split>& splits, json& out) {
+  if (args.recordings.importance == 0) return std::string();
+  vibro::PipelineOptions options = plan.pipeline;
+  options.method = plan.methods.size() == 1 ? plan.methods.front() : vibro::Method::forest;
+  return add_importance(windows, splits, plan.protocol.protocol, options,
+                        args.recordings.importance, out);
+}
+
+}  // namespace
+
+Result<vibro::FeatureChoice> features_of(const RecordingChoice& choice) {
+  const auto family = vibro::family_from(choice.features);
+  if (!family) return pass(family.error(), "--features");
+  const auto combine = vibro::combine_from(choice.combine);
+  if (!combine) return pass(combine.error(), "--combine");
+  return vibro::FeatureChoice{*family, *combine};
+}
+
+void add_recording_feature_options(CLI::App& command, RecordingChoice& choice) {
+  command
+      .add_option("--features", choice.features,
+                  "SMMRP, SMMRP10, FFT, SMMRPFFT, ALL (the paper's); BANDS, WIDE (ours)")
+      ->capture_default_str()
+      ->group(recordings_group);
+  command.add_option("--combine", choice.combine, "figures of channels: concat, or their mean")
+      ->capture_default_str()
+      ->group(recordings_group);
+  command
+      .add_option("--components", choice.components,
+                  "principal components, the paper's 3; 0: the features themselves")
+      ->capture_default_str()
+      ->group(recordings_group);
+  command.add_option("--step-s", choice.step_s, "from one window to the next")
+      ->check(number_range(0.001, 1e6))
+      ->capture_default_str()
+      ->group(recordings_group);
+}
+
+void add_recording_options(CLI::App& command, RecordingChoice& choice) {
+  const std::string group = recordings_group;
+  command
+      .add_option("--method", choice.methods,
+                  "NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA, Cores; best: chosen "
+                  "on training windows; every: all of them")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->group(group);
+  command
+      .add_option("--protocol", choice.protocol,
+                  "blocks: contiguous parts left out; random: the paper's, which leaks")
+      ->check(CLI::IsMember({"blocks", "random"}))
+      ->capture_default_str()
+      ->group(group);
+  add_recording_feature_options(command, choice);
+  command.add_option("--blocks", choice.blocks, "contiguous parts of every recording")
+      ->check(CLI::Range(2, 1000))
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--per-recording", choice.per_recording, "windows at random")
+      ->check(CLI::Range(2, 100000))
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option(
+          "--importance", choice.importance,
+          "also weigh the features: so many permutations of each among test windows, by the "
+          "one --method or RForest, and a forest's own; and train with the five that the same "
+          "selects among training windows; try --features SMMRP10")
+      ->check(CLI::Range(1, 1000))
+      ->group(group);
+}
+
+bool is_about_recordings(const EvaluateArgs& args) {
+  return !args.recordings.methods.empty() || args.recordings.importance > 0 ||
+         is_recordings_file(args.dataset);
+}
+
+namespace {
+
+json leak_json(const vibro::Leak& leak) {
+  return {{"median_share", leak.median},
+          {"largest_share", leak.largest},
+          {"share_of_windows", leak.windows}};
+}
+
+/// The windows of a set, what they are split into, and what that took.
+struct Windows {
+  vibro::WindowSet set;
+  std::vector<classifier::Split> splits;
+  vibro::Leak leak;
+  std::vector<classifier::NeverTested> never_tested;  ///< labels of which no recording tests
+  classifier::Twins twins;                            ///< test windows of copies of what trains
+  double features_s_each = 0;                         ///< as vibro_features_time() tells
+};
+
+constexpr std::size_t features_timed = 101;  // windows of which the median is told
+
+Result<Windows> cut_windows(const RecordingSet& set, const RecordingsPlan& plan) {
+  vibro::ProtocolOptions protocol = plan.protocol;
+  for (const std::vector<std::string>& names : copies_in(set))
+    for (const std::string& copy : names) protocol.drawn_as[copy] = names.front();
+  auto windows = vibro::cut_and_extract(set.recordings, protocol.window_s,
+                                        vibro::places_of(protocol), plan.features);
+  if (!windows) return pass(windows.error());
+  auto splits = vibro::split_windows(*windows, plan.protocol);
+  if (!splits) return pass(splits.error());
+  const vibro::Leak leak = vibro::leak_of(*windows, *splits);
+  const auto each_s = vibro_features_time(set.recordings, *windows, plan.features, features_timed,
+                                          steady_wall_seconds);
+  if (!each_s) return pass(each_s.error());
+  const classifier::FeatureMatrix& matrix = windows->matrix;
+  auto never = classifier::never_tested(*splits, matrix.labels, matrix.groups, matrix.files);
+  classifier::Twins twins = classifier::twins_of(matrix, *splits);
+  return Windows{std::move(*windows), std::move(*splits), leak,
+                 std::move(never),    std::move(twins),   *each_s};
+}
+
+Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const RecordingSet& set,
+                  const Windows& windows, const std::string& what,
+                  std::vector<EvaluatedMethod> measured, const std::string& weighed) {
+  std::vector<std::pair<std::string, std::string>> facts = {
+      {"data", what},
+      {"protocol", words_of(plan)},
+      {"leak", leak_words(windows.leak, windows.twins)}};
+  if (!windows.set.too_short.empty())
+    facts.emplace_back("left out", too_short_words(windows.set.too_short, parts_of(plan)));
+  if (!windows.never_tested.empty())
+    facts.emplace_back("never tested", never_tested_words(windows.never_tested, "recordings"));
+  const auto page = vibro_evaluation_html(
+      {set.kind, args.dataset.filename().string(), recordings_sha256(set), std::move(facts),
+       plan.protocol.window_s, windows.features_s_each, std::move(measured), weighed});
+  if (!page) return pass(page.error());
+  return write_text_file(args.report, *page);
+}
+
+/// What a reader of the table has to know first, a line each.
+std::string warnings_of(const RecordingsPlan& plan, const Windows& windows) {
+  std::string out;
+  if (!windows.set.too_short.empty())
+    out += too_short_words(windows.set.too_short, parts_of(plan)) + "\n";
+  if (!windows.never_tested.empty())
+    out += "never tested: " + never_tested_words(windows.never_tested, "recordings") + "\n";
+  return out + leak_words(windows.leak, windows.twins);
+}
+
+}  // namespace
+
+Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) {
+  if (!args.report.empty())
+    if (Status ok = check_output(args.dataset, args.report); !ok) return pass(ok.error());
+  const auto set = open_recordings(args.dataset, args.trials.exploration, false);
+  if (!set) return pass(set.error());
+  const auto plan = plan_of(args);
+  if (!plan) return pass(plan.error());
+  const auto windows = cut_windows(*set, *plan);
+  if (!windows) return pass(windows.error(), args.dataset.string());
+  const classifier::FeatureMatrix& matrix = windows->set.matrix;
+  Table table;
+  table.row(
+      {"learner", "windows %", "95 %", "F-score", "recordings %", "training", "answer", "chosen"});
+  json results = json::object(), importance;
+  std::vector<EvaluatedMethod> measured;
+  if (auto ok =
+          measure_all(*plan, windows->set, windows->splits, table, results, measured, console);
+      !ok)
+    return pass(ok.error(), args.dataset.string());
+  const auto weighed = weigh(args, *plan, windows->set, windows->splits, importance);
+  if (!weighed) return pass(weighed.error(), args.dataset.string());
+  const std::string columns = std::to_string(matrix.names.size());
+  const std::vector<vibro::TooShort>& too_short = windows->set.too_short;
+  const std::string what = std::to_string(set->recordings.size() - too_short.size()) +
+                           " recordings, " + thousands(matrix.size()) + " windows, " + columns +
+                           " columns of " + std::string(vibro::to_string(plan->features.family));
+  const std::string text = bench_banner(set->kind) + args.dataset.string() + " (" +
+                           std::string(to_string(set->kind)) + "): " + what + "\n" +
+                           words_of(*plan) + "\n" + warnings_of(*plan, *windows) + table.text() +
+                           *weighed;
+  if (!args.report.empty())
+    if (Status ok = write_page(args, *plan, *set, *windows, what, std::move(measured), *weighed);
+        !ok)
+      return pass(ok.error());
+  print(console, text,
+        {{"command", "evaluate"},
+         {"kind", "recordings"},
+         {"exploration", args.trials.exploration},
+         {"dataset", args.dataset.string()},
+         {"dataset_sha256", recordings_sha256(*set)},
+         {"bench", to_string(set->kind)},
+         {"protocol", vibro::to_string(plan->protocol.protocol)},
+         {"protocol_words", words_of(*plan)},
+         {"window_s", plan->protocol.window_s},
+         {"leak", leak_json(windows->leak)},
+         {"twins", twins_json(windows->twins)},
+         {"never_tested", never_tested_json(windows->never_tested)},
+         {"features", vibro::to_string(plan->features.family)},
+         {"combine", vibro::to_string(plan->features.combine)},
+         {"components", plan->pipeline.components},
+         {"columns", matrix.names},
+         {"windows", matrix.size()},
+         {"too_short", too_short_json(too_short)},
+         {"features_s_per_window", windows->features_s_each},
+         {"importance", importance},
+         {"results", results}});
+  return exit_ok;
+}
+
+}  // namespace weft::daemon::cli

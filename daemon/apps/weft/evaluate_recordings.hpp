@@ -1,0 +1,46 @@
+#pragma once
+// `weft evaluate` on recordings of sound and vibration.
+
+#include <string>
+#include <vector>
+
+#include "classifier/vibro/feature_set.hpp"
+#include "daemon/apps/weft/console.hpp"
+#include "protocols/base/result.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace weft::daemon::cli {
+
+struct EvaluateArgs;
+
+/// Heading of their options.
+inline constexpr const char* recordings_group = "Recordings of sound and vibration";
+
+/// What evaluate needs to know of recordings beside the options that it has for slides.
+struct RecordingChoice {
+  std::vector<std::string> methods;  ///< learners; "every", "best"; empty: best
+  std::string protocol = "blocks";
+  std::string features = "SMMRPFFT";
+  std::string combine = "concat";
+  std::size_t components = 0;
+  double step_s = 0.25;
+  std::size_t blocks = 5;
+  std::size_t per_recording = 100;
+  std::size_t importance = 0;  ///< repeats of the permutation; 0: not asked for
+};
+void add_recording_options(CLI::App& command, RecordingChoice& choice);
+/// Those of them that say how recordings become rows of features.
+void add_recording_feature_options(CLI::App& command, RecordingChoice& choice);
+/// What they say. Refuses names that are not known.
+Result<classifier::vibro::FeatureChoice> features_of(const RecordingChoice& choice);
+
+/// Whether the file, or what was asked for, is about recordings: a file of them, or a data set
+/// with --method or --importance.
+bool is_about_recordings(const EvaluateArgs& args);
+
+Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console);
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,197 @@
+#include "daemon/apps/weft/evaluate_text.hpp"
+
+#include "daemon/apps/weft/table.hpp"
+#include "daemon/base/text/format.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using classifier::Learner;
+using classifier::LearnerEvaluation;
+
+std::string candidates_text(const LearnerEvaluation& e) {
+  const std::size_t rounds = e.candidates.front().front().rounds;
+  return tried_text(e.candidates.front()) +
+         (rounds > 1 ? ", in " + std::to_string(rounds) + " rounds" : "");
+}
+
+std::string accuracy_table(const std::vector<Outcome>& outcomes) {
+  Table table;
+  table.row(
+      {"learner", "accuracy %", "95 % interval", "of all answers %", "training", "test, each"});
+  std::vector<std::pair<std::string, std::string>> methods;
+  std::string choices;
+  for (const Outcome& outcome : outcomes) {
+    const LearnerEvaluation& e = outcome.evaluation;
+    table.row({outcome.name(), percent(e.accuracy, 2),
+               percent(e.ci95.low, 2) + " to " + percent(e.ci95.high, 2),
+               percent(e.confusion.accuracy(), 2), duration(e.train_s),
+               fixed(e.test_s_per_sample * 1e6, 1) + " us"});
+    methods.emplace_back(outcome.name(), e.ci95.method);
+    if (is_choice(outcome.learner))
+      choices += "  " + outcome.name() + " chose " + chosen_text(e) +
+                 "; errors in cross-validation of the first training part: " + candidates_text(e) +
+                 "\n";
+  }
+  return table.text() + choices + "  interval: " + methods_text(methods) + "\n";
+}
+
+// Folds of trainings that are not those asked for: the same words once, with the learners.
+std::string folds_text(const Measured& measured) {
+  std::map<std::string, std::vector<std::string>> learners;
+  for (const Outcome& outcome : measured.outcomes) {
+    for (const auto& [words, trainings] : outcome.folds)
+      learners["folds of " + std::to_string(trainings) + " of " +
+               std::to_string(measured.splits.size()) + " trainings: " + words]
+          .push_back(outcome.name());
+  }
+  std::string out;
+  for (const auto& [words, names] : learners) out += "  " + joined(names) + ", " + words + "\n";
+  return out;
+}
+
+// A simple learner that does at least as well as every kind of cores, in words.
+std::string simple_wins_text(const std::vector<Outcome>& outcomes) {
+  const Outcome* simple = nullptr;
+  const Outcome* cores = nullptr;
+  for (const Outcome& outcome : outcomes) {
+    if (is_choice(outcome.learner)) continue;
+    const bool baseline = outcome.learner == Learner::lda || outcome.learner == Learner::svc ||
+                          outcome.learner == Learner::trees;
+    const Outcome*& top = baseline ? simple : cores;
+    if (top == nullptr || outcome.evaluation.accuracy > top->evaluation.accuracy) top = &outcome;
+  }
+  if (simple == nullptr || cores == nullptr ||
+      simple->evaluation.accuracy < cores->evaluation.accuracy)
+    return {};
+  return "  The simple thing is not beaten: " + simple->name() + " " +
+         percent(simple->evaluation.accuracy, 2) + " %, cores (" + cores->name() + ") " +
+         percent(cores->evaluation.accuracy, 2) + " %.\n";
+}
+
+std::string calibration_text(const std::vector<Outcome>& outcomes) {
+  std::string out;
+  for (const Outcome& outcome : outcomes) {
+    if (!outcome.evaluation.calibration) continue;
+    const classifier::CalibrationCheck& check = *outcome.evaluation.calibration;
+    Table table;
+    for (const auto& row : reliability_rows(check)) table.row(row);
+    out += "Reliability of " + outcome.name() + ", " + thousands(check.reliability.trials) +
+           " answers on test trials of " + thousands(check.recordings) +
+           " recordings: calibration error " + calibration_words(check) + "\n" + table.text() +
+           "  interval: " + bin_methods(check) + "\n";
+  }
+  return out;
+}
+
+std::string groups_text(const Measured& measured) {
+  if (measured.groups.empty()) return {};
+  Table table;
+  std::vector<std::string> head{"group left out", "test"};
+  for (const Outcome& outcome : measured.outcomes) head.push_back(outcome.name());
+  table.row(head);
+  for (const GroupLeftOut& group : measured.groups) {
+    std::vector<std::string> row{group.group, std::to_string(group.trials)};
+    for (const double accuracy : group.accuracy) row.push_back(percent(accuracy, 2));
+    table.row(row);
+  }
+  return "Accuracy % of each group left out:\n" + table.text();
+}
+
+std::string curve_text(const std::vector<CurvePoint>& curve) {
+  if (curve.empty()) return {};
+  Table table;
+  std::vector<std::string> head{"trials of each"};
+  for (const CurveValue& value : curve.front().values) head.push_back(value.learner);
+  table.row(head);
+  for (const CurvePoint& point : curve) {
+    std::vector<std::string> line{std::to_string(point.trials)};
+    for (const CurveValue& value : point.values)
+      line.push_back(percent(value.accuracy, 2) + " +- " + percent(value.deviation, 2));
+    table.row(line);
+  }
+  return "Learning curve, accuracy % and deviation over " + std::to_string(curve.front().draws) +
+         " draws of training trials:\n" + table.text();
+}
+
+}  // namespace
+
+std::string never_tested_words(const std::vector<classifier::NeverTested>& labels,
+                               std::string_view recordings) {
+  std::vector<std::string> out;
+  for (const classifier::NeverTested& one : labels)
+    out.push_back(one.label + " (" + std::to_string(one.recordings) + " " +
+                  std::string(recordings) +
+                  (one.group.empty() ? "" : ", in group " + one.group + " alone") + ")");
+  return joined(out);
+}
+
+std::string twins_words(const classifier::Twins& twins, std::string_view rows) {
+  const std::string what(rows);
+  const std::string found = thousands(twins.found) + " of " + thousands(twins.tested) +
+                            " tests are of " + what +
+                            " with the same features as a training one (" + twins.test + " as " +
+                            twins.train + "), as copies of one recording have; ";
+  if (twins.contradicting == 0) return found + "the figures are too good";
+  return found + (twins.contradicting == twins.found ? "all" : thousands(twins.contradicting)) +
+         " of them have another label there: the labels contradict each other, one of them is "
+         "wrong";
+}
+
+namespace {
+
+// The paper's slides last equally long; features of others know how long they lasted (AMB-3), and
+// with the rms norm too: Sh and Hfrq are of the spectrum, which has more bins the longer it is.
+std::string motion_words(const MotionLengths& motion) {
+  constexpr double alike = 1.05;
+  if (static_cast<double>(motion.longest) <= alike * static_cast<double>(motion.shortest))
+    return {};
+  return std::to_string(motion.shortest) + " to " + std::to_string(motion.longest) +
+         " samples a slide; norm.M (but for --norm rms), Sh.M and Hfrq.M change with their number, "
+         "so that a label may be told by how long its slides last; --window-s makes them equally "
+         "long";
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> facts_of(const EvaluateArgs& args,
+                                                          const ChosenTrials& chosen,
+                                                          const Measured& measured) {
+  const std::size_t labels = measured.outcomes.front().evaluation.confusion.classes();
+  const bool windows = args.trials.window_s != 0.0;
+  const std::string bench(to_string(chosen.dataset.info.kind));
+  std::vector<std::pair<std::string, std::string>> out = {
+      {"data", args.dataset.string() + " (" + bench + "), " + thousands(chosen.strokes) +
+                   " trials" +
+                   (windows ? ", " + thousands(chosen.features.size()) + " windows" : "") + ", " +
+                   std::to_string(labels) + " labels"},
+      {"features", std::to_string(chosen.features.names.size()) + " of " +
+                       std::to_string(chosen.setup.taxels) + " taxels" +
+                       (args.trials.remove_level.empty() ? "" : ", level removed")},
+      {"split", split_text(args, measured.splits)}};
+  if (const std::string words = motion_words(chosen.motion); !words.empty())
+    out.emplace_back("motion", words);
+  if (!measured.never_tested.empty())
+    out.emplace_back("never tested", never_tested_words(measured.never_tested, "trials"));
+  if (measured.twins.found > 0)
+    out.emplace_back(
+        "LEAK", twins_words(measured.twins, args.trials.window_s != 0.0 ? "windows" : "trials"));
+  out.emplace_back("training", describe(args.training));
+  return out;
+}
+
+std::string report_text(const EvaluateArgs& args, const ChosenTrials& chosen,
+                        const Measured& measured) {
+  Table facts(Align::left);
+  for (const auto& [name, value] : facts_of(args, chosen, measured)) facts.row({name, value});
+  std::string out = bench_banner(chosen.dataset.info) + facts.text() +
+                    accuracy_table(measured.outcomes) + folds_text(measured) +
+                    simple_wins_text(measured.outcomes);
+  for (const Outcome& outcome : measured.outcomes)
+    out += "Confusion, " + outcome.name() + " (row: true label, column: answer):\n" +
+           confusion_text(outcome.evaluation.confusion);
+  return out + groups_text(measured) + calibration_text(measured.outcomes) +
+         curve_text(measured.curve);
+}
+
+}  // namespace weft::daemon::cli

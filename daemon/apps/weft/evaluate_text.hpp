@@ -1,0 +1,41 @@
+#pragma once
+// What `weft evaluate` measured, for people and for programs.
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "classifier/vibro/extract.hpp"
+#include "daemon/apps/weft/evaluate_outcome.hpp"
+
+namespace weft::daemon::cli {
+
+/// "silk (3 trials, in group g0 alone)", separated by commas; `recordings` is what they are called.
+std::string never_tested_words(const std::vector<classifier::NeverTested>& labels,
+                               std::string_view recordings);
+/// [{label, recordings, group}]; group is null where it is not one alone.
+nlohmann::json never_tested_json(const std::vector<classifier::NeverTested>& labels);
+
+/// What is wrong with figures of test rows ("trials", "windows") that training has seen, where any
+/// were.
+std::string twins_words(const classifier::Twins& twins, std::string_view rows);
+nlohmann::json twins_json(const classifier::Twins& twins);
+
+/// The files of recordings into which no window fits.
+nlohmann::json too_short_json(const std::vector<classifier::vibro::TooShort>& recordings);
+
+/// What stands above every table: data, features, split, labels that it never tests, training.
+std::vector<std::pair<std::string, std::string>> facts_of(const EvaluateArgs& args,
+                                                          const ChosenTrials& chosen,
+                                                          const Measured& measured);
+
+/// Plain text, ends with a newline.
+std::string report_text(const EvaluateArgs& args, const ChosenTrials& chosen,
+                        const Measured& measured);
+
+nlohmann::json report_json(const EvaluateArgs& args, const ChosenTrials& chosen,
+                           const Measured& measured);
+
+}  // namespace weft::daemon::cli

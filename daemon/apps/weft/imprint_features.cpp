@@ -1,0 +1,76 @@
+#include "daemon/apps/weft/imprint_features.hpp"
+
+#include <algorithm>
+#include <sstream>
+
+#include "daemon/apps/weft/scale_list.hpp"
+#include "daemon/storage/imprints/imprint_dataset.hpp"
+#include "daemon/storage/imprints/recorded_imprints.hpp"
+
+namespace weft::daemon::cli {
+
+namespace ci = classifier::imprint;
+
+Result<ci::FeaturePlan> feature_plan_from(const std::string& scales, const std::string& kinds) {
+  ci::FeaturePlan out{std::nullopt, {}};
+  std::stringstream words(kinds);
+  for (std::string word; std::getline(words, word, '+');) {
+    if ((word == "10" || word == "7") && !out.scales) {
+      auto sigmas = scales_from(scales);
+      if (!sigmas) return pass(sigmas.error(), "--scales");
+      out.scales.emplace();
+      out.scales->sigmas = std::move(*sigmas);
+      out.scales->form = word == "10" ? ci::Form::full : ci::Form::brief;
+      if (const auto features = ci::ScaleFeatures::make(*out.scales); !features)
+        return pass(features.error(), "--scales");
+    } else if (word == "laws3" || word == "laws5") {
+      out.laws.push_back(word == "laws3" ? ci::LawsSize::three : ci::LawsSize::five);
+    } else {
+      return fail(Errc::parse, "no such features of imprints", "--imprint-features",
+                  "10, 7, laws3, laws5 or a sum such as 10+laws5", kinds);
+    }
+  }
+  if (const auto features = ci::PlannedFeatures::make(out); !features)
+    return pass(features.error(), "--imprint-features");
+  return out;
+}
+
+std::vector<std::string> imprint_groups(const Dataset& dataset,
+                                        std::span<const ci::Imprint> imprints) {
+  std::vector<std::string> out;
+  if (holds_scans(dataset))
+    for (const ci::Imprint& one : imprints) out.push_back(one.object);
+  else
+    for (const classifier::Trial& trial : complete_trials(dataset)) out.push_back(trial.group);
+  return out;
+}
+
+Result<classifier::FeatureMatrix> imprint_features(const Dataset& dataset,
+                                                   const ci::FeaturePlan& plan) {
+  const auto imprints = imprints_of(dataset);
+  if (!imprints) return pass(imprints.error());
+  auto out = ci::build_matrix(*imprints, plan);
+  if (!out) return pass(out.error());
+  out->groups = imprint_groups(dataset, *imprints);
+  return out;
+}
+
+double seconds_of_imprint_features(const Dataset& dataset, const ci::FeaturePlan& plan,
+                                   const classifier::SecondsNow& seconds_now) {
+  constexpr std::size_t timed = 16;
+  const auto imprints = imprints_of(dataset);
+  auto features = ci::PlannedFeatures::make(plan);
+  if (!imprints || !features || imprints->empty()) return 0.0;
+  const std::size_t count = std::min(timed, imprints->size());
+  double sum_s = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const ci::Image& image = (*imprints)[i].image;
+    if (!features->extract(image)) return 0.0;
+    const double began_s = seconds_now();
+    if (!features->extract(image)) return 0.0;
+    sum_s += seconds_now() - began_s;
+  }
+  return sum_s / static_cast<double>(count);
+}
+
+}  // namespace weft::daemon::cli

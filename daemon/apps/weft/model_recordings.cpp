@@ -1,0 +1,151 @@
+#include "daemon/apps/weft/model_recordings.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "classifier/vibro/recording_model.hpp"
+#include "daemon/apps/weft/answer_words.hpp"
+#include "daemon/apps/weft/classify_command.hpp"
+#include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/evaluate_recordings.hpp"
+#include "daemon/apps/weft/evaluate_text.hpp"
+#include "daemon/apps/weft/open_recordings.hpp"
+#include "daemon/apps/weft/train_command.hpp"
+#include "daemon/base/file/atomic_file.hpp"
+#include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/base/version/software_version.hpp"
+#include "daemon/pages/plot/too_short_words.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+namespace vibro = classifier::vibro;
+using nlohmann::json;
+
+struct RecordingPlan {
+  vibro::RecordingSetup setup;
+  vibro::PipelineOptions pipeline;
+};
+
+Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
+  const RecordingChoice& choice = args.recordings;
+  if (auto ok = check_given(args.trials.given, DataKind::whole_recordings); !ok)
+    return pass(ok.error(), args.dataset.string());
+  if (choice.methods.size() > 1)
+    return fail(Errc::invalid_argument, "a model has one learner", "--method", "one name",
+                joined(choice.methods, ","));
+  const auto features = features_of(choice);
+  if (!features) return pass(features.error());
+  const auto method = vibro::method_from(choice.methods.empty() ? "LDA" : choice.methods.front());
+  if (!method) return pass(method.error(), "--method");
+  RecordingPlan out;
+  out.setup.features = *features;
+  if (args.trials.window_s > 0.0) out.setup.window_s = args.trials.window_s;
+  out.setup.step_s = choice.step_s;
+  out.pipeline.method = *method;
+  const std::size_t columns = vibro::columns_of(set.recordings.front().channels, *features).size();
+  out.pipeline.components = std::min(choice.components, columns);
+  out.pipeline.learner.seed = args.training.seed;
+  out.pipeline.learner.threads = args.training.threads;
+  return out;
+}
+
+std::string words_of(const RecordingPlan& plan, const std::string& exploration) {
+  return std::string(vibro::to_string(plan.pipeline.method)) + ", " +
+         std::string(vibro::to_string(plan.setup.features.family)) + " " +
+         std::string(vibro::to_string(plan.setup.features.combine)) + ", " +
+         general(plan.setup.window_s) + " s windows every " + general(plan.setup.step_s) + " s, " +
+         std::to_string(plan.pipeline.components) + " components, seed " +
+         std::to_string(plan.pipeline.learner.seed) +
+         (exploration.empty() ? "" : ", exploration " + exploration);
+}
+
+json by_label(const std::vector<std::string>& labels, const std::vector<std::size_t>& windows) {
+  json out = json::object();
+  for (std::size_t k = 0; k < labels.size(); ++k)
+    if (windows[k] > 0) out[labels[k]] = windows[k];
+  return out;
+}
+
+}  // namespace
+
+bool is_about_recordings(const TrainArgs& args) {
+  return !args.recordings.methods.empty() || is_recordings_file(args.dataset);
+}
+
+Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
+  if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());
+  const auto set = open_recordings(args.dataset, args.trials.exploration, true);
+  if (!set) return pass(set.error());
+  const auto plan = plan_for(args, *set);
+  if (!plan) return pass(plan.error());
+  const double began_s = steady_wall_seconds();
+  const auto model =
+      vibro::train_recording_model(set->recordings, plan->setup, plan->pipeline,
+                                   {std::string(to_string(set->kind)), recordings_sha256(*set),
+                                    software_version(), words_of(*plan, args.trials.exploration)});
+  if (!model) return pass(model.error(), args.dataset.string());
+  const double train_s = steady_wall_seconds() - began_s;
+  const auto too_short = vibro::too_short_for(plan->setup, set->recordings);
+  const std::size_t trained = set->recordings.size() - too_short.size();
+  std::ostringstream text;
+  if (auto ok = vibro::save_recording_model(*model, text); !ok) return pass(ok.error());
+  if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());
+  print(console,
+        bench_banner(set->kind) + args.out.string() + ": " + std::to_string(model->labels.size()) +
+            " textures, " + words_of(*plan, args.trials.exploration) + ", trained on " +
+            std::to_string(trained) + " recordings in " + duration(train_s) + "\n" +
+            (too_short.empty() ? "" : "  " + too_short_words(too_short) + "\n"),
+        {{"command", "train"},
+         {"kind", "recordings"},
+         {"file", args.out.string()},
+         {"bench", to_string(set->kind)},
+         {"dataset_sha256", model->provenance.dataset_sha256},
+         {"training", model->provenance.training},
+         {"method", vibro::to_string(model->method)},
+         {"components", model->pipeline.components()},
+         {"labels", model->labels},
+         {"recordings", trained},
+         {"too_short", too_short_json(too_short)},
+         {"window_s", model->setup.window_s},
+         {"step_s", model->setup.step_s},
+         {"train_s", train_s}});
+  return exit_ok;
+}
+
+Result<int> run_classify_recordings(const ClassifyArgs& args, Console& console) {
+  std::ifstream in(args.model, std::ios::binary);
+  const auto model = vibro::load_recording_model(in);
+  if (!model) return pass(model.error(), args.model.string());
+  const auto set = open_all_recordings(args.trials);
+  if (!set) return pass(set.error());
+  const auto answers = vibro::classify_recordings(*model, set->recordings);
+  if (!answers) return pass(answers.error(), args.trials.string());
+  std::string text = bench_banner(set->kind) + trained_banner(model->provenance);
+  json list = json::array();
+  for (const vibro::RecordingAnswer& a : *answers) {
+    std::size_t windows = 0;
+    for (const std::size_t n : a.windows) windows += n;
+    text += a.file + ": " + model->labels[a.label] + "  (" + std::to_string(a.windows[a.label]) +
+            " of " + std::to_string(windows) + " windows)\n";
+    list.push_back({{"file", a.file},
+                    {"label", model->labels[a.label]},
+                    {"windows", by_label(model->labels, a.windows)}});
+    if (!a.true_label.empty()) list.back()["true_label"] = a.true_label;
+  }
+  print(console, text,
+        {{"command", "classify"},
+         {"kind", "recordings"},
+         {"model", args.model.string()},
+         {"model_bench", model->provenance.bench},
+         {"method", vibro::to_string(model->method)},
+         {"bench", to_string(set->kind)},
+         {"recordings", std::move(list)}});
+  return exit_ok;
+}
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,36 @@
+#include "daemon/apps/weft/open_recordings.hpp"
+
+#include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/trial_choice.hpp"
+
+namespace weft::daemon::cli {
+
+Result<RecordingSet> open_all_recordings(const std::filesystem::path& path) {
+  if (is_recordings_file(path)) return read_recordings(path);
+  const auto dataset = open_dataset(path);
+  if (!dataset) return pass(dataset.error());
+  auto out = recordings_of(*dataset);
+  if (!out) return pass(out.error(), path.string());
+  return out;
+}
+
+Result<RecordingSet> open_recordings(const std::filesystem::path& path,
+                                     const std::string& exploration, bool one_exploration) {
+  if (exploration.find('+') != std::string::npos)
+    return fail(Errc::unsupported, "recordings of two explorations have nothing in common",
+                "--exploration", "one name", exploration);
+  if (is_recordings_file(path)) {
+    if (exploration.empty()) return read_recordings(path);
+    return fail(Errc::invalid_argument, "a file of recordings has no explorations",
+                path.string() + ": --exploration", "a campaign", exploration);
+  }
+  const auto dataset = open_dataset(path);
+  if (!dataset) return pass(dataset.error());
+  const auto chosen = exploration_of(*dataset, exploration, one_exploration);
+  if (!chosen) return pass(chosen.error(), path.string());
+  auto out = recordings_of(*dataset, *chosen);
+  if (!out) return pass(out.error(), path.string());
+  return out;
+}
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,296 @@
+#include "daemon/apps/weft/run_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "daemon/analysis/report/json_parts.hpp"
+#include "daemon/analysis/report/report.hpp"
+#include "daemon/analysis/report/simulation_words.hpp"
+#include "daemon/apps/weft/campaign_report.hpp"
+#include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/file_problems.hpp"
+#include "daemon/apps/weft/number_range.hpp"
+#include "daemon/apps/weft/operator_prompt.hpp"
+#include "daemon/apps/weft/own_daemon.hpp"
+#include "daemon/apps/weft/progress.hpp"
+#include "daemon/apps/weft/rig_words.hpp"
+#include "daemon/apps/weft/run_hand_over.hpp"
+#include "daemon/apps/weft/stop_signals.hpp"
+#include "daemon/apps/weft/table.hpp"
+#include "daemon/apps/weft/train_options.hpp"
+#include "daemon/apps/weft/trial_choice.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/resume.hpp"
+#include "daemon/storage/certificate/certificate.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using nlohmann::json;
+
+json summary_json(const CampaignSummary& s) {
+  json out = run_json(s);
+  out.erase("error");  // the word for a command that failed
+  out["command"] = "run";
+  out["bench"] = to_string(s.bench);
+  out["level"] = s.level;
+  out["campaign_file"] = s.campaign_file.string();
+  out["dataset_file"] = s.dataset_file.string();
+  out.erase("dataset_error");  // a sentence there, all of it here
+  if (s.error) out["campaign_error"] = error_json(*s.error);
+  if (s.dataset_error) out["dataset_error"] = error_json(*s.dataset_error);
+  return out;
+}
+
+std::string summary_text(const CampaignSummary& s) {
+  Table facts(Align::left);
+  facts.row({"trials", std::to_string(s.trials_complete) + " of " +
+                           std::to_string(s.trials_planned) + " complete" + ended_early_words(s)});
+  if (s.takes_rejected > 0)
+    facts.row({"bad takes", std::to_string(s.takes_rejected) + ", kept and taken again"});
+  if (s.virtual_s > 0) facts.row({"bench time", duration(s.virtual_s)});
+  facts.row({"wall time", duration(s.wall_s)});
+  if (s.force.samples > 0)
+    facts.row({"force error", fixed(s.force.rms_n(), 3) + " N RMS while held"});
+  facts.row({"campaign", s.campaign_file.string()});
+  if (!s.dataset_sha256.empty()) {
+    facts.row({"data set", s.dataset_file.string()});
+    facts.row({"sha256", s.dataset_sha256});
+  }
+  std::string out = bench_banner(s.bench) + "Campaign " + s.name +
+                    (is_complete(s) ? "" : ", " + incomplete_words(s)) + "\n" + facts.text();
+  if (s.error) out += "  first problem: " + to_string(*s.error) + "\n";
+  return out + simulation_text(s.simulation);
+}
+
+std::string report_text(const CampaignReport& report) {
+  return report.summary + "Report: " + report.html.string() + ", " + report.json.string() + "\n";
+}
+
+json report_json(const CampaignSummary& summary, const CampaignReport& report) {
+  json out = summary_json(summary);
+  out["report_html"] = report.html.string();
+  out["report_json"] = report.json.string();
+  if (report.not_classified) out["not_classified"] = error_json(*report.not_classified);
+  if (report.selected) out["selected"] = true;
+  return out;
+}
+
+struct Ran {
+  Result<CampaignSummary> summary;
+  int signal;  ///< that asked the campaign to stop, or 0
+};
+
+CampaignRequest request_of(const RunArgs& args, Console& console) {
+  return {args.recipe,
+          args.rig,
+          args.out,
+          args.seed,
+          asked_of(args.fidelity),
+          args.error_check,
+          settings_of(args.plugins, console),
+          args.resume,
+          args.level,
+          std::chrono::seconds(std::llround(args.level_max_age_h * 3600))};
+}
+
+std::string preview_text(const ResumePreview& preview) {
+  std::string text = std::to_string(preview.complete) + " of " + std::to_string(preview.planned) +
+                     " trials are complete. To resume:\n";
+  for (const std::string& step : preview.will) text += "  " + step + "\n";
+  return text;
+}
+
+json preview_json(const ResumePreview& preview) {
+  return {{"command", "run"},
+          {"will", preview.will},
+          {"trials_planned", preview.planned},
+          {"trials_complete", preview.complete},
+          {"trials_left", preview.left}};
+}
+
+/// Both are told, where there are both.
+template <class Told>
+std::function<void(const Told&)> both(std::function<void(const Told&)> one,
+                                      std::function<void(const Told&)> other) {
+  if (!other) return one;
+  return [one = std::move(one), other = std::move(other)](const Told& told) {
+    one(told);
+    other(told);
+  };
+}
+
+/// The campaign as the terminal shows and ends it, beside what its daemon asks of it by `hooks`.
+/// `asks`: the recipe has operator steps.
+Ran run_until_stopped(const RunArgs& args, bool asks, Console& console) {
+  ProgressPrinter progress(console.err, console.terminal);
+  const StopSignals signals;
+  const CampaignRequest request = request_of(args, console);
+  const Campaign campaign = [&](CampaignHooks hooks) {
+    RunOrders own_orders;
+    std::optional<OperatorPrompt> people;
+    hooks.progress = both<TrialProgress>([&](const auto& line) { progress(line); }, hooks.progress);
+    hooks.device_log = [&](const DeviceLogLine& line) {
+      progress.finish();
+      console.err << "weft: " << line.device << ": "
+                  << (line.level == LogLevel::error ? "error: " : "warning: ") << line.text
+                  << std::endl;
+    };
+    hooks.stop = &signals.asked();
+    if (hooks.orders == nullptr) hooks.orders = &own_orders;
+    if (asks) {
+      people.emplace(args.yes ? -1 : console.keyboard, console.err, *hooks.orders);
+      hooks.moment = both<RunMoment>(
+          [&](const RunMoment& moment) {
+            if (moment.asked) progress.finish();
+            people->moment(moment);
+          },
+          hooks.moment);
+    }
+    auto summary = run_campaign(request, hooks);
+    progress.finish();
+    return summary;
+  };
+  Result<CampaignSummary> summary = run_with_daemon(args, request, campaign, console);
+  return {std::move(summary), signals.number()};
+}
+
+/// What a campaign that was asked to stop leaves behind. Returns the status of a process that the
+/// signal ended, as shells count.
+int interrupted(const CampaignSummary& s, int signal, Console& console) {
+  console.err << "weft: interrupted by signal " << signal << ": kept " << s.trials_complete
+              << " of " << s.trials_planned << " trials complete in " << s.campaign_file.string()
+              << (s.dataset_sha256.empty() ? "" : " and " + s.dataset_file.string()) << std::endl;
+  print(console, summary_text(s), summary_json(s));
+  return exit_signal + signal;
+}
+
+Status refuse_inputs_as_outputs(const RunArgs& args) {
+  for (const char* name : {campaign_file_name, dataset_file_name, "report.html", "report.json"})
+    for (const auto& input : {args.recipe, args.rig, args.level})
+      if (auto ok = refuse_same_file(input, args.out / name); !ok) return ok;
+  return {};
+}
+
+/// How the bench ended is told all the same, and where its record is.
+int unconcluded(const CampaignSummary& s, Console& console) {
+  print(console, summary_text(s), summary_json(s));
+  return exit_failure;
+}
+
+/// Classifies and reports what is complete. What is missing costs the exit status, not the data.
+Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, Console& console) {
+  const int recorded = is_complete(summary) ? exit_ok : exit_failure;
+  if (!args.evaluate && is_complete(summary) && summary.wants_hand_over &&
+      !is_handed_over(args.out))
+    console.err << "weft: the campaign was not handed over, as its recipe asks, for --no-evaluate "
+                   "was given; the same command with --resume in its place does it\n";
+  if (!args.evaluate || summary.trials_complete == summary.trials_ended_early) {
+    print(console, summary_text(summary), summary_json(summary));
+    return recorded;
+  }
+  const Result<CampaignReport> report = write_report(summary, args.out, args.repeats, console);
+  if (!report) return pass(report.error());
+  if (!is_complete(summary))
+    console.err << "weft: the campaign is not complete (" << incomplete_words(summary)
+                << "); the report is of the complete trials\n";
+  if (report->not_classified)
+    console.err << "weft: the campaign was not classified, its data are kept in "
+                << summary.dataset_file.string() << ": " << to_string(*report->not_classified)
+                << '\n';
+  if (report->selected)
+    console.err << "weft: the campaign was not classified: slides of it ended early, and the whole "
+                   "ones are those that the vote was unsure of; weft evaluate does it all the "
+                   "same\n";
+  const auto handed = hand_over_of(summary, args.out, console);
+  if (handed && handed->failed)
+    console.err << "weft: the campaign was not handed over, its data are kept in "
+                << summary.dataset_file.string() << ": " << to_string(*handed->failed) << '\n';
+  json out = report_json(summary, *report);
+  if (handed) out["handover"] = json_of(*handed);
+  print(console, report_text(*report) + (handed ? text_of(*handed) : ""), out);
+  return report->not_classified || (handed && handed->failed) ? exit_failure : recorded;
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, RunArgs& args) {
+  command.add_option("RECIPE", args.recipe, "recipe file (JSON)")->required();
+  command.add_option("--rig", args.rig, "rig file (JSON)")->required();
+  command.add_option("--out", args.out, "folder for the campaign, its data set and report")
+      ->required();
+  command.add_option("--seed", args.seed, "in place of the recipe's")->check(seed_problem);
+  add_options(command, args.fidelity);
+  add_options(command, args.plugins);
+  command.add_flag("!--no-error-check", args.error_check,
+                   "do not play the first trial of each fabric and exploration again, more finely, "
+                   "for the error of the simulation");
+  command.add_flag("!--no-evaluate", args.evaluate,
+                   "record only: no classification, no report, no hand-over");
+  command.add_option("--level", args.level,
+                     "what weft align --json said: the plate is held at the level that was found");
+  command
+      .add_option(
+          "--level-max-age-h", args.level_max_age_h,
+          "a level that was found longer ago is refused; 0: any age, and by a clock that was ahead")
+      ->check(number_range(0.0, 1e6))
+      ->capture_default_str();
+  command.add_flag("--yes", args.yes,
+                   "operator steps count as done without asking: for a bench that needs nobody");
+  command.add_flag("--resume", args.resume,
+                   "go on with the campaign in the folder, with the repetition that was cut short");
+  command.add_flag("--preview", args.preview, "with --resume: what is left, step by step; no move");
+  command.add_option("--socket", args.socket,
+                     "where others look at the campaign, hold it and end it meanwhile: weft watch, "
+                     "pause, stop ... --socket; OUT/weftd.sock");
+  command.add_option("--repeats", args.repeats, "random splits of the classification")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+}
+
+Result<int> run_run(const RunArgs& args, Console& console) {
+  const ReadersMayGo to_the_end;
+  if (auto ok = refuse_inputs_as_outputs(args); !ok) return pass(ok.error());
+  const Result<Preflight> found = preflight(request_of(args, console));
+  if (!found) return pass(found.error());
+  if (!found->problems.empty()) return refuse(found->problems, console);
+  if (args.preview && !args.resume)
+    return fail(Errc::invalid_argument, "only a resume is previewed", "--preview", {}, {},
+                "Give --resume too; weft check looks at a recipe");
+  if (args.resume) {
+    const auto preview = preview_resume(request_of(args, console));
+    if (!preview) return pass(preview.error());
+    if (args.preview) {
+      print(console, preview_text(*preview), preview_json(*preview));
+      return exit_ok;
+    }
+    console.err << preview_text(*preview);
+  }
+  const bool asks = found->plan->forecast.asks > 0;
+  if (asks && !args.yes && console.keyboard < 0)
+    return fail(
+        Errc::unsupported, "the recipe asks for people, and standard input is no terminal",
+        "operator_steps", "a terminal, or --yes",
+        std::to_string(found->plan->forecast.asks) + " requests",
+        "With weftd people confirm by weft confirm; --yes is for a bench that needs nobody");
+  const auto [summary, signal] = run_until_stopped(args, asks, console);
+  if (!summary && signal == 0) return pass(summary.error());
+  if (!summary) {
+    report(console, summary.error());
+    return exit_signal + signal;
+  }
+  if (const std::string left = rig_words(summary->cleanup, summary->rig); !left.empty())
+    console.err << "weft: " << left << std::endl;
+  if (summary->dataset_error)
+    console.err << "weft: the campaign was not concluded, what is on record is kept in "
+                << summary->campaign_file.string() << ": " << to_string(*summary->dataset_error)
+                << "\nweft: weft run --resume goes on from there" << std::endl;
+  if (signal != 0) return interrupted(*summary, signal, console);
+  if (summary->dataset_error) return unconcluded(*summary, console);
+  return conclude(args, *summary, console);
+}
+
+}  // namespace weft::daemon::cli

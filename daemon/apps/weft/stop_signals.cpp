@@ -1,0 +1,76 @@
+#include "daemon/apps/weft/stop_signals.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+// A signal handler reaches nothing but what is static.
+std::atomic<bool> stop_asked{false};
+std::atomic<int> stop_number{0};
+std::atomic<bool> hung_up{false};
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
+
+extern "C" void on_stop_signal(int number) {
+  if (number == SIGHUP) {  // no person's word: one that follows is the first
+    hung_up.store(true);
+    stop_asked.store(true);
+    return;
+  }
+  int none = 0;
+  const bool first = stop_number.compare_exchange_strong(none, number);
+  stop_asked.store(true);
+  signal(SIGINT, SIG_DFL);
+  signal(SIGTERM, SIG_DFL);
+  if (!first) raise(number);  // two threads were told at once; it ends when this one returns
+}
+
+// On one thread each signal waits while the other is handled, and the second meets its default
+// effect.
+void install(int number, struct sigaction& before) {
+  struct sigaction action {};
+  action.sa_handler = on_stop_signal;
+  action.sa_flags = SA_RESTART;
+  sigemptyset(&action.sa_mask);
+  sigaddset(&action.sa_mask, SIGINT);
+  sigaddset(&action.sa_mask, SIGTERM);
+  sigaddset(&action.sa_mask, SIGHUP);
+  sigaction(number, nullptr, &before);
+  if (before.sa_handler != SIG_IGN) sigaction(number, &action, nullptr);
+}
+
+}  // namespace
+
+ReadersMayGo::ReadersMayGo() {
+  struct sigaction ignored {};
+  ignored.sa_handler = SIG_IGN;
+  sigaction(SIGPIPE, &ignored, &before_);
+}
+
+ReadersMayGo::~ReadersMayGo() {
+  sigaction(SIGPIPE, &before_, nullptr);
+}
+
+StopSignals::StopSignals() {
+  stop_asked.store(false);
+  stop_number.store(0);
+  hung_up.store(false);
+  install(SIGINT, before_interrupt_);
+  install(SIGTERM, before_terminate_);
+  install(SIGHUP, before_hangup_);
+}
+
+StopSignals::~StopSignals() {
+  sigaction(SIGINT, &before_interrupt_, nullptr);
+  sigaction(SIGTERM, &before_terminate_, nullptr);
+  sigaction(SIGHUP, &before_hangup_, nullptr);
+}
+
+const std::atomic<bool>& StopSignals::asked() const {
+  return stop_asked;
+}
+
+int StopSignals::number() const {
+  const int asked = stop_number.load();
+  return asked == 0 && hung_up.load() ? SIGHUP : asked;
+}
+
+}  // namespace weft::daemon::cli

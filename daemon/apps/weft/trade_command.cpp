@@ -1,0 +1,258 @@
+#include "daemon/apps/weft/trade_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "daemon/analysis/tradeoff/measure_classifier.hpp"
+#include "daemon/analysis/tradeoff/trade_page.hpp"
+#include "daemon/apps/weft/campaign_report.hpp"
+#include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/number_range.hpp"
+#include "daemon/apps/weft/table.hpp"
+#include "daemon/base/file/atomic_file.hpp"
+#include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/base/version/software_version.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+constexpr double paper_fraction = 0.4;  // Khan et al. 2016: 8 of 20 trials train
+
+std::string family_problem(const std::string& word) {
+  const auto family = trade_family_from(word);
+  return family ? std::string() : to_string(family.error());
+}
+
+bool has_groups(const Dataset& dataset) {
+  std::vector<std::string> groups;
+  for (const auto& trial : dataset.trials) {
+    if (trial.group.empty()) return false;
+    if (std::ranges::find(groups, trial.group) == groups.end()) groups.push_back(trial.group);
+  }
+  return groups.size() >= 2;
+}
+
+/// As asked for; else random splits of a campaign, whose trials are independent, and groups left
+/// out in turn where others recorded.
+EvaluateArgs split_args(const TradeClassifierArgs& args, const Dataset& dataset) {
+  EvaluateArgs out;
+  out.train_groups = args.train_groups;
+  out.test_groups = args.test_groups;
+  out.train_fraction = args.train_fraction;
+  out.leave_one_group_out = args.leave_one_group_out;
+  out.repeats = args.splits;
+  out.training = args.training;
+  const bool given =
+      !args.train_groups.empty() || args.train_fraction > 0 || args.leave_one_group_out;
+  if (given) return out;
+  out.leave_one_group_out = dataset.info.source != "campaign" && has_groups(dataset);
+  if (!out.leave_one_group_out) out.train_fraction = paper_fraction;
+  return out;
+}
+
+std::string split_words(const EvaluateArgs& args, std::size_t splits) {
+  if (args.leave_one_group_out)
+    return std::to_string(splits) + " groups left out in turn, all others train";
+  if (args.train_fraction > 0)
+    return std::to_string(splits) + " random splits, " + percent(args.train_fraction, 0) +
+           " % of each label train";
+  return "groups " + joined(args.train_groups, ",") + " train, groups " +
+         joined(args.test_groups, ",") + " test";
+}
+
+SplitMaker split_maker(const TradeClassifierArgs& args, const Dataset& dataset) {
+  const EvaluateArgs how = split_args(args, dataset);
+  const std::size_t most = args.splits;
+  return [how, most](const classifier::FeatureMatrix& features) -> Result<SplitPlan> {
+    auto splits = splits_of(how, features);
+    if (!splits) return pass(splits.error());
+    if (splits->size() > most) splits->resize(most);
+    std::string words = split_words(how, splits->size());
+    return SplitPlan{std::move(*splits), std::move(words), how.leave_one_group_out};
+  };
+}
+
+Result<ClassifierTradeOptions> options_of(const TradeClassifierArgs& args) {
+  ClassifierTradeOptions out;
+  if (!args.vary.empty()) out.vary.clear();
+  for (const std::string& word : args.vary) {
+    const auto family = trade_family_from(word);
+    if (!family) return pass(family.error(), "--vary");
+    out.vary.push_back(*family);
+  }
+  const auto learner = classifier::learner_from(args.learner);
+  if (!learner) return pass(learner.error(), "--learner");
+  out.learner = *learner;
+  out.training = train_options(args.training, classifier::Reduction::pvalue);
+  out.features.norm = args.norm == "rms" ? classifier::Norm::rms : classifier::Norm::l2;
+  out.exploration = args.exploration;
+  out.timings = args.timings;
+  return out;
+}
+
+Result<TradeSet> measure(const TradeClassifierArgs& args, ClassifierTradeOptions options,
+                         const std::filesystem::path& path, Console& console) {
+  const Result<Dataset> dataset = open_dataset(path);
+  if (!dataset) return pass(dataset.error());
+  options.split = split_maker(args, *dataset);
+  const auto progress = [&](std::size_t step, std::size_t steps, const std::string& what) {
+    console.err << "trade " << step + 1 << "/" << steps << ": " << what << std::endl;
+  };
+  auto set = measure_classifier_trade(*dataset, options, steady_wall_seconds, progress);
+  if (!set) return pass(set.error(), path.string());
+  set->dataset = path.string();
+  set->sha256 = dataset_sha256(*dataset);
+  return set;
+}
+
+TradeReport empty_report(const TradeClassifierArgs& args) {
+  TradeReport out;
+  out.title = "Classifier: accuracy against time";
+  out.command = "trade classifier";
+  out.costs = classifier_costs();
+  out.notes = {
+      "One setting at a time differs from the default. All choices see the same splits, except "
+      "that "
+      "a choice of speed is tested on that speed's trials alone, and another exploration has "
+      "trials "
+      "of its own.",
+      "Left, the time this machine takes to compute one answer; all features are computed whatever "
+      "the number selected. Right, the seconds of sliding (phase M) that the answer is made of.",
+      "Of the family \"stop\" a slide ends as soon as a live vote, asked after 0.5, 1, 2, 3, 4, 6, "
+      "8, "
+      "12 ... s of it, gives one fabric the probability in its name; a slide of which it is never "
+      "sure is answered by the default, whole. The time of an answer is that of one look, "
+      "probability included."};
+  out.timing = "each trial's median of " + std::to_string(args.timings) +
+               " repetitions, mean over the timed trials; features and vote on one thread, choices "
+               "in turn within each repetition, all trainings over";
+  out.training = describe(args.training);
+  out.machine = machine_text();
+  out.software = software_version();
+  out.commit = software_commit();
+  return out;
+}
+
+Result<std::string> set_text(const TradeSet& set, const std::vector<TradeCost>& costs) {
+  Table table;
+  std::vector<std::string> head{"choice", "accuracy %", "95 % interval",
+                                "answer", "sliding",    "training"};
+  std::vector<std::vector<std::size_t>> fronts;
+  for (const TradeCost& cost : costs) {
+    auto front = front_of(set, cost);
+    if (!front) return pass(front.error(), set.dataset);
+    fronts.push_back(std::move(*front));
+    head.push_back("front: " + cost.words);
+  }
+  table.row(head);
+  for (std::size_t i = 0; i < set.points.size(); ++i) {
+    const TradePoint& p = set.points[i];
+    std::vector<std::string> row{p.name,
+                                 percent(p.accuracy, 2),
+                                 percent(p.ci95.low, 2) + " to " + percent(p.ci95.high, 2),
+                                 duration(p.answer_s),
+                                 fixed(p.contact_s, 2) + " s",
+                                 duration(p.train_s)};
+    for (const auto& front : fronts)
+      row.emplace_back(std::ranges::find(front, i) == front.end() ? "" : "*");
+    table.row(row);
+  }
+  std::string out = bench_banner(set.bench) + set.dataset + " (" +
+                    std::string(to_string(set.bench)) + ")\n" + table.text();
+  for (const auto& [family, why] : set.left_out) out += "  left out: " + family + ", " + why + "\n";
+  return out;
+}
+
+Status write(const TradeClassifierArgs& args, const TradeReport& report,
+             const nlohmann::ordered_json& data) {
+  const auto page = trade_html(report);
+  if (!page) return pass(page.error());
+  if (Status ok = write_text_file(args.out, *page); !ok || args.data.empty()) return ok;
+  const std::string text =
+      data.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return write_text_file(args.data, text);
+}
+
+void add_split_options(CLI::App& command, TradeClassifierArgs& args) {
+  auto* train = command.add_option("--train-groups", args.train_groups, "groups that train: A,B");
+  auto* test = command.add_option("--test-groups", args.test_groups, "groups that test: C");
+  train->delimiter(',')->allow_extra_args(false)->needs(test);
+  test->delimiter(',')->allow_extra_args(false)->needs(train);
+  auto* fraction =
+      command.add_option("--train-fraction", args.train_fraction,
+                         "random splits with this share of each label's trials training; without "
+                         "any of these 0.4 for campaigns, else each group left out in turn");
+  fraction->excludes(train)->check(number_range(0.001, 0.999));
+  command
+      .add_flag("--leave-one-group-out", args.leave_one_group_out,
+                "every group tests once, all others train")
+      ->excludes(train)
+      ->excludes(fraction);
+  command.add_option("--splits", args.splits, "most splits of a kind that gives several")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, TradeClassifierArgs& args) {
+  command.add_option("DATASET", args.datasets, "data sets (HDF5); each has a picture of its own")
+      ->required();
+  command.add_option("-o,--output", args.out, "page to write (HTML)")->required();
+  command.add_option("--data", args.data, "the figures behind it to write (JSON)");
+  command
+      .add_option("--vary", args.vary,
+                  "some of features,learner,slide,speed,exploration,vote,stop; without it all")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(family_problem);
+  command.add_option("--learner", args.learner, "of the default that the others differ from")
+      ->check(CLI::IsMember({"pvalue", "pca", "all", "lda", "svc", "trees", "cores-best", "best"}))
+      ->capture_default_str();
+  command.add_option("--exploration", args.exploration,
+                     "of the default, such as M2 or M1+M2; without it the data set's first");
+  command
+      .add_option("--norm", args.norm,
+                  "F_norm: l2 as in the paper, or rms for motions of different lengths")
+      ->check(CLI::IsMember({"l2", "rms"}))
+      ->capture_default_str();
+  add_split_options(command, args);
+  command.add_option("--timings", args.timings, "repetitions of which the median is shown")
+      ->check(CLI::Range(5, 10000))
+      ->capture_default_str();
+  add_train_options(command, args.training);
+}
+
+Result<TradeReport> measured_trade(const TradeClassifierArgs& args, Console& console,
+                                   std::string& text) {
+  const auto options = options_of(args);
+  if (!options) return pass(options.error());
+  TradeReport report = empty_report(args);
+  for (const auto& path : args.datasets) {
+    auto set = measure(args, *options, path, console);
+    if (!set) return pass(set.error());
+    const auto lines = set_text(*set, report.costs);
+    if (!lines) return pass(lines.error());
+    text += *lines;
+    report.sets.push_back(std::move(*set));
+  }
+  return report;
+}
+
+Result<int> run_trade_classifier(const TradeClassifierArgs& args, Console& console) {
+  const Output outputs[] = {{"page", args.out}, {"data", args.data}};
+  if (Status ok = check_outputs(args.datasets, outputs); !ok) return pass(ok.error());
+  std::string text;
+  const auto report = measured_trade(args, console, text);
+  if (!report) return pass(report.error());
+  const auto data = trade_json(*report);
+  if (!data) return pass(data.error());
+  if (Status ok = write(args, *report, *data); !ok) return pass(ok.error());
+  print(console, text + "page: " + args.out.string() + "\n", nlohmann::json(*data));
+  return exit_ok;
+}
+
+}  // namespace weft::daemon::cli

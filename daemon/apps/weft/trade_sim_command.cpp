@@ -1,0 +1,237 @@
+#include "daemon/apps/weft/trade_sim_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <sstream>
+
+#include "daemon/analysis/tradeoff/sim/reference_file.hpp"
+#include "daemon/analysis/tradeoff/sim/sim_page.hpp"
+#include "daemon/apps/weft/campaign_report.hpp"
+#include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/table.hpp"
+#include "daemon/base/file/atomic_file.hpp"
+#include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/base/version/software_version.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using Progress = std::function<void(const std::string&)>;
+
+constexpr const char* no_scene = "none";
+constexpr double quick_slide_s = 2;
+
+Result<std::string> text_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::stringstream text;
+  if (!(text << file.rdbuf()))
+    return fail(Errc::not_found, "cannot read a file", path.string(), "a file", {},
+                "Run it from the repository's root or name the file");
+  return text.str();
+}
+
+Result<sim::FabricLibrary> library_of(const TradeSimArgs& args) {
+  const auto text = text_of(args.fabrics);
+  if (!text) return pass(text.error(), "--fabrics");
+  auto library = sim::parse_fabrics(*text);
+  if (!library) return pass(library.error(), args.fabrics.string());
+  return library;
+}
+
+std::vector<std::string> scenes_of(const TradeSimArgs& args) {
+  if (args.scenes == std::vector<std::string>{no_scene}) return {};
+  return args.scenes.empty() ? sim_scene_names() : args.scenes;
+}
+
+Status check_files(const TradeSimArgs& args) {
+  std::vector<std::filesystem::path> inputs{args.fabrics};
+  if (!args.reference.empty()) inputs.push_back(args.reference);
+  const Output outputs[] = {{"page", args.out}, {"data", args.data}, {"table", args.table}};
+  if (Status ok = check_outputs(inputs, outputs); !ok) return ok;
+  if (args.table.empty() || !scenes_of(args).empty()) return {};
+  return fail(Errc::invalid_argument, "without a scene there is nothing to write into the table",
+              "--table", "scenes", "--scenes none", "Leave out --scenes or --table");
+}
+
+Result<SimTradeOptions> options_of(const TradeSimArgs& args, const sim::FabricLibrary& library) {
+  SimTradeOptions out;
+  out.scenes = scenes_of(args);
+  out.timings = args.timings;
+  out.quick = args.quick;
+  if (args.reference.empty()) return out;
+  std::vector<SimScene> scenes;
+  for (const std::string& name : out.scenes) {
+    auto scene = make_sim_scene(name, library, args.quick);
+    if (!scene) return pass(scene.error());
+    scenes.push_back(std::move(*scene));
+  }
+  const auto text = text_of(args.reference);
+  if (!text) return pass(text.error(), "--reference");
+  auto references = read_references(*text, scenes);
+  if (!references) return pass(references.error(), args.reference.string());
+  out.references = std::move(*references);
+  return out;
+}
+
+std::string load_text() {
+  double load[3] = {};
+  return getloadavg(load, 3) > 0 ? fixed(load[0], 1) : std::string("unknown");
+}
+
+std::string command_text(const TradeSimArgs& args) {
+  std::string out = "weft trade sim";
+  if (!args.scenes.empty()) out += " --scenes " + joined(args.scenes, ",");
+  if (args.quick) out += " --quick";
+  if (args.downstream)
+    out += " --downstream --seeds " + std::to_string(args.seeds) + " --trials " +
+           std::to_string(args.trials);
+  if (!args.reference.empty()) out += " --reference " + args.reference.filename().string();
+  return out;
+}
+
+std::string text_of(const SimSceneResult& scene) {
+  Table table;
+  table.row({"setting", "force error", "rms", "of the step", "pads LSB rms", "x real time",
+             "median", "front"});
+  const auto newtons = [](double n) { return general(n) + " N"; };
+  for (const SimPoint& p : scene.points)
+    table.row({p.setting.name(), newtons(p.total.worst_n.max), newtons(p.total.worst_n.rms),
+               p.discretisation ? newtons(p.discretisation->worst_n.max) : "",
+               p.total.pads_lsb ? fixed(p.total.pads_lsb->rms, 3) : "", fixed(1 / p.best_s, 0),
+               fixed(1 / p.median_s, 0), p.front ? "*" : p.failure});
+  std::string out =
+      "SIMULATED  " + scene.scene + ": " + scene.words + "\nreference: " + scene.reference + "\n";
+  if (scene.agreement_n)
+    out += "finest L2 differs from it by " + newtons(scene.agreement_n->max) + "\n";
+  out += table.text();
+  for (const SimRefusal& r : scene.refusals)
+    out += "  refused: " + r.setting.name() + ", " + r.why + "\n";
+  return out + "\n";
+}
+
+std::string text_of(const DownstreamResult& result) {
+  Table table;
+  std::vector<std::string> head{"channels", "learner", "swatches"};
+  for (const std::string& level : result.levels) head.push_back("trained " + level);
+  table.row(head);
+  std::vector<std::string> row;
+  for (const Transfer& t : result.transfers) {
+    if (t.tested != result.levels.back()) continue;
+    if (row.empty()) row = {t.channels, t.learner, t.across_swatches ? "others" : "same"};
+    row.push_back(percent(t.accuracy.mean) + " (" + percent(t.accuracy.ci95.low) + " to " +
+                  percent(t.accuracy.ci95.high) + ")");
+    if (row.size() < head.size()) continue;
+    table.row(row);
+    row.clear();
+  }
+  std::string out = "SIMULATED  accuracy % when tested at " + result.levels.back() +
+                    ", 95 % intervals over " + std::to_string(result.seeds) + " seeds\n" +
+                    table.text();
+  for (const FeatureShift& s : result.shifts)
+    out += "  " + s.channels + " at " + s.level + ": Spearman " + fixed(s.spearman.mean, 3) +
+           ", largest shift " + general(s.max_shift.mean) + " deviations (" + s.shifted + ")\n";
+  return out + "\n";
+}
+
+Result<DownstreamResult> downstream(const TradeSimArgs& args, const sim::FabricLibrary& library,
+                                    const Progress& progress) {
+  DownstreamOptions options;
+  options.seeds = args.seeds;
+  options.campaign.trials = args.trials;
+  if (args.quick) {
+    options.campaign.fabrics = quick_fabrics;
+    options.campaign.slide_s = quick_slide_s;
+  }
+  return measure_downstream(library, options, progress);
+}
+
+Status write(const TradeSimArgs& args, const SimTradeReport& report) {
+  const auto text = [](const nlohmann::ordered_json& object, int indent) {
+    return object.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  };
+  if (Status ok = write_text_file(args.out, sim_trade_html(report)); !ok) return ok;
+  if (!args.data.empty())
+    if (Status ok = write_text_file(args.data, text(sim_trade_json(report), 2)); !ok) return ok;
+  if (args.table.empty()) return {};
+  return write_text_file(args.table, text(fidelity_table_json(report), 1));
+}
+
+SimTradeReport empty_report(const TradeSimArgs& args) {
+  SimTradeReport out;
+  out.command = command_text(args);
+  out.timing = "processor time of this process, best and median of " +
+               std::to_string(args.timings) +
+               " repetitions of the whole scene, one thread; making the models is apart";
+  out.machine = machine_text();
+  out.software = software_version();
+  out.commit = software_commit();
+  return out;
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, TradeSimArgs& args) {
+  command.add_option("-o,--output", args.out, "page to write (HTML)")->required();
+  command.add_option("--data", args.data, "the figures behind it to write (JSON)");
+  command.add_option("--table", args.table,
+                     "the table to write from which a run chooses its level (sim/fidelity.json)");
+  command.add_option("--reference", args.reference,
+                     "trajectories of another solver (bench_sim_reference); without it the finest "
+                     "run of L2, and of its own step alone, is the reference");
+  command.add_option("--fabrics", args.fabrics, "cloth table")->capture_default_str();
+  command
+      .add_option("--scenes", args.scenes,
+                  "some of " + joined(sim_scene_names(), ",") + ", or none")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(sim_scene_names()) | CLI::IsMember({no_scene}));
+  command.add_flag("--quick", args.quick, "few steps and three cloths, to see that it works");
+  command.add_flag("--downstream", args.downstream,
+                   "also train classifiers at one level and test them at another");
+  command.add_option("--seeds", args.seeds, "of --downstream: rigs, swatches and trials anew")
+      ->check(CLI::Range(2, 1000))
+      ->capture_default_str();
+  command.add_option("--trials", args.trials, "of --downstream: on each swatch of a cloth")
+      ->check(CLI::Range(4, 1000))
+      ->capture_default_str();
+  command.add_option("--timings", args.timings, "repetitions of which best and median are shown")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+}
+
+Result<int> run_trade_sim(const TradeSimArgs& args, Console& console) {
+  if (Status ok = check_files(args); !ok) return pass(ok.error());
+  const auto library = library_of(args);
+  if (!library) return pass(library.error());
+  const auto options = options_of(args, *library);
+  if (!options) return pass(options.error());
+  SimTradeReport report = empty_report(args);
+  report.load = load_text();
+  const Progress progress = [&](const std::string& what) {
+    console.err << "trade: " << what << std::endl;
+  };
+  if (!options->scenes.empty()) {
+    auto scenes = measure_sim_trade(*library, *options, process_cpu_seconds, progress);
+    if (!scenes) return pass(scenes.error());
+    report.scenes = std::move(*scenes);
+  }
+  if (args.downstream) {
+    auto result = downstream(args, *library, progress);
+    if (!result) return pass(result.error());
+    report.downstream = std::move(*result);
+  }
+  report.load += " at the beginning, " + load_text() + " at the end (one-minute average)";
+  if (Status ok = write(args, report); !ok) return pass(ok.error());
+  std::string text;
+  for (const SimSceneResult& scene : report.scenes) text += text_of(scene);
+  if (report.downstream) text += text_of(*report.downstream);
+  print(console, text + "page: " + args.out.string() + "\n",
+        nlohmann::json(sim_trade_json(report)));
+  return exit_ok;
+}
+
+}  // namespace weft::daemon::cli

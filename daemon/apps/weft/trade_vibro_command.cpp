@@ -1,0 +1,193 @@
+#include "daemon/apps/weft/trade_vibro_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "daemon/analysis/tradeoff/measure_vibro.hpp"
+#include "daemon/analysis/tradeoff/trade_page.hpp"
+#include "daemon/analysis/tradeoff/vibro_tables.hpp"
+#include "daemon/apps/weft/campaign_report.hpp"
+#include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/evaluate_recordings.hpp"
+#include "daemon/apps/weft/number_range.hpp"
+#include "daemon/apps/weft/open_recordings.hpp"
+#include "daemon/apps/weft/table.hpp"
+#include "daemon/apps/weft/trial_choice.hpp"
+#include "daemon/base/file/atomic_file.hpp"
+#include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/base/version/software_version.hpp"
+#include "daemon/pages/plot/page_parts.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+namespace vibro = classifier::vibro;
+
+Result<VibroTradeOptions> vibro_options(const TradeVibroArgs& args) {
+  VibroTradeOptions out;
+  if (!args.methods.empty()) out.methods.clear();
+  for (const std::string& word : args.methods) {
+    const auto method = vibro::method_from(word);
+    if (!method) return pass(method.error(), "--method");
+    out.methods.push_back(*method);
+  }
+  if (!args.families.empty()) out.families.clear();
+  for (const std::string& word : args.families) {
+    const auto family = vibro::family_from(word);
+    if (!family) return pass(family.error(), "--features");
+    out.families.push_back(*family);
+  }
+  out.windows_s = args.windows_s;
+  out.protocol.blocks = args.blocks;
+  out.protocol.step_s = args.step_s;
+  out.protocol.per_recording = args.per_recording;
+  out.protocol.repeats = args.repeats;
+  out.protocol.seed = args.seed;
+  out.learner.seed = args.seed;
+  out.timings = args.timings;
+  return out;
+}
+
+struct NamedSet {
+  std::string path;
+  RecordingSet set;
+};
+
+// All of them before the first is measured, which takes long.
+Result<std::vector<NamedSet>> checked_sets(const TradeVibroArgs& args,
+                                           const VibroTradeOptions& options) {
+  std::vector<NamedSet> out;
+  for (const std::filesystem::path& path : args.datasets) {
+    auto set = open_recordings(path, args.exploration, false);
+    if (!set) return pass(set.error());
+    if (auto ok = check_vibro_trade(*set, options); !ok) return pass(ok.error(), path.string());
+    out.push_back({path.string(), std::move(*set)});
+  }
+  return out;
+}
+
+TradeReport vibro_report(const TradeVibroArgs& args) {
+  TradeReport out;
+  out.title = "Sound and vibration: F-score against time";
+  out.command = "trade vibro";
+  out.costs = classifier_costs();
+  out.costs.back().title = "window [s]";
+  out.costs.back().words = "window";
+  out.notes = {
+      "Every mark is a learner with a set of features, a window and a source; accuracy is the "
+      "macro "
+      "F-score. Scaling and three principal components are learnt from training windows alone.",
+      "Each set of recordings has two sections. Windows at random are the paper's protocol: nearly "
+      "every sample of a test window is in some training window, so its figures are too good. "
+      "Contiguous parts of a recording share no sample; with one recording of each material even "
+      "they do not prove that another recording would be recognised."};
+  out.timing = "an answer: features of one window, median of " + std::to_string(args.timings) +
+               ", and the learner with scaling and components, median over the test windows; one "
+               "thread";
+  out.training = "defaults of scikit-learn and XGBoost; seed " + std::to_string(args.seed);
+  out.machine = machine_text();
+  out.software = software_version();
+  out.commit = software_commit();
+  return out;
+}
+
+// The best of each learner, with its time, under each protocol.
+std::string vibro_summary(const TradeSet& set) {
+  Table table;
+  table.row({"best of", "choice", "F-score", "95 % interval", "answer"});
+  for (const std::string& learner : families_of(std::span(&set, 1))) {
+    const TradePoint* best = nullptr;
+    for (const TradePoint& p : set.points)
+      if (p.family == learner && (best == nullptr || p.accuracy > best->accuracy)) best = &p;
+    table.row({learner, best->name, fixed(best->accuracy, 3),
+               fixed(best->ci95.low, 3) + " to " + fixed(best->ci95.high, 3),
+               duration(best->answer_s)});
+  }
+  std::string left_out;
+  for (const auto& [what, why] : set.left_out)
+    left_out += "  left out: " + what + ", " + why + "\n";
+  return bench_banner(set.bench) + set.dataset + "\n  " + daemon::text_of(set.facts.back()) + "\n" +
+         left_out + table.text();
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, TradeVibroArgs& args) {
+  command
+      .add_option("DATASET", args.datasets,
+                  "recordings of `weft dataset import`, or campaigns with a vibration sensor")
+      ->required();
+  command.add_option("-o,--output", args.out, "page to write (HTML)")->required();
+  command.add_option("--data", args.data, "the figures behind it to write (JSON)");
+  command
+      .add_option("--method", args.methods,
+                  "some of NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA, Cores")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  command
+      .add_option("--features", args.families,
+                  "some of SMMRP, FFT, SMMRPFFT (these without it), SMMRP10, ALL, BANDS, WIDE")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  command.add_option("--exploration", args.exploration,
+                     "of campaigns: only trials of this exploration, such as V1");
+  command.add_option("--window-s", args.windows_s, "lengths of windows")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(number_range(0.01, 1e4))
+      ->capture_default_str();
+  command.add_option("--blocks", args.blocks, "contiguous parts of every recording")
+      ->check(CLI::Range(2, 1000))
+      ->capture_default_str();
+  command.add_option("--step-s", args.step_s, "from one window of a part to the next")
+      ->check(number_range(0.001, 1e6))
+      ->capture_default_str();
+  command.add_option("--per-recording", args.per_recording, "windows at random")
+      ->check(CLI::Range(10, 100000))
+      ->capture_default_str();
+  command.add_option("--repeats", args.repeats, "splits of windows at random")
+      ->check(CLI::Range(2, 1000))
+      ->capture_default_str();
+  command.add_option("--timings", args.timings, "windows of which the median is shown")
+      ->check(CLI::Range(5, 100000))
+      ->capture_default_str();
+  command.add_option("--seed", args.seed, "of windows, splits and learners")->capture_default_str();
+}
+
+Result<int> run_trade_vibro(const TradeVibroArgs& args, Console& console) {
+  const Output outputs[] = {{"page", args.out}, {"data", args.data}};
+  if (Status ok = check_outputs(args.datasets, outputs); !ok) return pass(ok.error());
+  const auto options = vibro_options(args);
+  if (!options) return pass(options.error());
+  TradeReport report = vibro_report(args);
+  std::string text;
+  const auto progress = [&](std::size_t step, std::size_t steps, const std::string& what) {
+    console.err << "trade " << step + 1 << "/" << steps << ": " << what << std::endl;
+  };
+  const auto sets = checked_sets(args, *options);
+  if (!sets) return pass(sets.error());
+  for (const auto& [path, set] : *sets) {
+    const auto trade = measure_vibro_trade(set, *options, steady_wall_seconds, progress);
+    if (!trade) return pass(trade.error(), path);
+    for (const vibro::Protocol protocol : {vibro::Protocol::random, vibro::Protocol::blocks}) {
+      report.sets.push_back(vibro_trade_set(*trade, set, path, protocol));
+      text += vibro_summary(report.sets.back());
+    }
+    if (const auto tables = vibro_tables_html(*trade, bench_badge(set.kind)); !tables.empty())
+      report.tables_html += "<section>\n<h2>The paper's tables, " + escape(path) + "</h2>\n" +
+                            tables + "</section>\n";
+  }
+  const auto page = trade_html(report);
+  if (!page) return pass(page.error());
+  const auto data = trade_json(report);
+  if (!data) return pass(data.error());
+  if (Status ok = write_text_file(args.out, *page); !ok) return pass(ok.error());
+  if (!args.data.empty())
+    if (Status ok = write_text_file(args.data, data->dump(2) + "\n"); !ok) return pass(ok.error());
+  print(console, text + "page: " + args.out.string() + "\n", nlohmann::json(*data));
+  return exit_ok;
+}
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,323 @@
+#include "daemon/apps/weft/train_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "classifier/baseline/fold_report.hpp"
+#include "classifier/imprint/imprint_model.hpp"
+#include "classifier/live/staged_model.hpp"
+#include "daemon/analysis/report/json_parts.hpp"
+#include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/evaluate_outcome.hpp"
+#include "daemon/apps/weft/model_recordings.hpp"
+#include "daemon/base/file/atomic_file.hpp"
+#include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/base/version/software_version.hpp"
+#include "daemon/campaign/live_watch.hpp"
+#include "daemon/storage/imprints/imprint_dataset.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using nlohmann::json;
+
+using classifier::StoredModel;
+
+namespace ci = classifier::imprint;
+
+// What came of a training, and what the two lines about it need beside the model.
+struct Trained {
+  StoredModel model;
+  std::optional<ci::ImprintSetup> imprints;  // empty: of fabrics
+  classifier::Recipe recipe;
+  std::vector<classifier::RecipeScore> scores;
+  std::size_t rows = 0;
+  double train_s = 0.0;      // choice and machine
+  double calibrate_s = 0.0;  // probabilities and the reject rule
+  classifier::TrainOptions options;
+  classifier::FoldReport folds;
+};
+
+json candidates_json(const std::vector<classifier::RecipeScore>& scores) {
+  json out = json::array();
+  for (const classifier::RecipeScore& score : scores)
+    out.push_back({{"learner", to_string(score.recipe)},
+                   {"errors", score.errors},
+                   {"tested", score.tested},
+                   {"rounds", score.rounds}});
+  return out;
+}
+
+json folds_json(const classifier::FoldReport& report) {
+  return {{"none", report.none}, {"finer", report.finer}, {"not_tested", report.untested}};
+}
+
+// Of a data set of imprints; nothing of fabrics.
+Result<std::optional<ci::ImprintSetup>> imprint_setup(const ChosenTrials& chosen) {
+  if (!chosen.imprint_plan) return std::nullopt;
+  const auto imprints = imprints_of(chosen.dataset);
+  if (!imprints) return pass(imprints.error());
+  const auto grid = grid_of(chosen.dataset, *imprints);
+  if (!grid) return pass(grid.error());
+  return ci::ImprintSetup{*grid, *chosen.imprint_plan};
+}
+
+// The model file of fabrics, or of imprints.
+Status write_model(const Trained& trained, std::ostream& out) {
+  const StoredModel& model = trained.model;
+  if (!trained.imprints) return classifier::save_model(model, out);
+  return ci::save_imprint_model({model.provenance, *trained.imprints, model.learner, model.aids},
+                                out);
+}
+
+json summary_json(const TrainArgs& args, const DatasetInfo& info, const Trained& trained) {
+  const StoredModel& stored = trained.model;
+  json out{{"command", "train"},
+           {"file", args.out.string()},
+           {"bench", stored.provenance.bench},
+           {"ended_early", json(ended_early_json(info))},
+           {"dataset_sha256", stored.provenance.dataset_sha256},
+           {"training", stored.provenance.training},
+           {"exploration", stored.setup.exploration},
+           {"learner", classifier::to_string(trained.recipe.learner)},
+           {"view", classifier::to_string(trained.recipe.view)},
+           {"labels", stored.learner.labels()},
+           {"rows", trained.rows},
+           {"features", stored.learner.feature_names().size()},
+           {"taxels", stored.setup.taxels},
+           {"unconverged", trained.options.unconverged->load()},
+           {"calibrated", stored.aids.has_value()},
+           {"train_s", trained.train_s},
+           {"calibrate_s", trained.calibrate_s}};
+  if (!trained.folds.as_asked()) out["folds"] = folds_json(trained.folds);
+  if (trained.imprints) {
+    out["kind"] = "imprints";
+    out["array"] = ci::words_of(trained.imprints->grid);
+  }
+  if (!trained.scores.empty()) out["candidates"] = candidates_json(trained.scores);
+  if (const classifier::FabricModel* model = stored.learner.cores()) {
+    const classifier::GridScore cv = model->cross_validation();
+    out["cores"] = model->cores().size();
+    out["cv_errors"] = cv.errors;
+    out["cv_loss"] = cv.loss;
+  }
+  return out;
+}
+
+std::string machine_words(const StoredModel& stored, const classifier::Recipe& recipe) {
+  const classifier::FabricModel* model = stored.learner.cores();
+  return (model == nullptr ? "" : std::to_string(model->cores().size()) + " cores, ") +
+         to_string(recipe);
+}
+
+// What no fold had a say in, where there were none.
+std::string untested_words(const Trained& trained) {
+  if (!trained.folds.none) return {};
+  std::string out = "; not tested";
+  if (!trained.scores.empty()) out += ", the simplest learner taken";
+  const auto* svc = std::get_if<classifier::MultiClassSvc>(&trained.model.learner.machine());
+  if (svc != nullptr) out += ", C " + general(svc->c()) + ", gamma " + general(svc->gamma());
+  if (!trained.model.aids) out += ", not calibrated: no probability, no \"none of these\"";
+  return out;
+}
+
+std::string folds_line(const Trained& trained) {
+  if (trained.folds.as_asked()) return {};
+  return "  folds: " + words_of(trained.folds) + untested_words(trained) + "\n";
+}
+
+std::string summary_text(const TrainArgs& args, const Trained& trained) {
+  const StoredModel& stored = trained.model;
+  std::string out = args.out.string() + ": " + std::to_string(stored.learner.labels().size()) +
+                    (trained.imprints ? " classes of imprints, " : " fabrics, ") +
+                    machine_words(stored, trained.recipe) + ", trained on " +
+                    std::to_string(trained.rows) + " feature vectors of " +
+                    std::to_string(stored.learner.feature_names().size()) + " in " +
+                    duration(trained.train_s) +
+                    (stored.aids ? ", calibrated in " + duration(trained.calibrate_s) : "") + "\n" +
+                    folds_line(trained);
+  if (!trained.scores.empty() && !trained.folds.none) {
+    const std::size_t rounds = trained.scores.front().rounds;
+    out += "  errors in cross-validation" +
+           (rounds > 1 ? ", " + std::to_string(rounds) + " rounds" : "") + ": " +
+           tried_text(trained.scores) + "\n";
+  }
+  return out;
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, TrainArgs& args) {
+  command.add_option("DATASET", args.dataset, "data set (HDF5)")->required();
+  command.add_option("-o,--output", args.out, "model file to write")->required();
+  add_trial_options(command, args.trials);
+  auto* const windows = command.get_option("--window-s");
+  command
+      .add_option("--learner,--reduction", args.learner,
+                  "cores with p-value, PCA or all features; lda: shrinkage LDA; svc: one "
+                  "multi-class SVC; trees: extremely randomised trees; cores-best, best: chosen by "
+                  "cross-validation of the whole "
+                  "learner, as `weft evaluate` does")
+      ->check(CLI::IsMember({"pvalue", "pca", "all", "cores-pvalue", "cores-pca", "cores-all",
+                             "lda", "svc", "trees", "cores-best", "best"}))
+      ->capture_default_str();
+  command
+      .add_flag(
+          "--live", args.live,
+          "for votes while a slide goes on: a model for each of 0.5, 1, 2, 3, 4, 6, 8, 12 ... "
+          "s of slide, without phase E")
+      ->excludes(windows);
+  add_train_options(command, args.training);
+  command
+      .add_option(
+          "--method", args.recordings.methods,
+          "NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA (if not told) or Cores")
+      ->expected(1)
+      ->group(recordings_group);
+  add_recording_feature_options(command, args.recordings);
+  note_given(command, args.trials.given);
+}
+
+namespace {
+
+std::string stages_text(const TrainArgs& args, const classifier::StagedModel& model,
+                        std::size_t slides, double train_s) {
+  std::vector<std::string> lengths;
+  for (std::size_t i = 0; i < model.stages.size(); ++i)
+    lengths.push_back(general(model.slide_s(i)));
+  return args.out.string() + ": " + std::to_string(model.last().learner.labels().size()) +
+         " fabrics, votes after " + joined(lengths) + " s of slide, trained on " +
+         std::to_string(slides) + " slides in " + duration(train_s) + "\n" +
+         (model.last().aids ? ""
+                            : "  not calibrated, so never sure: fewer than two labels have three "
+                              "slides\n");
+}
+
+json stages_json(const TrainArgs& args, const DatasetInfo& info,
+                 const classifier::StagedModel& model, std::size_t slides,
+                 const classifier::TrainOptions& options, double train_s) {
+  json stages = json::array();
+  for (std::size_t i = 0; i < model.stages.size(); ++i)
+    stages.push_back({{"slide_s", model.slide_s(i)},
+                      {"learner", classifier::to_string(model.stages[i].model.learner.kind())},
+                      {"training", model.stages[i].model.provenance.training},
+                      {"calibrated", model.stages[i].model.aids.has_value()}});
+  const StoredModel& last = model.last();
+  return {{"command", "train"},
+          {"live", true},
+          {"file", args.out.string()},
+          {"bench", last.provenance.bench},
+          {"ended_early", json(ended_early_json(info))},
+          {"dataset_sha256", last.provenance.dataset_sha256},
+          {"training", last.provenance.training},
+          {"exploration", last.setup.exploration},
+          {"labels", last.learner.labels()},
+          {"rows", slides},
+          {"stages", std::move(stages)},
+          {"unconverged", options.unconverged->load()},
+          {"train_s", train_s}};
+}
+
+std::size_t label_count(const std::vector<classifier::Trial>& trials) {
+  std::set<std::string_view> labels;
+  for (const classifier::Trial& trial : trials) labels.insert(trial.label);
+  return labels.size();
+}
+
+Result<int> run_train_live(const TrainArgs& args, classifier::Learner learner, Console& console) {
+  auto dataset = open_dataset(args.dataset);
+  if (!dataset) return pass(dataset.error());
+  if (auto ok = check_given(args.trials.given, kind_of(*dataset)); !ok)
+    return pass(ok.error(), args.dataset.string());
+  auto chosen = choose_trials(*dataset, args.trials, true);
+  if (!chosen) return pass(chosen.error(), args.dataset.string());
+  classifier::StagedOptions options;
+  options.learner = learner;
+  options.training = train_options(args.training, classifier::Reduction::pvalue);
+  options.features.norm = args.trials.norm == "rms" ? classifier::Norm::rms : classifier::Norm::l2;
+  options.exploration = chosen->exploration;
+  options.provenance = {std::string(to_string(dataset->info.kind)), dataset_sha256(*dataset),
+                        software_version(),
+                        describe(args.training, label_count(chosen->trials), {})};
+  const double began_s = steady_wall_seconds();
+  const auto model = classifier::train_staged(chosen->trials, dataset->info.taxel_rate_hz, options);
+  if (!model) return pass(model.error(), args.dataset.string());
+  const double train_s = steady_wall_seconds() - began_s;
+  std::ostringstream text;
+  if (auto ok = classifier::save_staged(*model, text); !ok) return pass(ok.error());
+  if (auto ok = check_live_model_size(text.view().size()); !ok)
+    return pass(ok.error(), args.out.string());
+  if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());
+  print(console,
+        bench_banner(dataset->info) + stages_text(args, *model, chosen->trials.size(), train_s) +
+            unconverged_text(options.training),
+        stages_json(args, dataset->info, *model, chosen->trials.size(), options.training, train_s));
+  return exit_ok;
+}
+
+}  // namespace
+
+Result<int> run_train(const TrainArgs& args, Console& console) {
+  if (is_about_recordings(args)) return run_train_recordings(args, console);
+  if (args.live) {
+    const auto learner = classifier::learner_from(args.learner);
+    if (!learner) return pass(learner.error(), "--learner");
+    if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());
+    return run_train_live(args, *learner, console);
+  }
+  const Trainer here = [](const ChosenTrials& chosen, classifier::Learner learner,
+                          const classifier::TrainOptions& options) {
+    return classifier::train_learner(chosen.features, learner, options);
+  };
+  return run_train_with(here, args, console);
+}
+
+Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Console& console) {
+  const Result<classifier::Learner> learner = classifier::learner_from(args.learner);
+  if (!learner) return pass(learner.error(), "--learner");
+  if (args.live)
+    return fail(Errc::unsupported, "models for live votes are trained by one machine", "--live",
+                "weft train --live");
+  if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());
+  Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, true);
+  if (!chosen) return pass(chosen.error());
+  auto imprints = imprint_setup(*chosen);
+  if (!imprints) return pass(imprints.error(), args.dataset.string());
+  const classifier::TrainOptions options =
+      train_options(args.training, classifier::Reduction::pvalue);
+  const double began_s = steady_wall_seconds();
+  auto trained = trainer(*chosen, *learner, options);
+  if (!trained) return pass(trained.error(), args.dataset.string());
+  const double train_s = steady_wall_seconds() - began_s;
+  auto aids = classifier::learn_aids(trained->trained, chosen->features, options);
+  if (!aids) return pass(aids.error(), args.dataset.string());
+  const double calibrate_s = steady_wall_seconds() - began_s - train_s;
+  const BenchKind kind = chosen->dataset.info.kind;
+  classifier::FoldReport folds = fold_report(chosen->features, *learner, options);
+  const std::string how =
+      describe(args.training, trained->trained.labels().size(), words_of(folds));
+  const Trained done{{std::move(trained->trained),
+                      std::move(chosen->setup),
+                      {std::string(to_string(kind)), chosen->sha256, software_version(), how},
+                      std::move(*aids)},
+                     std::move(*imprints),
+                     trained->recipe,
+                     std::move(trained->scores),
+                     chosen->features.size(),
+                     train_s,
+                     calibrate_s,
+                     options,
+                     std::move(folds)};
+  const auto written =
+      write_streamed_file(args.out, [&](std::ostream& out) { return write_model(done, out); });
+  if (!written) return pass(written.error());
+  print(console,
+        bench_banner(chosen->dataset.info) + summary_text(args, done) + unconverged_text(options),
+        summary_json(args, chosen->dataset.info, done));
+  return exit_ok;
+}
+
+}  // namespace weft::daemon::cli

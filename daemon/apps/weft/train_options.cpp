@@ -1,0 +1,106 @@
+#include "daemon/apps/weft/train_options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+
+namespace weft::daemon::cli {
+namespace {
+
+classifier::Tie tie_of(const TrainChoice& choice) {
+  if (choice.tie == "loss") return classifier::Tie::loss;
+  if (choice.tie == "order" || choice.paper_selection) return classifier::Tie::order;
+  return classifier::Tie::automatic;
+}
+
+}  // namespace
+
+std::string seed_problem(const std::string& text) {
+  std::uint64_t seed = 0;
+  const char* const end = text.data() + text.size();
+  const auto [read_to, error] = std::from_chars(text.data(), end, seed);
+  if (error == std::errc{} && read_to == end) return {};
+  return "a seed is a whole number from 0 to 18446744073709551615, not " + text.substr(0, 40);
+}
+
+void add_train_options(CLI::App& command, TrainChoice& choice) {
+  command.add_option("--seed", choice.seed, "of folds, random splits and trees")
+      ->check(seed_problem)
+      ->capture_default_str();
+  command.add_option("--cap", choice.cap, "most features or components of a core, the paper's N")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  command.add_option("--folds", choice.folds, "of the cross-validation")
+      ->check(CLI::Range(2, 1000))
+      ->capture_default_str();
+  command.add_option("--fold-unit", choice.fold_unit, "what stays together in a fold")
+      ->check(CLI::IsMember({"recording", "group"}))
+      ->capture_default_str();
+  command.add_flag("--paper-selection", choice.paper_selection,
+                   "select features once from all training trials, as the paper does, instead of "
+                   "inside each fold");
+  command
+      .add_option("--t-test", choice.t_test,
+                  "that selects features: pooled, one variance for both fabrics as in the paper; "
+                  "welch, a variance for each")
+      ->check(CLI::IsMember({"pooled", "welch"}))
+      ->capture_default_str();
+  command
+      .add_option("--solver", choice.solver,
+                  "of the support vector machines: own; libsvm, the reference, which solves every "
+                  "point of the grid by itself: the same parameters and answers, far slower")
+      ->check(CLI::IsMember({"own", "libsvm"}))
+      ->capture_default_str();
+  command
+      .add_option("--tie", choice.tie,
+                  "between parameters with equal errors: loss, the smaller hinge loss; order, the "
+                  "smaller C, gamma, delta, which trains in half the time; auto: loss, but order "
+                  "with --paper-selection or " +
+                      std::to_string(classifier::many_fabrics) + " fabrics and more")
+      ->check(CLI::IsMember({"auto", "loss", "order"}))
+      ->capture_default_str();
+  command.add_option("--threads", choice.threads, "0: one per core; results do not depend on it")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+}
+
+classifier::TrainOptions train_options(const TrainChoice& choice, classifier::Reduction reduction) {
+  classifier::TrainOptions options;
+  options.reduction = reduction;
+  if (choice.t_test == "welch") options.t_test = classifier::TTest::welch;
+  if (choice.solver == "libsvm") options.search = classifier::Search::libsvm;
+  options.nested = !choice.paper_selection;
+  options.tie = tie_of(choice);
+  options.cap = choice.cap;
+  options.folds = choice.folds;
+  options.fold_unit =
+      choice.fold_unit == "group" ? classifier::FoldUnit::group : classifier::FoldUnit::recording;
+  options.seed = choice.seed;
+  options.threads = choice.threads;
+  options.unconverged = std::make_shared<std::atomic<std::size_t>>(0);
+  return options;
+}
+
+std::string unconverged_text(const classifier::TrainOptions& options) {
+  const std::size_t count = options.unconverged ? options.unconverged->load() : 0;
+  if (count == 0) return {};
+  return "  WARNING: " + std::to_string(count) +
+         " support vector machines were not solved to the tolerance: libsvm reached its limit of "
+         "iterations\n";
+}
+
+std::string describe(const TrainChoice& choice, const std::string& folds) {
+  return "seed " + std::to_string(choice.seed) + ", cap " + std::to_string(choice.cap) +
+         ", folds " + std::to_string(choice.folds) + " by " + choice.fold_unit +
+         (folds.empty() ? "" : " (" + folds + ")") + ", selection " +
+         (choice.paper_selection ? "once (paper)" : "inside each fold") +
+         (choice.t_test == "pooled" ? "" : " by Welch's t") +
+         (choice.solver == "own" ? "" : ", solver " + choice.solver) +
+         (choice.tie == "auto" ? "" : ", ties by " + choice.tie);
+}
+
+std::string describe(TrainChoice choice, std::size_t fabrics, const std::string& folds) {
+  choice.tie = to_string(classifier::resolved(tie_of(choice), fabrics));
+  return describe(choice, folds);
+}
+
+}  // namespace weft::daemon::cli

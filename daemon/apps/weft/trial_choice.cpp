@@ -1,0 +1,360 @@
+#include "daemon/apps/weft/trial_choice.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "classifier/features/options.hpp"
+#include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/imprint_features.hpp"
+#include "daemon/apps/weft/number_range.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/storage/dataset/sample_times.hpp"
+#include "daemon/storage/imprints/imprint_dataset.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using classifier::Trial;
+
+// Whether each combination of the factors of a sweep is one exploration: a cell, told by its
+// columns.
+bool factors_tell(const Dataset& dataset) {
+  std::map<std::vector<double>, std::string> exploration;
+  for (const TrialRecord& record : dataset.records) {
+    const auto at = exploration.emplace(record.spec.factors, record.spec.exploration).first;
+    if (at->second != record.spec.exploration) return false;
+  }
+  return !dataset.info.factors.empty();
+}
+
+}  // namespace
+
+Result<std::optional<std::string>> exploration_of(const Dataset& dataset, const std::string& wanted,
+                                                  bool one_exploration) {
+  const std::vector<std::string> present = explorations_of(dataset);
+  if (present.empty()) return fail(Errc::not_found, "no complete trial in the data set");
+  if (wanted.empty()) {
+    if (present.size() == 1) return present.front();
+    if (!one_exploration && factors_tell(dataset)) return std::nullopt;
+    return fail(Errc::invalid_argument, "the data set holds several explorations", {}, {},
+                joined(present), "Choose one with --exploration");
+  }
+  if (wanted.find('+') != std::string::npos)
+    return fail(Errc::unsupported, "a model is of one exploration", "--exploration",
+                joined(present), wanted,
+                "weft evaluate and weft features take several, side by side");
+  if (std::ranges::find(present, wanted) == present.end())
+    return fail(Errc::not_found, "no trial has this exploration", "--exploration", joined(present),
+                wanted);
+  return wanted;
+}
+
+namespace {
+
+classifier::FeatureSetup setup_of(const TrialSelection& chosen, const TrialChoice& choice,
+                                  double period_s) {
+  classifier::FeatureSetup setup;
+  setup.taxels = chosen.trials.front().taxels;
+  setup.phases = classifier::phases_of(chosen.trials.front());
+  setup.options.norm = choice.norm == "rms" ? classifier::Norm::rms : classifier::Norm::l2;
+  setup.window_s = choice.window_s;
+  setup.window_step_s = choice.window_step_s;
+  setup.sample_period_s = period_s;
+  setup.exploration = chosen.exploration;
+  return setup;
+}
+
+}  // namespace
+
+void add_trial_options(CLI::App& command, TrialChoice& choice) {
+  command.add_option("--exploration", choice.exploration,
+                     "only trials of this exploration, such as M1; evaluate and features also take "
+                     "M1+M2, the features of both side by side");
+  command
+      .add_option("--window-s", choice.window_s,
+                  "cut phase M into windows of this many seconds; without it whole strokes")
+      ->check(number_range(1e-3, 1e6));
+  command
+      .add_option("--window-step-s", choice.window_step_s, "from one window's start to the next")
+      ->check(number_range(1e-3, 1e6))
+      ->needs("--window-s");
+  command
+      .add_option("--norm", choice.norm,
+                  "F_norm: l2 as in the paper, or rms for motions of different lengths")
+      ->check(CLI::IsMember({"l2", "rms"}))
+      ->capture_default_str();
+  command.add_option("--scales", choice.scales, "imprints: scales of smoothing [taxels]")
+      ->capture_default_str();
+  command
+      .add_option("--imprint-features", choice.imprint_features,
+                  "imprints: 10 or 7 a scale (Ellis 1986), laws3, laws5, or sums such as 10+laws5")
+      ->capture_default_str();
+}
+
+void add_level_option(CLI::App& command, TrialChoice& choice) {
+  command
+      .add_option("--remove-level", choice.remove_level,
+                  "subtract each taxel's mean of the motion, or of the rest before it (a whole "
+                  "number where the recording's counts are)")
+      ->check(CLI::IsMember({"motion", "rest"}));
+}
+
+// Counts stay counts: of whole ones a whole level is taken.
+Status without_level(Trial& trial, Phase of) {
+  const auto is_whole = [](double count) { return count == std::nearbyint(count); };
+  const bool whole = std::ranges::all_of(trial.counts, is_whole);
+  const auto samples = std::ranges::count(trial.phase, of);
+  if (samples == 0)
+    return fail(Errc::not_found, "no sample in the phase whose level is to be removed", trial.file);
+  for (std::size_t k = 0; k < trial.taxels; ++k) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < trial.samples(); ++i)
+      if (trial.phase[i] == of) sum += trial.counts[i * trial.taxels + k];
+    const double mean = sum / static_cast<double>(samples);
+    const double level = whole ? std::nearbyint(mean) : mean;
+    for (std::size_t i = 0; i < trial.samples(); ++i) trial.counts[i * trial.taxels + k] -= level;
+  }
+  return {};
+}
+
+Status remove_level(Trial& trial, const TrialChoice& choice) {
+  if (choice.remove_level.empty()) return {};
+  return without_level(trial, choice.remove_level == "rest" ? Phase::rest : Phase::motion);
+}
+
+DataKind kind_of(const Dataset& dataset) {
+  return holds_imprints(dataset) ? DataKind::imprints : DataKind::slides;
+}
+
+double sample_period_s(const Dataset& dataset) {
+  return dataset.info.taxel_rate_hz > 0.0 ? 1.0 / dataset.info.taxel_rate_hz : 0.0;
+}
+
+namespace {
+
+std::vector<std::size_t> chosen_of(const Dataset& dataset,
+                                   const std::optional<std::string>& exploration) {
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < dataset.records.size(); ++i) {
+    const TrialRecord& record = dataset.records[i];
+    const bool chosen = !exploration || record.spec.exploration == *exploration;
+    if (record.outcome == TrialOutcome::complete && chosen) out.push_back(i);
+  }
+  return out;
+}
+
+std::string rate_words(double period_s) {
+  return std::to_string(period_s) + " s (" + fixed(1 / period_s, 2) + " Hz)";
+}
+
+// Windows of one length, and a model, are of one rate: what the trials have in common.
+Status one_rate(const Dataset& dataset, const std::optional<std::string>& exploration) {
+  const std::vector<std::size_t> trials = chosen_of(dataset, exploration);
+  std::vector<std::vector<std::int64_t>> times;
+  for (const std::size_t i : trials) times.push_back(motion_times(dataset, i));
+  const double period_s = common_period_s(times);
+  const auto odd = std::ranges::find_if_not(
+      trials, [&](std::size_t i) { return may_have_period(motion_times(dataset, i), period_s); });
+  if (odd == trials.end() || period_s == 0.0) return {};
+  const auto own_s = [&](std::size_t i) {
+    return sampled_time(motion_times(dataset, i)).period_s();
+  };
+  const std::size_t other =
+      std::ranges::max(trials, {}, [&](std::size_t i) { return std::abs(own_s(i) - own_s(*odd)); });
+  return fail(
+      Errc::invalid_argument, "the trials have different sampling rates",
+      dataset.trials[*odd].file + " and " + dataset.trials[other].file,
+      "all within " + percent(rate_tolerance, 0) + " % of " + fixed(1 / period_s, 2) + " Hz",
+      fixed(1 / own_s(*odd), 2) + " Hz and " + fixed(1 / own_s(other), 2) + " Hz",
+      "Make a data set of each rate, or bring all to one: features of the spectrum, and of "
+      "the number of samples, mean something else at another");
+}
+
+}  // namespace
+
+Status check_rate(const Dataset& dataset, const std::optional<std::string>& exploration,
+                  double period_s) {
+  if (period_s == 0.0) return {};  // not known
+  for (const std::size_t i : chosen_of(dataset, exploration)) {
+    const std::vector<std::int64_t> t_ns = motion_times(dataset, i);
+    if (may_have_period(t_ns, period_s)) continue;
+    return fail(Errc::invalid_argument, "recorded at another rate than the training trials",
+                dataset.trials[i].file, rate_words(period_s),
+                rate_words(sampled_time(t_ns).period_s()));
+  }
+  return {};
+}
+
+Result<TrialSelection> choose_trials(const Dataset& dataset, const TrialChoice& choice,
+                                     bool one_exploration) {
+  const auto exploration = exploration_of(dataset, choice.exploration, one_exploration);
+  if (!exploration) return pass(exploration.error());
+  if (one_exploration || choice.window_s != 0.0)
+    if (Status same = one_rate(dataset, *exploration); !same) return pass(same.error());
+  std::vector<Trial> strokes = complete_trials(dataset, *exploration);
+  TrialSelection out{exploration->value_or(""), strokes.size(), {}};
+  auto trials = in_windows(std::move(strokes),
+                           {choice.window_s, choice.window_step_s, sample_period_s(dataset)});
+  if (!trials) return pass(trials.error());
+  out.trials = std::move(*trials);
+  return out;
+}
+
+Result<std::vector<Trial>> in_windows(std::vector<Trial> strokes,
+                                      const classifier::WindowOptions& options) {
+  if (options.window_s == 0.0) return strokes;
+  if (!(options.sample_period_s > 0.0))
+    return fail(Errc::invalid_argument, "the sample rate is not known, so no window can be cut", {},
+                {}, {},
+                "Where samples were read many at once, give each the time at which it was taken");
+  std::vector<Trial> out;
+  for (const Trial& stroke : strokes) {
+    auto windows = classifier::cut_windows(stroke, options);
+    if (!windows) return pass(windows.error());
+    std::move(windows->begin(), windows->end(), std::back_inserter(out));
+  }
+  return out;
+}
+
+namespace {
+
+Result<classifier::FeatureMatrix> features_of(std::vector<Trial> trials, const TrialChoice& choice,
+                                              const classifier::FeatureOptions& options) {
+  for (Trial& trial : trials)
+    if (auto ok = remove_level(trial, choice); !ok) return pass(ok.error());
+  return classifier::build_feature_matrix(trials, options);
+}
+
+using TrialKey = std::tuple<std::string, std::string, std::uint32_t>;  // label, group, repetition
+
+// Complete trials of one exploration by what they have in common with those of another; a
+// repetition that was run again counts with its last attempt.
+std::map<TrialKey, std::size_t> trials_by_key(const Dataset& dataset, const std::string& name) {
+  std::map<TrialKey, std::size_t> out;
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
+    const TrialRecord& record = dataset.records[i];
+    if (record.outcome == TrialOutcome::complete && record.spec.exploration == name)
+      out[{dataset.trials[i].label, dataset.trials[i].group, record.spec.repetition}] = i;
+  }
+  return out;
+}
+
+// Features of several explorations side by side.
+Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice, bool one_exploration) {
+  if (choice.window_s != 0.0)
+    return fail(Errc::invalid_argument, "windows of two explorations have nothing in common",
+                "--window-s");
+  std::vector<std::map<TrialKey, std::size_t>> trials;
+  const auto sum = explorations_in(choice.exploration);
+  if (!sum) return pass(sum.error());
+  const std::vector<std::string>& parts = *sum;
+  for (const std::string& name : parts) {
+    trials.push_back(trials_by_key(dataset, name));
+    if (trials.back().empty())
+      return fail(Errc::not_found, "no trial has this exploration", "--exploration",
+                  joined(explorations_of(dataset)), name);
+    if (one_exploration)
+      if (Status same = one_rate(dataset, name); !same) return pass(same.error());
+  }
+  std::erase_if(trials.front(), [&](const auto& entry) {
+    return !std::ranges::all_of(trials, [&](const auto& t) { return t.contains(entry.first); });
+  });
+  if (trials.front().empty())
+    return fail(Errc::not_found, "no repetition has a trial of each exploration", "--exploration",
+                {}, choice.exploration);
+  ChosenTrials out;
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    TrialSelection selection{choice.exploration, 0, {}};
+    for (const auto& entry : trials.front())
+      selection.trials.push_back(dataset.trials[trials[p].at(entry.first)]);
+    out.setup = setup_of(selection, choice, sample_period_s(dataset));
+    const auto features = features_of(std::move(selection.trials), choice, out.setup.options);
+    if (!features) return pass(features.error());
+    append_columns(*features, parts[p] + ":", out.features);
+  }
+  out.strokes = out.features.size();
+  out.sha256 = dataset_sha256(dataset);
+  out.dataset = std::move(dataset);
+  return out;
+}
+
+MotionLengths lengths_of(const std::vector<Trial>& strokes) {
+  std::vector<std::size_t> samples;
+  for (const Trial& stroke : strokes) samples.push_back(stroke.motion_samples());
+  const auto [shortest, longest] = std::ranges::minmax(samples);
+  return {shortest, longest};
+}
+
+// Imprints have features of their own.
+Result<ChosenTrials> load_imprints(Dataset dataset, const TrialChoice& choice) {
+  auto plan = feature_plan_from(choice.scales, choice.imprint_features);
+  if (!plan) return pass(plan.error());
+  auto features = imprint_features(dataset, *plan);
+  if (!features) return pass(features.error());
+  ChosenTrials out;
+  out.imprint_plan = std::move(*plan);
+  const auto imprints = imprints_of(dataset);
+  if (!imprints) return pass(imprints.error());
+  const classifier::imprint::Image& first = imprints->front().image;
+  out.setup.taxels = first.rows() * first.cols();  // a trial of imprints is a row of them wide
+  out.setup.exploration = imprint_exploration;
+  out.strokes = features->size();
+  out.features = std::move(*features);
+  out.sha256 = dataset_sha256(dataset);
+  out.dataset = std::move(dataset);
+  return out;
+}
+
+}  // namespace
+
+Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialChoice& choice,
+                                 bool one_exploration, bool may_join) {
+  Result<Dataset> dataset = open_dataset(path);
+  if (!dataset) return pass(dataset.error());
+  if (auto ok = check_given(choice.given, kind_of(*dataset)); !ok)
+    return pass(ok.error(), path.string());
+  if (may_join && choice.exploration.find('+') != std::string::npos) {
+    auto out = load_joined(std::move(*dataset), choice, one_exploration);
+    if (!out) return pass(out.error(), path.string());
+    return out;
+  }
+  if (holds_imprints(*dataset)) {
+    auto out = load_imprints(std::move(*dataset), choice);
+    if (!out) return pass(out.error(), path.string());
+    return out;
+  }
+  Result<TrialSelection> chosen = choose_trials(*dataset, choice, one_exploration);
+  if (!chosen) return pass(chosen.error(), path.string());
+  ChosenTrials out;
+  out.strokes = chosen->strokes;
+  out.setup = setup_of(*chosen, choice, sample_period_s(*dataset));
+  if (choice.window_s == 0.0) out.motion = lengths_of(chosen->trials);
+  auto features = features_of(std::move(chosen->trials), choice, out.setup.options);
+  if (!features) return pass(features.error(), path.string());
+  out.features = std::move(*features);
+  out.sha256 = dataset_sha256(*dataset);
+  out.dataset = std::move(*dataset);
+  return out;
+}
+
+std::string bench_banner(BenchKind kind) {
+  switch (kind) {
+    case BenchKind::simulated:
+      return "SIMULATED data: made by the plant model, no cloth was touched.\n";
+    case BenchKind::unknown:
+      return "Data of unknown origin: the file does not say which bench recorded it.\n";
+    case BenchKind::real:
+      return {};
+  }
+  return {};
+}
+
+std::string bench_banner(const DatasetInfo& info) {
+  const std::string selected = selection_words(info);
+  return bench_banner(info.kind) + (selected.empty() ? "" : selected + "\n");
+}
+
+}  // namespace weft::daemon::cli

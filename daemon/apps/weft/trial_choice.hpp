@@ -1,0 +1,108 @@
+#pragma once
+// From a data set file to the feature matrix of a command: which trials, whole or in windows.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "classifier/features/feature_matrix.hpp"
+#include "classifier/features/windows.hpp"
+#include "classifier/imprint/feature_plan.hpp"
+#include "classifier/model/model_file.hpp"
+#include "daemon/apps/weft/kind_options.hpp"
+#include "daemon/storage/dataset/dataset.hpp"
+#include "protocols/base/result.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace weft::daemon::cli {
+
+/// Options that features, train and evaluate share.
+struct TrialChoice {
+  std::string exploration;     ///< empty: the only one, or all; see choose_trials()
+  double window_s = 0.0;       ///< 0: whole strokes
+  double window_step_s = 0.0;  ///< 0: no overlap
+  std::string norm = "l2";
+  std::string scales = "0,1,2,3,4";           ///< of imprints [taxels], as in FeaturePlan
+  std::string imprint_features = "10+laws5";  ///< see feature_plan_from()
+  std::string remove_level = {};              ///< "", "motion" or "rest"; see without_level()
+  GivenOptions given = {};  ///< of the whole command: those not of the data's kind are refused
+};
+void add_trial_options(CLI::App& command, TrialChoice& choice);
+/// --remove-level, for commands that make no model: a model file does not know of it.
+void add_level_option(CLI::App& command, TrialChoice& choice);
+
+/// Samples of phase M of the shortest and the longest whole stroke.
+struct MotionLengths {
+  std::size_t shortest = 0;
+  std::size_t longest = 0;
+};
+
+/// A data set and the features of the trials that were chosen from it.
+struct ChosenTrials {
+  Dataset dataset;
+  std::string sha256;
+  std::size_t strokes = 0;  ///< chosen trials before they were cut into windows
+  classifier::FeatureMatrix features;
+  classifier::FeatureSetup setup;
+  MotionLengths motion;  ///< 0 of windows, of imprints, and of explorations side by side
+  /// Of imprints, in the place of the setup: what was taken of each.
+  std::optional<classifier::imprint::FeaturePlan> imprint_plan = {};
+};
+
+/// Complete trials, and what they have in common.
+struct TrialSelection {
+  std::string exploration;  ///< of all of them; empty when several were taken, or none is named
+  std::size_t strokes = 0;  ///< before they were cut into windows
+  std::vector<classifier::Trial> trials;
+};
+
+/// The exploration that `wanted` means; empty: the only one there is. Nothing: all, cells of a
+/// sweep (not in `one_exploration` mode). Refuses one that is not there, and several of them
+/// without a name: M1 and M2 are different experiments.
+Result<std::optional<std::string>> exploration_of(const Dataset& dataset, const std::string& wanted,
+                                                  bool one_exploration);
+
+/// Complete trials of the exploration that `choice` names, or of the only one there is, cut into
+/// windows where asked for; refuses what exploration_of() refuses.
+Result<TrialSelection> choose_trials(const Dataset& dataset, const TrialChoice& choice,
+                                     bool one_exploration);
+
+/// Each stroke's windows in turn; the strokes as they are when `options.window_s` is 0. Refuses
+/// windows of recordings whose sample period is not known.
+Result<std::vector<classifier::Trial>> in_windows(std::vector<classifier::Trial> strokes,
+                                                  const classifier::WindowOptions& options);
+
+/// Subtracts from every taxel its mean of phase `of`, rounded to counts so that the mode keeps its
+/// grid: what is left does not know how hard the pad pressed. Refuses a trial without that phase.
+Status without_level(classifier::Trial& trial, Phase of);
+/// What `choice` says of it: without_level(), or nothing.
+Status remove_level(classifier::Trial& trial, const TrialChoice& choice);
+
+/// Reads `path`, chooses and extracts. An exploration such as "M1+M2" puts the features of both
+/// side by side, "M1:range.M.4": a row for every label, group and repetition that has one complete
+/// trial of each. Only with `may_join`, for commands that make no model, and only whole strokes.
+/// Refuses what check_given() refuses of the kind that the file turns out to hold.
+Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialChoice& choice,
+                                 bool one_exploration, bool may_join = false);
+
+/// Slides, or imprints.
+DataKind kind_of(const Dataset& dataset);
+
+/// Mean sample period of a data set [s]; 0 when not known.
+double sample_period_s(const Dataset& dataset);
+
+/// Refuses a trial (of `exploration`, or of all) that is of another rate than those of a model,
+/// whose sample period is `period_s` (0: not known), as may_have_period() tells.
+Status check_rate(const Dataset& dataset, const std::optional<std::string>& exploration,
+                  double period_s);
+
+/// "SIMULATED data ..." or "" for real data: every text with figures starts with it.
+std::string bench_banner(BenchKind kind);
+/// And with selection_words(): nobody trains on what a live vote left without being told.
+std::string bench_banner(const DatasetInfo& info);
+
+}  // namespace weft::daemon::cli

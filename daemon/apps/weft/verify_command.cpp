@@ -1,0 +1,96 @@
+#include "daemon/apps/weft/verify_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "daemon/analysis/handover/hand_over.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/campaign/resume.hpp"
+#include "daemon/storage/certificate/verify_json.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using nlohmann::json;
+
+std::string state_text(const VerifyReport& report) {
+  if (report.blank) return "Nothing was ever written into the campaign file.\n";
+  if (report.campaign.empty()) return thousands(report.attempts) + " " + report.of + ".\n";
+  return thousands(report.complete) + " of " + thousands(report.planned) +
+         " planned trials are complete, in " + thousands(report.attempts) + " attempts; " +
+         thousands(report.lost_samples) + " samples lost in gaps on record" +
+         (report.finished ? "" : "; the run did not come to its end") + ".\n";
+}
+
+/// A complete campaign whose recipe wants a hand-over that is not there: nothing is wrong with what
+/// was recorded, but something is missing.
+bool lacks_hand_over(const VerifyReport& report, const std::filesystem::path& path) {
+  std::error_code unseen;
+  if (!report.holds() || !report.certified || report.campaign.empty() ||
+      report.complete < report.planned || !std::filesystem::is_directory(path, unseen))
+    return false;
+  const auto wanted = wanted_hand_over(path);
+  return wanted && *wanted && !is_handed_over(path);
+}
+
+/// Nothing of one that is as the campaign is now.
+std::string export_text(const CheckedExport& one) {
+  switch (one.state) {
+    case ExportState::outdated:
+      return one.name + " was made when " + std::to_string(one.done) +
+             " trials were complete, and " + std::to_string(one.done_now) +
+             " are: weft export makes it anew.\n";
+    case ExportState::discarded:
+      return one.name + " was made before the campaign was discarded: remove it.\n";
+    case ExportState::missing:
+      return one.name + " was removed: weft export makes it anew.\n";
+    case ExportState::current:
+    case ExportState::altered:  // a finding
+      break;
+  }
+  return {};
+}
+
+std::string verify_text(const VerifyReport& report) {
+  std::string text, exports;
+  for (const CheckedExport& one : report.exports) exports += export_text(one);
+  for (const VerifyFinding& finding : report.findings)
+    text += finding.where + ": " + finding.what +
+            (finding.hint.empty() ? "\n" : ". " + finding.hint + ".\n");
+  if (!report.holds())
+    return text + "Not as recorded: " + std::to_string(report.findings.size()) +
+           (report.findings.size() == 1 ? " finding.\n" : " findings.\n");
+  return state_text(report) + "It holds: " +
+         (report.certified ? "every byte is as certified.\n"
+                           : "the files' own digests agree; there is no certificate.\n") +
+         exports;
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, VerifyArgs& args) {
+  command
+      .add_option("PATH", args.path,
+                  "a campaign's folder, its campaign file (SQLite) or a data set (HDF5)")
+      ->required();
+}
+
+Result<int> run_verify(const VerifyArgs& args, Console& console) {
+  const auto report = verify(args.path);
+  if (!report) return pass(report.error());
+  const bool lacks = lacks_hand_over(*report, args.path);
+  std::string text = verify_text(*report);
+  if (lacks)
+    text +=
+        "Its recipe asks for a hand-over, and there is none yet: weftd is about to make it, or, "
+        "where nothing works in the folder any more, weft run --resume makes it up.\n";
+  json told = verify_json(*report);
+  told["command"] = "verify";
+  told["campaign_file"] = report->campaign.string();
+  told["dataset_file"] = report->dataset.string();
+  told["hand_over_missing"] = lacks;
+  print(console, text, told);
+  return report->holds() ? exit_ok : exit_failure;
+}
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,69 @@
+#pragma once
+// An emulated rig on real ports in real time: what weft-rig serves.
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "daemon/apps/weft_rig/served_clients.hpp"
+#include "daemon/hardware/rig/rig_file.hpp"
+#include "sim/rig/rig.hpp"
+
+namespace weft::daemon {
+
+/// Adds to what the rig file says: every device also on TCP, on 127.0.0.1 from `first` on in the
+/// file's order, and behind them the pages and the command port of each Net F/T box, whose records
+/// stay on UDP.
+void serve_on_tcp_too(RigFile& rig, std::uint16_t first);
+
+/// Thread-bound to its loop, which outlives it.
+class RigServer {
+ public:
+  /// Switches every device on and opens its port; the bare plate lies under the probe.
+  /// Errors: the rig's own, a place that cannot be served, wrong_state when the bench is not
+  /// "emulated".
+  static Result<std::unique_ptr<RigServer>> create(RealLoop& loop, const RigFile& rig,
+                                                   std::string_view fabrics_json,
+                                                   std::uint64_t seed);
+  ~RigServer();
+
+  /// What is served where, one line a device.
+  [[nodiscard]] std::vector<std::string> lines() const;
+  /// Obeys one order, a JSON object: {"order": "mount", "fabric", "patch_seed"}, {"order":
+  /// "unmount"}, {"order": "truth"}. Answers {"ok": true, ...} or {"ok": false, "error": sentence}.
+  std::string obey(std::string_view order);
+
+ private:
+  RigServer(RealLoop& loop, std::unique_ptr<sim::Rig> rig) : loop_(&loop), rig_(std::move(rig)) {}
+  Status serve(const RigFile& rig);
+  Status serve(const DeviceEntry& device);
+  Status serve_pages(const DeviceEntry& device);
+  Status serve_commands(const DeviceEntry& device);
+  Status serve_clients(const Endpoint& at, ServedClients::Make make, const std::string& line);
+  void look_at_plugs();
+  void welcome(std::unique_ptr<Link> host);
+  void take(std::size_t console, ByteView bytes);
+
+  RealLoop* loop_;
+  std::vector<std::string> lines_;
+  /// One device's places, and whether its plug is in.
+  struct Served {
+    std::string name;
+    std::unique_ptr<ServedPlace> place;
+    std::vector<std::unique_ptr<ServedClients>> ports;
+  };
+  std::vector<Served> devices_;
+  std::unique_ptr<sim::Rig> rig_;  ///< after the places: gone before them
+
+  struct Console {
+    std::unique_ptr<Link> link;
+    std::string line;
+  };
+  std::map<std::size_t, Console> consoles_;
+  std::size_t next_console_ = 0;
+  std::unique_ptr<TcpDoor> door_;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+};
+
+}  // namespace weft::daemon

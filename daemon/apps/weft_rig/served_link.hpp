@@ -1,0 +1,27 @@
+#pragma once
+// The device's end of a link: it waits for a host at the place that the rig file names.
+
+#include <memory>
+#include <vector>
+
+#include "daemon/apps/weft_rig/served_hosts.hpp"
+#include "daemon/apps/weft_rig/served_socket.hpp"
+#include "daemon/hardware/rig/link_settings.hpp"
+
+namespace weft::daemon {
+
+/// Serves one device. What is sent while nobody listens is lost, as on a wire. A host may come, go
+/// and come again.
+///   serial  a pseudo-terminal; `path` becomes a symbolic link to it, removed with the link
+///   tcp     listens at host:port; several hosts where `whole` tells their messages apart, else one
+///           at a time, the newest wins
+///   udp     bound to host:port; answers go to whoever sent the last datagram that redirects them
+/// Errors: io, when the place is taken or cannot be made; wrong_state for a link in memory.
+Result<std::unique_ptr<ServedPlace>> serve_link(RealLoop& loop, const LinkSettings& settings,
+                                                Redirects redirects, WholeMessages whole = {});
+
+/// One device at several places. What it answers goes to whom it answers, what it says unasked to
+/// all. There must be at least one.
+std::unique_ptr<ServedPlace> join_links(std::vector<std::unique_ptr<ServedPlace>> places);
+
+}  // namespace weft::daemon

@@ -1,0 +1,204 @@
+#include "daemon/apps/weft_rig/served_socket.hpp"
+
+#include <array>
+#include <asio/ip/tcp.hpp>
+#include <asio/ip/udp.hpp>
+
+namespace weft::daemon {
+namespace {
+
+using asio::ip::tcp;
+using asio::ip::udp;
+
+std::string words(const Endpoint& at) {
+  return at.host + ":" + std::to_string(at.port);
+}
+
+Result<asio::ip::address> address_of(const Endpoint& at) {
+  asio::error_code error;
+  const auto address =
+      asio::ip::make_address(at.host == "localhost" ? "127.0.0.1" : at.host, error);
+  if (error)
+    return fail(Errc::not_found, "not an address to serve at", words(at),
+                "an address of this machine, 127.0.0.1 for instance", at.host);
+  return address;
+}
+
+tl::unexpected<Error> cannot_serve(const Endpoint& at, const asio::error_code& error) {
+  return fail(Errc::io, "cannot serve there", words(at), {}, error.message(),
+              "Another program, perhaps another weft-rig, may hold the port");
+}
+
+/// The host's link changes; the device keeps one.
+class NewestHost final : public TcpPlace {
+ public:
+  using TcpPlace::TcpPlace;
+
+  // Nobody there: lost, as on a wire.
+  Status write(ByteView bytes) override {
+    if (host_) static_cast<void>(host_->write(bytes));
+    return {};
+  }
+  void on_new_host(std::function<void()> came) override { came_ = std::move(came); }
+
+ private:
+  void welcome(std::unique_ptr<Link> host) override {
+    host_ = std::move(host);
+    if (came_) came_();
+    host_->on_receive([this](ByteView bytes, TimePoint at) { hear(bytes, at); });
+  }
+  void part_with_hosts() override { host_.reset(); }
+
+  std::function<void()> came_;
+  std::unique_ptr<Link> host_;
+};
+
+class UdpPlace final : public ServedPlace {
+ public:
+  UdpPlace(RealLoop& loop, udp::socket socket, Redirects redirects, const udp::endpoint& first)
+      : parts_(std::make_shared<Parts>(loop, std::move(socket), std::move(redirects))) {
+    parts_->last = first;
+    parts_->listen();
+  }
+  ~UdpPlace() override {
+    parts_->receiver = {};
+    asio::error_code ignored;
+    parts_->socket.close(ignored);
+  }
+  // UDP may lose anything; so may this.
+  Status write(ByteView bytes) override {
+    asio::error_code ignored;
+    if (parts_->plugged && parts_->last.port() != 0)
+      parts_->socket.send_to(asio::buffer(bytes.data(), bytes.size()), parts_->last, 0, ignored);
+    return {};
+  }
+  void on_receive(Receiver receiver) override { parts_->receiver = std::move(receiver); }
+  void on_closed(Closed) override {}
+  Status set_plugged(bool in) override {
+    parts_->plugged = in;
+    return {};
+  }
+
+ private:
+  struct Parts : std::enable_shared_from_this<Parts> {
+    Parts(RealLoop& on, udp::socket s, Redirects which)
+        : loop(&on), socket(std::move(s)), redirects(std::move(which)) {}
+    void listen() {
+      socket.async_receive_from(
+          asio::buffer(incoming), sender,
+          [weak = weak_from_this()](const asio::error_code& error, std::size_t count) {
+            const auto self = weak.lock();
+            if (self && self->socket.is_open()) self->have(error, count);
+          });
+    }
+    void have(const asio::error_code& error, std::size_t count) {
+      if (!error && plugged) {
+        const ByteView datagram(incoming.data(), count);
+        if (redirects(datagram)) last = sender;
+        if (receiver) receiver(datagram, loop->now());
+      }
+      if (socket.is_open()) listen();
+    }
+    RealLoop* loop;
+    udp::socket socket;
+    Redirects redirects;
+    udp::endpoint sender, last;
+    std::array<std::uint8_t, 65536> incoming{};
+    Receiver receiver;
+    bool plugged = true;
+  };
+  std::shared_ptr<Parts> parts_;
+};
+
+}  // namespace
+
+struct TcpDoor::Parts : std::enable_shared_from_this<Parts> {
+  Parts(RealLoop& on, Accepted then, Ends how)
+      : loop(&on), accepted(std::move(then)), ends(how), acceptor(on.ports()) {}
+
+  asio::error_code open(const tcp::endpoint& at) {
+    asio::error_code error;
+    acceptor.open(at.protocol(), error);
+    if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+    if (!error) acceptor.bind(at, error);
+    if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
+    return error;
+  }
+
+  void listen() {
+    acceptor.async_accept(
+        [weak = weak_from_this()](const asio::error_code& error, tcp::socket socket) {
+          const auto self = weak.lock();
+          if (!self || !self->acceptor.is_open()) return;
+          if (!error) self->welcome(std::move(socket));
+          self->listen();
+        });
+  }
+
+  void welcome(tcp::socket socket) {
+    asio::error_code error;
+    socket.set_option(tcp::no_delay(true), error);
+    if (ends == Ends::reset) socket.set_option(asio::socket_base::linger(true, 0), error);
+    const int descriptor = socket.release(error);
+    if (!error) accepted(adopt_stream(*loop, descriptor, "host"));
+  }
+
+  RealLoop* loop;
+  Accepted accepted;
+  Ends ends;
+  tcp::acceptor acceptor;
+};
+
+Result<std::unique_ptr<TcpDoor>> TcpDoor::open(RealLoop& loop, const Endpoint& at,
+                                               Accepted accepted, Ends ends) {
+  const auto address = address_of(at);
+  if (!address) return pass(address.error());
+  auto parts = std::make_shared<Parts>(loop, std::move(accepted), ends);
+  if (const asio::error_code error = parts->open({*address, at.port}); error)
+    return cannot_serve(at, error);
+  parts->listen();
+  return std::unique_ptr<TcpDoor>(new TcpDoor(std::move(parts)));
+}
+
+TcpDoor::~TcpDoor() {
+  asio::error_code ignored;
+  parts_->acceptor.close(ignored);
+}
+
+std::uint16_t TcpDoor::port() const {
+  asio::error_code ignored;
+  return parts_->acceptor.local_endpoint(ignored).port();
+}
+
+Status TcpPlace::set_plugged(bool in) {
+  if (in == (door_ != nullptr)) return {};
+  part_with_hosts();
+  door_.reset();
+  if (!in) return {};
+  auto door = TcpDoor::open(
+      *loop_, at_, [this](std::unique_ptr<Link> host) { welcome(std::move(host)); },
+      TcpDoor::Ends::reset);
+  if (!door) return pass(door.error());
+  door_ = std::move(*door);
+  return {};
+}
+
+Result<std::unique_ptr<ServedPlace>> serve_tcp(RealLoop& loop, const Endpoint& at) {
+  return plugged_in<NewestHost>(loop, at);
+}
+
+Result<std::unique_ptr<ServedPlace>> serve_udp(RealLoop& loop, const Endpoint& at,
+                                               Redirects redirects, std::uint16_t unasked) {
+  const auto address = address_of(at);
+  if (!address) return pass(address.error());
+  udp::socket socket(loop.ports());
+  const udp::endpoint place(*address, at.port);
+  asio::error_code error;
+  socket.open(place.protocol(), error);
+  if (!error) socket.bind(place, error);
+  if (error) return cannot_serve(at, error);
+  return std::unique_ptr<ServedPlace>(std::make_unique<UdpPlace>(
+      loop, std::move(socket), std::move(redirects), udp::endpoint(*address, unasked)));
+}
+
+}  // namespace weft::daemon

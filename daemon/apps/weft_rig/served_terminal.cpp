@@ -1,0 +1,137 @@
+#include "daemon/apps/weft_rig/served_terminal.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include "daemon/hardware/link/serial_line.hpp"
+
+namespace weft::daemon {
+namespace {
+
+/// How late a host may be noticed that opens the terminal.
+constexpr Duration look_period = std::chrono::milliseconds(5);
+
+tl::unexpected<Error> no_terminal(const char* what) {
+  return fail(Errc::io, "cannot make a pseudo-terminal", what, {},
+              std::generic_category().message(errno));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ServedTerminal>> ServedTerminal::create(RealLoop& loop,
+                                                               const std::string& path) {
+  std::unique_ptr<ServedTerminal> made(new ServedTerminal(loop, path));
+  if (Status in = made->set_plugged(true); !in) return pass(in.error());
+  return made;
+}
+
+Status ServedTerminal::plug_in() {
+  master_port_ = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+  if (master_port_ < 0) return no_terminal("posix_openpt");
+  master_ = std::make_unique<DescriptorLink>(*loop_, master_port_, Framing::terminals, path_,
+                                             Unsent::lost);
+  if (::grantpt(master_port_) != 0 || ::unlockpt(master_port_) != 0) return no_terminal("grantpt");
+  terminal_ = ::ptsname(master_port_);
+  // Raw before the path is known, for a cooked terminal echoes: it stays so as long as its master
+  // is open. Closed again, so that hosts are seen to come and go.
+  const int other_end = open_other_end();
+  if (other_end < 0) return no_terminal("open");
+  const Status raw = set_line_raw(other_end, false);
+  ::close(other_end);
+  if (!raw) return raw;
+  master_->on_receive([this](ByteView bytes, TimePoint at) {
+    have_host();
+    if (receiver_) receiver_(bytes, at);
+  });
+  master_->on_vacant([this] { have_lost_host(); });
+  look_for_host();
+  return publish();
+}
+
+int ServedTerminal::open_other_end() const {
+  return ::open(terminal_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+}
+
+// Without a plug or a host: lost, as on a wire.
+Status ServedTerminal::write(ByteView bytes) {
+  return master_ && occupied_ ? master_->write(bytes) : Status{};
+}
+
+void ServedTerminal::have_host() {
+  if (!std::exchange(occupied_, true) && came_) came_();
+}
+
+// What was not read and who may open the port ends with the last host, as on a port; settings of
+// the line stay.
+void ServedTerminal::have_lost_host() {
+  occupied_ = false;
+  master_->forget_unsent();
+  if (const int other_end = open_other_end(); other_end >= 0) {
+    ::tcflush(other_end, TCIFLUSH);
+    ::ioctl(other_end, TIOCNXCL);
+    ::close(other_end);
+  }
+  look_for_host();
+}
+
+/// Nothing tells a master that its terminal is opened; a hang-up that is over does.
+void ServedTerminal::look_for_host() {
+  if (std::exchange(looking_, true)) return;
+  loop_->after(look_period, [this, alive = std::weak_ptr(alive_)] {
+    if (!alive.lock()) return;
+    looking_ = false;
+    if (!master_ || occupied_) return;
+    pollfd port{master_port_, POLLIN, 0};
+    static_cast<void>(::poll(&port, 1, 0));
+    const bool vacant = (port.revents & POLLHUP) != 0;
+    if (vacant && (port.revents & POLLIN) == 0) return look_for_host();
+    have_host();
+    master_->resume();
+  });
+}
+
+// A symbolic link that is left over from a killed weft-rig is replaced; anything else is not.
+Status ServedTerminal::publish() {
+  std::error_code error;
+  const std::filesystem::path place(path_);
+  if (place.has_parent_path()) std::filesystem::create_directories(place.parent_path(), error);
+  if (std::filesystem::is_symlink(place, error)) std::filesystem::remove(place, error);
+  std::filesystem::create_symlink(terminal_, place, error);
+  if (error)
+    return fail(Errc::io, "cannot put the port there", path_, "a place for a symbolic link",
+                error.message());
+  published_ = true;
+  return {};
+}
+
+void ServedTerminal::pull() {
+  std::error_code ignored;
+  const bool is_ours = std::filesystem::read_symlink(path_, ignored) == terminal_;
+  if (std::exchange(published_, false) && is_ours) std::filesystem::remove(path_, ignored);
+  master_.reset();  // hosts that hold the other end are hung up on
+  occupied_ = false;
+}
+
+Status ServedTerminal::set_plugged(bool in) {
+  if (in == (master_ != nullptr)) return {};
+  pull();
+  if (!in) return {};
+  const Status plugged = plug_in();
+  if (!plugged) pull();
+  return plugged;
+}
+
+ServedTerminal::~ServedTerminal() {
+  pull();
+}
+
+}  // namespace weft::daemon

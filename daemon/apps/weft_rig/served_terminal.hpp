@@ -1,0 +1,54 @@
+#pragma once
+// A serial device on a pseudo-terminal.
+
+#include <memory>
+#include <string>
+
+#include "daemon/apps/weft_rig/served_place.hpp"
+#include "daemon/hardware/link/descriptor_link.hpp"
+
+namespace weft::daemon {
+
+/// Thread-bound to its loop, which outlives it. Unplugged, the terminal hangs up and its path is
+/// gone, as with a serial adapter; plugged in again, another terminal is at the same path.
+///
+/// As on a serial port, what the device says while nobody has the terminal open is lost, and so is
+/// what the last host left unread; settings of the line last. Who opens it when nobody has it open
+/// is a new host. A host that does not read gets what the system holds for it, about 20 kB, in
+/// whole messages.
+class ServedTerminal final : public ServedPlace {
+ public:
+  /// Errors: io.
+  static Result<std::unique_ptr<ServedTerminal>> create(RealLoop& loop, const std::string& path);
+  ~ServedTerminal() override;
+
+  Status write(ByteView bytes) override;
+  void on_receive(Receiver receiver) override { receiver_ = std::move(receiver); }
+  void on_closed(Closed) override {}  // a device outlives its hosts
+  void on_new_host(std::function<void()> came) override { came_ = std::move(came); }
+  Status set_plugged(bool in) override;
+
+ private:
+  ServedTerminal(RealLoop& loop, std::string path) : loop_(&loop), path_(std::move(path)) {}
+  Status plug_in();
+  void pull();
+  Status publish();
+  [[nodiscard]] int open_other_end() const;
+  void have_host();
+  void have_lost_host();
+  void look_for_host();
+
+  RealLoop* loop_;
+  std::string path_;  ///< of the symbolic link
+  Receiver receiver_;
+  std::function<void()> came_;
+  std::unique_ptr<DescriptorLink> master_;
+  int master_port_ = -1;  ///< owned by master_
+  std::string terminal_;
+  bool occupied_ = false;  ///< somebody has the terminal open
+  bool looking_ = false;
+  bool published_ = false;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+};
+
+}  // namespace weft::daemon

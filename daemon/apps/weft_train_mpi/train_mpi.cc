@@ -1,0 +1,194 @@
+// `weft-train-mpi`: `weft train` with its cores shared among the ranks of an MPI job. Every rank
+// reads the data set by itself; rank r of n trains cores r, r + n, r + 2n ... and sends them to
+// rank 0 as lines of the model file, which holds them bit for bit. Only rank 0 writes, at the end.
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <iostream>
+#include <optional>
+#include <set>
+
+#include "classifier/fabric/core_text.hpp"
+#include "daemon/apps/weft/console.hpp"
+#include "daemon/apps/weft/train_command.hpp"
+#include "daemon/apps/weft_train_mpi/ranks.hpp"
+
+namespace weft::daemon::cluster {
+namespace {
+
+using classifier::CoreTask;
+using classifier::FabricCore;
+using classifier::TrainOptions;
+using Cores = std::vector<FabricCore>;
+
+/// What precedes a text that is a complaint; the others are a digest, a count or a core.
+constexpr std::string_view complaint = "!";
+
+std::string complaint_of(const Error& error) {
+  return std::string(complaint) + to_string(error);
+}
+
+constexpr int views = 3;
+constexpr int reductions = 4;
+
+/// A task as one number: reduction, view, and the fold counted from 1 (0: all rows).
+int packed(const CoreTask& task) {
+  const int fold = task.fold ? static_cast<int>(*task.fold) + 1 : 0;
+  return (fold * views + static_cast<int>(task.view)) * reductions +
+         static_cast<int>(task.reduction);
+}
+
+CoreTask unpacked(int detail) {
+  CoreTask task{static_cast<classifier::Reduction>(detail % reductions),
+                static_cast<classifier::View>(detail / reductions % views),
+                {}};
+  const int fold = detail / (reductions * views);
+  if (fold > 0) task.fold = static_cast<std::size_t>(fold - 1);
+  return task;
+}
+
+/// MPI's launcher ends all ranks when one dies; its own message names that one.
+extern "C" void say_why_it_ends(int) {
+  constexpr std::string_view text =
+      "weft-train-mpi: ended by its launcher, most likely because another rank died; "
+      "no model was written\n";
+  const ssize_t written = ::write(STDERR_FILENO, text.data(), text.size());
+  ::_exit(written < 0 ? 2 : 1);
+}
+
+Result<std::string> from_rank(std::size_t rank) {
+  std::string text = Ranks::receive_from(rank);
+  if (!text.starts_with(complaint)) return text;
+  return fail(Errc::io, text.substr(complaint.size()), "rank " + std::to_string(rank));
+}
+
+// ---- rank 0 ----
+
+/// Refuses ranks that cannot read the data set, or read another one under the same name.
+Status agree(const Ranks& ranks, const std::string& sha256) {
+  Ranks::give({Order::report, 0});
+  Status status;
+  for (std::size_t rank = 1; rank < ranks.size(); ++rank) {
+    const auto theirs = from_rank(rank);
+    if (!status) continue;
+    if (!theirs)
+      status = pass(theirs.error());
+    else if (*theirs != sha256)
+      status = fail(Errc::invalid_argument, "another data set than rank 0 reads",
+                    "rank " + std::to_string(rank), sha256, *theirs,
+                    "Put the data set where all machines see the same file");
+  }
+  return status;
+}
+
+/// The cores of one rank into their places. All its messages are taken, whatever they say.
+Status collect(std::size_t rank, std::size_t ranks, std::size_t features,
+               std::vector<std::optional<FabricCore>>& places) {
+  const auto share = from_rank(rank);
+  if (!share) return pass(share.error());
+  Status status;
+  for (std::size_t i = rank; i < places.size(); i += ranks) {
+    auto core = classifier::core_from_text(Ranks::receive_from(rank), features);
+    if (core)
+      places[i].emplace(std::move(*core));
+    else if (status)
+      status = pass(core.error(), "rank " + std::to_string(rank));
+  }
+  return status;
+}
+
+Result<Cores> train_shared(const Ranks& ranks, const classifier::FeatureMatrix& matrix,
+                           std::size_t pairs, const TrainOptions& options, const CoreTask& task) {
+  Ranks::give({Order::train, packed(task)});
+  auto own = classifier::train_task(matrix, task, options, 0, ranks.size());
+  Status status;
+  if (!own) status = pass(own.error(), "rank 0");
+  std::vector<std::optional<FabricCore>> places(pairs);
+  for (std::size_t k = 0; own && k < own->size(); ++k)
+    places[k * ranks.size()].emplace(std::move((*own)[k]));
+  for (std::size_t rank = 1; rank < ranks.size(); ++rank) {
+    Status theirs = collect(rank, ranks.size(), matrix.names.size(), places);
+    if (status) status = std::move(theirs);
+  }
+  if (!status) return pass(status.error());
+  Cores cores;
+  for (auto& place : places) cores.push_back(std::move(*place));
+  return cores;
+}
+
+// What has no cores (LDA, SVC, trees) is trained here alone: seconds, whatever the number of
+// classes.
+Result<classifier::ChosenLearner> train_on_all(const Ranks& ranks, const cli::ChosenTrials& chosen,
+                                               classifier::Learner learner,
+                                               const TrainOptions& options) {
+  if (auto ok = agree(ranks, chosen.sha256); !ok) return pass(ok.error());
+  const auto& labels = chosen.features.labels;
+  const std::size_t classes = std::set<std::string>(labels.begin(), labels.end()).size();
+  return classifier::train_learner(chosen.features, learner, options, [&](const CoreTask& task) {
+    return train_shared(ranks, chosen.features, classifier::pair_count(classes), options, task);
+  });
+}
+
+int lead(const Ranks& ranks, const cli::TrainArgs& args, cli::Console& console) {
+  const cli::Trainer trainer = [&](const cli::ChosenTrials& chosen, classifier::Learner learner,
+                                   const TrainOptions& options) {
+    return train_on_all(ranks, chosen, learner, options);
+  };
+  const Result<int> status = cli::run_train_with(trainer, args, console);
+  Ranks::give({Order::end, 0});
+  return status ? *status : cli::report(console, status.error());
+}
+
+// ---- every other rank ----
+
+void train_share(const Ranks& ranks, const cli::ChosenTrials& chosen, const TrainOptions& options,
+                 const CoreTask& task) {
+  const auto cores =
+      classifier::train_task(chosen.features, task, options, ranks.rank(), ranks.size());
+  if (!cores) return Ranks::send_to_root(complaint_of(cores.error()));
+  Ranks::send_to_root(std::to_string(cores->size()));
+  for (const FabricCore& core : *cores) Ranks::send_to_root(classifier::core_text(core));
+}
+
+int follow(const Ranks& ranks, const cli::TrainArgs& args) {
+  const auto chosen = cli::load_trials(args.dataset, args.trials, true);
+  for (Ranks::Command next = Ranks::take(); next.order != Order::end; next = Ranks::take()) {
+    if (next.order == Order::train)
+      train_share(ranks, *chosen, cli::train_options(args.training, classifier::Reduction::pvalue),
+                  unpacked(next.detail));
+    else
+      Ranks::send_to_root(chosen ? chosen->sha256 : complaint_of(chosen.error()));
+  }
+  return cli::exit_ok;
+}
+
+int run(int argc, char** argv) {
+  const Ranks ranks;
+  if (ranks.root()) std::signal(SIGTERM, say_why_it_ends);
+  cli::Console console{std::cout, std::cerr, false, false, nullptr};
+  CLI::App command("weft train, shared among the ranks of an MPI job", "weft-train-mpi");
+  cli::TrainArgs args;
+  cli::add_options(command, args);
+  command.add_flag("--json", console.json, "one JSON object on standard output");
+  try {
+    command.parse(argc, argv);
+    return ranks.root() ? lead(ranks, args, console) : follow(ranks, args);
+  } catch (const CLI::ParseError& e) {  // the same on every rank
+    if (!ranks.root()) return e.get_exit_code() == 0 ? cli::exit_ok : cli::exit_usage;
+    if (e.get_exit_code() == 0) return command.exit(e);
+    return cli::report_usage(console, e.what());
+  } catch (const std::exception& e) {  // std::bad_alloc and what else a library throws
+    cli::report_thrown(console, e, "rank " + std::to_string(ranks.rank()));
+    MPI_Abort(MPI_COMM_WORLD, cli::exit_failure);
+    return cli::exit_failure;
+  }
+}
+
+}  // namespace
+}  // namespace weft::daemon::cluster
+
+int main(int argc, char** argv) {
+  return weft::daemon::cluster::run(argc, argv);
+}

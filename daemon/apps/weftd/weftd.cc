@@ -1,0 +1,66 @@
+// The daemon's program; see daemon/service/daemon/weftd.hpp.
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <iostream>
+
+#include "daemon/apps/weft/command_line.hpp"
+#include "daemon/apps/weft/manual.hpp"
+#include "daemon/apps/weft/stop_signals.hpp"
+#include "daemon/base/version/software_version.hpp"
+#include "daemon/service/daemon/weftd.hpp"
+
+int main(int argc, char** argv) {
+  weft::daemon::server::DaemonOptions options;
+  CLI::App app("Runs campaigns on one rig; programs talk to it in JSON-RPC, one object a line.",
+               "weftd");
+  app.set_version_flag("--version", "weftd " + weft::daemon::software_version());
+  app.add_option("--rig", options.rig, "rig file (JSON)")->required()->check(CLI::ExistingFile);
+  app.add_option("--recipes", options.recipes, "folder of recipes")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  app.add_option("--data", options.data, "folder for runs and journal")->required();
+  app.add_option("--socket", options.socket, "Unix socket, DATA/weftd.sock");
+  app.add_option("--tokens", options.tokens, "file of tokens, DATA/tokens.json");
+  app.add_option("--port", options.port, "TCP port, for clients with a token");
+  app.add_option("--http", options.http_port,
+                 "HTTP port: a page (weft page), and POST /rpc and GET /events, with a token");
+  app.add_option("--listen", options.listen,
+                 "address of both ports; one that other machines reach needs TLS")
+      ->capture_default_str();
+  app.add_option("--tls-cert", options.tls_certificate,
+                 "certificate and its chain (PEM): both ports speak TLS 1.2 or 1.3");
+  app.add_option("--tls-key", options.tls_key, "its key (PEM), not for everybody to read");
+  app.add_option("--pace", options.pace,
+                 "of a simulated bench: bench seconds per second, so that it can be watched; 0: as "
+                 "fast as it can")
+      ->capture_default_str();
+  app.add_flag_callback(
+      "--manual",
+      [&app] {
+        std::cout << weft::daemon::cli::manual_page(app);
+        throw CLI::Success();
+      },
+      "these options as a manual page");
+  if (const auto status = weft::daemon::cli::parse_command_line(app, argc, argv)) return *status;
+  // What is kept of a run is found by a daemon that is started elsewhere. A socket's name may not
+  // be long: it stays as it was given.
+  if (options.socket.empty()) options.socket = options.data / "weftd.sock";
+  for (auto* const path : {&options.rig, &options.recipes, &options.data})
+    *path = std::filesystem::absolute(*path);
+  const weft::daemon::cli::StopSignals signals;
+  const auto ready = [&options](const weft::daemon::server::Ports& ports) {
+    const bool is_v6 = options.listen.find(':') != std::string::npos;
+    const std::string host = is_v6 ? "[" + options.listen + "]" : options.listen;
+    const bool tls = !options.tls_certificate.empty();
+    std::cout << "weftd: ready";
+    if (ports.tcp != 0) std::cout << " on " << host << ":" << ports.tcp << (tls ? " (TLS)" : "");
+    if (ports.http != 0)
+      std::cout << (tls ? ", https://" : ", http://") << host << ":" << ports.http;
+    std::cout << std::endl;
+  };
+  const weft::Status ended = weft::daemon::server::run_daemon(options, signals.asked(), ready);
+  if (ended) return 0;
+  std::cerr << "weftd: " << weft::to_string(ended.error()) << std::endl;
+  std::quick_exit(1);  // threads of a run that does not answer are at work yet
+}

@@ -1,0 +1,61 @@
+#include "daemon/base/loop/real_time.hpp"
+
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <system_error>
+
+namespace weft::daemon {
+namespace {
+
+std::string reason(int number) {
+  return std::generic_category().message(number);
+}
+
+int schedule(int policy, int priority) {
+  sched_param parameters{};
+  parameters.sched_priority = priority;
+  return ::sched_setscheduler(0, policy, &parameters) == 0 ? 0 : errno;
+}
+
+// Threads and children that are made later do not inherit it: they are not the control loop.
+int go_first(int priority) {
+  return schedule(SCHED_FIFO | SCHED_RESET_ON_FORK, priority);
+}
+
+// Under a limit a locked process would fail later, at an allocation: better not to lock at all.
+int lock_memory() {
+  rlimit limit{};
+  ::getrlimit(RLIMIT_MEMLOCK, &limit);
+  if (limit.rlim_cur != RLIM_INFINITY && ::geteuid() != 0) return EPERM;
+  return ::mlockall(MCL_CURRENT | MCL_FUTURE) == 0 ? 0 : errno;
+}
+
+}  // namespace
+
+RealTimeScope::RealTimeScope(int priority) {
+  const int refused = go_first(priority);
+  scheduled_ = refused == 0;
+  if (!scheduled_)
+    advice_ = "no real-time priority (" + reason(refused) +
+              "; rtprio in /etc/security/limits.conf allows it)";
+  const int unlocked = lock_memory();
+  locked_ = unlocked == 0;
+  if (!locked_)
+    advice_ += (scheduled_ ? "memory not locked (" : ", memory not locked (") + reason(unlocked) +
+               "; memlock unlimited in /etc/security/limits.conf allows it)";
+}
+
+RealTimeScope::~RealTimeScope() {
+  if (locked_) ::munlockall();
+  if (scheduled_) schedule(SCHED_OTHER, 0);
+}
+
+bool take_real_time_priority(int priority) {
+  return go_first(priority) == 0;
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,58 @@
+#pragma once
+// Numbers and text as a reader wants to see them. Nothing here ever prints "nan" or "inf".
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace weft::daemon {
+
+/// Shown in place of a value that does not exist.
+inline constexpr std::string_view no_value = "\u2013";
+
+/// & < > " ' as entities; control characters and bytes that are not UTF-8 as U+FFFD, so that the
+/// result is well-formed in HTML and XML wherever it came from.
+std::string escape(std::string_view text);
+
+/// "a, b, c".
+template <class Words>
+std::string joined(const Words& words, std::string_view between = ", ") {
+  std::string out;
+  for (const auto& word : words) (out.empty() ? out : out += between) += word;
+  return out;
+}
+
+/// How each of several figures, (name, method), was computed: the method alone where all agree,
+/// else "Student t (M1 pvalue, M1 pca); Wilson (M1 all)".
+std::string methods_text(const std::vector<std::pair<std::string, std::string>>& figures);
+
+/// With `decimals` places; no_value when not finite.
+std::string fixed(double value, int decimals);
+/// Share as percent: 0.98765 and 1 place give "98.8". Never rounds up to 100 what is less.
+std::string percent(double share, int decimals = 1);
+/// 12,345.
+std::string thousands(std::size_t value);
+/// "17 ms", "0.57 s", "4 min 10 s", "6 h 12 min".
+std::string duration(double seconds);
+
+/// "150 \u00B5s", "2 ms", "0.5 s": for the ticks of an axis.
+std::string tick_text(double seconds);
+/// "2026-11-26 06:29:25.123 UTC", of microseconds since 1970-01-01 UTC.
+std::string utc_text(std::int64_t us);
+/// Shortest text that an SVG attribute needs: two decimals, no trailing zeros. 0 when not finite.
+std::string coordinate(double value);
+/// For HTML, from the natural logarithm because p-values underflow a double:
+/// "1.2 &#215; 10<sup>&#8722;9</sup>"; from 1e-3 on a plain number.
+std::string p_value_html(double natural_log);
+/// Up to four digits: "0.05", "1e-05", "2048".
+std::string general(double value);
+/// A power of two as "2<sup>&#8722;11</sup>", others as general().
+std::string power_of_two_html(double value);
+/// For a terminal of 80 columns: broken at blanks, every line starts with `indent` and ends with a
+/// newline.
+std::string wrapped(const std::string& text, const std::string& indent);
+
+}  // namespace weft::daemon

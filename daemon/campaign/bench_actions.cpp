@@ -1,0 +1,287 @@
+#include "daemon/campaign/bench_actions.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+#include "recipes/control/servo.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using namespace std::chrono_literals;
+
+// The guard is for a machine's timer that did not come. A late loop runs this cycle first and the
+// timer, which may be the regular end of a phase, right after.
+constexpr Duration deadline_grace = 100ms;
+// Readings this close to zero, for so long and so many in a row, show that the bias was taken; ten
+// counts of a Mini40 SI-40-2 (protocols.md B.6). Their mean is the zero: the sensor's own is one
+// reading with its noise, 20 mN off now and then.
+constexpr double bias_tolerance_n = 0.2;
+constexpr Duration bias_time = 1s;
+constexpr std::uint64_t bias_readings = 50;
+// A request over UDP may be lost, and nothing answers it: while readings are off, it goes out
+// again.
+constexpr Duration bias_again = 1s;
+// A reading so far from the last one is no force: the mount, at its stiffest and fastest, makes a
+// tenth of that between two readings. Level L0 of the plant steps to its set point at once.
+constexpr double jump_share = 0.4;
+// A landing or a lift-off changes the load by the probe's weight; the rest is noise.
+constexpr double landing_share = 1.2;
+// Readings so many periods apart may differ by anything.
+constexpr double jump_gap_readings = 5;
+// Readings of a stage that comes to rest, after it was told to.
+constexpr Duration z_comes_to_rest = 250ms;
+// A rotary stage reaches its speed within this time.
+constexpr double tilt_ramp_s = 1;
+// Some ten thousand trials of samples, or the write-ahead log of a reader that holds it back.
+constexpr std::uint64_t least_free_bytes = std::uint64_t{64} << 20;
+
+// How old a reading may be before the bench counts as blind: ten periods of its stream, and not
+// less than what a busy host and a network may cost.
+Duration max_age(double rate_hz, Duration least) {
+  return std::max(from_seconds(10 / rate_hz), least);
+}
+
+recipes::GuardLimits guard_limits(const recipes::RigLimits& rig) {
+  recipes::GuardLimits limits;
+  limits.force_cap_n = rig.force_cap_n;
+  limits.torque_cap_nm = rig.torque_cap_nm;
+  limits.travel = rig.geometry.travel;
+  limits.wrench_max_age = max_age(rig.wrench_rate_hz, 100ms);
+  limits.taxels_max_age = max_age(rig.taxel_rate_hz, 500ms);
+  limits.stage_max_age = max_age(rig.stage_rate_hz(), 500ms);
+  limits.wrench_longest_frozen = from_seconds(rig.frozen_wrench_s);
+  limits.taxels_longest_frozen = from_seconds(rig.frozen_taxels_s);
+  limits.wrench_jump_n = jump_share * rig.force_cap_n;
+  limits.cycle_max_lateness = 250ms;
+  limits.least_free_bytes = least_free_bytes;
+  return limits;
+}
+
+recipes::WatchLimits watch_limits(const recipes::RigLimits& rig) {
+  recipes::WatchLimits limits;
+  limits.wrench_jump_n = jump_share * rig.force_cap_n;
+  limits.landing_n = landing_share * rig.probe_weight_n;
+  limits.wrench_gap = from_seconds(jump_gap_readings / rig.wrench_rate_hz);
+  limits.order_age = recipes::order_age(rig.cycle_hz);
+  for (const StageAxis axis : recipes::all_axes) {
+    const bool linear = recipes::is_linear(axis);
+    limits.max_speed[recipes::index(axis)] = linear ? rig.max_speed_mps : rig.max_tilt_speed_radps;
+    limits.max_acceleration[recipes::index(axis)] =
+        linear ? rig.max_acceleration_mps2 : rig.max_tilt_speed_radps / tilt_ramp_s;
+  }
+  return limits;
+}
+
+}  // namespace
+
+BenchActions::BenchActions(const recipes::RigLimits& limits, Loop& loop, Bench& bench, Tell tell)
+    : loop_(&loop),
+      bench_(&bench),
+      tell_(std::move(tell)),
+      period_(from_seconds(1.0 / limits.cycle_hz)),
+      guard_limits_(guard_limits(limits)),
+      watch_(watch_limits(limits)) {}
+
+std::uint32_t BenchActions::command(StageAxis axis, const Command& command) {
+  const Result<std::uint32_t> id = bench_->stage(axis).driver().command(command);
+  if (id) return *id;
+  tell_(recipes::Fault{Error(id.error()).in(bench_->stage(axis).entry().name)});
+  return 0;
+}
+
+void BenchActions::drive(StageAxis axis, double velocity) {
+  command(axis, ServoCommand{velocity, recipes::servo_horizon});
+  watch_.driven(axis, velocity, recipes::servo_horizon, loop_->now());
+}
+
+void BenchActions::stand_still(StageAxis axis) {
+  watch_.released(axis, loop_->now());
+  Driver& driver = bench_->stage(axis).driver();
+  if (!driver.command(ServoCommand{0, recipes::servo_horizon})) driver.stop();
+}
+
+void BenchActions::begin(const recipes::MoveTo& order) {
+  descent_.reset();
+  motion_ = Motion{order.ticket, {}, ZWay::none};
+  for (const recipes::AxisMove& move : order.moves) {
+    motion_->moves.push_back({move.axis, command(move.axis, MoveCommand{move.target, move.speed})});
+    const double from = bench_->snapshot().stage[recipes::index(move.axis)].position;
+    watch_.moved(move.axis, from, move.target, move.speed, loop_->now());
+    if (move.axis == StageAxis::z) motion_->z_way = z_way(from, move.target);
+  }
+}
+
+void BenchActions::begin(const recipes::BiasSensors& order) {
+  bench_->take_zero({});
+  biasing_ = Biasing{.ticket = order.ticket};
+  send_bias();
+}
+
+void BenchActions::send_bias() {
+  Device& sensor = bench_->wrench();
+  biasing_->sent_at = loop_->now();
+  ++biasing_->times;
+  if (const auto sent = sensor.driver().command(BiasCommand{}); !sent)
+    tell_(recipes::Fault{Error(sent.error()).in(sensor.entry().name)});
+}
+
+void BenchActions::begin(const recipes::Descend& order) {
+  motion_.reset();
+  descent_ = order;
+}
+
+void BenchActions::stop() {
+  motion_.reset();
+  descent_.reset();
+  biasing_.reset();
+  for (const StageAxis axis : recipes::all_axes) stand_still(axis);
+}
+
+void BenchActions::look_at_all() {
+  look_at_motion();
+  look_at_descent();
+  look_at_bias();
+}
+
+void BenchActions::look_at_motion() {
+  if (!motion_) return;
+  const Snapshot& seen = bench_->snapshot();
+  const auto lost = [this](const Awaited& awaited) {
+    return awaited.move_id == 0 || bench_->stage(awaited.axis).fault_seen().has_value();
+  };
+  if (std::any_of(motion_->moves.begin(), motion_->moves.end(), lost))
+    return tell_(recipes::MotionLost{std::exchange(motion_, {})->ticket});
+  const bool all_there =
+      std::all_of(motion_->moves.begin(), motion_->moves.end(), [&](const Awaited& awaited) {
+        return seen.stage[recipes::index(awaited.axis)].move_id == awaited.move_id;
+      });
+  if (!all_there) return;
+  const recipes::Ticket ticket = motion_->ticket;
+  for (const Awaited& awaited : motion_->moves) watch_.released(awaited.axis, loop_->now());
+  motion_.reset();
+  tell_(recipes::MotionDone{ticket});
+}
+
+// The way down is a velocity that ends by itself, sent again in each cycle: a host that dies on the
+// way must not leave a stage that goes on into the plate (docs/adr/0002).
+void BenchActions::look_at_descent() {
+  if (!descent_) return;
+  const Snapshot& seen = bench_->snapshot();
+  const StageSample& z = seen.stage[recipes::index(StageAxis::z)];
+  const recipes::Ticket ticket = descent_->ticket;
+  const bool touched = seen.wrench.force_n[2] >= descent_->stop_force_n;
+  if (!touched && z.position < descent_->target_z_m)
+    return drive(StageAxis::z, descent_->speed_mps);
+  descent_.reset();
+  stand_still(StageAxis::z);
+  touched_z_m_ = z.position;
+  if (touched)
+    tell_(recipes::ContactFound{ticket, z.position});
+  else
+    tell_(recipes::MotionDone{ticket});
+}
+
+// A cycle's mean is looked at, in which a bad reading shows however many good ones follow it.
+void BenchActions::look_at_bias() {
+  if (!biasing_) return;
+  const Snapshot& seen = bench_->snapshot();
+  if (seen.wrench_recent.readings == 0 || *seen.wrench_at <= biasing_->sent_at) return;
+  const std::array<double, 3> mean_n = seen.wrench_recent.mean().force_n;
+  const bool quiet = std::all_of(mean_n.begin(), mean_n.end(),
+                                 [](double f) { return std::abs(f) <= bias_tolerance_n; });
+  if (!quiet) {
+    biasing_->quiet_since.reset();
+    biasing_->quiet = {};
+    biasing_->off_n = mean_n;
+    if (loop_->now() - biasing_->sent_at >= bias_again) send_bias();
+    return;
+  }
+  if (!biasing_->quiet_since) biasing_->quiet_since = seen.wrench_at;
+  biasing_->quiet.add(seen.wrench_recent);
+  if (biasing_->quiet.readings < bias_readings ||
+      *seen.wrench_at - *biasing_->quiet_since < bias_time)
+    return;
+  bench_->take_zero(biasing_->quiet.mean());
+  const recipes::Ticket ticket = biasing_->ticket;
+  biasing_.reset();
+  tell_(recipes::Biased{ticket});
+}
+
+std::optional<Error> BenchActions::still_awaited() const {
+  if (!biasing_) return std::nullopt;
+  char wanted[96], got[160] = "too few readings";
+  std::snprintf(wanted, sizeof wanted, "each component of the force within %.1f N for %.0f s",
+                bias_tolerance_n, to_seconds(bias_time));
+  if (const auto& off_n = biasing_->off_n)
+    std::snprintf(got, sizeof got, "%.2f, %.2f, %.2f N along x, y, z, after %d requests",
+                  (*off_n)[0], (*off_n)[1], (*off_n)[2], biasing_->times);
+  return Error{Errc::timeout,
+               "the force does not stay at zero after the sensor's bias",
+               bench_->wrench().entry().name,
+               wanted,
+               got,
+               "Look at what touches or shakes the plate, then at the sensor's cable or network"};
+}
+
+// Back from the set point to rest, z stays at or under where the cloth bore the probe.
+BenchActions::ZWay BenchActions::z_way(double from, double target) const {
+  if (target > from) return ZWay::down;
+  return touched_z_m_ && target >= *touched_z_m_ ? ZWay::none : ZWay::off_the_cloth;
+}
+
+// Under the force loop z makes its way by what it feels, and the cloth keeps the probe. Told to
+// stop or to turn, z goes on for a moment: both may be while it comes back.
+void BenchActions::look_at_z_way(recipes::WatchInput& watched, TimePoint now) {
+  const ZWay way = motion_ ? motion_->z_way : ZWay::none;
+  if (descent_ || way == ZWay::down) may_land_until_ = now + z_comes_to_rest;
+  if (way == ZWay::off_the_cloth) may_lift_until_ = now + z_comes_to_rest;
+  watched.may_land = now <= may_land_until_;
+  watched.may_lift = now <= may_lift_until_;
+}
+
+std::optional<recipes::GuardTrip> BenchActions::look_at_guards(const GuardContext& context) {
+  const Snapshot& seen = bench_->snapshot();
+  const TimePoint now = loop_->now();
+  recipes::GuardReadings readings;
+  readings.force_n = seen.wrench.force_n;
+  readings.torque_nm = seen.wrench.torque_nm;
+  readings.wrench_valid = seen.wrench.valid;
+  readings.wrench_at = seen.wrench_at;
+  readings.taxels_at = seen.taxels_at;
+  readings.position = seen.joints();
+  readings.stage_at = seen.stage_at;
+  if (context.deadline) readings.deadline = *context.deadline + deadline_grace;
+  readings.cycle_lateness = context.since_last - period_;
+  readings.free_bytes = context.free_bytes;
+  recipes::WatchInput watched = newest();
+  watched.zero_moves = context.zero_moves;
+  look_at_z_way(watched, now);
+  readings.history = watch_.step(watched, now);
+  return recipes::evaluate(guard_limits_, readings, now);
+}
+
+recipes::WatchInput BenchActions::newest() const {
+  const Snapshot& seen = bench_->snapshot();
+  recipes::WatchInput input;
+  input.force_n = seen.wrench.force_n;
+  input.torque_nm = seen.wrench.torque_nm;
+  input.wrench_at = seen.wrench_at;
+  input.taxel_digest = seen.taxel_digest;
+  input.taxels_at = seen.taxels_at;
+  input.position = seen.joints();
+  input.stage_at = seen.stage_at;
+  return input;
+}
+
+void BenchActions::poll(std::uint64_t cycle) {
+  bench_->begin_recent();
+  constexpr std::uint64_t slow_divisor = recipes::RigLimits::cycles_per_stage_row;
+  command(StageAxis::z, PollCommand{});
+  if (cycle % slow_divisor != slow_divisor - 1) return;
+  for (const StageAxis axis : {StageAxis::x, StageAxis::y, StageAxis::rx, StageAxis::ry})
+    command(axis, PollCommand{});
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,201 @@
+#include "daemon/campaign/bench_check.hpp"
+
+#include <algorithm>
+
+#include "daemon/base/loop/virtual_loop.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/simulated_bench.hpp"
+#include "daemon/hardware/link/memory_link.hpp"
+#include "daemon/hardware/rig/device.hpp"
+#include "drivers/thorlabs_apt/settings.hpp"
+#include "protocols/base/units.hpp"
+#include "sim/rig/rig.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using recipes::Diagnostic;
+using recipes::Plan;
+using recipes::Range;
+
+// Limits and settings are both decimal numbers turned into SI: equal ones may differ in the last
+// bits.
+constexpr double rounding = 1e-9;
+
+/// The same of several devices is told once.
+void add_once(Diagnostic found, std::vector<Diagnostic>& problems) {
+  const auto same = [&](const Diagnostic& told) { return to_string(told) == to_string(found); };
+  if (std::ranges::none_of(problems, same)) problems.push_back(std::move(found));
+}
+
+/// One driver with a link to nobody.
+void build_driver(const DeviceEntry& entry, const std::string& place,
+                  const std::shared_ptr<DriverCatalog>& drivers,
+                  std::vector<Diagnostic>& problems) {
+  VirtualLoop loop;
+  auto [host, far_end] = MemoryLink::make_pair(loop, loop, Duration{});
+  const auto device = Device::create(entry, loop, std::move(host), drivers);
+  if (device) return;
+  const std::string key = pointer_in(device.error().where);
+  const bool no_driver = device.error().code == Errc::not_found && key.empty();
+  const bool of_limit = !key.empty() && key == entry.acceleration_limit;
+  const std::string pointer = of_limit ? key : place + (no_driver ? "/driver" : "/config" + key);
+  add_once(diagnostic(device.error(), pointer), problems);
+}
+
+/// The limits of one axis as the plan counts on them, in the unit of the rig file.
+struct AxisLimits {
+  double speed;
+  Range travel;
+  double per_si;
+  std::string unit;
+  std::string speed_key, travel_key;
+};
+
+AxisLimits limits_of(recipes::Axis axis, const recipes::RigLimits& limits) {
+  const Range& travel = limits.geometry.travel[recipes::index(axis)];
+  if (recipes::is_linear(axis))
+    return {limits.max_speed_mps, travel,
+            1 / m_per_mm,         "mm",
+            "/limits/speed_mm_s", "/limits/travel_mm/" + std::string(recipes::to_string(axis))};
+  return {limits.max_tilt_speed_radps, travel, 1 / rad_per_deg, "deg", "/limits/tilt_speed_deg_s",
+          "/limits/tilt_deg"};
+}
+
+std::string range_text(const Range& range, const AxisLimits& axis) {
+  return fixed(range.min * axis.per_si, 2) + " to " + fixed(range.max * axis.per_si, 2) + " " +
+         axis.unit;
+}
+
+/// Only the driver whose settings are known here; another one refuses at run time what it cannot
+/// do.
+void compare_limits(const DeviceEntry& entry, recipes::Axis role, const recipes::RigLimits& limits,
+                    std::vector<Diagnostic>& problems) {
+  if (entry.driver != "thorlabs_apt") return;
+  const auto settings = drivers::read_stage_settings(entry.config_json);
+  if (!settings) return;  // told by build_driver
+  const AxisLimits axis = limits_of(role, limits);
+  if (axis.speed > settings->max_speed * (1 + rounding))
+    problems.push_back(
+        {axis.speed_key, "the driver of " + entry.name + " allows less speed",
+         "at most " + general(settings->max_speed * axis.per_si) + " " + axis.unit + "/s",
+         general(axis.speed * axis.per_si) + " " + axis.unit + "/s",
+         "Lower the limit, or raise the driver's setting if the stage permits it"});
+  const double count = 1 / settings->scale.counts_per_unit;
+  const Range allowed{settings->travel_low_counts * count, settings->travel_high_counts * count};
+  if (axis.travel.min < allowed.min - count || axis.travel.max > allowed.max + count)
+    problems.push_back({axis.travel_key, "the driver of " + entry.name + " allows less travel",
+                        "within " + range_text(allowed, axis), range_text(axis.travel, axis),
+                        "Narrow the limit, or widen the driver's travel if the stage permits it"});
+}
+
+/// A driver that only the file of a plugin has, by its name.
+bool is_of_plugin(const RigFile& rig, const std::string& driver) {
+  const std::vector<std::string> all = rig.drivers->names(), ours = DriverCatalog().names();
+  return std::ranges::find(all, driver) != all.end() &&
+         std::ranges::find(ours, driver) == ours.end();
+}
+
+void check_devices(const recipes::RigLimits& limits, const RigFile& rig, PluginDrivers plugins,
+                   std::vector<Diagnostic>& problems) {
+  for (std::size_t i = 0; i < rig.devices.size(); ++i) {
+    const DeviceEntry& entry = rig.devices[i];
+    if (plugins == PluginDrivers::built || !is_of_plugin(rig, entry.driver))
+      build_driver(entry, "/devices/" + std::to_string(i), rig.drivers, problems);
+    for (const recipes::Axis axis : recipes::all_axes)
+      if (entry.role == recipes::to_string(axis)) compare_limits(entry, axis, limits, problems);
+  }
+}
+
+/// The patch that the fabric's first trial touches.
+std::uint64_t first_patch(const Plan& plan, std::size_t fabric) {
+  const auto first = std::ranges::find(plan.trials, fabric, &recipes::TrialSpec::fabric);
+  return first == plan.trials.end() ? 0 : first->patch_seed;
+}
+
+void mount_fabrics(const Plan& plan, sim::Rig& bench, std::vector<Diagnostic>& problems) {
+  const std::vector<std::string> table = bench.fabrics();
+  const std::vector<std::string_view> known(table.begin(), table.end());
+  for (std::size_t i = 0; i < plan.fabrics.size(); ++i) {
+    const std::string& name = plan.fabrics[i];
+    const std::string pointer = "/fabrics/" + std::to_string(i);
+    if (std::ranges::find(known, name) == known.end()) {
+      const std::string_view meant = recipes::closest(name, known);
+      problems.push_back({pointer, "the cloth table of the rig has no such fabric", "", name,
+                          meant.empty() ? "Its fabrics are " + recipes::one_of(known)
+                                        : "Did you mean " + std::string(meant)});
+    } else if (const Status on = bench.mount(name, first_patch(plan, i), TimePoint{}); !on) {
+      problems.push_back(diagnostic(on.error(), pointer));
+    }
+  }
+}
+
+/// All of check_bench(), where there is a plan, or all of check_rig().
+BenchFindings look_at(const recipes::RigLimits& limits, const RigFile& rig,
+                      const std::filesystem::path& rig_path, PluginDrivers plugins,
+                      const Plan* plan) {
+  constexpr std::uint64_t any_seed = 1;
+  const std::uint64_t seed = plan == nullptr ? any_seed : plan->seed;
+  BenchFindings findings;
+  check_devices(limits, rig, plugins, findings.rig);
+  if (rig.mode == BenchMode::real) return findings;
+  const Result<std::string> fabrics = read_fabrics(rig, rig_path);
+  if (!fabrics) {
+    findings.rig.push_back(diagnostic(fabrics.error(), "/simulation/fabrics"));
+    return findings;
+  }
+  const auto emulated = sim::Rig::create(rig.text, *fabrics, seed);
+  if (!emulated) {
+    const bool in_table = emulated.error().where.starts_with("fabrics");
+    findings.rig.push_back(diagnostic(
+        emulated.error(), in_table ? "/simulation/fabrics" : pointer_in(emulated.error().where)));
+    return findings;
+  }
+  if (const Status same = same_rates(rig, limits, **emulated); !same)
+    findings.rig.push_back(diagnostic(same.error(), same.error().where));
+  if (plan != nullptr) mount_fabrics(*plan, **emulated, findings.recipe);
+  if (!findings.rig.empty() || !findings.recipe.empty()) return findings;
+  if (rig.mode == BenchMode::emulated) return findings;
+  if (plugins == PluginDrivers::unread &&
+      std::ranges::any_of(rig.devices,
+                          [&](const DeviceEntry& d) { return is_of_plugin(rig, d.driver); }))
+    return findings;
+  // What is left shows when all is put together: a device without emulator, for example.
+  const auto bench = SimulatedBench::create(rig, *fabrics, seed);
+  if (!bench) findings.rig.push_back(diagnostic(bench.error(), pointer_in(bench.error().where)));
+  return findings;
+}
+
+}  // namespace
+
+Diagnostic diagnostic(const Error& error, std::string pointer) {
+  return {std::move(pointer), error.message, error.expected, error.got, error.hint};
+}
+
+std::string pointer_in(const std::string& where) {
+  if (where.starts_with('/')) return where;
+  const std::size_t at = where.find(": /");
+  return at == std::string::npos ? std::string() : where.substr(at + 2);
+}
+
+BenchFindings check_bench(const Plan& plan, const RigFile& rig,
+                          const std::filesystem::path& rig_path, PluginDrivers plugins) {
+  return look_at(plan.limits, rig, rig_path, plugins, &plan);
+}
+
+std::vector<Diagnostic> check_rig(const OpenedRig& rig, const std::filesystem::path& rig_path,
+                                  PluginDrivers plugins) {
+  return look_at(rig.limits, rig.file, rig_path, plugins, nullptr).rig;
+}
+
+Status check_rig_file(const std::filesystem::path& path) {
+  const auto rig = open_rig(path, {});
+  if (!rig) return pass(rig.error());
+  const auto problems = check_rig(*rig, path, PluginDrivers::unread);
+  if (problems.empty()) return {};
+  return fail(Errc::invalid_argument, recipes::to_string(problems.front()), path.string(), {}, {},
+              "weft check tells all of it");
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,132 @@
+#include "daemon/campaign/bench_session.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/base/loop/real_loop.hpp"
+#include "daemon/base/loop/real_time.hpp"
+#include "daemon/campaign/monitor.hpp"
+#include "daemon/campaign/rig_console.hpp"
+#include "daemon/campaign/simulated_bench.hpp"
+
+namespace weft::daemon {
+namespace {
+
+Status befallen(sim::Rig& rig, const FaultOrder& order, TimePoint now) {
+  if (!order.ends) return rig.inject(order.json, now);
+  const auto end = nlohmann::json::parse(order.json);
+  return rig.clear_faults(end.at("device").get<std::string>(), end.at("fault").get<std::string>());
+}
+
+class SimulatedSession final : public BenchSession {
+ public:
+  explicit SimulatedSession(std::unique_ptr<SimulatedBench> bench) : simulated_(std::move(bench)) {}
+  Bench& bench() override { return *simulated_->bench; }
+  Loop& loop() override { return simulated_->host_time; }
+  void run_until(const std::function<bool()>& done) override { simulated_->loop.run_until(done); }
+  void mount(std::string_view fabric, std::uint64_t patch_seed, MountDone done) override {
+    done(simulated_->rig->mount(fabric, patch_seed, simulated_->loop.now()));
+  }
+  void befall(const FaultOrder& order) override {
+    order.told(befallen(*simulated_->rig, order, simulated_->loop.now()));
+  }
+  sim::Rig* plant() override { return simulated_->rig.get(); }
+  [[nodiscard]] SessionLoad load() const override {
+    return {simulated_->rig_time.seconds(), simulated_->host_time.seconds(),
+            simulated_->loop.events()};
+  }
+
+ private:
+  std::unique_ptr<SimulatedBench> simulated_;
+};
+
+/// Devices behind ports, in real time.
+class PortSession final : public BenchSession {
+ public:
+  explicit PortSession(std::unique_ptr<Monitor> monitor) : monitor_(std::move(monitor)) {}
+  static Result<std::unique_ptr<BenchSession>> open(const SessionRequest& request) {
+    auto monitor = Monitor::start(emergency_stops(request.rig));
+    if (!monitor) return pass(monitor.error());
+    auto session = std::make_unique<PortSession>(std::move(*monitor));
+    if (request.rig.mode == BenchMode::emulated) {
+      auto console = open_tcp(session->loop_, request.rig.console);
+      if (!console) return pass(Error(console.error()).in("weft-rig"));
+      session->console_ = std::make_unique<RigConsole>(std::move(*console));
+    }
+    auto bench = Bench::create(
+        request.rig, session->loop_,
+        [&](const DeviceEntry& entry) { return open_link(session->loop_, entry.link); },
+        [&](const DeviceEntry& entry) {
+          return open_requests(session->loop_, std::get<TcpPort>(*entry.http).end);
+        });
+    if (!bench) return pass(bench.error());
+    session->bench_ = std::move(*bench);
+    return std::unique_ptr<BenchSession>(std::move(session));
+  }
+  Bench& bench() override { return *bench_; }
+  Loop& loop() override { return loop_; }
+  void run_until(const std::function<bool()>& done) override {
+    monitor_->watch(true);
+    beat();
+    loop_.run_until(done);
+    loop_.cancel(heart_);
+    monitor_->watch(false);
+  }
+  [[nodiscard]] bool real_time() const override { return true; }
+  void mount(std::string_view fabric, std::uint64_t patch_seed, MountDone done) override {
+    if (console_) return console_->mount(fabric, patch_seed, std::move(done));
+    done(
+        {});  // by a person, who was asked before and has confirmed it: check_recipe() sees to that
+  }
+  void befall(const FaultOrder& order) override {
+    if (!console_) return BenchSession::befall(order);
+    console_->befall(order.json, order.ends, order.told);
+  }
+  [[nodiscard]] std::string advice() const override { return real_time_.advice(); }
+
+ private:
+  static constexpr Duration heart_period = std::chrono::milliseconds(100);
+  void beat() {
+    monitor_->beat();
+    heart_ = loop_.after(heart_period, [this] { beat(); });
+  }
+
+  std::unique_ptr<Monitor> monitor_;  ///< began before the priority and the ports
+  RealTimeScope real_time_;
+  RealLoop loop_;
+  TimerId heart_ = 0;
+  std::unique_ptr<RigConsole> console_;
+  std::unique_ptr<Bench> bench_;
+};
+
+// Drivers and emulators are configured apart; what disagrees is refused before it runs.
+Result<std::unique_ptr<BenchSession>> simulated_session(const SessionRequest& request) {
+  const Result<std::string> fabrics = read_fabrics(request.rig, request.rig_path);
+  if (!fabrics) return pass(fabrics.error());
+  auto bench = SimulatedBench::create(request.rig, *fabrics, request.seed);
+  if (!bench) return pass(bench.error());
+  if (Status same = same_rates(request.rig, request.limits, *(*bench)->rig); !same)
+    return pass(same.error());
+  return std::unique_ptr<BenchSession>(std::make_unique<SimulatedSession>(std::move(*bench)));
+}
+
+}  // namespace
+
+void BenchSession::befall(const FaultOrder& order) {
+  order.told(fail(Errc::unsupported, "nothing lets faults befall a real bench", "bench"));
+}
+
+Status bring_up(BenchSession& session, const StopAsked& stop_asked) {
+  std::optional<Status> up;
+  session.bench().bring_up([&up](Status outcome) { up = std::move(outcome); });
+  session.run_until([&] { return up.has_value() || stop_asked(); });
+  if (up) return *up;
+  if (stop_asked()) return fail(Errc::wrong_state, "stopped while the bench came up", "bench");
+  return fail(Errc::timeout, "the bench fell silent", "bench");
+}
+
+Result<std::unique_ptr<BenchSession>> open_session(const SessionRequest& request) {
+  return request.rig.mode == BenchMode::simulated ? simulated_session(request)
+                                                  : PortSession::open(request);
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,62 @@
+#pragma once
+// A bench and what makes its time pass: one campaign runs unchanged on all three kinds.
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "daemon/base/file/stop_asked.hpp"
+#include "daemon/campaign/run_orders.hpp"
+#include "daemon/campaign/supervisor.hpp"
+#include "daemon/hardware/rig/bench.hpp"
+#include "recipes/engine/rig_limits.hpp"
+#include "sim/rig/rig.hpp"
+
+namespace weft::daemon {
+
+/// Where the wall time of a session went, as far as it can tell.
+struct SessionLoad {
+  double plant_and_emulators_s = 0;
+  double drivers_and_control_s = 0;
+  std::uint64_t events = 0;  ///< callbacks of the virtual loop
+};
+
+/// Thread-bound. Drivers are gone before links, links before the loop.
+class BenchSession {
+ public:
+  virtual ~BenchSession() = default;
+  virtual Bench& bench() = 0;
+  /// Of drivers and supervisor.
+  virtual Loop& loop() = 0;
+  /// Lets time pass until `done()`; on a simulated bench also until nothing is left to happen.
+  virtual void run_until(const std::function<bool()>& done) = 0;
+  virtual void mount(std::string_view fabric, std::uint64_t patch_seed, MountDone done) = 0;
+  /// Lets a fault befall an emulated device, or ends some. Told: unsupported, of a real bench;
+  /// sim::Rig::inject()'s and clear_faults()'s.
+  virtual void befall(const FaultOrder& order);
+  [[nodiscard]] virtual SessionLoad load() const { return {}; }
+  /// Whether its time is the world's: then nothing may hold the loop up.
+  [[nodiscard]] virtual bool real_time() const { return false; }
+  /// The emulated bench, where it is this process's; its trials can be played again.
+  virtual sim::Rig* plant() { return nullptr; }
+  /// What would let it keep time better; empty when there is nothing.
+  [[nodiscard]] virtual std::string advice() const { return {}; }
+};
+
+struct SessionRequest {
+  const RigFile& rig;
+  std::filesystem::path rig_path;  ///< the cloth table is found relative to it
+  const recipes::RigLimits& limits;
+  std::uint64_t seed = 0;  ///< of a simulated bench's sensors
+};
+
+/// Opens and homes. Errors: the bench's; wrong_state when it was stopped; timeout, when the bench
+/// fell silent.
+Status bring_up(BenchSession& session, const StopAsked& stop_asked);
+
+/// Makes devices and links; nothing has been said to a device yet.
+/// Errors: what the rig file, its cloth table or a port refuse.
+Result<std::unique_ptr<BenchSession>> open_session(const SessionRequest& request);
+
+}  // namespace weft::daemon

@@ -1,0 +1,389 @@
+#include "daemon/campaign/campaign.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/campaign/bench_session.hpp"
+#include "daemon/campaign/campaign_file.hpp"
+#include "daemon/campaign/error_check.hpp"
+#include "daemon/campaign/resume.hpp"
+#include "daemon/campaign/run_pace.hpp"
+#include "daemon/campaign/supervisor.hpp"
+#include "daemon/storage/recorder/campaign_folder.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using nlohmann::json;
+
+double seconds_since(std::chrono::nanoseconds begin) {
+  return std::chrono::duration<double>(steady_wall_now() - begin).count();
+}
+
+bool signalled(const CampaignHooks& hooks) {
+  return hooks.stop != nullptr && hooks.stop->load(std::memory_order_relaxed);
+}
+
+bool stop_asked(const CampaignHooks& hooks) {
+  return signalled(hooks) || (hooks.orders != nullptr && hooks.orders->ends_run());
+}
+
+// The parts of a run in progress, and what is told about it.
+class Run {
+ public:
+  Run(const CheckedRequest& checked, BenchSession& session, const CampaignHooks& hooks,
+      bool error_check)
+      : plan_(&checked.plan),
+        session_(&session),
+        hooks_(&hooks),
+        log_(session.bench(), session.loop(), hooks.device_log),
+        errors_(error_check ? session.plant() : nullptr, checked.plan),
+        live_(checked.plan, checked.models),
+        keeper_(hooks.pace) {}
+
+  Status bring_up() {
+    Status up = daemon::bring_up(*session_, [this] { return stop_asked(*hooks_); });
+    brought_up_ = session_->loop().now();
+    return up;
+  }
+
+  /// What is on record of trials that are not run again.
+  struct Past {
+    recipes::Start from;
+    std::size_t complete = 0, rejected = 0, ended_early = 0;
+    std::size_t played_again = 0;  ///< trials that a simulated bench does once more, unrecorded
+  };
+  static Past past_of(const std::optional<Resumption>& before) {
+    Past out;
+    if (!before) return out;
+    if (before->plays_again) {
+      out.played_again = before->first_trial;
+      return out;
+    }
+    out.from = {before->first_trial, before->rejected};
+    out.complete = before->past.complete();
+    out.rejected = before->past.rejected();
+    out.ended_early = before->past.ended_early();
+    return out;
+  }
+
+  CampaignSummary execute(Recorder& recorder, const Past& past) {
+    pace_.emplace(*plan_, past.from.first_trial, session_->real_time(), steady_wall_now());
+    complete_ = past.complete;
+    rejected_ = past.rejected;
+    if (hooks_->onlooker != nullptr) hooks_->onlooker->begin();
+    ended_early_ = past.ended_early;
+    TrialRecording recording(recorder, *plan_);
+    log_.journal_to(&recording);
+    SupervisorHooks hooks;
+    hooks.mount = [this](std::string_view fabric, std::uint64_t patch, MountDone done) {
+      errors_.patch_follows();
+      session_->mount(fabric, patch, std::move(done));
+    };
+    hooks.trial_done = [&](const recipes::TrialDone& done, const ForceTally& force) {
+      const bool whole = done.outcome == recipes::Outcome::complete && !done.ended_early;
+      errors_.trial_done(done.trial, whole, session_->loop().now(), recording.sampled());
+      tell(done, force, recording);
+    };
+    hooks.trial_begun = [this](std::size_t trial) { live_.begin(trial); };
+    hooks.sensed = [&](const Sample& sample, Phase phase) {
+      if (hooks_->onlooker != nullptr) hooks_->onlooker->hear(sample);
+      vote(sample, phase, recording);
+    };
+    hooks.slid_enough = [this] { return live_.slid_enough(); };
+    Supervisor supervisor(*plan_, session_->loop(), session_->bench(), recording, std::move(hooks));
+    supervisor.start(past.from);
+    session_->run_until([&] {
+      if (signalled(*hooks_) && !std::exchange(stopping_, true)) abort(supervisor, recording);
+      pass_over(supervisor, past.played_again);
+      tell_step(supervisor);
+      if (supervisor.state().trial >= past.played_again) go_on_in_sight();
+      take_faults(supervisor, recording, past.played_again);
+      obey(supervisor, recording, past.played_again);
+      return supervisor.result().has_value();
+    });
+    log_.journal_to(nullptr);
+    return summary(supervisor.result(), recording);
+  }
+
+  /// Plays some trials again; the run is over, and nothing of it changes.
+  Status look_at_errors(Recorder& recorder, CampaignSummary& summary) const {
+    const auto began = steady_wall_now();
+    summary.simulation.errors = errors_.errors();
+    summary.time.error_check_s = seconds_since(began);
+    if (summary.simulation.empty()) return {};
+    return recorder.journal(session_->loop().now(), "simulation", to_json(summary.simulation));
+  }
+
+ private:
+  // What people were asked before trials that are on record, they have done.
+  void pass_over(Supervisor& supervisor, std::size_t played_again) {
+    while (supervisor.asked() != nullptr && supervisor.state().trial < played_again) {
+      pace_->passed_over(supervisor.asked()->ask);
+      supervisor.request(recipes::OperatorConfirmed{supervisor.asked()->ticket});
+    }
+  }
+
+  // What is only played again is no news, and nobody waits for it.
+  void go_on_in_sight() {
+    if (hooks_->onlooker != nullptr)
+      hooks_->onlooker->show(session_->bench().snapshot(), session_->loop().now());
+    keep_pace();
+  }
+
+  // An order ends the wait: it is obeyed at the time that the bench has come to.
+  void keep_pace() {
+    constexpr std::chrono::milliseconds shortest{1}, longest{100};
+    if (hooks_->orders == nullptr || session_->plant() == nullptr) return;
+    while (!signalled(*hooks_)) {
+      const auto ahead = keeper_.ahead(session_->loop().now(), steady_wall_now());
+      if (ahead < shortest) return;
+      const auto wait = std::chrono::duration_cast<std::chrono::milliseconds>(ahead);
+      if (hooks_->orders->wait(std::min(wait, longest))) return;
+    }
+  }
+
+  // A clock that jumps to the next timer would jump over a pause: there the orders are waited for.
+  void obey(Supervisor& supervisor, TrialRecording& recording, std::size_t played_again) {
+    if (hooks_->orders == nullptr) return;
+    constexpr std::chrono::milliseconds between_looks{100};
+    const recipes::Step step = supervisor.state().step;
+    const bool stands = step == recipes::Step::held || step == recipes::Step::awaiting_operator;
+    if (stands && session_->plant() != nullptr)
+      while (!signalled(*hooks_) && !hooks_->orders->wait(between_looks))
+        take_faults(supervisor, recording, played_again);
+    while (const auto given = hooks_->orders->take()) {
+      note(*given, supervisor, recording);
+      supervisor.request(event_of(*given));
+    }
+  }
+
+  // While the past is played again they wait: it had none.
+  void take_faults(const Supervisor& supervisor, TrialRecording& recording,
+                   std::size_t played_again) {
+    while (hooks_->orders != nullptr && supervisor.state().trial >= played_again) {
+      auto given = hooks_->orders->take_fault();
+      if (!given) return;
+      const auto tell = given->told;
+      given->told = [this, tell, &recording,
+                     line = json{{"fault", json::parse(given->json)},
+                                 {"ends", given->ends},
+                                 {"by", given->by}}](const Status& done) {
+        if (done) recording.journal(session_->loop().now(), fault_kind, line.dump());
+        tell(done);
+      };
+      session_->befall(*given);
+    }
+  }
+
+  void note(const GivenOrder& given, const Supervisor& supervisor, TrialRecording& recording) {
+    json line{{"order", to_string(given.order)}, {"by", given.by}};
+    const recipes::AskOperator* const asked = supervisor.asked();
+    if (given.order == Order::confirm && asked != nullptr && asked->ticket == given.confirms) {
+      line["trial"] = asked->ask.trial;
+      line["text"] = asked->ask.text;
+      pace_->confirmed(asked->ask);
+    }
+    recording.journal(session_->loop().now(), "order", line.dump());
+  }
+
+  void tell_step(const Supervisor& supervisor) {
+    const recipes::State& state = supervisor.state();
+    const recipes::AskOperator* const asked = supervisor.asked();
+    if (state.step == last_step_ && (asked == nullptr || state.ticket == last_asked_)) return;
+    last_step_ = state.step;
+    last_asked_ = state.ticket;
+    pace_->step(state, steady_wall_now());
+    if (!hooks_->moment) return;
+    const recipes::TrialSpec& spec = plan_->trials[std::min(state.trial, plan_->trials.size() - 1)];
+    RunMoment moment{state.trial,
+                     plan_->trials.size(),
+                     state.step,
+                     plan_->fabrics[spec.fabric],
+                     plan_->explorations[spec.exploration].name,
+                     spec.repetition,
+                     to_seconds(session_->loop().now())};
+    if (asked != nullptr)
+      moment.asked = *asked;
+    else
+      look_ahead(state, moment);
+    hooks_->moment(moment);
+  }
+
+  void look_ahead(const recipes::State& state, RunMoment& moment) {
+    const bool held = state.step == recipes::Step::held;
+    moment.next_ask = pace_->next_ask(held ? state.trial : state.trial + 1);
+    if (!moment.next_ask) return;
+    moment.next_ask_in_s =
+        pace_->machine_until_s(state.trial, moment.next_ask->trial, steady_wall_now());
+  }
+
+  // A vote that cannot be had is no fault of the trial: it goes on to its whole length.
+  void vote(const Sample& sample, Phase phase, TrialRecording& recording) {
+    const auto told = live_.hear(sample, phase);
+    if (!told)
+      return recording.journal(session_->loop().now(), "live_vote_error",
+                               json{{"error", to_string(told.error())}}.dump());
+    if (!*told) return;
+    const VoteMoment& vote = **told;
+    if (vote.ends_slide)
+      recording.journal(session_->loop().now(), "slide_ends_early",
+                        json{{"trial", vote.trial},
+                             {"slide_s", vote.slide_s},
+                             {"winner", vote.winner},
+                             {"by", "auto:live_vote"}}
+                            .dump());
+    if (hooks_->vote) hooks_->vote(vote);
+  }
+
+  void abort(Supervisor& supervisor, TrialRecording& recording) {
+    recording.journal(session_->loop().now(), "stop_requested", "{}");
+    supervisor.request(recipes::AbortRequested{});
+  }
+
+  void tell(const recipes::TrialDone& done, const ForceTally& force, TrialRecording& recording) {
+    const recipes::TrialSpec& spec = plan_->trials[done.trial];
+    const bool again = done.outcome == recipes::Outcome::rejected;
+    complete_ += done.outcome == recipes::Outcome::complete ? 1 : 0;
+    rejected_ += again ? 1 : 0;
+    ended_early_ += done.ended_early ? 1 : 0;
+    const bool is_over = done.outcome == recipes::Outcome::complete ||
+                         done.outcome == recipes::Outcome::failed;  // else it is taken once more
+    if (is_over) pace_->trial_ended(done.trial + 1);
+    if (done.error)
+      recording.journal(session_->loop().now(), again ? "take_rejected" : "trial_error",
+                        json{{"trial", done.trial}, {"error", to_string(*done.error)}}.dump());
+    if (!hooks_->progress) return;
+    TrialProgress line;
+    line.done = done.trial + (is_over ? 1 : 0);
+    line.error = done.error;
+    line.takes_rejected = rejected_;
+    line.planned = plan_->trials.size();
+    line.fabric = plan_->fabrics[spec.fabric];
+    line.exploration = plan_->explorations[spec.exploration].name;
+    line.repetition = spec.repetition;
+    line.outcome = done.outcome;
+    line.force_rms_error_n = force.rms_n();
+    line.virtual_s = to_seconds(session_->loop().now());
+    line.wall_s = seconds_since(began_);
+    line.wall_left_s = pace_->left_s(steady_wall_now());
+    hooks_->progress(line);
+  }
+
+  CampaignSummary summary(const std::optional<recipes::CampaignDone>& done,
+                          const TrialRecording& recording) const {
+    CampaignSummary s;
+    s.name = plan_->name;
+    s.outcome = done ? done->outcome : recipes::Outcome::failed;
+    s.cleanup = done ? done->cleanup : recipes::Cleanup::failed;
+    s.rig = done ? done->rig : recipes::RigFact::unknown;
+    s.error = done ? done->error : std::nullopt;
+    s.trials_planned = plan_->trials.size();
+    s.trials_complete = complete_;
+    s.takes_rejected = rejected_;
+    s.trials_ended_early = ended_early_;
+    fail_where_trials_lack(s);
+    s.forecast_s = plan_->forecast.duration_s;
+    s.virtual_s = to_seconds(session_->loop().now());
+    s.bring_up_s = to_seconds(brought_up_);
+    s.force = recording.campaign_force();
+    const SessionLoad load = session_->load();
+    s.time.plant_and_emulators_s = load.plant_and_emulators_s;
+    s.time.recorder_s = recording.seconds();
+    s.time.drivers_and_control_s = std::max(0.0, load.drivers_and_control_s - recording.seconds());
+    s.events = load.events;
+    return s;
+  }
+
+  const recipes::Plan* plan_;
+  BenchSession* session_;
+  const CampaignHooks* hooks_;
+  DeviceLog log_;
+  ErrorCheck errors_;
+  LiveWatch live_;
+  PaceKeeper keeper_;
+  bool stopping_ = false;
+  recipes::Step last_step_ = recipes::Step::ready;
+  recipes::Ticket last_asked_ = 0;
+  std::optional<RunPace> pace_;  ///< once it has begun
+  std::size_t complete_ = 0;
+  std::size_t rejected_ = 0;  ///< takes
+  std::size_t ended_early_ = 0;
+  TimePoint brought_up_;
+  std::chrono::nanoseconds began_ = steady_wall_now();
+};
+
+/// The campaign that the folder holds, where it is to be gone on with.
+Result<std::optional<Resumption>> past_of(const CampaignRequest& request,
+                                          const std::filesystem::path& campaign,
+                                          const SettledRequest& settled,
+                                          const CampaignHooks& hooks) {
+  if (request.resume)
+    return resumption(campaign, settled.checked, settled.rig.mode, request.accept_whole,
+                      [&hooks] { return stop_asked(hooks); });
+  Status free = Recorder::refuse_existing(campaign);
+  if (free) free = no_end_is_there(request.out);
+  if (!free) return pass(free.error());
+  return std::optional<Resumption>{};
+}
+
+/// The end of the campaign's file, which nobody writes to from here on.
+Status finished(Recorder recorder, const Run& run, TimePoint now, CampaignSummary& summary) {
+  Status ok = recorder.go_on(now);
+  if (ok) ok = run.look_at_errors(recorder, summary);
+  if (ok) ok = recorder.finish();
+  return ok;
+}
+
+}  // namespace
+
+std::string ended_early_words(const CampaignSummary& summary) {
+  if (summary.trials_ended_early == 0) return {};
+  return ", " + std::to_string(summary.trials_ended_early) +
+         " of them with slides that ended early, which are in no data set";
+}
+
+Result<CampaignSummary> run_campaign(const CampaignRequest& request, const CampaignHooks& hooks) {
+  Result<SettledRequest> settled = settled_request(request);
+  if (!settled) return pass(settled.error());
+  const CheckedRequest& checked = settled->checked;
+  RigFile& rig = settled->rig;
+  if (checked.plan.forecast.asks > 0 && hooks.orders == nullptr)
+    return fail(Errc::unsupported, "the recipe asks for people, and nobody can confirm here",
+                request.recipe.string());
+  if (hooks.planned) hooks.planned(checked.plan);
+  const auto began = steady_wall_now();
+  const auto session = open_session({rig, request.rig, checked.plan.limits, checked.plan.seed});
+  if (!session) return pass(session.error(), request.rig.string());
+  const std::filesystem::path campaign_file = request.out / campaign_file_name;
+  const auto folder = prepare_folder(request.out, disk_forecast(checked.plan));
+  if (!folder) return pass(folder.error());
+  const auto past = past_of(request, campaign_file, *settled, hooks);
+  if (!past) return pass(past.error());
+  if (*past && (*past)->only_concludes)
+    return concluded(request.out, checked.plan, rig, (*past)->past);
+  if (*past && ((*past)->only_hands_over || (*past)->only_tells))
+    return certified_summary(request.out, checked.plan, rig, (*past)->past);
+  if (const std::string advice = (*session)->advice(); !advice.empty() && hooks.device_log)
+    hooks.device_log({{}, LogLevel::warning, "bench", advice});
+  Run run(checked, **session, hooks, request.error_check);
+  if (hooks.rig_taken)
+    if (Status taken = hooks.rig_taken(); !taken) return pass(taken.error());
+  if (Status up = run.bring_up(); !up) return pass(up.error());
+  Result<Recorder> recorder = *past ? reopened(campaign_file, **past, **session)
+                                    : created(campaign_file, checked, **session, rig);
+  if (!recorder) return pass(recorder.error());
+  CampaignSummary summary = run.execute(*recorder, Run::past_of(*past));
+  summary.simulation = std::move(settled->simulation);
+  Status kept = finished(std::move(*recorder), run, (*session)->loop().now(), summary);
+  summary.wall_s = seconds_since(began) - summary.time.error_check_s;
+  summary.bench = rig.bench;
+  summary.level = rig.plant_level;
+  summary.campaign_file = campaign_file;
+  summary.wants_hand_over = checked.plan.hand_over.has_value();
+  if (kept) kept = conclude(request.out, summary);
+  if (!kept) without_dataset(request.out, kept.error(), summary);
+  return summary;
+}
+
+}  // namespace weft::daemon

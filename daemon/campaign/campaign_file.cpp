@@ -1,0 +1,220 @@
+#include "daemon/campaign/campaign_file.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/base/file/atomic_file.hpp"
+#include "daemon/base/file/read_file.hpp"
+#include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/base/version/software_version.hpp"
+#include "daemon/storage/certificate/certificate.hpp"
+#include "daemon/storage/dataset/hdf5_file.hpp"
+#include "daemon/storage/recorder/campaign_folder.hpp"
+#include "daemon/storage/recorder/campaign_writer.hpp"
+
+namespace weft::daemon {
+namespace {
+
+constexpr std::uintmax_t most_plugin_bytes = std::uintmax_t{1} << 28;
+
+/// Which code drove a device, where it was not this program's own.
+Status record_plugin(Recorder& recorder, const DeviceEntry& entry, DriverCatalog& drivers) {
+  const Result<DriverSource> source = drivers.source(entry.driver);
+  if (!source || source->file.empty()) return {};
+  const Result<std::string> bytes = read_file(source->file, most_plugin_bytes);
+  const nlohmann::json line{{"device", entry.name},
+                            {"driver", entry.driver},
+                            {"file", source->file},
+                            {"fingerprint", source->fingerprint},
+                            {"sha256", bytes ? sha256_hex(*bytes) : to_string(bytes.error())}};
+  return recorder.journal(TimePoint{}, "plugin", line.dump());
+}
+
+/// What the loop's zero was in the world's time, so that a file can be laid beside other records.
+Status record_clock(Recorder& recorder, const Loop& loop) {
+  return recorder.journal(loop.now(), "clock",
+                          nlohmann::json{{"utc_ns", utc_now().count()}}.dump());
+}
+
+/// Devices as they identified themselves, and which code drove them where it was not our own.
+Status record_devices(Recorder& recorder, const Bench& bench, DriverCatalog& drivers) {
+  for (const auto& device : bench.devices()) {
+    const DeviceEntry& entry = device->entry();
+    if (Status ok = recorder.device({entry.name, entry.driver, to_json(device->identity())}); !ok)
+      return ok;
+    if (Status ok = record_plugin(recorder, entry, drivers); !ok) return ok;
+  }
+  return {};
+}
+
+CampaignHeader header_of(const CheckedRequest& checked, const RigFile& rig) {
+  const recipes::Plan& plan = checked.plan;
+  CampaignHeader header;
+  header.info.kind = rig.bench;
+  header.info.name = plan.name;
+  header.info.source = "campaign";
+  header.info.recipe_json = checked.recipe_text;
+  header.info.rig_json = checked.rig_text;
+  header.info.seed = plan.seed;
+  header.info.software_version = software_version();
+  header.info.taxel_rate_hz = plan.limits.taxel_rate_hz;
+  header.info.wrench_rate_hz = plan.limits.wrench_rate_hz;
+  header.info.stage_rate_hz = plan.limits.stage_rate_hz();
+  for (const StageAxis axis : recipes::all_axes)
+    header.info.axes.push_back({std::string(recipes::to_string(axis)), !recipes::is_linear(axis)});
+  if (plan.sweep)
+    for (const recipes::Factor& factor : plan.sweep->factors)
+      header.info.factors.emplace_back(recipes::factor_name(factor.kind));
+  header.taxels = plan.limits.taxels;
+  header.trials_planned = static_cast<std::uint32_t>(plan.trials.size());
+  header.created_utc_ns = utc_now().count();
+  return header;
+}
+
+Result<std::string> export_dataset(const std::filesystem::path& campaign,
+                                   const std::filesystem::path& dataset) {
+  const Result<Dataset> loaded = load_campaign(campaign);
+  if (!loaded) return pass(loaded.error());
+  return write_hdf5(*loaded, dataset);
+}
+
+}  // namespace
+
+Status forget_end(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::remove(folder / certificate_file_name, error);
+  const std::filesystem::path dataset = folder / dataset_file_name;
+  if (const auto aside = name_aside(dataset); !error && !aside.empty())
+    std::filesystem::rename(dataset, folder / aside, error);
+  if (error)
+    return fail(Errc::io, "cannot set certificate and data set aside", folder.string(), {},
+                error.message());
+  return sync_folder(folder);  // before the campaign goes on: the old end must not come back
+}
+
+Result<Recorder> created(const std::filesystem::path& file, const CheckedRequest& checked,
+                         BenchSession& session, const RigFile& rig) {
+  const auto aside = set_aside(file);
+  if (!aside) return pass(aside.error());
+  if (!aside->empty())
+    if (Status ok = forget_end(file.parent_path()); !ok) return pass(ok.error());
+  Result<Recorder> recorder = Recorder::create(file, header_of(checked, rig));
+  if (!recorder) return recorder;
+  if (session.real_time()) recorder->write_behind();
+  if (Status ok = record_clock(*recorder, session.loop()); !ok) return pass(ok.error());
+  if (!aside->empty())
+    if (Status ok = recorder->journal(session.loop().now(), "set_aside",
+                                      nlohmann::json{{"file", aside->string()}}.dump());
+        !ok)
+      return pass(ok.error());
+  if (Status ok = record_devices(*recorder, session.bench(), *rig.drivers); !ok)
+    return pass(ok.error());
+  if (const auto models = live_models_json(checked.plan, checked.models); models != "[]")
+    if (Status ok = recorder->journal(session.loop().now(), live_models_kind, models); !ok)
+      return pass(ok.error());
+  return recorder;
+}
+
+Result<Recorder> reopened(const std::filesystem::path& file, const Resumption& how,
+                          BenchSession& session) {
+  if (Status same = same_devices(how.past.info.devices, session.bench()); !same)
+    return pass(same.error());
+  Result<Recorder> recorder = Recorder::resume(
+      file, how.past, {how.first_trial, how.plays_again, [folder = file.parent_path()] {
+                         return forget_end(folder);
+                       }});
+  if (!recorder || recorder->plays_again()) return recorder;
+  if (session.real_time()) recorder->write_behind();
+  if (Status ok = recorder->go_on(session.loop().now()); !ok) return pass(ok.error());
+  if (Status ok = record_clock(*recorder, session.loop()); !ok) return pass(ok.error());
+  return recorder;
+}
+
+Status conclude(const std::filesystem::path& folder, CampaignSummary& summary) {
+  const auto began = steady_wall_now();
+  if (summary.trials_complete > summary.trials_ended_early) {
+    summary.dataset_file = folder / dataset_file_name;
+    Result<std::string> digest = export_dataset(summary.campaign_file, summary.dataset_file);
+    if (!digest) return pass(digest.error());
+    summary.dataset_sha256 = *digest;
+  }
+  Status ok = write_certificate(summary.campaign_file, summary.dataset_file);
+  summary.time.export_s = std::chrono::duration<double>(steady_wall_now() - began).count();
+  return ok;
+}
+
+void without_dataset(const std::filesystem::path& folder, const Error& why,
+                     CampaignSummary& summary) {
+  summary.dataset_error = why;
+  summary.dataset_sha256 = certified_dataset(folder);  // of an end before, which nobody changed
+  summary.dataset_file.clear();
+  if (!summary.dataset_sha256.empty()) summary.dataset_file = folder / dataset_file_name;
+  if (const auto found = load_progress(summary.campaign_file))
+    summary.trials_complete = found->done;
+  fail_where_trials_lack(summary);
+}
+
+void fail_where_trials_lack(CampaignSummary& summary) {
+  if (summary.outcome == recipes::Outcome::complete &&
+      summary.trials_complete < summary.trials_planned)
+    summary.outcome = recipes::Outcome::failed;
+}
+
+namespace {
+
+/// What the file says; nobody has looked at the rig.
+CampaignSummary summary_of(const std::filesystem::path& folder, const recipes::Plan& plan,
+                           const RigFile& rig, const CampaignPast& past) {
+  CampaignSummary summary;
+  summary.cleanup = recipes::Cleanup::skipped;
+  summary.rig = recipes::RigFact::unknown;
+  summary.name = plan.name;
+  summary.bench = rig.bench;
+  summary.level = rig.plant_level;
+  summary.trials_planned = plan.trials.size();
+  summary.trials_complete = past.complete();
+  summary.takes_rejected = past.rejected();
+  summary.trials_ended_early = past.ended_early();
+  fail_where_trials_lack(summary);
+  summary.forecast_s = plan.forecast.duration_s;
+  summary.campaign_file = folder / campaign_file_name;
+  summary.wants_hand_over = plan.hand_over.has_value();
+  return summary;
+}
+
+/// It may have died before its log was.
+Status folded_in(const std::filesystem::path& campaign) {
+  auto file = CampaignWriter::reopen(campaign);
+  if (!file) return pass(file.error());
+  return (*file)->finish();
+}
+
+}  // namespace
+
+CampaignSummary concluded(const std::filesystem::path& folder, const recipes::Plan& plan,
+                          const RigFile& rig, const CampaignPast& past) {
+  CampaignSummary summary = summary_of(folder, plan, rig, past);
+  Status kept = folded_in(summary.campaign_file);
+  if (kept) kept = conclude(folder, summary);
+  if (!kept) without_dataset(folder, kept.error(), summary);
+  return summary;
+}
+
+Result<CampaignSummary> certified_summary(const std::filesystem::path& folder,
+                                          const recipes::Plan& plan, const RigFile& rig,
+                                          const CampaignPast& past) {
+  CampaignSummary summary = summary_of(folder, plan, rig, past);
+  const auto certificate = read_certificate(folder);
+  if (!certificate) return pass(certificate.error());
+  if (*certificate) summary.dataset_sha256 = (*certificate)->dataset_sha256;
+  if (!summary.dataset_sha256.empty()) summary.dataset_file = folder / dataset_file_name;
+  if (summary.trials_complete < summary.trials_planned)
+    summary.error = Error{Errc::device,
+                          "trials of the campaign failed before",
+                          summary.campaign_file.string(),
+                          std::to_string(summary.trials_planned),
+                          std::to_string(summary.trials_complete),
+                          "weft log and the journal in the file say which and why"};
+  return summary;
+}
+
+}  // namespace weft::daemon

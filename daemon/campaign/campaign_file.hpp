@@ -1,0 +1,47 @@
+#pragma once
+// The file of a run: made, gone on with, and concluded with data set and certificate.
+
+#include <filesystem>
+
+#include "daemon/campaign/bench_session.hpp"
+#include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/resume.hpp"
+#include "daemon/storage/recorder/recorder.hpp"
+
+namespace weft::daemon {
+
+/// A new one, with what the bench is. One that is there, with nothing on record, is set aside.
+Result<Recorder> created(const std::filesystem::path& file, const CheckedRequest& checked,
+                         BenchSession& session, const RigFile& rig);
+
+/// The one on record, when the bench that came up is its own. Errors: same_devices()'s.
+Result<Recorder> reopened(const std::filesystem::path& file, const Resumption& how,
+                          BenchSession& session);
+
+/// Takes away what is of an end that is none any more: the certificate, and the data set, which is
+/// set aside. Errors: io.
+Status forget_end(const std::filesystem::path& folder);
+
+/// Data set and certificate of a campaign file that is finished.
+Status conclude(const std::filesystem::path& folder, CampaignSummary& summary);
+
+/// Where that could not be, or the file not be finished: what is on record is told, and why there
+/// is no more. How the bench ended stays as it was.
+void without_dataset(const std::filesystem::path& folder, const Error& why,
+                     CampaignSummary& summary);
+
+/// The engine knows nothing of trials that failed before it went on, nor of those that the disk
+/// refused.
+void fail_where_trials_lack(CampaignSummary& summary);
+
+/// Of a campaign whose every trial is on record, but which was not concluded. Where that cannot be
+/// now either, `dataset_error` says why.
+CampaignSummary concluded(const std::filesystem::path& folder, const recipes::Plan& plan,
+                          const RigFile& rig, const CampaignPast& past);
+
+/// Of one that came to its end before. Errors: read_certificate()'s.
+Result<CampaignSummary> certified_summary(const std::filesystem::path& folder,
+                                          const recipes::Plan& plan, const RigFile& rig,
+                                          const CampaignPast& past);
+
+}  // namespace weft::daemon

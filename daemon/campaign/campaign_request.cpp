@@ -1,0 +1,124 @@
+// What a campaign is asked for, checked and settled before anything moves.
+
+#include "daemon/base/file/read_file.hpp"
+#include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/preflight.hpp"
+#include "daemon/hardware/rig/level_file.hpp"
+
+namespace weft::daemon {
+namespace {
+
+std::string all_problems(const std::vector<recipes::Diagnostic>& problems) {
+  std::string text =
+      std::to_string(problems.size()) + (problems.size() == 1 ? " problem:" : " problems:");
+  for (const recipes::Diagnostic& problem : problems) text += "\n  " + recipes::to_string(problem);
+  return text;
+}
+
+/// The rig file, with the level that was found where one is named.
+Result<std::string> rig_text_of(const CampaignRequest& request) {
+  Result<std::string> rig = read_text_file(request.rig);
+  if (!rig || request.level.empty()) return rig;
+  const Result<std::string> level = read_text_file(request.level);
+  if (!level) return pass(level.error());
+  const auto oldest = request.resume ? std::chrono::seconds{} : request.oldest_level;
+  Result<std::string> both = with_level(*rig, *level, utc_now(), oldest);
+  if (!both) return pass(both.error(), request.level.string());
+  return both;
+}
+
+/// Level, integrator and step, written into the rig file that is run and recorded.
+Result<SimulationNote> settle_fidelity(const CampaignRequest& request, CheckedRequest& checked,
+                                       RigFile& rig) {
+  auto chosen = choose_simulation(rig, request.rig, checked.plan, request.fidelity);
+  if (!chosen) return pass(chosen.error());
+  Result<RigFile> settled = parse_rig_file(chosen->rig_text);
+  if (!settled) return pass(settled.error());
+  settled->drivers = rig.drivers;
+  rig = std::move(*settled);
+  checked.rig_text = std::move(chosen->rig_text);
+  return std::move(chosen->note);
+}
+
+/// Without the models.
+Result<CheckedRequest> check_recipe_and_rig(const CampaignRequest& request) {
+  Result<std::string> rig_text = rig_text_of(request);
+  if (!rig_text) return pass(rig_text.error());
+  Result<recipes::RigLimits> limits = recipes::parse_rig_limits(*rig_text);
+  if (!limits) return pass(limits.error(), request.rig.string());
+  Result<std::string> recipe = recipe_text_of(request);
+  if (!recipe) return pass(recipe.error());
+  recipes::CheckReport report = recipes::check_recipe(*recipe, *limits, request.seed);
+  if (!report.plan)
+    return fail(Errc::invalid_argument, all_problems(report.problems), request.recipe.string());
+  return CheckedRequest{std::move(*report.plan), std::move(*recipe), *rig_text,
+                        std::move(report.warnings)};
+}
+
+/// Everything that the rig file, or the bench that it describes, has against the plan.
+Status check_its_bench(const CampaignRequest& request, const CheckedRequest& checked) {
+  Result<RigFile> rig = parse_rig_file(checked.rig_text);
+  if (!rig) return pass(rig.error(), request.rig.string());
+  use_plugins(*rig, request.rig, request.plugins);
+  const auto bench = preflight_bench(request, checked.plan, *rig, PluginDrivers::unread);
+  if (!bench) return pass(bench.error());
+  if (const auto& problems = bench->findings.rig; !problems.empty())
+    return fail(Errc::invalid_argument, all_problems(problems), request.rig.string());
+  if (const auto& problems = bench->findings.recipe; !problems.empty())
+    return fail(Errc::invalid_argument, all_problems(problems), request.recipe.string());
+  return {};
+}
+
+}  // namespace
+
+Result<std::string> recipe_text_of(const CampaignRequest& request) {
+  if (request.recipe_text) return *request.recipe_text;
+  return read_text_file(request.recipe, recipes::max_recipe_bytes);
+}
+
+Result<CheckedRequest> check_request(const CampaignRequest& request) {
+  Result<CheckedRequest> checked = check_recipe_and_rig(request);
+  if (!checked) return checked;
+  auto models = load_live_models(checked->plan, request.recipe.parent_path());
+  if (!models) return pass(models.error(), request.recipe.string());
+  checked->models = std::move(*models);
+  return checked;
+}
+
+Result<CheckedRequest> check_quickly(const CampaignRequest& request) {
+  Result<CheckedRequest> checked = check_recipe_and_rig(request);
+  if (!checked) return checked;
+  const Status fit = check_live_models(checked->plan, request.recipe.parent_path());
+  if (!fit) return pass(fit.error(), request.recipe.string());
+  if (Status runs = check_its_bench(request, *checked); !runs) return pass(runs.error());
+  return checked;
+}
+
+std::uint64_t disk_forecast(const recipes::Plan& plan) {
+  const recipes::RigLimits& limits = plan.limits;
+  RecordingForecast forecast;
+  forecast.trials = static_cast<std::uint32_t>(plan.trials.size()) * recipes::most_takes(plan);
+  forecast.trial_duration_s = plan.forecast.trials_s() / static_cast<double>(plan.trials.size());
+  forecast.taxels = limits.taxels;
+  forecast.axes = recipes::axis_count;
+  forecast.taxel_rate_hz = limits.taxel_rate_hz;
+  forecast.wrench_rate_hz = limits.wrench_rate_hz;
+  forecast.stage_rate_hz = limits.stage_rate_hz();
+  forecast.acceleration_rate_hz = limits.acceleration_rate_hz;
+  forecast.sound_rate_hz = limits.sound_rate_hz;
+  return forecast_bytes(forecast);
+}
+
+Result<SettledRequest> settled_request(const CampaignRequest& request) {
+  Result<CheckedRequest> checked = check_request(request);
+  if (!checked) return pass(checked.error());
+  Result<RigFile> rig = parse_rig_file(checked->rig_text);
+  if (!rig) return pass(rig.error(), request.rig.string());
+  use_plugins(*rig, request.rig, request.plugins);
+  Result<SimulationNote> simulation = settle_fidelity(request, *checked, *rig);
+  if (!simulation) return pass(simulation.error(), request.rig.string());
+  return SettledRequest{std::move(*checked), std::move(*rig), std::move(*simulation)};
+}
+
+}  // namespace weft::daemon

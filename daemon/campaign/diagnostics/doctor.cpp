@@ -1,0 +1,178 @@
+#include "daemon/campaign/diagnostics/doctor.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <set>
+
+#include "daemon/base/loop/real_loop.hpp"
+#include "daemon/campaign/diagnostics/port_checks.hpp"
+#include "daemon/campaign/diagnostics/system_checks.hpp"
+#include "daemon/campaign/open_rig.hpp"
+#include "daemon/campaign/simulated_bench.hpp"
+
+namespace weft::daemon {
+namespace {
+
+double configured_rate_hz(const std::string& role, const recipes::RigLimits& limits) {
+  if (role == "wrench") return limits.wrench_rate_hz;
+  return role == "taxels" ? limits.taxel_rate_hz : 0;
+}
+
+void name_devices(const RigFile& rig, const recipes::RigLimits& limits, DoctorReport& report) {
+  for (const DeviceEntry& entry : rig.devices) {
+    DeviceReport device;
+    device.name = entry.name;
+    device.role = entry.role;
+    device.driver = entry.driver;
+    device.link = link_text(entry.link);
+    device.configured_rate_hz = configured_rate_hz(entry.role, limits);
+    if (const auto source = rig.drivers->source(entry.driver)) device.plugin = source->file;
+    report.devices.push_back(std::move(device));
+  }
+}
+
+void examine_simulated(const RigFile& rig, const DoctorRequest& request, DoctorReport& report) {
+  const auto refuse = [&](const Error& error) {
+    report.findings.push_back(problem_of("bench", error));
+  };
+  const Result<std::string> fabrics = read_fabrics(rig, request.rig);
+  if (!fabrics) return refuse(fabrics.error());
+  const auto bench = SimulatedBench::create(rig, *fabrics, 1);
+  if (!bench) return refuse(bench.error());
+  std::vector<Examination::Patient> patients;
+  for (std::size_t i = 0; i < report.devices.size(); ++i)
+    patients.push_back({(*bench)->bench->devices()[i].get(), &report.devices[i]});
+  Examination((*bench)->host_time,
+              [&](const std::function<bool()>& done) { (*bench)->loop.run_until(done); },
+              std::move(patients))
+      .run(request.listen_s);
+}
+
+/// Ports of one device that are wrong before anything is opened; true when it may be tried.
+bool port_may_be_tried(const DeviceEntry& entry, DoctorReport& report) {
+  const auto* serial = std::get_if<SerialSettings>(&entry.link);
+  if (serial == nullptr) return true;
+  const auto findings = check_serial(entry.name, *serial, report.ports);
+  report.findings.insert(report.findings.end(), findings.begin(), findings.end());
+  return std::ranges::none_of(findings,
+                              [](const Finding& f) { return f.severity == Severity::problem; });
+}
+
+void look_for_console(RealLoop& loop, const RigFile& rig, DoctorReport& report) {
+  if (rig.mode != BenchMode::emulated) return;
+  const auto console = open_tcp(loop, rig.console);
+  report.findings.push_back(
+      console ? Finding{Severity::ok,
+                        "weft-rig",
+                        "takes orders at " + link_text(TcpPort{rig.console}),
+                        {}}
+              : problem_of("weft-rig", console.error(), "Start it: weft-rig RIG"));
+}
+
+bool is_serial(const DeviceEntry& entry) {
+  return std::holds_alternative<SerialSettings>(entry.link);
+}
+
+/// Serial ports first, which nobody can take from a program that has them.
+std::vector<std::size_t> order_of(const RigFile& rig) {
+  std::vector<std::size_t> out(rig.devices.size());
+  std::iota(out.begin(), out.end(), std::size_t{0});
+  std::ranges::stable_partition(out, [&](std::size_t i) { return is_serial(rig.devices[i]); });
+  return out;
+}
+
+/// By another program, not by a device of this rig that was given the same port.
+bool is_in_use(const RigFile& rig, const DoctorReport& report) {
+  std::set<std::string> shared;
+  for (const Finding& finding : shared_ports(rig.devices)) shared.insert(finding.subject);
+  const auto is_refused = [&](const DeviceReport& device) {
+    return device.error && device.error->message == port_in_use && !shared.contains(device.name);
+  };
+  const auto is_open_elsewhere = [](const DeviceEntry& entry) {
+    const auto* serial = std::get_if<SerialSettings>(&entry.link);
+    return serial != nullptr && !others_with(*serial).empty();
+  };
+  return std::ranges::any_of(report.devices, is_refused) ||
+         std::ranges::any_of(rig.devices, is_open_elsewhere);
+}
+
+/// A sensor in a network streams to who asked last: from a campaign on this rig it would be taken.
+Status let_alone(const DeviceEntry& entry, const RigFile& rig, const DoctorReport& report) {
+  if (is_serial(entry) || !is_in_use(rig, report)) return {};
+  return fail(Errc::wrong_state, "it was not looked at, as another program uses this rig", {}, {},
+              {}, "End that program first: the device would be taken from it");
+}
+
+void examine_ports(const RigFile& rig, const DoctorRequest& request, DoctorReport& report) {
+  RealLoop loop;
+  look_for_console(loop, rig, report);
+  std::vector<std::unique_ptr<Device>> devices;
+  std::vector<Examination::Patient> patients;
+  for (const std::size_t i : order_of(rig)) {
+    const DeviceEntry& entry = rig.devices[i];
+    if (Status free = let_alone(entry, rig, report); !free) {
+      report.devices[i].error = free.error();
+      continue;
+    }
+    if (!port_may_be_tried(entry, report)) continue;
+    Result<std::unique_ptr<Link>> link = open_link(loop, entry.link);
+    if (!link) {
+      report.devices[i].error = link.error();
+      continue;
+    }
+    auto device = Device::create(entry, loop, std::move(*link), rig.drivers);
+    if (!device) {
+      report.devices[i].error = device.error();
+      continue;
+    }
+    patients.push_back({device->get(), &report.devices[i]});
+    devices.push_back(std::move(*device));
+  }
+  Examination(
+      loop, [&](const std::function<bool()>& done) { loop.run_until(done); }, std::move(patients))
+      .run(request.listen_s);
+}
+
+void add(std::vector<Finding>& to, const std::vector<Finding>& more) {
+  to.insert(to.end(), more.begin(), more.end());
+}
+
+std::vector<Finding> unclaimed_controllers() {
+  std::vector<Finding> out;
+  for (const std::string& serial : thorlabs_without_port("/sys/bus/usb/devices"))
+    out.push_back({Severity::warning, "usb",
+                   "a Thorlabs controller (" + serial + ") is connected and has no serial port",
+                   "Run `sudo modprobe ftdi_sio && echo 0403 faf0 | sudo tee "
+                   "/sys/bus/usb-serial/drivers/ftdi_sio/new_id`"});
+  return out;
+}
+
+}  // namespace
+
+std::size_t DoctorReport::count(Severity severity) const {
+  return static_cast<std::size_t>(std::ranges::count(findings, severity, &Finding::severity));
+}
+
+Result<DoctorReport> examine(const DoctorRequest& request) {
+  const auto opened = open_rig(request.rig, request.plugins);
+  if (!opened) return pass(opened.error());
+  const auto& [rig, limits] = *opened;
+  DoctorReport report;
+  report.rig_name = rig.name;
+  report.mode = rig.mode;
+  report.ports = serial_ports();
+  name_devices(rig, limits, report);
+  const bool real_time = rig.mode != BenchMode::simulated;
+  if (real_time) {
+    add(report.findings, shared_ports(rig.devices));
+    examine_ports(rig, request, report);
+    add(report.findings, unclaimed_controllers());
+  } else {
+    examine_simulated(rig, request, report);
+  }
+  add(report.findings, judge_devices(report.devices));
+  add(report.findings, judge_machine(look_at_machine(request.data_folder), real_time));
+  return report;
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,46 @@
+#pragma once
+// Ports of the operating system: which there are, whose they are, and why one cannot be opened.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "daemon/campaign/diagnostics/finding.hpp"
+#include "daemon/hardware/link/port_link.hpp"
+#include "daemon/hardware/rig/rig_file.hpp"
+
+namespace weft::daemon {
+
+/// A serial port that the machine has, as libserialport lists it.
+struct SerialPortSeen {
+  std::string name;  ///< "/dev/ttyUSB0"
+  std::string description;
+  int usb_vendor = -1;  ///< -1: not on USB
+  int usb_product = -1;
+  std::string usb_serial;
+  std::string note;  ///< what it probably is
+};
+std::vector<SerialPortSeen> serial_ports();
+
+/// "Thorlabs controller" for 0403:FAF0; empty when the pair says nothing.
+std::string usb_note(int vendor, int product);
+
+/// Thorlabs controllers below `usb_devices` (/sys/bus/usb/devices) that no serial driver took.
+std::vector<std::string> thorlabs_without_port(const std::filesystem::path& usb_devices);
+
+/// What can be said of a serial port before it is opened: missing, no permission, held by another
+/// program, an FTDI chip that waits too long. Empty when nothing is wrong.
+std::vector<Finding> check_serial(const std::string& device, const SerialSettings& settings,
+                                  const std::vector<SerialPortSeen>& present);
+
+/// "minicom (pid 17)" for every other program that has the port open, as far as it may be seen.
+/// None of a pseudo-terminal, of which weft-rig holds both ends.
+std::vector<std::string> others_with(const SerialSettings& settings);
+
+/// Devices of a rig that claim one port, each pair once.
+std::vector<Finding> shared_ports(const std::vector<DeviceEntry>& devices);
+
+/// "serial /dev/ttyUSB0 at 115200 baud", "tcp HOST:PORT", "memory".
+std::string link_text(const LinkSettings& link);
+
+}  // namespace weft::daemon

@@ -1,0 +1,128 @@
+#include "daemon/campaign/recovery.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/campaign/campaign_file.hpp"
+#include "daemon/storage/certificate/certificate.hpp"
+#include "daemon/storage/recorder/campaign_folder.hpp"
+#include "daemon/storage/recorder/campaign_writer.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+fs::path campaign_in(const fs::path& folder) {
+  return folder / campaign_file_name;
+}
+
+bool has_campaign(const fs::path& folder) {
+  std::error_code none;
+  return fs::exists(campaign_in(folder), none) && !is_blank_campaign(campaign_in(folder));
+}
+
+std::string counted(std::size_t trials) {
+  return std::to_string(trials) + (trials == 1 ? " trial" : " trials");
+}
+
+/// The campaign, where there is something in it that can be kept.
+Result<CampaignPast> worth_keeping(const fs::path& folder, const StopAsked& stop_asked) {
+  if (!has_campaign(folder))
+    return fail(Errc::not_found, "nothing is on record", folder.string(), {}, {},
+                "Discard the run, or go on with it");
+  if (Status ok = holds(campaign_in(folder), stop_asked); !ok) return pass(ok.error());
+  auto past = load_past(campaign_in(folder));
+  if (!past) return past;
+  if (past->progress.discarded)
+    return fail(Errc::wrong_state, "the campaign was discarded", folder.string());
+  if (past->complete() > past->ended_early()) return past;
+  return fail(Errc::wrong_state, "no trial is complete, so there is nothing to keep",
+              folder.string(), {}, {}, "Discard the run, or go on with it");
+}
+
+/// The last line of a file that is not gone on with, and its end.
+Status end_with(const fs::path& folder, std::string_view kind, const json& payload) {
+  const fs::path campaign = campaign_in(folder);
+  const auto journal = load_journal(campaign);
+  if (!journal) return pass(journal.error());
+  const TimePoint last = journal->empty() ? TimePoint{} : journal->back().time;
+  if (Status ok = forget_end(folder); !ok) return ok;
+  auto file = CampaignWriter::reopen(campaign);
+  if (!file) return pass(file.error());
+  if (Status ok = (*file)->left_behind(last, kind, payload.dump()); !ok) return ok;
+  return (*file)->finish();
+}
+
+}  // namespace
+
+Result<ResumePreview> preview_discard(const fs::path& folder) {
+  ResumePreview out;
+  if (!has_campaign(folder)) {
+    out.will.push_back("end the run as aborted: nothing is on record");
+    return out;
+  }
+  const auto past = load_past(campaign_in(folder));
+  if (past) {
+    out.planned = past->progress.planned;
+    out.complete = past->complete();
+    out.left = out.planned - out.complete;
+    out.will.push_back("mark the campaign file as discarded: its " + counted(out.complete) +
+                       " stay in it, and no data set is made of them");
+    out.will.push_back("write its certificate");
+  } else {
+    out.will.push_back("leave the campaign file as it is: " + to_string(past.error()));
+  }
+  out.will.push_back("end the run as aborted");
+  out.will.push_back("leave the rig as it stands: nothing moves");
+  return out;
+}
+
+Status discard_campaign(const fs::path& folder, std::string_view by) {
+  if (!has_campaign(folder)) return {};
+  const auto lock = FolderLock::take(folder);
+  if (!lock) return pass(lock.error());
+  if (Status ok = end_with(folder, discarded_kind, {{"by", by}}); !ok) return ok;
+  return write_certificate(campaign_in(folder), {});
+}
+
+Result<ResumePreview> preview_keep_partial(const fs::path& folder, const StopAsked& stop_asked) {
+  const auto past = worth_keeping(folder, stop_asked);
+  if (!past) return pass(past.error());
+  ResumePreview out;
+  out.planned = past->progress.planned;
+  out.complete = past->complete();
+  out.left = out.planned - out.complete;
+  out.will.push_back("end the campaign where it is: " + std::to_string(out.complete) + " of " +
+                     counted(out.planned) + " complete");
+  out.will.push_back("write the data set of the complete trials and the certificate");
+  out.will.push_back("end the run as interrupted, its data set partial");
+  out.will.push_back("leave the rig as it stands: nothing moves");
+  return out;
+}
+
+Result<CampaignSummary> keep_partial(const fs::path& folder, std::string_view by,
+                                     const StopAsked& stop_asked) {
+  const auto past = worth_keeping(folder, stop_asked);
+  if (!past) return pass(past.error());
+  const auto lock = FolderLock::take(folder);
+  if (!lock) return pass(lock.error());
+  CampaignSummary out;
+  out.name = past->info.name;
+  out.bench = past->info.kind;
+  out.outcome = recipes::Outcome::interrupted;
+  out.cleanup = recipes::Cleanup::skipped;
+  out.rig = recipes::RigFact::unknown;
+  out.trials_planned = past->progress.planned;
+  out.trials_complete = past->complete();
+  out.trials_ended_early = past->ended_early();
+  out.takes_rejected = past->rejected();
+  out.campaign_file = campaign_in(folder);
+  const json payload{
+      {"by", by}, {"complete", out.trials_complete}, {"planned", out.trials_planned}};
+  if (Status ok = end_with(folder, "kept_partial", payload); !ok) return pass(ok.error());
+  if (Status ok = conclude(folder, out); !ok) return pass(ok.error());
+  return out;
+}
+
+}  // namespace weft::daemon

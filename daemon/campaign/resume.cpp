@@ -1,0 +1,241 @@
+#include "daemon/campaign/resume.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "daemon/base/file/sha256.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/storage/certificate/certificate.hpp"
+#include "daemon/storage/certificate/hand_over_file.hpp"
+#include "daemon/storage/certificate/verify.hpp"
+#include "daemon/storage/recorder/campaign_folder.hpp"
+#include "daemon/storage/recorder/log_check.hpp"
+#include "protocols/base/units.hpp"
+#include "recipes/engine/motion.hpp"
+#include "recipes/engine/operator_steps.hpp"
+
+namespace weft::daemon {
+namespace {
+
+Status same_text(const char* what, const std::string& recorded, const std::string& now) {
+  if (recorded == now) return {};
+  return fail(Errc::wrong_state, std::string("the campaign was begun with another ") + what,
+              "resume", recorded, now, "Go on with the same one, or begin a new campaign");
+}
+
+Status same_request(const CampaignPast& past, const CheckedRequest& checked) {
+  const DatasetInfo& info = past.info;
+  Status same = same_text("recipe", info.recipe_sha256, sha256_hex(checked.recipe_text));
+  if (same) same = same_text("rig file", info.rig_sha256, sha256_hex(checked.rig_text));
+  if (same) same = same_text("seed", std::to_string(info.seed), std::to_string(checked.plan.seed));
+  if (same && past.progress.planned != checked.plan.trials.size())
+    return fail(Errc::corrupt, "the file and the recipe disagree on the number of trials", "resume",
+                std::to_string(checked.plan.trials.size()), std::to_string(past.progress.planned));
+  return same;
+}
+
+/// Other models end slides elsewhere.
+Status same_models(const std::filesystem::path& campaign, const CheckedRequest& checked) {
+  const auto journal = load_journal(campaign);
+  if (!journal) return pass(journal.error());
+  std::string recorded = "[]";
+  for (const JournalEntry& line : *journal)
+    if (line.kind == live_models_kind) recorded = line.payload_json;
+  return same_text("model for its live votes", recorded,
+                   live_models_json(checked.plan, checked.models));
+}
+
+std::string place(recipes::Axis axis, double target) {
+  return recipes::is_linear(axis) ? fixed(target / m_per_mm, 3) + " mm"
+                                  : fixed(target / rad_per_deg, 3) + " deg";
+}
+
+std::string axis_to(recipes::Axis axis, double target) {
+  return std::string(recipes::to_string(axis)) + " to " + place(axis, target);
+}
+
+/// The moves of one trial in the order in which the engine commands them.
+Status add_moves(const recipes::Plan& plan, std::size_t index, std::vector<std::string>& will) {
+  const recipes::TrialSpec& trial = plan.trials[index];
+  const recipes::Exploration& exploration = plan.explorations[trial.exploration];
+  const auto above = recipes::above_start(plan, exploration);
+  if (!above) return pass(above.error());
+  will.push_back("move " + axis_to(recipes::Axis::z, plan.limits.clear_z_m()));
+  will.push_back("mount " + plan.fabrics[trial.fabric]);
+  std::string across;
+  for (const recipes::AxisMove& move : recipes::transfer(plan, *above))
+    across += (across.empty() ? "move " : ", ") + axis_to(move.axis, move.target);
+  will.push_back(across);
+  will.push_back("take the force sensor's zero");
+  will.push_back("lower z until contact, at most to " +
+                 place(recipes::Axis::z, recipes::lowest_z_m(plan.limits)));
+  const std::string legs = std::to_string(exploration.path_m().size()) + " legs of slide, ";
+  will.push_back("run the repetition: rest, press, " + (exploration.slides() ? legs : "") + "rest");
+  return {};
+}
+
+/// People first: `begins` where nobody knows what lies on the plate.
+void add_asks(const recipes::Plan& plan, std::size_t trial, bool begins,
+              std::vector<std::string>& will) {
+  for (auto step = recipes::due_step(plan, trial, 0, begins); step;
+       step = recipes::due_step(plan, trial, *step + 1, begins))
+    will.push_back("wait until a person confirms: " + recipes::ask_of(plan, trial, *step).text);
+}
+
+bool carries_on(const recipes::Plan& plan) {
+  return plan.on_trial_failure == recipes::OnTrialFailure::carry_on;
+}
+
+bool is_all_on_record(const CampaignPast& past, const recipes::Plan& plan) {
+  return past.first_left(carries_on(plan)) >= past.progress.planned;
+}
+
+bool is_over(const CampaignPast& past, const recipes::Plan& plan) {
+  return past.progress.finished && is_all_on_record(past, plan);
+}
+
+bool is_certified(const std::filesystem::path& folder) {
+  std::error_code unseen;
+  return std::filesystem::exists(folder / certificate_file_name, unseen);
+}
+
+}  // namespace
+
+Status no_end_is_there(const std::filesystem::path& folder) {
+  std::error_code unseen;
+  for (const char* name : {certificate_file_name, dataset_file_name})
+    if (std::filesystem::exists(folder / name, unseen))
+      return fail(Errc::corrupt, "the campaign file is missing or blank, but its end is there",
+                  (folder / name).string(), {}, {},
+                  "Put campaign.sqlite back, or begin in another folder");
+  return {};
+}
+
+Status holds(const std::filesystem::path& campaign, const StopAsked& stop_asked) {
+  const auto report = verify(campaign, stop_asked);
+  if (!report) return pass(report.error());
+  if (report->holds()) return {};
+  const VerifyFinding& first = report->findings.front();
+  return fail(Errc::corrupt, "the campaign is not as it was recorded: " + first.what, first.where,
+              {}, {}, first.hint.empty() ? "weft verify tells all of it" : first.hint);
+}
+
+bool is_anything_left(const CampaignRequest& request) {
+  const std::filesystem::path campaign = request.out / campaign_file_name;
+  const auto checked = check_request(request);
+  const auto past = load_past(campaign);
+  return !checked || !past || !is_over(*past, checked->plan) || !is_certified(request.out);
+}
+
+std::string certified_dataset(const std::filesystem::path& folder) {
+  const auto certificate = read_certificate(folder);
+  return certificate && *certificate ? (*certificate)->dataset_sha256 : "";
+}
+
+bool is_handed_over(const std::filesystem::path& folder) {
+  std::error_code unseen;
+  return std::filesystem::exists(folder / hand_over_folder_name, unseen);
+}
+
+Result<bool> is_only_end_left(const std::filesystem::path& folder) {
+  const auto past = load_past(folder / campaign_file_name);
+  if (!past) return pass(past.error());
+  constexpr bool last_may_have_failed = true;
+  return past->first_left(last_may_have_failed) >= past->progress.planned && !is_certified(folder);
+}
+
+Result<std::optional<Resumption>> resumption(const std::filesystem::path& campaign,
+                                             const CheckedRequest& checked, BenchMode mode,
+                                             bool accept_whole, const StopAsked& stop_asked) {
+  std::error_code ignored;
+  const auto log = read_log(campaign);
+  if (!log) return pass(log.error());
+  const bool nothing = log->bytes == 0 && !std::filesystem::exists(campaign, ignored);
+  if (nothing || is_blank_campaign(campaign)) {
+    if (Status ok = no_end_is_there(campaign.parent_path()); !ok) return pass(ok.error());
+    return std::optional<Resumption>{};
+  }
+  if (Status ok = holds(campaign, stop_asked); !ok) return pass(ok.error());
+  auto past = load_past(campaign);
+  if (!past) return pass(past.error());
+  if (past->progress.discarded)
+    return fail(Errc::wrong_state, "the campaign was discarded", campaign.string());
+  if (Status same = same_request(*past, checked); !same) return pass(same.error());
+  if (past->attempts.empty()) return std::optional<Resumption>{};  // no trial has begun
+  if (Status same = same_models(campaign, checked); !same) return pass(same.error());
+  Resumption out;
+  out.first_trial = past->first_left(carries_on(checked.plan));
+  out.rejected = past->rejected_of(out.first_trial);
+  out.plays_again = mode == BenchMode::simulated && !past->disturbed;
+  const bool over = is_over(*past, checked.plan);
+  out.only_concludes =
+      is_all_on_record(*past, checked.plan) && !(over && is_certified(campaign.parent_path()));
+  out.only_hands_over = over && !out.only_concludes && checked.plan.hand_over &&
+                        past->complete() == past->progress.planned &&
+                        !is_handed_over(campaign.parent_path());
+  out.only_tells = over && !out.only_concludes && !out.only_hands_over;
+  if (out.only_tells && !accept_whole)
+    return fail(Errc::wrong_state, "nothing is left: the campaign came to its end",
+                campaign.string());
+  out.past = std::move(*past);
+  return std::optional(std::move(out));
+}
+
+Status same_devices(const std::vector<DeviceInfo>& recorded, const Bench& bench) {
+  for (const auto& device : bench.devices()) {
+    const DeviceEntry& entry = device->entry();
+    const DeviceInfo now{entry.name, entry.driver, to_json(device->identity())};
+    const auto then = std::find_if(recorded.begin(), recorded.end(),
+                                   [&](const DeviceInfo& d) { return d.name == now.name; });
+    if (then == recorded.end() || *then != now)
+      return fail(Errc::wrong_state, "another device than the one that the campaign was begun with",
+                  now.name, then == recorded.end() ? "" : then->identity_json, now.identity_json,
+                  "Put the device back, or begin a new campaign");
+  }
+  return {};
+}
+
+Result<ResumePreview> preview_resume(const CampaignRequest& request, const StopAsked& stop_asked) {
+  auto settled = settled_request(request);
+  if (!settled) return pass(settled.error());
+  const recipes::Plan& plan = settled->checked.plan;
+  auto found = resumption(request.out / campaign_file_name, settled->checked, settled->rig.mode,
+                          request.accept_whole, stop_asked);
+  if (!found) return pass(found.error());
+  ResumePreview out;
+  out.planned = plan.trials.size();
+  const std::size_t first = *found ? (*found)->first_trial : 0;
+  out.complete = *found ? (*found)->past.complete() : 0;
+  out.left = out.planned - first;
+  if (*found && (*found)->only_concludes) {
+    out.will.push_back("write the data set and the certificate: every trial is on record");
+    return out;
+  }
+  if (*found && (*found)->only_hands_over) {
+    out.will.push_back("hand the campaign over, as its recipe asks: it is complete and certified");
+    return out;
+  }
+  if (*found && (*found)->only_tells) {
+    out.will.push_back("say that the campaign came to its end: it is on record and certified");
+    return out;
+  }
+  const std::string aside = *found ? "" : name_aside(request.out / campaign_file_name).string();
+  if (!aside.empty()) out.will.push_back("set the empty campaign file aside, as " + aside);
+  if (!*found) out.will.push_back("nothing is on record: begin the campaign");
+  out.will.push_back("open and home " + std::to_string(settled->rig.devices.size()) +
+                     " devices, z first" +
+                     (*found ? ", and compare them with those on record" : ""));
+  if (*found && (*found)->plays_again && first > 0)
+    out.will.push_back(
+        "play the " + std::to_string(first) +
+        " trials before again on the simulated bench, each compared with its record");
+  out.will.push_back("go on with " + recipes::trial_words(plan, first));
+  add_asks(plan, first, !*found || !(*found)->plays_again, out.will);
+  if (Status ok = add_moves(plan, first, out.will); !ok) return pass(ok.error());
+  if (out.left > 1)
+    out.will.push_back("then the " + std::to_string(out.left - 1) + " trials after it");
+  return out;
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,56 @@
+#pragma once
+// How finely a campaign is simulated, why, and how far that is from a finer simulation of itself.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/hardware/rig/rig_file.hpp"
+#include "recipes/engine/plan.hpp"
+#include "sim/devices/run_error.hpp"
+
+namespace weft::daemon {
+
+/// `--accuracy` and `--budget`.
+struct FidelityAsked {
+  std::optional<double> accuracy_n{};       ///< largest error of the force
+  std::optional<double> times_real_time{};  ///< least speed of the plant
+};
+
+/// Of a campaign's recorded trials, against one finer setting.
+struct SimulationError {
+  sim::RunError worst;       ///< largest differences of all, root mean squares over all samples
+  std::string worst_fabric;  ///< where the force differs most
+  std::size_t trials = 0;    ///< that were looked at
+};
+
+/// Empty on a bench that is not simulated by this process.
+struct SimulationNote {
+  std::string setting;  ///< "L1 3.072 ms"
+  std::string level;    ///< "L1"
+  std::string because;  ///< "the scene needs a wrench, taxel counts and a regulated force"
+  std::vector<SimulationError> errors;  ///< empty where it was not asked for, or no trial complete
+
+  [[nodiscard]] bool empty() const { return setting.empty(); }
+};
+
+struct ChosenSimulation {
+  SimulationNote note;
+  std::string rig_text;  ///< with the choice written into it: what is run and recorded
+};
+
+/// On a bench that is not simulated by this process the note is empty and the rig file as it is.
+/// From the rig's sensors and traits, what the recipe holds, and the table that the rig file names
+/// (`simulation.fidelity`, relative to it), which is read only if something is asked for.
+/// Errors: what sim::choose_simulation refuses, with a place in the rig file.
+Result<ChosenSimulation> choose_simulation(const RigFile& rig,
+                                           const std::filesystem::path& rig_path,
+                                           const recipes::Plan& plan, const FidelityAsked& asked);
+
+/// For the campaign's journal.
+std::string to_json(const SimulationNote& note);
+/// Back from there. Errors: parse.
+Result<SimulationNote> simulation_note_from(std::string_view json_text);
+
+}  // namespace weft::daemon

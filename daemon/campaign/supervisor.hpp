@@ -1,0 +1,107 @@
+#pragma once
+// Runs a plan on a bench: carries out the engine's effects and feeds the outcomes back. One scan
+// cycle at a fixed rate reads the bench, looks at the guards, then updates the controller and
+// writes commands.
+
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "daemon/campaign/bench_actions.hpp"
+#include "daemon/campaign/event_line.hpp"
+#include "daemon/campaign/trial_recording.hpp"
+#include "recipes/control/force_loop.hpp"
+#include "recipes/engine/engine.hpp"
+
+namespace weft::daemon {
+
+/// Puts a fabric on the plate: a person's work on a real bench, the plant's on a simulated one.
+/// Calls `done` once, at once or later, on the bench's loop.
+using MountDone = std::function<void(Status)>;
+using Mounter =
+    std::function<void(std::string_view fabric, std::uint64_t patch_seed, MountDone done)>;
+
+struct SupervisorHooks {
+  Mounter mount;
+  std::function<void(const recipes::TrialDone&, const ForceTally&)> trial_done;
+  std::function<void(std::size_t trial)> trial_begun = {};
+  /// Every sample of the sensors with the phase that it belongs to.
+  std::function<void(const Sample&, Phase)> sensed = {};
+  /// Asked once a cycle while the probe slides: whether it has told enough.
+  std::function<bool()> slid_enough = {};
+};
+
+/// Thread-bound to the bench's loop. The plan, bench and recording outlive it.
+class Supervisor {
+ public:
+  Supervisor(const recipes::Plan& plan, Loop& loop, Bench& bench, TrialRecording& recording,
+             SupervisorHooks hooks);
+  ~Supervisor();
+
+  /// The bench is up: begin, or go on.
+  void start(recipes::Start from = {});
+  /// Feeds an event from outside: StopRequested, AbortRequested, HaltRequested.
+  void request(recipes::Event event);
+
+  [[nodiscard]] const std::optional<recipes::CampaignDone>& result() const { return result_; }
+  [[nodiscard]] const recipes::State& state() const { return state_; }
+  /// What a person is asked for now; null when nothing is.
+  [[nodiscard]] const recipes::AskOperator* asked() const;
+
+ private:
+  // supervisor.cpp: events and effects
+  void dispatch(recipes::Event event);
+  void carry_out(const recipes::AskOperator& effect);
+  void carry_out(const recipes::TrialBegin& effect);
+  void carry_out(const recipes::MountFabric& effect);
+  void carry_out(const recipes::MoveTo& effect);
+  void carry_out(const recipes::BiasSensors& effect);
+  void carry_out(const recipes::Descend& effect);
+  void carry_out(const recipes::HoldForce& effect);
+  void carry_out(const recipes::ReleaseForce& effect);
+  void carry_out(const recipes::SetPhase& effect);
+  void carry_out(const recipes::ArmTimer& effect);
+  void carry_out(const recipes::StopMotion& effect);
+  void carry_out(const recipes::TrialDone& effect);
+  void carry_out(const recipes::CampaignDone& effect);
+
+  // scan_cycle.cpp
+  void cycle();
+  bool guarded(Duration since_last);
+  void trip(recipes::Event event);
+  [[nodiscard]] GuardContext guard_context(Duration since_last) const;
+  void regulate(Duration since_last);
+
+  struct Regulation {
+    recipes::HoldForce order;
+    recipes::ForceLoopState loop;
+    recipes::SettleDetector settle;
+    double force_n = 0;  ///< of the last cycle in which a reading came
+    bool settled = false;
+  };
+
+  const recipes::Plan* plan_;
+  Loop* loop_;
+  Bench* bench_;
+  TrialRecording* recording_;
+  SupervisorHooks hooks_;
+  recipes::State state_;
+  EventLine<recipes::Event> events_;
+  recipes::AskOperator asked_;
+  std::optional<recipes::CampaignDone> result_;
+
+  BenchActions actions_;
+  std::size_t trips_ = 0;
+  recipes::ForceLoopConfig force_config_;
+  Duration period_{};
+  TimePoint last_cycle_;
+  TimePoint cycle_due_;
+  std::uint64_t cycles_ = 0;
+  TimerId cycle_timer_ = 0;
+  TimerId engine_timer_ = 0;
+  std::optional<TimePoint> deadline_;  ///< of the step that the engine is in
+  std::optional<Regulation> regulation_;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  ///< for a mount that ends late
+};
+
+}  // namespace weft::daemon

@@ -1,0 +1,157 @@
+#include "daemon/campaign/trial_recording.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "daemon/base/loop/wall_clock.hpp"
+
+namespace weft::daemon {
+namespace {
+
+constexpr unsigned timing_stride = 16;
+constexpr std::chrono::seconds space_period{1};
+
+TrialOutcome recorded(recipes::Outcome outcome, bool ended_early) {
+  switch (outcome) {
+    case recipes::Outcome::complete:
+      return ended_early ? TrialOutcome::ended_early : TrialOutcome::complete;
+    case recipes::Outcome::stopped:
+      return TrialOutcome::stopped;
+    case recipes::Outcome::aborted:
+      return TrialOutcome::aborted;
+    case recipes::Outcome::failed:
+      return TrialOutcome::failed;
+    case recipes::Outcome::interrupted:
+      return TrialOutcome::interrupted;
+    case recipes::Outcome::rejected:
+      return TrialOutcome::rejected;
+  }
+  return TrialOutcome::failed;
+}
+
+}  // namespace
+
+void ForceTally::add(double error_n, double band_n) {
+  ++samples;
+  in_band += std::abs(error_n) <= band_n ? 1 : 0;
+  sum_squares_n2 += error_n * error_n;
+  worst_n = std::max(worst_n, std::abs(error_n));
+}
+
+double ForceTally::rms_n() const {
+  return samples == 0 ? 0 : std::sqrt(sum_squares_n2 / static_cast<double>(samples));
+}
+
+// Every call of the recorder goes through here: the first error is kept, one call in sixteen timed.
+template <class Write>
+void TrialRecording::write(Write&& write) {
+  const bool timed = ++writes_ % timing_stride == 0;
+  const auto begin = timed ? steady_wall_now() : std::chrono::nanoseconds{};
+  const Status ok = write();
+  if (timed) spent_ += timing_stride * (steady_wall_now() - begin);
+  if (!ok && !error_) error_ = ok.error();
+}
+
+double TrialRecording::seconds() const {
+  return std::chrono::duration<double>(spent_).count();
+}
+
+void TrialRecording::begin(std::size_t trial, TimePoint now) {
+  trial_ = trial;
+  phase_ = Phase::none;
+  trial_force_ = {};
+  trial_bad_.reset();
+  sampled_.clear();
+  if (judge_) judge_->begin();
+  const recipes::TrialSpec& planned = plan_->trials[trial];
+  TrialSpec spec;
+  spec.index = static_cast<std::uint32_t>(planned.index);
+  spec.label = plan_->fabrics[planned.fabric];
+  spec.group = std::to_string(planned.repetition);
+  spec.exploration = plan_->explorations[planned.exploration].name;
+  spec.repetition = planned.repetition;
+  spec.patch_seed = planned.patch_seed;
+  spec.factors = plan_->explorations[planned.exploration].factors;
+  spec.attempt = attempts_[trial]++;
+  write([&] { return recorder_->begin_trial(spec, now); });
+}
+
+void TrialRecording::sensor(const Sample& sample, std::string_view device) {
+  if (phase_ == Phase::none) return;
+  const Stamp stamp{sample.host, sample.sequence, sample.lost, device};
+  if (judge_) judge_->look(sample);
+  if (const auto* shaken = std::get_if<AccelerationSample>(&sample.value)) {
+    write([&] { return recorder_->acceleration(stamp, *shaken); });
+  } else if (const auto* heard = std::get_if<SoundSample>(&sample.value)) {
+    write([&] { return recorder_->sound(stamp, *heard); });
+  } else if (const auto* taxels = std::get_if<TaxelSample>(&sample.value)) {
+    sampled_.push_back(sample.host);
+    write([&] { return recorder_->taxel(stamp, *taxels, phase_); });
+  } else if (const auto* wrench = std::get_if<WrenchSample>(&sample.value)) {
+    write([&] { return recorder_->wrench(stamp, *wrench); });
+    const recipes::Exploration& exploration =
+        plan_->explorations[plan_->trials[trial_].exploration];
+    if (phase_ != exploration.held_phase()) return;
+    const recipes::PhaseStep& step = exploration.step(phase_);
+    trial_force_.add(wrench->force_n[2] - step.force_n, step.force_band_n);
+  }
+}
+
+void TrialRecording::stages(const Snapshot& snapshot, TimePoint now) {
+  if (phase_ == Phase::none) return;
+  const recipes::Joints joints = snapshot.joints();
+  write([&] { return recorder_->stages({now, ++stage_sequence_, 0}, joints.value); });
+}
+
+TrialRecording::TrialRecording(Recorder& recorder, const recipes::Plan& plan)
+    : recorder_(&recorder), plan_(&plan) {
+  if (plan.repeat_bad)
+    judge_.emplace(*plan.repeat_bad, plan.limits.taxel_rate_hz, plan.limits.wrench_rate_hz);
+}
+
+void TrialRecording::set_phase(Phase phase, TimePoint now) {
+  if (judge_ && phase_ != Phase::none && phase == Phase::none) judge_->pause(now);
+  if (judge_ && phase_ == Phase::none && phase != Phase::none) judge_->resume(now);
+  const bool whole = phase_ == Phase::end && phase == Phase::none;
+  phase_ = phase;
+  if (whole && judge_ && !trial_bad_)
+    trial_bad_ =
+        judge_->verdict(trial_force_.samples == 0 ? 1.0
+                                                  : static_cast<double>(trial_force_.in_band) /
+                                                        static_cast<double>(trial_force_.samples));
+}
+
+void TrialRecording::end(recipes::Outcome outcome, bool ended_early, TimePoint now) {
+  phase_ = Phase::none;
+  TrialQuality quality;
+  if (trial_force_.samples > 0) {
+    quality.force_rms_error_n = trial_force_.rms_n();
+    quality.force_in_band_fraction =
+        static_cast<double>(trial_force_.in_band) / static_cast<double>(trial_force_.samples);
+  }
+  if (outcome == recipes::Outcome::complete) {
+    campaign_force_.samples += trial_force_.samples;
+    campaign_force_.in_band += trial_force_.in_band;
+    campaign_force_.sum_squares_n2 += trial_force_.sum_squares_n2;
+    campaign_force_.worst_n = std::max(campaign_force_.worst_n, trial_force_.worst_n);
+  }
+  write([&] { return recorder_->end_trial(recorded(outcome, ended_early), quality, now); });
+}
+
+void TrialRecording::journal(TimePoint now, std::string_view kind, std::string_view payload_json) {
+  write([&] { return recorder_->journal(now, kind, payload_json); });
+}
+
+std::optional<std::uint64_t> TrialRecording::free_bytes() {
+  const auto now = steady_wall_now();
+  if (free_bytes_ && now - space_seen_ < space_period) return free_bytes_;
+  space_seen_ = now;
+  free_bytes_ = recorder_->free_bytes();
+  return free_bytes_;
+}
+
+void TrialRecording::commit_if_due() {
+  write([&] { return recorder_->commit_if_due(steady_wall_now()); });
+}
+
+}  // namespace weft::daemon

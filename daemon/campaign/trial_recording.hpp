@@ -1,0 +1,80 @@
+#pragma once
+// What is recorded of a trial, and how well its force was held.
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "daemon/campaign/take_judge.hpp"
+#include "daemon/hardware/rig/bench.hpp"
+#include "daemon/storage/recorder/recorder.hpp"
+#include "recipes/engine/engine.hpp"
+#include "recipes/engine/plan.hpp"
+
+namespace weft::daemon {
+
+/// Force error against the set point over the wrench samples of one phase.
+struct ForceTally {
+  std::size_t samples = 0;
+  std::size_t in_band = 0;
+  double sum_squares_n2 = 0;
+  double worst_n = 0;
+  void add(double error_n, double band_n);
+  [[nodiscard]] double rms_n() const;
+};
+
+/// Routes samples of the open trial into the recorder. A failed write is kept as `error()`.
+class TrialRecording {
+ public:
+  TrialRecording(Recorder& recorder, const recipes::Plan& plan);
+
+  void begin(std::size_t trial, TimePoint now);
+  void set_phase(Phase phase, TimePoint now);
+  /// `device`: the name of the one that it is of.
+  void sensor(const Sample& sample, std::string_view device);
+  void stages(const Snapshot& snapshot, TimePoint now);
+  /// `ended_early`: complete, but for its slide.
+  void end(recipes::Outcome outcome, bool ended_early, TimePoint now);
+  void journal(TimePoint now, std::string_view kind, std::string_view payload_json);
+  /// Lets the recorder commit when its budget of wall time is used up.
+  void commit_if_due();
+
+  /// Free bytes where the campaign is recorded, looked at once in a second of wall time.
+  [[nodiscard]] std::optional<std::uint64_t> free_bytes();
+
+  [[nodiscard]] Phase phase() const { return phase_; }
+  [[nodiscard]] const std::optional<Error>& error() const { return error_; }
+  /// Why the record of the trial, whose last phase is over, is bad; nothing where it is good or the
+  /// recipe does not ask.
+  [[nodiscard]] const std::optional<Error>& trial_bad() const { return trial_bad_; }
+  /// Phase M of the trial that ended last, and of all complete trials together.
+  [[nodiscard]] const ForceTally& trial_force() const { return trial_force_; }
+  [[nodiscard]] const ForceTally& campaign_force() const { return campaign_force_; }
+  /// When the taxel samples of the last trial that are recorded arrived.
+  [[nodiscard]] const std::vector<TimePoint>& sampled() const { return sampled_; }
+  /// Wall seconds spent in the recorder, estimated as in TimedLoop.
+  [[nodiscard]] double seconds() const;
+
+ private:
+  template <class Write>
+  void write(Write&& write);
+
+  Recorder* recorder_;
+  const recipes::Plan* plan_;
+  Phase phase_ = Phase::none;
+  std::size_t trial_ = 0;
+  std::map<std::size_t, std::uint32_t> attempts_;  ///< of each trial so far
+  std::uint32_t stage_sequence_ = 0;
+  std::optional<TakeJudge> judge_;
+  std::optional<Error> trial_bad_;
+  ForceTally trial_force_;
+  ForceTally campaign_force_;
+  std::optional<Error> error_;
+  std::optional<std::uint64_t> free_bytes_;
+  std::chrono::nanoseconds space_seen_{};
+  unsigned writes_ = 0;
+  std::chrono::nanoseconds spent_{};
+  std::vector<TimePoint> sampled_;
+};
+
+}  // namespace weft::daemon

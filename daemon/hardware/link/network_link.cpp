@@ -1,0 +1,113 @@
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <system_error>
+
+#include "daemon/hardware/link/descriptor_link.hpp"
+#include "daemon/hardware/link/port_link.hpp"
+
+namespace weft::daemon {
+namespace {
+
+std::string words(const Endpoint& end) {
+  return end.host + ":" + std::to_string(end.port);
+}
+
+struct FreeAddresses {
+  void operator()(addrinfo* list) const { ::freeaddrinfo(list); }
+};
+using Addresses = std::unique_ptr<addrinfo, FreeAddresses>;
+
+Result<Addresses> resolve(const Endpoint& end, int type) {
+  addrinfo wanted{};
+  wanted.ai_family = AF_UNSPEC;
+  wanted.ai_socktype = type;
+  wanted.ai_flags = AI_NUMERICSERV;
+  addrinfo* list = nullptr;
+  const int code =
+      ::getaddrinfo(end.host.c_str(), std::to_string(end.port).c_str(), &wanted, &list);
+  if (code != 0) return fail(Errc::not_found, "no such host", words(end), {}, ::gai_strerror(code));
+  return Addresses(list);
+}
+
+/// The outcome of a connect that is under way: 0, or a number of <cerrno>.
+int outcome(int descriptor, Duration limit) {
+  pollfd ready{descriptor, POLLOUT, 0};
+  const auto limit_ms = std::chrono::duration_cast<std::chrono::milliseconds>(limit).count();
+  if (::poll(&ready, 1, static_cast<int>(limit_ms)) <= 0) return ETIMEDOUT;
+  int number = 0;
+  socklen_t size = sizeof number;
+  ::getsockopt(descriptor, SOL_SOCKET, SO_ERROR, &number, &size);
+  return number;
+}
+
+int connect_to(int descriptor, const addrinfo& address, Duration limit) {
+  if (::connect(descriptor, address.ai_addr, address.ai_addrlen) == 0) return 0;
+  return errno == EINPROGRESS ? outcome(descriptor, limit) : errno;
+}
+
+/// At any address of this machine; 0, or a number of <cerrno>.
+int bind_to(int descriptor, int family, std::uint16_t port) {
+  if (port == 0) return 0;
+  sockaddr_in6 six{};
+  sockaddr_in four{};
+  six.sin6_family = AF_INET6;
+  four.sin_family = AF_INET;
+  six.sin6_port = four.sin_port = htons(port);
+  const bool is_six = family == AF_INET6;
+  const auto* const any =
+      is_six ? reinterpret_cast<const sockaddr*>(&six) : reinterpret_cast<const sockaddr*>(&four);
+  const auto size = static_cast<socklen_t>(is_six ? sizeof six : sizeof four);
+  return ::bind(descriptor, any, size) == 0 ? 0 : errno;
+}
+
+/// Tries each address of the name in turn.
+Result<int> connected_socket(const Endpoint& end, int type, Duration limit,
+                             std::uint16_t local_port = 0) {
+  const Result<Addresses> addresses = resolve(end, type);
+  if (!addresses) return pass(addresses.error());
+  int number = 0;
+  bool own_port_refused = false;
+  for (const addrinfo* a = addresses->get(); a != nullptr; a = a->ai_next) {
+    const int descriptor =
+        ::socket(a->ai_family, a->ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, a->ai_protocol);
+    number = descriptor < 0 ? errno : bind_to(descriptor, a->ai_family, local_port);
+    own_port_refused = descriptor >= 0 && number != 0;
+    if (number == 0) number = connect_to(descriptor, *a, limit);
+    if (number == 0) return descriptor;
+    if (descriptor >= 0) ::close(descriptor);
+  }
+  if (own_port_refused)
+    return fail(Errc::io, "cannot listen at the port", std::to_string(local_port), {},
+                std::generic_category().message(number),
+                "Another program, perhaps another run, may hold it");
+  return fail(number == ETIMEDOUT ? Errc::timeout : Errc::io, "cannot connect", words(end), {},
+              std::generic_category().message(number),
+              "Is the device on, and are its address and this machine's network right?");
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Link>> open_tcp(RealLoop& loop, const Endpoint& far_end, Duration limit) {
+  const Result<int> socket = connected_socket(far_end, SOCK_STREAM, limit);
+  if (!socket) return pass(socket.error());
+  const int on = 1;
+  ::setsockopt(*socket, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  return std::unique_ptr<Link>(
+      std::make_unique<DescriptorLink>(loop, *socket, Framing::stream, words(far_end)));
+}
+
+Result<std::unique_ptr<Link>> open_udp(RealLoop& loop, const Endpoint& far_end,
+                                       std::uint16_t local_port) {
+  const Result<int> socket = connected_socket(far_end, SOCK_DGRAM, {}, local_port);
+  if (!socket) return pass(socket.error());
+  return std::unique_ptr<Link>(
+      std::make_unique<DescriptorLink>(loop, *socket, Framing::datagrams, words(far_end)));
+}
+
+}  // namespace weft::daemon

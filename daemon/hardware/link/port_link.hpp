@@ -1,0 +1,63 @@
+#pragma once
+// Links over ports of the operating system: serial lines and pseudo-terminals, TCP, UDP.
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "daemon/base/loop/real_loop.hpp"
+#include "drivers/api/link.hpp"
+
+namespace weft::daemon {
+
+enum class Parity : std::uint8_t { none, even, odd };
+
+/// A serial line; eight data bits and one stop bit.
+struct SerialSettings {
+  std::string
+      path;  ///< "/dev/ttyUSB0", "/dev/serial/by-id/...", a pseudo-terminal or a link to one
+  std::uint32_t baud = 115200;
+  Parity parity = Parity::none;
+  bool rts_cts = false;
+  /// The start-up of Thorlabs' FTDI chips before the first byte (protocols.md A.1): settle 50 ms,
+  /// drop what both sides hold, settle 50 ms. What is written meanwhile waits.
+  bool ftdi_start_up = false;
+};
+
+struct Endpoint {
+  std::string host;  ///< name or address
+  std::uint16_t port = 0;
+};
+
+/// The message of the error where somebody else has a port.
+inline constexpr const char* port_in_use = "another program uses the port";
+
+/// Opens a serial line: real ports through libserialport, pseudo-terminals, which that cannot open
+/// (protocols.md D.1), directly.
+/// Errors: not_found (no such port), io (permission, busy) with a hint, unsupported (a speed that
+/// the port does not take: it is read back and compared).
+Result<std::unique_ptr<Link>> open_serial(RealLoop& loop, const SerialSettings& settings);
+
+/// Connects; gives up after `limit`. Nagle's delay is off.
+/// Errors: not_found (name), io, timeout.
+Result<std::unique_ptr<Link>> open_tcp(RealLoop& loop, const Endpoint& far_end,
+                                       Duration limit = std::chrono::seconds(3));
+
+/// A link to a server that closes its connection after each reply (HTTP/1.0): the first write goes
+/// to the connection that is made here, each later one to a new one. The end of a connection whose
+/// reply was heard is told like any other: who has what it asked for stops listening.
+/// Errors: open_tcp()'s, also of write(), which gives up after a second for each address.
+Result<std::unique_ptr<Link>> open_requests(RealLoop& loop, const Endpoint& far_end);
+
+/// A datagram link to one far end; what others send is not delivered. Silence is not an error:
+/// there is no connection that could fail. `local_port`: where a far end that was never asked sends
+/// to; 0: any. Errors: not_found (name), io.
+Result<std::unique_ptr<Link>> open_udp(RealLoop& loop, const Endpoint& far_end,
+                                       std::uint16_t local_port = 0);
+
+/// A stream over a descriptor that is open already (a pseudo-terminal's master, a socket). Takes
+/// it: it is closed with the link. `name` is for error messages.
+std::unique_ptr<Link> adopt_stream(RealLoop& loop, int descriptor, std::string name);
+
+}  // namespace weft::daemon

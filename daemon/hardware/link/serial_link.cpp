@@ -1,0 +1,148 @@
+#include <fcntl.h>
+#include <libserialport.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
+#include <system_error>
+
+#include "daemon/hardware/link/descriptor_link.hpp"
+#include "daemon/hardware/link/port_link.hpp"
+#include "daemon/hardware/link/serial_line.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr Duration ftdi_start_up = 100ms;  // protocols.md A.1: 50 ms, purge, 50 ms
+
+std::string hint_for(int number) {
+  if (number == EACCES) return "Add yourself to the group dialout and log in again";
+  if (number == ENOENT) return "Is the device connected and on? See /dev/serial/by-id";
+  return {};
+}
+
+tl::unexpected<Error> cannot_open(int number) {
+  return fail(number == ENOENT ? Errc::not_found : Errc::io, "cannot open the port", {}, {},
+              std::generic_category().message(number), hint_for(number));
+}
+
+tl::unexpected<Error> in_use(int number) {
+  return fail(Errc::io, port_in_use, {}, {}, std::generic_category().message(number),
+              "End it, or give each its own port");
+}
+
+/// Two programs on one line would each see half of the answers.
+Status claim(int descriptor) {
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return {};
+  return in_use(errno);
+}
+
+class OpenPort {
+ public:
+  explicit OpenPort(int descriptor) : descriptor_(descriptor) {}
+  ~OpenPort() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  OpenPort(const OpenPort&) = delete;
+  OpenPort& operator=(const OpenPort&) = delete;
+  OpenPort(OpenPort&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+  [[nodiscard]] int get() const { return descriptor_; }
+  int release() { return std::exchange(descriptor_, -1); }
+
+ private:
+  int descriptor_;
+};
+
+// A pseudo-terminal carries no parity (protocols.md D.4) and has no RTS line (D.5).
+Result<OpenPort> open_pseudo_terminal(const std::string& path, const SerialSettings& settings) {
+  OpenPort port(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (port.get() < 0) return cannot_open(errno);
+  if (Status s = claim(port.get()); !s) return pass(s.error());
+  if (Status s = set_line_raw(port.get(), settings.rts_cts); !s) return pass(s.error());
+  if (Status s = set_line_speed(port.get(), settings.baud); !s) return pass(s.error());
+  ::tcflush(port.get(), TCIFLUSH);  // what was said before anybody listened
+  return port;
+}
+
+sp_parity parity_of(Parity parity) {
+  if (parity == Parity::even) return SP_PARITY_EVEN;
+  return parity == Parity::odd ? SP_PARITY_ODD : SP_PARITY_NONE;
+}
+
+bool configure(sp_port* port, const SerialSettings& settings) {
+  const auto ok = [](sp_return result) { return result == SP_OK; };
+  return ok(sp_set_bits(port, 8)) && ok(sp_set_stopbits(port, 1)) &&
+         ok(sp_set_parity(port, parity_of(settings.parity))) &&
+         ok(sp_set_flowcontrol(port,
+                               settings.rts_cts ? SP_FLOWCONTROL_RTSCTS : SP_FLOWCONTROL_NONE));
+}
+
+struct FreePort {
+  void operator()(sp_port* port) const {
+    sp_close(port);
+    sp_free_port(port);
+  }
+};
+
+tl::unexpected<Error> library_refused(sp_return code) {
+  if (code == SP_ERR_ARG) return cannot_open(ENOENT);
+  const int number = sp_last_error_code();
+  return number == EBUSY ? in_use(number) : cannot_open(number);
+}
+
+// Handshake by RTS begins with the line raised (protocols.md A.1). Where the kernel's driver does
+// not say that it is, libserialport has lowered it. A port without such lines has nothing to raise.
+void raise_rts_and_dtr(int descriptor) {
+  const int lines = TIOCM_RTS | TIOCM_DTR;
+  static_cast<void>(::ioctl(descriptor, TIOCMBIS, &lines));
+}
+
+// libserialport's settings outlive its handle: the line stays open through the copy.
+Result<OpenPort> open_real(const std::string& path, const SerialSettings& settings) {
+  sp_port* found = nullptr;
+  if (const sp_return got = sp_get_port_by_name(path.c_str(), &found); got != SP_OK)
+    return library_refused(got);
+  const std::unique_ptr<sp_port, FreePort> port(found);
+  if (const sp_return got = sp_open(found, SP_MODE_READ_WRITE); got != SP_OK)
+    return library_refused(got);
+  int descriptor = -1;
+  if (!configure(found, settings) || sp_get_port_handle(found, &descriptor) != SP_OK)
+    return fail(Errc::io, "the port does not take its settings", {}, {},
+                std::generic_category().message(sp_last_error_code()));
+  OpenPort copy(::fcntl(descriptor, F_DUPFD_CLOEXEC, 0));
+  if (copy.get() < 0) return cannot_open(errno);
+  if (Status s = claim(copy.get()); !s) return pass(s.error());
+  if (Status s = let_reads_wait(copy.get()); !s) return pass(s.error());
+  if (settings.rts_cts) raise_rts_and_dtr(copy.get());
+  if (Status s = set_line_speed(copy.get(), settings.baud); !s) return pass(s.error());
+  return copy;
+}
+
+Result<OpenPort> open_line(const SerialSettings& settings) {
+  std::error_code error;
+  const std::string path = std::filesystem::canonical(settings.path, error).string();
+  if (error) return cannot_open(error.value());
+  return path.rfind("/dev/pts/", 0) == 0 ? open_pseudo_terminal(path, settings)
+                                         : open_real(path, settings);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Link>> open_serial(RealLoop& loop, const SerialSettings& settings) {
+  Result<OpenPort> port = open_line(settings);
+  if (!port) return pass(port.error(), settings.path);
+  auto link =
+      std::make_unique<DescriptorLink>(loop, port->release(), Framing::stream, settings.path);
+  if (settings.ftdi_start_up) link->hold_for(ftdi_start_up);
+  return std::unique_ptr<Link>(std::move(link));
+}
+
+std::unique_ptr<Link> adopt_stream(RealLoop& loop, int descriptor, std::string name) {
+  return std::make_unique<DescriptorLink>(loop, descriptor, Framing::stream, std::move(name));
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,35 @@
+// Apart from serial_line.cpp: the kernel's termios and that of the C library cannot be included
+// together.
+
+#include <asm/termbits.h>
+#include <sys/ioctl.h>
+
+#include <cmath>
+#include <string>
+
+#include "daemon/hardware/link/serial_line.hpp"
+
+namespace weft::daemon {
+
+bool speed_taken(std::uint32_t asked, std::uint32_t got) {
+  return std::abs(static_cast<double>(got) / asked - 1) <= 0.02;
+}
+
+Status set_line_speed(int descriptor, std::uint32_t baud) {
+  termios2 line{};
+  const auto refused = [&](const std::string& got) {
+    return fail(Errc::unsupported, "the port does not take this speed", {},
+                std::to_string(baud) + " baud", got,
+                "Choose a speed that the adapter can do, on both sides");
+  };
+  if (::ioctl(descriptor, TCGETS2, &line) != 0) return refused("not a terminal line");
+  line.c_cflag &= ~static_cast<tcflag_t>(CBAUD | (CBAUD << IBSHIFT));
+  line.c_cflag |= BOTHER | (BOTHER << IBSHIFT);
+  line.c_ispeed = line.c_ospeed = baud;
+  if (::ioctl(descriptor, TCSETS2, &line) != 0) return refused("a refusal");
+  if (::ioctl(descriptor, TCGETS2, &line) != 0) return refused("no answer");
+  if (!speed_taken(baud, line.c_ospeed)) return refused(std::to_string(line.c_ospeed) + " baud");
+  return {};
+}
+
+}  // namespace weft::daemon

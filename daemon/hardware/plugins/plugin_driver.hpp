@@ -1,0 +1,94 @@
+#pragma once
+// A driver behind the C table of a plugin. Whatever the plugin's code does that it must not, this
+// side stays whole: what it throws and what keeps the loop waiting becomes a fault of its device.
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "daemon/hardware/plugins/plugin_watch.hpp"
+#include "drivers/api/driver.hpp"
+#include "drivers/api/weft_driver.h"
+
+namespace weft::daemon {
+
+/// A table that the loader found in order, and what keeps it in memory.
+struct LoadedPlugin {
+  std::shared_ptr<void> library;
+  const weft_driver_entry_v1* table = nullptr;
+  std::string file;
+};
+
+/// Thread-bound to the loop of its host. `watch` and `host` outlive it.
+class PluginDriver final : public Driver {
+ public:
+  /// Errors: the driver's own; device, when its code threw or kept the program waiting.
+  static Result<std::unique_ptr<Driver>> create(const LoadedPlugin& plugin,
+                                                const std::string& device,
+                                                std::string_view config_json, DriverHost& host,
+                                                PluginWatch& watch);
+  ~PluginDriver() override;
+  PluginDriver(const PluginDriver&) = delete;
+  PluginDriver& operator=(const PluginDriver&) = delete;
+
+  [[nodiscard]] DriverState state() const noexcept override { return state_; }
+  Status open() override;
+  Status arm() override;
+  Result<std::uint32_t> command(const Command& command) override;
+  void stop() override;
+  void close() override;
+
+ private:
+  PluginDriver(LoadedPlugin plugin, const std::string& device, DriverHost& host,
+               PluginWatch& watch);
+  friend struct HostTable;
+  friend struct LinkTable;
+
+  /// One link of the device, and what the plugin wants called when something comes.
+  struct Port {
+    PluginDriver* driver;
+    Link* link;
+    weft_link_v1 table;
+    weft_received_v1 received = nullptr;
+    void* received_context = nullptr;
+    weft_closed_v1 closed = nullptr;
+    void* closed_context = nullptr;
+    Error error = {};  ///< of the last write that failed
+    weft_error_v1 error_c = {};
+  };
+  void open_port(std::unique_ptr<Port>& port, Link* link);
+
+  /// Runs one call into the plugin; the outermost one settles what went wrong in it.
+  template <class Call>
+  void enter(const char* function, const Call& call);
+  template <class Call>
+  Status ask(const char* function, const Call& call);
+  void note_thrown(const std::string& what);
+  void note_late();
+  void note(Error error);
+  /// Ends the device: motion and streams as far as its code still can, then no call comes to it.
+  void break_off();
+  void let_go();
+
+  LoadedPlugin plugin_;
+  DriverHost* host_;
+  PluginWatch* watch_;
+  std::string device_name_;
+  const char* function_ = "";  ///< the innermost call
+  weft_host_v1 table_;
+  weft_device* device_ = nullptr;
+  DriverState state_ = DriverState::closed;
+
+  std::map<std::uint64_t, TimerId> timers_;
+  std::uint64_t last_timer_ = 0;
+  std::unique_ptr<Port> link_;
+  std::unique_ptr<Port> http_;  ///< nullptr: the device has none
+
+  int depth_ = 0;                 ///< calls into the plugin that are under way
+  std::optional<Error> refused_;  ///< what the call under way gave as its reason
+  std::optional<Error> broken_;   ///< why no call comes to the plugin any more
+  bool broken_off_ = false;
+};
+
+}  // namespace weft::daemon

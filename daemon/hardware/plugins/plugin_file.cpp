@@ -1,0 +1,119 @@
+#include "daemon/hardware/plugins/plugin_file.hpp"
+
+#include <dlfcn.h>
+
+#include <array>
+#include <fstream>
+
+namespace weft::daemon {
+namespace {
+
+constexpr std::string_view prefix = "weft-driver-";
+constexpr std::string_view suffix = ".so";
+constexpr std::string_view symbol = "weft_driver_v1";
+constexpr std::string_view rebuild = "Build the driver again with the SDK of this weft";
+// What the first version 1 had: what is added later stands behind it and may be missing.
+constexpr std::uint32_t least_size = 96;
+
+/// The part that must agree; behind the bar stands the compiler.
+std::string_view layout_of(std::string_view fingerprint) {
+  const std::size_t bar = fingerprint.find('|');
+  std::string_view layout = fingerprint.substr(0, bar);
+  while (layout.ends_with(' ')) layout.remove_suffix(1);
+  return layout;
+}
+
+tl::unexpected<Error> refuse(std::string message, std::string expected, std::string got) {
+  return fail(Errc::unsupported, std::move(message), {}, std::move(expected), std::move(got),
+              std::string(rebuild));
+}
+
+Status check_functions(const weft_driver_entry_v1& table) {
+  const std::array<std::pair<const char*, bool>, 10> parts{
+      {{"name", table.name != nullptr},
+       {"summary", table.summary != nullptr},
+       {"config_schema_json", table.config_schema_json != nullptr},
+       {"create", table.create != nullptr},
+       {"destroy", table.destroy != nullptr},
+       {"open", table.open != nullptr},
+       {"arm", table.arm != nullptr},
+       {"command", table.command != nullptr},
+       {"stop", table.stop != nullptr},
+       {"close", table.close != nullptr}}};
+  for (const auto& [name, there] : parts)
+    if (!there) return refuse("the driver's table has a hole", name, "nothing there");
+  return {};
+}
+
+/// dlopen's own words for these cases name neither what is wanted nor what is there.
+Status check_kind(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in)
+    return fail(Errc::not_found, "the plugin cannot be read", file.string(), "a readable file");
+  std::array<char, 4> magic{};
+  in.read(magic.data(), magic.size());
+  if (in.gcount() == 4 && std::string_view(magic.data(), 4) == "\177ELF") return {};
+  return fail(Errc::unsupported, "the plugin is not a shared object", file.string(), "an ELF file",
+              in.gcount() == 0 ? "an empty file" : "a file of another kind", std::string(rebuild));
+}
+
+std::string loader_words() {
+  const char* words = ::dlerror();
+  return words == nullptr ? "no reason given" : words;
+}
+
+}  // namespace
+
+std::string plugin_file_name(std::string_view driver) {
+  return std::string(prefix) + std::string(driver) + std::string(suffix);
+}
+
+std::string driver_of_file(const std::filesystem::path& file) {
+  const std::string name = file.filename().string();
+  const std::string_view text = name;
+  if (text.size() <= prefix.size() + suffix.size() || !text.starts_with(prefix) ||
+      !text.ends_with(suffix))
+    return {};
+  return name.substr(prefix.size(), name.size() - prefix.size() - suffix.size());
+}
+
+Status check_table(const weft_driver_entry_v1& table) {
+  if (table.abi_version != WEFT_DRIVER_ABI_VERSION)
+    return refuse("the driver was built for another plugin ABI",
+                  "version " + std::to_string(WEFT_DRIVER_ABI_VERSION),
+                  "version " + std::to_string(table.abi_version));
+  if (table.struct_size < least_size || table.struct_size > sizeof(weft_driver_entry_v1))
+    return refuse("the driver's table has another size",
+                  std::to_string(sizeof(weft_driver_entry_v1)) + " bytes",
+                  std::to_string(table.struct_size) + " bytes");
+  const std::string_view built = table.build_fingerprint == nullptr ? "" : table.build_fingerprint;
+  if (layout_of(built) != layout_of(WEFT_DRIVER_FINGERPRINT))
+    return refuse("the driver has another build fingerprint",
+                  std::string(layout_of(WEFT_DRIVER_FINGERPRINT)),
+                  built.empty() ? "none" : std::string(built));
+  return check_functions(table);
+}
+
+Result<LoadedPlugin> load_plugin(const std::filesystem::path& file) {
+  const std::string path = std::filesystem::absolute(file).string();
+  if (Status ok = check_kind(path); !ok) return pass(ok.error());
+  // It stays in memory to the end: whatever it has left behind still finds its code.
+  void* const library = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
+  if (library == nullptr)
+    return fail(Errc::unsupported, "the plugin cannot be loaded", path,
+                "a shared object that loads", loader_words(), std::string(rebuild));
+  LoadedPlugin plugin{std::shared_ptr<void>(library, [](void* open) { ::dlclose(open); }), nullptr,
+                      path};
+  plugin.table = static_cast<const weft_driver_entry_v1*>(::dlsym(library, symbol.data()));
+  if (plugin.table == nullptr)
+    return fail(Errc::unsupported, "the shared object has no driver in it", path,
+                "the symbol " + std::string(symbol), "no such symbol",
+                "Its source needs WEFT_EXPORT_DRIVER (docs/add-a-device.md)");
+  if (Status ok = check_table(*plugin.table); !ok) return pass(ok.error(), path);
+  if (plugin.table->name != driver_of_file(path))
+    return fail(Errc::unsupported, "the file's name and the driver in it disagree", path,
+                plugin_file_name(plugin.table->name), file.filename().string(), "Rename the file");
+  return plugin;
+}
+
+}  // namespace weft::daemon

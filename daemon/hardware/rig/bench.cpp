@@ -1,0 +1,204 @@
+#include "daemon/hardware/rig/bench.hpp"
+
+#include <algorithm>
+
+#include "protocols/base/crc.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration look_period = 10ms;
+constexpr Duration ready_limit = 5s;
+// The driver knows how long its stage may take and says what is wrong; this is for one that says
+// nothing at all, and longer than any home_timeout_s that a driver accepts.
+constexpr Duration home_limit = 4000s;
+constexpr std::array home_order{StageAxis::z, StageAxis::rx, StageAxis::ry, StageAxis::x,
+                                StageAxis::y};
+
+std::optional<StageAxis> axis_of_role(std::string_view role) {
+  for (const StageAxis axis : recipes::all_axes)
+    if (recipes::to_string(axis) == role) return axis;
+  return std::nullopt;
+}
+
+constexpr std::array<std::string_view, 5> sample_names{"stage", "wrench", "taxel", "acceleration",
+                                                       "sound"};
+static_assert(std::variant_size_v<decltype(Sample::value)> == sample_names.size());
+
+/// A rig file may give a device any role; which samples its driver publishes is seen only here.
+void refuse(Device& device, const Sample& sample) {
+  device.fault(Error{Errc::invalid_argument,
+                     "its samples are not those of its role",
+                     {},
+                     "what role " + device.entry().role + " takes",
+                     std::string(sample_names[sample.value.index()]) + " samples of driver " +
+                         device.entry().driver,
+                     "Check role and driver of this device in the rig file"});
+}
+
+std::uint32_t digest_of_counts(const TaxelSample& sample) {
+  std::uint32_t digest = 0;
+  for (const std::uint16_t count : sample.counts) {
+    const std::array bytes{static_cast<std::uint8_t>(count & 0xFF),
+                           static_cast<std::uint8_t>(count >> 8)};
+    digest = crc32(bytes, digest);
+  }
+  return digest;
+}
+
+}  // namespace
+
+recipes::Joints Snapshot::joints() const {
+  recipes::Joints joints;
+  for (std::size_t i = 0; i < stage.size(); ++i) joints.value[i] = stage[i].position;
+  return joints;
+}
+
+Result<std::unique_ptr<Bench>> Bench::create(const RigFile& rig, Loop& loop,
+                                             const LinkFactory& links, const LinkFactory& pages) {
+  std::unique_ptr<Bench> bench(new Bench(loop));
+  for (const DeviceEntry& entry : rig.devices) {
+    Result<std::unique_ptr<Link>> link = links(entry);
+    if (!link) return pass(link.error(), entry.name);
+    Result<std::unique_ptr<Link>> http = std::unique_ptr<Link>{};
+    if (entry.http && pages) http = pages(entry);
+    if (!http) return pass(http.error(), entry.name + ": /http");
+    Result<std::unique_ptr<Device>> device =
+        Device::create(entry, loop, std::move(*link), rig.drivers, std::move(*http));
+    if (!device) return pass(device.error());
+    bench->devices_.push_back(std::move(*device));
+    bench->connect(*bench->devices_.back());
+  }
+  return bench;
+}
+
+Bench::~Bench() {
+  loop_->cancel(look_timer_);
+  for (const auto& device : devices_) device->driver().close();
+}
+
+void Bench::connect(Device& device) {
+  const std::string& role = device.entry().role;
+  if (const std::optional<StageAxis> axis = axis_of_role(role)) {
+    const std::size_t i = recipes::index(*axis);
+    stages_[i] = &device;
+    device.on_sample([this, &device, i](const Sample& sample) {
+      const auto* const reading = std::get_if<StageSample>(&sample.value);
+      if (reading == nullptr) return refuse(device, sample);
+      snapshot_.stage[i] = *reading;
+      snapshot_.stage_at[i] = sample.host;
+    });
+  } else if (role == "wrench") {
+    wrench_ = &device;
+    device.on_sample([this](const Sample& sample) { take_wrench(sample); });
+  } else if (role == "taxels") {
+    taxels_ = &device;
+    device.on_sample([this](const Sample& sample) { take_taxels(sample); });
+  } else {
+    device.on_sample([this, &device](const Sample& sample) {
+      if (!std::holds_alternative<AccelerationSample>(sample.value) &&
+          !std::holds_alternative<SoundSample>(sample.value))
+        return refuse(device, sample);
+      if (sensor_sink_) sensor_sink_(device, sample);
+    });
+  }
+}
+
+void Bench::take_wrench(Sample sample) {
+  auto* const wrench = std::get_if<WrenchSample>(&sample.value);
+  if (wrench == nullptr) return refuse(*wrench_, sample);
+  for (std::size_t i = 0; i < 3; ++i) {
+    wrench->force_n[i] -= zero_.force_n[i];
+    wrench->torque_nm[i] -= zero_.torque_nm[i];
+  }
+  snapshot_.wrench = *wrench;
+  snapshot_.wrench_at = sample.host;
+  snapshot_.wrench_recent.add(*wrench);
+  if (sensor_sink_) sensor_sink_(*wrench_, sample);
+}
+
+void Bench::take_taxels(const Sample& sample) {
+  const auto* const frame = std::get_if<TaxelSample>(&sample.value);
+  if (frame == nullptr) return refuse(*taxels_, sample);
+  snapshot_.taxels_at = sample.host;
+  snapshot_.taxel_digest = digest_of_counts(*frame);
+  if (sensor_sink_) sensor_sink_(*taxels_, sample);
+}
+
+const Error* Bench::fault() const {
+  for (const auto& device : devices_)
+    if (device->fault_seen()) return &*device->fault_seen();
+  return nullptr;
+}
+
+void Bench::on_log(const Device::LogSink& sink) {
+  for (const auto& device : devices_) device->on_log(sink);
+}
+
+void Bench::finish(Status outcome) {
+  loop_->cancel(look_timer_);
+  if (const auto done = std::exchange(done_, {})) done(std::move(outcome));
+}
+
+void Bench::await(std::function<bool()> ready, Duration limit, std::string what,
+                  std::function<void()> then) {
+  ready_ = std::move(ready);
+  then_ = std::move(then);
+  awaited_ = std::move(what);
+  deadline_ = loop_->now() + limit;
+  look();
+}
+
+void Bench::look() {
+  if (const Error* error = fault()) return finish(pass(*error));
+  if (ready_()) return std::exchange(then_, {})();
+  if (loop_->now() >= deadline_)
+    return finish(fail(Errc::timeout, awaited_ + " was not reached in time", "bench"));
+  look_timer_ = loop_->after(look_period, [this] { look(); });
+}
+
+void Bench::bring_up(std::function<void(Status)> done) {
+  done_ = std::move(done);
+  const auto all_in = [this](DriverState state) {
+    return std::all_of(devices_.begin(), devices_.end(),
+                       [&](const auto& d) { return d->driver().state() == state; });
+  };
+  for (const auto& device : devices_)
+    if (Status ok = device->driver().open(); !ok)
+      return finish(pass(ok.error(), device->entry().name));
+  await([all_in] { return all_in(DriverState::open); }, ready_limit, "state open",
+        [this, all_in] {
+          for (const auto& device : devices_)
+            if (Status ok = device->driver().arm(); !ok)
+              return finish(pass(ok.error(), device->entry().name));
+          await([all_in] { return all_in(DriverState::armed); }, ready_limit, "state armed",
+                [this] { home(0); });
+        });
+}
+
+void Bench::home(std::size_t position) {
+  if (position == home_order.size()) return read_all();
+  const std::size_t i = recipes::index(home_order[position]);
+  const Result<std::uint32_t> id = stages_[i]->driver().command(HomeCommand{});
+  if (!id) return finish(pass(id.error(), stages_[i]->entry().name));
+  await(
+      [this, i, id = *id] { return snapshot_.stage[i].move_id == id && snapshot_.stage[i].homed; },
+      home_limit, "home of " + stages_[i]->entry().name, [this, position] { home(position + 1); });
+}
+
+// The stages that were homed first have been silent since: what follows starts from fresh readings.
+void Bench::read_all() {
+  const TimePoint asked = loop_->now();
+  for (Device* stage : stages_)
+    if (const auto sent = stage->driver().command(PollCommand{}); !sent)
+      return finish(pass(sent.error(), stage->entry().name));
+  const auto fresh = [this, asked] {
+    return std::all_of(snapshot_.stage_at.begin(), snapshot_.stage_at.end(),
+                       [&](const auto& at) { return at && *at > asked; });
+  };
+  await(fresh, ready_limit, "a reading of every stage", [this] { finish({}); });
+}
+
+}  // namespace weft::daemon

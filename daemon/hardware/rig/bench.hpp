@@ -1,0 +1,94 @@
+#pragma once
+// The devices of one rig behind the roles that a campaign needs: five stages, a wrench, taxels; and
+// vibrations, where it has them.
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "daemon/hardware/rig/device.hpp"
+#include "daemon/hardware/rig/rig_file.hpp"
+#include "daemon/hardware/rig/wrench_total.hpp"
+#include "recipes/control/guards.hpp"
+
+namespace weft::daemon {
+
+using StageAxis = recipes::Axis;
+using LinkFactory = std::function<Result<std::unique_ptr<Link>>(const DeviceEntry&)>;
+
+/// What the bench said last. SI; joints as recipes::Joints counts them.
+struct Snapshot {
+  std::array<StageSample, recipes::axis_count> stage{};
+  std::array<std::optional<TimePoint>, recipes::axis_count> stage_at{};
+  WrenchSample wrench;
+  std::optional<TimePoint> wrench_at;
+  WrenchTotal wrench_recent;  ///< readings since Bench::begin_recent()
+  std::optional<TimePoint> taxels_at;
+  std::uint32_t taxel_digest = 0;  ///< CRC-32 of the counts
+  [[nodiscard]] recipes::Joints joints() const;
+};
+
+/// Owns the devices; keeps the newest readings. Thread-bound to its loop.
+class Bench {
+ public:
+  using SensorSink = std::function<void(const Device&, const Sample&)>;
+
+  /// Makes every device of the rig file; `pages` opens the HTTP ports of those that have one.
+  /// Errors carry the device's name.
+  static Result<std::unique_ptr<Bench>> create(const RigFile& rig, Loop& loop,
+                                               const LinkFactory& links,
+                                               const LinkFactory& pages = {});
+  ~Bench();
+
+  /// Opens and arms every device, then homes the stages, z first (up, away from the cloth).
+  /// `done` is called once, with the first fault or the device that did not get ready in time.
+  void bring_up(std::function<void(Status)> done);
+  [[nodiscard]] const Snapshot& snapshot() const { return snapshot_; }
+  /// The readings so far have been looked at: another cycle begins.
+  void begin_recent() { snapshot_.wrench_recent = {}; }
+  /// What the sensor reads at its zero; taken off every sample from now on, recorded ones included.
+  void take_zero(const WrenchSample& zero) { zero_ = zero; }
+  /// The first fault of any device.
+  [[nodiscard]] const Error* fault() const;
+  Device& stage(StageAxis axis) { return *stages_[recipes::index(axis)]; }
+  Device& wrench() { return *wrench_; }
+  Device& taxels() { return *taxels_; }
+  [[nodiscard]] const std::vector<std::unique_ptr<Device>>& devices() const { return devices_; }
+  /// Sees every sample of wrench, taxels and vibrations after the snapshot was updated.
+  void on_sensor_sample(SensorSink sink) { sensor_sink_ = std::move(sink); }
+  /// Hears every line of every driver's log.
+  void on_log(const Device::LogSink& sink);
+
+ private:
+  explicit Bench(Loop& loop) : loop_(&loop) {}
+  void connect(Device& device);
+  void take_wrench(Sample sample);
+  void take_taxels(const Sample& sample);
+  void await(std::function<bool()> ready, Duration limit, std::string what,
+             std::function<void()> then);
+  void look();
+  void home(std::size_t position);
+  void read_all();
+  void finish(Status outcome);
+
+  Loop* loop_;
+  std::vector<std::unique_ptr<Device>> devices_;
+  std::array<Device*, recipes::axis_count> stages_{};
+  Device* wrench_ = nullptr;
+  Device* taxels_ = nullptr;
+  Snapshot snapshot_;
+  WrenchSample zero_;  ///< forces and torques at rest
+  SensorSink sensor_sink_;
+
+  // bringing up: what is awaited, until when, and what follows
+  std::function<bool()> ready_;
+  std::function<void()> then_;
+  std::string awaited_;
+  TimePoint deadline_;
+  TimerId look_timer_ = 0;
+  std::function<void(Status)> done_;
+};
+
+}  // namespace weft::daemon

@@ -1,0 +1,92 @@
+#include "daemon/hardware/rig/level_file.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/hardware/rig/rig_file.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+constexpr const char* make_one = "weft align --rig RIG --json makes one";
+
+struct FoundLevel {
+  std::string rig, bench, outcome;
+  double rx_rad = 0, ry_rad = 0, lean_left_rad = 0, tolerance_rad = 0;
+  std::int64_t measured_unix_s = 0;
+};
+
+Result<FoundLevel> parse_level(std::string_view text) {
+  const json said = json::parse(text, nullptr, false);
+  if (!said.is_object() || said.value("command", json()) != "align")
+    return fail(Errc::parse, "not what weft align says", {}, "its --json output", {}, make_one);
+  try {
+    const json& after = said.at("after");
+    if (after.is_null())
+      return fail(Errc::wrong_state, "no tilt was found", "/after", {}, {}, make_one);
+    return FoundLevel{said.at("rig"),           said.at("bench"),          said.at("outcome"),
+                      after.at("rx_rad"),       after.at("ry_rad"),        after.at("lean_rad"),
+                      said.at("tolerance_rad"), said.at("measured_unix_s")};
+  } catch (const json::exception& e) {
+    return fail(Errc::parse, "not what weft align says", {}, "its --json output", e.what(),
+                make_one);
+  }
+}
+
+Status of_this_rig(const FoundLevel& found, const RigFile& rig) {
+  if (found.outcome != "complete" || !(found.lean_left_rad <= found.tolerance_rad))
+    return fail(Errc::wrong_state, "the plate was not levelled", "/outcome", "complete",
+                found.outcome, "Run weft align again");
+  if (found.rig != rig.name)
+    return fail(Errc::wrong_state, "the level is another rig's", "/rig", rig.name, found.rig,
+                "Run weft align with this rig file");
+  if (found.bench != to_string(rig.bench))
+    return fail(Errc::wrong_state, "the level is of another kind of bench", "/bench",
+                std::string(to_string(rig.bench)), found.bench,
+                "Run weft align with this rig file");
+  return {};
+}
+
+Status of_these_days(const FoundLevel& found, std::chrono::nanoseconds now_utc,
+                     std::chrono::seconds oldest) {
+  constexpr std::int64_t clocks_differ_s = 60;
+  const std::int64_t now_s = std::chrono::duration_cast<std::chrono::seconds>(now_utc).count();
+  const auto seconds = [](std::int64_t s) { return std::to_string(s) + " s"; };
+  if (oldest.count() <= 0) return {};
+  // no difference: any number may stand in a file
+  if (found.measured_unix_s > now_s + clocks_differ_s)
+    return fail(Errc::wrong_state, "the level was found in the future", "/measured_unix_s",
+                "at most " + seconds(now_s), seconds(found.measured_unix_s),
+                "Set this machine's clock, or say --level-max-age-h 0");
+  if (found.measured_unix_s < now_s - oldest.count())
+    return fail(Errc::wrong_state, "the level is too old", "/measured_unix_s",
+                "at least " + seconds(now_s - oldest.count()), seconds(found.measured_unix_s),
+                "Run weft align again, or say --level-max-age-h");
+  return {};
+}
+
+}  // namespace
+
+Result<std::string> with_level(std::string_view rig_json, std::string_view align_json,
+                               std::chrono::nanoseconds now_utc, std::chrono::seconds oldest) {
+  const Result<FoundLevel> found = parse_level(align_json);
+  if (!found) return pass(found.error());
+  const Result<RigFile> rig = parse_rig_file(rig_json);
+  if (!rig) return pass(rig.error());
+  if (Status same = of_this_rig(*found, *rig); !same) return pass(same.error());
+  if (Status fresh = of_these_days(*found, now_utc, oldest); !fresh) return pass(fresh.error());
+  auto merged = ordered_json::parse(rig_json);
+  ordered_json& plate = merged["plate"];
+  if (plate.contains("level"))
+    return fail(Errc::invalid_argument, "the rig file has a level already", "/plate/level", {}, {},
+                "Take it out of the rig file, or leave --level out");
+  plate["level"] = {{"rx_rad", found->rx_rad},
+                    {"ry_rad", found->ry_rad},
+                    {"lean_left_rad", found->lean_left_rad},
+                    {"measured_unix_s", found->measured_unix_s}};
+  return merged.dump(2);
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,296 @@
+#include "daemon/hardware/rig/rig_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "daemon/base/file/read_file.hpp"
+#include "drivers/api/config.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using nlohmann::json;
+
+/// Of the limits and of a linear stage's configuration.
+constexpr const char* acceleration_key = "acceleration_mm_s2";
+constexpr std::array<std::string_view, 7> roles{"x", "y", "z", "rx", "ry", "wrench", "taxels"};
+constexpr std::string_view vibro_role = "vibro";  // a bench may do without
+
+// Keys that this or another reader of the rig file understands: recipes::parse_rig_limits and
+// sim::Rig look into their own sections, drivers into `config`.
+const std::vector<std::string> root_keys{"name",  "bench",   "devices", "limits",     "probe",
+                                         "plate", "control", "fabrics", "simulation", "plugins"};
+const std::vector<std::string> device_keys{"name", "role", "driver",   "config",  "link",
+                                           "also", "http", "commands", "emulator"};
+
+Status only_known_keys(const json& object, const std::vector<std::string>& known,
+                       const std::string& where) {
+  for (const auto& [key, value] : object.items()) {
+    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+    const std::string meant = nearest_name(key, known);
+    return fail(Errc::invalid_argument, "unknown key", where + "/" + key, {}, {},
+                meant.empty() ? "" : "Did you mean " + meant + "?");
+  }
+  return {};
+}
+
+Result<std::string> text_member(const json& object, const char* key, const std::string& where) {
+  const auto found = object.find(key);
+  if (found == object.end() || !found->is_string())
+    return fail(Errc::invalid_argument, "missing or not a string", where + "/" + key, "a string",
+                found == object.end() ? "nothing" : std::string(found->type_name()));
+  return found->get<std::string>();
+}
+
+Status read_more_links(const json& object, const std::string& where, DeviceEntry& device) {
+  const json also = object.value("also", json::array());
+  if (!also.is_array())
+    return fail(Errc::invalid_argument, "not a list", where + "/also", "links", also.type_name());
+  for (std::size_t i = 0; i < also.size(); ++i) {
+    const auto link = parse_link(also[i].dump(), where + "/also/" + std::to_string(i));
+    if (!link) return pass(link.error());
+    device.also.push_back(*link);
+  }
+  for (const auto& [key, member] :
+       {std::pair{"http", &device.http}, {"commands", &device.commands}}) {
+    if (!object.contains(key)) continue;
+    const auto port = parse_link(object[key].dump(), where + "/" + key);
+    if (!port) return pass(port.error());
+    *member = *port;
+  }
+  return {};
+}
+
+Result<DeviceEntry> device_entry(const json& object, const std::string& where) {
+  if (!object.is_object())
+    return fail(Errc::invalid_argument, "not a device", where, "an object", object.type_name());
+  if (Status ok = only_known_keys(object, device_keys, where); !ok) return pass(ok.error());
+  DeviceEntry device;
+  for (auto [key, member] :
+       {std::pair{"name", &device.name}, {"role", &device.role}, {"driver", &device.driver}}) {
+    Result<std::string> value = text_member(object, key, where);
+    if (!value) return pass(value.error());
+    *member = *value;
+  }
+  if (device.role != vibro_role &&
+      std::find(roles.begin(), roles.end(), device.role) == roles.end())
+    return fail(Errc::invalid_argument, "unknown role", where + "/role",
+                "x, y, z, rx, ry, wrench, taxels or vibro", device.role);
+  device.config_json = object.value("config", json::object()).dump();
+  Result<LinkSettings> link =
+      parse_link(object.value("link", json::object()).dump(), where + "/link");
+  if (!link) return pass(link.error());
+  device.link = std::move(*link);
+  if (Status more = read_more_links(object, where, device); !more) return pass(more.error());
+  return device;
+}
+
+Result<BenchMode> bench_mode(const std::string& word) {
+  if (word == "simulated") return BenchMode::simulated;
+  if (word == "emulated") return BenchMode::emulated;
+  if (word == "real") return BenchMode::real;
+  return fail(Errc::invalid_argument, "unknown bench", "/bench", "simulated, emulated or real",
+              word);
+}
+
+bool is_memory(const LinkSettings& link) {
+  return std::holds_alternative<MemoryPort>(link);
+}
+
+// Pages are asked for over TCP, wherever that is a port.
+bool page_suits(const DeviceEntry& device, bool in_memory) {
+  if (!device.http) return true;
+  return in_memory ? is_memory(*device.http) : std::holds_alternative<TcpPort>(*device.http);
+}
+
+Status commands_suit(const DeviceEntry& device, BenchMode mode, const std::string& where) {
+  if (!device.commands) return {};
+  if (mode == BenchMode::emulated && std::holds_alternative<TcpPort>(*device.commands)) return {};
+  return fail(Errc::invalid_argument, "only weft-rig serves a command port, for other programs",
+              where + "/commands", "tcp on an emulated bench");
+}
+
+// A simulated bench has no ports, and the others nothing but ports.
+Status link_suits(const DeviceEntry& device, BenchMode mode, const std::string& where) {
+  const bool in_memory = mode == BenchMode::simulated;
+  if (is_memory(device.link) != in_memory)
+    return fail(Errc::invalid_argument, "the link does not suit the bench", where + "/link",
+                in_memory ? "memory on a simulated bench" : "serial, tcp or udp on a real port",
+                in_memory ? "a port" : "memory", "See sim/rigs/README.md");
+  if (!page_suits(device, in_memory))
+    return fail(Errc::invalid_argument, "the link does not suit the bench", where + "/http",
+                in_memory ? "memory on a simulated bench" : "tcp on a real port");
+  if (Status s = commands_suit(device, mode, where); !s) return s;
+  if (device.also.empty()) return {};
+  if (mode != BenchMode::emulated || std::any_of(device.also.begin(), device.also.end(), is_memory))
+    return fail(Errc::invalid_argument, "only weft-rig serves a device at more places than one",
+                where + "/also", "ports of an emulated bench");
+  return {};
+}
+
+Status links_suit(const RigFile& rig) {
+  for (std::size_t i = 0; i < rig.devices.size(); ++i)
+    if (Status s = link_suits(rig.devices[i], rig.mode, "/devices/" + std::to_string(i)); !s)
+      return s;
+  return {};
+}
+
+Result<Endpoint> console_of(const json& root) {
+  const auto pointer = "/simulation/console"_json_pointer;
+  json link = root.contains(pointer) ? root[pointer] : json();
+  if (!link.is_object())
+    return fail(Errc::invalid_argument, "missing or not an object", pointer.to_string(),
+                "host and port where weft-rig takes orders");
+  link["kind"] = "tcp";
+  const Result<LinkSettings> console = parse_link(link.dump(), pointer.to_string());
+  if (!console) return pass(console.error());
+  return std::get<TcpPort>(*console).end;
+}
+
+Status every_role_once(const std::vector<DeviceEntry>& devices) {
+  const auto filled = [&](std::string_view role) {
+    return std::count_if(devices.begin(), devices.end(),
+                         [&](const DeviceEntry& d) { return d.role == role; });
+  };
+  if (filled(vibro_role) > 1)
+    return fail(Errc::invalid_argument, "role vibro is filled twice", "/devices",
+                "at most one device", std::to_string(filled(vibro_role)) + " devices");
+  for (const std::string_view role : roles) {
+    const auto count = filled(role);
+    if (count != 1)
+      return fail(Errc::invalid_argument, "role " + std::string(role) + " is not filled once",
+                  "/devices", "one device", std::to_string(count) + " devices");
+  }
+  return {};
+}
+
+Result<std::vector<std::filesystem::path>> plugin_folders(const json& root) {
+  std::vector<std::filesystem::path> folders;
+  const auto list = root.find("plugins");
+  if (list == root.end()) return folders;
+  const bool texts = list->is_array() && std::ranges::all_of(*list, [](const json& folder) {
+                       return folder.is_string();
+                     });
+  if (!texts)
+    return fail(Errc::invalid_argument, "not a list of folders", "/plugins",
+                "folders with drivers, relative to the rig file", list->dump());
+  for (const json& folder : *list) folders.emplace_back(folder.get<std::string>());
+  return folders;
+}
+
+/// What is wrong with the limits recipes::parse_rig_limits says.
+void limit_acceleration(const json& root, std::vector<DeviceEntry>& devices) {
+  constexpr double mm_per_m = 1e3;
+  const json limits = root.value("limits", json::object());
+  const bool in_mm = limits.is_object() && limits.contains(acceleration_key);
+  const std::string key = in_mm ? acceleration_key : "acceleration_mps2";
+  if (!limits.is_object() || !limits.contains(key) || !limits[key].is_number()) return;
+  for (DeviceEntry& device : devices) {
+    if (device.role != "x" && device.role != "y" && device.role != "z") continue;
+    device.acceleration_mm_s2 = limits[key].get<double>() * (in_mm ? 1 : mm_per_m);
+    device.acceleration_limit = "/limits/" + key;
+  }
+}
+
+Result<RigFile> from_json(const json& root) {
+  if (!root.is_object() || !root.contains("devices") || !root["devices"].is_array())
+    return fail(Errc::invalid_argument, "not a rig file", "/devices", "an array of devices");
+  if (Status ok = only_known_keys(root, root_keys, ""); !ok) return pass(ok.error());
+  RigFile rig;
+  Result<std::string> name = text_member(root, "name", "");
+  if (!name) return pass(name.error());
+  Result<std::string> bench = text_member(root, "bench", "");
+  if (!bench) return pass(bench.error());
+  const Result<BenchMode> mode = bench_mode(*bench);
+  if (!mode) return pass(mode.error());
+  rig.name = *name;
+  rig.mode = *mode;
+  rig.bench = *mode == BenchMode::real ? BenchKind::real : BenchKind::simulated;
+  if (*mode == BenchMode::emulated) {
+    Result<Endpoint> console = console_of(root);
+    if (!console) return pass(console.error());
+    rig.console = std::move(*console);
+  }
+  Result<std::vector<std::filesystem::path>> plugins = plugin_folders(root);
+  if (!plugins) return pass(plugins.error());
+  rig.plugins = std::move(*plugins);
+  rig.drivers = std::make_shared<DriverCatalog>();
+  if (root.contains("simulation")) {
+    rig.plant_level = "auto";
+    if (root["simulation"].contains("level")) {
+      Result<std::string> level = text_member(root["simulation"], "level", "/simulation");
+      if (!level) return pass(level.error());
+      rig.plant_level = *level;
+    }
+  }
+  for (std::size_t i = 0; i < root["devices"].size(); ++i) {
+    Result<DeviceEntry> device = device_entry(root["devices"][i], "/devices/" + std::to_string(i));
+    if (!device) return pass(device.error());
+    rig.devices.push_back(std::move(*device));
+  }
+  limit_acceleration(root, rig.devices);
+  if (Status ok = every_role_once(rig.devices); !ok) return pass(ok.error());
+  if (Status ok = links_suit(rig); !ok) return pass(ok.error());
+  return rig;
+}
+
+}  // namespace
+
+Result<RigFile> parse_rig_file(std::string_view text) {
+  try {
+    Result<RigFile> rig = from_json(json::parse(text));
+    if (rig) rig->text = text;
+    return rig;
+  } catch (const json::exception& e) {
+    return fail(Errc::parse, "not JSON", {}, {}, e.what());
+  }
+}
+
+Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drivers) {
+  constexpr double rounding = 1e-9;
+  const Result<DriverSource> source = drivers.source(entry.driver);
+  if (!source) return pass(source.error());
+  const json schema = json::parse(source->config_schema_json, nullptr, false);
+  json config = json::parse(entry.config_json, nullptr, false);
+  if (!entry.acceleration_mm_s2 || !config.is_object() || !schema.is_object() ||
+      !schema.contains("/properties/acceleration_mm_s2"_json_pointer))
+    return entry.config_json;
+  const double limit = *entry.acceleration_mm_s2;
+  const json given = std::exchange(config[acceleration_key], limit);
+  if (given.is_null()) return config.dump();
+  if (!given.is_number() || std::abs(given.get<double>() - limit) <= rounding * limit)
+    return entry.config_json;
+  return fail(
+      Errc::invalid_argument,
+      "the stage's acceleration is not the rig's, which plan, force loop and guards count on",
+      std::string("/") + acceleration_key,
+      json(limit).dump() + " mm/s2, " + entry.acceleration_limit, given.dump() + " mm/s2",
+      "Leave it out: the limit is sent to the stage. Or change the limit");
+}
+
+Error in_rig_file(const DeviceEntry& entry, Error error) {
+  const json config = json::parse(entry.config_json, nullptr, false);
+  const bool sent = entry.acceleration_mm_s2 && !config.contains(acceleration_key);
+  if (!sent || error.where != std::string("/") + acceleration_key) return error;
+  error.where = entry.acceleration_limit;
+  if (!error.where.ends_with(acceleration_key)) error.hint = "The stage's driver counts in mm/s2";
+  return error;
+}
+
+BenchKind bench_kind_of(const std::filesystem::path& rig) {
+  const auto text = read_text_file(rig);
+  if (!text) return BenchKind::unknown;
+  const auto file = parse_rig_file(*text);
+  return file ? file->bench : BenchKind::unknown;
+}
+
+void use_plugins(RigFile& rig, const std::filesystem::path& rig_path, PluginSettings settings) {
+  for (const std::filesystem::path& folder : rig.plugins)
+    settings.folders.push_back(rig_path.parent_path() / folder);
+  rig.drivers = std::make_shared<DriverCatalog>(std::move(settings));
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,74 @@
+#pragma once
+// The rig file: which devices a bench has, how they are reached, and what the bench allows.
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/base/text/bench_kind.hpp"
+#include "daemon/hardware/plugins/driver_catalog.hpp"
+#include "daemon/hardware/rig/link_settings.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon {
+
+struct DeviceEntry {
+  std::string name;         ///< "stage.z"
+  std::string role;         ///< "x", "y", "z", "rx", "ry", "wrench", "taxels", "vibro"
+  std::string driver;       ///< name of a driver plugin
+  std::string config_json;  ///< handed to the driver, see driver_config()
+  /// Of the rig's limits, for a linear stage [mm/s2].
+  std::optional<double> acceleration_mm_s2 = {};
+  std::string acceleration_limit;  ///< where the rig file has it: "/limits/acceleration_mps2"
+  LinkSettings link;
+  std::vector<LinkSettings> also;        ///< emulated: weft-rig serves the same device there too
+  std::optional<LinkSettings> http;      ///< the page of the device's settings, where it has one
+  std::optional<LinkSettings> commands;  ///< emulated: weft-rig serves the device's command port
+};
+
+/// What stands behind the links, and whose time passes.
+enum class BenchMode : std::uint8_t {
+  simulated,  ///< emulators in this process, virtual time; every link is in memory
+  emulated,   ///< emulators in weft-rig, behind real ports, real time
+  real        ///< devices
+};
+
+/// The part of a rig file that wires devices. Limits are read by recipes::parse_rig_limits, the
+/// emulators' part by sim::Rig::create, from the same text.
+struct RigFile {
+  std::string name;
+  BenchMode mode = BenchMode::simulated;
+  BenchKind bench = BenchKind::unknown;  ///< of the data: those of an emulated bench are simulated
+  Endpoint console;  ///< emulated: where weft-rig takes orders, `simulation.console` {host, port}
+  std::string plant_level;  ///< fidelity of the plant, "L1"; empty on a real bench
+  std::vector<DeviceEntry> devices;
+  std::vector<std::filesystem::path> plugins;  ///< folders with drivers, relative to the file
+  std::shared_ptr<DriverCatalog> drivers;      ///< where the devices' drivers come from
+  std::string text;                            ///< the whole file, as recorded with the campaign
+};
+
+/// Errors: parse with line and column, and invalid_argument (unknown keys, a link that the bench
+/// cannot have) with a JSON pointer.
+Result<RigFile> parse_rig_file(std::string_view text);
+
+/// The configuration of a device as its driver takes it: a linear stage whose driver knows the key
+/// `acceleration_mm_s2` is told the rig's limit by it. Errors: those of DriverCatalog::source();
+/// invalid_argument, where the rig file has another value there, for plan, force loop and guards
+/// count on the limit's.
+Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drivers);
+
+/// What a driver says of such a configuration; of a limit that was sent, at the limit.
+Error in_rig_file(const DeviceEntry& entry, Error error);
+
+/// What kind of data the bench of this rig file makes; unknown where the file cannot be read.
+BenchKind bench_kind_of(const std::filesystem::path& rig);
+
+/// Lets the rig's drivers also come from `settings.folders` and from the folders that the file at
+/// `rig_path` names. parse_rig_file alone knows the built-in ones only.
+void use_plugins(RigFile& rig, const std::filesystem::path& rig_path, PluginSettings settings);
+
+}  // namespace weft::daemon

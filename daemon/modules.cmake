@@ -1,0 +1,128 @@
+# The daemon's modules in eight layers, lowest first (see weft_module() in the top CMakeLists.txt and docs/architecture.md).
+
+# base: time, text, files
+weft_module(daemon/base/file USES protocols/base)
+weft_module(daemon/base/text USES protocols/base)
+weft_module(daemon/base/version)
+weft_module(daemon/base/loop USES drivers/api SYSTEM Threads::Threads)
+
+# hardware: what stands between a driver and a port
+weft_module(daemon/hardware/link USES daemon/base/loop SYSTEM PkgConfig::SERIALPORT)
+weft_module(daemon/hardware/plugins USES drivers/api SYSTEM ${CMAKE_DL_LIBS})
+weft_module(daemon/hardware/rig USES daemon/base/file daemon/base/text daemon/hardware/link daemon/hardware/plugins recipes)
+
+# storage: files
+weft_module(daemon/storage/dataset USES daemon/base/file daemon/base/text daemon/base/version drivers/api classifier/features
+            SYSTEM PkgConfig::HDF5 nlohmann_json::nlohmann_json)
+weft_module(daemon/storage/recorder USES daemon/base/loop daemon/storage/dataset SYSTEM PkgConfig::SQLITE)
+weft_module(daemon/storage/recordings USES daemon/storage/dataset classifier/vibro)
+weft_module(daemon/storage/certificate USES daemon/storage/recorder daemon/storage/recordings)
+weft_module(daemon/storage/imprints USES daemon/storage/dataset recipes classifier/imprint)
+
+# campaign: one campaign from recipe to data set
+weft_module(daemon/campaign USES daemon/hardware/rig daemon/storage/certificate classifier/live drivers/thorlabs_apt sim/rig
+            SYSTEM spdlog::spdlog)
+weft_module(daemon/campaign/diagnostics USES daemon/campaign)
+
+# pages: SVG and HTML
+weft_module(daemon/pages/plot USES daemon/base/text classifier/vibro)
+
+# analysis: what is computed and shown about data that exist
+weft_module(daemon/analysis/report USES daemon/campaign daemon/pages/plot)
+weft_module(daemon/analysis/tradeoff RECURSE USES daemon/pages/plot daemon/storage/recordings classifier/live recipes sim/devices)
+weft_module(daemon/analysis/design USES daemon/analysis/report daemon/analysis/tradeoff classifier/design)
+weft_module(daemon/analysis/imprint USES daemon/pages/plot daemon/storage/imprints sim/plant)
+weft_module(daemon/analysis/handover USES daemon/analysis/report daemon/analysis/tradeoff daemon/analysis/imprint)
+
+# service: the daemon over its API
+weft_module(daemon/service/rpc USES daemon/storage/recorder recipes)
+weft_module(daemon/service/client USES daemon/service/rpc PRIVATE_SYSTEM OpenSSL::SSL)
+weft_module(daemon/service/web)
+weft_module(daemon/service/transport USES daemon/service/rpc daemon/service/web PRIVATE_SYSTEM Boost::headers OpenSSL::SSL)
+weft_module(daemon/service/runs USES daemon/campaign)
+weft_module(daemon/service/handover USES daemon/service/runs daemon/analysis/handover)
+weft_module(daemon/service/methods USES daemon/service/rpc daemon/service/handover)
+weft_module(daemon/service/daemon USES daemon/service/methods daemon/service/transport)
+
+# apps: programs
+weft_module(daemon/apps/weft USES daemon/service/daemon daemon/service/client daemon/analysis/design daemon/campaign/diagnostics)
+weft_module(daemon/apps/weft_rig USES daemon/apps/weft)
+
+set(WEFT_DAEMON_MODULES
+    base/file base/text base/version base/loop hardware/link hardware/plugins hardware/rig
+    storage/dataset storage/recorder storage/recordings storage/certificate storage/imprints campaign campaign/diagnostics pages/plot
+    analysis/report analysis/tradeoff analysis/design analysis/imprint analysis/handover
+    service/rpc service/client service/web service/transport service/runs service/handover service/methods service/daemon
+    apps/weft apps/weft_rig)
+list(TRANSFORM WEFT_DAEMON_MODULES REPLACE "/" "_")
+add_library(weft_daemon INTERFACE)  # all below apps
+foreach(module ${WEFT_DAEMON_MODULES})
+  get_target_property(kind weft_daemon_${module} TYPE)
+  if(NOT kind STREQUAL INTERFACE_LIBRARY)
+    weft_glue(weft_daemon_${module})
+  endif()
+  if(NOT module MATCHES "^apps_")
+    target_link_libraries(weft_daemon INTERFACE weft_daemon_${module})
+  endif()
+endforeach()
+
+# Sources that clash with their neighbours when joined.
+set_source_files_properties(daemon/hardware/link/serial_speed.cpp daemon/service/transport/http_request.cpp
+                            daemon/service/transport/wire.cpp daemon/service/transport/tls_server.cpp
+                            daemon/service/client/channel.cpp daemon/base/version/software_version.cpp
+                            PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+
+# Version and commit: what a commit changes is one source.
+target_compile_definitions(weft_daemon_base_version PRIVATE WEFT_VERSION="${PROJECT_VERSION}")
+target_include_directories(weft_daemon_base_version PRIVATE ${CMAKE_BINARY_DIR}/generated)
+add_custom_target(weft_build_stamp BYPRODUCTS ${CMAKE_BINARY_DIR}/generated/weft_build_stamp.hpp
+                  COMMAND ${CMAKE_COMMAND} -DSOURCE=${PROJECT_SOURCE_DIR} -DOUT=${CMAKE_BINARY_DIR}/generated/weft_build_stamp.hpp
+                          -P ${PROJECT_SOURCE_DIR}/daemon/base/version/build_stamp.cmake)
+add_dependencies(weft_daemon_base_version weft_build_stamp)
+
+# The drivers that are built in.
+target_sources(weft_daemon_hardware_plugins PRIVATE ${CMAKE_BINARY_DIR}/builtin_drivers_list.cpp)
+target_link_libraries(weft_daemon_hardware_plugins PUBLIC ${WEFT_DRIVER_TARGETS})
+
+if(SNDFILE_FOUND)
+  target_link_libraries(weft_daemon_storage_recordings PRIVATE PkgConfig::SNDFILE)
+  set_property(SOURCE daemon/storage/recordings/sound_file.cpp APPEND PROPERTY COMPILE_DEFINITIONS WEFT_WITH_SNDFILE)
+endif()
+
+# The recipe's schema is asked of the daemon: it is built in.
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS recipes/schema/recipe.schema.json)
+file(READ recipes/schema/recipe.schema.json WEFT_RECIPE_SCHEMA)
+configure_file(daemon/service/methods/recipe_schema.cpp.in ${CMAKE_BINARY_DIR}/recipe_schema.cpp @ONLY)
+target_sources(weft_daemon_service_methods PRIVATE ${CMAKE_BINARY_DIR}/recipe_schema.cpp)
+
+# The page is built in as well, with the charting library that Debian has (docs/adr/0003).
+find_path(DYGRAPHS dygraph.min.js PATHS /usr/share/javascript/dygraphs NO_DEFAULT_PATH REQUIRED DOC "libjs-dygraphs: run script/bootstrap")
+file(GLOB_RECURSE web_page CONFIGURE_DEPENDS daemon/service/web/page/*)
+add_custom_command(OUTPUT ${CMAKE_BINARY_DIR}/web_files_built_in.cpp
+                   COMMAND ${CMAKE_COMMAND} -DPAGE=${PROJECT_SOURCE_DIR}/daemon/service/web/page -DLIBRARY=${DYGRAPHS}
+                           -DOUT=${CMAKE_BINARY_DIR}/web_files_built_in.cpp -P ${PROJECT_SOURCE_DIR}/daemon/service/web/embed.cmake
+                   DEPENDS ${web_page} ${DYGRAPHS}/dygraph.min.js daemon/service/web/embed.cmake VERBATIM)
+target_sources(weft_daemon_service_web PRIVATE ${CMAKE_BINARY_DIR}/web_files_built_in.cpp)
+set_source_files_properties(${CMAKE_BINARY_DIR}/web_files_built_in.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+
+# Programs.
+add_executable(weft daemon/apps/weft/weft.cc)
+target_link_libraries(weft PRIVATE weft_daemon_apps_weft)
+add_executable(weft-rig daemon/apps/weft_rig/weft_rig.cc)
+target_link_libraries(weft-rig PRIVATE weft_daemon_apps_weft_rig)
+add_executable(weftd daemon/apps/weftd/weftd.cc)
+target_link_libraries(weftd PRIVATE weft_daemon_apps_weft)
+foreach(program weft weft-rig weftd)
+  weft_glue(${program})
+endforeach()
+include(daemon/apps/weftd/install.cmake)
+
+# Training on many machines, where MPI is installed; nothing else of Weft needs it (docs/adr/0004).
+if(NOT WEFT_FUZZ)
+  find_package(MPI QUIET COMPONENTS CXX)
+endif()
+if(MPI_CXX_FOUND)
+  add_executable(weft-train-mpi daemon/apps/weft_train_mpi/train_mpi.cc)
+  target_link_libraries(weft-train-mpi PRIVATE weft_daemon_apps_weft MPI::MPI_CXX)
+  weft_glue(weft-train-mpi)
+endif()

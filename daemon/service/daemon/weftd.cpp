@@ -1,0 +1,394 @@
+#include "daemon/service/daemon/weftd.hpp"
+
+#include <sys/random.h>
+
+#include <asio/ip/host_name.hpp>
+#include <nlohmann/json.hpp>
+
+#include "daemon/base/loop/rising_utc.hpp"
+#include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/service/methods/rig_delta.hpp"
+#include "daemon/service/methods/services.hpp"
+#include "daemon/service/rpc/answer_store.hpp"
+#include "daemon/service/rpc/errands.hpp"
+#include "daemon/service/rpc/token_keeper.hpp"
+#include "daemon/service/transport/http_server.hpp"
+#include "daemon/service/transport/socket_server.hpp"
+
+namespace weft::daemon::server {
+namespace {
+
+std::string new_epoch() {
+  std::uint32_t bits = 0;
+  if (getrandom(&bits, sizeof bits, 0) != sizeof bits)
+    bits = static_cast<std::uint32_t>(utc_now().count());
+  char text[16];
+  std::snprintf(text, sizeof text, "%08x", bits);
+  return text;
+}
+
+std::filesystem::path or_in(const std::filesystem::path& given, const std::filesystem::path& folder,
+                            const char* name) {
+  return given.empty() ? folder / name : given;
+}
+
+Status make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) return fail(Errc::io, "cannot make the folder", folder.string(), {}, error.message());
+  return {};
+}
+
+std::string http_url(const asio::ip::address& address, std::uint16_t port, bool tls) {
+  std::string host = address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
+  asio::error_code nameless;
+  if (address.is_unspecified())  // it listens everywhere, and that is nobody's address
+    if (const std::string name = asio::ip::host_name(nameless); !nameless) host = name;
+  return (tls ? "https://" : "http://") + host + ":" + std::to_string(port);
+}
+
+/// One wording for all that can be wrong with a token.
+Result<TokenOwner> owner_of(access::TokenKeeper& tokens, std::string_view token,
+                            std::int64_t utc_us) {
+  if (const auto entry = tokens.find(token, utc_us))
+    return TokenOwner{access::user_of(*entry), entry->role, *entry};
+  return fail(Errc::wrong_state, "this token is not, or no more, good for anything",
+              "/params/token", {}, {}, "weft token add makes one");
+}
+
+/// All parts of a daemon, in the order in which they need each other.
+class Daemon {
+ public:
+  /// `own`: where the daemon is there for that run alone; outlives it.
+  static Result<std::unique_ptr<Daemon>> open(const DaemonOptions& options,
+                                              const OwnRun* own = nullptr);
+  ~Daemon() { ending_ = true; }
+  Daemon(const Daemon&) = delete;
+  Daemon& operator=(const Daemon&) = delete;
+  /// Returns the run that does not answer any more, where there is one: its thread holds on to all
+  /// of the daemon, which may not be destroyed under it.
+  std::optional<std::string> run(const std::atomic<bool>& stop,
+                                 const std::function<void(const Ports&)>& ready);
+  /// Until the daemon's own run has ended. Errors: RunDesk::submit()'s.
+  Status run_own();
+
+ private:
+  Daemon(access::TokenKeeper tokens, control::RunStore log)
+      : tokens_(std::move(tokens)), log_(std::move(log)) {}
+  void wire(const DaemonOptions& options);
+  control::RunDesk::Surroundings around_desk(const DaemonOptions& options);
+  Status load_tls(const DaemonOptions& options);
+  Status begin(const DaemonOptions& options);
+  /// Never goes back: what has expired stays so, and the journal's times rise with its numbers.
+  std::int64_t utc_us() { return utc_.now(utc_now(), steady_wall_now()).count() / 1000; }
+  void changed(const control::RunView& run);
+  void lined(const control::RunLine& line, std::string_view by);
+  void remember_answers();
+  void look_at_tokens();
+  void tick();
+  void show_samples();
+
+  const OwnRun* own_ = nullptr;
+  BenchPace pace_ = 0;
+  Onlooker onlooker_;
+  RisingUtc utc_;
+  access::TokenKeeper tokens_;
+  Clock tokens_seen_{};         ///< when the file was looked at
+  bool tokens_unread_ = false;  ///< the journal has it that the file cannot be read
+  access::IdempotencyCache answered_;
+  const std::string epoch_ = new_epoch();
+  access::Leases leases_{epoch_};
+  Hub hub_;
+  rpc::Methods methods_;
+  std::atomic<bool> ending_ = false;
+  api::DataFiles files_{utc_now, [this] { return ending_.load(std::memory_order_relaxed); }};
+  api::Services services_;
+  Shared shared_;
+  control::RunStore log_;
+  access::AnswerStore answers_{log_.database()};
+  std::unique_ptr<TlsServer> tls_;  // before those who use it
+  std::unique_ptr<SocketServer> server_;
+  std::unique_ptr<HttpServer> http_;
+  std::unique_ptr<Errands> errands_, change_errands_,
+      file_errands_;                                   // those below tell the server too
+  std::unique_ptr<control::RunDesk> desk_;             // gone first: its threads post to the server
+  std::unique_ptr<control::HandOverDesk> hand_overs_;  // likewise, and tells the desk
+};
+
+Result<std::unique_ptr<Daemon>> Daemon::open(const DaemonOptions& options, const OwnRun* own) {
+  if (Status made = make_folder(options.data); !made) return pass(made.error());
+  auto tokens = access::TokenKeeper::open(or_in(options.tokens, options.data, "tokens.json"));
+  if (!tokens) return pass(tokens.error());
+  auto log = control::RunStore::open(own ? ":memory:" : options.data / control::store_file_name);
+  if (!log) return pass(log.error());
+  std::unique_ptr<Daemon> daemon(new Daemon(std::move(*tokens), std::move(*log)));
+  daemon->own_ = own;
+  if (Status begun = daemon->begin(options); !begun) return pass(begun.error());
+  return daemon;
+}
+
+void Daemon::wire(const DaemonOptions& options) {
+  services_ = {.hub = &hub_,
+               .leases = &leases_,
+               .desk = nullptr,
+               .log = &log_,
+               .rig = options.rig,
+               .rig_name = options.rig.stem().string(),
+               .recipes = options.recipes,
+               .data = options.data,
+               .epoch = epoch_,
+               .now = [] { return steady_wall_now(); },
+               .utc_us = [this] { return utc_us(); },
+               .errand =
+                   [this](Errands::Work work, Errands::Failed failed) {
+                     return errands_->send(std::move(work), std::move(failed));
+                   },
+               .change_errand =
+                   [this](Errands::Work work, Errands::Failed failed) {
+                     return change_errands_->send(std::move(work), std::move(failed));
+                   },
+               .file_errand =
+                   [this](Errands::Work work, Errands::Failed failed) {
+                     return file_errands_->send(std::move(work), std::move(failed));
+                   },
+               .files = &files_,
+               .pace = &pace_,
+               .add_token = [this](std::string name, access::Role role, std::int64_t expires_us,
+                                   std::string user) -> Result<std::string> {
+                 if (own_ != nullptr)
+                   return fail(Errc::wrong_state, "a daemon inside weft run has no tokens", {}, {},
+                               {}, "It is there for this machine's users alone");
+                 return tokens_.add(std::move(name), role, expires_us, std::move(user), utc_us());
+               },
+               .remove_token = [this](std::string_view name) { return tokens_.remove(name); },
+               .tokens_problem = [this] { return tokens_.problem(); },
+               .one_run = own_ != nullptr};
+  pace_ = options.pace;
+  shared_.methods = &methods_;
+  shared_.hub = &hub_;
+  shared_.answered = &answered_;
+  shared_.epoch = services_.epoch;
+  shared_.token_owner = [this](std::string_view token) {
+    return owner_of(tokens_, token, utc_us());
+  };
+  shared_.token_stands = [this](const TokenOwner& owner) {
+    return tokens_.stands(owner.token, utc_us());
+  };
+  shared_.readiness_json = [this] { return api::readiness_json(services_); };
+  shared_.halt = [this](const rpc::Caller& caller) { services_.desk->halt(rpc::by(caller)); };
+  shared_.emergency_stop = [this](const rpc::Caller& caller) {
+    services_.desk->emergency_stop(rpc::by(caller));
+  };
+  services_.sessions = &shared_.sessions;
+  shared_.now = [] { return steady_wall_now(); };
+  shared_.file = [this](std::string_view path, const Shared::FileTold& told) {
+    api::open_served_file(services_, path, told);
+  };
+  api::add_methods(methods_, services_);
+}
+
+Status Daemon::load_tls(const DaemonOptions& options) {
+  if (options.tls_certificate.empty() && options.tls_key.empty()) return {};
+  if (options.tls_certificate.empty() || options.tls_key.empty())
+    return fail(Errc::invalid_argument, "a certificate and its key go together", "--tls-cert",
+                "--tls-cert and --tls-key");
+  auto tls = TlsServer::load(options.tls_certificate, options.tls_key);
+  if (!tls) return pass(tls.error(), "TLS");
+  tls_ = std::move(*tls);
+  return {};
+}
+
+control::RunDesk::Surroundings Daemon::around_desk(const DaemonOptions& options) {
+  return {.rig = options.rig,
+          .data = options.data,
+          .post = [this](std::function<void()> work) { server_->post(std::move(work)); },
+          .now = [] { return steady_wall_now(); },
+          .utc_us = [this] { return utc_us(); },
+          .changed = [this](const control::RunView& run) { changed(run); },
+          .stands =
+              [this](const control::RigStanding& standing, std::string_view by) {
+                hub_.publish("rig", api::rig_delta(standing, by), utc_us());
+              },
+          .voted =
+              [this](const control::RunView& run) {
+                nlohmann::json delta = api::vote_json(*run.vote);
+                delta["by"] = "auto:live_vote";
+                hub_.publish("vote:" + run.stored.id(), delta, utc_us());
+              },
+          .lined = [this](const control::RunLine& line, std::string_view by) { lined(line, by); },
+          .onlooker = &onlooker_,
+          .pace = &pace_,
+          .wall_us = [] { return utc_now().count() / 1000; },
+          .perform =
+              [this](const CampaignRequest& request, const CampaignHooks& hooks) {
+                return own_ ? own_->perform(hooks) : run_campaign(request, hooks);
+              },
+          .one_run = own_ != nullptr};
+}
+
+Status Daemon::begin(const DaemonOptions& options) {
+  if (!is_pace(options.pace))
+    return fail(Errc::range, "no such pace", "--pace", "0, or 1 to 1 000 000",
+                std::to_string(options.pace), "0 lets a simulated bench go as fast as it can");
+  wire(options);
+  if (Status ok = load_tls(options); !ok) return ok;
+  const auto address = address_to_listen_on(options.listen, tls_ != nullptr);
+  if (!address) return pass(address.error());
+  auto server = SocketServer::open(
+      {or_in(options.socket, options.data, "weftd.sock"), options.port, *address, tls_.get()},
+      shared_, {});
+  if (!server) return pass(server.error());
+  server_ = std::move(*server);
+  const auto post = [this](Errands::Report report) { server_->post(std::move(report)); };
+  errands_ = std::make_unique<Errands>(post);
+  change_errands_ = std::make_unique<Errands>(post);
+  file_errands_ = std::make_unique<Errands>(post);
+  desk_ = std::make_unique<control::RunDesk>(around_desk(options), log_);
+  remember_answers();
+  services_.desk = desk_.get();
+  hand_overs_ = std::make_unique<control::HandOverDesk>(
+      control::HandOverDesk::Surroundings{
+          .post = [this](std::function<void()> work) { server_->post(std::move(work)); },
+          .utc_us = [this] { return utc_us(); },
+          .changed = [this](std::string_view run,
+                            const control::HandOverFact& fact) { desk_->hand_over_is(run, fact); }},
+      control::HandoverStore(log_.database()));
+  services_.hand_overs = hand_overs_.get();
+  if (options.http_port) {
+    auto http = HttpServer::open(server_->context(), {*options.http_port, *address, tls_.get()},
+                                 shared_, {});
+    if (!http) return pass(http.error());
+    http_ = std::move(*http);
+    services_.http_url = http_url(*address, http_->port(), tls_ != nullptr);
+  }
+  hub_.on_news([this] {
+    server_->pump();
+    if (http_) http_->pump();
+  });
+  for (const control::RunView& run : desk_->all()) changed(run);
+  hub_.publish("rig", api::rig_delta(desk_->standing(), "auto:daemon"), utc_us());
+  return log_.journal(utc_us(), "", "daemon.started", "auto:daemon");
+}
+
+// What cannot be kept, for want of disk, is remembered while the daemon runs, and no request waits
+// for more.
+void Daemon::remember_answers() {
+  auto kept = answers_.answers();
+  answered_.remember_in(
+      {.utc_us = [this] { return utc_us(); },
+       .asked = [this](const access::KeptAnswer& one) { static_cast<void>(answers_.keep(one)); },
+       .answered =
+           [this](const std::string& name, const rpc::Outcome& outcome) {
+             static_cast<void>(answers_.keep_outcome(name, outcome));
+           },
+       .forgotten =
+           [this](const std::string& name) { static_cast<void>(answers_.forget_answer(name)); }},
+      kept ? std::move(*kept) : std::vector<access::KeptAnswer>{});
+}
+
+void Daemon::changed(const control::RunView& run) {
+  nlohmann::json told = api::run_json(run);
+  // A patch that leaves something out takes nothing away: what a recovery has cleared is told.
+  for (const char* const gone :
+       {"outcome", "cleanup", "rig", "error", "dataset_error", "dataset_sha256", "campaign_since"})
+    if (!told.contains(gone)) told[gone] = nullptr;
+  hub_.publish("run:" + run.stored.id(), told, utc_us());
+  if (hand_overs_ && own_ == nullptr)  // `weft run` does that itself
+    hand_overs_->consider(run.stored, run.wants_hand_over);
+}
+
+void Daemon::lined(const control::RunLine& line, std::string_view by) {
+  nlohmann::json delta = api::queue_json(line);
+  delta["by"] = by;
+  hub_.publish("queue", delta, utc_us());
+}
+
+// Each tick at most one frame: whoever looks on costs the run nothing more.
+void Daemon::show_samples() {
+  const bool wanted = api::wants_samples(hub_);
+  onlooker_.look(wanted);
+  if (!wanted) return;
+  const auto run = desk_->active();
+  const auto frame = onlooker_.take();
+  if (run && frame) api::pass_on(hub_, *frame, *run, utc_us());
+}
+
+// A token that was removed ends what it was good for, within a second; where that cannot be seen it
+// is said.
+void Daemon::look_at_tokens() {
+  using namespace std::chrono_literals;
+  const Clock now = steady_wall_now();
+  if (now - tokens_seen_ < 1s) return;
+  tokens_seen_ = now;
+  tokens_.refresh();
+  const auto& problem = tokens_.problem();
+  if (problem && !std::exchange(tokens_unread_, true))
+    static_cast<void>(log_.journal(utc_us(), "", "tokens.unreadable", "auto:daemon",
+                                   nlohmann::json{{"error", to_string(*problem)}}.dump()));
+  if (!problem) tokens_unread_ = false;
+}
+
+void Daemon::tick() {
+  look_at_tokens();
+  show_samples();
+  if (http_) http_->pump();
+  desk_->tick();
+  for (const access::Lease& lease : leases_.expire(steady_wall_now()))
+    api::tell_expired(services_, lease);
+}
+
+std::optional<std::string> Daemon::run(const std::atomic<bool>& stop,
+                                       const std::function<void(const Ports&)>& ready) {
+  ready({server_->port(), http_ ? http_->port() : std::uint16_t{0}});
+  server_->run([this, &stop] {
+    tick();
+    if (!stop.load(std::memory_order_relaxed)) return;
+    desk_->close();
+    // Else what became of a run would not be written down.
+    if (desk_->is_at_rest()) server_->stop();
+  });
+  auto lost = desk_->lost();
+  if (lost) hand_overs_->put_off();
+  return lost;
+}
+
+Status Daemon::run_own() {
+  const auto run = desk_->submit(own_->wish, own_->check());
+  if (!run) return pass(run.error());
+  // Who looks on is told the end.
+  constexpr Clock to_ask_once_more = std::chrono::milliseconds(200),
+                  to_read = std::chrono::seconds(2);
+  std::optional<Clock> since;
+  server_->run([&] {
+    tick();
+    if (desk_->active()) return;
+    const Clock now = steady_wall_now();
+    if (!since) since = now;
+    const Clock over = now - *since;
+    if (server_->connections() == 0 || over > to_read ||
+        (over > to_ask_once_more && !server_->has_unsent()))
+      server_->stop();
+  });
+  return {};
+}
+
+}  // namespace
+
+Status run_daemon(const DaemonOptions& options, const std::atomic<bool>& stop,
+                  const std::function<void(const Ports&)>& ready) {
+  auto daemon = Daemon::open(options);
+  if (!daemon) return pass(daemon.error());
+  const auto lost = (*daemon)->run(stop, ready);
+  if (!lost) return {};
+  static_cast<void>(daemon->release());
+  return fail(Errc::timeout, "a run does not answer, and the daemon ends without it", *lost, {}, {},
+              "weft status says how the rig stands, once weftd is started again");
+}
+
+Status run_daemon_for(const DaemonOptions& options, const OwnRun& own) {
+  auto daemon = Daemon::open(options, &own);
+  if (!daemon) return pass(daemon.error());
+  return (*daemon)->run_own();
+}
+
+}  // namespace weft::daemon::server

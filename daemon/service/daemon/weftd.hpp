@@ -1,0 +1,54 @@
+#pragma once
+// The daemon: one rig, its runs, and everybody who talks to it.
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "daemon/service/runs/run_desk.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon::server {
+
+struct DaemonOptions {
+  std::filesystem::path rig;
+  std::filesystem::path recipes;
+  std::filesystem::path data;              ///< runs, journal; made when missing
+  std::filesystem::path socket;            ///< `data`/weftd.sock where it is empty
+  std::filesystem::path tokens;            ///< `data`/tokens.json where it is empty
+  std::optional<std::uint16_t> port;       ///< TCP
+  std::optional<std::uint16_t> http_port;  ///< HTTP
+  std::string listen = "127.0.0.1";        ///< their address; another machine's only with TLS
+  std::filesystem::path tls_certificate;   ///< PEM; TCP and HTTP go through TLS then
+  std::filesystem::path tls_key;
+  double pace = 0;  ///< of a simulated bench, as sim.clock sets it
+};
+
+struct Ports {
+  std::uint16_t tcp = 0, http = 0;
+};
+
+/// Serves until `stop` is true; then the run under way is aborted, its probe up and its data kept.
+/// `ready` is told the ports, 0 for none, once clients can connect. Errors: those of beginning;
+/// timeout, where that run does not answer by its deadlines: its thread is left behind, and the
+/// process is to end.
+Status run_daemon(const DaemonOptions& options, const std::atomic<bool>& stop,
+                  const std::function<void(const Ports&)>& ready);
+
+/// A campaign of this process, which others may look at, hold and end meanwhile.
+struct OwnRun {
+  control::RunWish wish;
+  std::function<control::RunDesk::Checked()> check;  ///< of its recipe, called once
+  /// The campaign itself, called once, on a thread of its own, with what others ask for in `hooks`.
+  std::function<Result<CampaignSummary>(const CampaignHooks& hooks)> perform;
+};
+
+/// As run_daemon(), for that run alone, until it has ended; nothing of it is remembered, and `data`
+/// is where the socket is. Where the daemon could not be, that is the error, and nothing was
+/// performed.
+Status run_daemon_for(const DaemonOptions& options, const OwnRun& own);
+
+}  // namespace weft::daemon::server

@@ -1,0 +1,26 @@
+#pragma once
+// The state of each run's handover, in the daemon's file.
+
+#include <cstdint>
+#include <map>
+
+#include "daemon/storage/certificate/hand_over_fact.hpp"
+#include "daemon/storage/recorder/sqlite.hpp"
+
+namespace weft::daemon::control {
+
+/// Table `hand_over` of weftd.sqlite. Used by the server's thread. Errors: io, also where the file
+/// was moved or removed; corrupt.
+class HandoverStore {
+ public:
+  /// `database` outlives the store and has the table (RunStore::open()).
+  explicit HandoverStore(sqlite::Database& database) : database_(&database) {}
+  /// By the number of their runs.
+  [[nodiscard]] Result<std::map<std::int64_t, HandOverFact>> hand_overs();
+  Status keep(std::int64_t run, const HandOverFact& fact);
+
+ private:
+  sqlite::Database* database_;
+};
+
+}  // namespace weft::daemon::control

@@ -1,0 +1,164 @@
+#include "daemon/service/methods/data_files.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "daemon/base/file/read_file.hpp"
+#include "daemon/base/file/sha256.hpp"
+#include "daemon/storage/certificate/certificate.hpp"
+#include "daemon/storage/certificate/hand_over_file.hpp"
+
+namespace weft::daemon::api {
+namespace {
+
+namespace fs = std::filesystem;
+using server::OpenFile;
+
+constexpr std::size_t most_lists = 64;      // of runs, remembered
+constexpr std::size_t most_digests = 4096;  // of files
+constexpr std::size_t piece_bytes = std::size_t{1} << 20;
+// A file that was written to just now may be again within the same tick of the kernel's clock.
+constexpr std::int64_t tick_ns = 1'000'000'000;
+
+/// One path component, nothing hidden: whatever a list says, no other folder is reached.
+bool is_plain(std::string_view name) {
+  return !name.empty() && !name.starts_with('.') && name.find('/') == std::string_view::npos;
+}
+
+/// Seen from the folder above, so that the run's own is no link either.
+Result<OpenFile> opened(const fs::path& folder, const fs::path& name) {
+  return OpenFile::beneath(folder.parent_path(), folder.filename() / name);
+}
+
+fs::path evaluation_name() {
+  return fs::path(hand_over_folder_name) / evaluation_file_name;
+}
+
+fs::path exports_name() {
+  return fs::path(export_folder_name) / export_list_name;
+}
+
+std::optional<OpenFile::Stamp> stamp_of(const fs::path& folder, const fs::path& name) {
+  const auto file = opened(folder, name);
+  const auto stamp = file ? file->stamp() : pass(file.error());
+  return stamp ? std::optional(*stamp) : std::nullopt;
+}
+
+/// A list is a file as well.
+Status add_list(const fs::path& folder, const std::string& name, std::vector<DataFile>& out) {
+  const auto text = read_text_file(folder / name, most_list_bytes);
+  if (!text) return pass(text.error());
+  out.push_back({name, text->size(), sha256_hex(*text)});
+  return {};
+}
+
+std::string in_folder(const char* folder, const std::string& name) {
+  return std::string(folder) + "/" + name;
+}
+
+Status add_certified(const fs::path& folder, const Certificate& certificate,
+                     std::vector<DataFile>& out) {
+  if (Status ok = add_list(folder, certificate_file_name, out); !ok) return ok;
+  for (const FilePrint& file : certificate.files)
+    if (is_plain(file.name)) out.push_back({file.name, file.bytes, file.sha256});
+  const auto handed = listed_hand_over_files(folder);
+  if (!handed) return {};  // a damaged one is told by verify; the data are there all the same
+  for (const HandOverFile& file : *handed)
+    if (is_plain(file.name))
+      out.push_back({in_folder(hand_over_folder_name, file.name), file.bytes, file.sha256});
+  if (!handed->empty()) static_cast<void>(add_list(folder, evaluation_name().string(), out));
+  return {};
+}
+
+Result<std::vector<DataFile>> read_lists(const fs::path& folder) {
+  const auto certificate = read_certificate(folder);
+  if (!certificate) return pass(certificate.error());
+  const auto exported = listed_exports(folder);  // likewise
+  const bool nothing_exported = !exported || exported->empty();
+  if (!*certificate && nothing_exported)
+    return fail(Errc::not_found, "this run has no certificate", folder.string(), {}, {},
+                "It is written when a campaign ends; data.export makes a file of what there is");
+  std::vector<DataFile> out;
+  if (*certificate)
+    if (Status ok = add_certified(folder, **certificate, out); !ok) return pass(ok.error());
+  if (nothing_exported) return out;
+  for (const ExportedFile& file : *exported)
+    if (is_plain(file.name))
+      out.push_back({in_folder(export_folder_name, file.name), file.bytes, file.sha256});
+  static_cast<void>(add_list(folder, exports_name().string(), out));
+  return out;
+}
+
+tl::unexpected<Error> not_as_listed(const DataFile& listed, std::string expected, std::string got) {
+  return fail(Errc::wrong_state, "the file is not what its list says", listed.name,
+              std::move(expected), std::move(got), "weft verify tells what differs");
+}
+
+}  // namespace
+
+bool DataFiles::is_settled(const Stamp& stamp) const {
+  return utc_now_().count() - stamp.changed_ns > tick_ns;
+}
+
+DataFiles::Stamps DataFiles::stamps_of(const fs::path& folder) {
+  return {stamp_of(folder, certificate_file_name), stamp_of(folder, evaluation_name()),
+          stamp_of(folder, exports_name())};
+}
+
+Result<std::vector<DataFile>> DataFiles::list(const fs::path& folder) {
+  const Stamps as_of = stamps_of(folder);
+  const auto known = lists_.find(folder);
+  if (known != lists_.end() && known->second.as_of == as_of) return known->second.files;
+  ++work_.lists_read;
+  // Before they are read: what is written within the tick of its stamp would not be seen.
+  const bool settled = std::ranges::all_of(
+      as_of, [this](const auto& stamp) { return !stamp || is_settled(*stamp); });
+  auto files = read_lists(folder);
+  if (!files) return files;
+  if (lists_.size() >= most_lists) lists_.clear();
+  if (settled && stamps_of(folder) == as_of) lists_[folder] = {as_of, *files};
+  return files;
+}
+
+Result<std::string> DataFiles::digest_of(const OpenFile& file, const Stamp& as_of) {
+  const std::pair place(as_of.device, as_of.inode);
+  const auto known = hashed_.find(place);
+  if (known != hashed_.end() && known->second.as_of == as_of) return known->second.sha256;
+  ++work_.files_hashed;
+  const bool settled = is_settled(as_of);
+  Bytes piece(piece_bytes);
+  Sha256 hash;
+  for (std::uint64_t at = 0; at < as_of.bytes; at += piece.size()) {
+    if (stop_asked_ && stop_asked_()) return pass(stopped_early("the file's digest"));
+    piece.resize(std::min<std::uint64_t>(piece_bytes, as_of.bytes - at));
+    if (Status ok = file.read(at, piece); !ok) return pass(ok.error());
+    hash.update(piece);
+  }
+  std::string found = to_hex(hash.finish());
+  if (hashed_.size() >= most_digests) hashed_.clear();
+  if (settled) hashed_[place] = {as_of, found};
+  return found;
+}
+
+Result<server::ServedFile> DataFiles::open(const fs::path& folder, const std::string& name) {
+  const auto files = list(folder);
+  if (!files) return pass(files.error());
+  const auto listed = std::ranges::find(*files, name, &DataFile::name);
+  if (listed == files->end())
+    return fail(Errc::not_found, "no such file of that run", folder.filename().string(), {},
+                name.substr(0, 100), "data.get lists them");
+  auto file = opened(folder, name);
+  if (!file) return not_as_listed(*listed, {}, to_string(file.error()));
+  const auto as_of = file->stamp();
+  if (!as_of) return pass(as_of.error());
+  if (as_of->bytes != listed->bytes)
+    return not_as_listed(*listed, std::to_string(listed->bytes) + " bytes",
+                         std::to_string(as_of->bytes) + " bytes");
+  const auto found = digest_of(*file, *as_of);
+  if (!found) return pass(found.error());
+  if (*found != listed->sha256) return not_as_listed(*listed, listed->sha256, *found);
+  return server::ServedFile{std::make_shared<const OpenFile>(std::move(*file)), *as_of,
+                            listed->sha256};
+}
+
+}  // namespace weft::daemon::api

@@ -1,0 +1,302 @@
+#include <nlohmann/json.hpp>
+
+#include "daemon/service/methods/data_files.hpp"
+#include "daemon/service/methods/parts.hpp"
+#include "daemon/storage/certificate/certificate.hpp"
+#include "daemon/storage/certificate/export_check.hpp"
+#include "daemon/storage/certificate/verify_json.hpp"
+
+namespace weft::daemon::api {
+namespace {
+
+using nlohmann::json;
+using rpc::Call;
+using rpc::Outcome;
+using rpc::ParamType;
+
+/// The one in its folder.
+const std::string& digest_of(const control::RunView& run) {
+  return run.since ? run.since->dataset_sha256 : run.stored.dataset_sha256;
+}
+
+json data_set_json(const control::RunView& run) {
+  const control::StoredRun& stored = run.stored;
+  if (digest_of(run).empty()) return {};
+  json one{{"run", stored.id()},        {"recipe", stored.recipe.stem().string()},
+           {"name", stored.name},       {"created_us", stored.created_us},
+           {"outcome", stored.outcome}, {"dataset_sha256", digest_of(run)}};
+  if (run.since) one["campaign_since"] = run_json(run).at("campaign_since");
+  if (run.hand_over) one["handover"] = to_string(run.hand_over->state);
+  return one;
+}
+
+std::string path_of(const std::string& run, const std::string& name) {
+  return std::string(server::data_path) + run + "/" + name;
+}
+
+Outcome files_told(DataFiles& known, const control::RunView& view) {
+  const control::StoredRun& run = view.stored;
+  const auto files = known.list(run.folder);
+  if (!files) return refused(files.error());
+  const auto exports = exports_now(run.folder);
+  json out = json::array();
+  for (const DataFile& file : *files)
+    out.push_back({{"name", file.name},
+                   {"bytes", file.bytes},
+                   {"sha256", file.sha256},
+                   {"path", path_of(run.id(), file.name)}});
+  return text_of({{"run", run.id()},
+                  {"outcome", run.outcome},
+                  {"dataset_sha256", digest_of(view)},
+                  {"folder", run.folder.string()},
+                  {"exports", exports ? exports_json(*exports) : json::array()},
+                  {"files", std::move(out)}});
+}
+
+void files_of_run(const Services& services, const Call& call, const rpc::Responder& respond) {
+  const auto run = services.desk->get(run_of(call));
+  if (!run) return respond(refused(run.error()));
+  answer_apart(services.file_errand, respond,
+               [files = services.files, view = *run] { return files_told(*files, view); });
+}
+
+/// A run that nobody writes to. Errors: not_found, wrong_state.
+Result<control::StoredRun> run_at_rest(const Services& services, const Call& call) {
+  const auto run = services.desk->get(run_of(call));
+  if (!run) return pass(run.error());
+  const control::RunState state = run->machine.state;
+  if (state == control::RunState::ended || state == control::RunState::interrupted)
+    return run->stored;
+  return fail(Errc::wrong_state, "the run is not over", "/params/run", "ended or interrupted",
+              std::string(to_string(state)));
+}
+
+void verify_run(const Services& services, const Call& call, const rpc::Responder& respond) {
+  const auto run = run_at_rest(services, call);
+  if (!run) return respond(refused(run.error()));
+  answer_apart(services.file_errand, respond, [files = services.files, stored = *run]() -> Outcome {
+    const auto report = files->verify(stored.folder);
+    if (!report) return refused(report.error());
+    json out = verify_json(*report);
+    out["run"] = stored.id();
+    return text_of(out);
+  });
+}
+
+Outcome exported(const DataFiles& files, const control::StoredRun& run, ExportFormat format,
+                 const std::string& exploration) {
+  const auto made = files.make_export(run.folder, format, exploration);
+  if (!made) return refused(made.error());
+  const std::string name = std::string(export_folder_name) + "/" + made->name;
+  return text_of({{"run", run.id()},
+                  {"format", to_string(format)},
+                  {"name", name},
+                  {"bytes", made->bytes},
+                  {"sha256", made->sha256},
+                  {"path", path_of(run.id(), name)},
+                  {"dataset_sha256", made->dataset_sha256},
+                  {"bench", made->bench},
+                  {"trials", made->trials},
+                  {"trials_planned", made->planned}});
+}
+
+void export_run(const Services& services, const Call& call, const rpc::Responder& respond) {
+  const auto run = run_at_rest(services, call);
+  if (!run) return respond(refused(run.error()));
+  const std::string wanted = call.params.value("format", "hdf5");
+  const auto format = export_format_from(wanted);
+  if (!format)
+    return respond(refused({Errc::invalid_argument,
+                            "no such format",
+                            "/params/format",
+                            "hdf5 or features-csv",
+                            wanted.substr(0, 100),
+                            {}}));
+  std::string exploration = call.params.value("exploration", "");
+  if (*format == ExportFormat::hdf5 && !exploration.empty())
+    return respond(refused({Errc::invalid_argument,
+                            "a data set has all explorations",
+                            "/params/exploration",
+                            "with format features-csv",
+                            exploration.substr(0, 100),
+                            {}}));
+  answer_apart(services.file_errand, respond,
+               [files = services.files, stored = *run, format = *format,
+                exploration = std::move(exploration)] {
+                 return exported(*files, stored, format, exploration);
+               });
+}
+
+json devices_json(const Certificate& certificate) {
+  json out = json::array();
+  for (const DeviceInfo& device : certificate.devices)
+    out.push_back({{"name", device.name},
+                   {"driver", device.driver},
+                   {"identity", json::parse(device.identity_json, nullptr, false)}});
+  return out;
+}
+
+json trials_json(const Certificate& certificate, std::size_t from, std::size_t most) {
+  json out = json::array();
+  for (std::size_t i = from; i < certificate.trials.size() && out.size() < most; ++i) {
+    const CertifiedTrial& trial = certificate.trials[i];
+    json gaps = json::array();
+    for (const CertifiedGap& gap : trial.gaps)
+      gaps.push_back(
+          {{"stream", gap.stream}, {"before_sequence", gap.before_sequence}, {"lost", gap.lost}});
+    out.push_back({{"name", trial.name},
+                   {"outcome", trial.outcome},
+                   {"sha256", trial.sha256},
+                   {"gaps", std::move(gaps)}});
+  }
+  return out;
+}
+
+/// Without the checksums of blocks, which have megabytes: they are in the file.
+Outcome certified(const control::StoredRun& run, std::size_t from, std::size_t most) {
+  const auto read = read_certificate(run.folder);
+  if (!read) return refused(read.error());
+  if (!*read)
+    return refused({Errc::not_found,
+                    "this run has no certificate",
+                    run.id(),
+                    {},
+                    {},
+                    "It is written when a campaign ends"});
+  const Certificate& c = **read;
+  json files = json::array(), early = json::array();
+  for (const FilePrint& file : c.files)
+    files.push_back({{"name", file.name},
+                     {"bytes", file.bytes},
+                     {"sha256", file.sha256},
+                     {"path", path_of(run.id(), file.name)}});
+  for (const EndedEarly& some : c.ended_early)
+    early.push_back(
+        {{"label", some.label}, {"exploration", some.exploration}, {"trials", some.trials}});
+  json trials = trials_json(c, from, most);
+  const std::size_t next = from + trials.size();
+  return text_of({{"run", run.id()},
+                  {"bench", c.bench_kind},
+                  {"name", c.name},
+                  {"seed", c.seed},
+                  {"software_version", c.software_version},
+                  {"recipe_sha256", c.recipe_sha256},
+                  {"rig_sha256", c.rig_sha256},
+                  {"dataset_sha256", c.dataset_sha256},
+                  {"trials_planned", c.trials_planned},
+                  {"attempts", c.trials.size()},
+                  {"ended_early", std::move(early)},
+                  {"devices", devices_json(c)},
+                  {"files", std::move(files)},
+                  {"path", path_of(run.id(), certificate_file_name)},
+                  {"trials", std::move(trials)},
+                  {"next", next < c.trials.size() ? json(next) : json()}});
+}
+
+void certificate_of_run(const Services& services, const Call& call, const rpc::Responder& respond) {
+  constexpr std::int64_t most_trials = 1000;
+  const auto run = services.desk->get(run_of(call));
+  if (!run) return respond(refused(run.error()));
+  const std::int64_t from = call.params.value("from", std::int64_t{0});
+  const std::int64_t most = call.params.value("most", std::int64_t{100});
+  if (from < 0 || most < 1 || most > most_trials)
+    return respond(refused({Errc::range,
+                            "which trials",
+                            from < 0 ? "/params/from" : "/params/most",
+                            from < 0 ? "0 or more" : "1 to " + std::to_string(most_trials),
+                            std::to_string(from < 0 ? from : most),
+                            {}}));
+  answer_apart(services.file_errand, respond,
+               [stored = run->stored, from = static_cast<std::size_t>(from),
+                most = static_cast<std::size_t>(most)] { return certified(stored, from, most); });
+}
+
+/// What a data set is vouched for by, and what is made of it.
+void add_export_methods(rpc::Methods& methods, const Services* s) {
+  methods.add({"data.certificate",
+               "what a run's data set was recorded with, and the digests that data.verify goes by",
+               {},
+               {},
+               {{"run", ParamType::text, true, "its name, \"R-000318\""},
+                {"from", ParamType::integer, false, "the first attempt at a trial that is told, 0"},
+                {"most", ParamType::integer, false, "attempts, 100; at most 1000"}},
+               "run, bench, name, seed, software_version, recipe_sha256, rig_sha256, "
+               "dataset_sha256, trials_planned, attempts, ended_early, devices: name, driver, "
+               "identity; files: name, bytes, sha256, path; path of the whole certificate; trials: "
+               "name, outcome, sha256, gaps; next"},
+              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
+                certificate_of_run(*s, call, respond);
+              }));
+  methods.add(
+      {"data.export",
+       "makes a file of the complete trials of a run that is over, also of one that was "
+       "interrupted; it is had by GET of `path` over HTTP",
+       access::Role::operator_,
+       rpc::Effect::change,
+       {{"run", ParamType::text, true, "its name, \"R-000318\""},
+        {"format", ParamType::text, false,
+         "hdf5, a data set (default), or features-csv, the table of its features"},
+        {"exploration", ParamType::text, false, "whose features, where the campaign has several"}},
+       "run, format, name, bytes, sha256, path, dataset_sha256, bench, trials, "
+       "trials_planned"},
+      rpc::Handler(
+          [s](const Call& call, const rpc::Responder& respond) { export_run(*s, call, respond); }));
+}
+
+}  // namespace
+
+void add_data_methods(rpc::Methods& methods, const Services& services) {
+  const Services* const s = &services;
+  methods.add({"data.list",
+               "data sets of all runs, oldest first, complete or not",
+               {},
+               {},
+               page_params(),
+               "datasets: run, recipe, name, created_us, outcome (of the run), dataset_sha256 (of "
+               "the file that is there now), campaign_since (as run.get), handover; next, "
+               "null where there is no more"},
+              [s](const Call& call) { return runs_page(*s, call, "datasets", data_set_json); });
+  methods.add(
+      {"data.verify",
+       "whether a run's campaign file, data set and hand-over are what was recorded, byte by "
+       "byte",
+       {},
+       {},
+       {{"run", ParamType::text, true, "its name, \"R-000318\""}},
+       "run, holds, certified, finished, blank, trials_planned, trials_complete, attempts, "
+       "lost_samples, dataset_sha256, software_version, exports: name, state, trials, trials_done, "
+       "trials_done_now; findings: where, what, hint"},
+      rpc::Handler(
+          [s](const Call& call, const rpc::Responder& respond) { verify_run(*s, call, respond); }));
+  methods.add({"data.get",
+               "the files of a run that has ended; bytes are had by GET of `path` over HTTP, with "
+               "Range, the digest as ETag",
+               {},
+               {},
+               {{"run", ParamType::text, true, "its name, \"R-000318\""}},
+               "run, outcome, dataset_sha256, folder, exports: name, state (current, outdated "
+               "where the run "
+               "went on since, discarded or missing), trials, trials_done, trials_done_now; files: "
+               "name, bytes, sha256, path"},
+              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
+                files_of_run(*s, call, respond);
+              }));
+  add_export_methods(methods, s);
+}
+
+void open_served_file(const Services& services, std::string_view path,
+                      const std::function<void(const Result<server::ServedFile>&)>& told) {
+  const std::size_t slash = path.find('/');
+  const auto run = services.desk->get(path.substr(0, slash));
+  if (!run) return told(pass(run.error()));
+  const std::string name(slash == std::string_view::npos ? "" : path.substr(slash + 1));
+  const bool taken = services.file_errand(
+      [files = services.files, folder = run->stored.folder, name, told]() -> Services::Report {
+        return [file = files->open(folder, name), told] { told(file); };
+      },
+      [told](const Error& escaped) { told(pass(escaped)); });
+  if (!taken)
+    told(fail(Errc::timeout, "too many files wait to be looked at", {}, {}, {}, "Ask again later"));
+}
+
+}  // namespace weft::daemon::api

@@ -1,0 +1,192 @@
+#include "daemon/service/methods/parts.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "recipes/schema/diagnostic.hpp"
+
+namespace weft::daemon::api {
+
+using nlohmann::json;
+using rpc::ParamType;
+
+std::string text_of(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+tl::unexpected<rpc::RpcError> refused(const Error& error) {
+  return tl::unexpected(rpc::from(error));
+}
+
+namespace {
+
+/// Nothing is left unanswered: what `work` returns answers on the server's thread.
+void answer_by(const Services::Errand& errand, const rpc::Responder& respond,
+               std::function<Services::Report()> work) {
+  const bool taken = errand(std::move(work), [respond](const Error& escaped) {
+    respond(tl::unexpected(rpc::rpc_error(rpc::code::internal, "internal", escaped)));
+  });
+  if (!taken)
+    respond(tl::unexpected(rpc::rpc_error(rpc::code::request + 29, "request.too_many",
+                                          {Errc::wrong_state,
+                                           "too much that takes long waits already",
+                                           {},
+                                           {},
+                                           {},
+                                           "Ask again later"},
+                                          true)));
+}
+
+}  // namespace
+
+void answer_apart(const Services::Errand& errand, const rpc::Responder& respond,
+                  std::function<rpc::Outcome()> work) {
+  answer_by(errand, respond, [work = std::move(work), respond]() -> Services::Report {
+    return [outcome = work(), respond] { respond(outcome); };
+  });
+}
+
+void check_apart(
+    const Services& services, const rpc::Call& call, const rpc::Responder& respond,
+    CampaignRequest request,
+    std::function<rpc::Outcome(const rpc::Call&, const control::RunDesk::Checked&)> then) {
+  struct Kept {
+    json params;
+    rpc::Caller caller;
+  };
+  answer_by(
+      services.change_errand, respond,
+      [kept = std::make_shared<const Kept>(Kept{call.params, call.caller}), respond,
+       request = std::move(request), then = std::move(then)]() -> Services::Report {
+        return [checked = std::make_shared<const control::RunDesk::Checked>(check_quickly(request)),
+                kept, respond, then] {
+          respond(then({kept->params, kept->caller}, *checked));
+        };
+      });
+}
+
+tl::expected<void, rpc::RpcError> nobody_else_holds(const Services& services,
+                                                    const rpc::Caller& caller) {
+  const std::string scope = "rig:" + services.rig_name;
+  const auto lease = services.leases->holder(scope, services.now());
+  if (!lease || lease->user == caller.user) return {};
+  return tl::unexpected(
+      rpc::rpc_error(rpc::code::access + 10, "lease.held",
+                     {Errc::wrong_state, "somebody else holds the rig", scope, caller.user,
+                      lease->user + (lease->note.empty() ? "" : " (" + lease->note + ")"),
+                      "rig.halt needs no lease; lease.break takes one away, with a reason"}));
+}
+
+tl::expected<void, rpc::RpcError> holds_lease(const Services& services, const rpc::Call& call) {
+  const std::string scope = "rig:" + services.rig_name;
+  const auto lease = services.leases->check(call.params.value("lease", ""), scope, call.caller.user,
+                                            services.now());
+  if (lease) return {};
+  return tl::unexpected(rpc::rpc_error(rpc::code::access + 11, "lease.required", lease.error()));
+}
+
+std::string run_of(const rpc::Call& call) {
+  return call.params.at("run").get<std::string>();
+}
+
+Result<std::optional<std::uint64_t>> seed_of(const rpc::Call& call) {
+  const auto found = call.params.find("seed");
+  if (found == call.params.end()) return std::optional<std::uint64_t>{};
+  // Above the largest signed number JSON's are unsigned here.
+  if (!found->is_number_unsigned() && found->get<std::int64_t>() < 0)
+    return fail(Errc::range, "negative seed", "/params/seed", "0 or more", found->dump());
+  return std::optional(found->get<std::uint64_t>());
+}
+
+Result<control::RunWish> wish_for_run(const Services& services, const rpc::Call& call) {
+  const auto file = recipe_file(services, call.params.at("recipe").get<std::string>());
+  if (!file) return pass(file.error());
+  const auto seed = seed_of(call);
+  if (!seed) return pass(seed.error());
+  control::RunWish wish{*file, *seed, call.params.value("name", ""), by(call.caller)};
+  wish.digest = call.params.value("digest", "");
+  return wish;
+}
+
+Result<std::filesystem::path> recipe_file(const Services& services, const std::string& name) {
+  if (name.empty() || name.find('/') != std::string::npos || name.starts_with('.'))
+    return fail(Errc::invalid_argument, "not a recipe's name", "/params/recipe",
+                "a file's name in the recipe folder", recipes::clipped(name), "See recipe.list");
+  std::vector<std::string> known;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(services.recipes, ignored))
+    if (entry.path().extension() == ".json") known.push_back(entry.path().stem().string());
+  const std::string stem = name.ends_with(".json") ? name.substr(0, name.size() - 5) : name;
+  for (const std::string& one : known)
+    if (one == stem) return services.recipes / (stem + ".json");
+  const std::string_view meant = recipes::closest(stem, {known.begin(), known.end()});
+  return fail(Errc::not_found, "no such recipe", "/params/recipe", {}, recipes::clipped(name),
+              meant.empty() ? "See recipe.list" : "Did you mean " + std::string(meant) + "?");
+}
+
+namespace {
+
+constexpr std::int64_t most_runs = 1000;
+
+/// "R-000318" is 318; 0 where `from` is left out. Errors: not_found.
+Result<std::int64_t> first_of(const Services& services, const rpc::Call& call) {
+  const auto from = call.params.find("from");
+  if (from == call.params.end()) return 0;
+  const auto run = services.desk->get(from->get<std::string>());
+  if (!run) return fail(Errc::not_found, "no such run", "/params/from", {}, from->dump());
+  return run->stored.number;
+}
+
+Result<std::size_t> most_of(const rpc::Call& call) {
+  const std::int64_t most = call.params.value("most", most_runs);
+  if (most >= 1 && most <= most_runs) return static_cast<std::size_t>(most);
+  return fail(Errc::range, "how many runs", "/params/most", "1 to " + std::to_string(most_runs),
+              call.params.at("most").dump());
+}
+
+}  // namespace
+
+bool ListPage::add(const json& item) {
+  std::string text = text_of(item);
+  const bool has_room = items_.size() < most_ && bytes_ + text.size() < most_bytes;
+  if (!items_.empty() && !has_room) return false;
+  bytes_ += text.size() + 1;
+  items_.push_back(std::move(text));
+  return true;
+}
+
+std::string ListPage::text(Order order) const {
+  std::string out = "[";
+  out.reserve(bytes_ + 2);
+  for (std::size_t i = 0; i < items_.size(); ++i) {
+    if (i > 0) out += ',';
+    out += items_[order == Order::as_added ? i : items_.size() - 1 - i];
+  }
+  return out += ']';
+}
+
+const std::vector<rpc::ParamSpec>& page_params() {
+  static const std::vector<rpc::ParamSpec> params{
+      {"from", ParamType::text, false, "this run on: next of the page before"},
+      {"most", ParamType::integer, false, "runs, 1000 at most, and no more than 1 MiB"}};
+  return params;
+}
+
+rpc::Outcome runs_page(const Services& services, const rpc::Call& call, const char* name,
+                       const std::function<json(const control::RunView&)>& told) {
+  const auto first = first_of(services, call);
+  if (!first) return refused(first.error());
+  const auto most = most_of(call);
+  if (!most) return refused(most.error());
+  ListPage page(*most);
+  json next;
+  for (const control::RunView& run : services.desk->all()) {
+    if (run.stored.number < *first) continue;
+    const json one = told(run);
+    if (one.is_null() || page.add(one)) continue;
+    next = run.stored.id();
+    break;
+  }
+  return std::string("{\"") + name + "\":" + page.text() + R"(,"next":)" + text_of(next) + "}";
+}
+
+}  // namespace weft::daemon::api

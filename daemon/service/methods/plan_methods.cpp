@@ -1,0 +1,277 @@
+// What a recipe will do, and what differs between two of them.
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "daemon/base/file/read_file.hpp"
+#include "daemon/base/file/sha256.hpp"
+#include "daemon/campaign/open_rig.hpp"
+#include "daemon/service/methods/parts.hpp"
+#include "daemon/service/methods/recipe_difference.hpp"
+#include "daemon/storage/recorder/recorder.hpp"
+#include "recipes/engine/forecast.hpp"
+#include "recipes/schema/json_text.hpp"
+
+namespace weft::daemon::api {
+namespace {
+
+using nlohmann::json;
+using rpc::Call;
+using rpc::Outcome;
+using rpc::ParamType;
+
+constexpr std::int64_t most_steps = 1000;
+constexpr std::size_t most_differences = 1000;
+
+/// Where a recipe's text is, found on the server's thread and read on another.
+struct RecipePlace {
+  std::filesystem::path file;            ///< of the folder, or a run's campaign file
+  std::string run;                       ///< whose recipe it is as that has it on record; or empty
+  std::optional<std::string> text = {};  ///< of a run whose recipe the daemon has kept
+  std::optional<std::uint64_t> seed = {};  ///< of a run that has one in place of the recipe's
+};
+
+/// A run that waits has no campaign file yet; of one from before texts were kept there is no other.
+Result<RecipePlace> place_of_run(const Services& services, const control::StoredRun& run) {
+  RecipePlace place{run.folder / campaign_file_name, run.id()};
+  place.seed = run.seed;
+  if (run.recipe_sha256.empty()) return place;
+  auto text = services.log->recipe_text(run.recipe_sha256);
+  if (!text) return pass(text.error(), place.run);
+  place.text = std::move(*text);
+  return place;
+}
+
+Result<RecipePlace> recipe_place(const Services& services, const Call& call, const char* param) {
+  const std::string name = call.params.at(param).get<std::string>();
+  if (const auto run = services.desk->get(name)) return place_of_run(services, run->stored);
+  const auto file = recipe_file(services, name);
+  if (file) return RecipePlace{*file, {}};
+  Error none = file.error();
+  none.where = std::string("/params/") + param;
+  return pass(std::move(none));
+}
+
+Result<std::string> recipe_text(const RecipePlace& place) {
+  if (place.text) return *place.text;
+  if (place.run.empty()) return read_text_file(place.file, recipes::max_recipe_bytes);
+  const auto header = load_header(place.file);
+  if (header) return header->info.recipe_json;
+  return pass(header.error(), place.run);
+}
+
+json point_json(const recipes::Vec2& point) {
+  return {{"x_m", point.x_m}, {"y_m", point.y_m}};
+}
+
+json phase_json(const recipes::PhaseStep& step) {
+  json out{{"phase", std::string(1, to_char(step.phase))}, {"duration_s", step.duration_s}};
+  if (step.phase == Phase::press || step.phase == Phase::motion) {
+    out["force_n"] = step.force_n;
+    out["force_band_n"] = step.force_band_n;
+  }
+  if (step.phase == Phase::motion) {
+    out["speed_mps"] = step.speed_mps;
+    out["corners"] = json::array();
+    for (const recipes::Vec2& corner : step.path_m) out["corners"].push_back(point_json(corner));
+  }
+  return out;
+}
+
+json exploration_json(const recipes::Exploration& exploration) {
+  json phases = json::array();
+  for (const recipes::PhaseStep& step : exploration.phases) phases.push_back(phase_json(step));
+  return {{"exploration", exploration.name},
+          {"start", point_json(exploration.start_m)},
+          {"phases", std::move(phases)}};
+}
+
+json hand_over_plan(const recipes::Plan& plan) {
+  if (!plan.hand_over) return nullptr;
+  return {{"from", to_string(plan.hand_over->from)},
+          {"learner", plan.hand_over->learner},
+          {"groups", plan.hand_over->groups},
+          {"at_most_s", plan.hand_over->at_most_s}};
+}
+
+/// Trials `from` on, each with when it begins if all before it take what is expected.
+json steps_json(const recipes::Plan& plan, std::size_t from, std::size_t most) {
+  const std::vector<double> lasts_s = recipes::trial_durations_s(plan);
+  json out = json::array();
+  double begins_s = 0;
+  for (std::size_t i = 0; i < plan.trials.size() && out.size() < most; ++i) {
+    const recipes::TrialSpec& trial = plan.trials[i];
+    if (i >= from)
+      out.push_back({{"trial", i},
+                     {"fabric", plan.fabrics[trial.fabric]},
+                     {"exploration", plan.explorations[trial.exploration].name},
+                     {"repetition", trial.repetition},
+                     {"mounts", i == 0 || plan.trials[i - 1].fabric != trial.fabric},
+                     {"begins_s", begins_s},
+                     {"lasts_s", lasts_s[i]}});
+    begins_s += lasts_s[i];
+  }
+  return out;
+}
+
+/// What recipe.plan is asked, with nothing of the call's: it is done on another thread.
+struct PlanQuestion {
+  RecipePlace recipe;
+  std::filesystem::path rig;
+  std::optional<std::uint64_t> seed;
+  std::size_t from = 0, most = 0;  ///< trials
+};
+
+Result<PlanQuestion> plan_question(const Services& services, const Call& call) {
+  auto recipe = recipe_place(services, call, "recipe");
+  if (!recipe) return pass(recipe.error());
+  const auto seed = seed_of(call);
+  if (!seed) return pass(seed.error());
+  const std::int64_t from = call.params.value("from", std::int64_t{0});
+  const std::int64_t most = call.params.value("most", std::int64_t{100});
+  if (from < 0)
+    return fail(Errc::range, "before the first trial", "/params/from", "0 or more",
+                std::to_string(from));
+  if (most < 1 || most > most_steps)
+    return fail(Errc::range, "how many trials", "/params/most",
+                "1 to " + std::to_string(most_steps), std::to_string(most));
+  const auto planned_with = *seed ? *seed : recipe->seed;
+  return PlanQuestion{std::move(*recipe), services.rig, planned_with,
+                      static_cast<std::size_t>(from), static_cast<std::size_t>(most)};
+}
+
+Outcome planned(const PlanQuestion& asked) {
+  const auto text = recipe_text(asked.recipe);
+  if (!text) return refused(text.error());
+  const auto rig = open_rig(asked.rig, {});
+  if (!rig) return refused(rig.error());
+  const recipes::CheckReport report = recipes::check_recipe(*text, rig->limits, asked.seed);
+  if (!report.plan) {
+    const recipes::Diagnostic& first = report.problems.front();
+    return refused(
+        {Errc::invalid_argument, first.message, first.pointer, first.expected, first.got,
+         "recipe.check tells all " + std::to_string(report.problems.size()) + " problems"});
+  }
+  const recipes::Plan& found = *report.plan;
+  json explorations = json::array();
+  for (const recipes::Exploration& each : found.explorations)
+    explorations.push_back(exploration_json(each));
+  json steps = steps_json(found, asked.from, asked.most);
+  const std::size_t next = asked.from + steps.size();
+  return text_of({{"name", found.name},
+                  {"digest", "sha256:" + sha256_hex(*text)},
+                  {"plan_digest", "sha256:" + sha256_hex(found.canonical_json)},
+                  {"trials", found.trials.size()},
+                  {"duration_s", found.forecast.duration_s},
+                  {"people_s", found.forecast.people_s},
+                  {"bytes", disk_forecast(found)},
+                  {"hand_over", hand_over_plan(found)},
+                  {"explorations", std::move(explorations)},
+                  {"steps", std::move(steps)},
+                  {"next", next < found.trials.size() ? json(next) : json()}});
+}
+
+/// Whether both plan the same campaign on this rig; null where one of them cannot be run on it.
+json same_campaign(const std::filesystem::path& file, const std::string& a, const std::string& b) {
+  const auto rig = open_rig(file, {});
+  if (!rig) return nullptr;
+  const recipes::CheckReport one = recipes::check_recipe(a, rig->limits);
+  const recipes::CheckReport other = recipes::check_recipe(b, rig->limits);
+  if (!one.plan || !other.plan) return nullptr;
+  return one.plan->canonical_json == other.plan->canonical_json;
+}
+
+/// What recipe.diff is asked.
+struct DiffQuestion {
+  struct Side {
+    const char* param;
+    RecipePlace recipe;
+  };
+  std::array<Side, 2> sides;
+  std::filesystem::path rig;
+};
+
+/// Bounded in depth like every recipe: what compares two of them, and what writes the answer, goes
+/// one call deeper at each level.
+Result<json> document_of(const std::string& text, const char* param) {
+  json document;
+  recipes::Problems problems;
+  if (recipes::parse_json(text, {.max_bytes = recipes::max_recipe_bytes}, document, problems))
+    return document;
+  const recipes::Diagnostic first = problems.take().front();
+  return fail(Errc::parse, "that recipe cannot be read: " + first.message,
+              std::string("/params/") + param, first.expected, first.got,
+              "recipe.check tells all that is wrong with it");
+}
+
+Outcome compared(const DiffQuestion& asked) {
+  std::array<std::string, 2> text;
+  std::array<json, 2> document;
+  for (std::size_t i = 0; i < 2; ++i) {
+    auto read = recipe_text(asked.sides[i].recipe);
+    if (!read) return refused(read.error());
+    text[i] = std::move(*read);
+    auto parsed = document_of(text[i], asked.sides[i].param);
+    if (!parsed) return refused(parsed.error());
+    document[i] = std::move(*parsed);
+  }
+  std::size_t all = 0;
+  json found = differences(document[0], document[1], most_differences, all);
+  return text_of({{"same", all == 0},
+                  {"same_campaign", same_campaign(asked.rig, text[0], text[1])},
+                  {"count", all},
+                  {"differences", std::move(found)}});
+}
+
+// A recipe of a megabyte may plan a million trials, and a halt does not wait for them.
+void plan(const Services& services, const Call& call, const rpc::Responder& respond) {
+  const auto asked = plan_question(services, call);
+  if (!asked) return respond(refused(asked.error()));
+  answer_apart(services.errand, respond, [asked = *asked] { return planned(asked); });
+}
+
+void compare(const Services& services, const Call& call, const rpc::Responder& respond) {
+  const auto one = recipe_place(services, call, "recipe");
+  if (!one) return respond(refused(one.error()));
+  const auto other = recipe_place(services, call, "other");
+  if (!other) return respond(refused(other.error()));
+  answer_apart(services.errand, respond,
+               [asked = DiffQuestion{{{{"recipe", *one}, {"other", *other}}}, services.rig}] {
+                 return compared(asked);
+               });
+}
+
+}  // namespace
+
+void add_plan_methods(rpc::Methods& methods, const Services& services) {
+  const Services* const s = &services;
+  methods.add(
+      {"recipe.plan",
+       "what a recipe will do on this rig: phases, and each trial with its expected time",
+       {},
+       {},
+       {{"recipe", ParamType::text, true, "its name, or a run's: then as that has it on record"},
+        {"seed", ParamType::integer, false, "in place of the recipe's, or of the run's"},
+        {"from", ParamType::integer, false, "the first trial that is told, 0"},
+        {"most", ParamType::integer, false, "trials, 100; at most 1000"}},
+       "name, digest, plan_digest, trials, duration_s, people_s, bytes, hand_over, explorations, "
+       "steps, "
+       "next"},
+      rpc::Handler(
+          [s](const Call& call, const rpc::Responder& respond) { plan(*s, call, respond); }));
+  methods.add(
+      {"recipe.diff",
+       "what differs between two recipes, by JSON pointer",
+       {},
+       {},
+       {{"recipe", ParamType::text, true, "its name, or a run's: then as that has it on record"},
+        {"other", ParamType::text, true, "likewise"}},
+       "same (as written), same_campaign (planned on this rig; null where that cannot be said), "
+       "count, differences: where, change, was, is; the first 1000"},
+      rpc::Handler(
+          [s](const Call& call, const rpc::Responder& respond) { compare(*s, call, respond); }));
+}
+
+}  // namespace weft::daemon::api

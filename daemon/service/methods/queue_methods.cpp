@@ -1,0 +1,215 @@
+#include <nlohmann/json.hpp>
+
+#include "daemon/service/methods/parts.hpp"
+
+namespace weft::daemon::api {
+namespace {
+
+using access::Role;
+using nlohmann::json;
+using rpc::Call;
+using rpc::Effect;
+using rpc::Outcome;
+using rpc::ParamType;
+
+constexpr rpc::ParamSpec if_rev{
+    "if_rev", ParamType::integer, false,
+    "rev of the queue as you know it: refused (rev.changed) where it is another by now"};
+constexpr rpc::ParamSpec in_line{"run", ParamType::text, true, "its name, \"R-000318\""};
+constexpr rpc::ParamSpec place{"place", ParamType::integer, false,
+                               "in line, from 0; the end where it is left out"};
+constexpr const char* whole_queue = "rev, paused_by (null where it is not), runs";
+
+/// Who changes what he has read changes nothing else.
+tl::expected<void, rpc::RpcError> as_known(const Services& services, const Call& call) {
+  const auto known = call.params.find("if_rev");
+  const std::int64_t now = services.desk->line().revision;
+  if (known == call.params.end() || *known == now) return {};
+  return tl::unexpected(
+      rpc::rpc_error(rpc::code::state + 12, "rev.changed",
+                     {Errc::wrong_state, "the queue has changed meanwhile", "/params/if_rev",
+                      std::to_string(now), known->dump(), "queue.list tells how it is now"}));
+}
+
+/// A change that moves nothing by itself.
+tl::expected<void, rpc::RpcError> may_change(const Services& services, const Call& call) {
+  if (auto free = nobody_else_holds(services, call.caller); !free) return free;
+  return as_known(services, call);
+}
+
+/// A change after which a run may begin.
+tl::expected<void, rpc::RpcError> may_begin(const Services& services, const Call& call) {
+  if (auto held = holds_lease(services, call); !held) return held;
+  return as_known(services, call);
+}
+
+Result<std::optional<std::size_t>> place_in(const Call& call) {
+  const auto found = call.params.find("place");
+  if (found == call.params.end()) return std::optional<std::size_t>{};
+  if (!found->is_number_unsigned())
+    return fail(Errc::range, "no place before the first", "/params/place", "0 or more",
+                found->dump());
+  return std::optional(found->get<std::size_t>());
+}
+
+json entry_json(const Services& services, std::size_t at) {
+  control::StoredRun numbered;
+  numbered.number = services.desk->line().runs[at];
+  json out = run_json(*services.desk->get(numbered.id()));
+  out["place"] = at;
+  return out;
+}
+
+Outcome list(const Services& services) {
+  json out = queue_json(services.desk->line());
+  json runs = json::array();
+  for (std::size_t at = 0; at < services.desk->line().runs.size(); ++at)
+    runs.push_back(entry_json(services, at));
+  out["runs"] = std::move(runs);
+  return text_of(out);
+}
+
+Outcome get(const Services& services, const Call& call) {
+  const auto run = services.desk->get(run_of(call));
+  if (!run) return refused(run.error());
+  const control::RunLine& line = services.desk->line();
+  const std::size_t at = line.place_of(run->stored.number);
+  if (at == line.runs.size())
+    return refused({Errc::wrong_state, "the run does not wait in line", "/params/run", "queued",
+                    std::string(to_string(run->machine.state)), "run.get tells where it is"});
+  json out = entry_json(services, at);
+  out["rev"] = line.revision;
+  return text_of(out);
+}
+
+tl::expected<control::RunWish, rpc::RpcError> wish_for_place(const Services& services,
+                                                             const Call& call) {
+  if (auto may = may_begin(services, call); !may) return tl::unexpected(may.error());
+  const auto at = place_in(call);
+  if (!at) return refused(at.error());
+  auto wish = wish_for_run(services, call);
+  if (!wish) return refused(wish.error());
+  wish->place = *at;
+  return *wish;
+}
+
+Outcome added(const Services& services, const Call& call,
+              const control::RunDesk::Checked& checked) {
+  const auto wish = wish_for_place(services, call);
+  if (!wish) return tl::unexpected(wish.error());
+  const auto run = services.desk->submit(*wish, checked);
+  if (!run) return refused(run.error());
+  json out = run_json(*services.desk->get(run->stored.id()));
+  out["rev"] = services.desk->line().revision;
+  return text_of(out);
+}
+
+/// What the queue is after a change.
+Outcome changed(const Services& services, const Status& done) {
+  if (!done) return refused(done.error());
+  return list(services);
+}
+
+void add(const Services& services, const Call& call, const rpc::Responder& respond) {
+  const auto wish = wish_for_place(services, call);
+  if (!wish) return respond(tl::unexpected(wish.error()));
+  check_apart(services, call, respond, services.desk->request_for(*wish),
+              [s = &services](const Call& then, const control::RunDesk::Checked& checked) {
+                return added(*s, then, checked);
+              });
+}
+
+Outcome move(const Services& services, const Call& call) {
+  if (auto may = may_change(services, call); !may) return tl::unexpected(may.error());
+  const auto at = place_in(call);
+  if (!at) return refused(at.error());
+  const std::size_t end = services.desk->line().runs.size();
+  return changed(services, services.desk->move(run_of(call), at->value_or(end), by(call.caller)));
+}
+
+void add_queue_reads(rpc::Methods& methods, const Services* s) {
+  methods.add(
+      {"queue.list", "the runs that wait for the rig, the next first", {}, {}, {}, whole_queue},
+      [s](const Call&) { return list(*s); });
+  methods.add({"queue.get", "one that waits", {}, {}, {in_line}, "the run, place, rev"},
+              [s](const Call& call) { return get(*s, call); });
+}
+
+void add_queue_changes(rpc::Methods& methods, const Services* s) {
+  constexpr rpc::ParamSpec lease{"lease", ParamType::text, true, "your lease of the rig"};
+  methods.add({"queue.add",
+               "puts a campaign in line, with its recipe as it is now; it begins when its turn "
+               "comes and the rig is free",
+               Role::operator_,
+               Effect::change,
+               {{"recipe", ParamType::text, true, "name of a recipe, see recipe.list"},
+                lease,
+                {"seed", ParamType::integer, false, "in place of the recipe's"},
+                {"name", ParamType::text, false, "added to the folder's name"},
+                {"digest", ParamType::text, false,
+                 "of the recipe that is meant, as recipe.check has it; another one is refused"},
+                place,
+                if_rev},
+               "the run, rev"},
+              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
+                add(*s, call, respond);
+              }));
+  methods.add({"queue.remove",
+               "takes a run out of the line, as run.withdraw does",
+               Role::operator_,
+               Effect::change,
+               {in_line, if_rev},
+               whole_queue},
+              [s](const Call& call) -> Outcome {
+                if (auto may = may_change(*s, call); !may) return tl::unexpected(may.error());
+                return changed(*s, s->desk->withdraw(run_of(call), by(call.caller)));
+              });
+  methods.add({"queue.move",
+               "another place in line",
+               Role::operator_,
+               Effect::change,
+               {in_line, place, if_rev},
+               whole_queue},
+              [s](const Call& call) { return move(*s, call); });
+  methods.add({"queue.pause",
+               "nothing more begins; the run under way goes on",
+               Role::operator_,
+               Effect::change,
+               {if_rev},
+               whole_queue},
+              [s](const Call& call) -> Outcome {
+                if (auto may = may_change(*s, call); !may) return tl::unexpected(may.error());
+                return changed(*s, s->desk->hold_line(by(call.caller)));
+              });
+  methods.add({"queue.start",
+               "the next in line begins when the rig is free; after a restart of the daemon too, "
+               "which pauses a queue that is not empty",
+               Role::operator_,
+               Effect::change,
+               {lease, if_rev},
+               whole_queue},
+              [s](const Call& call) -> Outcome {
+                if (auto may = may_begin(*s, call); !may) return tl::unexpected(may.error());
+                return changed(*s, s->desk->start_line(by(call.caller)));
+              });
+}
+
+}  // namespace
+
+json queue_json(const control::RunLine& line) {
+  json out{{"rev", line.revision}, {"paused_by", nullptr}, {"runs", json::array()}};
+  if (line.held()) out["paused_by"] = line.held_by;
+  for (const std::int64_t number : line.runs) {
+    control::StoredRun run;
+    run.number = number;
+    out["runs"].push_back(run.id());
+  }
+  return out;
+}
+
+void add_queue_methods(rpc::Methods& methods, const Services& services) {
+  add_queue_reads(methods, &services);
+  add_queue_changes(methods, &services);
+}
+
+}  // namespace weft::daemon::api

@@ -1,0 +1,156 @@
+// A recipe comes into the daemon's folder, or takes the place of one, checked before.
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "daemon/base/file/atomic_file.hpp"
+#include "daemon/base/file/read_file.hpp"
+#include "daemon/base/file/sha256.hpp"
+#include "daemon/campaign/preflight.hpp"
+#include "daemon/service/methods/parts.hpp"
+#include "recipes/schema/diagnostic.hpp"
+
+namespace weft::daemon::api {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using rpc::Call;
+using rpc::Outcome;
+using rpc::ParamType;
+
+/// What is to be written, with nothing of the call's: it is checked on another thread.
+struct Offered {
+  std::string name, text, by;
+  std::optional<std::string> replaces;  ///< digest of what is there, as the caller knows it
+};
+
+/// Errors: invalid_argument.
+Result<std::string> plain_name(std::string name) {
+  constexpr std::size_t longest = 100;
+  if (name.ends_with(".json")) name.resize(name.size() - 5);
+  const bool plain = !name.empty() && name.size() <= longest && !name.starts_with('.') &&
+                     std::ranges::all_of(name, [](char c) {
+                       return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                              (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.';
+                     });
+  if (plain) return name;
+  return fail(Errc::invalid_argument, "not a recipe's name", "/params/recipe",
+              "letters, digits, '-', '_' and '.', at most 100", recipes::clipped(name));
+}
+
+/// Everything that recipe.check refuses; the first of it is told. Errors: as told.
+Result<std::size_t> trials_of(const CampaignRequest& request) {
+  const auto found = preflight(request, PluginDrivers::unread);
+  if (!found) return pass(found.error());
+  if (found->problems.empty()) return found->plan->trials.size();
+  const auto& [file, first] = found->problems.front();
+  const std::size_t more = found->problems.size() - 1;
+  const std::string about = file == request.recipe ? "/params/content" : file.string() + ": ";
+  return fail(Errc::invalid_argument,
+              first.message + (more == 0 ? "" : ", and " + std::to_string(more) + " more"),
+              about + first.pointer, first.expected, first.got, first.hint);
+}
+
+/// A run reads its recipe when it begins and compares it when it is gone on with: it is not changed
+/// under one that is not over. Errors: wrong_state.
+Status nobody_needs(const Services& services, const fs::path& file) {
+  std::error_code unseen;
+  for (const control::RunView& run : services.desk->all())
+    if (run.machine.state != control::RunState::ended &&
+        (run.stored.recipe == file || fs::equivalent(run.stored.recipe, file, unseen)))
+      return fail(Errc::wrong_state, "a run that is not over is of this recipe", "/params/recipe",
+                  {}, run.stored.id(), "Wait until it is over, take it out, or use another name");
+  return {};
+}
+
+/// Errors: wrong_state, where another recipe is there than the caller knows; io.
+Result<std::string> digest_of(const fs::path& file) {
+  std::error_code unseen;
+  if (!fs::exists(file, unseen)) return std::string();
+  const auto text = read_text_file(file, recipes::max_recipe_bytes);
+  if (!text) return pass(text.error());
+  return "sha256:" + sha256_hex(*text);
+}
+
+Status is_as_known(const std::string& found, const std::optional<std::string>& known) {
+  if (found == known.value_or("")) return {};
+  if (!known)
+    return fail(Errc::wrong_state, "there is a recipe of this name", "/params/recipe", {}, found,
+                "Give its digest as if_digest to replace it");
+  return fail(Errc::wrong_state, "another recipe is there by now", "/params/if_digest",
+              found.empty() ? "none: there is no recipe of this name" : found, *known,
+              "recipe.check tells the digest of what is there");
+}
+
+/// The journal first: no recipe is there of which nobody knows who put it. One that could not be
+/// written has a second line, which says so.
+Outcome written(const Services& services, const Offered& offered, std::size_t trials) {
+  const fs::path file = services.recipes / (offered.name + ".json");
+  const auto before = digest_of(file);
+  if (!before) return refused(before.error());
+  if (Status same = is_as_known(*before, offered.replaces); !same) return refused(same.error());
+  if (Status free = nobody_needs(services, file); !free) return refused(free.error());
+  const json told{{"recipe", offered.name},
+                  {"digest", "sha256:" + sha256_hex(offered.text)},
+                  {"replaced", before->empty() ? json() : json(*before)},
+                  {"trials", trials}};
+  if (const Status ok =
+          services.log->journal(services.utc_us(), "", "recipe.put", offered.by, text_of(told));
+      !ok)
+    return refused(ok.error());
+  if (Status ok = write_text_file(file, offered.text); !ok) {
+    json not_put = told;
+    not_put["error"] = to_string(ok.error());
+    services.desk->note("", "recipe.not_put", offered.by, text_of(not_put));
+    return refused(ok.error());
+  }
+  return text_of(told);
+}
+
+void put(const Services& services, const Call& call, const rpc::Responder& respond) {
+  if (services.one_run)
+    return respond(refused({Errc::wrong_state,
+                            "a daemon inside weft run changes no recipes",
+                            {},
+                            {},
+                            {},
+                            "Its folder is the recipe's own: write the file there"}));
+  auto name = plain_name(call.params.at("recipe").get<std::string>());
+  if (!name) return respond(refused(name.error()));
+  Offered offered{std::move(*name), call.params.at("content").dump(2) + "\n", by(call.caller), {}};
+  if (call.params.contains("if_digest")) offered.replaces = call.params.at("if_digest");
+  // Its models are read whole, as for recipe.check: nobody's run waits for that.
+  const bool taken = services.errand(
+      [s = &services, offered = std::move(offered), respond]() -> Services::Report {
+        CampaignRequest request{s->recipes / (offered.name + ".json"), s->rig, {}, {}};
+        request.recipe_text = offered.text;
+        return [s, offered, respond, trials = trials_of(request)] {
+          respond(trials ? written(*s, offered, *trials) : refused(trials.error()));
+        };
+      },
+      [respond](const Error& escaped) { respond(refused(escaped)); });
+  if (!taken)
+    respond(refused(
+        {Errc::timeout, "too much that takes long waits already", {}, {}, {}, "Ask again later"}));
+}
+
+}  // namespace
+
+void add_recipe_put(rpc::Methods& methods, const Services& services) {
+  const Services* const s = &services;
+  methods.add({"recipe.put",
+               "puts a recipe that recipe.check accepts into the daemon's folder",
+               access::Role::engineer,
+               rpc::Effect::change,
+               {{"recipe", ParamType::text, true, "its name"},
+                {"content", ParamType::object, true, "the recipe; see recipe.schema"},
+                {"if_digest", ParamType::text, false,
+                 "of the one that it replaces, as recipe.check has it; needed where there is one"}},
+               "recipe, digest, replaced (digest, or null), trials"},
+              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
+                put(*s, call, respond);
+              }));
+}
+
+}  // namespace weft::daemon::api

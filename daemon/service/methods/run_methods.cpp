@@ -1,0 +1,388 @@
+#include <nlohmann/json.hpp>
+
+#include "daemon/service/methods/parts.hpp"
+
+namespace weft::daemon::api {
+namespace {
+
+using access::Role;
+using control::RunState;
+using control::RunView;
+using nlohmann::json;
+using rpc::Call;
+using rpc::Effect;
+using rpc::Outcome;
+using rpc::ParamType;
+
+constexpr rpc::ParamSpec run_param{"run", ParamType::text, true, "its name, \"R-000318\""};
+constexpr rpc::ParamSpec digest_param{
+    "digest", ParamType::text, false,
+    "of the recipe that is meant, as recipe.check has it; another one is refused"};
+constexpr rpc::ParamSpec rig_lease_param{"lease", ParamType::text, true, "your lease of the rig"};
+
+using Checked = control::RunDesk::Checked;
+
+Outcome entered(const Services& services, const Call& call, const Checked& checked) {
+  if (auto held = holds_lease(services, call); !held) return tl::unexpected(held.error());
+  const auto wish = wish_for_run(services, call);
+  if (!wish) return refused(wish.error());
+  const auto run = services.desk->submit(*wish, checked);
+  if (!run) return refused(run.error());
+  return text_of(run_json(*run));
+}
+
+void start(const Services& services, const Call& call, const rpc::Responder& respond) {
+  if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
+  const auto wish = wish_for_run(services, call);
+  if (!wish) return respond(refused(wish.error()));
+  check_apart(services, call, respond, services.desk->request_for(*wish),
+              [s = &services](const Call& then, const Checked& checked) {
+                return entered(*s, then, checked);
+              });
+}
+
+Outcome ordered(const Services& services, const Call& call, Order order) {
+  if (auto free = nobody_else_holds(services, call.caller); !free)
+    return tl::unexpected(free.error());
+  const auto run = services.desk->order(run_of(call), order, by(call.caller));
+  if (!run) return refused(run.error());
+  return text_of(run_json(*run));
+}
+
+Outcome confirm(const Services& services, const Call& call) {
+  if (auto free = nobody_else_holds(services, call.caller); !free)
+    return tl::unexpected(free.error());
+  const std::string step = call.params.at("step").get<std::string>();
+  const auto run = services.desk->confirm(run_of(call), step, by(call.caller));
+  if (!run) return refused(run.error());
+  return text_of(run_json(*run));
+}
+
+json preview_json(const ResumePreview& preview) {
+  return {{"will", preview.will},
+          {"trials_planned", preview.planned},
+          {"trials_done", preview.complete},
+          {"trials_left", preview.left}};
+}
+
+/// What the daemon's death interrupted goes on, with a lease.
+void go_on(const Services& services, const Call& call, const rpc::Responder& respond) {
+  if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
+  const auto request = services.desk->request_to_recover(run_of(call));
+  if (!request) return respond(refused(request.error()));
+  check_apart(services, call, respond, *request,
+              [s = &services](const Call& then, const Checked& checked) -> Outcome {
+                if (auto held = holds_lease(*s, then); !held) return tl::unexpected(held.error());
+                const auto run = s->desk->recover(run_of(then), by(then.caller), checked);
+                if (!run) return refused(run.error());
+                return text_of(run_json(*run));
+              });
+}
+
+/// A run that is held goes on as well.
+void resume(const Services& services, const Call& call, const rpc::Responder& respond) {
+  const auto run = services.desk->get(run_of(call));
+  if (!run) return respond(refused(run.error()));
+  if (run->machine.state == RunState::interrupted) return go_on(services, call, respond);
+  respond(ordered(services, call, Order::resume));
+}
+
+void preview(const Services& services, const Call& call, control::Recovery choice,
+             const rpc::Responder& respond) {
+  services.desk->preview(run_of(call), choice, [respond](const Result<ResumePreview>& left) {
+    respond(left ? Outcome(text_of(preview_json(*left))) : refused(left.error()));
+  });
+}
+
+void resume_or_preview(const Services& services, const Call& call, const rpc::Responder& respond) {
+  if (!call.params.value("preview", false)) return resume(services, call, respond);
+  preview(services, call, control::Recovery::resume, respond);
+}
+
+/// Told first, then done with a lease: nothing of it happens by itself.
+void recover(const Services& services, const Call& call, const rpc::Responder& respond) {
+  using control::Recovery;
+  const std::string wanted = call.params.at("choice").get<std::string>();
+  std::optional<Recovery> choice;
+  for (const Recovery each : {Recovery::resume, Recovery::discard, Recovery::keep_partial})
+    if (wanted == to_string(each)) choice = each;
+  if (!choice)
+    return respond(refused({Errc::invalid_argument,
+                            "no such choice",
+                            "/params/choice",
+                            "resume, discard or keep-partial",
+                            wanted,
+                            {}}));
+  if (call.params.value("preview", false)) return preview(services, call, *choice, respond);
+  if (*choice == Recovery::resume) return go_on(services, call, respond);
+  if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
+  const auto told = [respond](const Result<RunView>& run) {
+    respond(run ? Outcome(text_of(run_json(*run))) : refused(run.error()));
+  };
+  services.desk->settle(run_of(call), *choice, by(call.caller), told);
+}
+
+Outcome pause(const Services& services, const Call& call) {
+  const std::string at = call.params.value("at", "boundary");
+  if (at != "boundary" && at != "now")
+    return refused({Errc::invalid_argument,
+                    "no such place to pause",
+                    "/params/at",
+                    "boundary or now",
+                    at,
+                    {}});
+  return ordered(services, call, at == "now" ? Order::pause_now : Order::pause);
+}
+
+Outcome list_runs(const Services& services, const Call& call) {
+  const std::string wanted = call.params.value("state", "");
+  return runs_page(services, call, "runs", [&wanted](const RunView& run) {
+    return wanted.empty() || wanted == to_string(run.machine.state) ? run_json(run) : json();
+  });
+}
+
+std::vector<rpc::ParamSpec> list_params() {
+  std::vector<rpc::ParamSpec> params{{"state", ParamType::text, false, "only those in this state"}};
+  params.insert(params.end(), page_params().begin(), page_params().end());
+  return params;
+}
+
+Outcome annotate(const Services& services, const Call& call) {
+  const std::string text = call.params.at("text").get<std::string>();
+  if (text.empty())
+    return refused(
+        {Errc::invalid_argument, "nothing is said", "/params/text", "a few words", {}, {}});
+  const auto run = services.desk->get(run_of(call));
+  if (!run) return refused(run.error());
+  const std::int64_t t_us = services.utc_us();
+  if (const Status ok = services.log->journal(t_us, run->stored.id(), "note", by(call.caller),
+                                              text_of({{"text", text}}));
+      !ok)
+    return refused(ok.error());
+  return text_of({{"run", run->stored.id()}, {"t_us", t_us}, {"text", text}});
+}
+
+void add_order(rpc::Methods& methods, const Services* s, std::string_view name,
+               std::string_view summary, Order order) {
+  methods.add({name,
+               summary,
+               Role::operator_,
+               Effect::change,
+               {run_param},
+               "the run",
+               rpc::Memory::over_restarts,
+               rpc::Urgency::urgent},
+              [s, order](const Call& call) { return ordered(*s, call, order); });
+}
+
+void wait(const Services& services, const Call& call, const rpc::Responder& respond) {
+  const std::string id = run_of(call);
+  if (const auto run = services.desk->get(id); !run) return respond(refused(run.error()));
+  const bool hand_over_too = call.params.value("hand_over", false);
+  const auto over = [s = &services, id, respond, hand_over_too,
+                     listener = call.listener](const RunView& run) {
+    if (!hand_over_too) return respond(text_of(run_json(run)));
+    const auto told = [s, id, respond] {
+      if (const auto now = s->desk->get(id)) respond(text_of(run_json(*now)));
+    };
+    s->hand_overs->when_over(id, told, listener);
+  };
+  services.desk->when_ended(id, over, call.listener);
+}
+
+// Into the line and out of it.
+void add_run_line(rpc::Methods& methods, const Services* s) {
+  methods.add({"run.start",
+               "puts a campaign in line, with its recipe as it is now; it begins when the rig is "
+               "free",
+               Role::operator_,
+               Effect::change,
+               {{"recipe", ParamType::text, true, "name of a recipe, see recipe.list"},
+                rig_lease_param,
+                {"seed", ParamType::integer, false, "in place of the recipe's"},
+                {"name", ParamType::text, false, "added to the folder's name"},
+                digest_param},
+               "the run"},
+              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
+                start(*s, call, respond);
+              }));
+  methods.add({"run.withdraw",
+               "takes a run out of the line",
+               Role::operator_,
+               Effect::change,
+               {run_param},
+               "the run"},
+              [s](const Call& call) -> Outcome {
+                if (auto free = nobody_else_holds(*s, call.caller); !free)
+                  return tl::unexpected(free.error());
+                if (const Status ok = s->desk->withdraw(run_of(call), by(call.caller)); !ok)
+                  return refused(ok.error());
+                return text_of(run_json(*s->desk->get(run_of(call))));
+              });
+}
+
+// To a run that is under way.
+void add_run_orders(rpc::Methods& methods, const Services* s) {
+  methods.add({"run.pause",
+               "holds before the next repetition, or now: then that repetition is run again",
+               Role::operator_,
+               Effect::change,
+               {run_param, {"at", ParamType::text, false, "boundary (default) or now"}},
+               "the run",
+               rpc::Memory::over_restarts,
+               rpc::Urgency::urgent},
+              [s](const Call& call) { return pause(*s, call); });
+  methods.add({"run.resume",
+               "goes on: up, position, bias, then the next repetition; an interrupted run with the "
+               "repetition that was cut short",
+               Role::operator_,
+               Effect::change,
+               {run_param,
+                {"preview", ParamType::flag, false,
+                 "interrupted runs: answers what it would do, and does nothing"},
+                {"lease", ParamType::text, false, "of the rig; interrupted runs need it"}},
+               "the run, or will, trials_planned, trials_done, trials_left"},
+              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
+                resume_or_preview(*s, call, respond);
+              }));
+  methods.add(
+      {"run.confirm",
+       "a person has done what the run waits for, as its \"attention\" says; it goes on",
+       Role::operator_,
+       Effect::change,
+       {run_param,
+        {"step", ParamType::text, true, "which one: step of the run's attention, \"Q-12\""}},
+       "the run"},
+      [s](const Call& call) { return confirm(*s, call); });
+  add_order(methods, s, "run.stop", "finishes the repetition, cleans up, ends", Order::stop);
+  add_order(methods, s, "run.abort", "stops motion, retracts, ends", Order::abort);
+}
+
+// To a run that was interrupted, and to any.
+void add_run_care(rpc::Methods& methods, const Services* s) {
+  methods.add({"run.recover",
+               "what becomes of an interrupted run: it goes on, it ends and is never made a data "
+               "set of, or it ends with a data set of the trials that are complete",
+               Role::operator_,
+               Effect::change,
+               {run_param,
+                {"choice", ParamType::text, true, "resume, discard or keep-partial"},
+                {"preview", ParamType::flag, false, "answers what it would do, and does nothing"},
+                {"lease", ParamType::text, false, "of the rig; needed without preview"}},
+               "the run, or will, trials_planned, trials_done, trials_left"},
+              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
+                recover(*s, call, respond);
+              }));
+  methods.add(
+      {"run.annotate",
+       "a note about a run, of any time, for the journal (log.query, kind \"note\"); its data "
+       "stay as they are",
+       Role::operator_,
+       Effect::change,
+       {run_param, {"text", ParamType::text, true, "what was seen or done"}},
+       "run, t_us, text"},
+      [s](const Call& call) { return annotate(*s, call); });
+}
+
+void add_run_reads(rpc::Methods& methods, const Services* s) {
+  methods.add({"run.get",
+               "one run",
+               {},
+               {},
+               {run_param},
+               "the run; submitted_by who put it in line, by who changed it last; attention is the "
+               "next human action (null: none), next_attention_us since "
+               "when it is asked or when it will be; campaign_since, where its campaign was gone "
+               "on with without the daemon (weft run --resume): what its folder holds by now, "
+               "trials_done, trials_planned, complete, dataset_sha256"},
+              [s](const Call& call) -> Outcome {
+                const auto run = s->desk->get(run_of(call));
+                if (!run) return refused(run.error());
+                return text_of(run_json(*run));
+              });
+  methods.add({"run.list",
+               "all runs, oldest first",
+               {},
+               {},
+               list_params(),
+               "runs, next (null where there is no more)"},
+              [s](const Call& call) { return list_runs(*s, call); });
+  methods.add(
+      {"run.wait",
+       "answers when the run has ended",
+       {},
+       {},
+       {run_param, {"hand_over", ParamType::flag, false, "and what its recipe hands over as well"}},
+       "the run"},
+      rpc::Handler(
+          [s](const Call& call, const rpc::Responder& respond) { wait(*s, call, respond); }));
+}
+
+json attention_json(const control::Attention& attention) {
+  json out{{"text", attention.ask.text},
+           {"people_s", attention.ask.people_s},
+           {"trial", attention.ask.trial},
+           {"asked", !attention.step.empty()},
+           {"step", nullptr}};
+  if (!attention.step.empty()) out["step"] = attention.step;
+  return out;
+}
+
+}  // namespace
+
+json run_json(const RunView& run) {
+  const control::StoredRun& stored = run.stored;
+  json out{{"run", stored.id()},
+           {"state", to_string(run.machine.state)},
+           {"recipe", stored.recipe.stem().string()},
+           {"name", stored.name},
+           {"submitted_by", stored.by},
+           {"by", run.changed_by.empty() ? "auto:daemon" : run.changed_by},
+           {"created_us", stored.created_us},
+           {"folder", stored.folder.string()},
+           {"takes_rejected", run.takes_rejected},
+           {"wall_left_s", run.wall_left_s},
+           {"next_attention_us", nullptr},
+           {"attention", nullptr}};
+  if (run.trials_planned > 0) {  // else nobody knows: it is from before that was kept
+    out["trials_done"] = run.trials_done;
+    out["trials_planned"] = run.trials_planned;
+  }
+  if (!stored.bench.empty()) out["bench"] = stored.bench;
+  if (!stored.recipe_sha256.empty()) out["digest"] = "sha256:" + stored.recipe_sha256;
+  if (run.attention) {
+    if (run.attention->at_us) out["next_attention_us"] = *run.attention->at_us;
+    out["attention"] = attention_json(*run.attention);
+  }
+  if (!run.last_rejection.empty()) out["last_rejection"] = run.last_rejection;
+  if (run.moment)
+    out["at"] = {
+        {"trial", run.moment->trial},           {"step", recipes::to_string(run.moment->step)},
+        {"fabric", run.moment->fabric},         {"exploration", run.moment->exploration},
+        {"repetition", run.moment->repetition}, {"bench_s", run.moment->virtual_s}};
+  if (!stored.outcome.empty()) {
+    out["outcome"] = stored.outcome;
+    out["cleanup"] = stored.cleanup;
+    out["rig"] = stored.rig_fact;
+  }
+  if (!stored.recovered.empty()) out["recovered"] = stored.recovered;
+  if (!stored.error.empty()) out["error"] = stored.error;
+  if (!stored.dataset_error.empty()) out["dataset_error"] = stored.dataset_error;
+  if (run.hand_over) out["handover"] = hand_over_json(*run.hand_over);
+  if (!stored.dataset_sha256.empty()) out["dataset_sha256"] = stored.dataset_sha256;
+  if (run.since)
+    out["campaign_since"] = {{"trials_done", run.since->trials_done},
+                             {"trials_planned", run.since->trials_planned},
+                             {"complete", run.since->complete},
+                             {"dataset_sha256", run.since->dataset_sha256}};
+  return out;
+}
+
+void add_run_methods(rpc::Methods& methods, const Services& services) {
+  add_run_line(methods, &services);
+  add_run_orders(methods, &services);
+  add_run_care(methods, &services);
+  add_run_reads(methods, &services);
+}
+
+}  // namespace weft::daemon::api

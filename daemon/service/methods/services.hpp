@@ -1,0 +1,106 @@
+#pragma once
+// What the methods of the API work on, and the methods themselves by groups. Source: design/API.md.
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "daemon/campaign/bench_pace.hpp"
+#include "daemon/campaign/onlooker.hpp"
+#include "daemon/service/handover/hand_over_desk.hpp"
+#include "daemon/service/methods/data_files.hpp"
+#include "daemon/service/methods/rig_watch.hpp"
+#include "daemon/service/rpc/hub.hpp"
+#include "daemon/service/rpc/leases.hpp"
+#include "daemon/service/rpc/method.hpp"
+#include "daemon/service/rpc/role.hpp"
+#include "daemon/service/rpc/sessions.hpp"
+#include "daemon/service/runs/run_desk.hpp"
+
+namespace weft::daemon::api {
+
+/// Outlives the methods. Used by the server's thread alone.
+struct Services {
+  server::Hub* hub = nullptr;
+  access::Leases* leases = nullptr;
+  control::RunDesk* desk = nullptr;
+  control::HandOverDesk* hand_overs = nullptr;
+  control::RunStore* log = nullptr;
+  std::filesystem::path rig;  ///< rig file
+  std::shared_ptr<RigWatch> rig_watch = std::make_shared<RigWatch>();
+  std::string rig_name;           ///< "rig:" + this is the scope of its lease
+  std::filesystem::path recipes;  ///< folder of *.json
+  std::filesystem::path data;
+  std::string epoch;
+  std::function<std::chrono::nanoseconds()> now;  ///< monotonic
+  std::function<std::int64_t()> utc_us;
+  /// Long work, done on another thread; what it returns is called on the server's, or `failed`
+  /// where it threw. False where too much waits already.
+  using Report = std::function<void()>;
+  using Errand =
+      std::function<bool(std::function<Report()> work, std::function<void(const Error&)> failed)>;
+  Errand errand;
+  Errand change_errand;  ///< likewise, of who wants a run to begin: no question makes him wait
+  Errand file_errand;    ///< on a thread of its own again, the only one that uses `files`
+  DataFiles* files = nullptr;  ///< the data sets' files
+  BenchPace* pace = nullptr;   ///< of a simulated bench
+  server::Sessions* sessions = nullptr;
+  /// A new token, kept. Errors: TokenFile's.
+  std::function<Result<std::string>(std::string name, access::Role role, std::int64_t expires_us,
+                                    std::string user)>
+      add_token = {};
+  std::function<Status(std::string_view name)> remove_token = {};
+  /// Why the file of tokens cannot be read; nothing where it can.
+  std::function<std::optional<Error>()> tokens_problem = {};
+  bool one_run = false;  ///< the daemon inside `weft run`: nothing but that run is its business
+  std::string http_url = {};  ///< "http://127.0.0.1:8080"; empty where HTTP is not served
+};
+
+/// All of them, with the introduction.
+void add_methods(rpc::Methods& methods, const Services& services);
+
+void add_token_methods(rpc::Methods& methods, const Services& services);
+void add_rig_description(rpc::Methods& methods, const Services& services);
+void add_device_methods(rpc::Methods& methods, const Services& services);
+void add_system_methods(rpc::Methods& methods, const Services& services);
+void add_lease_methods(rpc::Methods& methods, const Services& services);
+void add_recipe_methods(rpc::Methods& methods, const Services& services);
+void add_run_methods(rpc::Methods& methods, const Services& services);
+void add_queue_methods(rpc::Methods& methods, const Services& services);
+void add_rig_methods(rpc::Methods& methods, const Services& services);
+void add_classify_methods(rpc::Methods& methods, const Services& services);
+void add_data_methods(rpc::Methods& methods, const Services& services);
+void add_plan_methods(rpc::Methods& methods, const Services& services);
+void add_hand_over_methods(rpc::Methods& methods, const Services& services);
+void add_sim_methods(rpc::Methods& methods, const Services& services);
+void add_session_methods(rpc::Methods& methods, const Services& services);
+void add_recipe_put(rpc::Methods& methods, const Services& services);
+void add_subscription_methods(rpc::Methods& methods, const Services& services);
+
+/// Tells a frame of `run` under "stream:force", "stream:stages" and "stream:taxels".
+void pass_on(server::Hub& hub, const LiveFrame& frame, std::string_view run, std::int64_t t_us);
+/// Whether anybody listens to these.
+bool wants_samples(const server::Hub& hub);
+
+/// A file by "R-000318/dataset.h5", for a download: `told` is called once, on the server's thread.
+/// Errors: not_found; DataFiles::open()'s; timeout, when too many wait already.
+void open_served_file(const Services& services, std::string_view path,
+                      const std::function<void(const Result<server::ServedFile>&)>& told);
+/// {ok, blockers: [{kind, where, hint}]}: all that keeps a run from being started now.
+std::string readiness_json(const Services& services);
+/// Its time is over: in the journal, then told.
+void tell_expired(const Services& services, const access::Lease& lease);
+/// A run for a client; also what "run:ID" events carry.
+nlohmann::json run_json(const control::RunView& run);
+/// What "queue" events carry: the runs that wait, the next first.
+nlohmann::json queue_json(const control::RunLine& line);
+/// What a run says of its hand-over.
+nlohmann::json hand_over_json(const control::HandOverFact& fact);
+/// What "vote:ID" events carry.
+nlohmann::json vote_json(const VoteMoment& vote);
+
+}  // namespace weft::daemon::api

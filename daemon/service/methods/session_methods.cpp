@@ -1,0 +1,99 @@
+// Who talks to the daemon now, and the end of a session by somebody's word.
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/service/methods/parts.hpp"
+#include "daemon/service/rpc/conversation.hpp"
+
+namespace weft::daemon::api {
+namespace {
+
+using nlohmann::json;
+using rpc::Call;
+using rpc::Outcome;
+using rpc::ParamType;
+
+Outcome sessions_told(const server::Sessions& sessions) {
+  json out = json::array();
+  for (const auto& [name, conversation] : sessions.all()) {
+    if (!conversation->introduced()) continue;
+    const rpc::Caller& who = conversation->caller();
+    out.push_back({{"session", name},
+                   {"user", who.user},
+                   {"client", who.client},
+                   {"role", access::to_string(who.role)},
+                   {"local", who.local},
+                   {"subscriptions", conversation->subscriptions()},
+                   {"waiting_calls", conversation->pending()}});
+  }
+  return text_of({{"sessions", std::move(out)}});
+}
+
+rpc::RpcError told_to(const std::string& by, const std::string& reason) {
+  return rpc::rpc_error(rpc::code::access + 8, "session.closed",
+                        {Errc::wrong_state,
+                         "this session was closed by " + by,
+                         {},
+                         {},
+                         reason,
+                         "What it has started goes on; session.open begins another"});
+}
+
+/// Whoever closes his own needs no more; what others said and ask for ends by an admin's word only.
+Outcome closed(const Services& services, const Call& call) {
+  const std::string name = call.params.value("session", call.caller.session);
+  const bool own = name == call.caller.session;
+  if (!own && call.caller.role < access::Role::admin)
+    return tl::unexpected(rpc::rpc_error(
+        rpc::code::access + 3, "access.role",
+        {Errc::wrong_state, "another's session", "/params/session", "admin",
+         std::string(access::to_string(call.caller.role)), "Leave it out to close your own"}));
+  server::Conversation* const conversation = services.sessions->find(name);
+  if (conversation == nullptr || !conversation->introduced())
+    return refused({Errc::not_found,
+                    "no such session",
+                    "/params/session",
+                    {},
+                    name,
+                    "session.list tells who is there"});
+  const std::string reason = call.params.value("reason", "");
+  if (!own && reason.size() < 3)
+    return refused({Errc::invalid_argument,
+                    "another's session is closed for a reason",
+                    "/params/reason",
+                    "a few words",
+                    reason,
+                    {}});
+  const json payload{{"session", name}, {"user", conversation->caller().user}, {"reason", reason}};
+  if (const Status ok = services.log->journal(services.utc_us(), "", "session.closed",
+                                              by(call.caller), text_of(payload));
+      !ok)
+    return refused(ok.error());
+  conversation->end(told_to(by(call.caller), reason));
+  return text_of({{"closed", name}});
+}
+
+}  // namespace
+
+void add_session_methods(rpc::Methods& methods, const Services& services) {
+  const Services* const s = &services;
+  methods.add({"session.list",
+               "who is connected and has introduced himself",
+               {},
+               {},
+               {},
+               "sessions: session, user, client, role, local (through the Unix socket), "
+               "subscriptions, waiting_calls"},
+              [s](const Call&) { return sessions_told(*s->sessions); });
+  methods.add({"session.close",
+               "ends a session once its answer is sent: your own, or an admin another's with a "
+               "reason; what it has started goes on, and its leases until their time is over",
+               access::Role::observer,
+               rpc::Effect::change,
+               {{"session", ParamType::text, false, "its name, \"s-41\"; yours"},
+                {"reason", ParamType::text, false, "for who is there and for the journal"}},
+               "closed"},
+              [s](const Call& call) { return closed(*s, call); });
+}
+
+}  // namespace weft::daemon::api

@@ -1,0 +1,142 @@
+#include <nlohmann/json.hpp>
+
+#include "daemon/campaign/open_rig.hpp"
+#include "daemon/service/methods/parts.hpp"
+
+namespace weft::daemon::api {
+namespace {
+
+using access::Role;
+using nlohmann::json;
+using rpc::Call;
+using rpc::Effect;
+using rpc::Outcome;
+using rpc::ParamType;
+
+Outcome set_pace(const Services& services, const Call& call) {
+  if (auto free = nobody_else_holds(services, call.caller); !free)
+    return tl::unexpected(free.error());
+  const double pace = call.params.at("pace").get<double>();
+  if (!is_pace(pace))
+    return refused({Errc::range, "no such pace", "/params/pace", "0, or 1 to 1 000 000",
+                    call.params.at("pace").dump(), "0 lets the bench go as fast as it can"});
+  const auto rig = open_rig(services.rig, {});
+  if (!rig) return refused(rig.error());
+  if (rig->file.mode != BenchMode::simulated)
+    return refused({Errc::wrong_state,
+                    "the time of this rig is the world's",
+                    services.rig.string(),
+                    "a simulated bench",
+                    {},
+                    {}});
+  services.pace->store(pace, std::memory_order_relaxed);
+  return text_of({{"pace", pace}});
+}
+
+/// What the emulator refuses, it refuses of the fault's own fields.
+Error of_params(Error error) {
+  if (error.where.starts_with('/') && error.where != "/rig") error.where = "/params" + error.where;
+  return error;
+}
+
+/// The call without what is not the fault's.
+json fault_of(const Call& call) {
+  json out = call.params;
+  out.erase("idem");
+  return out;
+}
+
+void befall(const Services& services, const Call& call, bool ends, const rpc::Responder& respond) {
+  if (auto free = nobody_else_holds(services, call.caller); !free)
+    return respond(tl::unexpected(free.error()));
+  json fault = fault_of(call);
+  if (ends && !fault.contains("fault")) fault["fault"] = "";
+  const auto run = services.desk->active();
+  services.desk->befall({fault.dump(), ends, by(call.caller), {}},
+                        [respond, run, fault](const Status& done) {
+                          if (!done) return respond(refused(of_params(done.error())));
+                          json told = fault;
+                          told["run"] = run ? json(*run) : json();
+                          respond(text_of(told));
+                        });
+}
+
+json of_axes(const recipes::Joints& joints, bool linear, double per_unit) {
+  json out = json::object();
+  for (const recipes::Axis axis : recipes::all_axes)
+    if (recipes::is_linear(axis) == linear) out[to_string(axis)] = joints[axis] * per_unit;
+  return out;
+}
+
+json force_json(const LiveFrame& frame) {
+  const WrenchSample& now = *frame.wrench;
+  return {{"fx_n", now.force_n[0]},       {"fy_n", now.force_n[1]},     {"fz_n", now.force_n[2]},
+          {"tx_nm", now.torque_nm[0]},    {"ty_nm", now.torque_nm[1]},  {"tz_nm", now.torque_nm[2]},
+          {"fz_min_n", frame.least_fz_n}, {"fz_max_n", frame.most_fz_n}};
+}
+
+}  // namespace
+
+void pass_on(server::Hub& hub, const LiveFrame& frame, std::string_view run, std::int64_t t_us) {
+  constexpr double mm_per_m = 1e3;
+  constexpr double deg_per_rad = 57.29577951308232;
+  const auto tell = [&](std::string_view topic, json delta) {
+    delta["run"] = run;
+    delta["by"] = "auto:run";
+    delta["bench_s"] = frame.bench_s;
+    hub.pass_on(topic, delta, t_us);
+  };
+  if (frame.wrench) tell("stream:force", force_json(frame));
+  if (frame.joints)
+    tell("stream:stages", {{"position_mm", of_axes(*frame.joints, true, mm_per_m)},
+                           {"angle_deg", of_axes(*frame.joints, false, deg_per_rad)}});
+  if (!frame.taxels.empty()) tell("stream:taxels", {{"counts", frame.taxels}});
+}
+
+bool wants_samples(const server::Hub& hub) {
+  return hub.wanted("stream:force") || hub.wanted("stream:stages") || hub.wanted("stream:taxels");
+}
+
+void add_sim_methods(rpc::Methods& methods, const Services& services) {
+  const Services* const s = &services;
+  methods.add({"sim.clock",
+               "how fast the time of a simulated bench passes, now and in later runs; the daemon "
+               "begins with --pace",
+               Role::operator_,
+               Effect::change,
+               {{"pace", ParamType::number, true,
+                 "bench seconds per second, 1 to 1000000; 0: as fast as it can"}},
+               "pace"},
+              [s](const Call& call) { return set_pace(*s, call); });
+  constexpr rpc::ParamSpec device_param{"device", ParamType::text, true,
+                                        "its name, see device.list"};
+  methods.add(
+      {"sim.inject",
+       "lets a fault befall a device of the simulated or emulated bench of the run under way, once "
+       "its devices are up; kinds: sim/devices/README.md",
+       Role::engineer,
+       Effect::change,
+       {device_param,
+        {"fault", ParamType::text, true, "its kind, \"drop\""},
+        {"start_s", ParamType::number, false, "from now, on the bench's clock [s], 0"},
+        {"duration_s", ParamType::number, false, "[s]; for ever where it is left out"},
+        {"probability", ParamType::number, false, "0 to 1 of each message or reading, 1"},
+        {"amount", ParamType::number, false, "how much, in the unit of the kind"},
+        {"towards", ParamType::text, false, "host (default) or device, of faults of the wire"}},
+       "the fault, run"},
+      rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
+        befall(*s, call, false, respond);
+      }));
+  methods.add(
+      {"sim.clear",
+       "ends such faults of a device, also those of its rig file",
+       Role::engineer,
+       Effect::change,
+       {device_param, {"fault", ParamType::text, false, "its kind; all where it is left out"}},
+       "device, fault, run"},
+      rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
+        befall(*s, call, true, respond);
+      }));
+}
+
+}  // namespace weft::daemon::api

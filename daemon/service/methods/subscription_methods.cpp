@@ -1,0 +1,152 @@
+#include <nlohmann/json.hpp>
+
+#include "daemon/service/methods/parts.hpp"
+#include "daemon/service/rpc/conversation.hpp"
+
+namespace weft::daemon::api {
+namespace {
+
+using nlohmann::json;
+using rpc::Call;
+using rpc::Outcome;
+using rpc::ParamType;
+
+/// How many events. Errors: range.
+Result<std::uint64_t> credit_of(const json& params, const char* name, std::int64_t least) {
+  constexpr auto most = static_cast<std::int64_t>(server::Subscription::most_credit);
+  const auto events = params.at(name).get<std::int64_t>();
+  if (events >= least && events <= most) return static_cast<std::uint64_t>(events);
+  return fail(Errc::range, "how many events", "/params/" + std::string(name),
+              std::to_string(least) + " to " + std::to_string(most), std::to_string(events));
+}
+
+Result<server::Wish> wish_of(const json& params) {
+  constexpr std::size_t most_topics = 64;
+  server::Wish wish;
+  const json& topics = params.at("topics");
+  if (topics.empty() || topics.size() > most_topics)
+    return fail(Errc::range, "how many topics", "/params/topics", "1 to 64",
+                std::to_string(topics.size()));
+  for (const json& topic : topics) {
+    if (!topic.is_string())
+      return fail(Errc::invalid_argument, "a topic is a text", "/params/topics", "string",
+                  topic.type_name());
+    wish.topics.push_back(topic.get<std::string>());
+    if (wish.topics.back().size() > rpc::longest_text)
+      return fail(Errc::range, "no topic is so long", "/params/topics",
+                  "at most " + std::to_string(rpc::longest_text) + " bytes",
+                  std::to_string(wish.topics.back().size()) + " bytes");
+  }
+  const std::string mode = params.value("mode", "latest");
+  if (mode != "latest" && mode != "every")
+    return fail(Errc::invalid_argument, "no such mode", "/params/mode", "latest or every", mode);
+  wish.mode = mode == "every" ? server::Mode::every : server::Mode::latest;
+  wish.max_hz = params.value("max_hz", wish.max_hz);
+  constexpr double slowest_hz = 1e-3;
+  if (wish.max_hz != 0 && !(wish.max_hz >= slowest_hz && wish.max_hz <= 1000))
+    return fail(Errc::range, "rate out of range", "/params/max_hz", "0 or 0.001 to 1000 Hz",
+                std::to_string(wish.max_hz));
+  if (params.contains("credit")) {
+    const auto credit = credit_of(params, "credit", 0);
+    if (!credit) return pass(credit.error());
+    wish.credit = *credit;
+  }
+  return wish;
+}
+
+tl::expected<server::Opened, rpc::RpcError> opened(const Services& services, const Call& call,
+                                                   const server::Wish& wish) {
+  if (!call.params.contains("from_seq")) return services.hub->open(wish);
+  const std::string epoch = call.params.value("epoch", services.epoch);
+  const auto from = call.params.at("from_seq").get<std::int64_t>();
+  if (epoch != services.epoch || from < 0)
+    return tl::unexpected(
+        rpc::rpc_error(rpc::code::state + 40, "replay.gone",
+                       {Errc::range, "events of another start of the daemon", "/params/epoch",
+                        services.epoch, epoch, "Leave from_seq out to get a snapshot"},
+                       true));
+  return services.hub->replay(wish, static_cast<std::uint64_t>(from));
+}
+
+Outcome open(const Services& services, const Call& call) {
+  if (call.conversation == nullptr)
+    return refused({Errc::unsupported,
+                    "events need a connection that stays",
+                    {},
+                    {},
+                    {},
+                    "Use the socket, or GET /events"});
+  if (call.conversation->subscriptions() >= server::Conversation::most_subscriptions)
+    return refused({Errc::range,
+                    "too many subscriptions",
+                    {},
+                    "at most " + std::to_string(server::Conversation::most_subscriptions),
+                    {},
+                    "sub.close those that are not needed"});
+  const auto wish = wish_of(call.params);
+  if (!wish) return refused(wish.error());
+  const auto made = opened(services, call, *wish);
+  if (!made) return tl::unexpected(made.error());
+  call.conversation->subscribe(made->subscription);
+  return R"({"sub":")" + made->subscription->id() + R"(","seq":)" + std::to_string(made->seq) +
+         R"(,"left_off":)" + std::to_string(made->left_off) + R"(,"snapshot":)" +
+         made->snapshot_json + "}";
+}
+
+Outcome grant(const Call& call) {
+  const std::string id = call.params.at("sub").get<std::string>();
+  server::Subscription* const mine =
+      call.conversation == nullptr ? nullptr : call.conversation->subscription(id);
+  if (mine == nullptr)
+    return refused({Errc::not_found, "no such subscription of yours", "/params/sub", {}, id, {}});
+  const auto events = credit_of(call.params, "events", 1);
+  if (!events) return refused(events.error());
+  if (const Status ok = mine->grant(*events); !ok) return refused(ok.error());
+  return text_of({{"sub", id}, {"credit", *mine->credit()}});
+}
+
+Outcome close(const Call& call) {
+  const std::string id = call.params.at("sub").get<std::string>();
+  if (call.conversation == nullptr || !call.conversation->unsubscribe(id))
+    return refused({Errc::not_found, "no such subscription of yours", "/params/sub", {}, id, {}});
+  return text_of({{"closed", id}});
+}
+
+}  // namespace
+
+void add_subscription_methods(rpc::Methods& methods, const Services& services) {
+  const Services* const s = &services;
+  methods.add(
+      {"sub.open",
+       "events from now on: a snapshot, then what changes",
+       {},
+       {},
+       {{"topics", ParamType::list, true, "\"run:R-000318\"; \"run:*\" for all of a kind"},
+        {"mode", ParamType::text, false, "latest (merged) or every (bounded, gaps told)"},
+        {"max_hz", ParamType::number, false, "of latest, 20 [Hz]"},
+        {"credit", ParamType::integer, false,
+         "so many events, and no more before sub.credit; what waits longer than the bound "
+         "is a gap that is told"},
+        {"from_seq", ParamType::integer, false, "all events after this one instead"},
+        {"epoch", ParamType::text, false, "of the daemon that numbered from_seq"}},
+       "sub, seq, snapshot (by topic, at most 1 MiB), left_off (so many topics had no room in "
+       "it: those that changed longest ago; ask for them by name, or run.list)"},
+      [s](const Call& call) { return open(*s, call); });
+  methods.add({"sub.credit",
+               "lets a subscription that was opened with credit send more events",
+               {},
+               {},
+               {{"sub", ParamType::text, true, "its name, \"u3\""},
+                {"events", ParamType::integer, true, "so many more, 1 to 1000000"}},
+               "sub, credit"},
+              [](const Call& call) { return grant(call); });
+  methods.add({"sub.close",
+               "no more of it",
+               {},
+               {},
+               {{"sub", ParamType::text, true, "its name, \"u3\""}},
+               "closed"},
+              [](const Call& call) { return close(call); });
+}
+
+}  // namespace weft::daemon::api

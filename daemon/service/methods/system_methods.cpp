@@ -1,0 +1,272 @@
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "daemon/base/file/read_file.hpp"
+#include "daemon/base/version/software_version.hpp"
+#include "daemon/hardware/rig/rig_file.hpp"
+#include "daemon/service/methods/parts.hpp"
+#include "daemon/service/rpc/conversation.hpp"
+#include "daemon/storage/recorder/recorder.hpp"
+
+namespace weft::daemon::api {
+namespace {
+
+using nlohmann::json;
+using rpc::Call;
+using rpc::Outcome;
+
+constexpr std::int64_t most_lines = 10'000;
+
+json system_info(const Services& services) {
+  return {{"product", "weftd"},
+          {"version", software_version()},
+          {"protocol", server::protocol_version},
+          {"epoch", services.epoch},
+          {"rig", services.rig_name},
+          {"bench", to_string(bench_kind_of(services.rig))},  // it may be another one each time
+          {"pace", services.pace->load(std::memory_order_relaxed)},
+          {"http", services.http_url.empty() ? json() : json(services.http_url)},
+          {"listeners", services.hub->listeners()},
+          {"seq", services.hub->seq()}};
+}
+
+json metrics(const Services& services, std::chrono::nanoseconds began) {
+  json states = json::object();
+  for (const control::RunView& run : services.desk->all()) {
+    const std::string state(to_string(run.machine.state));
+    states[state] = states.value(state, 0) + 1;
+  }
+  std::error_code error;
+  const auto disk = std::filesystem::space(services.data, error);
+  return {{"up_s", std::chrono::duration<double>(services.now() - began).count()},
+          {"seq", services.hub->seq()},
+          {"listeners", services.hub->listeners()},
+          {"leases", services.leases->all(services.now()).size()},
+          {"queued", services.desk->line().runs.size()},
+          {"runs", std::move(states)},
+          {"disk_free_bytes", error ? json() : json(disk.available)}};
+}
+
+json whoami(const rpc::Caller& caller) {
+  return {{"session", caller.session},
+          {"client", caller.client},
+          {"user", caller.user},
+          {"role", access::to_string(caller.role)},
+          {"local", caller.local}};
+}
+
+json blocker(std::string_view kind, std::string where, std::string hint) {
+  return {{"kind", kind}, {"where", std::move(where)}, {"hint", std::move(hint)}};
+}
+
+void add_standing_blocker(const control::RigStanding& standing, json& blockers) {
+  using Fact = control::RigStanding::Fact;
+  if (standing.fact == Fact::latched)
+    blockers.push_back(blocker("rig.latched", "rig",
+                               (standing.emergency ? "Emergency stop by " : "Halted by ") +
+                                   standing.why + ": look at the rig, then rig.reset"));
+  if (standing.fact == Fact::unknown)
+    blockers.push_back(blocker("rig.unknown", standing.why,
+                               "Nobody knows where that run left the rig: look at it, then "
+                               "rig.reset, or, where the run is interrupted, go on with it"));
+}
+
+void add_rig_file_blocker(const Services& services, json& blockers) {
+  const auto text = read_text_file(services.rig);
+  if (!text)
+    return blockers.push_back(
+        blocker("rig.unreadable", services.rig.string(), to_string(text.error())));
+  const auto& problems = services.rig_watch->problems(services.rig, *text);
+  if (problems.empty()) return;
+  const std::string more = problems.size() == 1 ? ""
+                                                : "; and " + std::to_string(problems.size() - 1) +
+                                                      " more, weft check tells all";
+  blockers.push_back(blocker("rig.invalid", services.rig.string(), problems.front() + more));
+}
+
+/// A folder that cannot be read, or is gone, has no recipe that a run could be started of.
+void add_recipes_blocker(const Services& services, json& blockers) {
+  std::error_code error;
+  const std::filesystem::directory_iterator found(services.recipes, error);
+  if (error)
+    blockers.push_back(blocker("recipes.unreadable", services.recipes.string(),
+                               "No run can be started of a recipe there: " + error.message()));
+}
+
+/// A folder that is gone has no room either; that it is gone is what somebody has to know.
+void add_storage_blocker(const Services& services, json& blockers) {
+  const std::string data = services.data.string();
+  if (const Status here = services.log->in_place(); !here)
+    return blockers.push_back(blocker("storage.gone", data, to_string(here.error())));
+  if (!services.desk->is_kept())
+    blockers.push_back(blocker("storage.io", data,
+                               "How the rig stands, or what became of a run, could not be written "
+                               "down: see that the disk has room; it is tried again"));
+  constexpr std::uint64_t least_bytes = std::uint64_t{1} << 28;
+  const std::uint64_t wanted = std::max(least_bytes, services.desk->bytes_awaited());
+  if (const Status space = check_space(services.data, wanted); !space)
+    blockers.push_back(blocker("disk.low", data, to_string(space.error())));
+}
+
+json line_json(const control::RunStore::Line& line) {
+  return {{"sequence", line.sequence},
+          {"t_us", line.utc_us},
+          {"run", line.run},
+          {"kind", line.kind},
+          {"by", line.by},
+          {"data", json::parse(line.payload_json, nullptr, false)}};
+}
+
+Result<std::size_t> lines_wanted(const Call& call) {
+  const std::int64_t most = call.params.value("most", std::int64_t{100});
+  if (most >= 1 && most <= most_lines) return static_cast<std::size_t>(most);
+  return fail(Errc::range, "how many lines", "/params/most", "1 to " + std::to_string(most_lines),
+              call.params.at("most").dump());
+}
+
+Outcome log_tail(const Services& services, const Call& call) {
+  const auto most = lines_wanted(call);
+  if (!most) return refused(most.error());
+  const auto lines = services.log->tail(call.params.value("run", ""), *most);
+  if (!lines) return refused(lines.error());
+  ListPage page(*most);
+  std::size_t left = lines->size();  // the newest that there is room for
+  while (left > 0 && page.add(line_json((*lines)[left - 1]))) --left;
+  return R"({"lines":)" + page.text(ListPage::Order::reversed) + R"(,"left_off":)" +
+         std::to_string(left) + "}";
+}
+
+/// A whole number from 0 on, as SQLite has them.
+Result<std::int64_t> number_in(const Call& call, const char* name, std::int64_t fallback) {
+  const auto found = call.params.find(name);
+  if (found == call.params.end()) return fallback;
+  // Above the largest signed number JSON's are unsigned here; as signed ones they are negative.
+  if (const auto number = found->get<std::int64_t>(); number >= 0) return number;
+  return fail(Errc::range, "no such number", std::string("/params/") + name, "0 to 2^63 - 1",
+              found->dump());
+}
+
+Outcome log_query(const Services& services, const Call& call) {
+  control::RunStore::Query wanted;
+  wanted.run = call.params.value("run", "");
+  wanted.kind = call.params.value("kind", "");
+  const auto since = number_in(call, "since_us", wanted.since_us);
+  if (!since) return refused(since.error());
+  const auto until = number_in(call, "until_us", wanted.until_us);
+  if (!until) return refused(until.error());
+  const auto from = number_in(call, "from", wanted.from);
+  if (!from) return refused(from.error());
+  const auto most = lines_wanted(call);
+  if (!most) return refused(most.error());
+  wanted.since_us = *since;
+  wanted.until_us = *until;
+  wanted.from = *from;
+  wanted.most = *most;
+  const auto page = services.log->query(wanted);
+  if (!page) return refused(page.error());
+  ListPage told(*most);
+  json next = page->next ? json(*page->next) : json();
+  for (const auto& line : page->lines) {
+    if (told.add(line_json(line))) continue;
+    next = line.sequence;
+    break;
+  }
+  return R"({"lines":)" + told.text() + R"(,"next":)" + text_of(next) + "}";
+}
+
+void add_log_methods(rpc::Methods& methods, const Services* s) {
+  methods.add({"log.tail",
+               "the newest lines of the daemon's journal",
+               {},
+               {},
+               {{"run", rpc::ParamType::text, false, "of this run only"},
+                {"most", rpc::ParamType::integer, false,
+                 "lines, 100; 10000 at most, and no more "
+                 "than 1 MiB"}},
+               "lines: sequence, t_us, run, kind, by, data; left_off: so many older ones had no "
+               "room, log.query has them"},
+              [s](const Call& call) { return log_tail(*s, call); });
+  methods.add({"log.query",
+               "lines of the daemon's journal, oldest first, by run, kind and time",
+               {},
+               {},
+               {{"run", rpc::ParamType::text, false, "of this run only"},
+                {"kind", rpc::ParamType::text, false, "of this kind only, \"state\""},
+                {"since_us", rpc::ParamType::integer, false, "not before, UTC"},
+                {"until_us", rpc::ParamType::integer, false, "before, UTC"},
+                {"from", rpc::ParamType::integer, false,
+                 "this sequence number on: next of the page before"},
+                {"most", rpc::ParamType::integer, false, "lines, 100; at most 10000"}},
+               "lines: sequence, t_us, run, kind, by, data; next, null where there is no more: a "
+               "page may be short, or empty, and have one"},
+              [s](const Call& call) { return log_query(*s, call); });
+}
+
+}  // namespace
+
+std::string readiness_json(const Services& services) {
+  json blockers = json::array();
+  if (services.desk->is_closing())
+    blockers.push_back(blocker("daemon.stops", "daemon",
+                               "It has been told to end, and begins nothing any more: start it "
+                               "anew"));
+  add_rig_file_blocker(services, blockers);
+  add_recipes_blocker(services, blockers);
+  add_standing_blocker(services.desk->standing(), blockers);
+  add_storage_blocker(services, blockers);
+  if (const auto problem = services.tokens_problem ? services.tokens_problem() : std::nullopt)
+    blockers.push_back(
+        blocker("tokens.unreadable", problem->where,
+                "A token that was removed since may still be good: " + to_string(*problem)));
+  if (const control::RunLine& line = services.desk->line(); line.held())
+    blockers.push_back(blocker("queue.paused", "queue",
+                               "Paused by " + line.held_by + ": queue.start lets the next begin"));
+  if (const auto run = services.desk->active())
+    blockers.push_back(blocker("rig.busy", *run, "Wait for it, or put yours in the queue"));
+  const bool ok = blockers.empty();
+  return text_of({{"ok", ok}, {"blockers", std::move(blockers)}});
+}
+
+void add_system_methods(rpc::Methods& methods, const Services& services) {
+  const Services* const s = &services;
+  methods.add(
+      {"system.info",
+       "what runs here",
+       {},
+       {},
+       {},
+       "product, version, rig, bench (\"simulated\" or \"real\"), pace, http (null where it is not "
+       "served), epoch, seq"},
+      [s](const Call&) -> Outcome { return text_of(system_info(*s)); });
+  methods.add({"system.ready",
+               "whether a run can be started, and all that keeps it from that",
+               {},
+               {},
+               {},
+               "ok, blockers"},
+              [s](const Call&) -> Outcome { return readiness_json(*s); });
+  methods.add({"system.time", "both clocks", {}, {}, {}, "t_us (UTC), mono_us"},
+              [s](const Call&) -> Outcome {
+                return text_of({{"t_us", s->utc_us()}, {"mono_us", s->now().count() / 1000}});
+              });
+  methods.add(
+      {"system.metrics",
+       "how much there is of what grows or runs out",
+       {},
+       {},
+       {},
+       "up_s, seq (events told), listeners, leases, queued, runs by state, "
+       "disk_free_bytes (null where that is not known)"},
+      [s, began = s->now()](const Call&) -> Outcome { return text_of(metrics(*s, began)); });
+  methods.add({"session.whoami", "who you are here", {}, {}, {}, "session, client, user, role"},
+              [](const Call& call) -> Outcome { return text_of(whoami(call.caller)); });
+  add_log_methods(methods, s);
+  rpc::Methods* const all = &methods;
+  methods.add({"rpc.discover", "this document", {}, {}, {}, "OpenRPC"},
+              [all](const Call&) -> Outcome {
+                return all->open_rpc(std::string(server::protocol_version) + ".0");
+              });
+}
+
+}  // namespace weft::daemon::api

@@ -1,0 +1,63 @@
+#include "daemon/service/rpc/conversation_errors.hpp"
+
+#include "daemon/service/rpc/conversation.hpp"
+#include "daemon/service/rpc/rate_limits.hpp"
+
+namespace weft::daemon::server {
+
+namespace {
+
+using rpc::rpc_error;
+namespace code = rpc::code;
+
+}  // namespace
+
+rpc::RpcError role_too_low(access::Role has, access::Role needs, std::string_view method) {
+  return rpc_error(code::access + 3, "access.role",
+                   {Errc::wrong_state, "your role may not do that", std::string(method),
+                    std::string(access::to_string(needs)), std::string(access::to_string(has)),
+                    "Ask an admin for a token of that role"});
+}
+
+rpc::RpcError key_in_use(access::IdempotencyCache::Found found, const std::string& key) {
+  using Found = access::IdempotencyCache::Found;
+  if (found == Found::cut_short)
+    return rpc_error(code::request + 10, "idem.cut_short",
+                     {Errc::wrong_state,
+                      "the daemon ended while the first request with this key was under way: "
+                      "whether it was done is not known",
+                      "/params/idem",
+                      {},
+                      key,
+                      "See run.list or log.tail; use a new key to ask again"});
+  const bool waits = found == Found::under_way;
+  return rpc_error(code::request + 9, "idem.reused",
+                   {Errc::wrong_state,
+                    waits ? "the first request with this key is under way"
+                          : "this key belongs to another request",
+                    "/params/idem",
+                    {},
+                    key,
+                    "Use a new key for a new change"},
+                   waits);
+}
+
+rpc::RpcError answer_too_long(std::size_t bytes) {
+  return rpc_error(code::request + 33, "answer.too_long",
+                   {Errc::range, "the answer is longer than one line may be", "result",
+                    "at most " + std::to_string(Conversation::most_answer_bytes) + " bytes",
+                    std::to_string(bytes), "Ask for less of it: most, from, or one run"});
+}
+
+rpc::RpcError requests_too_fast(std::string_view user) {
+  return rpc_error(code::request + 34, "request.too_fast",
+                   {Errc::wrong_state,
+                    "too many requests a second",
+                    std::string(user),
+                    "at most " + std::to_string(access::RateLimits::per_second) + " a second",
+                    {},
+                    "Ask again later; rig.halt is always heard"},
+                   true);
+}
+
+}  // namespace weft::daemon::server

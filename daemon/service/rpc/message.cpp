@@ -1,0 +1,130 @@
+#include "daemon/service/rpc/message.hpp"
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "recipes/schema/diagnostic.hpp"
+
+namespace weft::daemon::rpc {
+namespace {
+
+using nlohmann::json;
+
+tl::unexpected<Refused> refuse(std::string id_json, int number, std::string_view kind,
+                               Error error) {
+  return tl::unexpected(Refused{std::move(id_json), rpc_error(number, kind, std::move(error))});
+}
+
+tl::unexpected<Refused> not_a_request(std::string id_json, std::string message,
+                                      std::string expected, std::string got) {
+  return refuse(std::move(id_json), code::invalid_request, "request.invalid",
+                {Errc::parse, std::move(message), {}, std::move(expected), std::move(got), {}});
+}
+
+// Deeper nesting is given up while it is read: a line of brackets costs no stack.
+json read(std::string_view line, bool& too_deep) {
+  const auto look = [&too_deep](int depth, json::parse_event_t, json&) {
+    too_deep = too_deep || depth > most_depth;
+    return !too_deep;
+  };
+  return json::parse(line, look, false);
+}
+
+// A string, a whole number or null; the specification allows fractions and advises against them.
+bool usable_id(const json& id) {
+  constexpr std::size_t longest = 256;
+  if (id.is_string()) return id.get_ref<const std::string&>().size() <= longest;
+  return id.is_number_integer() || id.is_null();
+}
+
+constexpr std::array<std::string_view, 4> members{"jsonrpc", "id", "method", "params"};
+
+tl::unexpected<Refused> unknown_member(std::string id_json, const std::string& name) {
+  const std::vector<std::string_view> known(members.begin(), members.end());
+  const std::string_view meant = recipes::closest(name, known);
+  return refuse(std::move(id_json), code::invalid_request, "request.unknown_member",
+                {Errc::invalid_argument,
+                 "unknown member of a request",
+                 recipes::child("", name),
+                 {},
+                 {},
+                 meant.empty() ? "Known: " + recipes::one_of(known)
+                               : "Did you mean " + std::string(meant) + "?"});
+}
+
+}  // namespace
+
+tl::expected<Request, Refused> parse_request(std::string_view line) {
+  bool too_deep = false;
+  json message = read(line, too_deep);
+  if (message.is_discarded() || too_deep)
+    return refuse("null", code::parse_error, "request.unreadable",
+                  {Errc::parse,
+                   too_deep ? "nested too deeply" : "not a JSON text",
+                   "line",
+                   "one JSON object a line",
+                   {},
+                   "See rpc.discover"});
+  if (!message.is_object())
+    return not_a_request("null", "not a request", "an object", message.type_name());
+  Request request;
+  std::optional<Refused> wrong;  // the first thing
+  const auto but = [&wrong](const tl::unexpected<Refused>& found) {
+    if (!wrong) wrong = found.value();
+  };
+  if (const auto id = message.find("id"); id != message.end()) {
+    if (usable_id(*id))
+      request.id_json = id->dump(-1, ' ', false, json::error_handler_t::replace);
+    else
+      but(not_a_request("null", "unusable id", "a text or a whole number", id->type_name()));
+  }
+  const std::string id_json = request.id_json.value_or("null");
+  if (message.value("jsonrpc", json()) != "2.0")
+    but(not_a_request(id_json, "not JSON-RPC 2.0", "\"jsonrpc\": \"2.0\"", {}));
+  const auto method = message.find("method");
+  if (method == message.end() || !method->is_string()) {
+    but(not_a_request(id_json, "no method", "\"method\": a text", {}));
+    return tl::unexpected(std::move(*wrong));
+  }
+  request.method = method->get<std::string>();
+  for (const auto& [name, value] : message.items())
+    if (std::ranges::find(members, name) == members.end()) but(unknown_member(id_json, name));
+  json params = message.value("params", json::object());
+  if (!params.is_object()) {
+    but(refuse(id_json, code::invalid_params, "param.type",
+               {Errc::invalid_argument,
+                "parameters without names",
+                "/params",
+                "an object",
+                params.type_name(),
+                {}}));
+    params = json::object();
+  }
+  request.params = std::make_shared<const json>(std::move(params));
+  if (!wrong) return request;
+  request.id_json = wrong->id_json;
+  wrong->heard = std::move(request);
+  return tl::unexpected(std::move(*wrong));
+}
+
+std::string result_line(std::string_view id_json, std::string_view result_json) {
+  std::string line = R"({"jsonrpc":"2.0","id":)";
+  line.append(id_json).append(R"(,"result":)").append(result_json).append("}");
+  return line;
+}
+
+std::string error_line(std::string_view id_json, const RpcError& error) {
+  std::string line = R"({"jsonrpc":"2.0","id":)";
+  line.append(id_json).append(R"(,"error":)").append(to_json(error)).append("}");
+  return line;
+}
+
+std::string notification_line(std::string_view method, std::string_view params_json) {
+  std::string line = R"({"jsonrpc":"2.0","method":")";
+  line.append(method).append(R"(","params":)").append(params_json).append("}");
+  return line;
+}
+
+}  // namespace weft::daemon::rpc

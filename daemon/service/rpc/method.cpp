@@ -1,0 +1,206 @@
+#include "daemon/service/rpc/method.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "recipes/schema/diagnostic.hpp"
+
+namespace weft::daemon::rpc {
+namespace {
+
+using nlohmann::json;
+
+constexpr ParamSpec idempotency_key{"idem", ParamType::text, false,
+                                    "key of this change: asked again, the first answer comes"};
+
+std::vector<ParamSpec> all_params(const MethodSpec& spec) {
+  std::vector<ParamSpec> out = spec.params;
+  if (spec.effect == Effect::change) out.push_back(idempotency_key);
+  return out;
+}
+
+std::string_view schema_type(ParamType type) {
+  switch (type) {
+    case ParamType::text:
+      return "string";
+    case ParamType::integer:
+      return "integer";
+    case ParamType::number:
+      return "number";
+    case ParamType::flag:
+      return "boolean";
+    case ParamType::object:
+      return "object";
+    case ParamType::list:
+      return "array";
+    case ParamType::id:
+      return "string or integer";
+  }
+  return "string";
+}
+
+bool matches(ParamType type, const json& value) {
+  switch (type) {
+    case ParamType::text:
+      return value.is_string();
+    case ParamType::integer:
+      return value.is_number_integer();
+    case ParamType::number:
+      return value.is_number();
+    case ParamType::flag:
+      return value.is_boolean();
+    case ParamType::object:
+      return value.is_object();
+    case ParamType::list:
+      return value.is_array();
+    case ParamType::id:
+      return value.is_string() || value.is_number_integer();
+  }
+  return false;
+}
+
+std::string meant_or_known(std::string_view word, const std::vector<std::string_view>& known) {
+  const std::string_view meant = recipes::closest(word, known);
+  if (!meant.empty()) return "Did you mean " + std::string(meant) + "?";
+  return known.empty() ? "It takes none" : "Known: " + recipes::one_of(known);
+}
+
+/// What is wrong with one parameter that came; nothing where nothing is.
+std::optional<RpcError> problem_of(const std::vector<ParamSpec>& known, const std::string& name,
+                                   const json& value) {
+  const auto wrong = [](std::string_view kind, Error error) {
+    return rpc_error(code::invalid_params, kind, std::move(error));
+  };
+  const std::string where = recipes::child("/params", name);
+  const auto param = std::ranges::find(known, name, &ParamSpec::name);
+  if (param == known.end()) {
+    std::vector<std::string_view> names;
+    for (const ParamSpec& one : known) names.push_back(one.name);
+    return wrong(
+        "param.unknown",
+        {Errc::invalid_argument, "unknown parameter", where, {}, {}, meant_or_known(name, names)});
+  }
+  if (!matches(param->type, value))
+    return wrong("param.type", {Errc::invalid_argument,
+                                "parameter of another type",
+                                where,
+                                std::string(schema_type(param->type)),
+                                value.type_name(),
+                                {}});
+  if (value.is_string() && value.get_ref<const std::string&>().size() > longest_text)
+    return wrong("param.range",
+                 {Errc::range,
+                  "text too long",
+                  where,
+                  "at most " + std::to_string(longest_text) + " bytes",
+                  std::to_string(value.get_ref<const std::string&>().size()) + " bytes",
+                  {}});
+  return std::nullopt;
+}
+
+json type_json(ParamType type) {
+  if (type == ParamType::id) return {"string", "integer"};
+  return schema_type(type);
+}
+
+json param_json(const ParamSpec& param) {
+  return {{"name", param.name},
+          {"description", param.summary},
+          {"required", param.required},
+          {"schema", {{"type", type_json(param.type)}}}};
+}
+
+json method_json(const MethodSpec& spec) {
+  json params = json::array();
+  for (const ParamSpec& param : all_params(spec)) params.push_back(param_json(param));
+  return {
+      {"name", spec.name},
+      {"summary", spec.summary},
+      {"paramStructure", "by-name"},
+      {"params", std::move(params)},
+      {"result", {{"name", "result"}, {"description", spec.result}, {"schema", json::object()}}},
+      {"x-role", access::to_string(spec.role)},
+      {"x-changes", spec.effect == Effect::change}};
+}
+
+}  // namespace
+
+std::string by(const Caller& caller) {
+  return caller.session + " (" + caller.user + ")";
+}
+
+void Methods::add(MethodSpec spec, Handler handler) {
+  add(Entry{std::move(spec), std::move(handler), true});
+}
+
+void Methods::add(MethodSpec spec, DirectHandler handler) {
+  add(Entry{std::move(spec),
+            [handler = std::move(handler)](const Call& call, const Responder& respond) {
+              respond(handler(call));
+            },
+            false});
+}
+
+void Methods::add(Entry entry) {
+  const std::string name(entry.spec.name);
+  const bool is_new = entries_.emplace(name, std::move(entry)).second;
+  WEFT_ASSERT(is_new);
+}
+
+tl::expected<const Methods::Entry*, RpcError> Methods::find(std::string_view name) const {
+  const auto found = entries_.find(name);
+  if (found != entries_.end()) return &found->second;
+  std::vector<std::string_view> known;
+  for (const auto& [key, entry] : entries_) known.push_back(key);
+  const std::string_view meant = recipes::closest(name, known);
+  return tl::unexpected(rpc_error(
+      code::method_not_found, "method.unknown",
+      {Errc::not_found,
+       "no such method",
+       "/method",
+       {},
+       recipes::clipped(name),
+       meant.empty() ? "rpc.discover lists all" : "Did you mean " + std::string(meant) + "?"}));
+}
+
+std::string Methods::open_rpc(std::string_view version) const {
+  json methods = json::array();
+  for (const auto& [name, entry] : entries_) methods.push_back(method_json(entry.spec));
+  const json document{{"openrpc", "1.2.6"},
+                      {"info", {{"title", "weftd"}, {"version", version}}},
+                      {"methods", std::move(methods)}};
+  return document.dump();
+}
+
+tl::expected<void, RpcError> check_params(const MethodSpec& spec, const json& params) {
+  const std::vector<ParamSpec> known = all_params(spec);
+  for (const auto& [name, value] : params.items())
+    if (auto problem = problem_of(known, name, value)) return tl::unexpected(std::move(*problem));
+  for (const ParamSpec& param : known)
+    if (param.required && !params.contains(param.name))
+      return tl::unexpected(rpc_error(code::invalid_params, "param.missing",
+                                      {Errc::invalid_argument,
+                                       "parameter missing",
+                                       recipes::child("/params", param.name),
+                                       std::string(param.summary),
+                                       {},
+                                       {}}));
+  return {};
+}
+
+Usable usable_params(const MethodSpec& spec, const json& params) {
+  const std::vector<ParamSpec> known = all_params(spec);
+  json fit = json::object();
+  Usable out;
+  for (const auto& [name, value] : params.items()) {
+    if (auto problem = problem_of(known, name, value))
+      out.problems.push_back(std::move(*problem));
+    else
+      fit[name] = value;
+  }
+  out.params = std::make_shared<const json>(std::move(fit));
+  return out;
+}
+
+}  // namespace weft::daemon::rpc

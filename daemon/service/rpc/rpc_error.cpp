@@ -1,0 +1,79 @@
+#include "daemon/service/rpc/rpc_error.hpp"
+
+#include <array>
+#include <nlohmann/json.hpp>
+
+namespace weft::daemon::rpc {
+namespace {
+
+using nlohmann::json;
+
+struct Row {
+  Errc errc;
+  int code;
+  std::string_view kind;
+  bool retryable;
+};
+
+constexpr std::array<Row, 12> rows{{
+    {Errc::invalid_argument, code::request, "request.invalid", false},
+    {Errc::parse, code::request + 1, "request.unreadable", false},
+    {Errc::checksum, code::storage + 3, "storage.checksum", false},
+    {Errc::range, code::request + 12, "param.range", false},
+    {Errc::not_found, code::request + 4, "not_found", false},
+    {Errc::io, code::storage, "storage.io", true},
+    {Errc::timeout, code::device + 8, "device.timeout", true},
+    {Errc::wrong_state, code::state, "state.conflict", true},
+    {Errc::device, code::device, "device.fault", false},
+    {Errc::safety, code::safety, "safety.guard", false},
+    {Errc::unsupported, code::request + 11, "unsupported", false},
+    {Errc::corrupt, code::storage + 12, "storage.corrupt", false},
+}};
+
+}  // namespace
+
+RpcError from(const Error& error) {
+  for (const Row& row : rows)
+    if (row.errc == error.code) return rpc_error(row.code, row.kind, error, row.retryable);
+  return rpc_error(code::internal, "internal", error);
+}
+
+RpcError rpc_error(int code, std::string_view kind, Error error, bool retryable) {
+  constexpr std::size_t longest_got = 500;  // what a client sent may be a line of a megabyte
+  if (error.got.size() > longest_got) error.got = error.got.substr(0, longest_got) + "...";
+  return {code, std::string(kind), std::move(error), retryable, {}};
+}
+
+RpcError error_from_json(std::string_view text) {
+  const json told = json::parse(text, nullptr, false);
+  try {
+    const json& data = told.at("data");
+    const auto part = [&data](const char* key) { return data.value(key, ""); };
+    RpcError out = rpc_error(told.at("code").get<int>(), part("kind"),
+                             {Errc::wrong_state, told.at("message").get<std::string>(),
+                              part("where"), part("expected"), part("got"), part("hint")},
+                             data.value("retryable", false));
+    if (const auto blockers = data.find("blockers"); blockers != data.end())
+      out.blockers_json = blockers->dump();
+    return out;
+  } catch (const json::exception&) {
+    return rpc_error(code::internal, "internal",
+                     {Errc::corrupt, "this answer was not kept well", {}, {}, {}, {}});
+  }
+}
+
+std::string to_json(const RpcError& e) {
+  json data{{"kind", e.kind}, {"retryable", e.retryable}};
+  const auto say = [&data](const char* key, const std::string& text) {
+    if (!text.empty()) data[key] = text;
+  };
+  say("where", e.error.where);
+  say("expected", e.error.expected);
+  say("got", e.error.got);
+  say("hint", e.error.hint);
+  if (!e.blockers_json.empty()) data["blockers"] = json::parse(e.blockers_json);
+  const json out{{"code", e.code}, {"message", e.error.message}, {"data", std::move(data)}};
+  return out.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+}  // namespace weft::daemon::rpc

@@ -1,0 +1,186 @@
+#include "daemon/service/rpc/tokens.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
+
+#include "daemon/base/file/atomic_file.hpp"
+#include "daemon/base/file/read_file.hpp"
+#include "daemon/base/file/sha256.hpp"
+
+namespace weft::daemon::access {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view prefix = "wft_";
+
+Result<std::string> random_token() {
+  std::array<std::uint8_t, 32> bits{};
+  if (getrandom(bits.data(), bits.size(), 0) != static_cast<ssize_t>(bits.size()))
+    return fail(Errc::io, "the system gives no random numbers", "token");
+  Sha256Digest as_digest{};
+  std::copy(bits.begin(), bits.end(), as_digest.begin());
+  return std::string(prefix) + to_hex(as_digest);
+}
+
+Status check_private(const std::filesystem::path& file) {
+  struct stat found {};
+  if (lstat(file.c_str(), &found) != 0) return {};
+  if (S_ISREG(found.st_mode) && (found.st_mode & 077) == 0) return {};
+  return fail(Errc::wrong_state, "others may read or change the tokens", file.string(),
+              "a file with mode 0600", {}, "chmod 600 " + file.string());
+}
+
+constexpr const char* user_key = "acts_for";
+
+Result<TokenEntry> entry_of(const json& one) {
+  const auto role = role_from(one.value("role", ""));
+  if (!role || !one.contains("name") || !one.contains("sha256") || !one.contains("expires_us"))
+    return fail(Errc::parse, "a token without name, role, sha256 or expires_us", "tokens");
+  return TokenEntry{one.at("name").get<std::string>(), *role, one.at("sha256").get<std::string>(),
+                    one.at("expires_us").get<std::int64_t>(), one.value(user_key, "")};
+}
+
+json json_of(const TokenEntry& entry) {
+  json out{{"name", entry.name},
+           {"role", to_string(entry.role)},
+           {"sha256", entry.sha256},
+           {"expires_us", entry.expires_us}};
+  if (!entry.user.empty()) out[user_key] = entry.user;
+  return out;
+}
+
+}  // namespace
+
+namespace {
+
+/// Held by at most one program; one that dies lets go of it.
+class TokenLock {
+ public:
+  static Result<TokenLock> take(const std::filesystem::path& file, TokenFile::Wait wait) {
+    TokenLock lock(open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
+    if (lock.descriptor_ < 0)
+      return fail(Errc::io, "cannot make the lock of the tokens", file.string(), {},
+                  std::generic_category().message(errno));
+    const int how = wait == TokenFile::Wait::not_at_all ? LOCK_EX | LOCK_NB : LOCK_EX;
+    while (flock(lock.descriptor_, how) != 0) {
+      if (errno == EINTR) continue;
+      if (errno == EWOULDBLOCK)
+        return fail(Errc::wrong_state, "another program changes the tokens just now", file.string(),
+                    {}, {}, "Ask again");
+      return fail(Errc::io, "cannot lock the tokens", file.string(), {},
+                  std::generic_category().message(errno));
+    }
+    return lock;
+  }
+  TokenLock(TokenLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+  TokenLock& operator=(TokenLock&&) = delete;
+  ~TokenLock() {
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+
+ private:
+  explicit TokenLock(int descriptor) : descriptor_(descriptor) {}
+  int descriptor_;
+};
+
+}  // namespace
+
+bool equal_in_constant_time(std::string_view a, std::string_view b) {
+  if (a.size() != b.size()) return false;
+  unsigned difference = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    difference |= static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i]);
+  return difference == 0;
+}
+
+Result<TokenFile> TokenFile::load(const std::filesystem::path& file) {
+  TokenFile out;
+  out.file_ = file;
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored)) return out;
+  if (Status own = check_private(file); !own) return pass(own.error());
+  const auto text = read_text_file(file);
+  if (!text) return pass(text.error());
+  const json document = json::parse(*text, nullptr, false);
+  if (!document.is_object() || !document.contains("tokens") || !document["tokens"].is_array())
+    return fail(Errc::parse, "not a file of tokens", file.string(), "{\"tokens\": [...]}");
+  try {
+    for (const json& one : document["tokens"]) {
+      auto entry = entry_of(one);
+      if (!entry) return pass(entry.error(), file.string());
+      out.entries_.push_back(std::move(*entry));
+    }
+  } catch (const json::exception& e) {
+    return fail(Errc::parse, "not a file of tokens", file.string(), {}, e.what());
+  }
+  return out;
+}
+
+// Its owner is no user of the machine, who may have the same name: leases, keys and the journal
+// tell them apart.
+std::string user_of(const TokenEntry& entry) {
+  return entry.user.empty() ? "token:" + entry.name : entry.user;
+}
+
+Result<std::string> TokenFile::add(std::string name, Role role, std::int64_t expires_us,
+                                   std::string user) {
+  const bool taken = std::any_of(entries_.begin(), entries_.end(),
+                                 [&](const TokenEntry& entry) { return entry.name == name; });
+  if (name.empty() || taken)
+    return fail(Errc::invalid_argument, taken ? "there is one of this name" : "no name", "token",
+                "a new name", name, "weft token remove takes the old one away");
+  auto token = random_token();
+  if (!token) return pass(token.error());
+  entries_.push_back({std::move(name), role, sha256_hex(*token), expires_us, std::move(user)});
+  return token;
+}
+
+void TokenFile::forget_expired(std::int64_t now_us) {
+  std::erase_if(entries_, [&](const TokenEntry& entry) { return entry.expires_us <= now_us; });
+}
+
+Status TokenFile::remove(std::string_view name) {
+  const auto gone =
+      std::erase_if(entries_, [&](const TokenEntry& entry) { return entry.name == name; });
+  if (gone > 0) return {};
+  std::string known;
+  for (const TokenEntry& entry : entries_) known += (known.empty() ? "" : ", ") + entry.name;
+  return fail(Errc::not_found, "no token of this name", "token", known, std::string(name));
+}
+
+Status TokenFile::save() const {
+  json list = json::array();
+  for (const TokenEntry& entry : entries_) list.push_back(json_of(entry));
+  return write_text_file(file_, json{{"tokens", std::move(list)}}.dump(2) + "\n", Readers::owner);
+}
+
+Status TokenFile::change(const std::filesystem::path& file, Wait wait,
+                         const std::function<Status(TokenFile&)>& work) {
+  const auto lock = TokenLock::take(file.string() + ".lock", wait);
+  if (!lock) return pass(lock.error());
+  auto tokens = load(file);
+  if (!tokens) return pass(tokens.error());
+  if (Status done = work(*tokens); !done) return done;
+  return tokens->save();
+}
+
+std::optional<TokenEntry> TokenFile::find(std::string_view token, std::int64_t now_us) const {
+  const std::string digest = sha256_hex(token);
+  std::optional<TokenEntry> found;
+  for (const TokenEntry& entry : entries_)
+    if (equal_in_constant_time(entry.sha256, digest) && entry.expires_us > now_us) found = entry;
+  return found;
+}
+
+}  // namespace weft::daemon::access

@@ -1,0 +1,34 @@
+#include "daemon/service/transport/loopback.hpp"
+
+namespace weft::daemon::server {
+
+using asio::ip::tcp;
+
+Result<asio::ip::address> address_to_listen_on(const std::string& text, bool with_tls) {
+  asio::error_code error;
+  const asio::ip::address address = asio::ip::make_address(text, error);
+  if (error)
+    return fail(Errc::parse, "not an address", "--listen", "127.0.0.1, ::1 or one of this machine",
+                text);
+  if (address.is_loopback() || with_tls) return address;
+  return fail(Errc::invalid_argument, "an address that other machines reach is refused without TLS",
+              "--listen", "127.0.0.1, or --tls-cert and --tls-key", text,
+              "Tokens would go over the network for everybody to read");
+}
+
+Status listen_on(tcp::acceptor& acceptor, const asio::ip::address& address, std::uint16_t port) {
+  asio::error_code error;
+  const tcp::endpoint at(address, port);
+  acceptor.open(at.protocol(), error);
+  // Address, not port: that one would let a second daemon take half of our
+  // clients.
+  if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+  if (!error) acceptor.bind(at, error);
+  if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
+  if (error)
+    return fail(Errc::io, "cannot listen", address.to_string() + ":" + std::to_string(port), {},
+                error.message(), "Another program may hold the port");
+  return {};
+}
+
+}  // namespace weft::daemon::server

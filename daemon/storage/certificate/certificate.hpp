@@ -1,0 +1,73 @@
+#pragma once
+// The certificate of a campaign and its data set: what was recorded with what, and digests that
+// find a flipped bit anywhere in the two files. Layout in docs/dataset.md, "Certificate".
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/storage/certificate/file_print.hpp"
+#include "daemon/storage/dataset/dataset.hpp"
+
+namespace weft::daemon {
+
+inline constexpr const char* certificate_file_name = "certificate.json";
+inline constexpr const char* dataset_file_name = "dataset.h5";
+/// Of a certificate, and of a hand-over's evaluation: of 150 000 takes, which a rig is a year at.
+inline constexpr std::uintmax_t most_list_bytes = std::uintmax_t{1} << 26;
+
+/// Samples of a stream that never arrived.
+struct CertifiedGap {
+  std::string stream;
+  std::uint32_t before_sequence = 0;  ///< of the first sample after the gap
+  std::uint32_t lost = 0;
+  bool operator==(const CertifiedGap&) const = default;
+};
+
+/// One attempt at a trial, whatever its outcome.
+struct CertifiedTrial {
+  std::string name;  ///< as in the data set: "0007-denim-M1-r03-a1"
+  std::string outcome;
+  std::string sha256;            ///< of its content (docs/dataset.md, "Digest")
+  std::string catalogue_sha256;  ///< of its row and of its chunks' rows, without their samples
+  std::vector<CertifiedGap> gaps;
+  bool operator==(const CertifiedTrial&) const = default;
+};
+
+/// SHA-256 over all rows of a table.
+struct CertifiedTable {
+  std::string name;
+  std::string sha256;
+  bool operator==(const CertifiedTable&) const = default;
+};
+
+struct Certificate {
+  std::string bench_kind, name, seed, software_version;
+  std::string recipe_sha256, rig_sha256;  ///< the rig file holds the calibrations
+  std::vector<DeviceInfo> devices;        ///< serial, firmware, scale factors
+  std::uint64_t trials_planned = 0;
+  std::vector<EndedEarly> ended_early;  ///< left out of the data set, see DatasetInfo
+  std::string dataset_sha256;           ///< of the complete trials; empty when there are none
+  std::vector<CertifiedTrial> trials;
+  std::vector<CertifiedTable> tables;
+  std::vector<FilePrint> files;  ///< the campaign file, and the data set where there is one
+  bool operator==(const Certificate&) const = default;
+};
+
+std::string to_json(const Certificate& certificate);
+/// Errors: parse; corrupt, when its own digest disagrees.
+Result<Certificate> certificate_from_json(const std::string& text);
+
+/// Of a finished campaign. `dataset`: its HDF5 file, or empty.
+/// Errors: load_campaign()'s, io.
+Result<Certificate> certify(const std::filesystem::path& campaign,
+                            const std::filesystem::path& dataset);
+/// certify(), written beside the campaign file.
+Status write_certificate(const std::filesystem::path& campaign,
+                         const std::filesystem::path& dataset);
+/// Nothing when there is none in the folder.
+Result<std::optional<Certificate>> read_certificate(const std::filesystem::path& folder);
+
+}  // namespace weft::daemon

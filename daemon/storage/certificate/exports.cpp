@@ -1,0 +1,190 @@
+#include "daemon/storage/certificate/exports.hpp"
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "classifier/features/feature_matrix.hpp"
+#include "daemon/base/file/atomic_file.hpp"
+#include "daemon/base/file/read_file.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/storage/certificate/certificate.hpp"
+#include "daemon/storage/certificate/file_print.hpp"
+#include "daemon/storage/dataset/digest.hpp"
+#include "daemon/storage/dataset/hdf5_file.hpp"
+#include "daemon/storage/dataset/import.hpp"
+#include "daemon/storage/recorder/recorder.hpp"
+#include "daemon/storage/recorder/whole_log.hpp"
+
+namespace weft::daemon {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr const char* list_format = "weft-exports";
+constexpr std::array<std::string_view, 2> words{"hdf5", "features-csv"};
+
+/// Which exploration's features are meant. Errors: invalid_argument, not_found.
+Result<std::string> exploration_of(const Dataset& dataset, const std::string& wanted) {
+  const std::vector<std::string> known = explorations_of(dataset);
+  if (wanted.empty() && known.size() == 1) return known.front();
+  if (wanted.empty())
+    return fail(Errc::invalid_argument, "the campaign has several explorations", "/exploration",
+                "one of " + joined(known));
+  if (std::ranges::find(known, wanted) != known.end()) return wanted;
+  return fail(Errc::not_found, "no such exploration", "/exploration", joined(known),
+              wanted.substr(0, 100));
+}
+
+/// Writes to `file`, and says of how many trials.
+Result<std::size_t> write_feature_table(const Dataset& dataset, const std::string& exploration,
+                                        const fs::path& file) {
+  std::vector<classifier::Trial> trials;
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i)
+    if (dataset.records[i].spec.exploration == exploration) trials.push_back(dataset.trials[i]);
+  const auto features = classifier::build_feature_matrix(trials, {}, 1);
+  if (!features) return pass(features.error());
+  if (Status ok = export_features_csv(file, *features, factor_columns(dataset, *features)); !ok)
+    return pass(ok.error());
+  return trials.size();
+}
+
+json export_json(const ExportedFile& file) {
+  return {{"name", file.name},
+          {"bytes", file.bytes},
+          {"sha256", file.sha256},
+          {"dataset_sha256", file.dataset_sha256},
+          {"bench", file.bench},
+          {"trials", file.trials},
+          {"trials_planned", file.planned},
+          {"trials_done", file.done}};
+}
+
+ExportedFile export_from(const json& one) {
+  return {
+      one.at("name"),           one.at("bytes"),
+      one.at("sha256"),         one.at("dataset_sha256"),
+      one.at("bench"),          one.at("trials"),
+      one.at("trials_planned"), one.value("trials_done", one.at("trials").get<std::uint64_t>())};
+}
+
+Status write_export_list(const fs::path& folder, const std::vector<ExportedFile>& known) {
+  json files = json::array();
+  for (const ExportedFile& one : known) files.push_back(export_json(one));
+  const json list{{"format", list_format}, {"version", 1}, {"files", std::move(files)}};
+  return write_text_file(folder / export_folder_name / export_list_name, list.dump(1) + "\n");
+}
+
+/// What export_campaign() makes, written to `file` by `format`; what is known of it by then.
+Result<ExportedFile> write_as_hdf5(const Dataset& dataset, const fs::path& file,
+                                   const StopAsked& stop_asked) {
+  auto digest = write_hdf5(dataset, file, {.stop_asked = stop_asked});
+  if (!digest) return pass(digest.error());
+  ExportedFile made;
+  made.trials = dataset.trials.size();
+  made.dataset_sha256 = std::move(*digest);
+  return made;
+}
+
+Result<ExportedFile> write_as_features(const Dataset& dataset, const std::string& exploration,
+                                       const fs::path& file, const StopAsked& stop_asked) {
+  const auto rows = write_feature_table(dataset, exploration, file);
+  if (!rows) return pass(rows.error());
+  auto digest = digest_of(dataset, stop_asked);
+  if (!digest) return pass(digest.error());
+  ExportedFile made;
+  made.trials = *rows;
+  made.dataset_sha256 = std::move(digest->dataset_sha256);
+  return made;
+}
+
+Status make_export_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directory(folder / export_folder_name, error);
+  if (!error) return {};
+  return fail(Errc::io, "cannot make the folder", (folder / export_folder_name).string(), {},
+              error.message());
+}
+
+/// Takes the place of an older export of that name. Whenever this is cut short the list has no
+/// digest of another file: between the two it does not name the export.
+Status publish_listed(const fs::path& folder, const ExportedFile& made, AtomicFile& file) {
+  auto known = listed_exports(folder);
+  if (!known) return pass(known.error());
+  const auto gone =
+      std::erase_if(*known, [&](const ExportedFile& one) { return one.name == made.name; });
+  if (gone > 0)
+    if (Status ok = write_export_list(folder, *known); !ok) return ok;
+  if (Status ok = file.publish(); !ok) return ok;
+  known->push_back(made);
+  return write_export_list(folder, *known);
+}
+
+}  // namespace
+
+std::string_view to_string(ExportFormat format) {
+  return words[static_cast<std::size_t>(format)];
+}
+
+std::optional<ExportFormat> export_format_from(std::string_view word) {
+  const auto found = std::find(words.begin(), words.end(), word);
+  if (found == words.end()) return std::nullopt;
+  return static_cast<ExportFormat>(found - words.begin());
+}
+
+Result<ExportedFile> export_campaign(const fs::path& folder, const ExportWish& wish) {
+  const fs::path campaign = folder / campaign_file_name;
+  std::error_code error;
+  const std::uintmax_t bytes = fs::file_size(campaign, error);
+  if (error) return fail(Errc::not_found, "no campaign file", campaign.string());
+  if (Status room = check_space(folder, bytes); !room) return pass(room.error());
+  if (Status whole = whole_log(campaign); !whole) return pass(whole.error(), folder.string());
+  const auto progress = load_progress(campaign);
+  if (!progress) return pass(progress.error());
+  const auto dataset = load_campaign(campaign, {.stop_asked = wish.stop_asked});
+  if (!dataset) return pass(dataset.error());
+  if (dataset->trials.empty())
+    return fail(Errc::not_found, "no complete trial in the campaign", campaign.string());
+  if (Status made = make_export_folder(folder); !made) return pass(made.error());
+  const bool features = wish.format == ExportFormat::features_csv;
+  const auto exploration =
+      features ? exploration_of(*dataset, wish.exploration) : Result<std::string>("");
+  if (!exploration) return pass(exploration.error());
+  const std::string name = features ? "features-" + *exploration + ".csv" : dataset_file_name;
+  AtomicFile file(folder / export_folder_name / name);
+  auto made = features
+                  ? write_as_features(*dataset, *exploration, file.temporary(), wish.stop_asked)
+                  : write_as_hdf5(*dataset, file.temporary(), wish.stop_asked);
+  if (!made) return pass(made.error());
+  const auto print = print_of(file.temporary(), {}, wish.stop_asked);
+  if (!print) return pass(print.error());
+  made->name = name;
+  made->bytes = print->bytes;
+  made->sha256 = print->sha256;
+  made->bench = to_string(dataset->info.kind);
+  made->planned = progress->planned;
+  made->done = progress->done;
+  if (Status ok = publish_listed(folder, *made, file); !ok) return pass(ok.error());
+  return made;
+}
+
+Result<std::vector<ExportedFile>> listed_exports(const fs::path& folder) {
+  const fs::path file = folder / export_folder_name / export_list_name;
+  std::error_code unseen;
+  if (!fs::exists(file, unseen)) return std::vector<ExportedFile>{};
+  const auto text = read_text_file(file);
+  if (!text) return pass(text.error());
+  const json list = json::parse(*text, nullptr, false);
+  try {
+    if (list.at("format") != list_format || list.at("version") != 1)
+      return fail(Errc::parse, "not a list of exports", file.string());
+    std::vector<ExportedFile> out;
+    for (const json& one : list.at("files")) out.push_back(export_from(one));
+    return out;
+  } catch (const json::exception& e) {
+    return fail(Errc::parse, "not a list of exports", file.string(), {}, e.what());
+  }
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,54 @@
+#pragma once
+// Files that are made of a campaign when somebody asks for them, beside what its run left:
+// export/dataset.h5, export/features-M1.csv, and export/list.json, which has their digests.
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/base/file/stop_asked.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon {
+
+inline constexpr const char* export_folder_name = "export";
+inline constexpr const char* export_list_name = "list.json";
+
+enum class ExportFormat : std::uint8_t {
+  hdf5,         ///< the complete trials, as `weft dataset export` writes them
+  features_csv  ///< their features, as `weft features` writes them
+};
+std::string_view to_string(ExportFormat format);
+std::optional<ExportFormat> export_format_from(std::string_view word);
+
+struct ExportedFile {
+  std::string name;  ///< in export/: "dataset.h5"
+  std::uint64_t bytes = 0;
+  std::string sha256;          ///< of the file
+  std::string dataset_sha256;  ///< of the trials that it was made of
+  std::string bench;           ///< "simulated", "real" or "unknown"
+  std::uint64_t trials = 0;    ///< that are in it
+  std::uint64_t planned = 0;   ///< of the campaign
+  std::uint64_t done = 0;      ///< that the campaign had by then, as CampaignProgress has it
+};
+
+struct ExportWish {
+  ExportFormat format = ExportFormat::hdf5;
+  std::string exploration;  ///< of features: needed where the campaign has several
+  StopAsked stop_asked = {};
+};
+
+/// Of the campaign file in `folder`, which nobody writes to; takes the place of an older export of
+/// that name. Errors: load_campaign()'s, also for a discarded campaign; not_found, without a
+/// complete trial or such an exploration; invalid_argument, for features of several explorations;
+/// io, also where the disk has no room.
+Result<ExportedFile> export_campaign(const std::filesystem::path& folder, const ExportWish& wish);
+
+/// What the list names, without a look at the files; empty where nothing was exported.
+/// Errors: parse.
+Result<std::vector<ExportedFile>> listed_exports(const std::filesystem::path& folder);
+
+}  // namespace weft::daemon

@@ -1,0 +1,204 @@
+#pragma once
+// A data set in memory: the classifier's trials and, beside each, what the classifier must not see.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "classifier/features/trial.hpp"
+#include "daemon/base/text/bench_kind.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon {
+
+/// How a trial ended. Only `complete` trials are for training; a `rejected` one came to its end
+/// with a bad record and was taken again. What is left of a slide that a live vote ended early is
+/// another thing than a whole one, and is nowhere mixed with them.
+enum class TrialOutcome : std::uint8_t {
+  complete,
+  stopped,
+  aborted,
+  failed,
+  interrupted,
+  rejected,
+  ended_early
+};
+/// As the recipe wants it: nothing of it is to be done again.
+bool is_done(TrialOutcome outcome);
+std::string_view to_string(TrialOutcome outcome);
+std::optional<TrialOutcome> trial_outcome_from(std::string_view word);
+
+/// What is known of a trial before its first sample.
+struct TrialSpec {
+  std::uint32_t index = 0;    ///< place in the plan, from 0
+  std::uint32_t attempt = 0;  ///< 0, and one more for each time the same trial was run again
+  std::string label;          ///< fabric
+  std::string group;          ///< see classifier::Trial
+  std::string exploration;    ///< "M1", "M2"; empty for imported sets
+  std::uint32_t repetition = 0;
+  std::uint64_t patch_seed = 0;      ///< simulated bench: which patch of cloth lay on the plate
+  std::vector<double> factors = {};  ///< SI, in the order of DatasetInfo::factors; none: no sweep
+};
+
+/// What is known after its last sample.
+struct TrialQuality {
+  std::optional<double> force_rms_error_n;  ///< phase M, measured against the set-point
+  std::optional<double>
+      force_in_band_fraction;  ///< share of phase M within the recipe's band, 0 to 1
+};
+
+/// Wrench and stage values are kept as whole numbers of a quantum. Each quantum is no coarser than
+/// one count of the bench's devices (ATI Net F/T at 1e6 counts per N and N m; LTS150 2.44 nm;
+/// PRM1-Z8 9.1 urad), so no count is lost, files are half as large as with doubles, and digests
+/// need no float format. Given as quanta per unit because 1e6 is a double and 1e-6 is not.
+constexpr double force_quanta_per_n = 1e6;
+constexpr double torque_quanta_per_nm = 1e6;
+constexpr double position_quanta_per_m = 1e9;
+constexpr double angle_quanta_per_rad = 1e8;
+
+/// Six numbers a row (Fx Fy Fz [force quanta], Tx Ty Tz [torque quanta]), sensor frame, bias
+/// removed.
+struct WrenchStream {
+  std::vector<std::int64_t> t_ns;    ///< [samples] host clock of the campaign
+  std::vector<std::int32_t> quanta;  ///< [samples x 6]
+  [[nodiscard]] std::size_t samples() const { return t_ns.size(); }
+  [[nodiscard]] double force_n(std::size_t i, std::size_t axis) const;
+  [[nodiscard]] double torque_nm(std::size_t i, std::size_t axis) const;
+  bool operator==(const WrenchStream&) const = default;
+};
+
+/// One number per axis a row, in the order of DatasetInfo::axes.
+struct StageStream {
+  std::vector<std::int64_t> t_ns;    ///< [samples]
+  std::vector<std::int32_t> quanta;  ///< [samples x axes]
+  [[nodiscard]] std::size_t samples() const { return t_ns.size(); }
+  bool operator==(const StageStream&) const = default;
+};
+
+/// Vibrations, likewise in quanta: 1 um/s2 and 1 uPa, both finer than one count of their sensors.
+constexpr double acceleration_quanta_per_mps2 = 1e6;
+constexpr double sound_quanta_per_pa = 1e6;
+constexpr std::size_t acceleration_axes = 3;
+
+/// Readings of a fast sensor, block by block as they came: evenly spaced in a block by the sensor's
+/// clock, reading k taken k / rate_hz after device_us. Each block has as many readings as its
+/// BlockFormat says; an acceleration reading is three numbers, x y z.
+struct BlockStream {
+  std::vector<std::int64_t> t_ns;  ///< [blocks] arrival on the host clock, after the last reading
+  std::vector<std::uint32_t> device_us;  ///< [blocks] sensor's clock at the first reading, wraps
+  std::vector<std::uint32_t> lost;       ///< [blocks] missing right before this one
+  std::vector<std::uint32_t> clipped;    ///< [blocks] values that stand at an end of the range
+  std::vector<std::int32_t> quanta;      ///< [blocks x readings x axes]
+  [[nodiscard]] std::size_t blocks() const { return t_ns.size(); }
+  bool operator==(const BlockStream&) const = default;
+};
+
+/// The same for all trials of a data set. No readings: there is no such stream.
+struct BlockFormat {
+  double rate_hz = 0;          ///< readings a second by the sensor's clock
+  std::uint32_t readings = 0;  ///< in each block
+  bool operator==(const BlockFormat&) const = default;
+};
+
+/// Everything about one trial that is not in classifier::Trial.
+struct TrialRecord {
+  TrialSpec spec;
+  TrialOutcome outcome = TrialOutcome::complete;
+  TrialQuality quality;
+  std::uint32_t lost_samples = 0;  ///< taxel frames that never arrived
+  std::vector<std::int64_t> t_ns;  ///< [samples] host clock; imported sets: the file's own time
+  std::vector<std::uint32_t> device_us;  ///< [samples], or empty when the source has none
+  WrenchStream wrench;                   ///< may be empty
+  StageStream stages;                    ///< may be empty
+  BlockStream acceleration, sound;       ///< may be empty
+};
+
+/// A stage axis; `rotary` decides the quantum (angle or position).
+struct Axis {
+  std::string name;  ///< "x", "y", "z", "rx", "ry"
+  bool rotary = false;
+  [[nodiscard]] double quanta_per_unit() const {
+    return rotary ? angle_quanta_per_rad : position_quanta_per_m;
+  }
+  bool operator==(const Axis&) const = default;
+};
+
+/// A device as it identified itself. `identity_json`: serial, firmware, calibration, scale factors.
+struct DeviceInfo {
+  std::string name;  ///< its name in the rig file
+  std::string driver;
+  std::string identity_json;
+  bool operator==(const DeviceInfo&) const = default;
+};
+
+/// Trials whose slides a live vote ended early. They are in no data set of whole slides: of such a
+/// cloth that has the ones left that the vote was unsure of.
+struct EndedEarly {
+  std::string label;
+  std::string exploration;
+  std::uint32_t trials = 0;
+  bool operator==(const EndedEarly&) const = default;
+};
+
+struct DatasetInfo {
+  BenchKind kind = BenchKind::unknown;
+  std::string name;
+  std::string source;       ///< "campaign", "manifest", "fabricslide", "icub20"
+  std::string recipe_json;  ///< as written, empty for imported sets
+  std::string rig_json;
+  std::string recipe_sha256;  ///< of recipe_json; Recorder::create fills it when empty
+  std::string rig_sha256;
+  std::uint64_t seed = 0;  ///< that was used, whatever recipe_json says
+  std::string software_version;
+  double taxel_rate_hz = 0;  ///< nominal; 0 means not known
+  double wrench_rate_hz = 0;
+  double stage_rate_hz = 0;
+  BlockFormat acceleration, sound;
+  std::vector<Axis> axes;  ///< of every StageStream
+  std::vector<DeviceInfo> devices;
+  std::vector<std::string> factors;     ///< of a sweep: "force_n", "speed_mps"; as a rule none
+  std::vector<EndedEarly> ended_early;  ///< left out; by label, then exploration; as a rule none
+  bool operator==(const DatasetInfo&) const = default;
+};
+
+/// "Selected: 12 slides that a live vote ended early are left out (denim 5, satin 7). ...", or
+/// nothing.
+std::string selection_words(const DatasetInfo& info);
+
+/// `trials` and `records` go together, index by index.
+struct Dataset {
+  DatasetInfo info;
+  std::vector<classifier::Trial> trials;
+  std::vector<TrialRecord> records;
+};
+
+/// The first broken promise of `dataset`, if any: sizes that disagree, two trials of the same file
+/// name, NaN or infinity, mixed taxel counts. Everything that writes or hashes a data set asks
+/// first.
+Status check(const Dataset& dataset);
+
+/// SHA-256 of the content (docs/dataset.md, "Digest"): labels, outcomes, phases, counts, times,
+/// streams and the bench kind; no wall-clock time, software version or seed. Lower-case
+/// hexadecimal.
+struct DatasetDigest {
+  std::string dataset_sha256;
+  std::vector<std::string> trial_sha256;
+};
+DatasetDigest digest_of(const Dataset& dataset);
+std::string dataset_sha256(const Dataset& dataset);
+std::string trial_sha256(const classifier::Trial& trial, const TrialRecord& record);
+
+/// The explorations of the complete trials, in order of appearance; one empty name for imported
+/// sets.
+std::vector<std::string> explorations_of(const Dataset& dataset);
+/// The names in a sum of explorations: "M1" and "M2" of "M1+M2"; of nothing one that is empty.
+/// Errors: invalid_argument, for a name that is empty or there twice.
+Result<std::vector<std::string>> explorations_in(std::string_view sum);
+/// The complete trials of one exploration (nothing: of all), in order, as the classifier takes
+/// them.
+std::vector<classifier::Trial> complete_trials(const Dataset& dataset,
+                                               std::optional<std::string_view> exploration = {});
+
+}  // namespace weft::daemon

@@ -1,0 +1,78 @@
+#include "daemon/storage/dataset/hdf5_derived.hpp"
+
+namespace weft::daemon::hdf5 {
+namespace {
+
+/// `name`: a column that may be missing.
+template <class Number>
+void compare(Reader& in, const std::string& name, const std::vector<Number>& expected,
+             const char* complaint) {
+  if (in.has(name.c_str()))
+    in.require(in.column<Number>(name.c_str()) == expected, name.c_str(), complaint);
+}
+
+}  // namespace
+
+PhaseRuns phase_runs(const Dataset& dataset) {
+  PhaseRuns out;
+  std::uint64_t row = 0;
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
+    bool new_run = true;
+    for (const Phase p : dataset.trials[i].phase) {
+      const auto letter = static_cast<std::uint8_t>(p);
+      if (new_run || out.phase.back() != letter) {
+        out.trial.push_back(static_cast<std::uint32_t>(i));
+        out.phase.push_back(letter);
+        out.first.push_back(row);
+        out.samples.push_back(0);
+        new_run = false;
+      }
+      ++out.samples.back();
+      ++row;
+    }
+  }
+  return out;
+}
+
+std::optional<PhaseRuns> read_phase_runs(Reader& in) {
+  if (!in.has("/phases")) return std::nullopt;
+  return PhaseRuns{
+      in.column<std::uint32_t>("/phases/trial"), in.column<std::uint8_t>("/phases/phase"),
+      in.column<std::uint64_t>("/phases/first"), in.column<std::uint64_t>("/phases/samples")};
+}
+
+std::vector<std::uint64_t> begins_of(const std::vector<std::uint64_t>& samples) {
+  std::vector<std::uint64_t> out(samples.size());
+  std::exclusive_scan(samples.begin(), samples.end(), out.begin(), std::uint64_t{0});
+  return out;
+}
+
+std::vector<std::uint64_t> read_extents(Reader& in, const std::string& family, std::size_t trials,
+                                        std::size_t rows) {
+  const std::string name = "/trials/" + family + "_samples";
+  auto samples = in.column<std::uint64_t>(name.c_str());
+  std::uint64_t left = rows;
+  bool fits = samples.size() == trials;
+  for (const std::uint64_t count : samples) {
+    fits = fits && count <= left;
+    if (fits) left -= count;
+  }
+  if (in.require(fits && left == 0, name.c_str(), "does not add up to the length of its columns"))
+    compare(in, "/trials/" + family + "_first", begins_of(samples),
+            "a trial does not begin where the one before it ends");
+  return samples;
+}
+
+void compare_quantum(Reader& in, const char* column, double per_unit) {
+  if (in.has_attribute(column, "per_unit"))
+    in.require(in.real_attribute(column, "per_unit") == per_unit, column,
+               "per_unit is not what this layout counts in");
+}
+
+void compare_axes(Reader& in, const std::vector<Axis>& axes) {
+  std::vector<double> per_unit;
+  for (const Axis& axis : axes) per_unit.push_back(axis.quanta_per_unit());
+  compare(in, "/stages/per_unit", per_unit, "not what this layout counts in");
+}
+
+}  // namespace weft::daemon::hdf5

@@ -1,0 +1,388 @@
+// HDF5 file to Dataset. What the file says about itself is checked before it is used.
+#include <cmath>
+#include <new>
+
+#include "daemon/storage/dataset/digest.hpp"
+#include "daemon/storage/dataset/hdf5_derived.hpp"
+#include "daemon/storage/dataset/hdf5_file.hpp"
+#include "daemon/storage/dataset/hdf5_layout.hpp"
+#include "daemon/storage/dataset/hdf5_reader.hpp"
+#include "drivers/api/sample.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using hdf5::Reader;
+
+double rate_of(Reader& in, const char* group) {
+  const double rate_hz = in.real_attribute(group, "rate_hz");
+  in.require(std::isfinite(rate_hz) && rate_hz >= 0, group, "an impossible rate_hz");
+  return rate_hz;
+}
+
+Status read_root(Reader& in, DatasetInfo& info) {
+  const std::string format = in.text_attribute("/", "format");
+  if (!in.status() || format != hdf5::format_name)
+    return fail(Errc::parse, "an HDF5 file, but not a Weft data set", {}, hdf5::format_name,
+                format);
+  const std::uint64_t version = in.integer_attribute("/", "format_version");
+  if (in.status() && version != hdf5::format_version)
+    return fail(Errc::unsupported, "a data set of another layout", {},
+                std::to_string(hdf5::format_version), std::to_string(version));
+  const auto kind = bench_kind_from(in.text_attribute("/", "bench_kind"));
+  info.kind = kind.value_or(BenchKind::unknown);
+  in.require(kind.has_value(), "bench_kind", "an unknown word");
+  info.name = in.text_attribute("/", "name");
+  info.source = in.text_attribute("/", "source");
+  info.seed = in.integer_attribute("/", "seed");
+  info.software_version = in.text_attribute("/", "software_version");
+  info.recipe_sha256 = in.text_attribute("/", "recipe_sha256");
+  info.rig_sha256 = in.text_attribute("/", "rig_sha256");
+  info.taxel_rate_hz = rate_of(in, "/taxel");
+  info.wrench_rate_hz = rate_of(in, "/wrench");
+  info.stage_rate_hz = rate_of(in, "/stages");
+  return in.status();
+}
+
+Status read_provenance(Reader& in, DatasetInfo& info) {
+  info.recipe_json = in.document("/provenance/recipe_json");
+  info.rig_json = in.document("/provenance/rig_json");
+  const auto names = in.texts("/provenance/device_name");
+  const auto drivers = in.texts("/provenance/device_driver");
+  const auto identities = in.texts("/provenance/device_identity_json");
+  in.require(drivers.size() == names.size() && identities.size() == names.size(), "/provenance",
+             "columns of different length");
+  if (!in.status()) return in.status();
+  for (std::size_t i = 0; i < names.size(); ++i)
+    info.devices.push_back({names[i], drivers[i], identities[i]});
+  return {};
+}
+
+Status read_selection(Reader& in, DatasetInfo& info) {
+  if (!in.has("/ended_early")) return {};
+  const auto labels = in.texts("/ended_early/label");
+  const auto explorations = in.texts("/ended_early/exploration");
+  const auto trials = in.column<std::uint32_t>("/ended_early/trials");
+  in.require(explorations.size() == labels.size() && trials.size() == labels.size(), "/ended_early",
+             "columns of different length");
+  if (!in.status()) return in.status();
+  for (std::size_t i = 0; i < labels.size(); ++i)
+    info.ended_early.push_back({labels[i], explorations[i], trials[i]});
+  return {};
+}
+
+Status read_axes(Reader& in, DatasetInfo& info) {
+  const auto names = in.texts("/stages/axis");
+  const auto units = in.texts("/stages/unit");
+  in.require(units.size() == names.size(), "/stages", "columns of different length");
+  if (!in.status()) return in.status();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    in.require(units[i] == "m" || units[i] == "rad", "/stages/unit", "neither m nor rad");
+    info.axes.push_back({names[i], units[i] == "rad"});
+  }
+  hdf5::compare_axes(in, info.axes);
+  return in.status();
+}
+
+std::optional<double> nothing_if_nan(double value) {
+  if (std::isnan(value)) return std::nullopt;
+  return value;
+}
+
+/// Puts a column of the trial table where it belongs, trial by trial.
+template <class Value, class Place>
+void distribute(Reader& in, const char* name, const std::vector<Value>& column, std::size_t trials,
+                Place place) {
+  if (!in.require(column.size() == trials, name, "another length than /trials/file")) return;
+  for (std::size_t i = 0; i < trials; ++i) place(i, column[i]);
+}
+
+Status read_trial_table(Reader& in, Dataset& dataset) {
+  const auto files = in.texts("/trials/file");
+  const std::size_t n = files.size();
+  dataset.trials.resize(n);
+  dataset.records.resize(n);
+  auto& trials = dataset.trials;
+  auto& records = dataset.records;
+  for (std::size_t i = 0; i < n; ++i) trials[i].file = files[i];
+  const auto text = [&](const char* name, auto place) {
+    distribute(in, name, in.texts(name), n, place);
+  };
+  text("/trials/label", [&](std::size_t i, const std::string& label) {
+    trials[i].label = records[i].spec.label = label;
+  });
+  text("/trials/group", [&](std::size_t i, const std::string& group) {
+    trials[i].group = records[i].spec.group = group;
+  });
+  text("/trials/exploration",
+       [&](std::size_t i, const std::string& name) { records[i].spec.exploration = name; });
+  text("/trials/outcome", [&](std::size_t i, const std::string& word) {
+    const auto outcome = trial_outcome_from(word);
+    in.require(outcome.has_value(), "/trials/outcome", "an unknown word");
+    records[i].outcome = outcome.value_or(TrialOutcome::failed);
+  });
+  const auto u32 = [&](const char* name, auto place) {
+    distribute(in, name, in.column<std::uint32_t>(name), n, place);
+  };
+  u32("/trials/index", [&](std::size_t i, std::uint32_t x) { records[i].spec.index = x; });
+  u32("/trials/attempt", [&](std::size_t i, std::uint32_t x) { records[i].spec.attempt = x; });
+  u32("/trials/repetition",
+      [&](std::size_t i, std::uint32_t x) { records[i].spec.repetition = x; });
+  u32("/trials/lost_samples", [&](std::size_t i, std::uint32_t x) { records[i].lost_samples = x; });
+  distribute(in, "/trials/patch_seed", in.column<std::uint64_t>("/trials/patch_seed"), n,
+             [&](std::size_t i, std::uint64_t x) { records[i].spec.patch_seed = x; });
+  const auto real = [&](const char* name, std::optional<double> TrialQuality::*member) {
+    distribute(in, name, in.column<double>(name), n,
+               [&](std::size_t i, double x) { records[i].quality.*member = nothing_if_nan(x); });
+  };
+  real("/trials/force_rms_error_n", &TrialQuality::force_rms_error_n);
+  real("/trials/force_in_band_fraction", &TrialQuality::force_in_band_fraction);
+  return in.status();
+}
+
+Status read_factors(Reader& in, Dataset& dataset) {
+  if (!in.has("/factors")) return in.status();
+  auto& names = dataset.info.factors;
+  names = in.texts("/factors/name");
+  const auto values = in.column<double>("/factors/values", names.size());
+  in.require(values.size() == names.size() * dataset.records.size(), "/factors/values",
+             "another length than /trials/file");
+  if (!in.status()) return in.status();
+  auto at = values.begin();
+  for (TrialRecord& record : dataset.records) {
+    const auto end = at + static_cast<std::ptrdiff_t>(names.size());
+    record.spec.factors.assign(at, end);
+    at = end;
+  }
+  return {};
+}
+
+/// Cuts a concatenated column into its trials.
+template <class Number, class Target>
+void split(const std::vector<Number>& all, const std::vector<std::uint64_t>& extents,
+           std::size_t width, Target target) {
+  auto at = all.begin();
+  for (std::size_t i = 0; i < extents.size(); ++i) {
+    const auto end = at + static_cast<std::ptrdiff_t>(extents[i] * width);
+    target(i).assign(at, end);
+    at = end;
+  }
+}
+
+Status read_phases(Reader& in, const std::vector<std::uint64_t>& extents, Dataset& dataset) {
+  const auto letters = in.column<std::uint8_t>("/taxel/phase");
+  std::vector<Phase> phases;
+  phases.reserve(letters.size());
+  for (const std::uint8_t letter : letters) {
+    const auto phase = phase_from_char(static_cast<char>(letter));
+    if (!in.require(phase.has_value(), "/taxel/phase", "an unknown phase")) return in.status();
+    phases.push_back(*phase);
+  }
+  std::uint64_t rows = 0;
+  for (const std::uint64_t count : extents) rows += count;
+  in.require(letters.size() == rows, "/taxel/phase", "another length than /taxel/t_ns");
+  if (!in.status()) return in.status();
+  split(
+      phases, extents, 1, [&](std::size_t i) -> auto& { return dataset.trials[i].phase; });
+  return {};
+}
+
+Status read_taxels(Reader& in, Dataset& dataset) {
+  const std::size_t taxels = in.width_of("/taxel/counts");
+  in.require(taxels > 0 && taxels <= most_taxels, "/taxel/counts",
+             "an impossible number of taxels");
+  if (!in.status()) return in.status();
+  const auto t_ns = in.column<std::int64_t>("/taxel/t_ns");
+  const auto extents = hdf5::read_extents(in, "taxel", dataset.trials.size(), t_ns.size());
+  if (auto done = read_phases(in, extents, dataset); !done) return done;
+  split(
+      t_ns, extents, 1, [&](std::size_t i) -> auto& { return dataset.records[i].t_ns; });
+  const auto place = [&](const auto& counts) {
+    if (!in.require(counts.size() == t_ns.size() * taxels, "/taxel/counts",
+                    "another length than /taxel/t_ns"))
+      return;
+    split(
+        counts, extents, taxels, [&](std::size_t i) -> auto& { return dataset.trials[i].counts; });
+  };
+  if (in.is_integer("/taxel/counts")) {
+    place(in.column<std::uint16_t>("/taxel/counts", taxels));
+  } else {
+    place(in.column<double>("/taxel/counts", taxels));
+  }
+  for (classifier::Trial& trial : dataset.trials) trial.taxels = taxels;
+
+  const auto device_us = in.column<std::uint32_t>("/taxel/device_us");
+  const auto clocked = hdf5::read_extents(in, "device_us", dataset.trials.size(), device_us.size());
+  if (!in.status()) return in.status();
+  split(
+      device_us, clocked, 1, [&](std::size_t i) -> auto& { return dataset.records[i].device_us; });
+  return {};
+}
+
+/// Names of the columns of one stream.
+struct StreamNames {
+  const char* t_ns;
+  const char* quanta;
+  const char* family;
+};
+
+template <class StreamData>
+Status read_stream(Reader& in, const StreamNames& names, std::size_t width, Dataset& dataset,
+                   StreamData TrialRecord::*member) {
+  const auto t_ns = in.column<std::int64_t>(names.t_ns);
+  const auto quanta = in.column<std::int32_t>(names.quanta, width);
+  in.require(quanta.size() == t_ns.size() * width, names.quanta, "another length than its times");
+  const auto extents = hdf5::read_extents(in, names.family, dataset.trials.size(), t_ns.size());
+  if (!in.status()) return in.status();
+  split(
+      t_ns, extents, 1, [&](std::size_t i) -> auto& { return (dataset.records[i].*member).t_ns; });
+  split(
+      quanta, extents,
+      width, [&](std::size_t i) -> auto& { return (dataset.records[i].*member).quanta; });
+  return {};
+}
+
+Status read_streams(Reader& in, Dataset& dataset) {
+  auto done = read_stream(in, {"/wrench/t_ns", "/wrench/quanta", "wrench"}, 6, dataset,
+                          &TrialRecord::wrench);
+  if (!done) return done;
+  hdf5::compare_quantum(in, "/wrench/quanta", force_quanta_per_n);
+  return read_stream(in, {"/stages/t_ns", "/stages/quanta", "stages"}, dataset.info.axes.size(),
+                     dataset, &TrialRecord::stages);
+}
+
+/// How the blocks of a stream are made, where the file has the stream.
+void read_block_format(Reader& in, const std::string& group, BlockFormat& format) {
+  if (!in.has(group.c_str())) return;
+  format.rate_hz = rate_of(in, group.c_str());
+  const std::uint64_t readings = in.integer_attribute(group.c_str(), "block_readings");
+  in.require(readings > 0 && readings <= most_block_values && format.rate_hz > 0, group.c_str(),
+             "impossible blocks");
+  format.readings = static_cast<std::uint32_t>(readings);
+}
+
+Status read_blocks(Reader& in, const std::string& group, std::size_t axes,
+                   const BlockFormat& format, Dataset& dataset, BlockStream TrialRecord::*member) {
+  if (format.readings == 0) return in.status();
+  const std::string times = group + "/t_ns", values = group + "/quanta";
+  const auto t_ns = in.column<std::int64_t>(times.c_str());
+  const auto quanta = in.column<std::int32_t>(values.c_str(), axes == 1 ? 0 : axes);
+  in.require(quanta.size() == t_ns.size() * format.readings * axes, values.c_str(),
+             "another length than its times");
+  const auto extents =
+      hdf5::read_extents(in, group.substr(1) + "_blocks", dataset.trials.size(), t_ns.size());
+  const auto stream = [&](std::size_t i) -> BlockStream& { return dataset.records[i].*member; };
+  const auto numbers = [&](const char* name, std::vector<std::uint32_t> BlockStream::*column) {
+    const auto all = in.column<std::uint32_t>((group + name).c_str());
+    if (!in.require(all.size() == t_ns.size(), (group + name).c_str(),
+                    "another length than its times") ||
+        !in.status())
+      return;
+    split(
+        all, extents, 1, [&](std::size_t i) -> auto& { return stream(i).*column; });
+  };
+  if (!in.status()) return in.status();
+  split(
+      t_ns, extents, 1, [&](std::size_t i) -> auto& { return stream(i).t_ns; });
+  split(
+      quanta, extents,
+      format.readings * axes, [&](std::size_t i) -> auto& { return stream(i).quanta; });
+  numbers("/device_us", &BlockStream::device_us);
+  numbers("/lost", &BlockStream::lost);
+  numbers("/clipped", &BlockStream::clipped);
+  return in.status();
+}
+
+Status read_vibrations(Reader& in, Dataset& dataset) {
+  const DatasetInfo& info = dataset.info;
+  auto done = read_blocks(in, "/acceleration", acceleration_axes, info.acceleration, dataset,
+                          &TrialRecord::acceleration);
+  if (!done) return done;
+  hdf5::compare_quantum(in, "/acceleration/quanta", acceleration_quanta_per_mps2);
+  hdf5::compare_quantum(in, "/sound/quanta", sound_quanta_per_pa);
+  return read_blocks(in, "/sound", 1, info.sound, dataset, &TrialRecord::sound);
+}
+
+/// What the file says of its own content.
+struct Told {
+  DatasetDigest digest;
+  std::optional<hdf5::PhaseRuns> phases;
+};
+
+Status read_told(Reader& in, const Dataset& dataset, Told& out) {
+  auto& trials = out.digest.trial_sha256;
+  trials = in.texts("/trials/sha256");
+  in.require(trials.size() == dataset.trials.size(), "/trials/sha256", "another length");
+  out.digest.dataset_sha256 = in.text_attribute("/", "dataset_sha256");
+  out.phases = hdf5::read_phase_runs(in);
+  return in.status();
+}
+
+/// Trial by trial first, so that the error can say which.
+Status verify_digests(const DatasetDigest& expected, const Dataset& dataset,
+                      const StopAsked& stop_asked) {
+  const auto got = digest_of(dataset, stop_asked);
+  if (!got) return pass(got.error());
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i)
+    if (got->trial_sha256[i] != expected.trial_sha256[i])
+      return fail(Errc::corrupt, "the trial was altered: its SHA-256 disagrees",
+                  "trial " + dataset.trials[i].file, expected.trial_sha256[i],
+                  got->trial_sha256[i]);
+  if (got->dataset_sha256 != expected.dataset_sha256)
+    return fail(Errc::corrupt, "the data set was altered: its SHA-256 disagrees", "dataset_sha256",
+                expected.dataset_sha256, got->dataset_sha256);
+  return {};
+}
+
+/// All that is done inside the library.
+Result<Dataset> read_columns(const std::filesystem::path& path, const Hdf5LoadOptions& options,
+                             Told& told) {
+  const hdf5::QuietErrors quiet;
+  auto in = Reader::open(path);
+  if (!in) return pass(std::move(in).error());
+  Dataset dataset;
+  Status done = read_root(*in, dataset.info);
+  if (done) done = read_provenance(*in, dataset.info);
+  if (done) done = read_selection(*in, dataset.info);
+  if (done) done = read_axes(*in, dataset.info);
+  if (done) done = read_trial_table(*in, dataset);
+  if (done) done = read_factors(*in, dataset);
+  if (done) done = read_taxels(*in, dataset);
+  if (done) {
+    read_block_format(*in, "/acceleration", dataset.info.acceleration);
+    read_block_format(*in, "/sound", dataset.info.sound);
+    done = in->status();
+  }
+  if (done && options.streams) done = read_streams(*in, dataset);
+  if (done && options.streams) done = read_vibrations(*in, dataset);
+  if (done && options.streams && options.verify_digest) done = read_told(*in, dataset, told);
+  if (!done) return pass(std::move(done).error(), path.string());
+  return dataset;
+}
+
+Result<Dataset> read_all(const std::filesystem::path& path, const Hdf5LoadOptions& options) {
+  Told told;
+  auto dataset = read_columns(path, options, told);
+  if (!dataset) return dataset;
+  Status done = check(*dataset);
+  if (!done) done.error().code = Errc::corrupt;
+  if (done && options.streams && options.verify_digest)
+    done = verify_digests(told.digest, *dataset, options.stop_asked);
+  // After the digests, which can say in which trial a phase was altered.
+  if (done && told.phases && *told.phases != hdf5::phase_runs(*dataset))
+    done = fail(Errc::corrupt, "does not follow from /taxel/phase", "/phases");
+  if (!done) return pass(std::move(done).error(), path.string());
+  return dataset;
+}
+
+}  // namespace
+
+Result<Dataset> read_hdf5(const std::filesystem::path& path, const Hdf5LoadOptions& options) {
+  try {
+    return read_all(path, options);
+  } catch (const std::bad_alloc&) {
+    return fail(Errc::io, "not enough memory for this data set", path.string());
+  }
+}
+
+}  // namespace weft::daemon

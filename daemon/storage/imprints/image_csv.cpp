@@ -1,0 +1,35 @@
+#include <algorithm>
+
+#include "daemon/storage/imprints/image_file.hpp"
+#include "daemon/storage/imprints/number_lines.hpp"
+
+namespace weft::daemon {
+
+using classifier::imprint::Image;
+
+Result<Image> parse_image_csv(const std::string& name, std::string_view text) {
+  NumberLines lines(name, text);
+  std::vector<double> values;
+  std::size_t rows = 0, cols = 0;
+  while (lines.next()) {
+    if (rows == 0) cols = lines.fields().size();
+    if (lines.fields().size() != cols)
+      return fail(Errc::parse, "rows of different length", lines.where(), std::to_string(cols),
+                  std::to_string(lines.fields().size()));
+    if (values.size() + cols > classifier::imprint::most_taxels)
+      return fail(Errc::range, "too many taxels", lines.where());
+    for (std::size_t c = 0; c < cols; ++c) {
+      const auto value = lines.number(c);
+      if (!value) return pass(value.error());
+      values.push_back(*value);
+    }
+    ++rows;
+  }
+  if (auto ok = lines.check_end(); !ok) return pass(ok.error());
+  if (rows == 0) return fail(Errc::parse, "the file holds no imprint", name, "rows of numbers");
+  Image out(rows, cols);
+  std::copy(values.begin(), values.end(), out.data().begin());
+  return out;
+}
+
+}  // namespace weft::daemon

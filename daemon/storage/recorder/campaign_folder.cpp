@@ -1,0 +1,83 @@
+#include "daemon/storage/recorder/campaign_folder.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+#include "daemon/storage/recorder/disk_space.hpp"
+#include "daemon/storage/recorder/sqlite.hpp"
+
+namespace weft::daemon {
+namespace {
+
+std::string system_words(int error) {
+  return std::generic_category().message(error);
+}
+
+}  // namespace
+
+// The folder itself: a lock on the campaign file would be SQLite's, and one on a file of our own
+// would stay behind.
+Result<FolderLock> FolderLock::take(const std::filesystem::path& folder) {
+  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0)
+    return fail(Errc::io, "cannot open the folder", folder.string(), {}, system_words(errno));
+  FolderLock lock(descriptor);
+  if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) return lock;
+  if (errno != EWOULDBLOCK)
+    return fail(Errc::io, "cannot lock the folder", folder.string(), {}, system_words(errno));
+  return fail(Errc::wrong_state, "another run works in this folder", folder.string(), {}, {},
+              "Wait for its end, or choose another folder");
+}
+
+FolderLock::FolderLock(FolderLock&& other) noexcept
+    : descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+FolderLock::~FolderLock() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+Result<FolderLock> prepare_folder(const std::filesystem::path& folder, std::uint64_t bytes) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) return fail(Errc::io, "cannot make the folder", folder.string(), {}, error.message());
+  if (::access(folder.c_str(), W_OK | X_OK) != 0)
+    return fail(Errc::io, "the folder cannot be written to", folder.string(), {},
+                system_words(errno), "Choose another folder or change its permissions");
+  auto lock = FolderLock::take(folder);
+  if (!lock) return lock;
+  if (Status room = check_space(folder, bytes); !room) return pass(room.error());
+  return lock;
+}
+
+std::filesystem::path name_aside(const std::filesystem::path& file) {
+  std::error_code none;
+  if (!std::filesystem::exists(file, none)) return {};
+  std::filesystem::path name = file;
+  for (int i = 1; std::filesystem::exists(name, none); ++i)
+    name.replace_filename(file.stem().string() + ".aside-" + std::to_string(i) +
+                          file.extension().string());
+  return name.filename();
+}
+
+Result<std::filesystem::path> set_aside(const std::filesystem::path& campaign) {
+  std::filesystem::path name = name_aside(campaign);
+  if (name.empty()) return name;
+  {
+    // One file, so that it goes or stays as a whole.
+    auto file = sqlite::Database::open(campaign, sqlite::Mode::read_write);
+    if (!file) return pass(file.error());
+    if (Status one = file->execute("PRAGMA journal_mode=DELETE"); !one)
+      return pass(one.error(), campaign.string());
+  }
+  std::error_code error;
+  std::filesystem::rename(campaign, campaign.parent_path() / name, error);
+  if (error) return fail(Errc::io, "cannot rename", campaign.string(), {}, error.message());
+  return name;
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,391 @@
+// Campaign file to Dataset. The file may come from a killed process or a failing disk: nothing in
+// it is believed before it has been checked.
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <map>
+#include <utility>
+
+#include "daemon/storage/recorder/chunk.hpp"
+#include "daemon/storage/recorder/raw_file.hpp"
+#include "daemon/storage/recorder/recorder.hpp"
+#include "daemon/storage/recorder/schema.hpp"
+#include "daemon/storage/recorder/sqlite.hpp"
+#include "drivers/api/sample.hpp"
+#include "protocols/base/crc.hpp"
+
+namespace weft::daemon {
+namespace {
+
+Result<std::int64_t> read_integer(sqlite::Database& database, const char* sql) {
+  auto query = database.prepare(sql);
+  if (!query) return pass(std::move(query).error());
+  auto row = query->step();
+  if (!row) return pass(std::move(row).error());
+  if (!*row) return fail(Errc::corrupt, "the campaign file lacks its header row");
+  return query->integer(0);
+}
+
+Result<sqlite::Database> open_campaign(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored))
+    return fail(Errc::not_found, "no such campaign file", path.string());
+  auto database = sqlite::Database::open(path, sqlite::Mode::read_only);
+  if (!database) return database;
+  auto identity = read_integer(*database, "PRAGMA application_id");
+  if (!identity) return pass(std::move(identity).error(), path.string());
+  if (*identity != campaign_application_id)
+    return fail(Errc::parse, "not a Weft campaign file", path.string());
+  auto version = read_integer(*database, "PRAGMA user_version");
+  if (!version) return pass(std::move(version).error(), path.string());
+  if (*version != campaign_schema_version)
+    return fail(Errc::unsupported, "a campaign file of another layout", path.string(),
+                std::to_string(campaign_schema_version), std::to_string(*version));
+  return database;
+}
+
+Result<bool> is_discarded(sqlite::Database& database) {
+  auto query = database.prepare("SELECT count(*) FROM journal WHERE kind = ?");
+  if (!query) return pass(query.error());
+  query->bind(1, discarded_kind);
+  const auto row = query->step();
+  if (!row) return pass(row.error());
+  return *row && query->integer(0) > 0;
+}
+
+/// Streams of blocks, where the file has any.
+Status read_block_streams(sqlite::Database& database, DatasetInfo& info) {
+  const auto tables = read_integer(
+      database,
+      "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = 'block_stream'");
+  if (!tables) return pass(tables.error());
+  if (*tables == 0) return {};
+  auto query = database.prepare("SELECT stream, rate_hz, readings FROM block_stream");
+  if (!query) return pass(std::move(query).error());
+  auto row = query->step();
+  for (; row && *row; row = query->step()) {
+    const std::int64_t readings = query->integer(2);
+    if (readings < 1 || readings > most_block_values || !(query->real(1) > 0))
+      return fail(Errc::corrupt, "a stream of impossible blocks", "block_stream");
+    BlockFormat& format = query->integer(0) == static_cast<std::int64_t>(Stream::sound)
+                              ? info.sound
+                              : info.acceleration;
+    format = {query->real(1), static_cast<std::uint32_t>(readings)};
+  }
+  if (!row) return pass(std::move(row).error());
+  return {};
+}
+
+std::uint64_t unsigned_of(const std::string& text) {
+  std::uint64_t value = 0;
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return value;
+}
+
+Result<std::size_t> read_header(sqlite::Database& database, DatasetInfo& info) {
+  auto query = database.prepare(
+      "SELECT bench_kind, name, source, recipe_json, recipe_sha256, rig_json, rig_sha256, seed, "
+      "software_version, taxels, taxel_rate_hz, wrench_rate_hz, stage_rate_hz FROM campaign");
+  if (!query) return pass(std::move(query).error());
+  auto row = query->step();
+  if (!row) return pass(std::move(row).error());
+  if (!*row) return fail(Errc::corrupt, "the campaign file lacks its header row");
+  const auto kind = bench_kind_from(query->text(0));
+  if (!kind) return fail(Errc::corrupt, "unknown bench kind", "campaign", {}, query->text(0));
+  const std::int64_t taxels = query->integer(9);
+  if (taxels < 1 || taxels > most_taxels)
+    return fail(Errc::corrupt, "impossible number of taxels", "campaign", {},
+                std::to_string(taxels));
+  info.kind = *kind;
+  info.name = query->text(1);
+  info.source = query->text(2);
+  info.recipe_json = query->text(3);
+  info.recipe_sha256 = query->text(4);
+  info.rig_json = query->text(5);
+  info.rig_sha256 = query->text(6);
+  info.seed = unsigned_of(query->text(7));
+  info.software_version = query->text(8);
+  info.taxel_rate_hz = query->real(10);
+  info.wrench_rate_hz = query->real(11);
+  info.stage_rate_hz = query->real(12);
+  return static_cast<std::size_t>(taxels);
+}
+
+Status read_axes_and_devices(sqlite::Database& database, DatasetInfo& info) {
+  auto axes = database.prepare("SELECT name, rotary FROM axis ORDER BY position");
+  if (!axes) return pass(std::move(axes).error());
+  auto row = axes->step();
+  for (; row && *row; row = axes->step())
+    info.axes.push_back({axes->text(0), axes->integer(1) != 0});
+  if (!row) return pass(std::move(row).error());
+
+  auto devices = database.prepare("SELECT name, driver, identity_json FROM device ORDER BY rowid");
+  if (!devices) return pass(std::move(devices).error());
+  row = devices->step();
+  for (; row && *row; row = devices->step())
+    info.devices.push_back({devices->text(0), devices->text(1), devices->text(2)});
+  if (!row) return pass(std::move(row).error());
+  return {};
+}
+
+/// Names of a sweep's factors, where the file has any.
+Status read_factor_names(sqlite::Database& database, DatasetInfo& info) {
+  const auto tables = read_integer(database, has_factor_table_sql);
+  if (!tables) return pass(tables.error());
+  if (*tables == 0) return {};
+  auto query = database.prepare("SELECT name FROM factor ORDER BY position");
+  if (!query) return pass(std::move(query).error());
+  auto row = query->step();
+  for (; row && *row; row = query->step()) info.factors.push_back(query->text(0));
+  if (!row) return pass(std::move(row).error());
+  return {};
+}
+
+/// Of every trial by its id; empty in a file without a sweep.
+Result<std::map<std::int64_t, std::vector<double>>> read_factor_values(sqlite::Database& database,
+                                                                       const DatasetInfo& info) {
+  std::map<std::int64_t, std::vector<double>> out;
+  if (info.factors.empty()) return out;
+  auto query = database.prepare("SELECT trial, value FROM trial_factor ORDER BY trial, position");
+  if (!query) return pass(std::move(query).error());
+  auto row = query->step();
+  for (; row && *row; row = query->step()) out[query->integer(0)].push_back(query->real(1));
+  if (!row) return pass(std::move(row).error());
+  return out;
+}
+
+/// Unique within a campaign, and says what it is: "0007-Denim-M1-r03", with "-a1" for a second
+/// attempt.
+std::string trial_name(const TrialSpec& spec) {
+  const auto padded = [](std::uint32_t number, std::size_t width) {
+    const std::string digits = std::to_string(number);
+    return std::string(width - std::min(width, digits.size()), '0') + digits;
+  };
+  std::string name = padded(spec.index, 4) + "-" + spec.label;
+  if (!spec.exploration.empty()) name += "-" + spec.exploration;
+  name += "-r" + padded(spec.repetition, 2);
+  if (spec.attempt > 0) name += "-a" + std::to_string(spec.attempt);
+  return name;
+}
+
+std::optional<double> real_or_nothing(const sqlite::Statement& query, int column) {
+  if (query.is_null(column)) return std::nullopt;
+  return query.real(column);
+}
+
+/// A row of the trial table, without samples. A trial that was never ended was interrupted.
+Result<TrialRecord> read_trial_row(const sqlite::Statement& query) {
+  TrialRecord record;
+  record.spec.index = static_cast<std::uint32_t>(query.integer(1));
+  record.spec.attempt = static_cast<std::uint32_t>(query.integer(2));
+  record.spec.label = query.text(3);
+  record.spec.group = query.text(4);
+  record.spec.exploration = query.text(5);
+  record.spec.repetition = static_cast<std::uint32_t>(query.integer(6));
+  record.spec.patch_seed = unsigned_of(query.text(7));
+  const auto outcome =
+      query.is_null(8) ? TrialOutcome::interrupted : trial_outcome_from(query.text(8));
+  if (!outcome)
+    return fail(Errc::corrupt, "unknown outcome", trial_name(record.spec), {}, query.text(8));
+  record.outcome = *outcome;
+  record.quality = {real_or_nothing(query, 9), real_or_nothing(query, 10)};
+  return record;
+}
+
+/// Reads the chunks of one trial after another with one prepared statement.
+class ChunkReader {
+ public:
+  static Result<ChunkReader> prepare(sqlite::Database& database, const CampaignLoadOptions& options,
+                                     std::size_t taxels, const DatasetInfo& info) {
+    const std::string streams = options.streams ? "" : " AND stream = 0";
+    auto query = database.prepare(
+        "SELECT stream, number, rows, lost_before, crc32, data FROM chunk WHERE trial = ?" +
+        streams + " ORDER BY stream, number");
+    if (!query) return pass(std::move(query).error());
+    return ChunkReader(std::move(*query), options,
+                       {taxels, 6, info.axes.size(), info.acceleration.readings * acceleration_axes,
+                        std::size_t{info.sound.readings}});
+  }
+
+  Status read(std::int64_t trial_id, classifier::Trial& trial, TrialRecord& record) {
+    std::array<std::int64_t, stream_count> expected_number{};
+    query_.bind(1, trial_id);
+    auto row = query_.step();
+    for (; row && *row; row = query_.step()) {
+      const std::int64_t stream = query_.integer(0);
+      const std::int64_t number = query_.integer(1);
+      if (stream < 0 || stream >= std::int64_t{stream_count})
+        return fail(Errc::corrupt, "a chunk of an unknown stream");
+      const std::string where =
+          std::string(to_string(static_cast<Stream>(stream))) + " chunk " + std::to_string(number);
+      if (number != expected_number[static_cast<std::size_t>(stream)]++)
+        return fail(Errc::corrupt, "a chunk before this one is missing", where);
+      auto done = decode(static_cast<Stream>(stream), trial, record);
+      if (!done) return pass(std::move(done).error(), where);
+    }
+    if (!row) return pass(std::move(row).error());
+    return {};
+  }
+
+ private:
+  using Widths = std::array<std::size_t, stream_count>;  ///< by Stream
+
+  ChunkReader(sqlite::Statement query, const CampaignLoadOptions& options, const Widths& widths)
+      : query_(std::move(query)), options_(options), widths_(widths) {}
+
+  Status decode(Stream stream, classifier::Trial& trial, TrialRecord& record) {
+    const ByteView data = query_.blob(5);
+    const std::size_t width = widths_[static_cast<std::size_t>(stream)];
+    if (width == 0 && stream != Stream::stages)
+      return fail(Errc::corrupt, "a chunk of a stream that the file does not describe");
+    const std::size_t row = row_bytes(stream, width);
+    if (data.empty() || data.size() % row != 0 ||
+        std::cmp_not_equal(data.size() / row, query_.integer(2)))
+      return fail(Errc::corrupt, "cut short", {},
+                  query_.text(2) + " rows of " + std::to_string(row) + " bytes",
+                  std::to_string(data.size()) + " bytes");
+    if (crc32(data) != query_.integer(4))
+      return fail(Errc::corrupt, "altered: its CRC-32 disagrees");
+    const auto lost = static_cast<std::uint32_t>(query_.integer(3));
+    switch (stream) {
+      case Stream::wrench:
+        decode_wrench(data, record.wrench);
+        return {};
+      case Stream::stages:
+        decode_stages(data, width, record.stages);
+        return {};
+      case Stream::acceleration:
+        decode_blocks(data, width, lost, record.acceleration);
+        return {};
+      case Stream::sound:
+        decode_blocks(data, width, lost, record.sound);
+        return {};
+      case Stream::taxel:
+        break;
+    }
+    record.lost_samples += lost;
+    if (!decode_taxels(data, options_.transfers, trial, record))
+      return fail(Errc::corrupt, "an unknown phase");
+    return {};
+  }
+
+  sqlite::Statement query_;
+  CampaignLoadOptions options_;
+  Widths widths_;
+};
+
+Status read_trials(sqlite::Database& database, const CampaignLoadOptions& options,
+                   std::size_t taxels, Dataset& dataset) {
+  auto chunks = ChunkReader::prepare(database, options, taxels, dataset.info);
+  if (!chunks) return pass(std::move(chunks).error());
+  auto query = database.prepare(
+      "SELECT id, plan_index, attempt, label, trial_group, exploration, repetition, patch_seed, "
+      "outcome, force_rms_error_n, force_in_band_fraction FROM trial ORDER BY plan_index, attempt");
+  if (!query) return pass(std::move(query).error());
+  auto factors = read_factor_values(database, dataset.info);
+  if (!factors) return pass(std::move(factors).error());
+  std::map<std::pair<std::string, std::string>, std::uint32_t> ended_early;
+  auto row = query->step();
+  for (; row && *row; row = query->step()) {
+    auto record = read_trial_row(*query);
+    if (!record) return pass(std::move(record).error());
+    record->spec.factors = std::move((*factors)[query->integer(0)]);
+    if (record->spec.factors.size() != dataset.info.factors.size())
+      return fail(Errc::corrupt, "a trial without its values of the sweep's factors",
+                  trial_name(record->spec), std::to_string(dataset.info.factors.size()),
+                  std::to_string(record->spec.factors.size()));
+    if (record->outcome == TrialOutcome::ended_early)
+      ++ended_early[{record->spec.label, record->spec.exploration}];
+    if (record->outcome != TrialOutcome::complete && !options.all_outcomes) continue;
+    if (options.stop_asked && options.stop_asked())
+      return pass(stopped_early(trial_name(record->spec)));
+    classifier::Trial trial;
+    trial.file = trial_name(record->spec);
+    trial.label = record->spec.label;
+    trial.group = record->spec.group;
+    trial.taxels = taxels;
+    auto done = chunks->read(query->integer(0), trial, *record);
+    if (!done) return pass(std::move(done).error(), "trial " + trial.file);
+    dataset.trials.push_back(std::move(trial));
+    dataset.records.push_back(std::move(*record));
+  }
+  if (!row) return pass(std::move(row).error());
+  for (const auto& [what, trials] : ended_early)
+    dataset.info.ended_early.push_back({what.first, what.second, trials});
+  return {};
+}
+
+}  // namespace
+
+Result<Dataset> load_campaign(const std::filesystem::path& path,
+                              const CampaignLoadOptions& options) {
+  auto database = open_campaign(path);
+  if (!database) return pass(std::move(database).error());
+  const auto discarded = is_discarded(*database);
+  if (!discarded) return pass(discarded.error(), path.string());
+  if (*discarded && !options.all_outcomes)
+    return fail(Errc::wrong_state, "the campaign was discarded: no data set is made of it",
+                path.string());
+  Dataset dataset;
+  auto taxels = read_header(*database, dataset.info);
+  if (!taxels) return pass(std::move(taxels).error(), path.string());
+  Status done = read_axes_and_devices(*database, dataset.info);
+  if (done) done = read_block_streams(*database, dataset.info);
+  if (done) done = read_factor_names(*database, dataset.info);
+  if (done) done = read_trials(*database, options, *taxels, dataset);
+  if (!done) return pass(std::move(done).error(), path.string());
+  return dataset;
+}
+
+Result<CampaignHeader> load_header(const std::filesystem::path& path) {
+  auto database = open_campaign(path);
+  if (!database) return pass(std::move(database).error());
+  CampaignHeader header;
+  auto taxels = read_header(*database, header.info);
+  if (!taxels) return pass(std::move(taxels).error(), path.string());
+  header.taxels = *taxels;
+  if (Status done = read_axes_and_devices(*database, header.info); !done)
+    return pass(std::move(done).error(), path.string());
+  return header;
+}
+
+bool is_campaign_file(const std::filesystem::path& path) {
+  constexpr std::string_view magic("SQLite format 3\0", 16);
+  std::array<std::uint8_t, magic.size()> begin{};
+  const auto file = sqlite::RawFile::open(path);
+  return file && file->fill(0, begin) && std::equal(begin.begin(), begin.end(), magic.begin());
+}
+
+Result<CampaignProgress> load_progress(const std::filesystem::path& path) {
+  auto database = open_campaign(path);
+  if (!database) return pass(std::move(database).error());
+  const auto planned = read_integer(*database, "SELECT trials_planned FROM campaign");
+  if (!planned) return pass(planned.error(), path.string());
+  const auto finished = read_integer(*database, "SELECT finished FROM campaign");
+  if (!finished) return pass(finished.error(), path.string());
+  const auto discarded = is_discarded(*database);
+  if (!discarded) return pass(discarded.error(), path.string());
+  const auto done = read_integer(*database,
+                                 "SELECT count(DISTINCT plan_index) FROM trial "
+                                 "WHERE outcome IN ('complete', 'ended_early')");
+  if (!done) return pass(done.error(), path.string());
+  return CampaignProgress{static_cast<std::uint32_t>(*planned), *finished != 0, *discarded,
+                          static_cast<std::uint32_t>(*done)};
+}
+
+Result<std::vector<JournalEntry>> load_journal(const std::filesystem::path& path) {
+  auto database = open_campaign(path);
+  if (!database) return pass(std::move(database).error());
+  auto query =
+      database->prepare("SELECT sequence, t_ns, kind, payload_json FROM journal ORDER BY sequence");
+  if (!query) return pass(std::move(query).error(), path.string());
+  std::vector<JournalEntry> entries;
+  auto row = query->step();
+  for (; row && *row; row = query->step())
+    entries.push_back({query->integer(0), TimePoint(Duration(query->integer(1))), query->text(2),
+                       query->text(3)});
+  if (!row) return pass(std::move(row).error(), path.string());
+  return entries;
+}
+
+}  // namespace weft::daemon

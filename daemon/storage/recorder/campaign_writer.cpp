@@ -1,0 +1,326 @@
+#include "daemon/storage/recorder/campaign_writer.hpp"
+
+#include "daemon/base/file/sha256.hpp"
+#include "daemon/storage/recorder/log_check.hpp"
+#include "daemon/storage/recorder/schema.hpp"
+#include "protocols/base/crc.hpp"
+
+namespace weft::daemon {
+namespace {
+
+constexpr const char* insert_chunk_sql =
+    "INSERT INTO chunk (trial, stream, number, first_sequence, rows, lost_before, t0_ns, crc32, "
+    "data) "
+    "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)";
+
+/// Write-ahead log: readers are never blocked and a killed process leaves whole transactions.
+/// NORMAL: an operating system that goes down may take the latest commits with it. A bench in real
+/// time, whose trials do not come again, has sync_commits().
+constexpr const char* connection_sql =
+    "PRAGMA page_size=16384; PRAGMA synchronous=NORMAL; PRAGMA foreign_keys=ON";
+constexpr const char* log_sql = "PRAGMA journal_mode=WAL";
+
+/// How long a statement waits for those who look at the file at that moment: who opens it first, or
+/// while it is made, holds it for the moment of that. Where the file is made or reopened nothing
+/// moves yet; later the writer's own thread waits.
+constexpr std::chrono::milliseconds for_a_look{2'000};
+
+/// How long the end of a campaign waits for those who have the file open, and for those who are in
+/// the middle of reading it.
+constexpr std::chrono::milliseconds for_closing{500};
+constexpr std::chrono::milliseconds for_reading{30'000};
+
+/// Folded in when it is 32 MiB long.
+constexpr int most_log_pages = 2000;
+
+constexpr const char* log_expected_sql = "INSERT OR REPLACE INTO log_expected VALUES (1, 1)";
+/// The first thing in a log.
+constexpr const char* log_there_sql = "INSERT OR REPLACE INTO log_expected VALUES (1, 0)";
+/// It may have been killed before that.
+constexpr const char* log_there_again_sql = "UPDATE log_expected SET expected = 0 WHERE expected";
+
+Status make_tables(sqlite::Database& database) {
+  const std::string identity = "PRAGMA application_id=" + std::to_string(campaign_application_id) +
+                               "; PRAGMA user_version=" + std::to_string(campaign_schema_version);
+  if (Status done = database.execute(identity.c_str()); !done) return done;
+  if (Status done = database.execute(campaign_schema_sql); !done) return done;
+  return database.execute(log_expected_schema_sql);
+}
+
+Status write_header(sqlite::Database& database, const CampaignHeader& header) {
+  auto insert = database.prepare(
+      "INSERT INTO campaign (id, bench_kind, name, source, recipe_json, recipe_sha256, rig_json, "
+      "rig_sha256, seed, software_version, taxels, taxel_rate_hz, wrench_rate_hz, stage_rate_hz, "
+      "trials_planned, created_utc_ns) VALUES (1, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  if (!insert) return pass(std::move(insert).error());
+  const DatasetInfo& info = header.info;
+  const auto digest = [](const std::string& given, const std::string& text) {
+    return given.empty() && !text.empty() ? sha256_hex(text) : given;
+  };
+  const std::string recipe_sha256 = digest(info.recipe_sha256, info.recipe_json);
+  const std::string rig_sha256 = digest(info.rig_sha256, info.rig_json);
+  const std::string seed = std::to_string(info.seed);  // as text: SQLite has no unsigned 64 bit
+  insert->bind(1, to_string(info.kind)).bind(2, info.name).bind(3, info.source);
+  insert->bind(4, info.recipe_json).bind(5, recipe_sha256);
+  insert->bind(6, info.rig_json).bind(7, rig_sha256).bind(8, seed).bind(9, info.software_version);
+  insert->bind(10, static_cast<std::int64_t>(header.taxels)).bind(11, info.taxel_rate_hz);
+  insert->bind(12, info.wrench_rate_hz).bind(13, info.stage_rate_hz);
+  insert->bind(14, std::int64_t{header.trials_planned}).bind(15, header.created_utc_ns);
+  return insert->run();
+}
+
+Status write_axes(sqlite::Database& database, const std::vector<Axis>& axes) {
+  auto insert = database.prepare("INSERT INTO axis (position, name, rotary) VALUES (?, ?, ?)");
+  if (!insert) return pass(std::move(insert).error());
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    insert->bind(1, static_cast<std::int64_t>(i)).bind(2, axes[i].name);
+    insert->bind(3, std::int64_t{axes[i].rotary ? 1 : 0});
+    if (auto done = insert->run(); !done) return done;
+  }
+  return {};
+}
+
+Status write_factors(sqlite::Database& database, const std::vector<std::string>& factors) {
+  if (factors.empty()) return {};
+  if (Status done = database.execute(factor_schema_sql); !done) return done;
+  auto insert = database.prepare("INSERT INTO factor (position, name) VALUES (?, ?)");
+  if (!insert) return pass(std::move(insert).error());
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    insert->bind(1, static_cast<std::int64_t>(i)).bind(2, factors[i]);
+    if (auto done = insert->run(); !done) return done;
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<CampaignWriter>> CampaignWriter::create(const std::filesystem::path& path,
+                                                               const CampaignHeader& header) {
+  auto database = sqlite::Database::open(path, sqlite::Mode::create);
+  if (!database) return pass(std::move(database).error());
+  database->wait_for_others(for_a_look);
+  Status done = database->execute(connection_sql);
+  if (done) done = database->execute(log_sql);
+  // One transaction: a file that a kill left behind has all of this or nothing at all.
+  if (done) done = database->execute("BEGIN");
+  if (done) done = make_tables(*database);
+  if (done) done = write_header(*database, header);
+  if (done) done = write_axes(*database, header.info.axes);
+  if (done) done = write_factors(*database, header.info.factors);
+  if (done) done = database->execute("COMMIT");
+  std::unique_ptr<CampaignWriter> writer(new CampaignWriter(std::move(*database)));
+  if (done) done = writer->fold_log();
+  if (done) done = writer->prepare();
+  if (!done) return pass(std::move(done).error());
+  writer->may_write_ = true;
+  return writer;
+}
+
+Result<std::unique_ptr<CampaignWriter>> CampaignWriter::reopen(const std::filesystem::path& path) {
+  // Asked before SQLite makes a log of its own. The file's header says too little: who reads it at
+  // its end leaves it expecting a log, and certified.
+  const bool killed = has_log(path);
+  auto database = sqlite::Database::open(path, sqlite::Mode::read_write);
+  if (!database) return pass(std::move(database).error());
+  database->wait_for_others(for_a_look);
+  Status done = database->execute(connection_sql);
+  std::unique_ptr<CampaignWriter> writer(new CampaignWriter(std::move(*database)));
+  if (done) done = writer->prepare();
+  if (done && killed) done = writer->begin_writing();
+  if (!done) return pass(std::move(done).error());
+  return writer;
+}
+
+// A look that is over in a moment is waited for. Takes the lock that begin_writing() needs, and
+// lets go of it.
+Status CampaignWriter::nobody_reads() {
+  if (may_write_) return {};
+  Status done = database_.execute("BEGIN EXCLUSIVE");
+  return done ? database_.execute("ROLLBACK") : done;
+}
+
+Status CampaignWriter::begin_writing() {
+  if (may_write_) return {};
+  may_write_ = true;
+  Status done = database_.execute(log_sql);
+  if (done) done = database_.execute(log_expected_schema_sql);
+  if (done) done = database_.execute(log_there_again_sql);
+  return done ? fold_log() : guard(done);
+}
+
+Status CampaignWriter::prepare() {
+  database_.count_log_pages(&log_pages_);
+  const auto into = [this](sqlite::Statement& statement, const char* sql) -> Status {
+    auto prepared = database_.prepare(sql);
+    if (!prepared) return pass(std::move(prepared).error());
+    statement = std::move(*prepared);
+    return {};
+  };
+  Status done = into(insert_trial_,
+                     "INSERT INTO trial (plan_index, attempt, label, trial_group, exploration, "
+                     "repetition, patch_seed, began_ns) VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
+  if (done)
+    done = into(update_trial_,
+                "UPDATE trial SET outcome = ?2, ended_ns = ?3, force_rms_error_n = ?4, "
+                "force_in_band_fraction = ?5 WHERE id = ?1");
+  if (done) done = into(insert_chunk_, insert_chunk_sql);
+  if (done)
+    done = into(insert_journal_, "INSERT INTO journal (t_ns, kind, payload_json) VALUES (?, ?, ?)");
+  if (done)
+    done =
+        into(insert_device_, "INSERT INTO device (name, driver, identity_json) VALUES (?, ?, ?)");
+  return done;
+}
+
+Status CampaignWriter::guard(Status status) {
+  if (!status && !failure_) failure_ = status.error();
+  return status;
+}
+
+Status CampaignWriter::begin() {
+  if (failure_) return tl::unexpected<Error>(*failure_);
+  if (in_transaction_) return {};
+  if (Status done = begin_writing(); !done) return done;
+  if (Status done = guard(database_.execute("BEGIN")); !done) return done;
+  in_transaction_ = true;
+  return {};
+}
+
+Status CampaignWriter::run(sqlite::Statement& statement) {
+  return guard(statement.run());
+}
+
+void CampaignWriter::sync_commits() {
+  if (!commit()) return;  // told by the next call, as of every call that fails
+  static_cast<void>(guard(database_.execute("PRAGMA synchronous=FULL")));
+}
+
+Status CampaignWriter::device(const DeviceInfo& device) {
+  if (Status open = begin(); !open) return open;
+  insert_device_.bind(1, device.name).bind(2, device.driver).bind(3, device.identity_json);
+  return run(insert_device_);
+}
+
+Status CampaignWriter::left_behind(TimePoint now, std::string_view kind,
+                                   std::string_view payload_json) {
+  if (Status open = begin(); !open) return open;
+  Status done =
+      guard(database_.execute("UPDATE trial SET outcome = 'interrupted' WHERE outcome IS NULL"));
+  return done ? journal(now, kind, payload_json) : done;
+}
+
+Status CampaignWriter::resumed(TimePoint now, std::string_view payload_json) {
+  if (Status open = begin(); !open) return open;
+  Status done =
+      guard(database_.execute("UPDATE trial SET outcome = 'interrupted' WHERE outcome IS NULL;"
+                              "UPDATE campaign SET finished = 0"));
+  return done ? journal(now, "resumed", payload_json) : done;
+}
+
+Status CampaignWriter::begin_trial(const TrialSpec& spec, TimePoint now) {
+  if (Status open = begin(); !open) return open;
+  const std::string patch_seed = std::to_string(spec.patch_seed);
+  sqlite::Statement& insert = insert_trial_;
+  insert.bind(1, std::int64_t{spec.index}).bind(2, std::int64_t{spec.attempt});
+  insert.bind(3, spec.label).bind(4, spec.group).bind(5, spec.exploration);
+  insert.bind(6, std::int64_t{spec.repetition}).bind(7, patch_seed).bind(8, ns_of(now));
+  if (Status done = run(insert); !done) return done;
+  trial_ = database_.last_row_id();
+  if (Status done = factors(spec.factors); !done) return done;
+  return commit();
+}
+
+Status CampaignWriter::factors(const std::vector<double>& values) {
+  if (values.empty()) return {};
+  auto insert =
+      database_.prepare("INSERT INTO trial_factor (trial, position, value) VALUES (?, ?, ?)");
+  if (!insert) return guard(pass(std::move(insert).error()));
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    insert->bind(1, trial_).bind(2, static_cast<std::int64_t>(i)).bind(3, values[i]);
+    if (Status done = run(*insert); !done) return done;
+  }
+  return {};
+}
+
+Status CampaignWriter::block_stream(const BlockStreamRecord& stream) {
+  if (Status open = begin(); !open) return open;
+  if (Status made = guard(database_.execute(block_stream_schema_sql)); !made) return made;
+  auto insert = database_.prepare(
+      "INSERT OR IGNORE INTO block_stream (stream, rate_hz, readings, axes, unit, per_unit) VALUES "
+      "(?, ?, ?, "
+      "?, ?, ?)");
+  if (!insert) return guard(pass(std::move(insert).error()));
+  insert->bind(1, stream.stream).bind(2, stream.format.rate_hz);
+  insert->bind(3, std::int64_t{stream.format.readings}).bind(4, stream.axes);
+  insert->bind(5, std::string_view(stream.unit)).bind(6, stream.per_unit);
+  return run(*insert);
+}
+
+Status CampaignWriter::chunk(const ChunkRecord& chunk) {
+  if (Status open = begin(); !open) return open;
+  insert_chunk_.bind(1, trial_).bind(2, chunk.stream);
+  insert_chunk_.bind(3, chunk.number).bind(4, std::int64_t{chunk.first_sequence});
+  insert_chunk_.bind(5, std::int64_t{chunk.rows}).bind(6, std::int64_t{chunk.lost_before});
+  insert_chunk_.bind(7, chunk.t0_ns).bind(8, std::int64_t{crc32(chunk.bytes)});
+  insert_chunk_.bind(9, chunk.bytes);
+  return run(insert_chunk_);
+}
+
+Status CampaignWriter::end_trial(TrialOutcome outcome, const TrialQuality& quality, TimePoint now) {
+  if (Status open = begin(); !open) return open;
+  update_trial_.bind(1, trial_).bind(2, to_string(outcome)).bind(3, ns_of(now));
+  update_trial_.bind(4, quality.force_rms_error_n).bind(5, quality.force_in_band_fraction);
+  if (Status done = run(update_trial_); !done) return done;
+  return commit();
+}
+
+Status CampaignWriter::journal(TimePoint now, std::string_view kind,
+                               std::string_view payload_json) {
+  if (Status open = begin(); !open) return open;
+  insert_journal_.bind(1, ns_of(now)).bind(2, kind).bind(3, payload_json);
+  return run(insert_journal_);
+}
+
+Status CampaignWriter::commit() {
+  if (failure_) return tl::unexpected<Error>(*failure_);
+  if (!in_transaction_) return {};
+  if (Status done = guard(database_.execute("COMMIT")); !done) return done;
+  in_transaction_ = false;
+  return log_pages_ < most_log_pages ? Status{} : fold_log();
+}
+
+// The log stays as long as it was until its first page is written again, so that a kill at any
+// moment leaves a log beside a file that expects one.
+Status CampaignWriter::fold_log() {
+  Status done = guard(database_.execute(log_expected_sql));
+  if (done) done = guard(database_.execute("PRAGMA wal_checkpoint(PASSIVE)"));
+  if (done) done = guard(database_.execute(log_there_sql));
+  return done;
+}
+
+Status CampaignWriter::finish() {
+  Status done = begin();
+  if (done) done = guard(database_.execute("UPDATE campaign SET finished = 1"));
+  if (done) done = commit();
+  if (done) done = guard(one_piece());
+  return done;
+}
+
+// Without its log the file is one piece that can be copied and read from a read-only place.
+// Somebody who has the file open keeps it from being without one; an empty log does then.
+Status CampaignWriter::one_piece() {
+  database_.wait_for_others(for_closing);
+  if (database_.execute("PRAGMA journal_mode=DELETE")) return {};
+  database_.wait_for_others(for_reading);
+  auto fold = database_.prepare("PRAGMA wal_checkpoint(TRUNCATE)");
+  if (!fold) return pass(fold.error());
+  const auto row = fold->step();
+  if (!row) return pass(row.error());
+  if (*row && fold->integer(0) == 0) return {};
+  return fail(Errc::wrong_state, "somebody has been reading the campaign file without a pause",
+              "the end of the campaign", {}, {},
+              "All of it is recorded. End that program, then go on with the campaign: what is left "
+              "is its end");
+}
+
+}  // namespace weft::daemon

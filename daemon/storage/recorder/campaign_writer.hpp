@@ -1,0 +1,94 @@
+#pragma once
+// The SQL side of a recorder: one open campaign file, written row by row in one transaction at a
+// time. Used by one thread at a time.
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string_view>
+
+#include "daemon/storage/recorder/recorder.hpp"
+#include "daemon/storage/recorder/sqlite.hpp"
+#include "protocols/base/bytes.hpp"
+
+namespace weft::daemon {
+
+/// Rows of one stream, ready to be stored.
+struct ChunkRecord {
+  std::int64_t stream = 0;
+  std::int64_t number = 0;  ///< within the trial
+  std::uint32_t first_sequence = 0;
+  std::uint32_t rows = 0;
+  std::uint32_t lost_before = 0;
+  std::int64_t t0_ns = 0;
+  ByteView bytes;
+};
+
+/// What the rows of a stream of blocks are.
+struct BlockStreamRecord {
+  std::int64_t stream = 0;
+  BlockFormat format;
+  std::int64_t axes = 1;
+  const char* unit = "";
+  double per_unit = 1;
+};
+
+/// After a failed write every further call returns that first error.
+class CampaignWriter {
+ public:
+  /// Makes the file; `path` must not exist.
+  static Result<std::unique_ptr<CampaignWriter>> create(const std::filesystem::path& path,
+                                                        const CampaignHeader& header);
+
+  /// Goes on with a file that create() made. The log that a killed host left is this one's at once;
+  /// a file without one, or with an empty one, keeps every byte until begin_writing().
+  static Result<std::unique_ptr<CampaignWriter>> reopen(const std::filesystem::path& path);
+
+  /// Refuses a file that somebody reads without a pause; changes nothing.
+  Status nobody_reads();
+  /// Done by the first call that writes, where it was not done before: from here on the file has a
+  /// write-ahead log, and expects one.
+  Status begin_writing();
+
+  /// From here on a commit is on the disk when it returns, and a power cut takes none of it.
+  void sync_commits();
+
+  Status device(const DeviceInfo& device);
+  /// The run goes on: what was under way when it ended is marked as interrupted, and kept.
+  Status resumed(TimePoint now, std::string_view payload_json);
+  /// Nobody goes on with the run: likewise, and the line says why.
+  Status left_behind(TimePoint now, std::string_view kind, std::string_view payload_json);
+  Status begin_trial(const TrialSpec& spec, TimePoint now);  ///< and commits
+  /// Before the first chunk of a stream of blocks.
+  Status block_stream(const BlockStreamRecord& stream);
+  Status chunk(const ChunkRecord& chunk);
+  Status end_trial(TrialOutcome outcome, const TrialQuality& quality, TimePoint now);
+  Status journal(TimePoint now, std::string_view kind, std::string_view payload_json);
+  Status commit();
+  /// Commits, marks the campaign finished and folds the write-ahead log into the one file. Waits
+  /// for those who read it; wrong_state, after half a minute of that.
+  Status finish();
+
+ private:
+  explicit CampaignWriter(sqlite::Database database) : database_(std::move(database)) {}
+  Status prepare();
+  Status begin();
+  Status run(sqlite::Statement& statement);
+  /// Of a sweep, for the trial that began last.
+  Status factors(const std::vector<double>& values);
+  Status one_piece();
+  /// What is committed goes from the log into the file.
+  Status fold_log();
+  /// Keeps the first failure of the file.
+  Status guard(Status status);
+
+  sqlite::Database database_;
+  sqlite::Statement insert_trial_, update_trial_, insert_chunk_, insert_journal_, insert_device_;
+  int log_pages_ = 0;       ///< after the last commit
+  std::int64_t trial_ = 0;  ///< row of the trial that began last
+  bool may_write_ = false;
+  bool in_transaction_ = false;
+  std::optional<Error> failure_;
+};
+
+}  // namespace weft::daemon

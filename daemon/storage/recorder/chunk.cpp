@@ -1,0 +1,173 @@
+#include "daemon/storage/recorder/chunk.hpp"
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace weft::daemon {
+namespace {
+
+/// Fills a row from its start; the caller has sized it with row_bytes().
+class RowWriter {
+ public:
+  explicit RowWriter(std::span<std::uint8_t> row) : at_(row.data()) {}
+
+  template <class Int>
+  RowWriter& put(Int value) {
+    const auto bits = static_cast<std::make_unsigned_t<Int>>(value);
+    for (std::size_t i = 0; i < sizeof(Int); ++i)
+      *at_++ = static_cast<std::uint8_t>(static_cast<std::uint64_t>(bits) >> (8 * i));
+    return *this;
+  }
+
+ private:
+  std::uint8_t* at_;
+};
+
+Result<std::int32_t> to_quanta(double value, double per_unit, const char* what) {
+  const double quanta = std::round(value * per_unit);
+  constexpr double limit = std::numeric_limits<std::int32_t>::max();
+  if (!(std::abs(quanta) <= limit))
+    return fail(Errc::range, std::string(what) + " cannot be recorded", {},
+                "at most " + std::to_string(limit / per_unit), std::to_string(value),
+                "No bench has such a value: look at the device's status and cable, and at its "
+                "scale in the rig file");
+  return static_cast<std::int32_t>(quanta);
+}
+
+}  // namespace
+
+std::string_view to_string(Stream stream) {
+  switch (stream) {
+    case Stream::taxel:
+      return "taxel";
+    case Stream::wrench:
+      return "wrench";
+    case Stream::acceleration:
+      return "acceleration";
+    case Stream::sound:
+      return "sound";
+    case Stream::stages:
+      break;
+  }
+  return "stages";
+}
+
+ChunkBuffer::ChunkBuffer(Stream stream, std::size_t width, std::size_t capacity_rows)
+    : stream_(stream),
+      width_(width),
+      row_bytes_(daemon::row_bytes(stream, width)),
+      capacity_rows_(static_cast<std::uint32_t>(capacity_rows)),
+      bytes_(capacity_rows * row_bytes_) {}
+
+std::span<std::uint8_t> ChunkBuffer::slot() {
+  WEFT_ASSERT(!full());
+  return std::span(bytes_).subspan(row_bytes_ * rows_, row_bytes_);
+}
+
+void ChunkBuffer::push(std::uint32_t sequence, std::uint32_t lost, TimePoint host) {
+  WEFT_ASSERT(!full() && continues(sequence, lost));
+  if (empty()) {
+    first_sequence_ = sequence;
+    lost_before_ = lost;
+    t0_ns_ = ns_of(host);
+  }
+  ++rows_;
+}
+
+void encode_taxel(std::span<std::uint8_t> row, TimePoint host, const TaxelSample& sample,
+                  Phase phase) {
+  RowWriter out(row);
+  out.put(ns_of(host)).put(sample.device_us).put(sample.proximity_counts);
+  out.put(sample.ambient_counts).put(static_cast<std::uint8_t>(phase));
+  for (const std::uint16_t count : sample.counts) out.put(count);
+}
+
+Status encode_wrench(std::span<std::uint8_t> row, TimePoint host, const WrenchSample& sample) {
+  RowWriter out(row);
+  out.put(ns_of(host)).put(sample.status).put(static_cast<std::uint8_t>(sample.valid ? 1 : 0));
+  for (const double force_n : sample.force_n) {
+    const auto quanta = to_quanta(force_n, force_quanta_per_n, "a force [N]");
+    if (!quanta) return pass(quanta.error());
+    out.put(*quanta);
+  }
+  for (const double torque_nm : sample.torque_nm) {
+    const auto quanta = to_quanta(torque_nm, torque_quanta_per_nm, "a torque [N m]");
+    if (!quanta) return pass(quanta.error());
+    out.put(*quanta);
+  }
+  return {};
+}
+
+Status encode_stages(std::span<std::uint8_t> row, TimePoint host, std::span<const double> positions,
+                     std::span<const Axis> axes) {
+  RowWriter out(row);
+  out.put(ns_of(host));
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const auto quanta = to_quanta(positions[i], axes[i].quanta_per_unit(), "a position [m or rad]");
+    if (!quanta) return pass(quanta.error(), axes[i].name);
+    out.put(*quanta);
+  }
+  return {};
+}
+
+Status encode_block(std::span<std::uint8_t> row, TimePoint host, const BlockRow& block) {
+  RowWriter out(row);
+  out.put(ns_of(host)).put(block.device_us).put(block.clipped);
+  for (const double value : block.values) {
+    const auto quanta = to_quanta(value, block.quanta_per_unit, "a vibration [m/s2 or Pa]");
+    if (!quanta) return pass(quanta.error());
+    out.put(*quanta);
+  }
+  return {};
+}
+
+bool decode_taxels(ByteView rows, bool transfers, classifier::Trial& trial, TrialRecord& record) {
+  LittleReader in(rows);
+  while (in.remaining() > 0) {
+    const auto t_ns = in.read<std::int64_t>();
+    const auto device_us = in.read<std::uint32_t>();
+    in.take(4);  // proximity and ambient light: kept in the campaign file, not used by classifiers
+    const auto phase = phase_from_char(static_cast<char>(in.read<std::uint8_t>()));
+    if (!phase.has_value()) return false;
+    LittleReader counts(in.take(2 * trial.taxels));
+    if (*phase == Phase::none && !transfers) continue;
+    record.t_ns.push_back(t_ns);
+    record.device_us.push_back(device_us);
+    trial.phase.push_back(*phase);
+    for (std::size_t k = 0; k < trial.taxels; ++k)
+      trial.counts.push_back(counts.read<std::uint16_t>());
+  }
+  return true;
+}
+
+void decode_wrench(ByteView rows, WrenchStream& stream) {
+  LittleReader in(rows);
+  while (in.remaining() > 0) {
+    stream.t_ns.push_back(in.read<std::int64_t>());
+    in.take(5);  // status word and validity: kept in the campaign file
+    for (int k = 0; k < 6; ++k) stream.quanta.push_back(in.read<std::int32_t>());
+  }
+}
+
+void decode_stages(ByteView rows, std::size_t axes, StageStream& stream) {
+  LittleReader in(rows);
+  while (in.remaining() > 0) {
+    stream.t_ns.push_back(in.read<std::int64_t>());
+    for (std::size_t k = 0; k < axes; ++k) stream.quanta.push_back(in.read<std::int32_t>());
+  }
+}
+
+void decode_blocks(ByteView rows, std::size_t values, std::uint32_t lost_before,
+                   BlockStream& stream) {
+  LittleReader in(rows);
+  while (in.remaining() > 0) {
+    stream.t_ns.push_back(in.read<std::int64_t>());
+    stream.device_us.push_back(in.read<std::uint32_t>());
+    stream.clipped.push_back(in.read<std::uint32_t>());
+    stream.lost.push_back(std::exchange(lost_before, 0));
+    for (std::size_t k = 0; k < values; ++k) stream.quanta.push_back(in.read<std::int32_t>());
+  }
+}
+
+}  // namespace weft::daemon

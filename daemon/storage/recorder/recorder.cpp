@@ -1,0 +1,377 @@
+#include "daemon/storage/recorder/recorder.hpp"
+
+#include "daemon/base/version/software_version.hpp"
+#include "daemon/storage/recorder/campaign_past.hpp"
+#include "daemon/storage/recorder/campaign_writer.hpp"
+#include "daemon/storage/recorder/chunk.hpp"
+#include "daemon/storage/recorder/played_again.hpp"
+#include "daemon/storage/recorder/writer_thread.hpp"
+
+namespace weft::daemon {
+namespace {
+
+/// Rows per stream before a chunk is closed: 82 s at 100 Hz, a whole trial in most recipes.
+constexpr std::size_t chunk_rows = 8192;
+/// Of blocks: 20 s at 50 a second.
+constexpr std::size_t chunk_blocks = 1024;
+
+/// How a stream of blocks is stored.
+struct BlockKind {
+  Stream stream;
+  std::size_t axes;
+  const char* unit;
+  double quanta_per_unit;
+};
+constexpr BlockKind acceleration_blocks{Stream::acceleration, acceleration_axes, "m/s2",
+                                        acceleration_quanta_per_mps2};
+constexpr BlockKind sound_blocks{Stream::sound, 1, "Pa", sound_quanta_per_pa};
+
+}  // namespace
+
+struct Recorder::Impl {
+  Impl(std::unique_ptr<CampaignWriter> open_writer, const CampaignHeader& header,
+       std::filesystem::path file)
+      : writer(std::move(open_writer)),
+        folder(file.parent_path()),
+        axes(header.info.axes),
+        buffers{ChunkBuffer(Stream::taxel, header.taxels, chunk_rows),
+                ChunkBuffer(Stream::wrench, 6, chunk_rows),
+                ChunkBuffer(Stream::stages, header.info.axes.size(), chunk_rows),
+                ChunkBuffer(Stream::acceleration, 0, 0), ChunkBuffer(Stream::sound, 0, 0)} {}
+
+  std::unique_ptr<CampaignWriter> writer;
+  std::filesystem::path folder;
+  std::vector<Axis> axes;
+  /// By Stream; those of blocks get their size with their first block.
+  std::array<ChunkBuffer, stream_count> buffers;
+  std::array<std::int64_t, stream_count> next_chunk_number{};
+  std::array<double, stream_count> block_rate_hz{};
+  bool trial_open = false;
+  bool finished = false;
+  std::optional<Error> failure;  ///< the first; ends all recording
+  std::optional<std::chrono::nanoseconds> last_commit;
+  std::map<std::uint32_t, std::uint32_t> next_attempts;  ///< of a file that was gone on with
+  Continuation continuation;
+  std::optional<PlayedAgain> again;      ///< while the past is played
+  bool resumed = true;                   ///< false: the file still says that the run has ended
+  std::unique_ptr<WriterThread> thread;  ///< gone before the writer; none: all is written at once
+
+  Status ready(bool in_trial);
+  /// Does it now, or hands it to the thread. Keeps the first failure.
+  template <class Job>
+  Status write(Job job);
+  /// Nothing is written while the past is played, and nothing before the file says that it goes on.
+  Status go_on(TimePoint now);
+  Status write_chunk(ChunkBuffer& buffer);
+  Status write_chunks();
+
+  ChunkBuffer& buffer(Stream stream) { return buffers[static_cast<std::size_t>(stream)]; }
+  /// The buffer, with room for a row of this stamp.
+  Result<ChunkBuffer*> open_buffer(Stream stream, const Stamp& stamp);
+  Status begin_blocks(const BlockKind& kind, std::size_t values, double rate_hz);
+  Status block(const Stamp& stamp, const BlockKind& kind, const BlockRow& row, double rate_hz);
+};
+
+Status Recorder::Impl::ready(bool in_trial) {
+  if (failure) return tl::unexpected<Error>(*failure);
+  if (finished) return fail(Errc::wrong_state, "the campaign file has been finished");
+  if (trial_open != in_trial)
+    return fail(Errc::wrong_state,
+                in_trial ? "no trial is open to record into" : "the last trial has not been ended");
+  return {};
+}
+
+template <class Job>
+Status Recorder::Impl::write(Job job) {
+  if (failure) return tl::unexpected<Error>(*failure);
+  Status done = thread ? thread->post(std::move(job)) : job();
+  if (!done) failure = done.error();
+  return done;
+}
+
+Status Recorder::Impl::go_on(TimePoint now) {
+  if (resumed) return {};
+  // Here, not on a thread of the writer: nothing moves yet, and the end is forgotten only of a file
+  // that can be written.
+  Status ok = writer->nobody_reads();
+  if (ok && continuation.before_writing) ok = continuation.before_writing();
+  if (ok) ok = writer->begin_writing();
+  if (!ok) {
+    failure = ok.error();
+    return ok;
+  }
+  const bool plays_again = again.has_value();
+  again.reset();
+  resumed = true;
+  const std::string payload = R"({"first_trial":)" + std::to_string(continuation.first_trial) +
+                              R"(,"plays_again":)" + (plays_again ? "true" : "false") +
+                              R"(,"software_version":")" + software_version() + "\"}";
+  return write([w = writer.get(), now, payload] { return w->resumed(now, payload); });
+}
+
+Status Recorder::Impl::write_chunk(ChunkBuffer& chunk) {
+  if (chunk.empty()) return {};
+  if (again) {
+    again->hear(chunk.stream(), chunk.bytes());
+    chunk.clear();
+    return {};
+  }
+  const auto stream = static_cast<std::size_t>(chunk.stream());
+  const ChunkRecord record{static_cast<std::int64_t>(stream),
+                           next_chunk_number[stream]++,
+                           chunk.first_sequence(),
+                           chunk.rows(),
+                           chunk.lost_before(),
+                           chunk.t0_ns(),
+                           chunk.bytes()};
+  Status done;
+  if (thread) {
+    const auto copy = std::make_shared<const Bytes>(chunk.bytes().begin(), chunk.bytes().end());
+    done = write([w = writer.get(), record, copy] {
+      ChunkRecord whole = record;
+      whole.bytes = *copy;
+      return w->chunk(whole);
+    });
+  } else {
+    done = write([&] { return writer->chunk(record); });
+  }
+  if (done) chunk.clear();
+  return done;
+}
+
+Status Recorder::Impl::write_chunks() {
+  for (ChunkBuffer& chunk : buffers)
+    if (auto done = write_chunk(chunk); !done) return done;
+  return {};
+}
+
+Result<ChunkBuffer*> Recorder::Impl::open_buffer(Stream stream, const Stamp& stamp) {
+  if (auto fine = ready(true); !fine) return pass(std::move(fine).error(), to_string(stream));
+  ChunkBuffer& chunk = buffer(stream);
+  if (chunk.full() || !chunk.continues(stamp.sequence, stamp.lost))
+    if (auto done = write_chunk(chunk); !done) return pass(std::move(done).error());
+  return &chunk;
+}
+
+Status Recorder::Impl::begin_blocks(const BlockKind& kind, std::size_t values, double rate_hz) {
+  if (values == 0 || values > most_block_values || values % kind.axes != 0 || !(rate_hz > 0))
+    return fail(Errc::invalid_argument, "a block that cannot be",
+                std::string(to_string(kind.stream)), "whole readings at a rate",
+                std::to_string(values) + " values at " + std::to_string(rate_hz) + " Hz");
+  const BlockStreamRecord record{static_cast<std::int64_t>(kind.stream),
+                                 {rate_hz, static_cast<std::uint32_t>(values / kind.axes)},
+                                 static_cast<std::int64_t>(kind.axes),
+                                 kind.unit,
+                                 kind.quanta_per_unit};
+  if (!again)  // else it is on record
+    if (auto done = write([w = writer.get(), record] { return w->block_stream(record); }); !done)
+      return done;
+  block_rate_hz[static_cast<std::size_t>(kind.stream)] = rate_hz;
+  buffer(kind.stream) = ChunkBuffer(kind.stream, values, chunk_blocks);
+  return {};
+}
+
+Status Recorder::Impl::block(const Stamp& stamp, const BlockKind& kind, const BlockRow& row,
+                             double rate_hz) {
+  if (auto fine = ready(true); !fine) return pass(std::move(fine).error(), to_string(kind.stream));
+  double& known_hz = block_rate_hz[static_cast<std::size_t>(kind.stream)];
+  if (known_hz == 0)
+    if (auto begun = begin_blocks(kind, row.values.size(), rate_hz); !begun) return begun;
+  auto chunk = open_buffer(kind.stream, stamp);
+  if (!chunk) return pass(std::move(chunk).error());
+  if (row.values.size() != (*chunk)->width() || rate_hz != known_hz)
+    return fail(
+        Errc::invalid_argument, "a block unlike the first", std::string(to_string(kind.stream)),
+        std::to_string((*chunk)->width()) + " values at " + std::to_string(known_hz) + " Hz",
+        std::to_string(row.values.size()) + " values at " + std::to_string(rate_hz) + " Hz");
+  if (auto done = encode_block((*chunk)->slot(), stamp.host, row); !done)
+    return pass(std::move(done).error(), stamp.device);
+  (*chunk)->push(stamp.sequence, stamp.lost, stamp.host);
+  return {};
+}
+
+Recorder::Recorder(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Recorder::Recorder(Recorder&&) noexcept = default;
+Recorder& Recorder::operator=(Recorder&&) noexcept = default;
+Recorder::~Recorder() = default;
+
+Status Recorder::refuse_existing(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored)) return {};
+  return fail(Errc::wrong_state, "the campaign file exists already", path.string(), {}, {},
+              "--resume goes on with it; another campaign needs another folder");
+}
+
+Result<Recorder> Recorder::create(const std::filesystem::path& path, const CampaignHeader& header) {
+  if (Status free = refuse_existing(path); !free) return pass(free.error());
+  auto writer = CampaignWriter::create(path, header);
+  if (!writer) return pass(std::move(writer).error(), path.string());
+  Recorder recorder(std::make_unique<Impl>(std::move(*writer), header, path));
+  for (const DeviceInfo& device : header.info.devices)
+    if (auto stored = recorder.device(device); !stored)
+      return pass(std::move(stored).error(), path.string());
+  return recorder;
+}
+
+Result<Recorder> Recorder::resume(const std::filesystem::path& path, const CampaignPast& past,
+                                  Continuation how) {
+  auto writer = CampaignWriter::reopen(path);
+  if (!writer) return pass(std::move(writer).error(), path.string());
+  CampaignHeader header;
+  header.info = past.info;
+  header.taxels = past.taxels;
+  auto impl = std::make_unique<Impl>(std::move(*writer), header, path);
+  impl->next_attempts = past.next_attempts();
+  impl->resumed = false;
+  if (how.plays_again) {
+    auto again = PlayedAgain::open(path, past, how.first_trial);
+    if (!again) return pass(again.error(), path.string());
+    impl->again.emplace(std::move(*again));
+  }
+  impl->continuation = std::move(how);
+  return Recorder(std::move(impl));
+}
+
+bool Recorder::plays_again() const {
+  return impl_->again.has_value();
+}
+
+Status Recorder::go_on(TimePoint now) {
+  if (impl_->failure) return tl::unexpected<Error>(*impl_->failure);
+  if (impl_->again && !impl_->again->whole())
+    return fail(Errc::wrong_state, "the run ended before it had come to the trials that are left",
+                "resume", {}, {}, "Nothing was changed: resume it again");
+  return impl_->go_on(now);
+}
+
+void Recorder::write_behind() {
+  if (impl_->thread) return;
+  impl_->writer->sync_commits();
+  impl_->thread = std::make_unique<WriterThread>();
+}
+
+Status Recorder::device(const DeviceInfo& device) {
+  if (impl_->again) return {};
+  return impl_->write([w = impl_->writer.get(), device] { return w->device(device); });
+}
+
+Status Recorder::begin_trial(const TrialSpec& spec, TimePoint now) {
+  if (auto fine = impl_->ready(false); !fine) return fine;
+  impl_->next_chunk_number = {};
+  if (impl_->again && impl_->again->covers(spec.index)) {
+    impl_->again->begin(spec.index);
+    impl_->trial_open = true;
+    return {};
+  }
+  if (Status ok = go_on(now); !ok) return ok;
+  TrialSpec counted = spec;
+  if (const auto next = impl_->next_attempts.find(spec.index); next != impl_->next_attempts.end())
+    counted.attempt = next->second++;
+  Status done = impl_->write(
+      [w = impl_->writer.get(), counted, now] { return w->begin_trial(counted, now); });
+  impl_->trial_open = done.has_value();
+  return done;
+}
+
+Status Recorder::taxel(const Stamp& stamp, const TaxelSample& sample, Phase phase) {
+  auto chunk = impl_->open_buffer(Stream::taxel, stamp);
+  if (!chunk) return pass(std::move(chunk).error());
+  if (sample.counts.size() != (*chunk)->width())
+    return fail(Errc::invalid_argument, "a frame with another number of taxels", "taxel",
+                std::to_string((*chunk)->width()), std::to_string(sample.counts.size()));
+  encode_taxel((*chunk)->slot(), stamp.host, sample, phase);
+  (*chunk)->push(stamp.sequence, stamp.lost, stamp.host);
+  return {};
+}
+
+Status Recorder::wrench(const Stamp& stamp, const WrenchSample& sample) {
+  auto chunk = impl_->open_buffer(Stream::wrench, stamp);
+  if (!chunk) return pass(std::move(chunk).error());
+  if (auto done = encode_wrench((*chunk)->slot(), stamp.host, sample); !done)
+    return pass(std::move(done).error(), stamp.device);
+  (*chunk)->push(stamp.sequence, stamp.lost, stamp.host);
+  return {};
+}
+
+Status Recorder::stages(const Stamp& stamp, std::span<const double> positions) {
+  auto chunk = impl_->open_buffer(Stream::stages, stamp);
+  if (!chunk) return pass(std::move(chunk).error());
+  if (positions.size() != impl_->axes.size())
+    return fail(Errc::invalid_argument, "another number of axes", "stages",
+                std::to_string(impl_->axes.size()), std::to_string(positions.size()));
+  if (auto done = encode_stages((*chunk)->slot(), stamp.host, positions, impl_->axes); !done)
+    return done;
+  (*chunk)->push(stamp.sequence, stamp.lost, stamp.host);
+  return {};
+}
+
+Status Recorder::acceleration(const Stamp& stamp, const AccelerationSample& sample) {
+  return impl_->block(
+      stamp, acceleration_blocks,
+      {sample.device_us, sample.clipped, sample.acceleration_mps2, acceleration_quanta_per_mps2},
+      sample.rate_hz);
+}
+
+Status Recorder::sound(const Stamp& stamp, const SoundSample& sample) {
+  return impl_->block(stamp, sound_blocks,
+                      {sample.device_us, sample.clipped, sample.pressure_pa, sound_quanta_per_pa},
+                      sample.rate_hz);
+}
+
+Status Recorder::end_trial(TrialOutcome outcome, const TrialQuality& quality, TimePoint now) {
+  if (auto fine = impl_->ready(true); !fine) return fine;
+  impl_->trial_open = false;
+  if (Status done = impl_->write_chunks(); !done) return done;
+  if (impl_->again) {
+    Status same = impl_->again->end(outcome);
+    if (!same) impl_->failure = same.error();
+    return same;
+  }
+  return impl_->write([w = impl_->writer.get(), outcome, quality, now] {
+    return w->end_trial(outcome, quality, now);
+  });
+}
+
+Status Recorder::journal(TimePoint now, std::string_view kind, std::string_view payload_json) {
+  if (!impl_->failure && impl_->finished)
+    return fail(Errc::wrong_state, "the campaign file has been finished");
+  if (impl_->again) return {};
+  return impl_->write(
+      [w = impl_->writer.get(), now, what = std::string(kind),
+       payload = std::string(payload_json)] { return w->journal(now, what, payload); });
+}
+
+Status Recorder::commit_if_due(std::chrono::nanoseconds steady_wall) {
+  if (!impl_->last_commit) impl_->last_commit = steady_wall;
+  // A thread needs some of the budget for itself.
+  const auto budget = impl_->thread ? commit_budget / 2 : commit_budget;
+  if (steady_wall - *impl_->last_commit < budget) {
+    if (impl_->failure) return tl::unexpected<Error>(*impl_->failure);
+    return {};
+  }
+  impl_->last_commit = steady_wall;
+  return commit();
+}
+
+Status Recorder::commit() {
+  if (Status done = impl_->write_chunks(); !done) return done;
+  return impl_->write([w = impl_->writer.get()] { return w->commit(); });
+}
+
+Status Recorder::finish() {
+  if (auto fine = impl_->ready(false); !fine) return fine;
+  Status done = impl_->write([w = impl_->writer.get()] { return w->finish(); });
+  if (done && impl_->thread) done = impl_->thread->drain();
+  if (!done && !impl_->failure) impl_->failure = done.error();
+  impl_->finished = done.has_value();
+  return done;
+}
+
+std::optional<std::uint64_t> Recorder::free_bytes() const {
+  std::error_code error;
+  const auto space = std::filesystem::space(impl_->folder, error);
+  if (error) return std::nullopt;
+  return space.available;
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,236 @@
+#include "daemon/storage/recorder/sqlite.hpp"
+
+#include <array>
+#include <cstdio>
+
+#include "daemon/storage/recorder/log_check.hpp"
+#include "daemon/storage/recorder/raw_file.hpp"
+
+namespace weft::daemon::sqlite {
+namespace {
+
+Errc code_of(int sqlite_code) {
+  switch (sqlite_code & 0xFF) {
+    case SQLITE_CORRUPT:
+      return Errc::corrupt;
+    case SQLITE_NOTADB:
+      return Errc::parse;
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      return Errc::wrong_state;  // another process has it
+    default:
+      return Errc::io;
+  }
+}
+
+tl::unexpected<Error> database_error(sqlite3* database, const FilePath& file, std::string what) {
+  const int code = sqlite3_extended_errcode(database);
+  const bool full = (code & 0xFF) == SQLITE_FULL;
+  return fail(code_of(code), std::move(what), file ? *file : "", {},
+              std::string(sqlite3_errmsg(database)) + " (SQLite " + std::to_string(code) + ")",
+              full ? "Free some space on the disk" : "");
+}
+
+/// SQLite removes a log whose file is empty, and reading is enough for that.
+bool is_orphan(const std::filesystem::path& path) {
+  std::error_code none;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, none);
+  return (none || bytes == 0) && has_log(path);
+}
+
+bool is_there(const std::filesystem::path& path) {
+  std::error_code none;
+  return std::filesystem::exists(path, none);
+}
+
+/// The file says that a log belongs to it, and there is none, nor anything to be taken back.
+bool lacks_log(const std::filesystem::path& path) {
+  constexpr std::size_t read_version_at = 19;
+  constexpr std::uint8_t write_ahead = 2;
+  if (is_there(log_of(path)) || is_there(path.string() + "-journal")) return false;
+  std::array<std::uint8_t, read_version_at + 1> begin{};
+  const auto file = RawFile::open(path);
+  return file && file->fill(0, begin) && begin[read_version_at] == write_ahead;
+}
+
+/// Makes SQLite leave the folder as it is: it would put an empty log beside a file that lacks one.
+std::string untouched_uri(const std::filesystem::path& path) {
+  std::string uri = "file:";
+  for (const char c : path.string()) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       c == '/' || c == '.' || c == '-' || c == '_';
+    std::array<char, 4> escaped{};
+    std::snprintf(escaped.data(), escaped.size(), "%%%02X", static_cast<unsigned char>(c));
+    uri += plain ? std::string(1, c) : std::string(escaped.data());
+  }
+  return uri + "?immutable=1";
+}
+
+/// A process died while it changed the file's kind of journal: nobody can read before the change is
+/// taken back, and that is a write.
+bool needs_rollback(sqlite3* database) {
+  return sqlite3_exec(database, "PRAGMA schema_version", nullptr, nullptr, nullptr) != SQLITE_OK &&
+         sqlite3_extended_errcode(database) == SQLITE_READONLY_ROLLBACK;
+}
+
+}  // namespace
+
+Statement& Statement::bind(int index, std::int64_t value) {
+  bind_result_ |= sqlite3_bind_int64(raw_.get(), index, value);
+  return *this;
+}
+
+Statement& Statement::bind(int index, double value) {
+  bind_result_ |= sqlite3_bind_double(raw_.get(), index, value);
+  return *this;
+}
+
+Statement& Statement::bind(int index, std::optional<double> value) {
+  if (value) return bind(index, *value);
+  bind_result_ |= sqlite3_bind_null(raw_.get(), index);
+  return *this;
+}
+
+Statement& Statement::bind(int index, std::optional<std::int64_t> value) {
+  if (value) return bind(index, *value);
+  bind_result_ |= sqlite3_bind_null(raw_.get(), index);
+  return *this;
+}
+
+Statement& Statement::bind(int index, std::string_view text) {
+  bind_result_ |= sqlite3_bind_text64(raw_.get(), index, text.empty() ? "" : text.data(),
+                                      text.size(), SQLITE_STATIC, SQLITE_UTF8);
+  return *this;
+}
+
+Statement& Statement::bind(int index, ByteView blob) {
+  bind_result_ |= sqlite3_bind_blob64(raw_.get(), index, blob.data(), blob.size(), SQLITE_STATIC);
+  return *this;
+}
+
+Status Statement::run() {
+  auto row = step();
+  if (!row) return pass(std::move(row).error());
+  sqlite3_reset(raw_.get());
+  return {};
+}
+
+Result<bool> Statement::step() {
+  sqlite3* database = sqlite3_db_handle(raw_.get());
+  if (std::exchange(bind_result_, SQLITE_OK) != SQLITE_OK)
+    return database_error(database, file_, "cannot bind a value");
+  const int code = sqlite3_step(raw_.get());
+  if (code == SQLITE_ROW) return true;
+  if (code == SQLITE_DONE) {
+    sqlite3_reset(raw_.get());
+    return false;
+  }
+  auto failure = database_error(database, file_, "the file refused a statement");
+  sqlite3_reset(raw_.get());
+  return failure;
+}
+
+bool Statement::is_null(int column) const {
+  return sqlite3_column_type(raw_.get(), column) == SQLITE_NULL;
+}
+
+std::int64_t Statement::integer(int column) const {
+  return sqlite3_column_int64(raw_.get(), column);
+}
+
+double Statement::real(int column) const {
+  return sqlite3_column_double(raw_.get(), column);
+}
+
+std::string Statement::text(int column) const {
+  const auto* characters = sqlite3_column_text(raw_.get(), column);
+  const auto size = static_cast<std::size_t>(sqlite3_column_bytes(raw_.get(), column));
+  if (characters == nullptr) return {};
+  return {reinterpret_cast<const char*>(characters), size};
+}
+
+ByteView Statement::blob(int column) const {
+  const auto* bytes = static_cast<const std::uint8_t*>(sqlite3_column_blob(raw_.get(), column));
+  const auto size = static_cast<std::size_t>(sqlite3_column_bytes(raw_.get(), column));
+  return bytes == nullptr ? ByteView{} : ByteView(bytes, size);
+}
+
+Result<Database> Database::open_named(const std::filesystem::path& path, const std::string& name,
+                                      int flags) {
+  sqlite3* raw = nullptr;
+  const int code = sqlite3_open_v2(name.c_str(), &raw, flags | SQLITE_OPEN_NOMUTEX, nullptr);
+  Database database;
+  database.raw_.reset(raw);
+  database.file_ = std::make_shared<const std::string>(path.string());
+  if (raw == nullptr) return fail(Errc::io, "no memory to open the file", path.string());
+  if (code != SQLITE_OK) return database_error(raw, database.file_, "cannot open the file");
+  return database;
+}
+
+Result<Database> Database::open_untouched(const std::filesystem::path& path) {
+  return open_named(path, untouched_uri(path), SQLITE_OPEN_READONLY | SQLITE_OPEN_URI);
+}
+
+Result<Database> Database::open(const std::filesystem::path& path, Mode mode) {
+  if (is_orphan(path))
+    return fail(Errc::corrupt, "the file is missing or empty, but its log is there", path.string(),
+                {}, {}, "Put the file back beside its log; nothing was changed");
+  if (mode == Mode::read_only && lacks_log(path)) return open_untouched(path);
+  const int flags = mode == Mode::read_only    ? SQLITE_OPEN_READONLY
+                    : mode == Mode::read_write ? SQLITE_OPEN_READWRITE
+                                               : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+  auto database = open_named(path, path.string(), flags);
+  if (!database) return database;
+  if (mode != Mode::read_only || !needs_rollback(database->raw_.get())) return database;
+  auto writable = open(path, Mode::read_write);
+  if (writable) static_cast<void>(writable->execute("PRAGMA schema_version; PRAGMA query_only=ON"));
+  return writable;
+}
+
+void Database::wait_for_others(std::chrono::milliseconds longest) {
+  sqlite3_busy_timeout(raw_.get(), static_cast<int>(longest.count()));
+}
+
+sqlite3_file* Database::file() const {
+  sqlite3_file* file = nullptr;
+  const int code = sqlite3_file_control(raw_.get(), "main", SQLITE_FCNTL_FILE_POINTER, &file);
+  return code == SQLITE_OK ? file : nullptr;
+}
+
+bool Database::has_moved() const {
+  int moved = 0;  // stays so in memory
+  sqlite3_file_control(raw_.get(), "main", SQLITE_FCNTL_HAS_MOVED, &moved);
+  return moved != 0;
+}
+
+Result<Statement> Database::prepare_to_write(std::string_view sql) {
+  if (!has_moved()) return prepare(sql);
+  return fail(Errc::io, "the file was moved or removed while it was open", file_ ? *file_ : "",
+              "as it was opened");
+}
+
+void Database::count_log_pages(int* pages) {
+  sqlite3_wal_hook(
+      raw_.get(),
+      [](void* to, sqlite3*, const char*, int in_log) {
+        *static_cast<int*>(to) = in_log;
+        return SQLITE_OK;
+      },
+      pages);
+}
+
+Status Database::execute(const char* sql) {
+  if (sqlite3_exec(raw_.get(), sql, nullptr, nullptr, nullptr) != SQLITE_OK)
+    return database_error(raw_.get(), file_, "the file refused a statement");
+  return {};
+}
+
+Result<Statement> Database::prepare(std::string_view sql) {
+  sqlite3_stmt* raw = nullptr;
+  if (sqlite3_prepare_v3(raw_.get(), sql.data(), static_cast<int>(sql.size()),
+                         SQLITE_PREPARE_PERSISTENT, &raw, nullptr) != SQLITE_OK)
+    return database_error(raw_.get(), file_, "cannot prepare a statement");
+  return Statement(raw, file_);
+}
+
+}  // namespace weft::daemon::sqlite

@@ -1,0 +1,95 @@
+#pragma once
+// The few SQLite calls that the recorder needs, with errors as values.
+
+#include <sqlite3.h>
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "protocols/base/bytes.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon::sqlite {
+
+enum class Mode { read_only, read_write, create };
+
+/// Whose errors these are, for people.
+using FilePath = std::shared_ptr<const std::string>;
+
+/// A prepared statement. Bound text and blobs must outlive the next run() or step().
+class Statement {
+ public:
+  Statement() = default;
+  Statement(sqlite3_stmt* raw, FilePath file) : raw_(raw), file_(std::move(file)) {}
+
+  Statement& bind(int index, std::int64_t value);
+  Statement& bind(int index, double value);
+  Statement& bind(int index, std::optional<double> value);  ///< nothing is NULL
+  Statement& bind(int index, std::optional<std::int64_t> value);
+  Statement& bind(int index, std::string_view text);
+  Statement& bind(int index, ByteView blob);
+
+  /// For statements that return no row: executes and makes ready for the next bindings.
+  Status run();
+  /// True while there is a row to read. The statement is reset at the end and on failure.
+  Result<bool> step();
+
+  [[nodiscard]] bool is_null(int column) const;
+  [[nodiscard]] std::int64_t integer(int column) const;
+  [[nodiscard]] double real(int column) const;
+  [[nodiscard]] std::string text(int column) const;
+  [[nodiscard]] ByteView blob(int column) const;  ///< valid until the next step()
+
+ private:
+  struct Finalize {
+    void operator()(sqlite3_stmt* raw) const { sqlite3_finalize(raw); }
+  };
+  std::unique_ptr<sqlite3_stmt, Finalize> raw_;
+  FilePath file_;
+  int bind_result_ = SQLITE_OK;
+};
+
+/// An open database file, used by one thread at a time.
+class Database {
+ public:
+  /// A file that a kill left in the middle of a change is first put back as it was, also to be
+  /// read. Errors: io, parse; wrong_state, where another process has it; corrupt, where there is a
+  /// write-ahead log but no file for it.
+  static Result<Database> open(const std::filesystem::path& path, Mode mode);
+  /// Without its log, to be read: takes no lock and leaves the folder as it is. Errors: io.
+  static Result<Database> open_untouched(const std::filesystem::path& path);
+
+  /// Runs statements that return nothing of interest.
+  Status execute(const char* sql);
+  Result<Statement> prepare(std::string_view sql);
+  /// Writes into `pages`, after each commit, how many pages the write-ahead log has; from now on
+  /// the caller folds it in.
+  void count_log_pages(int* pages);
+  /// From now on a statement waits so long for others to be done with the file.
+  void wait_for_others(std::chrono::milliseconds longest);
+  /// The file beneath; of the database as long as it is open. Nothing: none.
+  [[nodiscard]] sqlite3_file* file() const;
+  /// The name that it was opened by is another file's by now, or nobody's: what is written is lost
+  /// with the process.
+  [[nodiscard]] bool has_moved() const;
+  /// A statement that writes into a file that stays open for long. Errors: io, if it has moved.
+  Result<Statement> prepare_to_write(std::string_view sql);
+  [[nodiscard]] bool in_transaction() const { return sqlite3_get_autocommit(raw_.get()) == 0; }
+  [[nodiscard]] std::int64_t last_row_id() const { return sqlite3_last_insert_rowid(raw_.get()); }
+
+ private:
+  struct Close {
+    void operator()(sqlite3* raw) const { sqlite3_close_v2(raw); }
+  };
+  static Result<Database> open_named(const std::filesystem::path& path, const std::string& name,
+                                     int flags);
+  std::unique_ptr<sqlite3, Close> raw_;
+  FilePath file_;
+};
+
+}  // namespace weft::daemon::sqlite

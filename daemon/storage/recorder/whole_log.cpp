@@ -1,0 +1,39 @@
+#include "daemon/storage/recorder/whole_log.hpp"
+
+#include "daemon/storage/recorder/campaign_past.hpp"
+#include "daemon/storage/recorder/log_check.hpp"
+
+namespace weft::daemon {
+namespace {
+
+std::string words_of(const LogDamage& damage) {
+  if (damage.at == 0) return "damaged: nothing of the log can be read";
+  return "damaged: " + std::to_string(damage.transactions_lost) +
+         (damage.transactions_lost == 1 ? " transaction" : " transactions") +
+         " behind it cannot be read";
+}
+
+std::string hint_of(const LogState& log) {
+  if (log.transactions == 0) return "Put back a copy of it; nothing was changed";
+  return "Put back a copy of it; or, to go on with what lies before, keep a copy of the folder "
+         "and fold the log in: sqlite3 campaign.sqlite 'PRAGMA wal_checkpoint(TRUNCATE)'";
+}
+
+}  // namespace
+
+Status whole_log(const std::filesystem::path& campaign) {
+  const std::string where = log_of(campaign).filename().string();
+  const auto log = read_log(campaign);
+  if (!log) return fail(log.error().code, to_string(log.error()), where);
+  if (log->damage)
+    return fail(Errc::corrupt, words_of(*log->damage),
+                where + ": byte " + std::to_string(log->damage->at), {}, {}, hint_of(*log));
+  const auto expected = expects_log(campaign);  // what keeps it from being read is told elsewhere
+  if (!expected || !*expected || log->bytes > 0) return {};
+  return fail(Errc::corrupt,
+              "the log is missing, and with it all that was recorded since it was last folded into "
+              "the file",
+              where, {}, {}, "Put it back: until a campaign has ended, both files are it");
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,120 @@
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "daemon/storage/recordings/recording_set.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using classifier::vibro::Channel;
+using classifier::vibro::Recording;
+
+struct Span {
+  std::int64_t from_ns = 0, to_ns = 0;
+};
+
+// Where phase M lies on the host clock; nothing without one.
+std::optional<Span> motion_of(const classifier::Trial& trial, const TrialRecord& record) {
+  std::optional<Span> out;
+  for (std::size_t i = 0; i < trial.samples(); ++i) {
+    if (trial.phase[i] != Phase::motion) continue;
+    if (!out) out = Span{record.t_ns[i], record.t_ns[i]};
+    out->to_ns = record.t_ns[i];
+  }
+  return out;
+}
+
+Error lost_blocks(std::int64_t at_ns) {
+  return {Errc::invalid_argument,
+          "blocks were lost while the probe slid",
+          {},
+          "every block of phase M",
+          "none at " + std::to_string(at_ns / 1'000'000) + " ms of the host's clock",
+          {}};
+}
+
+// Samples of the blocks that lie in M whole, an array per axis, and where the first one begins.
+Result<std::int64_t> take_blocks(const BlockStream& stream, const BlockFormat& format,
+                                 std::size_t axes, double per_unit, Span motion,
+                                 std::vector<std::vector<double>>& out) {
+  const std::size_t first_channel = out.size();
+  out.resize(first_channel + axes);
+  const auto block_ns =
+      static_cast<std::int64_t>(1e9 * static_cast<double>(format.readings) / format.rate_hz);
+  // Blocks are stamped as they arrive: half of one is what that may be late.
+  const std::int64_t tolerance_ns = block_ns / 2;
+  bool begun = false;
+  std::int64_t begin_ns = 0, end_ns = 0;
+  for (std::size_t b = 0; b < stream.blocks(); ++b) {
+    if (stream.t_ns[b] - block_ns < motion.from_ns || stream.t_ns[b] > motion.to_ns) continue;
+    if (!begun) begin_ns = stream.t_ns[b] - block_ns;
+    if (begun && stream.lost[b] > 0) return pass(lost_blocks(end_ns));
+    begun = true;
+    end_ns = stream.t_ns[b];
+    for (std::size_t r = 0; r < format.readings; ++r)
+      for (std::size_t a = 0; a < axes; ++a)
+        out[first_channel + a].push_back(stream.quanta[(b * format.readings + r) * axes + a] /
+                                         per_unit);
+  }
+  if (!begun) return fail(Errc::invalid_argument, "no whole block while the probe slid");
+  if (begin_ns - motion.from_ns >= block_ns + tolerance_ns)
+    return pass(lost_blocks(motion.from_ns));
+  if (motion.to_ns - end_ns >= block_ns + tolerance_ns) return pass(lost_blocks(end_ns));
+  return begin_ns;
+}
+
+// Streams have blocks of different length: all channels begin where the last of them does.
+void align(std::vector<std::int64_t> begin_ns, const std::vector<Channel>& channels,
+           std::vector<std::vector<double>>& samples) {
+  const std::int64_t common_ns = std::ranges::max(begin_ns);
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const double early = 1e-9 * static_cast<double>(common_ns - begin_ns[c]) * channels[c].rate_hz;
+    const auto cut = std::min(static_cast<std::size_t>(std::llround(early)), samples[c].size());
+    samples[c].erase(samples[c].begin(), samples[c].begin() + static_cast<std::ptrdiff_t>(cut));
+  }
+}
+
+}  // namespace
+
+Result<RecordingSet> recordings_of(const Dataset& dataset,
+                                   std::optional<std::string_view> exploration) {
+  const DatasetInfo& info = dataset.info;
+  std::vector<Channel> channels;
+  if (info.sound.readings > 0) channels.push_back({"S", info.sound.rate_hz, "Pa"});
+  if (info.acceleration.readings > 0)
+    for (const char* axis : {"X", "Y", "Z"})
+      channels.push_back({axis, info.acceleration.rate_hz, "m/s2"});
+  if (channels.empty())
+    return fail(Errc::not_found, "the data set has neither sound nor acceleration", {}, {}, {},
+                "Its rig needs a device of role vibro");
+  RecordingSet out{info.name, "campaign", info.kind, {}};
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
+    const classifier::Trial& trial = dataset.trials[i];
+    const TrialRecord& record = dataset.records[i];
+    if (record.outcome != TrialOutcome::complete) continue;
+    if (exploration && record.spec.exploration != *exploration) continue;
+    Recording own{trial.file, trial.label, std::to_string(record.spec.repetition), channels, {}};
+    const auto motion = motion_of(trial, record);
+    if (!motion) return fail(Errc::invalid_argument, "a trial without phase M", trial.file);
+    std::vector<std::int64_t> begin_ns;
+    if (info.sound.readings > 0) {
+      const auto begin =
+          take_blocks(record.sound, info.sound, 1, sound_quanta_per_pa, *motion, own.samples);
+      if (!begin) return pass(begin.error(), trial.file);
+      begin_ns.push_back(*begin);
+    }
+    if (info.acceleration.readings > 0) {
+      const auto begin = take_blocks(record.acceleration, info.acceleration, acceleration_axes,
+                                     acceleration_quanta_per_mps2, *motion, own.samples);
+      if (!begin) return pass(begin.error(), trial.file);
+      begin_ns.resize(channels.size(), *begin);
+    }
+    align(begin_ns, channels, own.samples);
+    out.recordings.push_back(std::move(own));
+  }
+  if (auto fine = check(out); !fine) return pass(fine.error());
+  return out;
+}
+
+}  // namespace weft::daemon

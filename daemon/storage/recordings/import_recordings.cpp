@@ -1,0 +1,308 @@
+#include "daemon/storage/recordings/import_recordings.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <regex>
+
+#include "daemon/base/text/csv.hpp"
+#include "daemon/storage/dataset/manifest.hpp"
+#include "daemon/storage/dataset/sample_times.hpp"
+#include "daemon/storage/recordings/sound_file.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using classifier::vibro::Channel;
+using classifier::vibro::Recording;
+
+std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> out;
+  std::error_code gone;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, gone))
+    out.push_back(entry.path());
+  std::ranges::sort(out);
+  return out;
+}
+
+Status check_folder(const std::filesystem::path& folder) {
+  if (std::filesystem::is_directory(folder)) return {};
+  return fail(Errc::not_found, "no such folder", folder.string());
+}
+
+// What the times of a table tell of its rate.
+struct TimedRate {
+  double measured_hz = 0.0;
+  double written_hz = 0.0;    // with as many digits as mean something
+  double tolerance_hz = 0.0;  // by which `measured_hz` may be off
+};
+
+// Where the most time went by from one sample to the next.
+struct LongestInterval {
+  double s = 0.0;
+  std::string where;
+};
+
+// Since the first one.
+std::vector<std::int64_t> in_ns(const std::vector<double>& times) {
+  std::vector<std::int64_t> out;
+  for (const double t : times) out.push_back(std::llround(1e9 * (t - times.front())));
+  return out;
+}
+
+// Few decimals of the times tell the rate to a hundredth, a slow one to four digits.
+TimedRate timed_rate(double rate_hz, double tolerance_hz) {
+  const double grain = rate_hz >= 1 ? 0.01 : std::pow(10.0, std::floor(std::log10(rate_hz)) - 3);
+  return {rate_hz, std::round(rate_hz / grain) * grain, tolerance_hz};
+}
+
+// No sample may be missing. The rate of times that are even but for how they are written: both ends
+// may be off by as much as the worst time between them, over all of the duration. Where some are
+// later than by half a step, as if read in batches, that of the line to which they return.
+Result<TimedRate> even_rate(const std::vector<double>& times, const LongestInterval& longest) {
+  const double duration_s = times.back() - times.front();
+  const double step_s = duration_s / static_cast<double>(times.size() - 1);
+  const std::vector<std::int64_t> t_ns = in_ns(times);
+  if (missing_samples(t_ns) >= 0.5)
+    return fail(Errc::parse, "the samples are not evenly spaced", longest.where,
+                "a sample each " + std::to_string(step_s) + " s",
+                "one after " + std::to_string(longest.s) + " s",
+                "Cut the recording where samples are missing, or resample it");
+  double worst_s = 0.0;
+  for (std::size_t i = 0; i < times.size(); ++i)
+    worst_s =
+        std::max(worst_s, std::abs(times[i] - times.front() - static_cast<double>(i) * step_s));
+  if (worst_s <= 0.5 * step_s) return timed_rate(1 / step_s, 2 * worst_s / step_s / duration_s);
+  return timed_rate(1 / sampled_time(t_ns).period_s(), 1 / duration_s);
+}
+
+// The tables of one set are of one rate where their times do not tell otherwise: that of the first,
+// or, where a table knows better, of the one whose times tell it best.
+class TableRates {
+ public:
+  void add(std::size_t recording, const TimedRate& own) { tables_.push_back({recording, own}); }
+
+  void settle(std::vector<Recording>& recordings) const {
+    if (tables_.empty()) return;
+    const TimedRate rate = common();
+    for (const auto& [recording, own] : tables_)
+      for (Channel& c : recordings[recording].channels)
+        c.rate_hz = may_be_one(own, rate) ? rate.written_hz : own.written_hz;
+  }
+
+ private:
+  struct Table {
+    std::size_t recording;
+    TimedRate own;
+  };
+
+  static bool may_be_one(const TimedRate& a, const TimedRate& b) {
+    return std::abs(a.measured_hz - b.measured_hz) <=
+           a.tolerance_hz + b.tolerance_hz + classifier::vibro::clock_tolerance * a.measured_hz;
+  }
+
+  [[nodiscard]] TimedRate common() const {
+    const TimedRate& first = tables_.front().own;
+    const auto knows_better = [&first](const Table& table) {
+      return may_be_one(table.own, first) &&
+             std::abs(first.written_hz - table.own.measured_hz) > table.own.tolerance_hz;
+    };
+    if (std::ranges::none_of(tables_, knows_better)) return first;
+    return std::ranges::min_element(tables_, {}, [](const Table& t) { return t.own.tolerance_hz; })
+        ->own;
+  }
+
+  std::vector<Table> tables_;
+};
+
+// Evenly sampled columns beside a column of times; the rate of its channels is settled later.
+Result<TimedRate> read_table(const std::filesystem::path& path, const std::string& time,
+                             const std::string& unit, Recording& out) {
+  auto csv = CsvReader::open(path);
+  if (!csv) return pass(csv.error());
+  const auto& header = csv->header();
+  const auto at = std::ranges::find(header, time);
+  if (at == header.end()) return csv->complaint("the column " + time + " is missing");
+  const auto time_column = static_cast<std::size_t>(at - header.begin());
+  for (std::size_t c = 0; c < header.size(); ++c)
+    if (c != time_column) out.channels.push_back({header[c], 0.0, unit});
+  if (out.channels.empty()) return csv->complaint("a table without a channel");
+  out.samples.resize(out.channels.size());
+  std::vector<double> times;
+  LongestInterval longest;
+  for (;;) {
+    const auto more = csv->next();
+    if (!more) return pass(more.error());
+    if (!*more) break;
+    for (std::size_t c = 0, channel = 0; c < header.size(); ++c) {
+      const auto value = c == time_column ? csv->time(c) : csv->number(c);
+      if (!value) return pass(value.error());
+      (c == time_column ? times : out.samples[channel++]).push_back(*value);
+    }
+    const double since_s = times.size() > 1 ? times.back() - times[times.size() - 2] : 0.0;
+    if (since_s > longest.s) longest = {since_s, csv->where()};
+  }
+  if (times.size() < 2 || !(times.back() > times.front()))
+    return csv->complaint("the times do not tell the sampling rate");
+  return even_rate(times, longest);
+}
+
+Status read_sound(const std::filesystem::path& path, Recording& out) {
+  auto sound = read_sound_file(path);
+  if (!sound) return pass(sound.error());
+  const bool several = sound->channels.size() > 1;
+  for (std::size_t c = 0; c < sound->channels.size(); ++c)
+    out.channels.push_back({several ? "S" + std::to_string(c + 1) : "S", sound->rate_hz, "1"});
+  out.samples = std::move(sound->channels);
+  return {};
+}
+
+// Lines of numbers, of any length, without a header.
+Result<std::vector<std::vector<double>>> read_lines(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return fail(Errc::not_found, "no such file", path.string());
+  std::vector<std::vector<double>> out;
+  std::size_t number = 0;
+  for (std::string line; std::getline(in, line);) {
+    ++number;
+    if (line.ends_with('\r')) line.pop_back();
+    if (line.empty()) continue;
+    out.emplace_back();
+    const char* at = line.data();
+    const char* const end = at + line.size();
+    for (;;) {
+      double value = 0.0;
+      const auto [next, problem] = std::from_chars(at, end, value);
+      if (problem != std::errc() || !std::isfinite(value) || (next != end && *next != ','))
+        return fail(Errc::parse, "not a finite number",
+                    path.string() + ":" + std::to_string(number) + ": field " +
+                        std::to_string(out.back().size() + 1),
+                    "a number",
+                    std::string(at, std::min<std::size_t>(20, static_cast<std::size_t>(end - at))));
+      out.back().push_back(value);
+      if (next == end) break;
+      at = next + 1;
+    }
+  }
+  return out;
+}
+
+std::string texture_name(std::size_t number) {
+  return std::string("texture") + (number < 10 ? "0" : "") + std::to_string(number);
+}
+
+// One channel of every texture; where there is no sound track, nothing.
+Result<std::vector<std::vector<double>>> vibtac_channel(const std::filesystem::path& folder,
+                                                        const std::string& name, Channel& channel) {
+  constexpr std::size_t textures = 12;
+  if (name != "S") {
+    channel = {name, 200.0, "count"};
+    auto lines = read_lines(folder / (name + ".csv"));
+    if (lines && lines->size() != textures)
+      return fail(Errc::parse, "another number of textures", (folder / (name + ".csv")).string(),
+                  std::to_string(textures), std::to_string(lines->size()));
+    return lines;
+  }
+  std::vector<std::vector<double>> out(textures);
+  for (std::size_t t = 0; t < textures; ++t) {
+    const auto path = folder / ("Texture" + std::to_string(t + 1) + ".wav");
+    if (!std::filesystem::exists(path)) continue;
+    auto sound = read_sound_file(path);
+    if (!sound) return pass(sound.error());
+    if (channel.rate_hz > 0 && channel.rate_hz != sound->rate_hz)
+      return fail(Errc::parse, "another sampling rate than the tracks before", path.string(),
+                  std::to_string(channel.rate_hz) + " Hz", std::to_string(sound->rate_hz) + " Hz");
+    channel = {"S", sound->rate_hz, "1"};
+    out[t] = std::move(sound->channels.front());
+  }
+  return out;
+}
+
+Result<RecordingSet> finished(RecordingSet set, const std::filesystem::path& from) {
+  if (auto fine = check(set); !fine) return pass(fine.error(), from.string());
+  return set;
+}
+
+}  // namespace
+
+Result<RecordingSet> import_recordings(const std::filesystem::path& path) {
+  const auto entries = read_manifest(path);
+  if (!entries) return pass(entries.error());
+  RecordingSet set{path.stem().string(), "recordings", BenchKind::unknown, {}};
+  TableRates rates;
+  for (const ManifestEntry& entry : *entries) {
+    Recording own{entry.file, entry.label, entry.group, {}, {}};
+    if (is_csv_name(entry.path)) {
+      const auto timed = read_table(entry.path, "t_s", "1", own);
+      if (!timed) return pass(timed.error(), entry.where);
+      rates.add(set.recordings.size(), *timed);
+    } else if (const Status done = read_sound(entry.path, own); !done) {
+      return pass(done.error(), entry.where);
+    }
+    set.recordings.push_back(std::move(own));
+  }
+  rates.settle(set.recordings);
+  return finished(std::move(set), path);
+}
+
+Result<RecordingSet> import_vibtac12(const std::filesystem::path& folder,
+                                     const std::vector<std::string>& channels) {
+  if (auto ok = check_folder(folder); !ok) return pass(ok.error());
+  RecordingSet set{"vibtac12", "vibtac12", BenchKind::real, {}};
+  std::vector<Channel> own(channels.size());
+  std::vector<std::vector<std::vector<double>>> samples;  // [channel][texture]
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    if (channels[c] != "S" && channels[c] != "X" && channels[c] != "Y" && channels[c] != "Z")
+      return fail(Errc::invalid_argument, "no such channel", "vibtac12", "S, X, Y or Z",
+                  channels[c]);
+    auto of_texture = vibtac_channel(folder, channels[c], own[c]);
+    if (!of_texture) return pass(of_texture.error());
+    samples.push_back(std::move(*of_texture));
+  }
+  for (std::size_t t = 0; !samples.empty() && t < samples.front().size(); ++t) {
+    if (std::ranges::any_of(samples, [&](const auto& s) { return s[t].empty(); })) continue;
+    Recording r{texture_name(t + 1), texture_name(t + 1), "1", own, {}};
+    for (auto& of_channel : samples) r.samples.push_back(std::move(of_channel[t]));
+    set.recordings.push_back(std::move(r));
+  }
+  return finished(std::move(set), folder);
+}
+
+Result<RecordingSet> import_lmt_sound(const std::filesystem::path& folder) {
+  if (auto ok = check_folder(folder); !ok) return pass(ok.error());
+  static const std::regex pattern(R"((.+)_([0-9]+)\.wav)");
+  RecordingSet set{"lmt_sound", "lmt_sound", BenchKind::real, {}};
+  for (const auto& material : files_in(folder)) {
+    if (!std::filesystem::is_directory(material)) continue;
+    for (const auto& path : files_in(material)) {
+      std::smatch parts;
+      const std::string name = path.filename().string();
+      if (!std::regex_match(name, parts, pattern))
+        return fail(Errc::parse, "not a name of this layout", path.string(),
+                    "<Material>_<number>.wav", name);
+      Recording own{name, material.filename().string(), parts[2], {}, {}};
+      if (auto done = read_sound(path, own); !done) return pass(done.error());
+      set.recordings.push_back(std::move(own));
+    }
+  }
+  return finished(std::move(set), folder);
+}
+
+Result<RecordingSet> import_hapmat(const std::filesystem::path& folder) {
+  if (auto ok = check_folder(folder); !ok) return pass(ok.error());
+  RecordingSet set{"hapmat", "hapmat", BenchKind::real, {}};
+  TableRates rates;
+  for (const auto& path : files_in(folder)) {
+    if (!is_csv_name(path)) continue;
+    Recording own{path.filename().string(), path.stem().string(), "1", {}, {}};
+    const auto timed = read_table(path, "time", "1", own);
+    if (!timed) return pass(timed.error());
+    rates.add(set.recordings.size(), *timed);
+    set.recordings.push_back(std::move(own));
+  }
+  rates.settle(set.recordings);
+  return finished(std::move(set), folder);
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,30 @@
+#pragma once
+// Other people's recordings of sound and vibration into a RecordingSet.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "daemon/storage/recordings/recording_set.hpp"
+
+namespace weft::daemon {
+
+/// Manifest `file,label[,group]`, read by read_manifest(): sound files (channels S, or S1 ... Sn
+/// [full scale]) or CSV with the column `t_s` and one per channel, evenly sampled. Tables whose
+/// times do not tell another rate than the first one's have its rate. Kind unknown.
+Result<RecordingSet> import_recordings(const std::filesystem::path& manifest);
+
+/// VibTac-12 (Kursun and Patooghy): X.csv, Y.csv, Z.csv with a line a texture at 200 Hz [count],
+/// and Texture<n>.wav of some. `channels`: some of X, Y, Z, S; with S only the textures that have a
+/// sound track. Labels "texture01" ..., kind real.
+Result<RecordingSet> import_vibtac12(const std::filesystem::path& folder,
+                                     const std::vector<std::string>& channels);
+
+/// A folder for each material, recordings `<Material>_<nn>.wav`: label the material, group the
+/// number. Kind real.
+Result<RecordingSet> import_lmt_sound(const std::filesystem::path& folder);
+
+/// HapMat: `<Surface>.csv`, columns time [s], accel_x ... rota_z. Kind real.
+Result<RecordingSet> import_hapmat(const std::filesystem::path& folder);
+
+}  // namespace weft::daemon

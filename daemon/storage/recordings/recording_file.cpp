@@ -1,0 +1,173 @@
+// HDF5, layout "weft-recordings".
+#include <new>
+
+#include "daemon/base/file/atomic_file.hpp"
+#include "daemon/base/version/software_version.hpp"
+#include "daemon/storage/dataset/hdf5_reader.hpp"
+#include "daemon/storage/dataset/hdf5_writer.hpp"
+#include "daemon/storage/recordings/recording_set.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using classifier::vibro::Channel;
+using classifier::vibro::Recording;
+
+constexpr const char* format_name = "weft-recordings";
+constexpr std::uint32_t recordings_version = 1;
+constexpr int deflate_level = 1;
+constexpr std::size_t max_channels = 64;
+
+std::string column_of(std::size_t channel, const char* what) {
+  return "/channels/" + std::to_string(channel) + "_" + what;
+}
+
+void write_table(hdf5::Writer& out, const RecordingSet& set) {
+  std::vector<std::string> file, label, group, name, unit;
+  std::vector<double> rate_hz;
+  for (const Recording& r : set.recordings) {
+    file.push_back(r.file);
+    label.push_back(r.label);
+    group.push_back(r.group);
+  }
+  for (const Channel& c : set.recordings.front().channels) {
+    name.push_back(c.name);
+    unit.push_back(c.unit);
+    rate_hz.push_back(c.rate_hz);
+  }
+  out.group("/recordings");
+  out.column("/recordings/file", file);
+  out.column("/recordings/label", label);
+  out.column("/recordings/group", group);
+  out.group("/channels");
+  out.column("/channels/name", name);
+  out.column("/channels/unit", unit);
+  out.column("/channels/rate_hz", rate_hz);
+}
+
+void write_samples(hdf5::Writer& out, const RecordingSet& set, std::size_t channel) {
+  std::vector<std::uint64_t> count;
+  std::vector<double> all;
+  for (const Recording& r : set.recordings) {
+    count.push_back(r.samples[channel].size());
+    all.insert(all.end(), r.samples[channel].begin(), r.samples[channel].end());
+  }
+  out.column(column_of(channel, "count").c_str(), count);
+  out.column(column_of(channel, "samples").c_str(), all);
+}
+
+Status read_root(hdf5::Reader& in, RecordingSet& set, std::string& digest) {
+  const std::string format = in.text_attribute("/", "format");
+  if (!in.status() || format != format_name)
+    return fail(Errc::parse, "an HDF5 file, but not recordings of Weft", {}, format_name, format);
+  const std::uint64_t version = in.integer_attribute("/", "format_version");
+  if (in.status() && version != recordings_version)
+    return fail(Errc::unsupported, "recordings of another layout", {},
+                std::to_string(recordings_version), std::to_string(version));
+  const auto kind = bench_kind_from(in.text_attribute("/", "bench_kind"));
+  in.require(kind.has_value(), "bench_kind", "an unknown word");
+  set.kind = kind.value_or(BenchKind::unknown);
+  set.name = in.text_attribute("/", "name");
+  set.source = in.text_attribute("/", "source");
+  digest = in.text_attribute("/", "sha256");
+  return in.status();
+}
+
+Status read_table(hdf5::Reader& in, RecordingSet& set) {
+  const auto file = in.texts("/recordings/file"), label = in.texts("/recordings/label"),
+             group = in.texts("/recordings/group"), name = in.texts("/channels/name"),
+             unit = in.texts("/channels/unit");
+  const auto rate_hz = in.column<double>("/channels/rate_hz");
+  in.require(label.size() == file.size() && group.size() == file.size(), "/recordings",
+             "columns of different length");
+  in.require(
+      unit.size() == name.size() && rate_hz.size() == name.size() && name.size() <= max_channels,
+      "/channels", "columns of different length, or too many channels");
+  if (!in.status()) return in.status();
+  std::vector<Channel> channels;
+  for (std::size_t c = 0; c < name.size(); ++c) channels.push_back({name[c], rate_hz[c], unit[c]});
+  for (std::size_t r = 0; r < file.size(); ++r)
+    set.recordings.push_back({file[r], label[r], group[r], channels, {}});
+  return {};
+}
+
+Status read_samples(hdf5::Reader& in, RecordingSet& set, std::size_t channel) {
+  const std::string where = column_of(channel, "samples");
+  const auto count = in.column<std::uint64_t>(column_of(channel, "count").c_str());
+  const auto all = in.column<double>(where.c_str());
+  in.require(count.size() == set.recordings.size(), where.c_str(), "another number of recordings");
+  if (!in.status()) return in.status();
+  std::size_t first = 0;
+  for (std::size_t r = 0; r < count.size(); ++r) {
+    if (!in.require(count[r] <= all.size() - first, where.c_str(), "fewer samples than counted"))
+      return in.status();
+    const auto begin = all.begin() + static_cast<std::ptrdiff_t>(first);
+    set.recordings[r].samples.emplace_back(begin, begin + static_cast<std::ptrdiff_t>(count[r]));
+    first += count[r];
+  }
+  in.require(first == all.size(), where.c_str(), "more samples than counted");
+  return in.status();
+}
+
+Result<RecordingSet> read_checked(hdf5::Reader& in) {
+  RecordingSet set;
+  std::string digest;
+  if (auto done = read_root(in, set, digest); !done) return pass(done.error());
+  if (auto done = read_table(in, set); !done) return pass(done.error());
+  const std::size_t channels = set.recordings.empty() ? 0 : set.recordings.front().channels.size();
+  for (std::size_t c = 0; c < channels; ++c)
+    if (auto done = read_samples(in, set, c); !done) return pass(done.error());
+  if (auto fine = check(set); !fine) {
+    Error error = fine.error();
+    error.code = Errc::corrupt;
+    return pass(std::move(error));
+  }
+  if (recordings_sha256(set) != digest)
+    return fail(Errc::corrupt, "the digest disagrees with the content", {}, digest,
+                recordings_sha256(set));
+  return set;
+}
+
+}  // namespace
+
+Result<std::string> write_recordings(const RecordingSet& set, const std::filesystem::path& path) {
+  if (auto fine = check(set); !fine) return pass(fine.error(), path.string());
+  const hdf5::QuietErrors quiet;
+  std::string digest = recordings_sha256(set);
+  AtomicFile atomic(path);
+  hdf5::Writer out = hdf5::Writer::create(atomic.temporary(), deflate_level);
+  out.attribute("/", "format", std::string_view(format_name));
+  out.attribute("/", "format_version", recordings_version);
+  out.attribute("/", "bench_kind", to_string(set.kind));
+  out.attribute("/", "name", std::string_view(set.name));
+  out.attribute("/", "source", std::string_view(set.source));
+  out.attribute("/", "software_version", software_version());
+  out.attribute("/", "sha256", std::string_view(digest));
+  write_table(out, set);
+  for (std::size_t c = 0; c < set.recordings.front().channels.size(); ++c)
+    write_samples(out, set, c);
+  if (auto done = out.close(); !done) return pass(done.error(), path.string());
+  if (auto done = atomic.publish(); !done) return pass(done.error());
+  return digest;
+}
+
+Result<RecordingSet> read_recordings(const std::filesystem::path& path) {
+  const hdf5::QuietErrors quiet;
+  auto in = hdf5::Reader::open(path);
+  if (!in) return pass(in.error());
+  try {
+    auto set = read_checked(*in);
+    if (!set) return pass(set.error(), path.string());
+    return set;
+  } catch (const std::bad_alloc&) {
+    return fail(Errc::corrupt, "the file claims more samples than fit into memory", path.string());
+  }
+}
+
+bool is_recordings_file(const std::filesystem::path& path) {
+  const hdf5::QuietErrors quiet;
+  auto in = hdf5::Reader::open(path);
+  return in && in->text_attribute("/", "format") == format_name;
+}
+
+}  // namespace weft::daemon

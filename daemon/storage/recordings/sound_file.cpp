@@ -1,0 +1,157 @@
+#include "daemon/storage/recordings/sound_file.hpp"
+
+#ifdef WEFT_WITH_SNDFILE
+#include <sndfile.h>
+
+#include <array>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#endif
+
+namespace weft::daemon {
+
+#ifdef WEFT_WITH_SNDFILE
+
+namespace {
+
+enum class ByteOrder { little, big };
+
+/// Where the samples of a file begin, and how long its header says that they are [bytes].
+struct SampleChunk {
+  std::uintmax_t begin = 0, bytes = 0;
+};
+
+/// The fields of a sound file's header, by their place.
+class SoundHeader {
+ public:
+  explicit SoundHeader(const std::filesystem::path& path) : in_(path, std::ios::binary) {}
+
+  std::string name(std::uintmax_t at) {
+    std::array<char, 4> out{};
+    return read(at, out.data(), out.size()) ? std::string(out.begin(), out.end()) : std::string();
+  }
+
+  std::optional<std::uintmax_t> number(std::uintmax_t at, std::size_t bytes, ByteOrder order) {
+    std::array<char, 8> field{};
+    if (!read(at, field.data(), bytes)) return std::nullopt;
+    std::uintmax_t out = 0;
+    for (std::size_t i = 0; i < bytes; ++i) {
+      const std::size_t most_first = order == ByteOrder::big ? i : bytes - 1 - i;
+      out = out << 8U | static_cast<unsigned char>(field[most_first]);
+    }
+    return out;
+  }
+
+ private:
+  bool read(std::uintmax_t at, char* out, std::size_t bytes) {
+    in_.clear();
+    in_.seekg(static_cast<std::streamoff>(at));
+    return bool(in_.read(out, static_cast<std::streamsize>(bytes)));
+  }
+
+  std::ifstream in_;
+};
+
+// Chunk by chunk: a name, a length, and so many bytes, an even number of them. RF64 has the length
+// of its samples in `ds64`, after that of the file.
+std::optional<SampleChunk> find_samples(SoundHeader& header, std::string_view chunk,
+                                        ByteOrder order) {
+  constexpr std::uintmax_t first_chunk = 12, chunk_head = 8, in_ds64 = 0xffffffff;
+  std::optional<std::uintmax_t> long_bytes;
+  constexpr int most_chunks = 1000;  // of a file of zeros each eight bytes would be one
+  std::uintmax_t at = first_chunk;
+  for (int chunks = 0; chunks < most_chunks; ++chunks) {
+    const std::string name = header.name(at);
+    const auto bytes = header.number(at + 4, 4, order);
+    if (!bytes) return std::nullopt;
+    const std::uintmax_t begin = at + chunk_head;
+    if (name == chunk)
+      return SampleChunk{begin, *bytes == in_ds64 && long_bytes ? *long_bytes : *bytes};
+    if (name == "ds64") long_bytes = header.number(begin + 8, 8, order);
+    at = begin + *bytes + *bytes % 2;
+  }
+  return std::nullopt;
+}
+
+std::optional<SampleChunk> samples_of(SoundHeader& header) {
+  const std::string kind = header.name(0);
+  if (kind == "RIFF" || kind == "RF64") return find_samples(header, "data", ByteOrder::little);
+  if (kind == "RIFX") return find_samples(header, "data", ByteOrder::big);
+  if (kind == "FORM") return find_samples(header, "SSND", ByteOrder::big);
+  if (kind != ".snd") return std::nullopt;
+  const auto begin = header.number(4, 4, ByteOrder::big);
+  const auto bytes = header.number(8, 4, ByteOrder::big);
+  return begin && bytes ? std::optional(SampleChunk{*begin, *bytes}) : std::nullopt;
+}
+
+// What arecord and SoX write into a pipe (0x7ffff000, 0x7fffff00, 0x80000000, of AIFF 0x7f000000,
+// each a few bytes more), and all bits set.
+bool writer_knew(std::uintmax_t bytes) {
+  return bytes < 0x7f000000 || bytes > 0xffffffff;
+}
+
+// Whether a WAV, AIFF or AU file has all samples that its header promises. The count of the whole
+// file is often wrong, and chunks behind the samples do not matter.
+Status check_length(const std::filesystem::path& path) {
+  SoundHeader header(path);
+  const auto samples = samples_of(header);
+  std::error_code unread;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, unread);
+  if (!samples || unread || !writer_knew(samples->bytes)) return {};
+  if (samples->bytes == 0 && bytes > samples->begin)
+    return fail(Errc::corrupt, "the header of the sound file was not finished", path.string(),
+                "the length of the samples",
+                "0, with " + std::to_string(bytes - samples->begin) + " bytes behind it",
+                "The recorder was stopped before it wrote the length; write it anew, "
+                "as with: sox --ignore-length OLD NEW");
+  if (samples->begin <= bytes && samples->bytes <= bytes - samples->begin) return {};
+  return fail(Errc::corrupt, "the sound file is cut short", path.string(),
+              std::to_string(samples->begin + samples->bytes) + " bytes", std::to_string(bytes));
+}
+
+}  // namespace
+
+Result<SoundFile> read_sound_file(const std::filesystem::path& path) {
+  constexpr sf_count_t most_samples = sf_count_t{1} << 28U;
+  std::error_code unread;
+  if (!std::filesystem::is_regular_file(path, unread))
+    return fail(Errc::not_found, "no such sound file", path.string(), {},
+                unread ? unread.message() : "");
+  // libsndfile takes what there is of a file that was cut.
+  if (auto whole = check_length(path); !whole) return pass(whole.error());
+  SF_INFO info{};
+  const std::unique_ptr<SNDFILE, int (*)(SNDFILE*)> file(sf_open(path.c_str(), SFM_READ, &info),
+                                                         &sf_close);
+  if (!file)
+    return fail(Errc::parse, "not a sound file", path.string(), "WAV or the like",
+                sf_strerror(nullptr), "A table needs a name that ends in .csv");
+  if (info.channels < 1 || info.frames < 1 || info.samplerate < 1 ||
+      info.frames > most_samples / info.channels)
+    return fail(Errc::parse, "a sound file of an impossible size", path.string(),
+                "1 to 2^28 samples",
+                std::to_string(info.frames) + " x " + std::to_string(info.channels));
+  const auto channels = static_cast<std::size_t>(info.channels);
+  std::vector<double> all(static_cast<std::size_t>(info.frames) * channels);
+  const sf_count_t got = sf_readf_double(file.get(), all.data(), info.frames);
+  if (got != info.frames)
+    return fail(Errc::corrupt, "the sound file is cut short", path.string(),
+                std::to_string(info.frames) + " samples", std::to_string(got));
+  SoundFile out{static_cast<double>(info.samplerate), {}};
+  out.channels.resize(channels);
+  for (std::size_t i = 0; i < all.size(); ++i) out.channels[i % channels].push_back(all[i]);
+  return out;
+}
+
+#else
+
+Result<SoundFile> read_sound_file(const std::filesystem::path& path) {
+  return fail(Errc::unsupported, "this build of Weft reads no sound files", path.string(), {}, {},
+              "Install libsndfile1-dev and build again");
+}
+
+#endif
+
+}  // namespace weft::daemon

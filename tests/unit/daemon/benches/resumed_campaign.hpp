@@ -1,0 +1,85 @@
+#pragma once
+// A campaign that is stopped or killed and goes on, and what must hold of it then. SIMULATED.
+
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <map>
+
+#include "daemon/campaign/resume.hpp"
+#include "daemon/storage/certificate/verify.hpp"
+#include "daemon/storage/dataset/hdf5_file.hpp"
+#include "daemon/storage/recorder/campaign_past.hpp"
+#include "tests/unit/daemon/benches/kill_points.hpp"
+#include "tests/unit/daemon/benches/trial_bench.hpp"
+
+namespace weft::daemon::test {
+
+inline CampaignRequest request_for(const TemporaryFolder& folder, int repetitions = 2) {
+  CampaignRequest request = request_in(folder, tiny_recipe(repetitions));
+  request.error_check = false;
+  return request;
+}
+
+inline CampaignSummary run(const CampaignRequest& request, const CampaignHooks& hooks = {}) {
+  const auto summary = run_campaign(request, hooks);
+  if (!summary) FAIL(to_string(summary.error()));
+  return *summary;
+}
+
+inline CampaignSummary stopped_after_two(const CampaignRequest& request) {
+  CampaignHooks hooks;
+  std::atomic<bool> stop = false;
+  hooks.stop = &stop;
+  hooks.progress = [&](const TrialProgress& line) { stop = line.done == 2; };
+  return run(request, hooks);
+}
+
+inline CampaignSummary resumed(CampaignRequest request) {
+  request.resume = true;
+  return run(request);
+}
+
+inline Dataset loaded(const std::filesystem::path& file, bool all = false) {
+  auto dataset = load_campaign(file, {.all_outcomes = all});
+  if (!dataset) FAIL(to_string(dataset.error()));
+  return std::move(*dataset);
+}
+
+inline const Dataset& undisturbed(int repetitions) {
+  static std::map<int, Dataset> known;
+  if (!known.contains(repetitions)) {
+    const TemporaryFolder folder;
+    known.emplace(repetitions, loaded(run(request_for(folder, repetitions)).campaign_file));
+  }
+  return known.at(repetitions);
+}
+
+inline void check_holds(const std::filesystem::path& path) {
+  const auto report = verify(path);
+  REQUIRE(report);
+  for (const VerifyFinding& finding : report->findings)
+    UNSCOPED_INFO(finding.where + ": " + finding.what);
+  CHECK(report->holds());
+}
+
+/// Of a campaign that was gone on with to its end.
+inline void check_whole(const std::filesystem::path& out, int kills, int repetitions = 2) {
+  const Dataset& untouched = undisturbed(repetitions);
+  check_holds(out);
+  CHECK(verify(out)->certified);
+  const Dataset all = loaded(out / "campaign.sqlite", true);
+  std::map<std::uint32_t, int> complete, cut_short;
+  for (const TrialRecord& record : all.records)
+    ++(record.outcome == TrialOutcome::complete ? complete : cut_short)[record.spec.index];
+  CHECK(complete.size() == untouched.trials.size());
+  for (const auto& [index, times] : complete) CHECK(times == 1);
+  int repeated = 0;
+  for (const auto& [index, times] : cut_short) repeated += times;
+  CHECK(repeated <= kills);
+  CHECK(difference(untouched, loaded(out / "campaign.sqlite")) == "");
+  const auto exported = read_hdf5(out / "dataset.h5");
+  REQUIRE(exported);
+  CHECK(difference(untouched, *exported) == "");
+}
+
+}  // namespace weft::daemon::test

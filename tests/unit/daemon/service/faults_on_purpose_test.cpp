@@ -1,0 +1,121 @@
+// Faults that somebody lets befall the bench of a run under way, and emergency stops. SIMULATED.
+
+#include <catch2/catch.hpp>
+
+#include "daemon/storage/recorder/campaign_past.hpp"
+#include "tests/unit/daemon/service/desk_bench.hpp"
+
+namespace faults_on_purpose_test {
+
+using namespace weft;
+using namespace weft::daemon;
+using namespace weft::daemon::control;
+using test::DeskBench;
+using test::TemporaryFolder;
+
+namespace {
+
+using Told = std::optional<Status>;
+
+void befall(DeskBench& bench, const std::string& fault, bool ends, Told& told) {
+  bench.desk->befall({fault, ends, "ada", {}}, [&told](const Status& done) { told = done; });
+}
+
+/// A run whose thread waits at its first word, so that what is asked now is asked in time.
+RunView begun(DeskBench& bench) {
+  bench.posted.hold();
+  return bench.submit();
+}
+
+std::size_t fault_lines(const std::filesystem::path& campaign) {
+  const auto journal = load_journal(campaign);
+  REQUIRE(journal);
+  return static_cast<std::size_t>(
+      std::count_if(journal->begin(), journal->end(),
+                    [](const JournalEntry& line) { return line.kind == fault_kind; }));
+}
+
+}  // namespace
+
+TEST_CASE("a fault befalls the run under way, and both journals have it") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder);
+  const std::string id = begun(bench).stored.id();
+  Told unknown, silent, cleared;
+  befall(bench, R"({"device": "fu", "fault": "silent"})", false, unknown);
+  befall(bench, R"({"device": "ft", "fault": "noise", "amount": 0.001})", false, cleared);
+  befall(bench, R"({"device": "ft", "fault": "silent"})", false, silent);
+  bench.posted.let_go();
+  const RunView run = bench.ended(id);
+  REQUIRE(bench.posted.run_until([&] { return unknown && silent && cleared; }));
+  REQUIRE_FALSE(*unknown);
+  CHECK(unknown->error().code == Errc::not_found);
+  CHECK(unknown->error().where == "/device");
+  CHECK(*silent);
+  CHECK(run.stored.outcome != "complete");
+  CHECK(run.stored.error.find("ft") != std::string::npos);
+  const auto campaign = run.stored.folder / "campaign.sqlite";
+  CHECK(fault_lines(campaign) == 2);
+  CHECK(load_past(campaign)->disturbed);
+  const auto lines = bench.store.tail(id, 1000);
+  REQUIRE(lines);
+  CHECK(std::count_if(lines->begin(), lines->end(),
+                      [](const auto& line) { return line.kind == "fault"; }) == 2);
+}
+
+TEST_CASE("a fault that was ended leaves the trials whole") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder);
+  const std::string id = begun(bench).stored.id();
+  Told given, ended;
+  befall(bench, R"({"device": "ft", "fault": "silent", "start_s": 5})", false, given);
+  befall(bench, R"({"device": "ft", "fault": ""})", true, ended);
+  bench.posted.let_go();
+  const RunView run = bench.ended(id);
+  REQUIRE(bench.posted.run_until([&] { return given && ended; }));
+  CHECK(*given);
+  CHECK(*ended);
+  CHECK(run.stored.outcome == "complete");
+}
+
+TEST_CASE("without a run a fault is refused; one that no run takes up any more is told so") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder);
+  Told told;
+  befall(bench, R"({"device": "ft", "fault": "silent"})", false, told);
+  REQUIRE(told);
+  CHECK(told->error().code == Errc::wrong_state);
+  const std::string id = begun(bench).stored.id();
+  REQUIRE(bench.desk->order(id, Order::abort, "ada"));
+  Told late;
+  befall(bench, R"({"device": "ft", "fault": "silent"})", false, late);
+  bench.posted.let_go();
+  bench.ended(id);
+  REQUIRE(bench.posted.run_until([&] { return late.has_value(); }));
+  Told after;
+  befall(bench, R"({"device": "ft", "fault": "silent"})", false, after);
+  REQUIRE(after);
+  CHECK(after->error().code == Errc::wrong_state);
+}
+
+TEST_CASE("an emergency stop ends a run as a halt does, and outlives halts and the daemon") {
+  const TemporaryFolder folder;
+  {
+    DeskBench bench(folder);
+    const std::string id = begun(bench).stored.id();
+    bench.desk->emergency_stop("ada");
+    CHECK(bench.desk->get(id)->machine.state == RunState::halting);
+    bench.desk->halt("bo");
+    CHECK(bench.desk->standing() == RigStanding{RigStanding::Fact::latched, "bo", true});
+    bench.posted.let_go();
+    CHECK(bench.ended(id).stored.outcome == "aborted");
+  }
+  DeskBench bench(folder);
+  CHECK(bench.desk->standing().emergency);
+  REQUIRE(bench.desk->reset("looked at", "ada"));
+  CHECK(bench.desk->standing() == RigStanding{});
+  bench.desk->halt("bo");
+  CHECK_FALSE(bench.desk->standing().emergency);
+}
+
+}  // namespace faults_on_purpose_test

@@ -1,0 +1,218 @@
+// What the daemon does while its disk is full, and once it has room again.
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "daemon/base/file/atomic_file.hpp"
+#include "daemon/service/methods/services.hpp"
+#include "tests/unit/daemon/service/desk_bench.hpp"
+
+namespace full_disk_test {
+
+using namespace weft;
+using namespace weft::daemon;
+using control::RunState;
+using nlohmann::json;
+using test::DeskBench;
+using test::TemporaryFolder;
+
+namespace {
+
+/// While it lives this process' files do not grow: what SQLite writes is refused.
+class FullDisk {
+ public:
+  FullDisk() : was_(std::signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &limit_);
+    const rlimit one_byte{1, limit_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &one_byte);
+  }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+  ~FullDisk() {
+    setrlimit(RLIMIT_FSIZE, &limit_);
+    static_cast<void>(std::signal(SIGXFSZ, was_));
+  }
+
+ private:
+  rlimit limit_{};
+  void (*was_)(int);
+};
+
+std::size_t lines_of(control::RunStore& store, std::string_view kind) {
+  const auto lines = store.tail("", 1000);
+  REQUIRE(lines);
+  return static_cast<std::size_t>(
+      std::count_if(lines->begin(), lines->end(), [&](const auto& l) { return l.kind == kind; }));
+}
+
+}  // namespace
+
+TEST_CASE("what became of a run while the disk was full is written down once it has room") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder);
+  const std::string id = bench.submit().stored.id();
+  CHECK(bench.desk->is_kept());
+  const std::size_t told = lines_of(bench.store, "state");
+  {
+    const FullDisk full;
+    CHECK(bench.desk->order(id, Order::abort, "ada"));
+    bench.desk->tick();
+    CHECK_FALSE(bench.desk->is_kept());
+  }
+  CHECK(bench.store.load()->front().state == RunState::arming);
+  bench.desk->tick();
+  CHECK(bench.desk->is_kept());
+  CHECK(bench.store.load()->front().state == RunState::aborting);
+  CHECK(lines_of(bench.store, "state") == told + 1);
+  CHECK(bench.ended(id).machine.state == RunState::ended);
+}
+
+TEST_CASE("a run whose last trial filled the disk is concluded once there is room") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder);
+  std::optional<FullDisk> full;
+  bench.at_line = [&](const TrialProgress& line, RunOrders&) {
+    if (line.done == line.planned) full.emplace();
+  };
+  const std::string id = bench.submit().stored.id();
+  const control::RunView cut = bench.ended(id);
+  full.reset();
+  bench.at_line = {};
+  CHECK(cut.machine.state == RunState::interrupted);
+  CHECK(cut.stored.outcome == "complete");
+  CHECK_FALSE(cut.stored.dataset_error.empty());
+  CHECK_FALSE(load_progress(cut.stored.folder / campaign_file_name)->finished);
+  bench.desk->tick();
+  bool moves = false;
+  bench.at_rig = [&] { moves = true; };
+  REQUIRE(bench.desk->recover(id, "test"));
+  const control::RunView whole = bench.ended(id);
+  INFO(whole.stored.error << whole.stored.dataset_error);
+  CHECK(whole.machine.state == RunState::ended);
+  CHECK_FALSE(moves);
+  CHECK_FALSE(whole.stored.dataset_sha256.empty());
+  CHECK((whole.stored.outcome == "complete" && whole.stored.cleanup == "done"));
+  CHECK(whole.stored.rig_fact == "safe");
+}
+
+TEST_CASE("a wish for the line that cannot be kept changes nothing") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder);
+  bench.desk->halt("test");
+  bench.submit();
+  const std::string second = bench.submit().stored.id();
+  const control::RunLine before = bench.desk->line();
+  {
+    const FullDisk full;
+    CHECK_FALSE(bench.desk->move(second, 0, "ada"));
+    CHECK_FALSE(bench.desk->hold_line("ada"));
+    CHECK_FALSE(bench.desk->withdraw(second, "ada"));
+  }
+  CHECK(bench.desk->get(second)->machine.state == RunState::queued);
+  CHECK(bench.desk->line() == before);
+  CHECK(bench.store.line().value() == before);
+  CHECK(lines_of(bench.store, "moved") == 0);
+  REQUIRE(bench.desk->hold_line("ada"));
+  {
+    const FullDisk full;
+    CHECK_FALSE(bench.desk->start_line("ada"));
+  }
+  CHECK(bench.desk->line().held());
+  CHECK(lines_of(bench.store, "queue_started") == 0);
+  REQUIRE(bench.desk->start_line("ada"));
+  CHECK(lines_of(bench.store, "queue_started") == 1);
+}
+
+TEST_CASE("a file that is streamed to a full disk says why, and leaves the old one") {
+  const TemporaryFolder folder;
+  const auto path = folder / "model.weft";
+  const auto writes = [](std::string text) {
+    return [text = std::move(text)](std::ostream& out) -> Status {
+      out << text;
+      if (out.flush()) return {};
+      return fail(Errc::io, "cannot write the model");  // as the writers of models do
+    };
+  };
+  REQUIRE(write_streamed_file(path, writes("old\n")));
+  {
+    const FullDisk full;
+    const Status refused = write_streamed_file(path, writes(std::string(100'000, 'x')));
+    REQUIRE_FALSE(refused);
+    CHECK(refused.error().where == path.string());
+    CHECK(refused.error().got == std::strerror(EFBIG));
+  }
+  const Status refused = write_streamed_file(
+      path, [](std::ostream&) -> Status { return fail(Errc::range, "not to be written"); });
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().message == "not to be written");
+  std::ifstream in(path);
+  CHECK(std::string(std::istreambuf_iterator<char>(in), {}) == "old\n");
+  CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
+}
+
+TEST_CASE("leases and tokens whose line of the journal cannot be kept are as they were") {
+  const TemporaryFolder folder;
+  auto store = control::RunStore::open(folder / "weftd.sqlite");
+  REQUIRE(store);
+  server::Hub hub;
+  access::Leases leases("9c1d40b2");
+  std::vector<std::string> tokens;
+  api::Services services;
+  services.hub = &hub;
+  services.leases = &leases;
+  services.log = &*store;
+  services.rig_name = "bench";
+  services.now = [] { return std::chrono::nanoseconds{}; };
+  services.utc_us = [] { return std::int64_t{0}; };
+  services.add_token = [&](std::string name, access::Role, std::int64_t,
+                           const std::string&) -> Result<std::string> {
+    if (std::find(tokens.begin(), tokens.end(), name) != tokens.end())
+      return fail(Errc::invalid_argument, "there is one of this name", "token");
+    tokens.push_back(std::move(name));
+    return "wft_0";
+  };
+  services.remove_token = [&](std::string_view name) -> Status {
+    std::erase(tokens, name);
+    return {};
+  };
+  rpc::Methods methods;
+  api::add_lease_methods(methods, services);
+  api::add_token_methods(methods, services);
+  const auto call = [&](std::string_view method, const json& params) {
+    rpc::Outcome answer;
+    const rpc::Caller ada{"s-1", "test", "ada", access::Role::admin, true};
+    methods.find(method).value()->handler({params, ada}, [&](rpc::Outcome o) { answer = o; });
+    return answer;
+  };
+  {
+    const FullDisk full;
+    CHECK_FALSE(call("lease.acquire", json::object()));
+    CHECK_FALSE(call("token.add", {{"name", "page"}}));
+  }
+  CHECK(leases.all({}).empty());
+  CHECK(tokens.empty());
+  const auto taken = call("lease.acquire", json::object());
+  REQUIRE(taken);
+  const json lease{{"lease", json::parse(*taken).at("lease")}, {"reason", "a test"}};
+  for (const char* method : {"lease.release", "lease.break"}) {
+    const FullDisk full;
+    CHECK_FALSE(call(method, lease));
+    CHECK(leases.all({}).size() == 1);
+  }
+  CHECK(call("lease.release", lease));
+  CHECK(leases.all({}).empty());
+  REQUIRE(call("token.add", {{"name", "page"}}));
+  const auto again = call("token.add", {{"name", "page"}});
+  REQUIRE_FALSE(again);
+  CHECK(again.error().kind == "token.name_taken");
+}
+
+}  // namespace full_disk_test

@@ -1,0 +1,308 @@
+// The HTTP server on a loop of the test's own, with times and seats that are short and few.
+
+#include <asio/io_context.hpp>
+#include <asio/ip/tcp.hpp>
+#include <asio/write.hpp>
+#include <catch2/catch.hpp>
+#include <list>
+#include <nlohmann/json.hpp>
+
+#include "daemon/service/methods/services.hpp"
+#include "daemon/service/transport/http_server.hpp"
+#include "tests/unit/daemon/benches/kill_points.hpp"
+#include "tests/unit/daemon/benches/trial_bench.hpp"
+
+namespace http_server_test {
+
+using namespace weft;
+using namespace weft::daemon;
+using namespace weft::daemon::server;
+using namespace std::chrono_literals;
+using asio::ip::tcp;
+
+namespace {
+
+/// A client that reads whenever the test lets it.
+struct WebClient {
+  explicit WebClient(asio::io_context& context) : socket(context) {}
+  void read() {
+    socket.async_read_some(asio::buffer(piece),
+                           [this](const asio::error_code& error, std::size_t n) {
+                             got.append(piece.data(), n);
+                             ended = bool(error);
+                             if (!ended) read();
+                           });
+  }
+  void send(std::string text) {
+    out.push_back(std::move(text));
+    asio::async_write(socket, asio::buffer(out.back()),
+                      [this](const asio::error_code& error, std::size_t) {
+                        sent = true;
+                        cut_off = bool(error);
+                      });
+  }
+  [[nodiscard]] int status() const { return got.size() < 12 ? 0 : std::stoi(got.substr(9, 3)); }
+
+  tcp::socket socket;
+  std::array<char, 4096> piece{};
+  std::list<std::string> out;
+  std::string got;
+  bool ended = false, sent = false, cut_off = false;
+};
+
+struct WebBench {
+  explicit WebBench(const HttpLimits& limits = {}) {
+    services.hub = &hub;
+    services.epoch = "e1";
+    shared = {&methods, &hub, &answered, "e1", {}, {}, {}, [] { return Clock(); }};
+    shared.token_owner = [](std::string_view token) -> Result<TokenOwner> {
+      if (token == "good") return TokenOwner{"somebody", access::Role::operator_};
+      return fail(Errc::wrong_state, "no good");
+    };
+    shared.readiness_json = [] { return std::string("{}"); };
+    methods.add({"now.say", "", {}, {}, {}, ""},
+                [](const rpc::Call&) -> rpc::Outcome { return "\"now\""; });
+    methods.add({"later.say", "", {}, {}, {}, ""},
+                rpc::Handler([this](const rpc::Call&, const rpc::Responder& respond) {
+                  waiting.push_back(respond);
+                }));
+    api::add_subscription_methods(methods, services);
+    auto opened = HttpServer::open(there, {}, shared, limits);
+    REQUIRE(opened);
+    server = std::move(*opened);
+  }
+
+  WebClient& connect(bool reads = true) {
+    WebClient& made = clients.emplace_back(here);
+    made.socket.connect({asio::ip::address_v4::loopback(), server->port()});
+    if (reads) made.read();
+    return made;
+  }
+  WebClient& ask(const std::string& first_line, const std::string& body, bool reads = true) {
+    WebClient& made = connect(reads);
+    made.send(first_line + " HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer good\r\n" +
+              "Content-Type: application/json\r\nContent-Length: " + std::to_string(body.size()) +
+              "\r\n\r\n" + body);
+    return made;
+  }
+  WebClient& call(const std::string& method) {
+    return ask("POST /rpc", R"({"jsonrpc":"2.0","id":1,"method":")" + method + "\"}");
+  }
+  WebClient& stream(bool reads = true) { return ask("GET /events?mode=every&topics=*", "", reads); }
+
+  /// Lets both sides work; the suite's own time-out ends what never comes.
+  template <class Done>
+  void until(const Done& done) {
+    while (!done()) {
+      there.poll();
+      if (server) server->pump();
+      here.poll();
+      here.restart();  // it stops when nobody has anything to do
+    }
+  }
+  int status_of(WebClient& client) {
+    until([&] { return client.ended; });
+    return client.status();
+  }
+
+  Hub hub;
+  rpc::Methods methods;
+  access::IdempotencyCache answered;
+  api::Services services;
+  Shared shared;
+  std::vector<rpc::Responder> waiting;
+  asio::io_context there{1}, here{1};
+  std::list<WebClient> clients;
+  std::unique_ptr<HttpServer> server;
+};
+
+}  // namespace
+
+TEST_CASE("A method that answers later is waited for, and its answer is the connection's end") {
+  WebBench bench;
+  CHECK(bench.status_of(bench.call("now.say")) == 200);
+  WebClient& client = bench.call("later.say");
+  bench.until([&] { return !bench.waiting.empty(); });
+  CHECK(client.got.empty());
+  bench.waiting.front()("\"then\"");
+  CHECK(bench.status_of(client) == 200);
+  CHECK(client.got.ends_with(R"("result":"then"})"
+                             "\n"));
+}
+
+TEST_CASE("A call that is not answered in time is told so, a request that does not come too") {
+  HttpLimits limits;
+  limits.answer = 0s;
+  WebBench impatient(limits);
+  CHECK(impatient.status_of(impatient.call("later.say")) == 504);
+  limits.request = 0s;
+  WebBench hasty(limits);
+  CHECK(hasty.status_of(hasty.connect()) == 408);
+}
+
+TEST_CASE("Who waits and hangs up leaves a seat, and nobody is answered in his place") {
+  HttpLimits limits;
+  limits.waiting = 1;
+  WebBench bench(limits);
+  WebClient& gone = bench.call("later.say");
+  bench.until([&] { return bench.waiting.size() == 1; });
+  CHECK(bench.status_of(bench.call("later.say")) == 503);
+  CHECK(bench.status_of(bench.call("now.say")) == 200);
+  gone.socket.close();
+  bench.until([&] { return gone.ended; });
+  while (bench.waiting.size() == 1) {
+    WebClient& next = bench.call("later.say");
+    bench.until([&] { return next.ended || bench.waiting.size() == 2; });
+  }
+  bench.waiting.front()("\"too late\"");
+  CHECK(bench.status_of(bench.call("now.say")) == 200);
+}
+
+TEST_CASE("The oldest connection without a request makes room for a new one") {
+  HttpLimits limits;
+  limits.brief = 2;
+  WebBench bench(limits);
+  WebClient &first = bench.connect(), &second = bench.connect();
+  CHECK(bench.status_of(bench.call("now.say")) == 200);
+  CHECK(first.ended);
+  CHECK(first.got.empty());
+  CHECK_FALSE(second.ended);
+}
+
+TEST_CASE(
+    "A stream begins with its snapshot, has every event after it, and a sign of life between") {
+  HttpLimits limits;
+  limits.heartbeat = 1ms;
+  WebBench bench(limits);
+  bench.hub.publish("rig", {{"rig", "safe"}}, 0);
+  WebClient& client = bench.stream();
+  bench.until([&] { return client.got.find("\n\n:\n\n") != std::string::npos; });
+  bench.hub.publish("rig", {{"rig", "latched"}}, 0);
+  bench.until([&] { return client.got.find("latched") != std::string::npos; });
+  CHECK(client.status() == 200);
+  const auto at = [&](const char* text) { return client.got.find(text); };
+  CHECK(at("id: e1-1\nevent: snapshot") < at("id: e1-2\nevent: event"));
+  CHECK_FALSE(client.ended);
+}
+
+TEST_CASE("A stream that nobody reads is closed and its seat free") {
+  HttpLimits limits;
+  limits.streams = 1;
+  limits.unread = 0s;  // as soon as a write has to wait
+  WebBench bench(limits);
+  bench.stream(false);
+  const std::string filler(60000, 'x');
+  int status = 503;
+  while (status == 503) {
+    for (int i = 0; i < 100; ++i) bench.hub.publish("rig", {{"filler", filler}}, 0);
+    WebClient& next = bench.stream();
+    bench.until([&] { return next.got.size() > 100; });
+    status = next.status();
+  }
+  CHECK(status == 200);
+}
+
+TEST_CASE("A stream, and a call that waits, end with the token that they came with") {
+  WebBench bench;
+  bool stands = true;
+  bench.shared.token_stands = [&](const TokenOwner&) { return stands; };
+  WebClient& stream = bench.stream();
+  WebClient& waiting = bench.call("later.say");
+  bench.until([&] { return stream.status() == 200 && !bench.waiting.empty(); });
+  bench.hub.publish("run:R-000001", {{"state", "running"}}, 1);
+  bench.until([&] { return stream.got.find("event: event") != std::string::npos; });
+  stands = false;
+  CHECK(bench.status_of(waiting) == 401);
+  bench.until([&] { return stream.ended; });
+  CHECK(stream.got.find("event: error\ndata: {") != std::string::npos);
+  CHECK(stream.got.find("access.token") != std::string::npos);
+  bench.waiting.front()("\"nobody hears it\"");
+}
+
+TEST_CASE("Who is refused and sends on and on is read for a while, not for ever") {
+  WebBench bench;
+  WebClient& client = bench.connect();
+  client.send("POST /rpc HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n");
+  bench.until([&] { return client.got.ends_with("}\n"); });
+  CHECK(client.status() == 411);
+  client.sent = false;
+  client.send(std::string(std::size_t{64} << 20, 'x'));
+  bench.until([&] { return client.sent; });
+  CHECK(client.cut_off);
+}
+
+TEST_CASE("When the daemon ends, calls that wait are told, and streams end") {
+  WebBench bench;
+  WebClient &waits = bench.call("later.say"), &listens = bench.stream(), &idle = bench.connect();
+  bench.until([&] { return !bench.waiting.empty() && listens.got.ends_with("\n\n"); });
+  bench.server.reset();
+  bench.until([&] { return waits.ended && listens.ended && idle.ended; });
+  CHECK(waits.status() == 503);
+  CHECK(listens.status() == 200);
+  CHECK(idle.got.empty());
+}
+
+TEST_CASE("A file is looked at before it is sent; one that is written to meanwhile is cut off") {
+  const test::TemporaryFolder folder;
+  const std::string text(8'000'000, 'x');
+  test::write_file(folder / "f", text);
+  WebBench bench;
+  std::vector<Shared::FileTold> asked;
+  bench.shared.file = [&](std::string_view path, const Shared::FileTold& told) {
+    CHECK(path == "R-000001/f");
+    asked.push_back(told);
+  };
+  const auto served = [&]() -> Result<ServedFile> {
+    auto file = OpenFile::beneath(folder.path(), "f");
+    REQUIRE(file);
+    const auto as_of = file->stamp().value();
+    return ServedFile{std::make_shared<const OpenFile>(std::move(*file)), as_of, "abc"};
+  };
+  const std::string get = "GET /data/R-000001/f";
+  WebClient& whole = bench.ask(get, "");
+  bench.until([&] { return asked.size() == 1; });
+  CHECK(bench.status_of(bench.call("now.say")) == 200);  // nobody waits for it
+  asked[0](served());
+  CHECK(bench.status_of(whole) == 200);
+  CHECK(whole.got.size() > text.size());
+
+  WebClient& cut = bench.ask(get, "", false);  // reads nothing yet
+  bench.until([&] { return asked.size() == 2; });
+  asked[1](served());
+  for (int i = 0; i < 100; ++i) bench.there.poll();  // what the socket takes
+  test::write_file(folder / "f", std::string(text.size(), 'y'));
+  cut.read();
+  CHECK(bench.status_of(cut) == 200);
+  CHECK(cut.got.size() < text.size());
+  CHECK(cut.got.find('y', cut.got.find("\r\n\r\n")) == std::string::npos);
+
+  WebClient& refused = bench.ask(get, "");
+  bench.until([&] { return asked.size() == 3; });
+  asked[2](fail(Errc::wrong_state, "altered"));
+  CHECK(bench.status_of(refused) == 409);
+  WebClient& busy = bench.ask(get, "");
+  bench.until([&] { return asked.size() == 4; });
+  asked[3](fail(Errc::timeout, "later"));
+  CHECK(bench.status_of(busy) == 503);
+  {
+    WebClient& gone = bench.ask(get, "");
+    bench.until([&] { return asked.size() == 5; });
+    gone.socket.close();
+  }
+  asked[4](served());  // nobody is there
+}
+
+TEST_CASE("The page needs no token, what it shows does") {
+  WebBench bench;
+  const auto asked = [&](const std::string& path) {
+    WebClient& client = bench.connect();
+    client.send("GET " + path + " HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    return bench.status_of(client);
+  };
+  CHECK(asked("/") == 200);
+  CHECK(asked("/style.css") == 200);
+  CHECK(asked("/events") == 401);
+  CHECK(asked("/nothing") == 404);
+}
+
+}  // namespace http_server_test

@@ -1,0 +1,123 @@
+// The daemon's journal, asked by run, kind and time, page by page.
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "daemon/service/methods/services.hpp"
+#include "tests/unit/daemon/service/desk_bench.hpp"
+
+namespace journal_query_test {
+
+using namespace weft;
+using namespace weft::daemon;
+using control::RunStore;
+using nlohmann::json;
+using test::TemporaryFolder;
+
+namespace {
+
+/// Lines 1 to `lines`, a second apart; the runs take turns, every tenth is a halt.
+RunStore journal_of(const TemporaryFolder& folder, int lines) {
+  RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
+  REQUIRE(store.together([&] {
+    Status ok;
+    for (int i = 1; ok && i <= lines; ++i)
+      ok = store.journal(i * 1'000'000LL, i % 2 == 0 ? "R-000002" : "R-000001",
+                         i % 10 == 0 ? "halt" : "state", "ada",
+                         R"({"i":)" + std::to_string(i) + "}");
+    return ok;
+  }));
+  return store;
+}
+
+std::vector<std::int64_t> sequences(const RunStore::Page& page) {
+  std::vector<std::int64_t> out;
+  for (const auto& line : page.lines) out.push_back(line.sequence);
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("The journal is asked by run, kind and time") {
+  const TemporaryFolder folder;
+  RunStore store = journal_of(folder, 40);
+  using Numbers = std::vector<std::int64_t>;
+  RunStore::Query halts;
+  halts.kind = "halt";
+  CHECK(sequences(store.query(halts).value()) == Numbers{10, 20, 30, 40});
+  halts.run = "R-000001";
+  CHECK(store.query(halts).value().lines.empty());
+  RunStore::Query while_it_was;
+  while_it_was.since_us = 5'000'000;
+  while_it_was.until_us = 8'000'000;
+  CHECK(sequences(store.query(while_it_was).value()) == Numbers{5, 6, 7});
+  RunStore::Query second;
+  second.run = "R-000002";
+  CHECK(store.query(second).value().lines.size() == 20);
+  second.from = 11;
+  second.most = 3;
+  const auto page = store.query(second).value();
+  CHECK(sequences(page) == Numbers{12, 14, 16});
+  CHECK(page.next == 17);
+  RunStore::Query all;
+  all.most = 40;
+  CHECK_FALSE(store.query(all).value().next);
+  all.from = 41;
+  CHECK_FALSE(store.query(all).value().next);
+  CHECK(store.query(all).value().lines.empty());
+}
+
+TEST_CASE("A question that few lines answer is answered in parts, and in the end whole") {
+  const TemporaryFolder folder;
+  RunStore store = journal_of(folder, 50'000);
+  RunStore::Query wanted;
+  wanted.kind = "halt";
+  wanted.since_us = 49'985'000'000;
+  std::vector<std::int64_t> found;
+  int pages = 0;
+  for (std::optional<std::int64_t> from = 0; from; ++pages) {
+    wanted.from = *from;
+    const auto page = store.query(wanted).value();
+    for (const std::int64_t sequence : sequences(page)) found.push_back(sequence);
+    if (pages == 0) CHECK(page.lines.empty());
+    from = page.next;
+  }
+  CHECK(found == std::vector<std::int64_t>{49'990, 50'000});
+  CHECK(pages == 3);
+}
+
+TEST_CASE("log.query tells lines and where to ask on from, and takes whole numbers alone") {
+  const TemporaryFolder folder;
+  RunStore store = journal_of(folder, 25);
+  api::Services services;
+  services.now = [] { return std::chrono::nanoseconds(); };
+  services.log = &store;
+  rpc::Methods methods;
+  api::add_system_methods(methods, services);
+  const auto asked = [&](const json& params) {
+    std::optional<rpc::Outcome> said;
+    const rpc::Caller caller;
+    methods.find("log.query").value()->handler({params, caller}, [&](auto out) { said = out; });
+    return said.value();
+  };
+  const json told = json::parse(asked({{"kind", "halt"}, {"most", 1}}).value());
+  CHECK(told["next"] == 11);
+  REQUIRE(told["lines"].size() == 1);
+  CHECK(told["lines"][0] == json{{"sequence", 10},
+                                 {"t_us", 10'000'000},
+                                 {"run", "R-000002"},
+                                 {"kind", "halt"},
+                                 {"by", "ada"},
+                                 {"data", {{"i", 10}}}});
+  CHECK(json::parse(asked({{"from", 11}, {"kind", "halt"}}).value())["next"].is_null());
+  for (const char* name : {"since_us", "until_us", "from", "most"})
+    for (const json& wrong : {json(-1), json(std::uint64_t{1} << 63)}) {
+      const auto refused = asked({{name, wrong}});
+      REQUIRE_FALSE(refused);
+      CHECK(refused.error().error.where == std::string("/params/") + name);
+    }
+  CHECK_FALSE(asked({{"most", 0}}));
+  CHECK_FALSE(asked({{"most", 10'001}}));
+}
+
+}  // namespace journal_query_test

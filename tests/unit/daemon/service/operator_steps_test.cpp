@@ -1,0 +1,197 @@
+// People's steps between trials, asked and confirmed through the desk. SIMULATED.
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "daemon/campaign/run_pace.hpp"
+#include "tests/unit/daemon/service/desk_bench.hpp"
+
+namespace operator_steps_test {
+
+using namespace weft;
+using namespace weft::daemon;
+using namespace weft::daemon::control;
+using test::DeskBench;
+using test::TemporaryFolder;
+
+namespace {
+
+std::string asking_recipe() {
+  auto recipe = nlohmann::json::parse(test::tiny_recipe(2));
+  recipe["operator_steps"] = nlohmann::json::parse(
+      R"([{"before": "campaign", "text": "Clean the probe.", "people_s": 30},
+          {"before": "fabric", "text": "Mount {fabric}.", "people_s": 90}])");
+  return recipe.dump();
+}
+
+/// A folder in which a daemon was killed while its only run waited for satin to be mounted; what
+/// the ask was called.
+std::string leave_waiting(const TemporaryFolder& folder) {
+  CampaignRequest request = test::request_in(folder, asking_recipe());
+  request.error_check = false;
+  RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
+  StoredRun run;
+  run.recipe = request.recipe;
+  run.rig = request.rig;
+  run.folder = request.out = folder / "R-000001";
+  run.state = RunState::awaiting_operator;
+  RunOrders orders;
+  CampaignHooks hooks;
+  hooks.orders = &orders;
+  int asks = 0;
+  hooks.moment = [&](const RunMoment& moment) {
+    if (!moment.asked) return;
+    if (++asks == 3) raise(SIGKILL);
+    orders.give({Order::confirm, "ada", moment.asked->ticket});
+  };
+  REQUIRE(test::killed_at(request, {}, hooks) == true);
+  REQUIRE(store.add(run));
+  for (int i = 0; i < 3; ++i) REQUIRE(store.journal(0, run.id(), "asked", "auto:recipe"));
+  return "Q-3";
+}
+
+/// Until something is asked; its name.
+Attention asked(DeskBench& bench, const std::string& id) {
+  REQUIRE(bench.posted.run_until(
+      [&] { return bench.desk->get(id)->machine.state == RunState::awaiting_operator; }));
+  const RunView run = *bench.desk->get(id);
+  REQUIRE(run.attention);
+  REQUIRE_FALSE(run.attention->step.empty());
+  return *run.attention;
+}
+
+}  // namespace
+
+TEST_CASE("a run waits for each of its operator steps, and goes on when that one is confirmed") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder, asking_recipe());
+  const RunView queued = bench.submit();
+  const std::string id = queued.stored.id();
+  CHECK(queued.attention->ask.text == "Clean the probe.");
+  CHECK(queued.attention->step.empty());
+  const Attention first = asked(bench, id);
+  CHECK(first.ask.text == "Clean the probe.");
+  CHECK(bench.desk->confirm(id, "Q-0", "ada").error().code == Errc::wrong_state);
+  CHECK(bench.desk->confirm("R-000009", first.step, "ada").error().code == Errc::not_found);
+  REQUIRE(bench.desk->confirm(id, first.step, "ada"));
+  const Attention second = asked(bench, id);
+  CHECK(second.ask.text == "Mount denim.");
+  CHECK(second.step != first.step);
+  CHECK(bench.desk->confirm(id, first.step, "ada").error().expected == second.step);
+  REQUIRE(bench.desk->confirm(id, second.step, "ada"));
+  CHECK_FALSE(bench.desk->confirm(id, second.step, "ada"));  // once is enough
+  const Attention third = asked(bench, id);
+  CHECK(third.ask.text == "Mount satin.");
+  CHECK(third.ask.trial == 2);
+  CHECK(bench.desk->get(id)->trials_done == 2);
+  REQUIRE(bench.desk->confirm(id, third.step, "ada"));
+  const RunView done = bench.ended(id);
+  CHECK(done.stored.outcome == "complete");
+  CHECK_FALSE(done.attention);
+  std::size_t confirmed = 0;
+  const auto lines = bench.store.tail(id, 1000);
+  for (const auto& line : *lines) confirmed += line.kind == "confirmed" && line.by == "ada" ? 1 : 0;
+  CHECK(confirmed == 3);
+}
+
+TEST_CASE("who waits for people is paused, stopped, aborted and halted like any run") {
+  const auto ends_as = [](Order order, const char* outcome) {
+    const TemporaryFolder folder;
+    DeskBench bench(folder, asking_recipe());
+    const std::string id = bench.submit().stored.id();
+    asked(bench, id);
+    REQUIRE(bench.desk->order(id, order, "ada"));
+    CHECK_FALSE(bench.desk->get(id)->attention);
+    CHECK(bench.ended(id).stored.outcome == outcome);
+  };
+  ends_as(Order::stop, "stopped");
+  ends_as(Order::abort, "aborted");
+  ends_as(Order::halt, "aborted");
+  const TemporaryFolder folder;
+  DeskBench bench(folder, asking_recipe());
+  const std::string id = bench.submit().stored.id();
+  const Attention before = asked(bench, id);
+  REQUIRE(bench.desk->order(id, Order::pause, "ada"));
+  REQUIRE(
+      bench.posted.run_until([&] { return bench.desk->get(id)->machine.state == RunState::held; }));
+  CHECK_FALSE(bench.desk->confirm(id, before.step, "ada"));
+  REQUIRE(bench.desk->order(id, Order::resume, "ada"));
+  const Attention again = asked(bench, id);
+  CHECK(again.ask.text == before.ask.text);
+  CHECK(again.step != before.step);
+  REQUIRE(bench.desk->order(id, Order::abort, "ada"));
+  bench.ended(id);
+}
+
+TEST_CASE("a run that waits for people when its daemon dies asks again when it goes on") {
+  const TemporaryFolder folder;
+  const std::string before = leave_waiting(folder);
+  DeskBench bench(folder, asking_recipe());
+  const std::string id = bench.desk->all().front().stored.id();
+  REQUIRE(bench.desk->get(id)->machine.state == RunState::interrupted);
+  std::optional<ResumePreview> left;
+  bench.desk->preview(id, Recovery::resume,
+                      [&](const Result<ResumePreview>& told) { left = told.value(); });
+  REQUIRE(bench.posted.run_until([&] { return left.has_value(); }));
+  CHECK(left->complete == 2);
+  CHECK(std::count(left->will.begin(), left->will.end(),
+                   "wait until a person confirms: Mount satin.") == 1);
+  REQUIRE(bench.desk->recover(id, "ada"));
+  const Attention again = asked(bench, id);
+  CHECK(again.ask.text == "Mount satin.");
+  CHECK(again.step != before);
+  CHECK_FALSE(bench.desk->confirm(id, before, "ada"));
+  REQUIRE(bench.desk->confirm(id, again.step, "ada"));
+  const RunView done = bench.ended(id);
+  CHECK(done.stored.outcome == "complete");
+  CHECK(done.trials_done == 4);
+}
+
+TEST_CASE("a recipe that asks for people is refused where nobody can confirm") {
+  const TemporaryFolder folder;
+  const auto refused = run_campaign(test::request_in(folder, asking_recipe()), {});
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == Errc::unsupported);
+}
+
+TEST_CASE("what waits for people does not count as time of the machine") {
+  using namespace std::chrono_literals;
+  const TemporaryFolder folder;
+  const CheckedRequest checked = check_request(test::request_in(folder, asking_recipe())).value();
+  const recipes::Plan& plan = checked.plan;
+  RunPace pace(plan, 0, false, 0s);
+  CHECK_FALSE(pace.machine_until_s(0, 2, 0s));  // a simulated bench keeps no time of its own
+  CHECK(pace.left_s(0s) == Approx(30 + 90 + 90));
+  recipes::State state;
+  state.step = recipes::Step::awaiting_operator;
+  pace.step(state, 0s);
+  pace.confirmed(recipes::ask_of(plan, 0, 0));
+  pace.confirmed(recipes::ask_of(plan, 0, 1));
+  state.step = recipes::Step::clearing;
+  pace.step(state, 240s);  // twice as long as the recipe says
+  pace.trial_ended(1);
+  CHECK(pace.machine_until_s(1, 2, 250s) == Approx(10));
+  CHECK(pace.left_s(250s) == Approx(3 * 10 + 2 * 90));
+  CHECK(pace.next_ask(1)->text == "Mount satin.");
+  CHECK_FALSE(pace.next_ask(3));
+  CHECK(*RunPace(plan, 0, true, 0s).machine_until_s(0, 4, 0s) == Approx(plan.forecast.duration_s));
+}
+
+TEST_CASE("what is done finally is left to do on a bench that takes its time") {
+  using namespace std::chrono_literals;
+  const TemporaryFolder folder;
+  const CheckedRequest checked =
+      check_request(
+          test::request_in(
+              folder,
+              test::with_keys(R"("finally":{"on_success":[{"do":"wait","duration_s":100}]})")))
+          .value();
+  for (const bool keeps_time : {true, false}) {
+    RunPace pace(checked.plan, 0, keeps_time, 0s);
+    if (keeps_time) CHECK(pace.left_s(0s) == Approx(checked.plan.forecast.duration_s));
+    pace.trial_ended(checked.plan.trials.size());
+    CHECK(pace.left_s(0s) == (keeps_time ? 100 : 0));
+  }
+}
+
+}  // namespace operator_steps_test

@@ -1,0 +1,179 @@
+// recipe.check, recipe.plan and recipe.diff: what takes long of them is not done on the server's
+// thread.
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "daemon/campaign/preflight.hpp"
+#include "daemon/service/methods/services.hpp"
+#include "tests/unit/daemon/service/desk_bench.hpp"
+
+namespace recipe_check_test {
+
+using namespace weft;
+using namespace weft::daemon;
+using nlohmann::json;
+using test::TemporaryFolder;
+
+namespace {
+
+/// The methods alone, with errands that the test does when it likes.
+struct CheckBench {
+  using Report = api::Services::Report;
+  explicit CheckBench(const TemporaryFolder& folder) : desk(folder, test::tiny_recipe(1)) {
+    services.rig = desk.request.rig;
+    services.desk = desk.desk.get();
+    services.log = &desk.store;
+    services.recipes = services.data = folder.path();
+    services.errand = [this](std::function<Report()> work,
+                             const std::function<void(const Error&)>&) {
+      if (full) return false;
+      errands.push_back(std::move(work));
+      return true;
+    };
+    api::add_recipe_methods(methods, services);
+    api::add_plan_methods(methods, services);
+    api::add_recipe_put(methods, services);
+    services.utc_us = [] { return std::int64_t{0}; };
+  }
+  void ask(const json& params, const char* method = "recipe.check") {
+    const rpc::Caller caller;
+    said.reset();
+    methods.find(method).value()->handler(
+        {params, caller}, [this](rpc::Outcome outcome) { said = std::move(outcome); });
+  }
+  json answer() const { return json::parse(said->value()); }
+
+  /// Asks, and does the errand that it takes.
+  rpc::Outcome answered(const char* method, const json& params) {
+    ask(params, method);
+    REQUIRE_FALSE(said);
+    REQUIRE(errands.size() == 1);
+    const Report report = errands.front()();
+    CHECK_FALSE(said);  // that is for the server's thread
+    report();
+    errands.clear();
+    REQUIRE(said);
+    return *said;
+  }
+
+  test::DeskBench desk;
+  api::Services services;
+  rpc::Methods methods;
+  std::vector<std::function<Report()>> errands;
+  std::optional<rpc::Outcome> said;
+  bool full = false;
+};
+
+}  // namespace
+
+TEST_CASE("A recipe is checked, planned and compared by an errand, answered when that is done") {
+  const TemporaryFolder folder;
+  CheckBench bench(folder);
+  for (const char* method : {"recipe.check", "recipe.plan", "recipe.diff"})
+    CHECK(bench.methods.find(method).value()->answers_later);
+  const json checked = json::parse(bench.answered("recipe.check", {{"recipe", "recipe"}}).value());
+  CHECK(checked["ok"] == true);
+  CHECK(checked["plan"]["trials"] == 2);
+  const json plan = json::parse(bench.answered("recipe.plan", {{"recipe", "recipe"}}).value());
+  CHECK(plan["trials"] == 2);
+  const json same = {{"recipe", "recipe"}, {"other", "recipe"}};
+  CHECK(json::parse(bench.answered("recipe.diff", same).value())["same"] == true);
+}
+
+TEST_CASE(
+    "A recipe that is put is looked over among the questions: no start waits for its models") {
+  const TemporaryFolder folder;
+  CheckBench bench(folder);
+  const json params{{"recipe", "new"}, {"content", json::parse(test::tiny_recipe(1))}};
+  const auto put = bench.answered("recipe.put", params);
+  if (!put) FAIL(to_string(put.error().error));
+  CHECK(json::parse(*put)["trials"] == 2);
+  CHECK(std::filesystem::exists(folder / "new.json"));
+}
+
+TEST_CASE("A run that waits is planned as it was put in line, with its own seed") {
+  const TemporaryFolder folder;
+  CheckBench bench(folder);
+  REQUIRE(bench.desk.desk->hold_line("test"));
+  const auto waits = bench.desk.desk->submit({bench.desk.request.recipe, 99, {}, "test"});
+  REQUIRE(waits);
+  const auto plan_of = [&](const json& params) {
+    const auto answer = bench.answered("recipe.plan", params);
+    if (!answer) FAIL(to_string(answer.error().error));
+    return json::parse(*answer);
+  };
+  const json of_recipe = plan_of({{"recipe", "recipe"}, {"seed", 99}});
+  test::write_file(bench.desk.request.recipe, test::tiny_recipe(3));  // too late for the run
+  const json of_run = plan_of({{"recipe", waits->stored.id()}});
+  CHECK(of_run == of_recipe);
+  CHECK(plan_of({{"recipe", waits->stored.id()}, {"seed", 7}})["plan_digest"] !=
+        of_run["plan_digest"]);
+  const json pair{{"recipe", waits->stored.id()}, {"other", "recipe"}};
+  CHECK(json::parse(bench.answered("recipe.diff", pair).value())["same"] == false);
+}
+
+TEST_CASE("What weft check has against a rig file, recipe.check, recipe.put and a start have too") {
+  const TemporaryFolder folder;
+  CheckBench bench(folder);
+  json rig = test::bench17();
+  const auto wrong = GENERATE(0, 1, 2);
+  if (wrong == 0) test::device_of(rig, "wrench")["driver"] = "ati_rtd";
+  if (wrong == 1) test::device_of(rig, "x")["config"]["max_speed_mm_s"] = "fast";
+  if (wrong == 2) test::device_of(rig, "taxels")["link"] = {{"kind", "tcp"}, {"port", 7}};
+  test::write_file(bench.desk.request.rig, rig.dump());
+  const auto said = preflight(bench.desk.request);
+  const auto checked = bench.answered("recipe.check", {{"recipe", "recipe"}});
+  const auto started = bench.desk.desk->submit({bench.desk.request.recipe, {}, {}, "test"});
+  REQUIRE_FALSE(started);
+  if (!said) {  // the file as such
+    CHECK(checked.error().error.message == said.error().message);
+    return;
+  }
+  REQUIRE_FALSE(said->problems.empty());
+  const json told = json::parse(*checked);
+  CHECK(told["ok"] == false);
+  REQUIRE(told["problems"].size() == said->problems.size());
+  CHECK(told["problems"][0]["message"] == said->problems.front().what.message);
+  CHECK(told["problems"][0]["file"] == bench.desk.request.rig.string());
+  CHECK(started.error().message.find(said->problems.front().what.message) != std::string::npos);
+}
+
+TEST_CASE("A file that is nested ever deeper is refused, whatever is asked about it") {
+  const TemporaryFolder folder;
+  CheckBench bench(folder);
+  constexpr std::size_t depth = 200'000;  // a call for each would be more than a stack holds
+  for (const char* leaf : {"1", "2"})
+    test::write_file(folder / (std::string("deep") + leaf + ".json"),
+                     std::string(depth, '[') + leaf + std::string(depth, ']'));
+  const json both = {{"recipe", "deep1"}, {"other", "deep2"}};
+  const auto refused = bench.answered("recipe.diff", both);
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().error.where == "/params/recipe");
+  CHECK(refused.error().error.message.find("nested too deeply") != std::string::npos);
+  const json second = {{"recipe", "recipe"}, {"other", "deep2"}};
+  CHECK(bench.answered("recipe.diff", second).error().error.where == "/params/other");
+  CHECK_FALSE(bench.answered("recipe.plan", {{"recipe", "deep1"}}).has_value());
+  CHECK(json::parse(bench.answered("recipe.check", {{"recipe", "deep1"}}).value())["ok"] == false);
+}
+
+TEST_CASE("What is refused by its name needs no errand, and one too many is told so") {
+  const TemporaryFolder folder;
+  CheckBench bench(folder);
+  bench.ask({{"recipe", "recipes"}});
+  REQUIRE(bench.said);
+  CHECK(bench.said->error().kind == "not_found");
+  bench.ask({{"recipe", "recipe"}, {"seed", -1}});
+  CHECK_FALSE(bench.said->has_value());
+  bench.ask({{"recipe", "recipe"}, {"other", "recipes"}}, "recipe.diff");
+  CHECK(bench.said->error().error.where == "/params/other");
+  bench.ask({{"recipe", "recipe"}, {"most", 0}}, "recipe.plan");
+  CHECK(bench.said->error().error.where == "/params/most");
+  CHECK(bench.errands.empty());
+  bench.full = true;
+  bench.ask({{"recipe", "recipe"}});
+  CHECK(bench.said->error().kind == "request.too_many");
+  CHECK(bench.said->error().retryable);
+}
+
+}  // namespace recipe_check_test

@@ -1,0 +1,193 @@
+// Every verb in every state of a run, tried on a desk: docs/reference/run-verbs.md is what came of
+// it. With WEFT_WRITE_DOCS in the environment the page is written anew. SIMULATED.
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "tests/unit/daemon/service/desk_bench.hpp"
+
+namespace verb_table_test {
+
+using namespace weft;
+using namespace weft::daemon;
+using namespace weft::daemon::control;
+using test::DeskBench;
+using test::TemporaryFolder;
+
+namespace {
+
+const std::filesystem::path verbs_page = WEFT_SOURCE_DIR "/docs/reference/run-verbs.md";
+
+std::string verb_recipe(RunState state) {
+  if (state != RunState::awaiting_operator) return test::tiny_recipe(2);
+  auto recipe = nlohmann::json::parse(test::tiny_recipe(2));
+  recipe["operator_steps"] = nlohmann::json::parse(
+      R"([{"before": "campaign", "text": "Clean the probe.", "people_s": 30}])");
+  return recipe.dump();
+}
+
+/// A desk with one run in a state. What the run's thread says is not heard unless it is waited for.
+struct VerbCase {
+  TemporaryFolder folder;
+  std::unique_ptr<DeskBench> bench;
+  std::string id;
+
+  explicit VerbCase(RunState state) {
+    if (state == RunState::interrupted) leave_interrupted(folder);
+    bench = std::make_unique<DeskBench>(folder, verb_recipe(state));
+    if (state == RunState::interrupted) {
+      id = bench->desk->all().front().stored.id();
+    } else {
+      if (state == RunState::queued) REQUIRE(bench->desk->hold_line("test"));
+      id = bench->submit().stored.id();
+      reach(state);
+    }
+    INFO(to_string(state));
+    REQUIRE(now() == state);
+  }
+
+  [[nodiscard]] RunState now() const { return bench->desk->get(id)->machine.state; }
+
+ private:
+  void until(RunState state) {
+    REQUIRE(bench->posted.run_until([&] { return now() == state; }));
+  }
+  void order(Order order) { REQUIRE(bench->desk->order(id, order, "test")); }
+  void reach(RunState state) {
+    switch (state) {
+      case RunState::awaiting_operator:
+      case RunState::running:
+      case RunState::ended:
+        return until(state);
+      case RunState::pausing:
+        until(RunState::running);
+        return order(Order::pause);
+      case RunState::held:
+        reach(RunState::pausing);
+        return until(state);
+      case RunState::resuming:
+        reach(RunState::held);
+        return order(Order::resume);
+      case RunState::finishing:
+        until(RunState::running);
+        return order(Order::stop);
+      case RunState::aborting:
+        until(RunState::running);
+        return order(Order::abort);
+      case RunState::halting:
+        until(RunState::running);
+        return order(Order::halt);
+      default:  // queued and arming are where a run begins
+        return;
+    }
+  }
+};
+
+template <class T>
+Status status_of(const Result<T>& result) {
+  if (result) return {};
+  return pass(result.error());
+}
+
+struct Verb {
+  const char* name;
+  Status (*say)(VerbCase& of);
+};
+
+template <Order order>
+Status say_order(VerbCase& of) {
+  return status_of(of.bench->desk->order(of.id, order, "test"));
+}
+
+template <Recovery choice>
+Status say_settle(VerbCase& of) {
+  std::optional<Status> said;
+  of.bench->desk->settle(of.id, choice, "test",
+                         [&](const Result<RunView>& run) { said = status_of(run); });
+  REQUIRE(of.bench->posted.run_until([&] { return said.has_value(); }));
+  return *said;
+}
+
+Status say_confirm(VerbCase& of) {
+  const auto asked = of.bench->desk->get(of.id)->attention;
+  return status_of(of.bench->desk->confirm(of.id, asked ? asked->step : "Q-1", "test"));
+}
+
+constexpr std::array all_verbs{
+    Verb{"run.pause", say_order<Order::pause>},
+    Verb{"run.pause at once", say_order<Order::pause_now>},
+    Verb{"run.resume", say_order<Order::resume>},
+    Verb{"run.confirm", say_confirm},
+    Verb{"run.stop", say_order<Order::stop>},
+    Verb{"run.abort", say_order<Order::abort>},
+    Verb{"run.withdraw",
+         [](VerbCase& of) -> Status { return of.bench->desk->withdraw(of.id, "test"); }},
+    Verb{"queue.move",
+         [](VerbCase& of) -> Status { return of.bench->desk->move(of.id, 0, "test"); }},
+    Verb{"run.recover, resume",
+         [](VerbCase& of) -> Status { return status_of(of.bench->desk->recover(of.id, "test")); }},
+    Verb{"run.recover, discard", say_settle<Recovery::discard>},
+    Verb{"run.recover, keep-partial", say_settle<Recovery::keep_partial>},
+    Verb{"rig.halt",
+         [](VerbCase& of) -> Status {
+           of.bench->desk->halt("test");
+           return Status{};
+         }},
+    Verb{"rig.estop",
+         [](VerbCase& of) -> Status {
+           of.bench->desk->emergency_stop("test");
+           return Status{};
+         }},
+    Verb{"rig.reset",
+         [](VerbCase& of) -> Status { return of.bench->desk->reset("looked at it", "test"); }},
+    Verb{"run.start, another", [](VerbCase& of) -> Status {
+           return status_of(of.bench->desk->submit({of.bench->request.recipe, {}, {}, "test"}));
+         }}};
+
+/// What each verb makes of the state, cell by cell; a verb that is refused changes nothing.
+std::string verb_row(RunState state) {
+  auto at = std::make_unique<VerbCase>(state);
+  const bool timed = at->bench->desk->get(at->id)->machine.deadline < RunMachine::Clock::max();
+  std::string out = "| " + std::string(to_string(state)) + " | " + (timed ? "yes" : "-") + " |";
+  for (const Verb& verb : all_verbs) {
+    INFO(to_string(state) << ", " << verb.name);
+    const Status said = verb.say(*at);
+    const bool taken = said.has_value();
+    out += taken ? " " + std::string(to_string(at->now())) + " |" : " - |";
+    if (taken) {
+      at = std::make_unique<VerbCase>(state);
+    } else {
+      CHECK(at->now() == state);
+      CHECK(said.error().code == Errc::wrong_state);
+      CHECK_FALSE(said.error().message.empty());
+    }
+  }
+  return out + "\n";
+}
+
+std::string whole_verbs_page() {
+  std::string head = "| state | deadline |", rule = "|---|---|", rows;
+  for (const Verb& verb : all_verbs) {
+    head += " " + std::string(verb.name) + " |";
+    rule += "---|";
+  }
+  for (const RunState state : all_run_states) rows += verb_row(state);
+  return "# Every verb in every state of a run\n\n"
+         "Tried one by one by `tests/unit/daemon/service/verb_table_test.cpp`, which fails where "
+         "this page "
+         "says otherwise. A cell is the state\nright after the verb, `-`: refused with "
+         "`wrong_state` and a sentence that says what the state takes. A state with a deadline\n"
+         "that passes climbs the ladder pause, stop, abort, halt; one without waits for "
+         "people.\n\n" +
+         head + "\n" + rule + "\n" + rows;
+}
+
+}  // namespace
+
+TEST_CASE("Every verb in every state does what the page of them says") {
+  const std::string told = whole_verbs_page();
+  if (std::getenv("WEFT_WRITE_DOCS") != nullptr) test::write_file(verbs_page, told);
+  CHECK(test::read_file(verbs_page) == told);
+}
+
+}  // namespace verb_table_test

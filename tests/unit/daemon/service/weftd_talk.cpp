@@ -1,0 +1,86 @@
+#include "tests/unit/daemon/service/weftd_talk.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace weft::daemon::test {
+
+using nlohmann::json;
+
+Talk::Talk(server::Peer peer) {
+  services.hub = &hub;
+  services.leases = &leases;
+  services.desk = bench.desk.get();
+  services.log = &bench.store;
+  services.rig = bench.request.rig;
+  services.rig_name = "bench";
+  services.recipes = services.data = folder.path();
+  services.now = [this] { return now; };
+  services.utc_us = [] { return std::int64_t{0}; };
+  services.sessions = &shared.sessions;
+  services.pace = &pace;
+  services.change_errand = [](const auto& work, const auto&) {
+    work()();
+    return true;
+  };
+  services.errand = services.change_errand;
+  api::add_methods(methods, services);
+  methods.add({"later.say", "", {}, {}, {}, ""},
+              rpc::Handler([this](const rpc::Call&, rpc::Responder respond) {
+                unanswered.push_back(std::move(respond));
+              }));
+  shared.methods = &methods;
+  shared.hub = &hub;
+  shared.answered = &answered;
+  shared.readiness_json = [this] { return api::readiness_json(services); };
+  shared.now = services.now;
+  shared.halt = [this](const rpc::Caller& caller) { bench.desk->halt(caller.session); };
+  shared.emergency_stop = [this](const rpc::Caller& caller) {
+    bench.desk->emergency_stop(caller.session);
+  };
+  shared.token_owner = [](std::string_view token) -> Result<server::TokenOwner> {
+    if (token == "good") return server::TokenOwner{"token:ada", access::Role::operator_};
+    return fail(Errc::wrong_state, "no good");
+  };
+  client = std::make_unique<server::Conversation>(
+      shared, std::move(peer), "s-1",
+      [this](std::string line) { said.push_back(std::move(line)); });
+}
+
+Talk::~Talk() = default;
+
+json Talk::hear(const std::string& line) {
+  said.clear();
+  client->hear(line);
+  return said.empty() ? json() : json::parse(said.back());
+}
+
+json Talk::ask(const std::string& method) {
+  return ask(method, json::object());
+}
+
+json Talk::ask(const std::string& method, const json& params) {
+  return hear(json{{"jsonrpc", "2.0"}, {"id", 1}, {"method", method}, {"params", params}}.dump());
+}
+
+std::string Talk::kind_of(const json& answer) {
+  return answer.at("error").at("data").at("kind");
+}
+
+bool Talk::is_latched() const {
+  return bench.desk->standing().fact == control::RigStanding::Fact::latched;
+}
+
+void Talk::reset() {
+  REQUIRE(bench.desk->reset("looked at it", "test"));
+}
+
+std::vector<control::RunStore::Line> Talk::lines() {
+  return bench.store.tail("", 10'000).value();
+}
+
+const json& introduction() {
+  static const json params{{"client", "test"}};
+  return params;
+}
+
+}  // namespace weft::daemon::test

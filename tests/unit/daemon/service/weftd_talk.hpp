@@ -1,0 +1,49 @@
+#pragma once
+// One client's conversation with the daemon's own methods, without sockets.
+
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "daemon/service/methods/services.hpp"
+#include "daemon/service/rpc/conversation.hpp"
+#include "tests/unit/daemon/service/desk_bench.hpp"
+
+namespace weft::daemon::test {
+
+/// A daemon whose clock is the test's, and one client of it.
+struct Talk {
+  explicit Talk(server::Peer peer = {true, "ada", access::Role::admin});
+  ~Talk();
+  Talk(const Talk&) = delete;
+  Talk& operator=(const Talk&) = delete;
+
+  /// The last that is said to a line, an answer or an event.
+  nlohmann::json hear(const std::string& line);
+  nlohmann::json ask(const std::string& method);
+  nlohmann::json ask(const std::string& method, const nlohmann::json& params);
+  static std::string kind_of(const nlohmann::json& answer);
+  [[nodiscard]] bool is_latched() const;
+  void reset();
+  std::vector<control::RunStore::Line> lines();
+
+  TemporaryFolder folder;
+  DeskBench bench{folder, tiny_recipe(1)};
+  server::Clock now{};
+  server::Hub hub;
+  access::Leases leases{"e1"};
+  access::IdempotencyCache answered;
+  BenchPace pace = 0;
+  server::Shared shared;
+  api::Services services;
+  rpc::Methods methods;
+  std::vector<rpc::Responder> unanswered;
+  std::vector<std::string> said;
+  std::unique_ptr<server::Conversation> client;
+};
+
+/// Parameters of session.open.
+const nlohmann::json& introduction();
+
+}  // namespace weft::daemon::test
