@@ -25,14 +25,14 @@ set_source_files_properties(classifier/features/spectrum.cpp classifier/features
                             classifier/vibro/frame_figures.cpp classifier/vibro/short_time.cpp classifier/vibro/learn/network.cpp
                             classifier/vibro/learn/product.cpp classifier/vibro/level_figures.cpp classifier/vibro/median.cpp
                             classifier/vibro/real_transform.cpp PROPERTIES COMPILE_OPTIONS -fno-math-errno)
-if(XGBOOST AND XGBOOST_HEADERS)
+if(WEFT_XGBOOST)
   # Loaded when it is asked for, by the name under which programs find it: that to which the name for linking leads.
-  set(xgboost_library "${XGBOOST}")
-  if(IS_SYMLINK "${XGBOOST}")
-    file(READ_SYMLINK "${XGBOOST}" xgboost_library)
+  set(xgboost_library "${XGBOOST_LIBRARY}")
+  if(IS_SYMLINK "${XGBOOST_LIBRARY}")
+    file(READ_SYMLINK "${XGBOOST_LIBRARY}" xgboost_library)
   endif()
   set_property(SOURCE classifier/vibro/learn/boosted.cpp classifier/vibro/learn/xgboost_library.cpp APPEND
-               PROPERTY COMPILE_DEFINITIONS "WEFT_XGBOOST_LIBRARY=\"${xgboost_library}\"" "WEFT_XGBOOST_BUILT_WITH=\"${XGBOOST}\"")
+               PROPERTY COMPILE_DEFINITIONS "WEFT_XGBOOST_LIBRARY=\"${xgboost_library}\"" "WEFT_XGBOOST_BUILT_WITH=\"${XGBOOST_LIBRARY}\"")
   target_link_libraries(weft_classifier_vibro PRIVATE ${CMAKE_DL_LIBS})
 endif()
 

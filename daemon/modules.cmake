@@ -38,7 +38,7 @@ weft_module(daemon/analysis/handover USES daemon/analysis/report daemon/analysis
 weft_module(daemon/service/rpc USES daemon/storage/recorder recipes)
 weft_module(daemon/service/client USES daemon/service/rpc PRIVATE_SYSTEM OpenSSL::SSL)
 weft_module(daemon/service/web)
-weft_module(daemon/service/transport USES daemon/service/rpc daemon/service/web PRIVATE_SYSTEM Boost::headers OpenSSL::SSL)
+weft_module(daemon/service/transport USES daemon/service/rpc daemon/service/web PRIVATE_SYSTEM OpenSSL::SSL)
 weft_module(daemon/service/runs USES daemon/campaign)
 weft_module(daemon/service/handover USES daemon/service/runs daemon/analysis/handover)
 weft_module(daemon/service/methods USES daemon/service/rpc daemon/service/handover)
@@ -66,6 +66,8 @@ foreach(module ${WEFT_DAEMON_MODULES})
   endif()
 endforeach()
 
+target_include_directories(weft_daemon_service_transport SYSTEM PRIVATE ${BOOST_HEADERS})
+
 # Sources that clash with their neighbours when joined.
 set_source_files_properties(daemon/hardware/link/serial_speed.cpp daemon/service/transport/http_request.cpp
                             daemon/service/transport/wire.cpp daemon/service/transport/tls_server.cpp
@@ -84,8 +86,9 @@ add_dependencies(weft_daemon_base_version weft_build_stamp)
 target_sources(weft_daemon_hardware_plugins PRIVATE ${CMAKE_BINARY_DIR}/builtin_drivers_list.cpp)
 target_link_libraries(weft_daemon_hardware_plugins PUBLIC ${WEFT_DRIVER_TARGETS})
 
-if(SNDFILE_FOUND)
-  target_link_libraries(weft_daemon_storage_recordings PRIVATE PkgConfig::SNDFILE)
+if(WEFT_SNDFILE)
+  target_include_directories(weft_daemon_storage_recordings SYSTEM PRIVATE ${SNDFILE_INCLUDE_DIRS})
+  target_link_libraries(weft_daemon_storage_recordings PRIVATE ${SNDFILE_LINK_LIBRARIES})
   set_property(SOURCE daemon/storage/recordings/sound_file.cpp APPEND PROPERTY COMPILE_DEFINITIONS WEFT_WITH_SNDFILE)
 endif()
 
@@ -117,12 +120,9 @@ foreach(program weft weft-rig weftd)
 endforeach()
 include(daemon/apps/weftd/install.cmake)
 
-# Training on many machines, where MPI is installed; nothing else of Weft needs it (docs/adr/0004).
-if(NOT WEFT_FUZZ)
-  find_package(MPI QUIET COMPONENTS CXX)
-endif()
-if(MPI_CXX_FOUND)
+if(WEFT_MPI)
   add_executable(weft-train-mpi daemon/apps/weft_train_mpi/train_mpi.cc)
-  target_link_libraries(weft-train-mpi PRIVATE weft_daemon_apps_weft MPI::MPI_CXX)
+  target_include_directories(weft-train-mpi SYSTEM PRIVATE ${MPI_CXX_INCLUDE_DIRS})
+  target_link_libraries(weft-train-mpi PRIVATE weft_daemon_apps_weft ${MPI_CXX_LIBRARIES})
   weft_glue(weft-train-mpi)
 endif()

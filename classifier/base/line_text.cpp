@@ -77,8 +77,11 @@ void LineWriter::counts(std::string_view keyword, std::span<const std::size_t> v
 
 void LineReader::refuse(std::string message, std::string expected, std::string got) {
   if (!ok()) return;
-  status_ = fail(Errc::corrupt, std::move(message), "line " + std::to_string(line_),
-                 std::move(expected), std::move(got));
+  status_ = fail({.code = Errc::corrupt,
+                  .where = "line " + std::to_string(line_),
+                  .what = std::move(message),
+                  .expected = std::move(expected),
+                  .got = std::move(got)});
 }
 
 std::string_view LineReader::values_of(std::string_view keyword) {

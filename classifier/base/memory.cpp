@@ -22,11 +22,14 @@ std::string in_words(double gb) {
 }  // namespace
 
 tl::unexpected<Error> out_of_memory(std::size_t rows, const std::string& got) {
-  return fail(Errc::range, "too many feature vectors for the memory of this machine",
-              std::to_string(rows) + " feature vectors",
-              "room for their distances, " + in_words(gigabytes(rows, 1.0)) + " a matrix", got,
-              "Train on fewer of them, such as longer windows or windows that overlap less, or "
-              "with --learner lda");
+  return fail(
+      {.code = Errc::range,
+       .where = std::to_string(rows) + " feature vectors",
+       .what = "too many feature vectors for the memory of this machine",
+       .expected = "room for their distances, " + in_words(gigabytes(rows, 1.0)) + " a matrix",
+       .got = got,
+       .hint = "Train on fewer of them, such as longer windows or windows that overlap less, or "
+               "with --learner lda"});
 }
 
 Status check_square_memory(std::size_t rows, double matrices) {

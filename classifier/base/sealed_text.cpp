@@ -38,9 +38,12 @@ Result<std::string_view> unsealed(std::string_view text, std::size_t begin) {
   const std::size_t at = text.size() < crc_line_bytes ? 0 : text.size() - crc_line_bytes;
   const std::string_view trailer = text.substr(at);
   if (at < begin || !trailer.starts_with(crc_word) || trailer.back() != '\n')
-    return fail(Errc::corrupt, "the model file was cut short", {}, "a last line with a checksum");
+    return fail({.code = Errc::corrupt,
+                 .what = "the model file was cut short",
+                 .expected = "a last line with a checksum"});
   if (trailer != crc_line(crc_of(text.substr(0, at))))
-    return fail(Errc::corrupt, "the model file was altered: its checksum disagrees");
+    return fail(
+        {.code = Errc::corrupt, .what = "the model file was altered: its checksum disagrees"});
   return text.substr(begin, at - begin);
 }
 
@@ -51,20 +54,26 @@ bool is_of_kind(std::string_view beginning, std::string_view header) {
 Status write_sealed(std::string_view header, std::string_view body, std::ostream& out) {
   const std::string first = std::string(header) + "\n";
   out << first << body << crc_line(crc_of(body, crc_of(first)));
-  if (!out.flush()) return fail(Errc::io, "cannot write the model");
+  if (!out.flush()) return fail({.code = Errc::io, .what = "cannot write the model"});
   return {};
 }
 
 Result<std::string> read_sealed(std::string_view header, std::string_view not_this,
                                 std::istream& in) {
   const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  if (in.bad()) return fail(Errc::io, "cannot read the model");
+  if (in.bad()) return fail({.code = Errc::io, .what = "cannot read the model"});
   const std::string first = text.substr(0, text.find('\n'));
   if (!is_of_kind(first, header))
-    return fail(Errc::parse, std::string(not_this), {}, std::string(header), first.substr(0, 40));
+    return fail({.code = Errc::parse,
+                 .what = std::string(not_this),
+                 .expected = std::string(header),
+                 .got = first.substr(0, 40)});
   if (first != header)
-    return fail(Errc::unsupported, "a model file of another version", {}, std::string(header),
-                first.substr(0, 40), "Train the model again with this version");
+    return fail({.code = Errc::unsupported,
+                 .what = "a model file of another version",
+                 .expected = std::string(header),
+                 .got = first.substr(0, 40),
+                 .hint = "Train the model again with this version"});
   const auto body = unsealed(text, std::min(first.size() + 1, text.size()));
   if (!body) return pass(body.error());
   return std::string(*body);

@@ -179,8 +179,10 @@ Result<Learner> learner_from(std::string_view text) {
           : text;
   for (const auto& [value, name] : learner_names)
     if (plain == name && (plain == text || is_cores(value))) return value;
-  return fail(Errc::invalid_argument, "unknown learner", {},
-              "pvalue, pca, all, lda, svc, trees, cores-best or best", std::string(text));
+  return fail({.code = Errc::invalid_argument,
+               .what = "unknown learner",
+               .expected = "pvalue, pca, all, lda, svc, trees, cores-best or best",
+               .got = std::string(text)});
 }
 
 std::vector<Learner> all_learners() {
@@ -207,9 +209,12 @@ Learner TrainedLearner::kind() const {
 
 Result<std::vector<double>> TrainedLearner::prepared(std::span<const double> features) const {
   if (features.size() != features_.size())
-    return fail(Errc::invalid_argument, "wrong number of features", "classify",
-                std::to_string(features_.size()), std::to_string(features.size()),
-                "Was the model trained for another sensor?");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "classify",
+                 .what = "wrong number of features",
+                 .expected = std::to_string(features_.size()),
+                 .got = std::to_string(features.size()),
+                 .hint = "Was the model trained for another sensor?"});
   if (auto ok = check_features(features, features_); !ok) return pass(ok.error());
   std::vector<double> out(features.begin(), features.end());
   view_.apply(out);
@@ -240,8 +245,11 @@ Result<std::vector<FabricCore>> train_task(const FeatureMatrix& matrix, const Co
   if (task.fold) {
     const std::vector<Fold> folds = folds_of_choice(matrix, options);
     if (*task.fold >= folds.size())
-      return fail(Errc::range, "a fold that does not exist", "train_task",
-                  "< " + std::to_string(folds.size()), std::to_string(*task.fold));
+      return fail({.code = Errc::range,
+                   .where = "train_task",
+                   .what = "a fold that does not exist",
+                   .expected = "< " + std::to_string(folds.size()),
+                   .got = std::to_string(*task.fold)});
     rows = take_rows(matrix, folds[*task.fold].train);
   }
   FeatureView::fit(task.view, rows.values).apply(rows.values);

@@ -154,7 +154,7 @@ LearnerHead read_head_of(LineReader& in, std::size_t known) {
   const Learner kind = read_kind(in, "learner", known);
   const std::string word = in.text("view");
   const auto view = view_from(word);
-  if (!view) in.refuse(view.error().message, view.error().expected, word);
+  if (!view) in.refuse(view.error().what, view.error().expected, word);
   return {kind, view.value_or(View::plain)};
 }
 

@@ -201,8 +201,11 @@ Result<MultiClassSvc> MultiClassSvc::fit(const Matrix& rows, std::span<const std
 Result<MultiClassSvc::Tally> MultiClassSvc::vote(std::span<const double> features) const {
   const Matrix& support = parts_.support;
   if (features.size() != support.cols())
-    return fail(Errc::invalid_argument, "wrong number of features", "SVC",
-                std::to_string(support.cols()), std::to_string(features.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "SVC",
+                 .what = "wrong number of features",
+                 .expected = std::to_string(support.cols()),
+                 .got = std::to_string(features.size())});
   std::vector<double> kernel(support.rows()), z(features.size());
   for (std::size_t k = 0; k < z.size(); ++k) z[k] = parts_.scaler.apply(k, features[k]);
   for (std::size_t r = 0; r < kernel.size(); ++r) {
@@ -219,8 +222,10 @@ Result<MultiClassSvc::Tally> MultiClassSvc::vote(std::span<const double> feature
       for (std::size_t i = 0; i < machine.row.size(); ++i)
         f += machine.coefficient[i] * kernel[machine.row[i]];
       if (!std::isfinite(f))
-        return fail(Errc::range, "a decision is not finite", "SVC", {}, {},
-                    "The trial is absurdly far from every training trial");
+        return fail({.code = Errc::range,
+                     .where = "SVC",
+                     .what = "a decision is not finite",
+                     .hint = "The trial is absurdly far from every training trial"});
       ++out.votes[f < 0.0 ? a : b];
       out.support[a] -= std::tanh(f);
       out.support[b] += std::tanh(f);

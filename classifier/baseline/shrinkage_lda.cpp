@@ -82,7 +82,9 @@ Result<ShrinkageLda> ShrinkageLda::fit(const Matrix& rows, std::span<const std::
   const auto members = rows_of(of_row, classes);
   if (of_row.size() != rows.rows() ||
       std::any_of(members.begin(), members.end(), [](const auto& m) { return m.empty(); }))
-    return fail(Errc::invalid_argument, "every class needs a row and every row a class", "LDA");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "LDA",
+                 .what = "every class needs a row and every row a class"});
   ShrinkageLda out;
   out.scaler_ = fit_scaler(rows);
   const Matrix z = scaled(out.scaler_, rows);
@@ -101,7 +103,8 @@ Result<ShrinkageLda> ShrinkageLda::fit(const Matrix& rows, std::span<const std::
   }
   covariance.diagonal = covariance.diagonal.cwiseMax(least_variance);
   const Eigen::MatrixXd weight = solve(covariance, mean);
-  if (!weight.allFinite()) return fail(Errc::range, "the covariance cannot be inverted", "LDA");
+  if (!weight.allFinite())
+    return fail({.code = Errc::range, .where = "LDA", .what = "the covariance cannot be inverted"});
   out.weight_ = Matrix(classes, rows.cols());
   for (std::size_t c = 0; c < classes; ++c) {
     const auto column = weight.col(static_cast<Eigen::Index>(c));
@@ -113,16 +116,21 @@ Result<ShrinkageLda> ShrinkageLda::fit(const Matrix& rows, std::span<const std::
 
 Result<std::vector<double>> ShrinkageLda::discriminants(std::span<const double> features) const {
   if (features.size() != weight_.cols())
-    return fail(Errc::invalid_argument, "wrong number of features", "LDA",
-                std::to_string(weight_.cols()), std::to_string(features.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "LDA",
+                 .what = "wrong number of features",
+                 .expected = std::to_string(weight_.cols()),
+                 .got = std::to_string(features.size())});
   std::vector<double> score = bias_;
   for (std::size_t k = 0; k < features.size(); ++k) {
     const double z = scaler_.apply(k, features[k]);
     for (std::size_t c = 0; c < score.size(); ++c) score[c] += weight_(c, k) * z;
   }
   if (!std::all_of(score.begin(), score.end(), [](double v) { return std::isfinite(v); }))
-    return fail(Errc::range, "a discriminant is not finite", "LDA", {}, {},
-                "The trial is absurdly far from every training trial");
+    return fail({.code = Errc::range,
+                 .where = "LDA",
+                 .what = "a discriminant is not finite",
+                 .hint = "The trial is absurdly far from every training trial"});
   return score;
 }
 

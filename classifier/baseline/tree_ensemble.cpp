@@ -44,8 +44,11 @@ std::size_t TreeEnsemble::most(std::span<const double> features) const {
 
 Result<std::size_t> TreeEnsemble::classify(std::span<const double> features) const {
   if (features.size() != features_)
-    return fail(Errc::invalid_argument, "wrong number of features", "classify",
-                std::to_string(features_), std::to_string(features.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "classify",
+                 .what = "wrong number of features",
+                 .expected = std::to_string(features_),
+                 .got = std::to_string(features.size())});
   return most(features);
 }
 
@@ -65,12 +68,17 @@ Result<TreeEnsemble> fit_extra_trees(const Matrix& rows, std::span<const std::si
                                      std::size_t classes, const TrainOptions& options,
                                      std::size_t trees) {
   if (trees == 0)
-    return fail(Errc::invalid_argument, "nothing to grow", "fit_extra_trees", "at least 1 tree",
-                "0");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "fit_extra_trees",
+                 .what = "nothing to grow",
+                 .expected = "at least 1 tree",
+                 .got = "0"});
   if (rows.rows() == 0 || rows.rows() != of_row.size())
-    return fail(Errc::invalid_argument, "trees need rows with a class each", "fit_extra_trees",
-                std::to_string(std::max<std::size_t>(rows.rows(), 1)),
-                std::to_string(of_row.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "fit_extra_trees",
+                 .what = "trees need rows with a class each",
+                 .expected = std::to_string(std::max<std::size_t>(rows.rows(), 1)),
+                 .got = std::to_string(of_row.size())});
   const RankedRows ranked(rows, of_row, classes);
   const SplitRule rule{features_of_a_split(ranked.features()), true};
   std::vector<std::uint32_t> all(ranked.rows());

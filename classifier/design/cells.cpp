@@ -128,11 +128,17 @@ Result<std::vector<bool>> separability(const FeatureMatrix& matrix, Learner lear
   const std::set<std::string> groups(matrix.groups.begin(), matrix.groups.end());
   const std::set<std::string> labels(matrix.labels.begin(), matrix.labels.end());
   if (groups.size() < least_replicates)
-    return fail(Errc::invalid_argument, "too few replicates to leave one out", "cell", "at least 3",
-                std::to_string(groups.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "cell",
+                 .what = "too few replicates to leave one out",
+                 .expected = "at least 3",
+                 .got = std::to_string(groups.size())});
   if (labels.size() < 2)
-    return fail(Errc::invalid_argument, "there is nothing to tell apart", "cell", "2 fabrics",
-                std::to_string(labels.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "cell",
+                 .what = "there is nothing to tell apart",
+                 .expected = "2 fabrics",
+                 .got = std::to_string(labels.size())});
   const auto splits = leave_one_group_out(matrix.groups, matrix.labels);
   if (!splits) return pass(splits.error());
   TrainOptions options;
@@ -152,8 +158,10 @@ Result<std::vector<bool>> separability(const FeatureMatrix& matrix, Learner lear
     }
   }
   if (asked < matrix.size())
-    return fail(Errc::invalid_argument, "a fabric is in one replicate alone", "cell",
-                "each in two replicates or more");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "cell",
+                 .what = "a fabric is in one replicate alone",
+                 .expected = "each in two replicates or more"});
   return right;
 }
 

@@ -92,11 +92,17 @@ void run(Job& job, const FeatureMatrix& matrix, const std::vector<std::vector<st
 Status check_groups(const FeatureMatrix& matrix, std::size_t groups) {
   const std::set<std::string> labels(matrix.labels.begin(), matrix.labels.end());
   if (labels.size() < 2)
-    return fail(Errc::invalid_argument, "there is nothing to tell apart", "data", "2 fabrics",
-                std::to_string(labels.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "data",
+                 .what = "there is nothing to tell apart",
+                 .expected = "2 fabrics",
+                 .got = std::to_string(labels.size())});
   if (groups < least_groups)
-    return fail(Errc::invalid_argument, "too few repetitions for a learning curve", "data",
-                "at least " + std::to_string(least_groups), std::to_string(groups));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "data",
+                 .what = "too few repetitions for a learning curve",
+                 .expected = "at least " + std::to_string(least_groups),
+                 .got = std::to_string(groups)});
   return {};
 }
 
@@ -261,16 +267,29 @@ Result<LearningCurve> learning_curve(const FeatureMatrix& matrix, const CurveOpt
 Result<RepetitionForecast> forecast_repetitions(const LearningCurve& curve,
                                                 const ForecastOptions& options) {
   if (curve.points.size() < 2)
-    return fail(Errc::invalid_argument, "one point is no learning curve", "curve", "2 points",
-                std::to_string(curve.points.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "curve",
+                 .what = "one point is no learning curve",
+                 .expected = "2 points",
+                 .got = std::to_string(curve.points.size())});
   if (options.predict <= least_trained)
-    return fail(Errc::range, "no forecast for so few repetitions", "forecast",
-                std::to_string(least_trained + 1) + " or more", std::to_string(options.predict));
+    return fail({.code = Errc::range,
+                 .where = "forecast",
+                 .what = "no forecast for so few repetitions",
+                 .expected = std::to_string(least_trained + 1) + " or more",
+                 .got = std::to_string(options.predict)});
   if (!(options.accuracy > 0) || !(options.accuracy < 1))
-    return fail(Errc::range, "no such accuracy to reach", "forecast", "above 0 and below 1",
-                std::to_string(options.accuracy));
+    return fail({.code = Errc::range,
+                 .where = "forecast",
+                 .what = "no such accuracy to reach",
+                 .expected = "above 0 and below 1",
+                 .got = std::to_string(options.accuracy)});
   if (options.resamples == 0)
-    return fail(Errc::range, "no resamples, no interval", "forecast", "1 or more", "0");
+    return fail({.code = Errc::range,
+                 .where = "forecast",
+                 .what = "no resamples, no interval",
+                 .expected = "1 or more",
+                 .got = "0"});
   return Forecaster(curve, options).run();
 }
 

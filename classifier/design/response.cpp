@@ -80,11 +80,15 @@ Result<Response> response_of(const Trial& trial, double rate_hz, double speed_mp
                              double highest, const TextureBand& band) {
   const auto press = samples_of(trial, Phase::press), motion = samples_of(trial, Phase::motion);
   if (press.size() < least_press || motion.size() < least_motion)
-    return fail(Errc::invalid_argument, "too few samples to tell signal from noise", trial.file,
-                "3 in phase P and 8 in phase M",
-                std::to_string(press.size()) + " and " + std::to_string(motion.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = trial.file,
+                 .what = "too few samples to tell signal from noise",
+                 .expected = "3 in phase P and 8 in phase M",
+                 .got = std::to_string(press.size()) + " and " + std::to_string(motion.size())});
   if (!(rate_hz > 0) || !(speed_mps > 0))
-    return fail(Errc::invalid_argument, "sample rate and speed must be known", trial.file);
+    return fail({.code = Errc::invalid_argument,
+                 .where = trial.file,
+                 .what = "sample rate and speed must be known"});
   Response out;
   out.low_hz = speed_mps / band.longest_m;
   out.high_hz = std::min(speed_mps / band.shortest_m, rate_hz / 2);
@@ -93,8 +97,9 @@ Result<Response> response_of(const Trial& trial, double rate_hz, double speed_mp
   bins.first = std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(out.low_hz / bin_hz)));
   bins.last = std::min(motion.size() / 2, static_cast<std::size_t>(out.high_hz / bin_hz));
   if (bins.last < bins.first)
-    return fail(Errc::invalid_argument, "no frequency of the band of textures is resolved",
-                trial.file);
+    return fail({.code = Errc::invalid_argument,
+                 .where = trial.file,
+                 .what = "no frequency of the band of textures is resolved"});
   const Spectrum spectrum(motion.size());
   simd::AlignedDoubles scratch;
   std::size_t saturated = 0;

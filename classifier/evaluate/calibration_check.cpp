@@ -18,17 +18,26 @@ Status check_answers(std::span<const double> said, std::span<const double> right
                      std::size_t recordings, std::size_t bins) {
   constexpr const char* where = "calibration_error_interval";
   if (bins == 0 || said.empty())
-    return fail(Errc::invalid_argument, "nothing to compare", where,
-                "at least one answer and one bin",
-                std::to_string(said.size()) + " answers, " + std::to_string(bins) + " bins");
+    return fail(
+        {.code = Errc::invalid_argument,
+         .where = where,
+         .what = "nothing to compare",
+         .expected = "at least one answer and one bin",
+         .got = std::to_string(said.size()) + " answers, " + std::to_string(bins) + " bins"});
   if (right.size() != said.size() || recordings != said.size())
-    return fail(Errc::invalid_argument, "sizes disagree", where,
-                std::to_string(said.size()) + " outcomes and recordings",
-                std::to_string(right.size()) + " and " + std::to_string(recordings));
+    return fail({.code = Errc::invalid_argument,
+                 .where = where,
+                 .what = "sizes disagree",
+                 .expected = std::to_string(said.size()) + " outcomes and recordings",
+                 .got = std::to_string(right.size()) + " and " + std::to_string(recordings)});
   for (const auto list : {said, right})
     for (const double p : list)
       if (!(p >= 0.0 && p <= 1.0))
-        return fail(Errc::range, "not a probability", where, "0 to 1", std::to_string(p));
+        return fail({.code = Errc::range,
+                     .where = where,
+                     .what = "not a probability",
+                     .expected = "0 to 1",
+                     .got = std::to_string(p)});
   return {};
 }
 

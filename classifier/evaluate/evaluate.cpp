@@ -8,14 +8,18 @@ namespace weft::classifier {
 namespace {
 
 Status check_split(const FeatureMatrix& matrix, const Split& split) {
-  if (split.test.empty()) return fail(Errc::invalid_argument, "nothing to test", "split");
+  if (split.test.empty())
+    return fail({.code = Errc::invalid_argument, .where = "split", .what = "nothing to test"});
   std::set<std::size_t> train_rows;
   std::set<std::string> train_labels;
   for (const auto* rows : {&split.train, &split.test}) {
     for (const std::size_t r : *rows) {
       if (r < matrix.size()) continue;
-      return fail(Errc::range, "split names a trial that does not exist", "split",
-                  "< " + std::to_string(matrix.size()), std::to_string(r));
+      return fail({.code = Errc::range,
+                   .where = "split",
+                   .what = "split names a trial that does not exist",
+                   .expected = "< " + std::to_string(matrix.size()),
+                   .got = std::to_string(r)});
     }
   }
   for (const std::size_t r : split.train) {
@@ -24,11 +28,16 @@ Status check_split(const FeatureMatrix& matrix, const Split& split) {
   }
   for (const std::size_t r : split.test) {
     if (train_rows.count(r) != 0) {
-      return fail(Errc::invalid_argument, "trial is in both training and test", matrix.files[r]);
+      return fail({.code = Errc::invalid_argument,
+                   .where = matrix.files[r],
+                   .what = "trial is in both training and test"});
     }
     if (train_labels.count(matrix.labels[r]) == 0) {
-      return fail(Errc::invalid_argument, "test label was never trained", matrix.files[r], {},
-                  matrix.labels[r], "Give every fabric trials on both sides or leave it out");
+      return fail({.code = Errc::invalid_argument,
+                   .where = matrix.files[r],
+                   .what = "test label was never trained",
+                   .got = matrix.labels[r],
+                   .hint = "Give every fabric trials on both sides or leave it out"});
     }
   }
   return {};
@@ -85,7 +94,9 @@ void summarise(std::span<const Split> splits, Scores& out) {
 }
 
 Result<Confusion> empty_confusion(const FeatureMatrix& matrix, std::span<const Split> splits) {
-  if (splits.empty()) return fail(Errc::invalid_argument, "no split to evaluate", "evaluate");
+  if (splits.empty())
+    return fail(
+        {.code = Errc::invalid_argument, .where = "evaluate", .what = "no split to evaluate"});
   if (auto ok = check(matrix); !ok) return pass(ok.error());
   std::set<std::string> labels;
   for (const Split& split : splits) {

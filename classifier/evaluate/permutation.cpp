@@ -26,7 +26,11 @@ Result<PermutationResult> permuted(const FeatureMatrix& matrix, std::uint64_t se
                                    const PermutationOptions& options,
                                    const EvaluateOn& evaluate_on) {
   if (options.permutations == 0)
-    return fail(Errc::range, "no permutation", "permutations", "at least 1", "0");
+    return fail({.code = Errc::range,
+                 .where = "permutations",
+                 .what = "no permutation",
+                 .expected = "at least 1",
+                 .got = "0"});
   RandomEngine engine(seed);
   FeatureMatrix shuffled = matrix;
   PermutationResult out;

@@ -39,12 +39,18 @@ bool contains(std::span<const std::string> list, const std::string& item) {
 Status check_groups(std::span<const std::string> groups, std::span<const std::string> wanted,
                     const char* side) {
   if (wanted.empty()) {
-    return fail(Errc::invalid_argument, "no groups given", side, "at least one group");
+    return fail({.code = Errc::invalid_argument,
+                 .where = side,
+                 .what = "no groups given",
+                 .expected = "at least one group"});
   }
   for (const std::string& group : wanted) {
     if (contains(groups, group)) continue;
-    return fail(Errc::not_found, "no trial has this group", side, {}, group,
-                "The manifest's column group lists them");
+    return fail({.code = Errc::not_found,
+                 .where = side,
+                 .what = "no trial has this group",
+                 .got = group,
+                 .hint = "The manifest's column group lists them"});
   }
   return {};
 }
@@ -56,8 +62,11 @@ Result<std::vector<std::size_t>> draw(
   std::vector<std::size_t> out;
   for (const auto& [label, of_label] : rows) {
     if (of_label.size() < recordings)
-      return fail(Errc::range, "not so many training recordings", "label " + label,
-                  "at most " + std::to_string(of_label.size()), std::to_string(recordings));
+      return fail({.code = Errc::range,
+                   .where = "label " + label,
+                   .what = "not so many training recordings",
+                   .expected = "at most " + std::to_string(of_label.size()),
+                   .got = std::to_string(recordings)});
     std::vector<std::string> names;
     for (const auto& entry : of_label) names.push_back(entry.first);
     shuffle(names, engine);
@@ -83,23 +92,39 @@ SplitSizes mean_sizes(std::span<const Split> splits) {
 Result<std::vector<Split>> stratified_splits(std::span<const std::string> labels, double fraction,
                                              std::size_t repeats, std::uint64_t seed) {
   if (!(fraction > 0.0 && fraction < 1.0)) {
-    return fail(Errc::range, "training fraction out of range", "train fraction", "between 0 and 1",
-                std::to_string(fraction));
+    return fail({.code = Errc::range,
+                 .where = "train fraction",
+                 .what = "training fraction out of range",
+                 .expected = "between 0 and 1",
+                 .got = std::to_string(fraction)});
   }
-  if (repeats == 0) return fail(Errc::range, "no repeats", "repeats", "at least 1", "0");
+  if (repeats == 0)
+    return fail({.code = Errc::range,
+                 .where = "repeats",
+                 .what = "no repeats",
+                 .expected = "at least 1",
+                 .got = "0"});
   RowsOfLabel rows;
   for (std::size_t r = 0; r < labels.size(); ++r) rows[labels[r]].push_back(r);
   for (const auto& [label, members] : rows) {
     if (members.size() >= least_train) continue;
-    return fail(Errc::invalid_argument, "too few trials to split", "label " + label, "at least 2",
-                "1", "Record more trials of it or leave it out");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "label " + label,
+                 .what = "too few trials to split",
+                 .expected = "at least 2",
+                 .got = "1",
+                 .hint = "Record more trials of it or leave it out"});
   }
   RandomEngine engine(seed);
   std::vector<Split> out;
   for (std::size_t i = 0; i < repeats; ++i) out.push_back(one_split(rows, fraction, engine));
   if (out.front().test.empty())
-    return fail(Errc::invalid_argument, "no trial is left to test: two of each label train",
-                "labels", "at least 3 trials of each", "2", "Record more trials");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "labels",
+                 .what = "no trial is left to test: two of each label train",
+                 .expected = "at least 3 trials of each",
+                 .got = "2",
+                 .hint = "Record more trials"});
   return out;
 }
 
@@ -110,8 +135,11 @@ Result<Split> grouped_split(std::span<const std::string> groups,
   if (auto ok = check_groups(groups, test_groups, "test groups"); !ok) return pass(ok.error());
   for (const std::string& group : train_groups) {
     if (!contains(test_groups, group)) continue;
-    return fail(Errc::invalid_argument, "group is in both training and test", "groups",
-                "disjoint lists", group);
+    return fail({.code = Errc::invalid_argument,
+                 .where = "groups",
+                 .what = "group is in both training and test",
+                 .expected = "disjoint lists",
+                 .got = group});
   }
   Split out;
   for (std::size_t r = 0; r < groups.size(); ++r) {
@@ -127,8 +155,11 @@ Result<std::vector<Split>> leave_one_group_out(std::span<const std::string> grou
   const std::set<std::string> distinct(groups.begin(), groups.end());
   for (std::size_t r = 0; r < groups.size(); ++r) groups_of_label[labels[r]].insert(groups[r]);
   if (distinct.size() < 2 || distinct.count("") != 0)
-    return fail(Errc::invalid_argument, "the trials are not in groups", "leave one group out",
-                "a group for every trial, at least two groups", std::to_string(distinct.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "leave one group out",
+                 .what = "the trials are not in groups",
+                 .expected = "a group for every trial, at least two groups",
+                 .got = std::to_string(distinct.size())});
   std::vector<Split> out;
   for (const std::string& left_out : distinct) {
     Split split;
@@ -139,7 +170,9 @@ Result<std::vector<Split>> leave_one_group_out(std::span<const std::string> grou
         split.test.push_back(r);
     }
     if (split.test.empty())
-      return fail(Errc::invalid_argument, "no other group has its labels", "group " + left_out);
+      return fail({.code = Errc::invalid_argument,
+                   .where = "group " + left_out,
+                   .what = "no other group has its labels"});
     out.push_back(std::move(split));
   }
   return out;
@@ -171,7 +204,11 @@ Result<std::vector<Split>> thinned(std::span<const Split> splits,
                                    std::span<const std::string> files, std::size_t recordings,
                                    std::size_t draws, std::uint64_t seed) {
   if (recordings == 0 || draws == 0)
-    return fail(Errc::range, "nothing to draw", "learning curve", "at least 1", "0");
+    return fail({.code = Errc::range,
+                 .where = "learning curve",
+                 .what = "nothing to draw",
+                 .expected = "at least 1",
+                 .got = "0"});
   RandomEngine engine(seed);
   std::vector<Split> out;
   for (const Split& split : splits) {

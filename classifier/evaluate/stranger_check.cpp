@@ -39,9 +39,11 @@ class Tally {
 
   [[nodiscard]] Result<StrangerCheck> finish(const SplitSizes& sizes) const {
     if (strangers_.empty() && known_ == 0)
-      return fail(Errc::invalid_argument, "too few training trials to refuse any", "none of these",
-                  "enough of two labels, beside the one that is left out, for folds", {},
-                  "Train with more trials of each label");
+      return fail({.code = Errc::invalid_argument,
+                   .where = "none of these",
+                   .what = "too few training trials to refuse any",
+                   .expected = "enough of two labels, beside the one that is left out, for folds",
+                   .hint = "Train with more trials of each label"});
     StrangerCheck out;
     out.not_measured.assign(not_measured_.begin(), not_measured_.end());
     std::size_t answers = 0, accepted = 0;
@@ -97,8 +99,11 @@ Status check_labels_can_be_left_out(const FeatureMatrix& matrix, std::span<const
   for (const Split& split : splits) {
     const std::size_t labels = labels_of(matrix, split).size();
     if (labels < 3)
-      return fail(Errc::invalid_argument, "too few fabrics to leave one out", "none of these",
-                  "at least 3", std::to_string(labels));
+      return fail({.code = Errc::invalid_argument,
+                   .where = "none of these",
+                   .what = "too few fabrics to leave one out",
+                   .expected = "at least 3",
+                   .got = std::to_string(labels)});
   }
   return {};
 }
@@ -107,8 +112,11 @@ Result<StrangerCheck> check_strangers(const FeatureMatrix& matrix, std::span<con
                                       std::span<const Recipe> recipes,
                                       const TrainOptions& options) {
   if (splits.empty() || recipes.size() != splits.size())
-    return fail(Errc::invalid_argument, "every split needs its recipe", "none of these",
-                std::to_string(splits.size()), std::to_string(recipes.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "none of these",
+                 .what = "every split needs its recipe",
+                 .expected = std::to_string(splits.size()),
+                 .got = std::to_string(recipes.size())});
   if (auto ok = check_labels_can_be_left_out(matrix, splits); !ok) return pass(ok.error());
   Tally tally(matrix, options);
   for (std::size_t s = 0; s < splits.size(); ++s) {

@@ -13,19 +13,27 @@ Status check_fold(const Fold& fold, std::span<const int> sign, const TrainOption
   for (const auto* rows : {&fold.train, &fold.validate}) {
     for (const std::size_t r : *rows) {
       if (r >= sign.size()) {
-        return fail(Errc::range, "fold names a row that does not exist", "folds",
-                    "< " + std::to_string(sign.size()), std::to_string(r));
+        return fail({.code = Errc::range,
+                     .where = "folds",
+                     .what = "fold names a row that does not exist",
+                     .expected = "< " + std::to_string(sign.size()),
+                     .got = std::to_string(r)});
       }
     }
   }
   for (const std::size_t r : fold.train) (sign[r] > 0 ? positive : negative) = true;
   if (!positive || !negative)
-    return fail(Errc::invalid_argument, "fold trains on one class only", "folds");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "folds",
+                 .what = "fold trains on one class only"});
   if (options.nested && options.reduction == Reduction::pvalue &&
       fold.train.size() < least_fold_rows) {
-    return fail(Errc::invalid_argument, "fold is too small to select features in", "folds",
-                "at least " + std::to_string(least_fold_rows) + " training rows",
-                std::to_string(fold.train.size()), "Use fewer validation rows or nested = false");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "folds",
+                 .what = "fold is too small to select features in",
+                 .expected = "at least " + std::to_string(least_fold_rows) + " training rows",
+                 .got = std::to_string(fold.train.size()),
+                 .hint = "Use fewer validation rows or nested = false"});
   }
   return {};
 }

@@ -81,17 +81,22 @@ FabricModel::FabricModel(std::vector<std::string> labels, std::vector<std::strin
 
 Result<Vote> FabricModel::classify(std::span<const double> features) const {
   if (features.size() != features_.size()) {
-    return fail(Errc::invalid_argument, "wrong number of features", "classify",
-                std::to_string(features_.size()), std::to_string(features.size()),
-                "Was the model trained for another sensor?");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "classify",
+                 .what = "wrong number of features",
+                 .expected = std::to_string(features_.size()),
+                 .got = std::to_string(features.size()),
+                 .hint = "Was the model trained for another sensor?"});
   }
   if (auto ok = check_features(features, features_); !ok) return pass(ok.error());
   std::vector<double> decision;
   decision.reserve(cores_.size());
   for (const FabricCore& core : cores_) decision.push_back(core.decide(features));
   if (!std::all_of(decision.begin(), decision.end(), [](double f) { return std::isfinite(f); })) {
-    return fail(Errc::range, "a core's decision is not finite", "classify", {}, {},
-                "The trial is absurdly far from every training trial");
+    return fail({.code = Errc::range,
+                 .where = "classify",
+                 .what = "a core's decision is not finite",
+                 .hint = "The trial is absurdly far from every training trial"});
   }
   return count_votes(pairs_, std::move(decision), labels_.size());
 }
@@ -163,8 +168,11 @@ Result<FabricModel> train(const FeatureMatrix& matrix, const TrainOptions& optio
   if (!cores) return pass(cores.error());
   const std::size_t pairs = pair_count(labels.size());
   if (cores->size() != pairs)
-    return fail(Errc::invalid_argument, "not one core per pair of labels", "cores",
-                std::to_string(pairs), std::to_string(cores->size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "cores",
+                 .what = "not one core per pair of labels",
+                 .expected = std::to_string(pairs),
+                 .got = std::to_string(cores->size())});
   return FabricModel(std::move(labels), matrix.names, options.reduction, std::move(*cores));
 }
 

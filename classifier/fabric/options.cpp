@@ -20,7 +20,10 @@ Status check_list(const std::vector<double>& values, double highest, const char*
     return v > 0.0 && v <= highest && std::isfinite(v);
   });
   if (good) return {};
-  return fail(Errc::range, "unusable grid", name, std::string(expected) + ", at least one");
+  return fail({.code = Errc::range,
+               .where = name,
+               .what = "unusable grid",
+               .expected = std::string(expected) + ", at least one"});
 }
 
 }  // namespace
@@ -47,13 +50,25 @@ Status check(const TrainOptions& options) {
   if (options.reduction == Reduction::pca) {
     if (auto ok = check_list(options.grid.explained, 1.0, "grid explained", shares); !ok) return ok;
   }
-  if (options.cap == 0) return fail(Errc::range, "cap must be at least 1", "cap", ">= 1", "0");
+  if (options.cap == 0)
+    return fail({.code = Errc::range,
+                 .where = "cap",
+                 .what = "cap must be at least 1",
+                 .expected = ">= 1",
+                 .got = "0"});
   if (options.folds < 2) {
-    return fail(Errc::range, "too few folds", "folds", ">= 2", std::to_string(options.folds));
+    return fail({.code = Errc::range,
+                 .where = "folds",
+                 .what = "too few folds",
+                 .expected = ">= 2",
+                 .got = std::to_string(options.folds)});
   }
   if (!(options.tolerance > 0.0 && std::isfinite(options.tolerance))) {
-    return fail(Errc::range, "unusable tolerance", "tolerance", "> 0",
-                std::to_string(options.tolerance));
+    return fail({.code = Errc::range,
+                 .where = "tolerance",
+                 .what = "unusable tolerance",
+                 .expected = "> 0",
+                 .got = std::to_string(options.tolerance)});
   }
   return {};
 }
@@ -64,7 +79,9 @@ void note_unconverged(const TrainOptions& options) {
 
 Status unless_stopped(const TrainOptions& options) {
   if (options.stop && options.stop())
-    return fail(Errc::wrong_state, "the training was stopped before its end", "train");
+    return fail({.code = Errc::wrong_state,
+                 .where = "train",
+                 .what = "the training was stopped before its end"});
   return {};
 }
 

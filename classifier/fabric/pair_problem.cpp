@@ -14,12 +14,19 @@ Status check_labels(std::span<const std::string> labels) {
   std::map<std::string_view, std::size_t> rows;
   for (const std::string& label : labels) ++rows[label];
   if (rows.size() < 2)
-    return fail(Errc::invalid_argument, "nothing to tell apart", "labels", "at least 2",
-                std::to_string(rows.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "labels",
+                 .what = "nothing to tell apart",
+                 .expected = "at least 2",
+                 .got = std::to_string(rows.size())});
   for (const auto& [label, count] : rows)
     if (count < 2)
-      return fail(Errc::invalid_argument, "too few training trials", "label " + std::string(label),
-                  "at least 2", "1", "Record more trials of it or leave it out");
+      return fail({.code = Errc::invalid_argument,
+                   .where = "label " + std::string(label),
+                   .what = "too few training trials",
+                   .expected = "at least 2",
+                   .got = "1",
+                   .hint = "Record more trials of it or leave it out"});
   return {};
 }
 

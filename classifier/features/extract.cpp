@@ -7,21 +7,28 @@ namespace weft::classifier {
 namespace {
 
 Status check(const Trial& trial) {
-  if (trial.taxels == 0) return fail(Errc::invalid_argument, "trial without taxels", trial.file);
+  if (trial.taxels == 0)
+    return fail(
+        {.code = Errc::invalid_argument, .where = trial.file, .what = "trial without taxels"});
   if (trial.counts.size() != trial.samples() * trial.taxels) {
-    return fail(Errc::invalid_argument, "samples and phases disagree", trial.file,
-                std::to_string(trial.samples() * trial.taxels) + " values",
-                std::to_string(trial.counts.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = trial.file,
+                 .what = "samples and phases disagree",
+                 .expected = std::to_string(trial.samples() * trial.taxels) + " values",
+                 .got = std::to_string(trial.counts.size())});
   }
   const auto motion = std::count(trial.phase.begin(), trial.phase.end(), Phase::motion);
   if (auto ok = check_motion_frames(static_cast<std::size_t>(motion), trial.taxels); !ok)
     return pass(ok.error(), trial.file);
   const std::size_t bad = first_not_finite(trial.counts);
   if (bad == trial.counts.size()) return {};
-  return fail(Errc::invalid_argument, "sample is not finite",
-              trial.file + ": sample " + std::to_string(bad / trial.taxels) + ", taxel " +
-                  std::to_string(bad % trial.taxels + 1),
-              "a finite count", std::to_string(trial.counts[bad]), "Repair or drop the recording");
+  return fail({.code = Errc::invalid_argument,
+               .where = trial.file + ": sample " + std::to_string(bad / trial.taxels) + ", taxel " +
+                        std::to_string(bad % trial.taxels + 1),
+               .what = "sample is not finite",
+               .expected = "a finite count",
+               .got = std::to_string(trial.counts[bad]),
+               .hint = "Repair or drop the recording"});
 }
 
 }  // namespace

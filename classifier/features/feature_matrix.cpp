@@ -19,24 +19,32 @@ Status check_alike(std::span<const Trial> trials) {
   const PhaseSet phases = phases_of(trials.front());
   for (const Trial& trial : trials) {
     if (trial.taxels == trials.front().taxels && phases_of(trial) == phases) continue;
-    return fail(Errc::invalid_argument, "trial differs from the first one", trial.file,
-                describe(trials.front().taxels, phases), describe(trial.taxels, phases_of(trial)),
-                "All trials of a set need the same features");
+    return fail({.code = Errc::invalid_argument,
+                 .where = trial.file,
+                 .what = "trial differs from the first one",
+                 .expected = describe(trials.front().taxels, phases),
+                 .got = describe(trial.taxels, phases_of(trial)),
+                 .hint = "All trials of a set need the same features"});
   }
   return {};
 }
 
 Status check_sizes(const FeatureMatrix& m) {
   if (m.values.cols() != m.names.size()) {
-    return fail(Errc::invalid_argument, "names and columns disagree", "feature matrix",
-                std::to_string(m.names.size()) + " columns", std::to_string(m.values.cols()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "feature matrix",
+                 .what = "names and columns disagree",
+                 .expected = std::to_string(m.names.size()) + " columns",
+                 .got = std::to_string(m.values.cols())});
   }
   const std::size_t rows = m.values.rows();
   if (m.labels.size() != rows || m.groups.size() != rows || m.files.size() != rows) {
-    return fail(Errc::invalid_argument, "labels, groups and files do not match the rows",
-                "feature matrix", std::to_string(rows) + " of each",
-                std::to_string(m.labels.size()) + ", " + std::to_string(m.groups.size()) + ", " +
-                    std::to_string(m.files.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "feature matrix",
+                 .what = "labels, groups and files do not match the rows",
+                 .expected = std::to_string(rows) + " of each",
+                 .got = std::to_string(m.labels.size()) + ", " + std::to_string(m.groups.size()) +
+                        ", " + std::to_string(m.files.size())});
   }
   return {};
 }
@@ -46,9 +54,15 @@ Status check_sizes(const FeatureMatrix& m) {
 Status check_feature(double value, const std::string& where) {
   if (std::abs(value) <= largest_feature) return {};
   if (!std::isfinite(value))
-    return fail(Errc::invalid_argument, "feature is not finite", where, "a finite number",
-                std::to_string(value));
-  return fail(Errc::invalid_argument, "feature is too large", where, "magnitudes up to 2.2e307");
+    return fail({.code = Errc::invalid_argument,
+                 .where = where,
+                 .what = "feature is not finite",
+                 .expected = "a finite number",
+                 .got = std::to_string(value)});
+  return fail({.code = Errc::invalid_argument,
+               .where = where,
+               .what = "feature is too large",
+               .expected = "magnitudes up to 2.2e307"});
 }
 
 Status check_features(std::span<const double> values, std::span<const std::string> names) {
@@ -68,7 +82,8 @@ Status check(const FeatureMatrix& matrix) {
 
 Result<FeatureMatrix> build_feature_matrix(std::span<const Trial> trials,
                                            const FeatureOptions& options, std::size_t threads) {
-  if (trials.empty()) return fail(Errc::invalid_argument, "no trials", "data set");
+  if (trials.empty())
+    return fail({.code = Errc::invalid_argument, .where = "data set", .what = "no trials"});
   if (auto ok = check_alike(trials); !ok) return pass(ok.error());
   FeatureMatrix out;
   out.names = FeatureLayout(trials.front().taxels, phases_of(trials.front())).names();

@@ -50,9 +50,11 @@ std::size_t first_not_finite(std::span<const double> values) {
 Status check_motion_frames(std::size_t frames, std::size_t taxels) {
   const std::size_t most = FeatureStream::most_motion_frames(taxels);
   if (frames <= most) return {};
-  return fail(Errc::range, "phase M is too long", {},
-              "at most " + std::to_string(most) + " samples", std::to_string(frames),
-              "Cut it into windows");
+  return fail({.code = Errc::range,
+               .what = "phase M is too long",
+               .expected = "at most " + std::to_string(most) + " samples",
+               .got = std::to_string(frames),
+               .hint = "Cut it into windows"});
 }
 
 FeatureStream::FeatureStream(std::size_t taxels, FeatureOptions options)
@@ -71,16 +73,20 @@ void FeatureStream::restart() {
 
 Status FeatureStream::add(Phase phase, std::span<const double> counts) {
   if (counts.size() % taxels_ != 0) {
-    return fail(Errc::invalid_argument, "incomplete frame", "feature stream",
-                "a multiple of " + std::to_string(taxels_) + " counts",
-                std::to_string(counts.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "feature stream",
+                 .what = "incomplete frame",
+                 .expected = "a multiple of " + std::to_string(taxels_) + " counts",
+                 .got = std::to_string(counts.size())});
   }
   const std::size_t bad = first_not_finite(counts);
   if (bad < counts.size()) {
-    return fail(
-        Errc::invalid_argument, "sample is not finite",
-        "frame " + std::to_string(bad / taxels_) + ", taxel " + std::to_string(bad % taxels_ + 1),
-        "a finite count", std::to_string(counts[bad]));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "frame " + std::to_string(bad / taxels_) + ", taxel " +
+                          std::to_string(bad % taxels_ + 1),
+                 .what = "sample is not finite",
+                 .expected = "a finite count",
+                 .got = std::to_string(counts[bad])});
   }
   if (phase == Phase::motion) {
     if (auto ok = check_motion_frames(motion_frames() + counts.size() / taxels_, taxels_); !ok)
@@ -129,18 +135,26 @@ Status FeatureStream::check_finite() const {
   const std::size_t bad = first_not_finite(features_);
   if (bad == features_.size()) return {};
   const FeatureLayout layout(taxels_, phases());
-  return fail(Errc::range, "feature " + layout.columns()[bad].name + " overflows", {},
-              "counts of a sensor", {}, "Are these raw counts?");
+  return fail({.code = Errc::range,
+               .what = "feature " + layout.columns()[bad].name + " overflows",
+               .expected = "counts of a sensor",
+               .hint = "Are these raw counts?"});
 }
 
 Result<std::span<const double>> FeatureStream::features() {
   if (motion_frames() == 0) {
-    return fail(Errc::invalid_argument, "phase M is empty", {}, "at least one sample", "0",
-                "Every trial needs its motion");
+    return fail({.code = Errc::invalid_argument,
+                 .what = "phase M is empty",
+                 .expected = "at least one sample",
+                 .got = "0",
+                 .hint = "Every trial needs its motion"});
   }
   if (!(options_.mode_bin_counts > 0.0 && std::isfinite(options_.mode_bin_counts))) {
-    return fail(Errc::invalid_argument, "unusable bin of the mode", "mode_bin_counts",
-                "a positive number", std::to_string(options_.mode_bin_counts));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "mode_bin_counts",
+                 .what = "unusable bin of the mode",
+                 .expected = "a positive number",
+                 .got = std::to_string(options_.mode_bin_counts)});
   }
   const Lead first_ones = lead();
   features_.resize(first_ones.count + taxel_blocks.size() * taxels_);

@@ -59,21 +59,28 @@ std::string recording_of(const std::string& file, std::size_t row) {
 
 Result<std::vector<Trial>> cut_windows(const Trial& trial, const WindowOptions& options) {
   if (trial.counts.size() != trial.samples() * trial.taxels) {
-    return fail(Errc::invalid_argument, "samples and phases disagree", trial.file);
+    return fail({.code = Errc::invalid_argument,
+                 .where = trial.file,
+                 .what = "samples and phases disagree"});
   }
   const std::size_t length = samples_in(options.window_s, options.sample_period_s);
   const double step_s = options.step_s == 0.0 ? options.window_s : options.step_s;
   const std::size_t step = samples_in(step_s, options.sample_period_s);
   if (length == 0 || step == 0) {
-    return fail(Errc::invalid_argument, "window and step must hold at least one sample", "window",
-                "positive durations",
-                std::to_string(options.window_s) + " s, step " + std::to_string(step_s) +
-                    " s at a period of " + std::to_string(options.sample_period_s) + " s");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "window",
+                 .what = "window and step must hold at least one sample",
+                 .expected = "positive durations",
+                 .got = std::to_string(options.window_s) + " s, step " + std::to_string(step_s) +
+                        " s at a period of " + std::to_string(options.sample_period_s) + " s"});
   }
   const std::vector<std::size_t> motion = motion_samples(trial);
   if (motion.size() < length) {
-    return fail(Errc::range, "motion is shorter than one window", trial.file,
-                std::to_string(length) + " samples", std::to_string(motion.size()));
+    return fail({.code = Errc::range,
+                 .where = trial.file,
+                 .what = "motion is shorter than one window",
+                 .expected = std::to_string(length) + " samples",
+                 .got = std::to_string(motion.size())});
   }
   std::vector<Trial> out;
   for (std::size_t from = 0; from + length <= motion.size(); from += step) {

@@ -111,14 +111,20 @@ std::string_view to_string(Rule rule) {
 Result<Rounds> test_rounds(Experiment experiment, std::span<const std::string> labels,
                            std::span<const std::string> objects) {
   if (labels.size() != objects.size())
-    return fail(Errc::invalid_argument, "every imprint needs a class and an object", "imprints",
-                std::to_string(labels.size()), std::to_string(objects.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "imprints",
+                 .what = "every imprint needs a class and an object",
+                 .expected = std::to_string(labels.size()),
+                 .got = std::to_string(objects.size())});
   const Rounds of_class = rows_by(classes_of(labels)), of_object = rows_by(classes_of(objects));
   for (const auto& rows : of_object)
     for (const std::size_t r : rows)
       if (labels[r] != labels[rows.front()])
-        return fail(Errc::invalid_argument, "an object is of two classes", objects[r],
-                    labels[rows.front()], labels[r]);
+        return fail({.code = Errc::invalid_argument,
+                     .where = objects[r],
+                     .what = "an object is of two classes",
+                     .expected = labels[rows.front()],
+                     .got = labels[r]});
   const auto singly = [](const std::vector<std::size_t>& rows) {
     Rounds out;
     for (const std::size_t r : rows) out.push_back({r});
@@ -154,9 +160,11 @@ Status check_rounds(const Rounds& rounds, std::span<const std::string> labels) {
       const auto left = std::ranges::count_if(
           rows, [&](std::size_t r) { return std::ranges::find(aside, r) == aside.end(); });
       if (left == 0)
-        return fail(Errc::invalid_argument, "a round leaves the class nothing to learn from",
-                    labels[rows.front()], "an imprint that is not set aside", {},
-                    "Leave the class out, or press more of its objects");
+        return fail({.code = Errc::invalid_argument,
+                     .where = labels[rows.front()],
+                     .what = "a round leaves the class nothing to learn from",
+                     .expected = "an imprint that is not set aside",
+                     .hint = "Leave the class out, or press more of its objects"});
     }
   return {};
 }

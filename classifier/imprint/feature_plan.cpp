@@ -14,15 +14,20 @@ Result<PlannedFeatures> PlannedFeatures::make(const FeaturePlan& plan) {
   }
   for (const LawsSize size : plan.laws) {
     if (std::ranges::find(out.laws_, size) != out.laws_.end())
-      return fail(Errc::invalid_argument, "a size of Laws' masks is given twice", "laws",
-                  "each once");
+      return fail({.code = Errc::invalid_argument,
+                   .where = "laws",
+                   .what = "a size of Laws' masks is given twice",
+                   .expected = "each once"});
     out.laws_.push_back(size);
     const auto names = laws_names(size);
     out.names_.insert(out.names_.end(), names.begin(), names.end());
   }
   if (out.names_.empty())
-    return fail(Errc::invalid_argument, "no features of imprints", "features",
-                "scales, Laws' energies or both", "none");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "features",
+                 .what = "no features of imprints",
+                 .expected = "scales, Laws' energies or both",
+                 .got = "none"});
   return out;
 }
 

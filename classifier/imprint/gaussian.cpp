@@ -25,8 +25,11 @@ void add_pair(const double* a, const double* b, double weight, std::size_t count
 
 Result<GaussianFilter> GaussianFilter::make(double sigma) {
   if (!(sigma >= 0.0 && sigma <= largest_sigma))
-    return fail(Errc::range, "no smoothing has this scale", "sigma", "0 to 1000 taxels",
-                std::to_string(sigma));
+    return fail({.code = Errc::range,
+                 .where = "sigma",
+                 .what = "no smoothing has this scale",
+                 .expected = "0 to 1000 taxels",
+                 .got = std::to_string(sigma)});
   std::vector<double> weights{1.0};
   if (sigma > 0.0) {
     double sum = 1.0;

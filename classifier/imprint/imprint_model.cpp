@@ -76,8 +76,11 @@ Result<ImprintModel> read_body(std::string_view body) {
   if (!in.ok()) return pass(in.status().error());
   const auto features = PlannedFeatures::make(plan);
   if (!features)
-    return fail(Errc::corrupt, "no imprint has the features that the file describes",
-                features.error().where, features.error().expected, features.error().got);
+    return fail({.code = Errc::corrupt,
+                 .where = features.error().where,
+                 .what = "no imprint has the features that the file describes",
+                 .expected = features.error().expected,
+                 .got = features.error().got});
   auto learnt = read_learnt(in, head, std::move(labels), features->names());
   in.finish();
   if (!in.ok() || !learnt) return pass(in.status().error());
@@ -92,7 +95,9 @@ Result<ImprintModel> read_body(std::string_view body) {
 Status save_imprint_model(const ImprintModel& model, std::ostream& out) {
   const auto features = PlannedFeatures::make(model.setup.features);
   if (!features || model.learner.feature_names() != features->names())
-    return fail(Errc::invalid_argument, "features are not those of the plan", "model");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "model",
+                 .what = "features are not those of the plan"});
   LineWriter text;
   write_provenance(text, model.provenance);
   write_grid(text, model.setup.grid);
@@ -111,8 +116,10 @@ Result<std::vector<Answer>> classify_imprints(const ImprintModel& model, const T
                                               std::span<const Imprint> imprints,
                                               const VoteOptions& options) {
   if (!is_same_grid(model.setup.grid, grid))
-    return fail(Errc::invalid_argument, "the model was trained for another array", {},
-                words_of(model.setup.grid), words_of(grid));
+    return fail({.code = Errc::invalid_argument,
+                 .what = "the model was trained for another array",
+                 .expected = words_of(model.setup.grid),
+                 .got = words_of(grid)});
   for (const Imprint& imprint : imprints)
     if (auto ok = check_imprint(model.setup.grid, imprint); !ok) return pass(ok.error());
   const auto matrix = build_matrix(imprints, model.setup.features);

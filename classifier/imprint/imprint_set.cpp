@@ -12,7 +12,10 @@ Result<FeatureMatrix> build_matrix(std::span<const Imprint> imprints, const Feat
   const auto features = PlannedFeatures::make(plan);
   if (!features) return pass(features.error());
   if (imprints.empty())
-    return fail(Errc::invalid_argument, "no imprint", "imprints", "one or more");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "imprints",
+                 .what = "no imprint",
+                 .expected = "one or more"});
   FeatureMatrix out;
   out.names = features->names();
   out.values.assign(imprints.size(), out.names.size());

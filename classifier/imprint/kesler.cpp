@@ -42,9 +42,12 @@ Result<KeslerOutcome> train_kesler(const Matrix& rows, std::span<const std::size
                                    std::size_t classes, const KeslerOptions& options) {
   if (auto ok = check_training(rows, of_row, classes); !ok) return pass(ok.error(), "perceptron");
   if (!(options.c > 0.0 && options.c <= 1e6) || options.most_rounds == 0)
-    return fail(Errc::range, "a perceptron cannot learn with this", "perceptron",
-                "0 < c <= 1e6, at least one round",
-                "c " + std::to_string(options.c) + ", " + std::to_string(options.most_rounds));
+    return fail(
+        {.code = Errc::range,
+         .where = "perceptron",
+         .what = "a perceptron cannot learn with this",
+         .expected = "0 < c <= 1e6, at least one round",
+         .got = "c " + std::to_string(options.c) + ", " + std::to_string(options.most_rounds)});
   Scaler scaler = scaler_for(options.scaling, rows);
   const Matrix inputs = with_ones(scaled(scaler, rows));
   Matrix weight(classes, inputs.cols());

@@ -18,7 +18,9 @@ Result<LinearRule> train_least_squares(const Matrix& rows, std::span<const std::
   for (std::size_t r = 0; r < of_row.size(); ++r) target(index(r), index(of_row[r])) = 1.0;
   const Eigen::MatrixXd solution = x.completeOrthogonalDecomposition().solve(target);
   if (!solution.allFinite())
-    return fail(Errc::range, "the squares cannot be minimised", "minimum squared error");
+    return fail({.code = Errc::range,
+                 .where = "minimum squared error",
+                 .what = "the squares cannot be minimised"});
   Matrix weight(classes, inputs.cols());
   for (std::size_t c = 0; c < classes; ++c)
     for (std::size_t k = 0; k < inputs.cols(); ++k) weight(c, k) = solution(index(k), index(c));

@@ -16,24 +16,34 @@ Scaler scaler_for(FeatureScaling scaling, const Matrix& rows) {
 Status check_training(const Matrix& rows, std::span<const std::size_t> of_row,
                       std::size_t classes) {
   if (rows.rows() == 0 || rows.rows() != of_row.size() || classes < 2)
-    return fail(Errc::invalid_argument, "a rule needs rows of at least two classes", "training",
-                "a class for every row",
-                std::to_string(rows.rows()) + " rows, " + std::to_string(of_row.size()) +
-                    " of them with a class, " + std::to_string(classes) + " classes");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "training",
+                 .what = "a rule needs rows of at least two classes",
+                 .expected = "a class for every row",
+                 .got = std::to_string(rows.rows()) + " rows, " + std::to_string(of_row.size()) +
+                        " of them with a class, " + std::to_string(classes) + " classes"});
   if (!std::all_of(of_row.begin(), of_row.end(), [&](std::size_t c) { return c < classes; }))
-    return fail(Errc::range, "a row is of a class that does not exist", "training");
+    return fail({.code = Errc::range,
+                 .where = "training",
+                 .what = "a row is of a class that does not exist"});
   for (const double value : rows.data())
     if (!(std::abs(value) <= 1e100))
-      return fail(Errc::range, "a feature has no usable value", "training",
-                  "a finite value up to 1e100", number_words(value));
+      return fail({.code = Errc::range,
+                   .where = "training",
+                   .what = "a feature has no usable value",
+                   .expected = "a finite value up to 1e100",
+                   .got = number_words(value)});
   return {};
 }
 
 Result<std::size_t> LinearRule::classify(std::span<const double> features) const {
   const std::size_t inputs = weight_.cols() - 1;
   if (features.size() != inputs)
-    return fail(Errc::invalid_argument, "wrong number of features", "linear rule",
-                std::to_string(inputs), std::to_string(features.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "linear rule",
+                 .what = "wrong number of features",
+                 .expected = std::to_string(inputs),
+                 .got = std::to_string(features.size())});
   std::size_t best = 0;
   double largest = 0.0;
   for (std::size_t c = 0; c < weight_.rows(); ++c) {
@@ -42,8 +52,10 @@ Result<std::size_t> LinearRule::classify(std::span<const double> features) const
       product += weight_(c, k) * scaler_.apply(k, features[k]);
     product += weight_(c, inputs);
     if (!std::isfinite(product))
-      return fail(Errc::range, "a product is not finite", "linear rule", {}, {},
-                  "The imprint is absurdly far from every training imprint");
+      return fail({.code = Errc::range,
+                   .where = "linear rule",
+                   .what = "a product is not finite",
+                   .hint = "The imprint is absurdly far from every training imprint"});
     if (c > 0 && product <= largest) continue;
     best = c;
     largest = product;

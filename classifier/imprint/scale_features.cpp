@@ -45,8 +45,11 @@ std::string_view to_string(Form form) {
 
 Result<ScaleFeatures> ScaleFeatures::make(const ScaleOptions& options) {
   if (options.sigmas.empty())
-    return fail(Errc::invalid_argument, "no scale to extract features at", "sigmas", "at least one",
-                "none");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "sigmas",
+                 .what = "no scale to extract features at",
+                 .expected = "at least one",
+                 .got = "none"});
   if (auto ok = check(options.thresholds); !ok) return pass(ok.error());
   ScaleFeatures out;
   out.options_ = options;
@@ -55,8 +58,11 @@ Result<ScaleFeatures> ScaleFeatures::make(const ScaleOptions& options) {
     if (!filter) return pass(filter.error());
     for (const GaussianFilter& other : out.filters_)
       if (other.sigma() == sigma)
-        return fail(Errc::invalid_argument, "a scale is given twice", "sigmas", "each once",
-                    short_number(sigma));
+        return fail({.code = Errc::invalid_argument,
+                     .where = "sigmas",
+                     .what = "a scale is given twice",
+                     .expected = "each once",
+                     .got = short_number(sigma)});
     out.filters_.push_back(std::move(*filter));
     for (const Kind& kind : kinds)
       if (options.form == Form::full || kind.in_short_form)

@@ -58,8 +58,11 @@ Result<std::vector<ScaleScore>> search_scales(std::span<const Imprint> imprints,
   const std::size_t count = options.sigmas.size(), most = std::min(options.most_scales, count);
   const std::size_t sets = subsets_up_to(count, most);
   if (sets == 0 || sets > most_sets)
-    return fail(Errc::range, "so many sets of scales are not searched", "sigmas",
-                "1 to " + std::to_string(most_sets) + " sets", std::to_string(sets));
+    return fail({.code = Errc::range,
+                 .where = "sigmas",
+                 .what = "so many sets of scales are not searched",
+                 .expected = "1 to " + std::to_string(most_sets) + " sets",
+                 .got = std::to_string(sets)});
   ScaleOptions scales;
   scales.sigmas = options.sigmas;
   scales.form = options.form;

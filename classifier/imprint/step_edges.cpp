@@ -29,9 +29,11 @@ bool is_ridge(const double* strength, std::ptrdiff_t at, std::ptrdiff_t cols, do
 Status check(const EdgeThresholds& thresholds) {
   if (thresholds.low >= 0.0 && thresholds.low <= thresholds.high && thresholds.high <= 1e6)
     return {};
-  return fail(Errc::range, "edges cannot be kept by these thresholds", "thresholds",
-              "0 <= low <= high <= 1e6",
-              std::to_string(thresholds.low) + ", " + std::to_string(thresholds.high));
+  return fail({.code = Errc::range,
+               .where = "thresholds",
+               .what = "edges cannot be kept by these thresholds",
+               .expected = "0 <= low <= high <= 1e6",
+               .got = std::to_string(thresholds.low) + ", " + std::to_string(thresholds.high)});
 }
 
 const std::vector<EdgeTaxel>& StepEdges::find(const Gradient& gradient, double noise,

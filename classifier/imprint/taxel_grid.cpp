@@ -37,16 +37,22 @@ std::string words_of(const TaxelGrid& grid) {
 Status check_imprint(const TaxelGrid& grid, const Imprint& imprint) {
   const Image& image = imprint.image;
   if (image.rows() != grid.rows || image.cols() != grid.cols)
-    return fail(Errc::invalid_argument, "the imprint is of another array", imprint.file,
-                words_of(grid),
-                std::to_string(image.rows()) + " x " + std::to_string(image.cols()) + " taxels");
+    return fail(
+        {.code = Errc::invalid_argument,
+         .where = imprint.file,
+         .what = "the imprint is of another array",
+         .expected = words_of(grid),
+         .got = std::to_string(image.rows()) + " x " + std::to_string(image.cols()) + " taxels"});
   if (grid.count_bits == 0) return {};
   const double highest = std::exp2(static_cast<double>(grid.count_bits)) - 1.0;
   const auto beyond = std::ranges::find_if(
       image.data(), [=](double count) { return !(count >= 0.0 && count <= highest); });
   if (beyond == image.data().end()) return {};
-  return fail(Errc::invalid_argument, "the imprint has a count that its array cannot give",
-              imprint.file, words_of(grid), number_words(*beyond));
+  return fail({.code = Errc::invalid_argument,
+               .where = imprint.file,
+               .what = "the imprint has a count that its array cannot give",
+               .expected = words_of(grid),
+               .got = number_words(*beyond)});
 }
 
 }  // namespace weft::classifier::imprint

@@ -52,16 +52,23 @@ Status SvmTrainer::set_kernel(const Matrix& kernel) {
   const std::size_t n = order_.size();
   ready_ = false;
   if (kernel.rows() != n || kernel.cols() != n) {
-    return fail(Errc::invalid_argument, "kernel has the wrong size", "SVM", std::to_string(n),
-                std::to_string(kernel.rows()) + " x " + std::to_string(kernel.cols()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "SVM",
+                 .what = "kernel has the wrong size",
+                 .expected = std::to_string(n),
+                 .got = std::to_string(kernel.rows()) + " x " + std::to_string(kernel.cols())});
   }
   if (positives_ == 0 || positives_ == n) {
-    return fail(Errc::invalid_argument, "both classes need a training row", "SVM");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "SVM",
+                 .what = "both classes need a training row"});
   }
   const auto& all = kernel.data();
   if (!std::all_of(all.begin(), all.end(), [](double v) { return std::isfinite(v); })) {
-    return fail(Errc::invalid_argument, "kernel holds a value that is not finite", "SVM", {}, {},
-                "Check the features for NaN");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "SVM",
+                 .what = "kernel holds a value that is not finite",
+                 .hint = "Check the features for NaN"});
   }
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < n; ++j) row_[i][j + 1].value = kernel(order_[i], order_[j]);
@@ -71,10 +78,14 @@ Status SvmTrainer::set_kernel(const Matrix& kernel) {
 }
 
 Result<SvmSolution> SvmTrainer::solve(double c, double tolerance) const {
-  if (!ready_) return fail(Errc::wrong_state, "no kernel to train on", "SVM");
+  if (!ready_)
+    return fail({.code = Errc::wrong_state, .where = "SVM", .what = "no kernel to train on"});
   if (!(c > 0.0 && std::isfinite(c) && tolerance > 0.0 && std::isfinite(tolerance))) {
-    return fail(Errc::range, "unusable SVM parameter", "SVM", "C > 0 and tolerance > 0, finite",
-                "C " + std::to_string(c) + ", tolerance " + std::to_string(tolerance));
+    return fail({.code = Errc::range,
+                 .where = "SVM",
+                 .what = "unusable SVM parameter",
+                 .expected = "C > 0 and tolerance > 0, finite",
+                 .got = "C " + std::to_string(c) + ", tolerance " + std::to_string(tolerance)});
   }
   silence_libsvm();
   const svm_parameter parameter = parameters(c, tolerance);

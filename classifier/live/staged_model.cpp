@@ -64,25 +64,34 @@ Result<StoredModel> train_stage(const std::vector<Trial>& slides, double sample_
 
 Status has_rate(const FeatureSetup& setup, double sample_rate_hz) {
   if (std::abs(setup.sample_period_s * sample_rate_hz - 1) <= rate_rounding) return {};
-  return fail(Errc::corrupt, "a stage was trained at another sample rate", "live model",
-              std::to_string(1 / sample_rate_hz) + " s",
-              std::to_string(setup.sample_period_s) + " s");
+  return fail({.code = Errc::corrupt,
+               .where = "live model",
+               .what = "a stage was trained at another sample rate",
+               .expected = std::to_string(1 / sample_rate_hz) + " s",
+               .got = std::to_string(setup.sample_period_s) + " s"});
 }
 
 Status fits(const LiveStage& stage, const LiveStage& first, double sample_rate_hz) {
   const FeatureSetup& setup = stage.model.setup;
   if (setup.phases.end || setup.window_s > 0)
-    return fail(Errc::corrupt, "a stage of a whole slide or of windows", "live model");
+    return fail({.code = Errc::corrupt,
+                 .where = "live model",
+                 .what = "a stage of a whole slide or of windows"});
   const bool same = setup.taxels == first.model.setup.taxels &&
                     setup.phases == first.model.setup.phases &&
                     setup.exploration == first.model.setup.exploration &&
                     stage.model.learner.labels() == first.model.learner.labels();
-  if (!same) return fail(Errc::corrupt, "stages of different sensors or fabrics", "live model");
+  if (!same)
+    return fail({.code = Errc::corrupt,
+                 .where = "live model",
+                 .what = "stages of different sensors or fabrics"});
   return has_rate(setup, sample_rate_hz);
 }
 
 tl::unexpected<Error> cut_short() {
-  return fail(Errc::corrupt, "the live model was cut short or altered", "live model");
+  return fail({.code = Errc::corrupt,
+               .where = "live model",
+               .what = "the live model was cut short or altered"});
 }
 
 /// What precedes the first stage.
@@ -101,12 +110,17 @@ constexpr std::string_view last_word = "\ncrc32 ";
 Status is_live_model(std::string_view text) {
   const std::string_view first = text.substr(0, text.find('\n'));
   if (!first.starts_with(live_header_word))
-    return fail(Errc::parse, "not a model for live votes", {}, staged_file_header,
-                std::string(first.substr(0, 40)), "weft train --live makes one");
+    return fail({.code = Errc::parse,
+                 .what = "not a model for live votes",
+                 .expected = staged_file_header,
+                 .got = std::string(first.substr(0, 40)),
+                 .hint = "weft train --live makes one"});
   if (first == staged_file_header) return {};
-  return fail(Errc::unsupported, "a live model of another version", {}, staged_file_header,
-              std::string(first.substr(0, 40)),
-              "Train the model again with this version: weft train --live");
+  return fail({.code = Errc::unsupported,
+               .what = "a live model of another version",
+               .expected = staged_file_header,
+               .got = std::string(first.substr(0, 40)),
+               .hint = "Train the model again with this version: weft train --live"});
 }
 
 Result<Opening> read_opening(std::string_view body) {
@@ -184,9 +198,11 @@ Trial begun_slide(const Trial& trial, std::size_t motion_frames) {
 Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_rate_hz,
                                  const StagedOptions& options) {
   if (!(sample_rate_hz > 0 && sample_rate_hz < most_rate_hz))
-    return fail(Errc::invalid_argument,
-                "the sample rate is not known, so neither is how far a slide had come",
-                "live model", "over 0 and under 1 MHz", std::to_string(sample_rate_hz));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "live model",
+                 .what = "the sample rate is not known, so neither is how far a slide had come",
+                 .expected = "over 0 and under 1 MHz",
+                 .got = std::to_string(sample_rate_hz)});
   std::vector<std::string> labels;
   std::size_t longest = 0;
   for (const Trial& slide : slides) {
@@ -209,9 +225,11 @@ Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_ra
     out.stages.push_back({frames, std::move(*model)});
   }
   if (!out.stages.empty()) return out;
-  return fail(Errc::invalid_argument, "no slide is long enough for a vote before its end",
-              "live model", "two slides of every fabric, half a second long", {},
-              "Record longer slides");
+  return fail({.code = Errc::invalid_argument,
+               .where = "live model",
+               .what = "no slide is long enough for a vote before its end",
+               .expected = "two slides of every fabric, half a second long",
+               .hint = "Record longer slides"});
 }
 
 Status save_staged(const StagedModel& model, std::ostream& out) {
@@ -226,13 +244,13 @@ Status save_staged(const StagedModel& model, std::ostream& out) {
     models += text.view();
   }
   out << sealed(staged_file_header, opening.str()) << models;
-  if (!out.flush()) return fail(Errc::io, "cannot write the model");
+  if (!out.flush()) return fail({.code = Errc::io, .what = "cannot write the model"});
   return {};
 }
 
 Result<StagedModel> load_staged(std::istream& in) {
   const std::string whole{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  if (in.bad()) return fail(Errc::io, "cannot read the model");
+  if (in.bad()) return fail({.code = Errc::io, .what = "cannot read the model"});
   std::string_view text = whole;
   const auto opening = take_opening(text);
   if (!opening) return pass(opening.error());
@@ -251,7 +269,7 @@ Result<StagedModel> load_staged(std::istream& in) {
 Result<StagedHead> load_staged_head(std::istream& in) {
   std::string held(most_head_bytes, '\0');
   in.read(held.data(), static_cast<std::streamsize>(held.size()));
-  if (in.bad()) return fail(Errc::io, "cannot read the model");
+  if (in.bad()) return fail({.code = Errc::io, .what = "cannot read the model"});
   std::string_view text = std::string_view(held).substr(0, static_cast<std::size_t>(in.gcount()));
   const auto opening = take_opening(text);
   if (!opening) return pass(opening.error());

@@ -117,14 +117,18 @@ HeadReader head_reader_of(std::string_view header) {
 // What follows the header.
 Result<Body> after_header(std::string_view text) {
   if (!text.starts_with(header_word))
-    return fail(Errc::parse, "not a model file", {}, model_file_header,
-                std::string(text.substr(0, std::min(text.find('\n'), std::size_t{40}))));
+    return fail({.code = Errc::parse,
+                 .what = "not a model file",
+                 .expected = model_file_header,
+                 .got = std::string(text.substr(0, std::min(text.find('\n'), std::size_t{40})))});
   const std::string_view first = text.substr(0, text.find('\n'));
   const HeadReader head = head_reader_of(first);
   if (head == nullptr)
-    return fail(Errc::unsupported, "a model file of another version", {},
-                std::string(model_file_header) + ", 5, 4 or 3", std::string(first.substr(0, 40)),
-                "Train the model again with this version");
+    return fail({.code = Errc::unsupported,
+                 .what = "a model file of another version",
+                 .expected = std::string(model_file_header) + ", 5, 4 or 3",
+                 .got = std::string(first.substr(0, 40)),
+                 .hint = "Train the model again with this version"});
   return Body{text.substr(std::min(first.size() + 1, text.size())), head};
 }
 
@@ -162,7 +166,9 @@ Result<Matrix> features_of(const FeatureSetup& setup, std::span<const Trial> tri
 Status save_model(const StoredModel& stored, std::ostream& out) {
   const TrainedLearner& learner = stored.learner;
   if (learner.feature_names() != FeatureLayout(stored.setup.taxels, stored.setup.phases).names())
-    return fail(Errc::invalid_argument, "features are not those of the taxels and phases", "model");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "model",
+                 .what = "features are not those of the taxels and phases"});
   LineWriter text;
   write_provenance(text, stored.provenance);
   write_setup(text, stored.setup);
@@ -172,7 +178,7 @@ Status save_model(const StoredModel& stored, std::ostream& out) {
 
 Result<StoredModel> load_model(std::istream& in) {
   const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  if (in.bad()) return fail(Errc::io, "cannot read the model");
+  if (in.bad()) return fail({.code = Errc::io, .what = "cannot read the model"});
   const Result<Body> body = body_of(text);
   if (!body) return pass(body.error());
   return read_body(body->text, body->head);
@@ -189,12 +195,18 @@ Result<ModelHead> load_model_head(std::string_view beginning) {
 
 Status check_trial(const FeatureSetup& setup, const Trial& trial) {
   if (trial.taxels != setup.taxels)
-    return fail(Errc::invalid_argument, "the model was trained for another sensor", trial.file,
-                std::to_string(setup.taxels) + " taxels", std::to_string(trial.taxels));
+    return fail({.code = Errc::invalid_argument,
+                 .where = trial.file,
+                 .what = "the model was trained for another sensor",
+                 .expected = std::to_string(setup.taxels) + " taxels",
+                 .got = std::to_string(trial.taxels)});
   const PhaseSet phases = phases_of(trial);
   if (phases != setup.phases)
-    return fail(Errc::invalid_argument, "the model was trained on other phases", trial.file,
-                phase_letters(setup.phases), phase_letters(phases));
+    return fail({.code = Errc::invalid_argument,
+                 .where = trial.file,
+                 .what = "the model was trained on other phases",
+                 .expected = phase_letters(setup.phases),
+                 .got = phase_letters(phases)});
   return {};
 }
 

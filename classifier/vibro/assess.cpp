@@ -149,7 +149,7 @@ Result<Method> choose(const Assessor& assessor, const WindowSet& windows, const 
       best = method;
     }
   }
-  if (!best) return fail(Errc::invalid_argument, "no learner to choose from");
+  if (!best) return fail({.code = Errc::invalid_argument, .what = "no learner to choose from"});
   return *best;
 }
 
@@ -186,10 +186,10 @@ std::vector<Split> inner_splits(const WindowSet& windows, const Split& outer, Pr
 Status check_choice(const WindowSet& windows, std::span<const Split> splits, Protocol protocol) {
   for (const Split& split : splits)
     if (inner_splits(windows, split, protocol).empty())
-      return fail(Errc::invalid_argument,
-                  "the training windows cannot be parted to choose a learner", {},
-                  "two blocks or groups that each train every class", {},
-                  "Take more blocks or groups, or name one learner");
+      return fail({.code = Errc::invalid_argument,
+                   .what = "the training windows cannot be parted to choose a learner",
+                   .expected = "two blocks or groups that each train every class",
+                   .hint = "Take more blocks or groups, or name one learner"});
   return {};
 }
 
@@ -211,7 +211,8 @@ double f_score(const Confusion& confusion) {
 
 Result<Assessment> assess(const WindowSet& windows, std::span<const Split> splits,
                           const PipelineOptions& options, const SecondsNow& seconds_now) {
-  if (splits.empty()) return fail(Errc::invalid_argument, "no split to assess on");
+  if (splits.empty())
+    return fail({.code = Errc::invalid_argument, .what = "no split to assess on"});
   Assessor assessor(windows, seconds_now);
   for (const Split& split : splits)
     if (auto ok = assessor.add(split, options); !ok) return pass(ok.error());
@@ -221,7 +222,8 @@ Result<Assessment> assess(const WindowSet& windows, std::span<const Split> split
 Result<Assessment> assess_chosen(const WindowSet& windows, std::span<const Split> splits,
                                  Protocol protocol, std::span<const Method> candidates,
                                  const PipelineOptions& options, const SecondsNow& seconds_now) {
-  if (splits.empty()) return fail(Errc::invalid_argument, "no split to assess on");
+  if (splits.empty())
+    return fail({.code = Errc::invalid_argument, .what = "no split to assess on"});
   if (auto ok = check_choice(windows, splits, protocol); !ok) return pass(ok.error());
   Assessor assessor(windows, seconds_now);
   for (const Split& split : splits) {

@@ -24,24 +24,30 @@ double& at(ChannelFigures& figures, Figure which) {
 
 Status check_size(std::span<const double> samples) {
   if (!samples.empty() && samples.size() <= ChannelExtractor::most_samples) return {};
-  return fail(Errc::range, "a window of so many samples has no features", {},
-              "1 to " + std::to_string(ChannelExtractor::most_samples),
-              std::to_string(samples.size()));
+  return fail({.code = Errc::range,
+               .what = "a window of so many samples has no features",
+               .expected = "1 to " + std::to_string(ChannelExtractor::most_samples),
+               .got = std::to_string(samples.size())});
 }
 
 Status check_samples(std::span<const double> samples) {
   if (auto ok = check_size(samples); !ok) return ok;
   if (const std::size_t bad = first_not_finite(samples); bad < samples.size())
-    return fail(Errc::invalid_argument, "sample is not finite", "sample " + std::to_string(bad),
-                "a finite number", std::to_string(samples[bad]));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "sample " + std::to_string(bad),
+                 .what = "sample is not finite",
+                 .expected = "a finite number",
+                 .got = std::to_string(samples[bad])});
   return {};
 }
 
 tl::unexpected<Error> overflowed(std::string_view feature, std::span<const double> samples) {
   double largest = 0.0;
   for (const double v : samples) largest = std::max(largest, std::abs(v));
-  return fail(Errc::range, "samples are so large that the feature is not finite",
-              std::string(feature), {}, "magnitude " + number_words(largest));
+  return fail({.code = Errc::range,
+               .where = std::string(feature),
+               .what = "samples are so large that the feature is not finite",
+               .got = "magnitude " + number_words(largest)});
 }
 
 // Sums over frames, each of `hops` hops, the first centred on sample 0; hops beyond the ends are

@@ -13,14 +13,19 @@ namespace weft::classifier::vibro {
 namespace {
 
 Status check_channels(const std::vector<Channel>& channels) {
-  if (channels.empty()) return fail(Errc::invalid_argument, "no channel to take features of");
+  if (channels.empty())
+    return fail({.code = Errc::invalid_argument, .what = "no channel to take features of"});
   std::set<std::string> names;
   for (const Channel& c : channels) {
     if (!(c.rate_hz > 0.0) || !std::isfinite(c.rate_hz))
-      return fail(Errc::invalid_argument, "a channel needs a sampling rate", c.name,
-                  "a positive number of Hz", std::to_string(c.rate_hz));
+      return fail({.code = Errc::invalid_argument,
+                   .where = c.name,
+                   .what = "a channel needs a sampling rate",
+                   .expected = "a positive number of Hz",
+                   .got = std::to_string(c.rate_hz)});
     if (!names.insert(c.name).second)
-      return fail(Errc::invalid_argument, "two channels have one name", c.name);
+      return fail(
+          {.code = Errc::invalid_argument, .where = c.name, .what = "two channels have one name"});
   }
   return {};
 }
@@ -28,11 +33,12 @@ Status check_channels(const std::vector<Channel>& channels) {
 Status check_same_channels(std::span<const Recording> recordings) {
   for (const Recording& r : recordings)
     if (r.channels != recordings.front().channels || r.samples.size() != r.channels.size())
-      return fail(Errc::invalid_argument, "the recording has other channels than the first one",
-                  r.file,
-                  std::to_string(recordings.front().channels.size()) + " like those of " +
-                      recordings.front().file,
-                  std::to_string(r.channels.size()));
+      return fail({.code = Errc::invalid_argument,
+                   .where = r.file,
+                   .what = "the recording has other channels than the first one",
+                   .expected = std::to_string(recordings.front().channels.size()) +
+                               " like those of " + recordings.front().file,
+                   .got = std::to_string(r.channels.size())});
   return {};
 }
 
@@ -97,8 +103,10 @@ Status WindowExtractor::append(std::size_t channel, std::span<const double> samp
 
 Result<std::span<const double>> WindowExtractor::features(const WindowView& window) {
   if (window.size() != channels_.size())
-    return fail(Errc::invalid_argument, "the window has another number of channels", {},
-                std::to_string(channels_.size()), std::to_string(window.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .what = "the window has another number of channels",
+                 .expected = std::to_string(channels_.size()),
+                 .got = std::to_string(window.size())});
   features_.clear();
   bands_.clear();
   for (std::size_t c = 0; c < window.size(); ++c)
@@ -117,7 +125,8 @@ Result<std::span<const double>> WindowExtractor::features(const WindowView& wind
 Result<WindowSet> cut_and_extract(std::span<const Recording> recordings, double window_s,
                                   const PlacesOf& places, FeatureChoice choice,
                                   std::size_t threads) {
-  if (recordings.empty()) return fail(Errc::invalid_argument, "no recording to cut");
+  if (recordings.empty())
+    return fail({.code = Errc::invalid_argument, .what = "no recording to cut"});
   if (auto ok = check_same_channels(recordings); !ok) return pass(ok.error());
   auto made = WindowExtractor::make(recordings.front().channels, choice);
   if (!made) return pass(made.error());

@@ -110,7 +110,8 @@ Result<std::vector<Importance>> permutation_importance(const Pipeline& pipeline,
                                                        std::span<const std::size_t> of_row,
                                                        std::size_t repeats, std::uint64_t seed) {
   if (rows.rows() == 0 || of_row.size() != rows.rows() || repeats == 0)
-    return fail(Errc::invalid_argument, "importance needs rows with a class each, and a repeat");
+    return fail({.code = Errc::invalid_argument,
+                 .what = "importance needs rows with a class each, and a repeat"});
   const auto whole = accuracy_of(pipeline, rows, of_row);
   if (!whole) return pass(whole.error());
   RandomEngine engine(seed);
@@ -134,7 +135,8 @@ Result<std::vector<Importance>> permutation_importance(const Pipeline& pipeline,
 
 Result<Weighed> weigh_features(const WindowSet& windows, std::span<const Split> splits,
                                const PipelineOptions& options, std::size_t repeats) {
-  if (splits.empty()) return fail(Errc::invalid_argument, "no split to weigh features on");
+  if (splits.empty())
+    return fail({.code = Errc::invalid_argument, .what = "no split to weigh features on"});
   const std::size_t features = windows.matrix.names.size();
   Weighed out{std::vector<Importance>(features), std::vector<double>(features, 0.0)};
   const double share = 1.0 / static_cast<double>(splits.size());
@@ -153,7 +155,8 @@ Result<Reached> reach_by_selection(const WindowSet& windows, std::span<const Spl
                                    Protocol protocol, const PipelineOptions& options,
                                    std::size_t count, std::size_t repeats) {
   if (splits.empty() || count == 0)
-    return fail(Errc::invalid_argument, "a selection needs splits and a number of features");
+    return fail({.code = Errc::invalid_argument,
+                 .what = "a selection needs splits and a number of features"});
   Reached out;
   for (const Split& split : splits) {
     auto columns = selected(windows, split, protocol, options, count, repeats);
@@ -167,7 +170,8 @@ Result<Reached> reach_by_selection(const WindowSet& windows, std::span<const Spl
 Result<Reached> reach_with(const WindowSet& windows, std::span<const Split> splits,
                            const PipelineOptions& options, std::span<const std::size_t> columns) {
   if (splits.empty() || columns.empty())
-    return fail(Errc::invalid_argument, "nothing is reached without splits and columns");
+    return fail(
+        {.code = Errc::invalid_argument, .what = "nothing is reached without splits and columns"});
   Reached out;
   for (const Split& split : splits)
     if (auto ok = add_reached(windows, split, options, {columns.begin(), columns.end()}, out); !ok)

@@ -67,8 +67,10 @@ Status check_side(const WindowSet& windows, const std::vector<std::size_t>& rows
   const auto own = labels_in(windows, rows);
   for (const std::string& label : all)
     if (!own.contains(label))
-      return fail(Errc::invalid_argument, "no " + side + " window", label, {}, {},
-                  "Take shorter windows, fewer blocks or more recordings");
+      return fail({.code = Errc::invalid_argument,
+                   .where = label,
+                   .what = "no " + side + " window",
+                   .hint = "Take shorter windows, fewer blocks or more recordings"});
   return {};
 }
 
@@ -77,8 +79,9 @@ Status check_split(const WindowSet& windows, const Split& split, Protocol protoc
   if (auto ok = check_side(windows, split.train, "training"); !ok) return ok;
   if (protocol != Protocol::groups) return check_side(windows, split.test, "test");
   if (!split.test.empty()) return {};
-  return fail(Errc::invalid_argument, "no window is left to test", {}, {}, {},
-              "Take shorter windows or other groups");
+  return fail({.code = Errc::invalid_argument,
+               .what = "no window is left to test",
+               .hint = "Take shorter windows or other groups"});
 }
 
 }  // namespace
@@ -107,8 +110,9 @@ PlacesOf places_of(const ProtocolOptions& options) {
 
 Result<std::vector<Split>> split_windows(const WindowSet& windows, const ProtocolOptions& options) {
   if (windows.places.empty())
-    return fail(Errc::invalid_argument, "no window fits into the recordings", {}, {}, {},
-                "Take shorter windows or fewer blocks");
+    return fail({.code = Errc::invalid_argument,
+                 .what = "no window fits into the recordings",
+                 .hint = "Take shorter windows or fewer blocks"});
   std::vector<Split> out;
   if (options.protocol == Protocol::random) {
     RandomEngine engine(options.seed);
@@ -116,8 +120,11 @@ Result<std::vector<Split>> split_windows(const WindowSet& windows, const Protoco
       out.push_back(random_split(windows, options.test_share, engine));
   } else if (options.protocol == Protocol::blocks) {
     if (options.blocks < 2)
-      return fail(Errc::invalid_argument, "one block alone cannot train and test", "--blocks",
-                  "at least 2", std::to_string(options.blocks));
+      return fail({.code = Errc::invalid_argument,
+                   .where = "--blocks",
+                   .what = "one block alone cannot train and test",
+                   .expected = "at least 2",
+                   .got = std::to_string(options.blocks)});
     for (std::size_t b = 0; b < options.blocks; ++b)
       out.push_back(split_by(windows, [&](std::size_t r) { return windows.places[r].block == b; }));
   } else if (options.train_groups.empty() && options.test_groups.empty()) {

@@ -62,19 +62,23 @@ Result<WindowView> window_at(const Recording& recording, double start_s, double 
     const std::size_t first = first_sample(start_s, rate), count = samples_in(window_s, rate);
     const std::vector<double>& own = recording.samples[c];
     if (count == 0)
-      return fail(Errc::range, "the window holds no sample of the channel",
-                  recording.file + ": " + recording.channels[c].name,
-                  "half a sample or more at " + number_words(rate) + " Hz",
-                  number_words(window_s) + " s");
+      return fail({.code = Errc::range,
+                   .where = recording.file + ": " + recording.channels[c].name,
+                   .what = "the window holds no sample of the channel",
+                   .expected = "half a sample or more at " + number_words(rate) + " Hz",
+                   .got = number_words(window_s) + " s"});
     if (first > own.size() || count > own.size() - first)
-      return fail(Errc::range, "the window does not lie in the channel",
-                  recording.file + ": " + recording.channels[c].name,
-                  "within " + std::to_string(own.size()) + " samples",
-                  std::to_string(first) + " and " + std::to_string(count) + " more");
+      return fail({.code = Errc::range,
+                   .where = recording.file + ": " + recording.channels[c].name,
+                   .what = "the window does not lie in the channel",
+                   .expected = "within " + std::to_string(own.size()) + " samples",
+                   .got = std::to_string(first) + " and " + std::to_string(count) + " more"});
     out.push_back(std::span(own).subspan(first, count));
   }
   if (out.empty())
-    return fail(Errc::invalid_argument, "a recording without channels", recording.file);
+    return fail({.code = Errc::invalid_argument,
+                 .where = recording.file,
+                 .what = "a recording without channels"});
   return out;
 }
 

@@ -90,14 +90,18 @@ Result<RecordingModel> train_recording_model(std::span<const Recording> recordin
   if (!windows) return pass(windows.error());
   const FeatureMatrix& matrix = windows->matrix;
   if (matrix.size() == 0)
-    return fail(Errc::invalid_argument, "no recording is as long as a window", {},
-                std::to_string(setup.window_s) + " s", {}, "Take a shorter --window-s");
+    return fail({.code = Errc::invalid_argument,
+                 .what = "no recording is as long as a window",
+                 .expected = std::to_string(setup.window_s) + " s",
+                 .hint = "Take a shorter --window-s"});
   const std::set<std::string> sorted(matrix.labels.begin(), matrix.labels.end());
   for (const TooShort& one : windows->too_short)
     if (!sorted.contains(one.label))
-      return fail(Errc::invalid_argument, "no recording of the label is as long as a window",
-                  one.label, std::to_string(setup.window_s) + " s", {},
-                  "Take a shorter --window-s");
+      return fail({.code = Errc::invalid_argument,
+                   .where = one.label,
+                   .what = "no recording of the label is as long as a window",
+                   .expected = std::to_string(setup.window_s) + " s",
+                   .hint = "Take a shorter --window-s"});
   std::vector<std::string> labels(sorted.begin(), sorted.end());
   std::vector<std::size_t> of_row;
   for (const std::string& label : matrix.labels)
@@ -131,8 +135,11 @@ Result<std::vector<RecordingAnswer>> classify_recordings(const RecordingModel& m
   const RecordingSetup& setup = model.setup;
   for (const Recording& recording : recordings)
     if (!same_sensor(recording.channels, setup.channels))
-      return fail(Errc::invalid_argument, "the model was trained for another sensor",
-                  recording.file, words_of(setup.channels), words_of(recording.channels));
+      return fail({.code = Errc::invalid_argument,
+                   .where = recording.file,
+                   .what = "the model was trained for another sensor",
+                   .expected = words_of(setup.channels),
+                   .got = words_of(recording.channels)});
   const auto windows =
       cut_and_extract(recordings, setup.window_s, places_in(setup), setup.features);
   if (!windows) return pass(windows.error());
@@ -148,8 +155,10 @@ Result<std::vector<RecordingAnswer>> classify_recordings(const RecordingModel& m
   for (RecordingAnswer& answer : out) {
     const auto most = std::max_element(answer.windows.begin(), answer.windows.end());
     if (*most == 0)
-      return fail(Errc::invalid_argument, "the recording is shorter than a window", answer.file,
-                  std::to_string(setup.window_s) + " s");
+      return fail({.code = Errc::invalid_argument,
+                   .where = answer.file,
+                   .what = "the recording is shorter than a window",
+                   .expected = std::to_string(setup.window_s) + " s"});
     answer.label = static_cast<std::size_t>(most - answer.windows.begin());
   }
   return out;

@@ -15,9 +15,12 @@ Result<WindowStream> WindowStream::make(std::vector<Channel> channels, FeatureCh
     for (const Channel& c : extractor->channels()) {
       const double samples = seconds * c.rate_hz;
       if (!(samples >= 1.0) || samples > static_cast<double>(ChannelExtractor::most_samples))
-        return fail(Errc::invalid_argument, "windows and steps need at least a sample", c.name,
-                    "1 to " + std::to_string(ChannelExtractor::most_samples) + " samples",
-                    std::to_string(samples));
+        return fail(
+            {.code = Errc::invalid_argument,
+             .where = c.name,
+             .what = "windows and steps need at least a sample",
+             .expected = "1 to " + std::to_string(ChannelExtractor::most_samples) + " samples",
+             .got = std::to_string(samples)});
     }
   }
   return WindowStream(std::move(*extractor), timing);
@@ -28,14 +31,18 @@ WindowStream::WindowStream(WindowExtractor extractor, Timing timing)
 
 Status WindowStream::add(std::size_t channel, std::span<const double> samples) {
   if (channel >= waiting_.size())
-    return fail(Errc::invalid_argument, "no such channel", {},
-                "below " + std::to_string(waiting_.size()), std::to_string(channel));
+    return fail({.code = Errc::invalid_argument,
+                 .what = "no such channel",
+                 .expected = "below " + std::to_string(waiting_.size()),
+                 .got = std::to_string(channel)});
   Waiting& own = waiting_[channel];
   if (const std::size_t bad = first_not_finite(samples); bad < samples.size())
-    return fail(Errc::invalid_argument, "sample is not finite",
-                extractor_.channels()[channel].name + ": sample " +
-                    std::to_string(own.dropped + own.kept.size() + bad),
-                "a finite number", std::to_string(samples[bad]));
+    return fail({.code = Errc::invalid_argument,
+                 .where = extractor_.channels()[channel].name + ": sample " +
+                          std::to_string(own.dropped + own.kept.size() + bad),
+                 .what = "sample is not finite",
+                 .expected = "a finite number",
+                 .got = std::to_string(samples[bad])});
   own.kept.insert(own.kept.end(), samples.begin(), samples.end());
   return {};
 }

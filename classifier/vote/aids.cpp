@@ -89,8 +89,11 @@ Result<VoteAids> learn_aids(const FabricModel& model, const FeatureMatrix& matri
                             const CrossDecisions& decisions, const TrainOptions& options,
                             double false_reject) {
   if (!(false_reject > 0.0 && false_reject < 1.0))
-    return fail(Errc::range, "unusable share of known trials to refuse", "learn_aids",
-                "between 0 and 1", std::to_string(false_reject));
+    return fail({.code = Errc::range,
+                 .where = "learn_aids",
+                 .what = "unusable share of known trials to refuse",
+                 .expected = "between 0 and 1",
+                 .got = std::to_string(false_reject)});
   auto profile = fit_profile(matrix, model.labels());
   if (!profile) return pass(profile.error());
   VoteAids begun;

@@ -23,7 +23,7 @@ void write_reject(LineWriter& out, const RejectRule& rule) {
 RejectRule read_reject(LineReader& in, std::size_t classes, std::size_t features) {
   RejectRule out;
   const auto kind = reject_kind_from(in.text("reject_kind"));
-  if (!kind) in.refuse(kind.error().message, kind.error().expected, kind.error().got);
+  if (!kind) in.refuse(kind.error().what, kind.error().expected, kind.error().got);
   out.kind = kind.value_or(RejectKind::neighbour);
   out.false_reject = in.number("false_reject");
   const std::vector<double> threshold = in.numbers("reject_threshold", reject_kinds, true);

@@ -64,8 +64,10 @@ Result<std::vector<std::size_t>> class_numbers(const FeatureMatrix& matrix,
   for (std::size_t r = 0; r < matrix.size(); ++r) {
     const auto at = std::lower_bound(labels.begin(), labels.end(), matrix.labels[r]);
     if (at == labels.end() || *at != matrix.labels[r])
-      return fail(Errc::invalid_argument, "label is not one of the model's", matrix.files[r], {},
-                  matrix.labels[r]);
+      return fail({.code = Errc::invalid_argument,
+                   .where = matrix.files[r],
+                   .what = "label is not one of the model's",
+                   .got = matrix.labels[r]});
     out.push_back(static_cast<std::size_t>(at - labels.begin()));
   }
   return out;
@@ -79,7 +81,10 @@ Result<ClassProfile> fit_profile(const FeatureMatrix& matrix, std::span<const st
   for (const std::size_t c : *of_row) ++count[c];
   for (std::size_t c = 0; c < count.size(); ++c)
     if (count[c] == 0)
-      return fail(Errc::invalid_argument, "no training row", "label " + labels[c], "at least 1");
+      return fail({.code = Errc::invalid_argument,
+                   .where = "label " + labels[c],
+                   .what = "no training row",
+                   .expected = "at least 1"});
   Matrix mean = class_means(matrix, *of_row, count);
   std::vector<double> deviation = deviations(matrix, *of_row, mean);
   return ClassProfile{std::move(mean), std::move(deviation)};

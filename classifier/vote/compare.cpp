@@ -5,11 +5,15 @@ namespace {
 
 Status check_part(const FabricModel& model, const FeatureMatrix& matrix) {
   if (auto ok = check(matrix); !ok) return ok;
-  if (matrix.size() == 0) return fail(Errc::invalid_argument, "nothing to vote on", "votes");
+  if (matrix.size() == 0)
+    return fail({.code = Errc::invalid_argument, .where = "votes", .what = "nothing to vote on"});
   if (matrix.names == model.feature_names()) return {};
-  return fail(Errc::invalid_argument, "columns are not those of the training", "votes",
-              std::to_string(model.feature_names().size()) + " features",
-              std::to_string(matrix.names.size()), "Same sensor, same phases, same order");
+  return fail({.code = Errc::invalid_argument,
+               .where = "votes",
+               .what = "columns are not those of the training",
+               .expected = std::to_string(model.feature_names().size()) + " features",
+               .got = std::to_string(matrix.names.size()),
+               .hint = "Same sensor, same phases, same order"});
 }
 
 struct Answers {

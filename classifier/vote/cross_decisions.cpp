@@ -51,8 +51,9 @@ class PairWorker {
       for (const std::size_t i : fold.validate) {
         out[i] = core->decide(rows.row(i));
         if (!std::isfinite(out[i]))
-          return fail(Errc::range, "a held-out decision is not finite",
-                      matrix_.files[problem.rows[i]]);
+          return fail({.code = Errc::range,
+                       .where = matrix_.files[problem.rows[i]],
+                       .what = "a held-out decision is not finite"});
       }
     }
     return out;
@@ -69,7 +70,9 @@ class PairWorker {
 Status check_training(const FabricModel& model, const FeatureMatrix& matrix) {
   if (auto ok = check(matrix); !ok) return ok;
   if (matrix.names == model.feature_names()) return {};
-  return fail(Errc::invalid_argument, "columns are not those of the training", "cross_decisions");
+  return fail({.code = Errc::invalid_argument,
+               .where = "cross_decisions",
+               .what = "columns are not those of the training"});
 }
 
 }  // namespace
@@ -95,8 +98,9 @@ Result<CrossDecisions> cross_decisions(const FabricModel& model, const FeatureMa
   if (!own) return pass(own.error());
   const RowsOfLabel rows = rows_by_label(matrix);
   if (rows.size() != model.labels().size())
-    return fail(Errc::invalid_argument, "a label of the model has no training row",
-                "cross_decisions");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "cross_decisions",
+                 .what = "a label of the model has no training row"});
   CrossDecisions out{std::move(*own), Matrix(matrix.size(), model.labels().size())};
   const RareT rare;
   std::vector<Status> done(model.pairs().size());

@@ -146,11 +146,16 @@ Result<std::optional<VoteAids>> learn_aids(const TrainedLearner& learner,
                                            const FeatureMatrix& matrix, const TrainOptions& options,
                                            double false_reject) {
   if (!(false_reject > 0.0 && false_reject < 1.0))
-    return fail(Errc::range, "unusable share of known trials to refuse", "learn_aids",
-                "between 0 and 1", std::to_string(false_reject));
+    return fail({.code = Errc::range,
+                 .where = "learn_aids",
+                 .what = "unusable share of known trials to refuse",
+                 .expected = "between 0 and 1",
+                 .got = std::to_string(false_reject)});
   if (auto ok = check(matrix); !ok) return pass(ok.error());
   if (matrix.names != learner.feature_names())
-    return fail(Errc::invalid_argument, "columns are not those of the training", "learn_aids");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "learn_aids",
+                 .what = "columns are not those of the training"});
   return within_memory(matrix.size(), [&] {
     return learner.cores() != nullptr ? learn_of_cores(learner, matrix, options, false_reject)
                                       : learn_without_cores(learner, matrix, options, false_reject);
@@ -160,10 +165,12 @@ Result<Answer> answer(const TrainedLearner& learner, const std::optional<VoteAid
                       std::span<const double> features, const VoteOptions& options) {
   if (learner.cores() != nullptr) return answer_of_cores(learner, aids, features, options);
   if (options.kind != VoteKind::majority)
-    return fail(Errc::invalid_argument, "kinds of vote are for cores",
-                std::string(to_string(options.kind)), "a model of cores",
-                std::string(to_string(learner.kind())),
-                "Leave the kind of vote out, or train cores");
+    return fail({.code = Errc::invalid_argument,
+                 .where = std::string(to_string(options.kind)),
+                 .what = "kinds of vote are for cores",
+                 .expected = "a model of cores",
+                 .got = std::string(to_string(learner.kind())),
+                 .hint = "Leave the kind of vote out, or train cores"});
   auto said = ask(learner, features);
   if (!said) return pass(said.error());
   Answer out{std::move(said->ballot), {}, {}, false};

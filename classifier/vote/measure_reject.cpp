@@ -117,12 +117,16 @@ Result<std::array<RejectFigures, reject_kinds>> measure_reject(const FeatureMatr
   const auto model = train(train_part, options);
   if (!model) return pass(model.error());
   if (model->labels().size() < 3)
-    return fail(Errc::invalid_argument, "too few fabrics to leave one out", "measure_reject",
-                "at least 3", std::to_string(model->labels().size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "measure_reject",
+                 .what = "too few fabrics to leave one out",
+                 .expected = "at least 3",
+                 .got = std::to_string(model->labels().size())});
   if (auto ok = check(test_part); !ok) return pass(ok.error());
   if (auto known = class_numbers(test_part, model->labels()); !known) return pass(known.error());
   if (test_part.size() == 0)
-    return fail(Errc::invalid_argument, "nothing to test", "measure_reject");
+    return fail(
+        {.code = Errc::invalid_argument, .where = "measure_reject", .what = "nothing to test"});
   const auto held_out = cross_decisions(*model, train_part, options);
   if (!held_out) return pass(held_out.error());
   Campaign campaign;

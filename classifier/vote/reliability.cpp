@@ -10,20 +10,31 @@ namespace {
 Status check_input(const Matrix& probability, std::span<const std::size_t> answer,
                    std::span<const std::size_t> truth, std::size_t bins) {
   if (bins == 0 || probability.rows() == 0)
-    return fail(Errc::invalid_argument, "nothing to compare", "reliability",
-                "at least one trial and one bin");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "reliability",
+                 .what = "nothing to compare",
+                 .expected = "at least one trial and one bin"});
   if (answer.size() != probability.rows() || truth.size() != probability.rows())
-    return fail(Errc::invalid_argument, "sizes disagree", "reliability",
-                std::to_string(probability.rows()) + " answers and true classes",
-                std::to_string(answer.size()) + " and " + std::to_string(truth.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "reliability",
+                 .what = "sizes disagree",
+                 .expected = std::to_string(probability.rows()) + " answers and true classes",
+                 .got = std::to_string(answer.size()) + " and " + std::to_string(truth.size())});
   for (const auto columns : {answer, truth})
     for (const std::size_t c : columns)
       if (c >= probability.cols())
-        return fail(Errc::range, "class beyond the last", "reliability",
-                    "< " + std::to_string(probability.cols()), std::to_string(c));
+        return fail({.code = Errc::range,
+                     .where = "reliability",
+                     .what = "class beyond the last",
+                     .expected = "< " + std::to_string(probability.cols()),
+                     .got = std::to_string(c)});
   for (const double p : probability.data())
     if (!(p >= 0.0 && p <= 1.0))
-      return fail(Errc::range, "not a probability", "reliability", "0 to 1", std::to_string(p));
+      return fail({.code = Errc::range,
+                   .where = "reliability",
+                   .what = "not a probability",
+                   .expected = "0 to 1",
+                   .got = std::to_string(p)});
   return {};
 }
 

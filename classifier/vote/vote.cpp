@@ -17,8 +17,10 @@ constexpr NameTable<VoteKind, 4> kind_names = {{
 }};
 
 tl::unexpected<Error> not_finite() {
-  return fail(Errc::range, "a core's decision is not finite", "vote", {}, {},
-              "The trial is absurdly far from every training trial");
+  return fail({.code = Errc::range,
+               .where = "vote",
+               .what = "a core's decision is not finite",
+               .hint = "The trial is absurdly far from every training trial"});
 }
 
 // Majority among some classes, ascending.
@@ -78,11 +80,17 @@ Result<Ballot> shortlist_vote(const FabricModel& model, std::span<const double> 
                               const VoteOptions& options) {
   const ClassProfile* profile = options.profile;
   if (options.shortlist == 0)
-    return fail(Errc::invalid_argument, "an empty short-list", "vote", "at least 1 class", "0");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "vote",
+                 .what = "an empty short-list",
+                 .expected = "at least 1 class",
+                 .got = "0"});
   if (profile == nullptr || profile->classes() != model.labels().size() ||
       profile->mean.cols() != features.size())
-    return fail(Errc::invalid_argument, "no class means of this model for a short-list", "vote", {},
-                {}, "Train the model again, or use another kind of vote");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "vote",
+                 .what = "no class means of this model for a short-list",
+                 .hint = "Train the model again, or use another kind of vote"});
   return count_among(model, features, nearest_classes(*profile, features, options.shortlist));
 }
 
@@ -115,13 +123,19 @@ std::size_t rows_at_a_time(const FabricModel& model) {
 Status check_features(const FabricModel& model, std::span<const double> features) {
   const std::vector<std::string>& names = model.feature_names();
   if (features.size() != names.size())
-    return fail(Errc::invalid_argument, "wrong number of features", "vote",
-                std::to_string(names.size()), std::to_string(features.size()),
-                "Was the model trained for another sensor?");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "vote",
+                 .what = "wrong number of features",
+                 .expected = std::to_string(names.size()),
+                 .got = std::to_string(features.size()),
+                 .hint = "Was the model trained for another sensor?"});
   for (std::size_t k = 0; k < features.size(); ++k)
     if (!std::isfinite(features[k]))
-      return fail(Errc::invalid_argument, "feature is not finite", names[k], "a finite number",
-                  std::to_string(features[k]));
+      return fail({.code = Errc::invalid_argument,
+                   .where = names[k],
+                   .what = "feature is not finite",
+                   .expected = "a finite number",
+                   .got = std::to_string(features[k])});
   return {};
 }
 

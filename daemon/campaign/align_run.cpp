@@ -103,7 +103,8 @@ Result<AlignSummary> run_alignment(const AlignRequest& request) {
       request.moved_on(run.state());
     return run.result().has_value();
   });
-  if (!run.result()) return fail(Errc::timeout, "the bench fell silent", "bench");
+  if (!run.result())
+    return fail({.code = Errc::timeout, .where = "bench", .what = "the bench fell silent"});
   const auto ended = std::chrono::duration_cast<std::chrono::seconds>(utc_now());
   return AlignSummary{rig.name,      rig.bench,          *plan,
                       *run.result(), run.state().rounds, to_seconds((*session)->loop().now()),

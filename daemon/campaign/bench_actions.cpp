@@ -217,12 +217,13 @@ std::optional<Error> BenchActions::still_awaited() const {
   if (const auto& off_n = biasing_->off_n)
     std::snprintf(got, sizeof got, "%.2f, %.2f, %.2f N along x, y, z, after %d requests",
                   (*off_n)[0], (*off_n)[1], (*off_n)[2], biasing_->times);
-  return Error{Errc::timeout,
-               "the force does not stay at zero after the sensor's bias",
-               bench_->wrench().entry().name,
-               wanted,
-               got,
-               "Look at what touches or shakes the plate, then at the sensor's cable or network"};
+  return Error{
+      .code = Errc::timeout,
+      .where = bench_->wrench().entry().name,
+      .what = "the force does not stay at zero after the sensor's bias",
+      .expected = wanted,
+      .got = got,
+      .hint = "Look at what touches or shakes the plate, then at the sensor's cable or network"};
 }
 
 // Back from the set point to rest, z stays at or under where the cloth bore the probe.

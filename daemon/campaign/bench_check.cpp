@@ -170,7 +170,7 @@ BenchFindings look_at(const recipes::RigLimits& limits, const RigFile& rig,
 }  // namespace
 
 Diagnostic diagnostic(const Error& error, std::string pointer) {
-  return {std::move(pointer), error.message, error.expected, error.got, error.hint};
+  return {std::move(pointer), error.what, error.expected, error.got, error.hint};
 }
 
 std::string pointer_in(const std::string& where) {
@@ -194,8 +194,10 @@ Status check_rig_file(const std::filesystem::path& path) {
   if (!rig) return pass(rig.error());
   const auto problems = check_rig(*rig, path, PluginDrivers::unread);
   if (problems.empty()) return {};
-  return fail(Errc::invalid_argument, recipes::to_string(problems.front()), path.string(), {}, {},
-              "weft check tells all of it");
+  return fail({.code = Errc::invalid_argument,
+               .where = path.string(),
+               .what = recipes::to_string(problems.front()),
+               .hint = "weft check tells all of it"});
 }
 
 }  // namespace weft::daemon

@@ -112,7 +112,9 @@ Result<std::unique_ptr<BenchSession>> simulated_session(const SessionRequest& re
 }  // namespace
 
 void BenchSession::befall(const FaultOrder& order) {
-  order.told(fail(Errc::unsupported, "nothing lets faults befall a real bench", "bench"));
+  order.told(fail({.code = Errc::unsupported,
+                   .where = "bench",
+                   .what = "nothing lets faults befall a real bench"}));
 }
 
 Status bring_up(BenchSession& session, const StopAsked& stop_asked) {
@@ -120,8 +122,10 @@ Status bring_up(BenchSession& session, const StopAsked& stop_asked) {
   session.bench().bring_up([&up](Status outcome) { up = std::move(outcome); });
   session.run_until([&] { return up.has_value() || stop_asked(); });
   if (up) return *up;
-  if (stop_asked()) return fail(Errc::wrong_state, "stopped while the bench came up", "bench");
-  return fail(Errc::timeout, "the bench fell silent", "bench");
+  if (stop_asked())
+    return fail(
+        {.code = Errc::wrong_state, .where = "bench", .what = "stopped while the bench came up"});
+  return fail({.code = Errc::timeout, .where = "bench", .what = "the bench fell silent"});
 }
 
 Result<std::unique_ptr<BenchSession>> open_session(const SessionRequest& request) {

@@ -349,8 +349,9 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   const CheckedRequest& checked = settled->checked;
   RigFile& rig = settled->rig;
   if (checked.plan.forecast.asks > 0 && hooks.orders == nullptr)
-    return fail(Errc::unsupported, "the recipe asks for people, and nobody can confirm here",
-                request.recipe.string());
+    return fail({.code = Errc::unsupported,
+                 .where = request.recipe.string(),
+                 .what = "the recipe asks for people, and nobody can confirm here"});
   if (hooks.planned) hooks.planned(checked.plan);
   const auto began = steady_wall_now();
   const auto session = open_session({rig, request.rig, checked.plan.limits, checked.plan.seed});

@@ -86,8 +86,10 @@ Status forget_end(const std::filesystem::path& folder) {
   if (const auto aside = name_aside(dataset); !error && !aside.empty())
     std::filesystem::rename(dataset, folder / aside, error);
   if (error)
-    return fail(Errc::io, "cannot set certificate and data set aside", folder.string(), {},
-                error.message());
+    return fail({.code = Errc::io,
+                 .where = folder.string(),
+                 .what = "cannot set certificate and data set aside",
+                 .got = error.message()});
   return sync_folder(folder);  // before the campaign goes on: the old end must not come back
 }
 
@@ -208,12 +210,12 @@ Result<CampaignSummary> certified_summary(const std::filesystem::path& folder,
   if (*certificate) summary.dataset_sha256 = (*certificate)->dataset_sha256;
   if (!summary.dataset_sha256.empty()) summary.dataset_file = folder / dataset_file_name;
   if (summary.trials_complete < summary.trials_planned)
-    summary.error = Error{Errc::device,
-                          "trials of the campaign failed before",
-                          summary.campaign_file.string(),
-                          std::to_string(summary.trials_planned),
-                          std::to_string(summary.trials_complete),
-                          "weft log and the journal in the file say which and why"};
+    summary.error = Error{.code = Errc::trials_failed,
+                          .where = summary.campaign_file.string(),
+                          .what = "trials of the campaign failed before",
+                          .expected = std::to_string(summary.trials_planned),
+                          .got = std::to_string(summary.trials_complete),
+                          .hint = "weft log and the journal in the file say which and why"};
   return summary;
 }
 

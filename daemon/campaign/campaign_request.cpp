@@ -51,7 +51,9 @@ Result<CheckedRequest> check_recipe_and_rig(const CampaignRequest& request) {
   if (!recipe) return pass(recipe.error());
   recipes::CheckReport report = recipes::check_recipe(*recipe, *limits, request.seed);
   if (!report.plan)
-    return fail(Errc::invalid_argument, all_problems(report.problems), request.recipe.string());
+    return fail({.code = Errc::invalid_argument,
+                 .where = request.recipe.string(),
+                 .what = all_problems(report.problems)});
   return CheckedRequest{std::move(*report.plan), std::move(*recipe), *rig_text,
                         std::move(report.warnings)};
 }
@@ -64,9 +66,13 @@ Status check_its_bench(const CampaignRequest& request, const CheckedRequest& che
   const auto bench = preflight_bench(request, checked.plan, *rig, PluginDrivers::unread);
   if (!bench) return pass(bench.error());
   if (const auto& problems = bench->findings.rig; !problems.empty())
-    return fail(Errc::invalid_argument, all_problems(problems), request.rig.string());
+    return fail({.code = Errc::invalid_argument,
+                 .where = request.rig.string(),
+                 .what = all_problems(problems)});
   if (const auto& problems = bench->findings.recipe; !problems.empty())
-    return fail(Errc::invalid_argument, all_problems(problems), request.recipe.string());
+    return fail({.code = Errc::invalid_argument,
+                 .where = request.recipe.string(),
+                 .what = all_problems(problems)});
   return {};
 }
 

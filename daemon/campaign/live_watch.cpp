@@ -26,21 +26,27 @@ Status fits(const recipes::Exploration& exploration, const recipes::RigLimits& l
             double sample_rate_hz, const classifier::FeatureSetup& setup,
             const std::string& bench) {
   if (!setup.exploration.empty() && setup.exploration != exploration.name)
-    return fail(Errc::invalid_argument, "the model was trained on another exploration", {},
-                exploration.name, setup.exploration);
+    return fail({.code = Errc::invalid_argument,
+                 .what = "the model was trained on another exploration",
+                 .expected = exploration.name,
+                 .got = setup.exploration});
   if (setup.taxels != limits.taxels)
-    return fail(Errc::invalid_argument, "the model was trained on another sensor", {},
-                std::to_string(limits.taxels) + " taxels", std::to_string(setup.taxels));
+    return fail({.code = Errc::invalid_argument,
+                 .what = "the model was trained on another sensor",
+                 .expected = std::to_string(limits.taxels) + " taxels",
+                 .got = std::to_string(setup.taxels)});
   if (std::abs(sample_rate_hz - limits.taxel_rate_hz) > same_rate * limits.taxel_rate_hz)
-    return fail(Errc::invalid_argument, "the model was trained at another sample rate", {},
-                std::to_string(limits.taxel_rate_hz) + " Hz",
-                std::to_string(sample_rate_hz) + " Hz");
+    return fail({.code = Errc::invalid_argument,
+                 .what = "the model was trained at another sample rate",
+                 .expected = std::to_string(limits.taxel_rate_hz) + " Hz",
+                 .got = std::to_string(sample_rate_hz) + " Hz"});
   const bool other_bench = bench != "unknown" && bench != data_of(limits);
   if (exploration.live_vote->stop_early && other_bench)
-    return fail(Errc::unsupported, "a model of another kind of bench would end the slides", {},
-                "one trained on " + std::string(data_of(limits)) + " data",
-                "one trained on " + bench + " data",
-                "Leave stop_early out: it votes then, and ends nothing");
+    return fail({.code = Errc::unsupported,
+                 .what = "a model of another kind of bench would end the slides",
+                 .expected = "one trained on " + std::string(data_of(limits)) + " data",
+                 .got = "one trained on " + bench + " data",
+                 .hint = "Leave stop_early out: it votes then, and ends nothing"});
   return {};
 }
 
@@ -48,8 +54,10 @@ Status knows_enough(const recipes::Exploration& exploration, const classifier::S
   const bool knows = std::ranges::all_of(
       model.stages, [](const auto& stage) { return stage.model.aids.has_value(); });
   if (!exploration.live_vote->stop_early || knows) return {};
-  return fail(Errc::unsupported, "the model knows no probability, so it is never sure", {}, {}, {},
-              "weft train --live writes one that does, of three slides or more of each label");
+  return fail(
+      {.code = Errc::unsupported,
+       .what = "the model knows no probability, so it is never sure",
+       .hint = "weft train --live writes one that does, of three slides or more of each label"});
 }
 
 using recipes::Exploration;
@@ -58,7 +66,10 @@ Status check_size_of(const std::filesystem::path& file) {
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   if (error)
-    return fail(Errc::not_found, "cannot read the file", file.string(), {}, error.message());
+    return fail({.code = Errc::not_found,
+                 .where = file.string(),
+                 .what = "cannot read the file",
+                 .got = error.message()});
   const Status ok = check_live_model_size(size);
   return ok ? ok : Status(pass(ok.error(), file.string()));
 }
@@ -109,10 +120,11 @@ Status each_voting(const recipes::Plan& plan, const std::filesystem::path& folde
 
 Status check_live_model_size(std::uintmax_t bytes) {
   if (bytes <= most_model_bytes) return {};
-  return fail(Errc::range, "the model is larger than a run loads", {},
-              "at most " + std::to_string(most_model_bytes) + " bytes",
-              std::to_string(bytes) + " bytes",
-              "Fewer trials make a smaller one, as does another learner than trees");
+  return fail({.code = Errc::range,
+               .what = "the model is larger than a run loads",
+               .expected = "at most " + std::to_string(most_model_bytes) + " bytes",
+               .got = std::to_string(bytes) + " bytes",
+               .hint = "Fewer trials make a smaller one, as does another learner than trees"});
 }
 
 Result<LiveModels> load_live_models(const recipes::Plan& plan,

@@ -176,7 +176,10 @@ std::vector<EmergencyStop> emergency_stops(const RigFile& rig) {
 Result<std::unique_ptr<Monitor>> Monitor::start(std::vector<EmergencyStop> stops,
                                                 Duration patience) {
   const auto failed = [](const char* what) {
-    return fail(Errc::io, what, "monitor", {}, std::generic_category().message(errno));
+    return fail({.code = Errc::io,
+                 .where = "monitor",
+                 .what = what,
+                 .got = std::generic_category().message(errno)});
   };
   void* memory =
       ::mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);

@@ -29,16 +29,22 @@ std::string counted(std::size_t trials) {
 /// The campaign, where there is something in it that can be kept.
 Result<CampaignPast> worth_keeping(const fs::path& folder, const StopAsked& stop_asked) {
   if (!has_campaign(folder))
-    return fail(Errc::not_found, "nothing is on record", folder.string(), {}, {},
-                "Discard the run, or go on with it");
+    return fail({.code = Errc::not_found,
+                 .where = folder.string(),
+                 .what = "nothing is on record",
+                 .hint = "Discard the run, or go on with it"});
   if (Status ok = holds(campaign_in(folder), stop_asked); !ok) return pass(ok.error());
   auto past = load_past(campaign_in(folder));
   if (!past) return past;
   if (past->progress.discarded)
-    return fail(Errc::wrong_state, "the campaign was discarded", folder.string());
+    return fail({.code = Errc::wrong_state,
+                 .where = folder.string(),
+                 .what = "the campaign was discarded"});
   if (past->complete() > past->ended_early()) return past;
-  return fail(Errc::wrong_state, "no trial is complete, so there is nothing to keep",
-              folder.string(), {}, {}, "Discard the run, or go on with it");
+  return fail({.code = Errc::wrong_state,
+               .where = folder.string(),
+               .what = "no trial is complete, so there is nothing to keep",
+               .hint = "Discard the run, or go on with it"});
 }
 
 /// The last line of a file that is not gone on with, and its end.

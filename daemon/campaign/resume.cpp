@@ -20,8 +20,12 @@ namespace {
 
 Status same_text(const char* what, const std::string& recorded, const std::string& now) {
   if (recorded == now) return {};
-  return fail(Errc::wrong_state, std::string("the campaign was begun with another ") + what,
-              "resume", recorded, now, "Go on with the same one, or begin a new campaign");
+  return fail({.code = Errc::wrong_state,
+               .where = "resume",
+               .what = std::string("the campaign was begun with another ") + what,
+               .expected = recorded,
+               .got = now,
+               .hint = "Go on with the same one, or begin a new campaign"});
 }
 
 Status same_request(const CampaignPast& past, const CheckedRequest& checked) {
@@ -30,8 +34,11 @@ Status same_request(const CampaignPast& past, const CheckedRequest& checked) {
   if (same) same = same_text("rig file", info.rig_sha256, sha256_hex(checked.rig_text));
   if (same) same = same_text("seed", std::to_string(info.seed), std::to_string(checked.plan.seed));
   if (same && past.progress.planned != checked.plan.trials.size())
-    return fail(Errc::corrupt, "the file and the recipe disagree on the number of trials", "resume",
-                std::to_string(checked.plan.trials.size()), std::to_string(past.progress.planned));
+    return fail({.code = Errc::corrupt,
+                 .where = "resume",
+                 .what = "the file and the recipe disagree on the number of trials",
+                 .expected = std::to_string(checked.plan.trials.size()),
+                 .got = std::to_string(past.progress.planned)});
   return same;
 }
 
@@ -106,9 +113,10 @@ Status no_end_is_there(const std::filesystem::path& folder) {
   std::error_code unseen;
   for (const char* name : {certificate_file_name, dataset_file_name})
     if (std::filesystem::exists(folder / name, unseen))
-      return fail(Errc::corrupt, "the campaign file is missing or blank, but its end is there",
-                  (folder / name).string(), {}, {},
-                  "Put campaign.sqlite back, or begin in another folder");
+      return fail({.code = Errc::corrupt,
+                   .where = (folder / name).string(),
+                   .what = "the campaign file is missing or blank, but its end is there",
+                   .hint = "Put campaign.sqlite back, or begin in another folder"});
   return {};
 }
 
@@ -117,8 +125,10 @@ Status holds(const std::filesystem::path& campaign, const StopAsked& stop_asked)
   if (!report) return pass(report.error());
   if (report->holds()) return {};
   const VerifyFinding& first = report->findings.front();
-  return fail(Errc::corrupt, "the campaign is not as it was recorded: " + first.what, first.where,
-              {}, {}, first.hint.empty() ? "weft verify tells all of it" : first.hint);
+  return fail({.code = Errc::corrupt,
+               .where = first.where,
+               .what = "the campaign is not as it was recorded: " + first.what,
+               .hint = first.hint.empty() ? "weft verify tells all of it" : first.hint});
 }
 
 bool is_anything_left(const CampaignRequest& request) {
@@ -160,7 +170,9 @@ Result<std::optional<Resumption>> resumption(const std::filesystem::path& campai
   auto past = load_past(campaign);
   if (!past) return pass(past.error());
   if (past->progress.discarded)
-    return fail(Errc::wrong_state, "the campaign was discarded", campaign.string());
+    return fail({.code = Errc::wrong_state,
+                 .where = campaign.string(),
+                 .what = "the campaign was discarded"});
   if (Status same = same_request(*past, checked); !same) return pass(same.error());
   if (past->attempts.empty()) return std::optional<Resumption>{};  // no trial has begun
   if (Status same = same_models(campaign, checked); !same) return pass(same.error());
@@ -176,8 +188,9 @@ Result<std::optional<Resumption>> resumption(const std::filesystem::path& campai
                         !is_handed_over(campaign.parent_path());
   out.only_tells = over && !out.only_concludes && !out.only_hands_over;
   if (out.only_tells && !accept_whole)
-    return fail(Errc::wrong_state, "nothing is left: the campaign came to its end",
-                campaign.string());
+    return fail({.code = Errc::wrong_state,
+                 .where = campaign.string(),
+                 .what = "nothing is left: the campaign came to its end"});
   out.past = std::move(*past);
   return std::optional(std::move(out));
 }
@@ -189,9 +202,12 @@ Status same_devices(const std::vector<DeviceInfo>& recorded, const Bench& bench)
     const auto then = std::find_if(recorded.begin(), recorded.end(),
                                    [&](const DeviceInfo& d) { return d.name == now.name; });
     if (then == recorded.end() || *then != now)
-      return fail(Errc::wrong_state, "another device than the one that the campaign was begun with",
-                  now.name, then == recorded.end() ? "" : then->identity_json, now.identity_json,
-                  "Put the device back, or begin a new campaign");
+      return fail({.code = Errc::wrong_state,
+                   .where = now.name,
+                   .what = "another device than the one that the campaign was begun with",
+                   .expected = then == recorded.end() ? "" : then->identity_json,
+                   .got = now.identity_json,
+                   .hint = "Put the device back, or begin a new campaign"});
   }
   return {};
 }

@@ -11,9 +11,15 @@ constexpr std::size_t longest_answer = 65536;
 Status read_answer(const std::string& line) {
   const json object = json::parse(line, nullptr, false);
   if (!object.is_object())
-    return fail(Errc::parse, "weft-rig's answer is not understood", "console", "an object", line);
+    return fail({.code = Errc::parse,
+                 .where = "console",
+                 .what = "weft-rig's answer is not understood",
+                 .expected = "an object",
+                 .got = line});
   if (object.value("ok", false)) return {};
-  return fail(Errc::device, object.value("error", "weft-rig gave no reason"), "weft-rig");
+  return fail({.code = Errc::device_refused,
+               .where = "weft-rig",
+               .what = object.value("error", "weft-rig gave no reason")});
 }
 
 }  // namespace

@@ -59,10 +59,12 @@ Status same_rates(const RigFile& rig, const recipes::RigLimits& limits, const si
         (device.role == "wrench" ? limits.wrench_rate_hz : limits.taxel_rate_hz) *
         records_per_sample(device);
     if (std::abs(told_hz - *sent_hz) <= tolerance * *sent_hz) continue;
-    return fail(Errc::invalid_argument, "driver and emulator disagree on the rate",
-                "/devices/" + std::to_string(i) + "/config/rate_hz",
-                std::to_string(*sent_hz) + " Hz, as the emulator sends",
-                std::to_string(told_hz) + " Hz", "Change one of them");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "/devices/" + std::to_string(i) + "/config/rate_hz",
+                 .what = "driver and emulator disagree on the rate",
+                 .expected = std::to_string(*sent_hz) + " Hz, as the emulator sends",
+                 .got = std::to_string(told_hz) + " Hz",
+                 .hint = "Change one of them"});
   }
   return {};
 }
@@ -71,8 +73,10 @@ Result<std::string> read_fabrics(const RigFile& rig_file, const std::filesystem:
   const auto root = nlohmann::json::parse(rig_file.text, nullptr, false);
   const auto pointer = nlohmann::json::json_pointer("/simulation/fabrics");
   if (root.is_discarded() || !root.contains(pointer) || !root[pointer].is_string())
-    return fail(Errc::invalid_argument, "the rig file names no cloth table",
-                rig_path.string() + ": /simulation/fabrics", "a path relative to the rig file");
+    return fail({.code = Errc::invalid_argument,
+                 .where = rig_path.string() + ": /simulation/fabrics",
+                 .what = "the rig file names no cloth table",
+                 .expected = "a path relative to the rig file"});
   return read_text_file(rig_path.parent_path() / root[pointer].get<std::string>());
 }
 

@@ -25,17 +25,25 @@ Result<sim::FidelityTable> read_table(const RigFile& rig, const std::filesystem:
   const json root = json::parse(rig.text, nullptr, false);
   const json::json_pointer pointer(place);
   if (root.is_discarded() || !root.contains(pointer) || !root[pointer].is_string())
-    return fail(Errc::invalid_argument, "the rig file names no table to choose a fidelity from",
-                place, "a path relative to the rig file", {},
-                "Leave --accuracy and --budget out, or name sim/fidelity.json");
+    return fail({.code = Errc::invalid_argument,
+                 .where = place,
+                 .what = "the rig file names no table to choose a fidelity from",
+                 .expected = "a path relative to the rig file",
+                 .hint = "Leave --accuracy and --budget out, or name sim/fidelity.json"});
   const auto text = read_text_file(rig_path.parent_path() / root[pointer].get<std::string>());
   if (!text)
-    return fail(text.error().code, "the table to choose a fidelity from cannot be read", place,
-                "a table made by weft trade sim", text.error().where);
+    return fail({.code = text.error().code,
+                 .where = place,
+                 .what = "the table to choose a fidelity from cannot be read",
+                 .expected = "a table made by weft trade sim",
+                 .got = text.error().where});
   auto table = sim::parse_fidelity(*text);
   if (!table)
-    return fail(table.error().code, table.error().message + " in the table of fidelities", place,
-                table.error().expected, table.error().got + " at " + table.error().where);
+    return fail({.code = table.error().code,
+                 .where = place,
+                 .what = table.error().what + " in the table of fidelities",
+                 .expected = table.error().expected,
+                 .got = table.error().got + " at " + table.error().where});
   return table;
 }
 
@@ -92,8 +100,11 @@ Result<ChosenSimulation> choose_simulation(const RigFile& rig,
   const bool knob = asked.accuracy_n || asked.times_real_time;
   if (!simulated_here(rig)) {
     if (!knob) return ChosenSimulation{{}, rig.text};
-    return fail(Errc::unsupported, "there is no simulation here whose fidelity could be chosen",
-                "/bench", "a simulated bench", {}, "Leave --accuracy and --budget out");
+    return fail({.code = Errc::unsupported,
+                 .where = "/bench",
+                 .what = "there is no simulation here whose fidelity could be chosen",
+                 .expected = "a simulated bench",
+                 .hint = "Leave --accuracy and --budget out"});
   }
   std::optional<sim::FidelityTable> table;
   if (knob) {
@@ -126,7 +137,10 @@ Result<SimulationNote> simulation_note_from(std::string_view json_text) {
     for (const json& each : root.at("errors")) note.errors.push_back(error_from(each));
     return note;
   } catch (const json::exception& e) {
-    return fail(Errc::parse, "not what a run says of its simulation", "journal", {}, e.what());
+    return fail({.code = Errc::parse,
+                 .where = "journal",
+                 .what = "not what a run says of its simulation",
+                 .got = e.what()});
   }
 }
 

@@ -24,8 +24,12 @@ std::string percent_text(double fraction) {
 
 Error bad(std::string what, std::string where, std::string expected, std::string got,
           std::string hint) {
-  return {Errc::device,        std::move(what), std::move(where),
-          std::move(expected), std::move(got),  std::move(hint)};
+  return {.code = Errc::measurement,
+          .where = std::move(where),
+          .what = std::move(what),
+          .expected = std::move(expected),
+          .got = std::move(got),
+          .hint = std::move(hint)};
 }
 
 }  // namespace

@@ -16,7 +16,11 @@ class LineTaxels final : public DriverBase {
  public:
   LineTaxels(Duration stale_after, DriverHost& driver_host)
       : DriverBase(driver_host), stale_after_(stale_after), silence_(driver_host.loop(), [this] {
-          raise({Errc::timeout, "the array is silent", {}, "a line", "nothing", "Is it on?"});
+          raise({.code = Errc::timeout,
+                 .what = "the array is silent",
+                 .expected = "a line",
+                 .got = "nothing",
+                 .hint = "Is it on?"});
         }) {}
 
   Status open() override {
@@ -24,7 +28,8 @@ class LineTaxels final : public DriverBase {
     if (Status taken = attach(); !taken) return taken;
     silence_.expect_within(stale_after_);
     constexpr std::array<std::uint8_t, 2> who_are_you{'?', '\n'};
-    if (!send(who_are_you)) return fail(Errc::io, "the port does not take the question");
+    if (!send(who_are_you))
+      return fail({.code = Errc::io, .what = "the port does not take the question"});
     return {};
   }
   Status arm() override {
@@ -34,7 +39,7 @@ class LineTaxels final : public DriverBase {
     return {};
   }
   Result<std::uint32_t> command(const Command&) override {
-    return fail(Errc::unsupported, "a tactile array takes no commands");
+    return fail({.code = Errc::unsupported, .what = "a tactile array takes no commands"});
   }
   void stop() override { make_safe(), enter(LifecycleEvent::disarmed); }
   void close() override { make_safe(), detach(), enter(LifecycleEvent::close); }

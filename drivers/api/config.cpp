@@ -42,8 +42,9 @@ ConfigReader::ConfigReader(std::string_view json) : document_(std::make_unique<D
   document_->object = nlohmann::json::parse(json, nullptr, /*allow_exceptions=*/false);
   if (document_->object.is_object()) return;
   document_->object = nlohmann::json::object();
-  note(
-      {Errc::parse, "the configuration is not a JSON object", {}, "{\"key\": value, ...}", {}, {}});
+  note({.code = Errc::parse,
+        .what = "the configuration is not a JSON object",
+        .expected = "{\"key\": value, ...}"});
 }
 
 ConfigReader::~ConfigReader() = default;
@@ -54,12 +55,11 @@ void ConfigReader::note(Error error) {
 
 void ConfigReader::refuse(std::string_view key, std::string message, std::string expected,
                           std::string got) {
-  note({Errc::range,
-        std::move(message),
-        "/" + std::string(key),
-        std::move(expected),
-        std::move(got),
-        {}});
+  note({.code = Errc::range,
+        .where = "/" + std::string(key),
+        .what = std::move(message),
+        .expected = std::move(expected),
+        .got = std::move(got)});
 }
 
 double ConfigReader::number(std::string_view key, double fallback, NumberRange range) {
@@ -67,12 +67,11 @@ double ConfigReader::number(std::string_view key, double fallback, NumberRange r
   const nlohmann::json* value = document_->find(key);
   if (value == nullptr) return fallback;
   if (!value->is_number()) {
-    note({Errc::invalid_argument,
-          "not a number",
-          "/" + known_.back(),
-          range_text(range),
-          value->type_name(),
-          {}});
+    note({.code = Errc::invalid_argument,
+          .where = "/" + known_.back(),
+          .what = "not a number",
+          .expected = range_text(range),
+          .got = value->type_name()});
     return fallback;
   }
   const double x = value->get<double>();
@@ -92,12 +91,10 @@ bool ConfigReader::flag(std::string_view key, bool fallback) {
   const nlohmann::json* value = document_->find(key);
   if (value == nullptr) return fallback;
   if (value->is_boolean()) return value->get<bool>();
-  note({Errc::invalid_argument,
-        "not true or false",
-        "/" + known_.back(),
-        {},
-        value->type_name(),
-        {}});
+  note({.code = Errc::invalid_argument,
+        .where = "/" + known_.back(),
+        .what = "not true or false",
+        .got = value->type_name()});
   return fallback;
 }
 
@@ -113,12 +110,11 @@ std::string ConfigReader::choice(std::string_view key, std::string_view fallback
   std::string expected;
   for (const std::string_view c : choices)
     expected += (expected.empty() ? "" : ", ") + std::string(c);
-  note({Errc::invalid_argument,
-        "not one of the choices",
-        "/" + known_.back(),
-        expected,
-        value->is_string() ? value->get<std::string>() : value->type_name(),
-        {}});
+  note({.code = Errc::invalid_argument,
+        .where = "/" + known_.back(),
+        .what = "not one of the choices",
+        .expected = expected,
+        .got = value->is_string() ? value->get<std::string>() : value->type_name()});
   return std::string(fallback);
 }
 
@@ -129,12 +125,11 @@ std::string ConfigReader::text(std::string_view key, std::string_view fallback,
   if (value == nullptr) return std::string(fallback);
   if (value->is_string() && value->get_ref<const std::string&>().size() <= longest)
     return value->get<std::string>();
-  note({Errc::invalid_argument,
-        "not a text",
-        "/" + known_.back(),
-        "at most " + std::to_string(longest) + " bytes",
-        value->type_name(),
-        {}});
+  note({.code = Errc::invalid_argument,
+        .where = "/" + known_.back(),
+        .what = "not a text",
+        .expected = "at most " + std::to_string(longest) + " bytes",
+        .got = value->type_name()});
   return std::string(fallback);
 }
 
@@ -146,12 +141,12 @@ std::vector<double> ConfigReader::numbers(std::string_view key, std::vector<doub
   const std::string expected =
       std::to_string(fallback.size()) + " numbers, each " + range_text(range);
   if (!value->is_array() || value->size() != fallback.size()) {
-    note({Errc::invalid_argument,
-          "not a list of the right length",
-          "/" + known_.back(),
-          expected,
-          value->is_array() ? std::to_string(value->size()) + " entries" : value->type_name(),
-          {}});
+    note({.code = Errc::invalid_argument,
+          .where = "/" + known_.back(),
+          .what = "not a list of the right length",
+          .expected = expected,
+          .got =
+              value->is_array() ? std::to_string(value->size()) + " entries" : value->type_name()});
     return fallback;
   }
   std::vector<double> out;
@@ -171,8 +166,10 @@ Status ConfigReader::finish() {
   for (const auto& [key, value] : document_->object.items()) {
     if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
     const std::string near = nearest_name(key, known_);
-    return fail(Errc::invalid_argument, "unknown key", "/" + key, {}, {},
-                near.empty() ? std::string() : "Perhaps \"" + near + "\" is meant");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "/" + key,
+                 .what = "unknown key",
+                 .hint = near.empty() ? std::string() : "Perhaps \"" + near + "\" is meant"});
   }
   return {};
 }

@@ -6,19 +6,26 @@ namespace weft {
 
 Status DriverBase::require(DriverState wanted, std::string_view action) const {
   if (state_ == wanted) return {};
-  return fail(Errc::wrong_state,
-              std::string(action) + " is refused: the driver is " + std::string(to_string(state_)),
-              {}, std::string(to_string(wanted)), std::string(to_string(state_)),
-              state_ == DriverState::faulted ? "Close the driver and open it again" : "");
+  return fail(
+      {.code = Errc::wrong_state,
+       .what = std::string(action) + " is refused: the driver is " + std::string(to_string(state_)),
+       .expected = std::string(to_string(wanted)),
+       .got = std::string(to_string(state_)),
+       .hint = state_ == DriverState::faulted ? "Close the driver and open it again" : ""});
 }
 
 Status DriverBase::attach() {
-  if (attached_) return fail(Errc::wrong_state, "open is refused: opening is under way");
+  if (attached_)
+    return fail({.code = Errc::wrong_state, .what = "open is refused: opening is under way"});
   attached_ = true;
   host_->link().on_receive([this](ByteView bytes, TimePoint arrival) { received(bytes, arrival); });
   host_->link().on_closed([this](const Error& why) {
-    raise(Error{why.code, "the link to the device closed: " + why.message, why.where, why.expected,
-                why.got, "Check the cable and the power of the device"});
+    raise(Error{.code = why.code,
+                .where = why.where,
+                .what = "the link to the device closed: " + why.what,
+                .expected = why.expected,
+                .got = why.got,
+                .hint = "Check the cable and the power of the device"});
   });
   return {};
 }

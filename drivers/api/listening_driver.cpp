@@ -12,7 +12,8 @@ constexpr Duration damage_report_period = std::chrono::seconds(1);
 
 Status ListeningDriver::arm() noexcept {
   if (Status allowed = require(DriverState::open, "arm"); !allowed) return allowed;
-  if (arming_) return fail(Errc::wrong_state, "arm is refused: arming is under way");
+  if (arming_)
+    return fail({.code = Errc::wrong_state, .what = "arm is refused: arming is under way"});
   arming_ = true;
   await_frames();
   return {};
@@ -21,7 +22,7 @@ Status ListeningDriver::arm() noexcept {
 Result<std::uint32_t> ListeningDriver::command(const Command&) noexcept {
   if (Status allowed = require(DriverState::armed, "the command"); !allowed)
     return pass(std::move(allowed.error()));
-  return fail(Errc::unsupported, std::string(device_) + " takes no commands");
+  return fail({.code = Errc::unsupported, .what = std::string(device_) + " takes no commands"});
 }
 
 void ListeningDriver::stop() noexcept {

@@ -17,7 +17,8 @@ const C* value_as(const weft_sample_v1& sample) {
 }
 
 tl::unexpected<Error> broken_sample(const char* what) {
-  return fail(Errc::range, std::string("a sample of the plugin is broken: ") + what);
+  return fail(
+      {.code = Errc::range, .what = std::string("a sample of the plugin is broken: ") + what});
 }
 
 Result<Sample> with(const weft_sample_v1& sample, decltype(Sample::value) value) {
@@ -73,7 +74,7 @@ Result<Sample> block_of(const weft_sample_v1& sample, std::size_t axes) {
 }
 
 Errc code_of(std::int32_t code) {
-  const bool known = code >= WEFT_INVALID_ARGUMENT && code <= WEFT_CORRUPT;
+  const bool known = code >= WEFT_INVALID_ARGUMENT && code <= WEFT_BUSY;
   return known ? static_cast<Errc>(code) : Errc::device;
 }
 
@@ -98,14 +99,18 @@ struct ToC {
 
 weft_error_v1 c_error(const Error& error) {
   return {sizeof(weft_error_v1),  static_cast<std::int32_t>(error.code),
-          error.message.c_str(),  error.where.c_str(),
+          error.what.c_str(),  error.where.c_str(),
           error.expected.c_str(), error.got.c_str(),
           error.hint.c_str()};
 }
 
 Error error_of(const weft_error_v1& error) {
-  return {code_of(error.code),     text_of(error.message), text_of(error.where),
-          text_of(error.expected), text_of(error.got),     text_of(error.hint)};
+  return {.code = code_of(error.code),
+          .where = text_of(error.where),
+          .what = text_of(error.message),
+          .expected = text_of(error.expected),
+          .got = text_of(error.got),
+          .hint = text_of(error.hint)};
 }
 
 weft_command_v1 c_command(const Command& command) {
@@ -127,8 +132,10 @@ Result<Command> command_of(const weft_command_v1& command) {
     case WEFT_BIAS:
       return Command(BiasCommand{});
     default:
-      return fail(Errc::unsupported, "a command that the driver's build does not know", {}, {},
-                  "kind " + std::to_string(command.kind), "Build the driver again");
+      return fail({.code = Errc::unsupported,
+                   .what = "a command that the driver's build does not know",
+                   .got = "kind " + std::to_string(command.kind),
+                   .hint = "Build the driver again"});
   }
 }
 
@@ -145,8 +152,9 @@ Result<Sample> sample_of(const weft_sample_v1& sample) {
     case WEFT_SOUND_SAMPLE:
       return block_of<SoundSample>(sample, 1);
     default:
-      return fail(Errc::unsupported, "a sample that this weft does not know", {}, {},
-                  "kind " + std::to_string(sample.kind));
+      return fail({.code = Errc::unsupported,
+                   .what = "a sample that this weft does not know",
+                   .got = "kind " + std::to_string(sample.kind)});
   }
 }
 

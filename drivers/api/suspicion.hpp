@@ -29,12 +29,11 @@ class Suspicion {
 /// The sensor's own clock over a window of `seconds` on the host's. Errors: device.
 inline std::optional<Error> check_clock(Suspicion& wrong, double device_s, double seconds) {
   if (!wrong.confirmed(device_s, seconds)) return std::nullopt;
-  return Error{Errc::device,
-               "the sensor's clock runs wrong",
-               {},
-               std::to_string(seconds) + " s",
-               std::to_string(device_s) + " s by the sensor's clock",
-               "Look at the microcontroller's clock source"};
+  return Error{.code = Errc::device_data,
+               .what = "the sensor's clock runs wrong",
+               .expected = std::to_string(seconds) + " s",
+               .got = std::to_string(device_s) + " s by the sensor's clock",
+               .hint = "Look at the microcontroller's clock source"};
 }
 
 }  // namespace weft::drivers

@@ -37,12 +37,11 @@ std::optional<Error> WrenchWatch::look_for_stuck(const std::array<double, 6>& co
   if (++same_ < least_same || settings_.stuck_after <= Duration::zero() ||
       arrival - changed_at_ < settings_.stuck_after)
     return std::nullopt;
-  return Error{Errc::device,
-               "the force is stuck: all six values stay the same",
-               {},
-               "the noise that a sensor has",
-               "no change for " + std::to_string(to_seconds(arrival - changed_at_)) + " s",
-               "Switch the sensor off and on; stuck_after_s 0 is for one without noise"};
+  return Error{.code = Errc::device_data,
+               .what = "the force is stuck: all six values stay the same",
+               .expected = "the noise that a sensor has",
+               .got = "no change for " + std::to_string(to_seconds(arrival - changed_at_)) + " s",
+               .hint = "Switch the sensor off and on; stuck_after_s 0 is for one without noise"};
 }
 
 std::optional<Error> WrenchWatch::look_at_rate(std::uint32_t lost, TimePoint arrival) {
@@ -58,12 +57,12 @@ std::optional<Error> WrenchWatch::look_at_rate(std::uint32_t lost, TimePoint arr
   window_from_ = arrival;
   in_window_ = 0;
   if (!rate_.confirmed(seen_hz, settings_.rate_hz)) return std::nullopt;
-  return Error{Errc::device,
-               "the stream has another rate than configured",
-               "/rate_hz",
-               std::to_string(settings_.rate_hz) + " records/s",
-               std::to_string(seen_hz) + " records/s",
-               std::string(settings_.rate_hint)};
+  return Error{.code = Errc::device_settings,
+               .where = "/rate_hz",
+               .what = "the stream has another rate than configured",
+               .expected = std::to_string(settings_.rate_hz) + " records/s",
+               .got = std::to_string(seen_hz) + " records/s",
+               .hint = std::string(settings_.rate_hint)};
 }
 
 }  // namespace weft::drivers

@@ -40,16 +40,17 @@ Status DigitalDriver::open() noexcept {
   bias_ = {};
   // A host that died may have left the sensor streaming.
   exchange_.hush([this](const Status& quiet) { on_hushed(quiet); });
-  if (!attached()) return fail(Errc::io, "the link refused the first bytes");
+  if (!attached()) return fail({.code = Errc::io, .what = "the link refused the first bytes"});
   return {};
 }
 
 Status DigitalDriver::arm() noexcept {
   if (Status allowed = require(DriverState::open, "arm"); !allowed) return allowed;
-  if (phase_ != Phase::idle) return fail(Errc::wrong_state, "arm is refused: arming is under way");
+  if (phase_ != Phase::idle)
+    return fail({.code = Errc::wrong_state, .what = "arm is refused: arming is under way"});
   phase_ = Phase::starting;
   ask(Vendor{Function::vendor_stream, start_stream}, &DigitalDriver::on_started);
-  if (!attached()) return fail(Errc::io, "the link refused the start request");
+  if (!attached()) return fail({.code = Errc::io, .what = "the link refused the start request"});
   return {};
 }
 
@@ -57,7 +58,8 @@ Result<std::uint32_t> DigitalDriver::command(const Command& command) noexcept {
   if (Status allowed = require(DriverState::armed, "the command"); !allowed)
     return pass(std::move(allowed.error()));
   if (!std::holds_alternative<BiasCommand>(command))
-    return fail(Errc::unsupported, "a force/torque sensor does not move: it takes a bias only");
+    return fail({.code = Errc::unsupported,
+                 .what = "a force/torque sensor does not move: it takes a bias only"});
   bias_ = last_;
   return 0;
 }
@@ -114,9 +116,12 @@ void DigitalDriver::on_hushed(const Status& status) {
 void DigitalDriver::on_status(const Reply& reply) {
   status_word_ = registers_of(reply)[0];
   if ((status_word_ & ~watchdog_bit) != 0)
-    return raise({Errc::device, "the force/torque sensor reports a fault", "status word", "0",
-                  std::to_string(status_word_) + " (" + status_text(status_word_) + ")",
-                  "Switch it off and on; look at its cable"});
+    return raise({.code = Errc::device,
+                  .where = "status word",
+                  .what = "the force/torque sensor reports a fault",
+                  .expected = "0",
+                  .got = std::to_string(status_word_) + " (" + status_text(status_word_) + ")",
+                  .hint = "Switch it off and on; look at its cable"});
   if (status_word_ != 0) host().log(LogLevel::warning, "the sensor's watchdog has restarted it");
   ask_piece();
 }
@@ -141,10 +146,12 @@ void DigitalDriver::on_calibration() {
   Result<GaugeMatrix> matrix = gauge_matrix(calibration_);
   const std::string place = "calibration " + std::to_string(settings_.calibration);
   if (!settings_.calibration_serial.empty() && settings_.calibration_serial != calibration_.serial)
-    return raise({Errc::device, "the sensor holds another calibration than the rig file names",
-                  place + ": /calibration_serial", settings_.calibration_serial,
-                  calibration_.serial,
-                  "Correct the rig file, or choose another of the sensor's calibrations"});
+    return raise({.code = Errc::device_identity,
+                  .where = place + ": /calibration_serial",
+                  .what = "the sensor holds another calibration than the rig file names",
+                  .expected = settings_.calibration_serial,
+                  .got = calibration_.serial,
+                  .hint = "Correct the rig file, or choose another of the sensor's calibrations"});
   if (!matrix) return raise(Error(matrix.error()).in(place));
   matrix_ = *matrix;
   setup_ = {Vendor{Function::vendor_lock, lock},
@@ -171,12 +178,11 @@ void DigitalDriver::on_setup(const Reply& reply) {
 bool DigitalDriver::accepted(const Reply& reply) {
   const auto* vendor = std::get_if<Vendor>(&reply);
   if (vendor == nullptr || vendor->data == done) return true;
-  raise({Errc::device,
-         "the force/torque sensor refuses a command",
-         "function " + std::to_string(static_cast<int>(vendor->function)),
-         "1",
-         std::to_string(vendor->data),
-         {}});
+  raise({.code = Errc::device_refused,
+         .where = "function " + std::to_string(static_cast<int>(vendor->function)),
+         .what = "the force/torque sensor refuses a command",
+         .expected = "1",
+         .got = std::to_string(vendor->data)});
   return false;
 }
 
@@ -184,12 +190,11 @@ void DigitalDriver::on_read_back(const Reply& reply) {
   const auto active = registers_of(reply);
   if (!std::equal(calibration_.gain.begin(), calibration_.gain.end(), active.begin()) ||
       !std::equal(calibration_.offset.begin(), calibration_.offset.end(), active.begin() + gauges))
-    return raise({Errc::device,
-                  "the sensor did not take the gains and offsets of its calibration",
-                  {},
-                  "the values that were written",
-                  "others",
-                  "Switch it off and on"});
+    return raise({.code = Errc::device_refused,
+                  .what = "the sensor did not take the gains and offsets of its calibration",
+                  .expected = "the values that were written",
+                  .got = "others",
+                  .hint = "Switch it off and on"});
   phase_ = Phase::idle;
   host().identified({.reported = {{"serial", calibration_.serial},
                                   {"part_number", calibration_.part_number},
@@ -281,18 +286,18 @@ void DigitalDriver::report_damage(TimePoint arrival) {
 
 void DigitalDriver::on_stale() {
   if (arrival_ != TimePoint{} && now() - arrival_ < settings_.stale_after)
-    return raise({Errc::device,
-                  "only damaged records come from the force/torque sensor",
-                  {},
-                  "a whole one every " + std::to_string(to_seconds(settings_.stale_after)) + " s",
-                  "bytes whose sums do not hold",
-                  "Check the line's speed, its cable and what runs beside it"});
-  raise({Errc::timeout,
-         "no record came from the force/torque sensor",
-         {},
-         "one every " + std::to_string(to_seconds(settings_.stale_after)) + " s at least",
-         "silence",
-         "Check the sensor's power and cable"});
+    return raise({.code = Errc::device_data,
+                  .what = "only damaged records come from the force/torque sensor",
+                  .expected = "a whole one every " +
+                              std::to_string(to_seconds(settings_.stale_after)) + " s",
+                  .got = "bytes whose sums do not hold",
+                  .hint = "Check the line's speed, its cable and what runs beside it"});
+  raise(
+      {.code = Errc::timeout,
+       .what = "no record came from the force/torque sensor",
+       .expected = "one every " + std::to_string(to_seconds(settings_.stale_after)) + " s at least",
+       .got = "silence",
+       .hint = "Check the sensor's power and cable"});
 }
 
 }  // namespace weft::drivers

@@ -11,16 +11,19 @@ namespace modbus = protocols::modbus;
 namespace {
 
 tl::unexpected<Error> refusal(const modbus::Exception& exception) {
-  return fail(Errc::device, "the sensor refuses a request", {}, "an answer",
-              "exception " + std::to_string(static_cast<int>(exception.code)) + ", " +
-                  std::string(to_string(exception.code)));
+  return fail({.code = Errc::device_refused,
+               .what = "the sensor refuses a request",
+               .expected = "an answer",
+               .got = "exception " + std::to_string(static_cast<int>(exception.code)) + ", " +
+                      std::string(to_string(exception.code))});
 }
 
 tl::unexpected<Error> silence(Duration timeout, int tries) {
-  return fail(Errc::timeout, "the force/torque sensor does not answer", {},
-              "a reply within " + std::to_string(to_seconds(timeout)) + " s",
-              "silence after " + std::to_string(tries) + " requests",
-              "Check power, speed and parity of the line, and the Modbus address");
+  return fail({.code = Errc::timeout,
+               .what = "the force/torque sensor does not answer",
+               .expected = "a reply within " + std::to_string(to_seconds(timeout)) + " s",
+               .got = "silence after " + std::to_string(tries) + " requests",
+               .hint = "Check power, speed and parity of the line, and the Modbus address"});
 }
 
 }  // namespace
@@ -52,9 +55,11 @@ void Exchange::on_quiet_time() {
   splitter_.clear();
   if (!done) return;
   if (!heard_) return done({});
-  done(fail(Errc::timeout, "the sensor does not stop sending", {}, "a quiet line",
-            "bytes after " + std::to_string(hushes_) + " attempts to stop it",
-            "Is it the right port, and does its speed agree with the sensor's?"));
+  done(fail({.code = Errc::timeout,
+             .what = "the sensor does not stop sending",
+             .expected = "a quiet line",
+             .got = "bytes after " + std::to_string(hushes_) + " attempts to stop it",
+             .hint = "Is it the right port, and does its speed agree with the sensor's?"}));
 }
 
 void Exchange::ask(const modbus::Request& request, Done done) {

@@ -49,7 +49,7 @@ Status NetftDriver::open() noexcept {
 Status NetftDriver::ask_for_one() {
   opening_.start(settings_.reply_timeout);
   if (!request(RequestCommand::start_realtime, 1))
-    return fail(Errc::io, "the link refused the opening request");
+    return fail({.code = Errc::io, .what = "the link refused the opening request"});
   return {};
 }
 
@@ -70,11 +70,16 @@ Status NetftDriver::agree(const BoxPages& pages) {
   const auto torque = newton_metres_per(page.torque_unit);
   if (!torque) return pass(torque.error(), "scfgtu");
   if (!page.rdt_enabled)
-    return fail(Errc::device, "the box's RDT interface is switched off", {}, {}, {},
-                "Switch it on on the box's page Communications");
+    return fail({.code = Errc::device_settings,
+                 .what = "the box's RDT interface is switched off",
+                 .hint = "Switch it on on the box's page Communications"});
   const auto differ = [&](const char* key, double configured, double told) {
-    return fail(Errc::device, "the box has another scale than the rig file", key,
-                std::to_string(configured), std::to_string(told), hint);
+    return fail({.code = Errc::device_settings,
+                 .where = key,
+                 .what = "the box has another scale than the rig file",
+                 .expected = std::to_string(configured),
+                 .got = std::to_string(told),
+                 .hint = hint});
   };
   const double n = *force / page.counts_per_force, nm = *torque / page.counts_per_torque;
   const auto same = [](double a, double b) { return std::abs(a - b) <= 1e-9 * std::abs(a); };
@@ -83,13 +88,20 @@ Status NetftDriver::agree(const BoxPages& pages) {
   if (settings_.torque_scale_given && !same(settings_.newton_metre_per_count, nm))
     return differ("/counts_per_newton_metre", 1 / settings_.newton_metre_per_count, 1 / nm);
   if (page.rdt_rate_hz > 0 && std::abs(page.rdt_rate_hz - settings_.rate_hz) > 0.5)
-    return fail(Errc::device, "the box sends at another rate than the rig file says", "/rate_hz",
-                std::to_string(settings_.rate_hz), std::to_string(page.rdt_rate_hz), hint);
+    return fail({.code = Errc::device_settings,
+                 .where = "/rate_hz",
+                 .what = "the box sends at another rate than the rig file says",
+                 .expected = std::to_string(settings_.rate_hz),
+                 .got = std::to_string(page.rdt_rate_hz),
+                 .hint = hint});
   if (!settings_.calibration_serial.empty() &&
       settings_.calibration_serial != pages.calibration.serial)
-    return fail(Errc::device, "the box holds another calibration than the rig file names",
-                "/calibration_serial", settings_.calibration_serial, pages.calibration.serial,
-                hint);
+    return fail({.code = Errc::device_identity,
+                 .where = "/calibration_serial",
+                 .what = "the box holds another calibration than the rig file names",
+                 .expected = settings_.calibration_serial,
+                 .got = pages.calibration.serial,
+                 .hint = hint});
   settings_.newton_per_count = n;
   settings_.newton_metre_per_count = nm;
   return {};
@@ -110,14 +122,15 @@ DeviceIdentity NetftDriver::identity() const {
 
 Status NetftDriver::arm() noexcept {
   if (Status allowed = require(DriverState::open, "arm"); !allowed) return allowed;
-  if (streaming_) return fail(Errc::wrong_state, "arm is refused: arming is under way");
+  if (streaming_)
+    return fail({.code = Errc::wrong_state, .what = "arm is refused: arming is under way"});
   sequence_.reset();
   watch_.restart();
   late_in_a_row_ = 0;
   streaming_ = true;
   stale_.expect_within(std::max(settings_.stale_after, settings_.reply_timeout));
   if (!request(RequestCommand::start_realtime, 0))
-    return fail(Errc::io, "the link refused the start request");
+    return fail({.code = Errc::io, .what = "the link refused the start request"});
   return {};
 }
 
@@ -125,9 +138,10 @@ Result<std::uint32_t> NetftDriver::command(const Command& command) noexcept {
   if (Status allowed = require(DriverState::armed, "the command"); !allowed)
     return pass(std::move(allowed.error()));
   if (!std::holds_alternative<BiasCommand>(command))
-    return fail(Errc::unsupported, "a force/torque sensor does not move: it takes a bias only");
+    return fail({.code = Errc::unsupported,
+                 .what = "a force/torque sensor does not move: it takes a bias only"});
   if (!request(RequestCommand::set_bias, 0))
-    return fail(Errc::io, "the link refused the bias request");
+    return fail({.code = Errc::io, .what = "the link refused the bias request"});
   return 0;
 }
 
@@ -203,12 +217,10 @@ void NetftDriver::on_late_record(const Record& record) {
   late_in_a_row_ = next ? late_in_a_row_ + 1 : 1;
   last_late_ = record.rdt_sequence;
   if (late_in_a_row_ < late_run_of_a_restart) return;
-  raise({Errc::device,
-         "the box counts its records anew: it has been restarted",
-         {},
-         {},
-         "record " + std::to_string(record.rdt_sequence),
-         "Look at its power and for another client; its bias is lost"});
+  raise({.code = Errc::device_restarted,
+         .what = "the box counts its records anew: it has been restarted",
+         .got = "record " + std::to_string(record.rdt_sequence),
+         .hint = "Look at its power and for another client; its bias is lost"});
 }
 
 Sample NetftDriver::to_sample(const Record& record, std::uint32_t lost, TimePoint arrival) {
@@ -236,12 +248,11 @@ bool NetftDriver::within_rating(const WrenchSample& wrench) {
 
 void NetftDriver::on_opening_timeout() {
   if (reader_.reading()) {
-    raise({Errc::timeout,
-           "the settings page of the Net F/T box does not come",
-           "/http",
-           {},
-           "silence",
-           "Check the address of the box's HTTP port in the rig file"});
+    raise({.code = Errc::timeout,
+           .where = "/http",
+           .what = "the settings page of the Net F/T box does not come",
+           .got = "silence",
+           .hint = "Check the address of the box's HTTP port in the rig file"});
     return;
   }
   if (opening_tries_ < max_opening_tries) {
@@ -249,21 +260,21 @@ void NetftDriver::on_opening_timeout() {
     if (request(RequestCommand::start_realtime, 1)) opening_.start(settings_.reply_timeout);
     return;
   }
-  raise({Errc::timeout,
-         "the Net F/T box does not answer",
-         {},
-         "a record within " + std::to_string(to_seconds(settings_.reply_timeout)) + " s",
-         "silence after " + std::to_string(max_opening_tries) + " requests",
-         "Check the address in the rig file, the cable and the box's RDT setting"});
+  raise(
+      {.code = Errc::timeout,
+       .what = "the Net F/T box does not answer",
+       .expected = "a record within " + std::to_string(to_seconds(settings_.reply_timeout)) + " s",
+       .got = "silence after " + std::to_string(max_opening_tries) + " requests",
+       .hint = "Check the address in the rig file, the cable and the box's RDT setting"});
 }
 
 void NetftDriver::on_stale() {
-  raise({Errc::timeout,
-         "no record came from the force/torque sensor",
-         {},
-         "one every " + std::to_string(to_seconds(settings_.stale_after)) + " s at least",
-         "silence",
-         "Another client's start request redirects the stream: look for one"});
+  raise(
+      {.code = Errc::timeout,
+       .what = "no record came from the force/torque sensor",
+       .expected = "one every " + std::to_string(to_seconds(settings_.stale_after)) + " s at least",
+       .got = "silence",
+       .hint = "Another client's start request redirects the stream: look for one"});
 }
 
 }  // namespace weft::drivers

@@ -66,12 +66,11 @@ void ImprintDriver::on_description() {
   const imprint::Description& told = frame_.description;
   if (description_) {
     if (*description_ == told) return;
-    return raise({Errc::device,
-                  "the array describes itself in another way than at first",
-                  {},
-                  "serial " + std::to_string(description_->serial) + ", the same array",
-                  "serial " + std::to_string(told.serial),
-                  "Was it replaced or set up anew? Open it again"});
+    return raise({.code = Errc::device_restarted,
+                  .what = "the array describes itself in another way than at first",
+                  .expected = "serial " + std::to_string(description_->serial) + ", the same array",
+                  .got = "serial " + std::to_string(told.serial),
+                  .hint = "Was it replaced or set up anew? Open it again"});
   }
   if (const auto wrong = unfit(told)) return raise(*wrong);
   const auto window = window_on(settings_, told.rows, told.cols);
@@ -84,32 +83,31 @@ void ImprintDriver::on_description() {
 
 std::optional<Error> ImprintDriver::unfit(const imprint::Description& told) const {
   if (settings_.serial != 0 && settings_.serial != told.serial)
-    return Error{Errc::device,
-                 "another serial number than configured",
-                 "/serial",
-                 std::to_string(settings_.serial),
-                 std::to_string(told.serial),
-                 "Correct the rig file, or look which array is on this port"};
+    return Error{.code = Errc::device_identity,
+                 .where = "/serial",
+                 .what = "another serial number than configured",
+                 .expected = std::to_string(settings_.serial),
+                 .got = std::to_string(told.serial),
+                 .hint = "Correct the rig file, or look which array is on this port"};
   if (told.bits < 1 || told.bits > 7 || told.full_scale_pa == 0 || told.period_us == 0 ||
       told.rows == 0 || told.cols == 0 || told.rows > imprint::max_side ||
       told.cols > imprint::max_side)
-    return Error{Errc::device,
-                 "the array describes itself as nothing that can be",
-                 {},
-                 "1 to 7 bits, a full scale, a period, 1 to 128 rows and columns",
-                 std::to_string(told.bits) + " bits, " + std::to_string(told.full_scale_pa) +
-                     " Pa, " + std::to_string(told.period_us) + " us, " +
-                     std::to_string(told.rows) + " x " + std::to_string(told.cols),
-                 "Is its firmware the right one?"};
+    return Error{.code = Errc::device_data,
+                 .what = "the array describes itself as nothing that can be",
+                 .expected = "1 to 7 bits, a full scale, a period, 1 to 128 rows and columns",
+                 .got = std::to_string(told.bits) + " bits, " + std::to_string(told.full_scale_pa) +
+                        " Pa, " + std::to_string(told.period_us) + " us, " +
+                        std::to_string(told.rows) + " x " + std::to_string(told.cols),
+                 .hint = "Is its firmware the right one?"};
   const double rate_hz = 1e6 / told.period_us;
   if (std::abs(rate_hz - settings_.rate_hz) <= rate_tolerance * settings_.rate_hz)
     return std::nullopt;
-  return Error{Errc::device,
-               "the array scans at another rate than configured",
-               "/rate_hz",
-               std::to_string(settings_.rate_hz) + " scans/s",
-               std::to_string(rate_hz) + " scans/s",
-               "Correct the rig file, or the array's settings"};
+  return Error{.code = Errc::device_settings,
+               .where = "/rate_hz",
+               .what = "the array scans at another rate than configured",
+               .expected = std::to_string(settings_.rate_hz) + " scans/s",
+               .got = std::to_string(rate_hz) + " scans/s",
+               .hint = "Correct the rig file, or the array's settings"};
 }
 
 void ImprintDriver::ask_for_window() {
@@ -134,8 +132,12 @@ void ImprintDriver::on_scan(TimePoint arrival) {
 /// Scans that were under way when the part was asked for, or an array that has forgotten it.
 void ImprintDriver::on_foreign_scan() {
   if (++foreign_scans_ > most_foreign_scans)
-    return raise({Errc::device, "the array scans another part than it was asked for", "/rows",
-                  text_of(window_), text_of(frame_.window), "Is another program talking to it?"});
+    return raise({.code = Errc::device_refused,
+                  .where = "/rows",
+                  .what = "the array scans another part than it was asked for",
+                  .expected = text_of(window_),
+                  .got = text_of(frame_.window),
+                  .hint = "Is another program talking to it?"});
   if (state() != DriverState::closed) ask_for_window();
 }
 
@@ -194,13 +196,12 @@ void ImprintDriver::tell_identity() {
 
 void ImprintDriver::on_silence() {
   const bool described = description_.has_value();
-  raise({Errc::timeout,
-         described ? "no scan came from the imprint array"
-                   : "no description came from the imprint array",
-         {},
-         described ? "scans of " + text_of(window_) : "one each second",
-         "silence",
-         state() == DriverState::closed ? "Check the port and the array's power" : ""});
+  raise({.code = Errc::timeout,
+         .what = described ? "no scan came from the imprint array"
+                           : "no description came from the imprint array",
+         .expected = described ? "scans of " + text_of(window_) : "one each second",
+         .got = "silence",
+         .hint = state() == DriverState::closed ? "Check the port and the array's power" : ""});
 }
 
 }  // namespace weft::drivers

@@ -42,20 +42,18 @@ std::optional<Error> ScanWatch::look(const imprint::Frame& scan, std::uint32_t l
 
 std::optional<Error> ScanWatch::judge(const imprint::Frame& scan, double seconds) {
   if (!changed_ && scan.taxels().size() >= least_taxels)
-    return Error{Errc::device,
-                 "the scans are frozen: no taxel changes",
-                 {},
-                 "the noise that taxels have",
-                 std::to_string(scans_) + " equal scans",
-                 "Look at the array's cable; watch_s 0 is for an array without noise"};
+    return Error{.code = Errc::device_data,
+                 .what = "the scans are frozen: no taxel changes",
+                 .expected = "the noise that taxels have",
+                 .got = std::to_string(scans_) + " equal scans",
+                 .hint = "Look at the array's cable; watch_s 0 is for an array without noise"};
   const double seen_hz = expected_scans_ / seconds;
   if (rate_.confirmed(seen_hz, rate_hz_))
-    return Error{Errc::device,
-                 "the array scans at another rate than configured",
-                 {},
-                 std::to_string(rate_hz_) + " scans/s",
-                 std::to_string(seen_hz) + " scans/s",
-                 "Correct rate_hz in the rig file, or look at the array's settings"};
+    return Error{.code = Errc::device_settings,
+                 .what = "the array scans at another rate than configured",
+                 .expected = std::to_string(rate_hz_) + " scans/s",
+                 .got = std::to_string(seen_hz) + " scans/s",
+                 .hint = "Correct rate_hz in the rig file, or look at the array's settings"};
   return check_clock(clock_, static_cast<std::uint32_t>(scan.device_us - first_us_) * 1e-6,
                      seconds);
 }

@@ -80,11 +80,13 @@ Result<imprint::Window> window_on(const ImprintSettings& settings, std::uint8_t 
                              settings.rows, settings.cols};
   const auto size = [](int r, int c) { return std::to_string(r) + " x " + std::to_string(c); };
   if (part.first_row + part.rows > rows || part.first_col + part.cols > cols)
-    return fail(Errc::device, "the array has no such part", "/rows",
-                "a part of " + size(rows, cols),
-                size(part.rows, part.cols) + " from row " + std::to_string(part.first_row) +
-                    ", column " + std::to_string(part.first_col),
-                "Correct the rig file, or look which array is on this port");
+    return fail({.code = Errc::device_settings,
+                 .where = "/rows",
+                 .what = "the array has no such part",
+                 .expected = "a part of " + size(rows, cols),
+                 .got = size(part.rows, part.cols) + " from row " + std::to_string(part.first_row) +
+                        ", column " + std::to_string(part.first_col),
+                 .hint = "Correct the rig file, or look which array is on this port"});
   return part;
 }
 

@@ -15,8 +15,11 @@ constexpr std::uint32_t least_frames = 20;
 constexpr double noisy_counts = 200;  // mean change from frame to frame that no cloth makes
 constexpr double noisy_ratio = 10;    // of the median taxel's
 Error fault(std::string message, std::string expected, std::string got, std::string hint) {
-  return {Errc::device,        std::move(message), {},
-          std::move(expected), std::move(got),     std::move(hint)};
+  return {.code = Errc::device_data,
+          .what = std::move(message),
+          .expected = std::move(expected),
+          .got = std::move(got),
+          .hint = std::move(hint)};
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ Status TaxelDriver::open() noexcept {
   late_ = 0;
   // A gateway sends unasked; an emulated one learns from this where to.
   if (settings_.form == TaxelForm::cpm_udp && !send(hello))
-    return fail(Errc::io, "the link refused the first datagram");
+    return fail({.code = Errc::io, .what = "the link refused the first datagram"});
   return {};
 }
 
@@ -76,9 +76,12 @@ std::uint64_t TaxelDriver::take_datagram(ByteView datagram, TimePoint arrival) {
 
 void TaxelDriver::on_frame(TimePoint arrival) {
   if (frame_.taxel_count != settings_.taxels) {
-    raise({Errc::device, "the sensor has another number of taxels", "/taxels",
-           std::to_string(settings_.taxels), std::to_string(frame_.taxel_count),
-           "Correct the rig file"});
+    raise({.code = Errc::device_settings,
+           .where = "/taxels",
+           .what = "the sensor has another number of taxels",
+           .expected = std::to_string(settings_.taxels),
+           .got = std::to_string(frame_.taxel_count),
+           .hint = "Correct the rig file"});
     return;
   }
   const std::optional<std::uint32_t> lost = count_lost();
@@ -138,12 +141,11 @@ void TaxelDriver::publish(std::uint32_t lost, TimePoint arrival) {
 }
 
 void TaxelDriver::on_silence() {
-  raise({Errc::timeout,
-         "no frame came from the tactile array",
-         {},
-         {},
-         "silence",
-         state() == DriverState::closed ? "Check the port, the form and the sensor's power" : ""});
+  raise({.code = Errc::timeout,
+         .what = "no frame came from the tactile array",
+         .got = "silence",
+         .hint = state() == DriverState::closed ? "Check the port, the form and the sensor's power"
+                                                : ""});
 }
 
 }  // namespace weft::drivers

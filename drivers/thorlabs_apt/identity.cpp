@@ -51,11 +51,13 @@ Status check_scale(std::string_view stage, const std::string& model) {
     if (model.starts_with(scale.prefix)) return {};
     known += (known.empty() ? "" : ", ") + std::string(scale.name);
   }
-  return fail(Errc::device,
-              "the scale of a " + std::string(stage) + " on this controller is not known", {},
-              known, model,
-              "Its counts may be other lengths than the driver's: a BSC10x or TST001 would go "
-              "sixteen times as far; take a controller of the list");
+  return fail({.code = Errc::device_identity,
+               .what = "the scale of a " + std::string(stage) + " on this controller is not known",
+               .expected = known,
+               .got = model,
+               .hint =
+                   "Its counts may be other lengths than the driver's: a BSC10x or TST001 would go "
+                   "sixteen times as far; take a controller of the list"});
 }
 
 // Stage ids of KDC101/TDC001 (reference A.5): 1 is none, 12 a stage of another maker.
@@ -71,24 +73,39 @@ Status check_identity(const StageSettings& settings, const HardwareInfo& info) {
   const char* hint = "Check the rig file's port and stage";
   const Controller* controller = find_controller(model);
   if (controller == nullptr || controller->family != settings.family)
-    return fail(Errc::device, "the controller is of another kind", {},
-                settings.family == Family::servo ? "a DC servo controller such as KDC101"
-                                                 : "a stepper controller such as LTS150",
-                '"' + model + '"', hint);
+    return fail({.code = Errc::device_identity,
+                 .what = "the controller is of another kind",
+                 .expected = settings.family == Family::servo
+                                 ? "a DC servo controller such as KDC101"
+                                 : "a stepper controller such as LTS150",
+                 .got = '"' + model + '"',
+                 .hint = hint});
   if (controller->has_own_stage && !model.starts_with(stage))
-    return fail(Errc::device, "the unit is another stage", {}, stage, model, hint);
+    return fail({.code = Errc::device_identity,
+                 .what = "the unit is another stage",
+                 .expected = stage,
+                 .got = model,
+                 .hint = hint});
   if (Status known = check_scale(stage, model); !known) return known;
   if (names_a_stage(info.stage_id) && info.stage_id != settings.model->stage_id)
-    return fail(Errc::device, "the controller is set up for another stage", {},
-                "stage id " + std::to_string(settings.model->stage_id),
-                std::to_string(info.stage_id), hint);
+    return fail({.code = Errc::device_settings,
+                 .what = "the controller is set up for another stage",
+                 .expected = "stage id " + std::to_string(settings.model->stage_id),
+                 .got = std::to_string(info.stage_id),
+                 .hint = hint});
   if (settings.serial != 0 && settings.serial != info.serial)
-    return fail(Errc::device, "the unit has another serial number", "/serial",
-                std::to_string(settings.serial), std::to_string(info.serial),
-                "Two stages may have changed places");
+    return fail({.code = Errc::device_identity,
+                 .where = "/serial",
+                 .what = "the unit has another serial number",
+                 .expected = std::to_string(settings.serial),
+                 .got = std::to_string(info.serial),
+                 .hint = "Two stages may have changed places"});
   if (info.channels != 0 && settings.channel > info.channels)
-    return fail(Errc::device, "the controller does not have this channel", "/channel",
-                "1 to " + std::to_string(info.channels), std::to_string(settings.channel));
+    return fail({.code = Errc::device_settings,
+                 .where = "/channel",
+                 .what = "the controller does not have this channel",
+                 .expected = "1 to " + std::to_string(info.channels),
+                 .got = std::to_string(settings.channel)});
   return {};
 }
 

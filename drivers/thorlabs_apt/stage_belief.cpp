@@ -56,43 +56,36 @@ bool StageDriver::plausible(const StageReading& reading, TimePoint arrival) {
   if (++implausible_ == 1)
     host().log(LogLevel::warning, "a position that no motion explains was dropped");
   if (implausible_ >= most_implausible)
-    raise({Errc::device,
-           "the position jumps",
-           {},
-           std::to_string(last_.position_counts) + " counts or near",
-           std::to_string(reading.position_counts) + " counts",
-           "Look at the cable, and whether somebody set the controller's counter"});
+    raise({.code = Errc::device_data,
+           .what = "the position jumps",
+           .expected = std::to_string(last_.position_counts) + " counts or near",
+           .got = std::to_string(reading.position_counts) + " counts",
+           .hint = "Look at the cable, and whether somebody set the controller's counter"});
   return false;
 }
 
 /// What this reading alone says is wrong with the stage.
 std::optional<Error> StageDriver::ailment(const StageReading& reading) const {
   if ((reading.status_bits & status::any_fault) != 0)
-    return Error{Errc::device,
-                 "the controller reports a fault: " + fault_names(reading.status_bits),
-                 {},
-                 {},
-                 "status " + std::to_string(reading.status_bits),
-                 {}};
+    return Error{.code = Errc::device,
+                 .what = "the controller reports a fault: " + fault_names(reading.status_bits),
+                 .got = "status " + std::to_string(reading.status_bits)};
   const bool armed = state() == DriverState::armed;
   if (armed && (reading.status_bits & status::channel_enabled) == 0)
-    return Error{Errc::device,
-                 "the channel has fallen disabled",
-                 {},
-                 {},
-                 "status " + std::to_string(reading.status_bits),
-                 "Look at the controller's front panel and its power supply"};
+    return Error{.code = Errc::device_motion,
+                 .what = "the channel has fallen disabled",
+                 .got = "status " + std::to_string(reading.status_bits),
+                 .hint = "Look at the controller's front panel and its power supply"};
   const std::int64_t apart =
       std::llabs(std::int64_t{reading.position_counts} - reading.encoder_counts);
   if (!settings_.encoder || !armed || motion_.kind == MotionKind::home ||
       apart <= settings_.encoder_tolerance_counts)
     return std::nullopt;
-  return Error{Errc::device,
-               "steps were lost: the encoder does not follow",
-               {},
-               std::to_string(reading.position_counts) + " counts",
-               std::to_string(reading.encoder_counts) + " counts",
-               "Look for an obstacle; home the stage again"};
+  return Error{.code = Errc::device_motion,
+               .what = "steps were lost: the encoder does not follow",
+               .expected = std::to_string(reading.position_counts) + " counts",
+               .got = std::to_string(reading.encoder_counts) + " counts",
+               .hint = "Look for an obstacle; home the stage again"};
 }
 
 /// What is wrong with the stage is believed when a second status in a row shows something, which is
@@ -108,7 +101,7 @@ bool StageDriver::believed(const StageReading& reading) {
   }
   if (++unwell_ < least_unwell) {
     host().log(LogLevel::warning, "one status was dropped: " +
-                                      (wrong ? wrong->message : "the stage is not homed any more"));
+                                      (wrong ? wrong->what : "the stage is not homed any more"));
     put_status_request();
     flush();
     return false;

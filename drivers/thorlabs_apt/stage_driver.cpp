@@ -26,7 +26,7 @@ constexpr auto stop_now = static_cast<std::uint8_t>(StopMode::immediate);
 constexpr auto stop_profiled = static_cast<std::uint8_t>(StopMode::profiled);
 
 tl::unexpected<Error> link_failed() {
-  return fail(Errc::io, "the link refused the command");
+  return fail({.code = Errc::io, .what = "the link refused the command"});
 }
 
 }  // namespace
@@ -65,7 +65,8 @@ Status StageDriver::open() noexcept {
 
 Status StageDriver::arm() noexcept {
   if (Status allowed = require(DriverState::open, "arm"); !allowed) return allowed;
-  if (arming_) return fail(Errc::wrong_state, "arm is refused: arming is under way");
+  if (arming_)
+    return fail({.code = Errc::wrong_state, .what = "arm is refused: arming is under way"});
   arming_ = true;
   put_arming();
   put_status_request();
@@ -118,10 +119,11 @@ Result<std::uint32_t> StageDriver::run(const MoveCommand& move) {
   const Result<std::int32_t> target = position_to_counts(settings_.scale, move.target);
   if (!target) return pass(target.error());
   if (*target < settings_.travel_low_counts || *target > settings_.travel_high_counts)
-    return fail(Errc::range, "the target is outside the travel", {},
-                settings_.with_unit(to_si(settings_.travel_low_counts)) + " to " +
-                    settings_.with_unit(to_si(settings_.travel_high_counts)),
-                settings_.with_unit(move.target));
+    return fail({.code = Errc::range,
+                 .what = "the target is outside the travel",
+                 .expected = settings_.with_unit(to_si(settings_.travel_low_counts)) + " to " +
+                             settings_.with_unit(to_si(settings_.travel_high_counts)),
+                 .got = settings_.with_unit(move.target)});
   const double distance = std::abs(move.target - to_si(last_.position_counts));
   const Duration limit = move_time_limit(distance, move.speed, settings_.acceleration, braking());
   note_speed(move.speed);
@@ -139,7 +141,8 @@ Result<std::uint32_t> StageDriver::run(const ServoCommand& servo) {
   }
   if (Status homed = require_homed(); !homed) return pass(std::move(homed.error()));
   if (servo.horizon <= Duration::zero())
-    return fail(Errc::range, "the horizon of a velocity command must be above zero");
+    return fail(
+        {.code = Errc::range, .what = "the horizon of a velocity command must be above zero"});
   const Result<std::int32_t> velocity = speed_counts(std::abs(servo.velocity));
   if (!velocity) return pass(velocity.error());
   const double reach_counts =
@@ -164,14 +167,15 @@ Result<std::uint32_t> StageDriver::run(const PollCommand&) {
 }
 
 Result<std::uint32_t> StageDriver::run(const BiasCommand&) {
-  return fail(Errc::unsupported, "a stage has no bias");
+  return fail({.code = Errc::unsupported, .what = "a stage has no bias"});
 }
 
 // Before homing, positions have no origin, and the travel cannot be kept.
 Status StageDriver::require_homed() const {
   if (!settings_.require_homed || (last_.status_bits & status::homed) != 0) return {};
-  return fail(Errc::wrong_state, "motion is refused: the stage has not been homed", {}, {}, {},
-              "Home it first");
+  return fail({.code = Errc::wrong_state,
+               .what = "motion is refused: the stage has not been homed",
+               .hint = "Home it first"});
 }
 
 /// A speed below one count is raised to one count: it is slow, not zero.
@@ -179,9 +183,10 @@ Result<std::int32_t> StageDriver::speed_counts(double speed) const {
   Result<std::int32_t> counts = velocity_to_counts(settings_.scale, speed);
   if (!counts) return counts;
   if (speed > 0 && *counts <= settings_.max_velocity_counts) return std::max(*counts, 1);
-  return fail(Errc::range, "the speed is outside the stage's limits", {},
-              "above 0, up to " + settings_.with_unit(settings_.max_speed) + "/s",
-              settings_.with_unit(speed) + "/s");
+  return fail({.code = Errc::range,
+               .what = "the speed is outside the stage's limits",
+               .expected = "above 0, up to " + settings_.with_unit(settings_.max_speed) + "/s",
+               .got = settings_.with_unit(speed) + "/s"});
 }
 
 bool StageDriver::stands() const {
@@ -270,21 +275,18 @@ void StageDriver::cancel_timers() {
 }
 
 void StageDriver::on_opening_timeout() {
-  raise({Errc::timeout,
-         "the controller does not answer HW_REQ_INFO",
-         {},
-         "a reply within " + std::to_string(to_seconds(settings_.reply_timeout)) + " s",
-         "silence",
-         "Check the port, the destination address and the power"});
+  raise({.code = Errc::timeout,
+         .what = "the controller does not answer HW_REQ_INFO",
+         .expected = "a reply within " + std::to_string(to_seconds(settings_.reply_timeout)) + " s",
+         .got = "silence",
+         .hint = "Check the port, the destination address and the power"});
 }
 
 void StageDriver::on_reply_timeout() {
-  raise({Errc::timeout,
-         "the controller does not answer status requests",
-         {},
-         "a reply within " + std::to_string(to_seconds(settings_.reply_timeout)) + " s",
-         "silence",
-         {}});
+  raise({.code = Errc::timeout,
+         .what = "the controller does not answer status requests",
+         .expected = "a reply within " + std::to_string(to_seconds(settings_.reply_timeout)) + " s",
+         .got = "silence"});
 }
 
 std::string StageDriver::target_words() const {
@@ -293,22 +295,20 @@ std::string StageDriver::target_words() const {
 }
 
 void StageDriver::on_motion_timeout() {
-  raise({Errc::timeout,
-         motion_.kind == MotionKind::home ? "homing took too long" : "the motion took too long",
-         {},
-         target_words(),
-         settings_.with_unit(to_si(last_.position_counts)),
-         {}});
+  raise({.code = Errc::timeout,
+         .what =
+             motion_.kind == MotionKind::home ? "homing took too long" : "the motion took too long",
+         .expected = target_words(),
+         .got = settings_.with_unit(to_si(last_.position_counts))});
 }
 
 void StageDriver::on_watch() {
   if (now() - motion_.progress_at > stall_limit) {
-    raise({Errc::device,
-           "the stage does not move",
-           {},
-           target_words(),
-           settings_.with_unit(to_si(last_.position_counts)),
-           "Look for an obstacle, and at the limit switches"});
+    raise({.code = Errc::device_motion,
+           .what = "the stage does not move",
+           .expected = target_words(),
+           .got = settings_.with_unit(to_si(last_.position_counts)),
+           .hint = "Look for an obstacle, and at the limit switches"});
     return;
   }
   const Duration period = motion_.kind == MotionKind::home ? home_watch_period : watch_period;

@@ -59,7 +59,7 @@ void StageDriver::handle(const Message& message, TimePoint arrival) {
     case MessageId::hw_richresponse:
       return on_rich_response(message);
     case MessageId::hw_response:
-      return raise({Errc::device, "the controller reports a fault without a text", {}, {}, {}, {}});
+      return raise({.code = Errc::device, .what = "the controller reports a fault without a text"});
     default:
       return;
   }
@@ -88,38 +88,38 @@ void StageDriver::on_limit_switches(const Message& message) {
     if (found->forward_hardware == model.forward_limit &&
         found->reverse_hardware == model.reverse_limit)
       return;
-    return raise(
-        {Errc::device,
-         "the controller did not take the stage's limit switches",
-         {},
-         std::to_string(model.forward_limit) + ", " + std::to_string(model.reverse_limit),
-         std::to_string(found->forward_hardware) + ", " + std::to_string(found->reverse_hardware),
-         "Check the stage in the rig file"});
+    return raise({.code = Errc::device_refused,
+                  .what = "the controller did not take the stage's limit switches",
+                  .expected = std::to_string(model.forward_limit) + ", " +
+                              std::to_string(model.reverse_limit),
+                  .got = std::to_string(found->forward_hardware) + ", " +
+                         std::to_string(found->reverse_hardware),
+                  .hint = "Check the stage in the rig file"});
   }
   found_limits_ = *found;
   const bool active = (found->soft_mode & 0x7F) > 1;
   if (!active || (found->reverse_soft_counts <= settings_.travel_low_counts &&
                   found->forward_soft_counts >= settings_.travel_high_counts))
     return;
-  raise({Errc::device, "the controller's soft limits are inside the rig file's travel",
-         "/travel_" + std::string(settings_.model->axis == Axis::linear ? "mm" : "deg"),
-         settings_.with_unit(to_si(settings_.travel_low_counts)) + " to " +
-             settings_.with_unit(to_si(settings_.travel_high_counts)),
-         settings_.with_unit(to_si(found->reverse_soft_counts)) + " to " +
-             settings_.with_unit(to_si(found->forward_soft_counts)),
-         "Correct the rig file, or widen the limits with the maker's program"});
+  raise({.code = Errc::device_settings,
+         .where = "/travel_" + std::string(settings_.model->axis == Axis::linear ? "mm" : "deg"),
+         .what = "the controller's soft limits are inside the rig file's travel",
+         .expected = settings_.with_unit(to_si(settings_.travel_low_counts)) + " to " +
+                     settings_.with_unit(to_si(settings_.travel_high_counts)),
+         .got = settings_.with_unit(to_si(found->reverse_soft_counts)) + " to " +
+                settings_.with_unit(to_si(found->forward_soft_counts)),
+         .hint = "Correct the rig file, or widen the limits with the maker's program"});
 }
 
 void StageDriver::on_velocity(const Message& message) {
   const auto told = decode_body<VelocityParams>(message.data);
   if (!told || !arming_) return;
   const auto refuse = [this](const std::string& what, std::int32_t sent, std::int32_t kept) {
-    raise({Errc::device,
-           "the controller did not take the rig file's " + what,
-           {},
-           std::to_string(sent) + " counts",
-           std::to_string(kept) + " counts",
-           "Lower the " + what + " in the rig file to what the controller allows"});
+    raise({.code = Errc::device_refused,
+           .what = "the controller did not take the rig file's " + what,
+           .expected = std::to_string(sent) + " counts",
+           .got = std::to_string(kept) + " counts",
+           .hint = "Lower the " + what + " in the rig file to what the controller allows"});
   };
   // A controller that computes in units of its own may round: by a count, or by more of the counts
   // of a speed, of which there are hundreds of millions.
@@ -134,13 +134,10 @@ void StageDriver::on_velocity(const Message& message) {
 
 void StageDriver::on_rich_response(const Message& message) {
   const Result<RichResponse> response = decode_body<RichResponse>(message.data);
-  raise({Errc::device,
-         "the controller reports a fault: " +
-             (response ? response->notes.str() : std::string("unreadable")),
-         {},
-         {},
-         response ? "code " + std::to_string(response->code) : std::string(),
-         {}});
+  raise({.code = Errc::device,
+         .what = "the controller reports a fault: " +
+                 (response ? response->notes.str() : std::string("unreadable")),
+         .got = response ? "code " + std::to_string(response->code) : std::string()});
 }
 
 std::optional<StageReading> StageDriver::read_status(const Message& message) const {
@@ -183,12 +180,11 @@ void StageDriver::on_stopped(const Message& message, TimePoint arrival) {
   if (stops_under_way_ > 0) {
     --stops_under_way_;
   } else if (motion_.awaited()) {
-    raise({Errc::device,
-           "the stage stopped before its target",
-           {},
-           std::to_string(motion_.target_counts) + " counts",
-           std::to_string(reading->position_counts) + " counts",
-           "Look at the limit switches and at the travel in the rig file"});
+    raise({.code = Errc::device_motion,
+           .what = "the stage stopped before its target",
+           .expected = std::to_string(motion_.target_counts) + " counts",
+           .got = std::to_string(reading->position_counts) + " counts",
+           .hint = "Look at the limit switches and at the travel in the rig file"});
     return;
   } else {
     motion_ = {};
@@ -222,12 +218,9 @@ bool StageDriver::accept(const StageReading& reading, TimePoint arrival) {
 bool StageDriver::finish_arming(const StageReading& reading) {
   arming_ = false;
   if ((reading.status_bits & status::channel_enabled) == 0) {
-    raise({Errc::device,
-           "the channel did not become enabled",
-           {},
-           {},
-           {},
-           "Look at the controller's front panel"});
+    raise({.code = Errc::device_refused,
+           .what = "the channel did not become enabled",
+           .hint = "Look at the controller's front panel"});
     return false;
   }
   if (settings_.poll_period > Duration::zero()) poll_.start(settings_.poll_period);
@@ -268,26 +261,23 @@ void StageDriver::judge_rest(bool arrived, TimePoint arrival) {
     motion_.reported = true;
   }
   if (arrived || arrival - *since <= away_limit) return;
-  raise({Errc::device,
-         "the stage ended away from its target",
-         {},
-         std::to_string(motion_.target_counts) + " counts",
-         std::to_string(last_.position_counts) + " counts",
-         "Look at the backlash correction and at the stage"});
+  raise({.code = Errc::device_motion,
+         .what = "the stage ended away from its target",
+         .expected = std::to_string(motion_.target_counts) + " counts",
+         .got = std::to_string(last_.position_counts) + " counts",
+         .hint = "Look at the backlash correction and at the stage"});
 }
 
 void StageDriver::confirm_home() {
   if ((last_.status_bits & status::homed) == 0) {
-    raise({Errc::device, "homing ended without the homed status", {}, {}, {}, {}});
+    raise({.code = Errc::device_motion, .what = "homing ended without the homed status"});
     return;
   }
   if (settings_.home_must_move && !motion_.moved) {
-    raise({Errc::device,
-           "homing was reported done, but the encoder never moved",
-           {},
-           {},
-           std::to_string(last_.position_counts) + " counts throughout",
-           "Look at the motor's cable and at the home switch"});
+    raise({.code = Errc::device_motion,
+           .what = "homing was reported done, but the encoder never moved",
+           .got = std::to_string(last_.position_counts) + " counts throughout",
+           .hint = "Look at the motor's cable and at the home switch"});
     return;
   }
   confirmed_id_ = motion_.id;

@@ -18,8 +18,11 @@ std::string name_of(vibro::Kind kind, std::size_t axis) {
 }
 
 Error wrong(std::string message, std::string expected, std::string got, std::string hint) {
-  return {Errc::device,        std::move(message), {},
-          std::move(expected), std::move(got),     std::move(hint)};
+  return {.code = Errc::device_data,
+          .what = std::move(message),
+          .expected = std::move(expected),
+          .got = std::move(got),
+          .hint = std::move(hint)};
 }
 
 }  // namespace

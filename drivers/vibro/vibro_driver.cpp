@@ -89,18 +89,21 @@ void VibroDriver::on_frame(TimePoint arrival) {
 void VibroDriver::on_description() {
   if (description_) {
     if (*description_ == frame_.description) return;
-    return raise({Errc::device,
-                  "the sensor describes itself in another way than at first",
-                  {},
-                  "serial " + std::to_string(description_->serial) + ", the same channels",
-                  "serial " + std::to_string(frame_.description.serial),
-                  "Was it replaced or set up anew? Open it again"});
+    return raise(
+        {.code = Errc::device_restarted,
+         .what = "the sensor describes itself in another way than at first",
+         .expected = "serial " + std::to_string(description_->serial) + ", the same channels",
+         .got = "serial " + std::to_string(frame_.description.serial),
+         .hint = "Was it replaced or set up anew? Open it again"});
   }
   const vibro::Description& told = frame_.description;
   if (settings_.serial != 0 && settings_.serial != told.serial)
-    return raise({Errc::device, "another serial number than configured", "/serial",
-                  std::to_string(settings_.serial), std::to_string(told.serial),
-                  "Correct the rig file, or look which sensor is on this port"});
+    return raise({.code = Errc::device_identity,
+                  .where = "/serial",
+                  .what = "another serial number than configured",
+                  .expected = std::to_string(settings_.serial),
+                  .got = std::to_string(told.serial),
+                  .hint = "Correct the rig file, or look which sensor is on this port"});
   if (auto wrong = unfit(acceleration_, told.acceleration)) return raise(*wrong);
   if (auto wrong = unfit(sound_, told.sound)) return raise(*wrong);
   description_ = told;
@@ -117,26 +120,27 @@ std::optional<Error> VibroDriver::unfit(const Channel& channel,
   if (!channel.wanted()) return std::nullopt;
   const std::string noun = noun_of(channel.kind), key = rate_key(channel.kind);
   if (told.rate_mhz == 0)
-    return Error{Errc::device, "the sensor has no channel for " + noun,    key, {},
-                 {},           "A rate of 0 in the rig file leaves it out"};
+    return Error{.code = Errc::device_settings,
+                 .where = key,
+                 .what = "the sensor has no channel for " + noun,
+                 .hint = "A rate of 0 in the rig file leaves it out"};
   if (std::abs(rate_of(told) - channel.rate_hz) > rate_tolerance * channel.rate_hz)
-    return Error{Errc::device,
-                 "the sensor sends " + noun + " at another rate than configured",
-                 key,
-                 std::to_string(channel.rate_hz) + " Hz",
-                 std::to_string(rate_of(told)) + " Hz",
-                 "Correct the rig file, or the sensor's settings"};
+    return Error{.code = Errc::device_settings,
+                 .where = key,
+                 .what = "the sensor sends " + noun + " at another rate than configured",
+                 .expected = std::to_string(channel.rate_hz) + " Hz",
+                 .got = std::to_string(rate_of(told)) + " Hz",
+                 .hint = "Correct the rig file, or the sensor's settings"};
   const std::size_t values = told.block_readings * vibro::values_per_reading(channel.kind);
   if (told.range_micro == 0 || told.full_scale_counts == 0 || values == 0 ||
       values > vibro::max_values)
-    return Error{Errc::device,
-                 "the sensor describes its channel for " + noun + " as nothing that can be",
-                 {},
-                 "a range, counts at full scale, 1 to 1536 values in a block",
-                 "range " + std::to_string(told.range_micro) + "e-6, full scale " +
-                     std::to_string(told.full_scale_counts) + ", " +
-                     std::to_string(told.block_readings) + " readings in a block",
-                 "Is its firmware the right one?"};
+    return Error{.code = Errc::device_data,
+                 .what = "the sensor describes its channel for " + noun + " as nothing that can be",
+                 .expected = "a range, counts at full scale, 1 to 1536 values in a block",
+                 .got = "range " + std::to_string(told.range_micro) + "e-6, full scale " +
+                        std::to_string(told.full_scale_counts) + ", " +
+                        std::to_string(told.block_readings) + " readings in a block",
+                 .hint = "Is its firmware the right one?"};
   return std::nullopt;
 }
 
@@ -173,13 +177,11 @@ void VibroDriver::on_block(Channel& channel, TimePoint arrival) {
   const std::size_t expected =
       channel.described.block_readings * vibro::values_per_reading(channel.kind);
   if (frame_.value_count != expected)
-    return raise({Errc::device,
-                  std::string("a block of ") + noun_of(channel.kind) +
-                      " has another number of values than the sensor says",
-                  {},
-                  std::to_string(expected),
-                  std::to_string(frame_.value_count),
-                  {}});
+    return raise({.code = Errc::device_data,
+                  .what = std::string("a block of ") + noun_of(channel.kind) +
+                          " has another number of values than the sensor says",
+                  .expected = std::to_string(expected),
+                  .got = std::to_string(frame_.value_count)});
   const BlockOrder::Step step = channel.order.observe(frame_);
   if (step.verdict == BlockOrder::Verdict::late) {
     if (!std::exchange(channel.late_told, true))
@@ -225,21 +227,17 @@ void VibroDriver::publish(const Channel& channel, std::uint32_t lost, TimePoint 
 }
 
 void VibroDriver::on_silence() {
-  raise({Errc::timeout,
-         "no description came from the vibration sensor",
-         {},
-         "one each second",
-         "silence",
-         "Check the port and the sensor's power"});
+  raise({.code = Errc::timeout,
+         .what = "no description came from the vibration sensor",
+         .expected = "one each second",
+         .got = "silence",
+         .hint = "Check the port and the sensor's power"});
 }
 
 void VibroDriver::on_channel_silence(const Channel& channel) {
-  raise({Errc::timeout,
-         std::string("no ") + noun_of(channel.kind) + " came from the vibration sensor",
-         {},
-         {},
-         "silence",
-         {}});
+  raise({.code = Errc::timeout,
+         .what = std::string("no ") + noun_of(channel.kind) + " came from the vibration sensor",
+         .got = "silence"});
 }
 
 }  // namespace weft::drivers

@@ -314,8 +314,10 @@ void append_body(Bytes& out, const Body& body) {
 template <class Body>
 Result<Body> decode_body(ByteView data) {
   if (data.size() != body_size<Body>)
-    return fail(Errc::parse, "APT data length does not fit the message", {},
-                std::to_string(body_size<Body>) + " bytes", std::to_string(data.size()));
+    return fail({.code = Errc::parse,
+                 .what = "APT data length does not fit the message",
+                 .expected = std::to_string(body_size<Body>) + " bytes",
+                 .got = std::to_string(data.size())});
   Body body;
   LittleReader reader(data);
   std::apply([&](auto&... field) { (detail::read_field(reader, field), ...); }, body.fields());

@@ -150,19 +150,25 @@ Result<Message> decode(ByteView bytes) {
   message.dest = static_cast<std::uint8_t>(dest & ~long_form);
   message.source = reader.read<std::uint8_t>();
   if (!reader.ok())
-    return fail(Errc::parse, "APT message is cut short", {}, "at least 6 bytes",
-                std::to_string(bytes.size()));
+    return fail({.code = Errc::parse,
+                 .what = "APT message is cut short",
+                 .expected = "at least 6 bytes",
+                 .got = std::to_string(bytes.size())});
   std::size_t size = 0;
   if ((dest & long_form) != 0) {
     size = message.param1 | static_cast<std::size_t>(message.param2) << 8;
     message.param1 = message.param2 = 0;
     if (size == 0 || size > max_data_size)
-      return fail(Errc::parse, "APT data length is impossible", {}, "1 to 255 bytes",
-                  std::to_string(size));
+      return fail({.code = Errc::parse,
+                   .what = "APT data length is impossible",
+                   .expected = "1 to 255 bytes",
+                   .got = std::to_string(size)});
   }
   if (reader.remaining() != size)
-    return fail(Errc::parse, "APT message length disagrees with its header", {},
-                std::to_string(header_size + size) + " bytes", std::to_string(bytes.size()));
+    return fail({.code = Errc::parse,
+                 .what = "APT message length disagrees with its header",
+                 .expected = std::to_string(header_size + size) + " bytes",
+                 .got = std::to_string(bytes.size())});
   const ByteView data = reader.take(size);
   message.data.assign(data.begin(), data.end());
   return message;

@@ -91,8 +91,11 @@ class RegisterReader {
 
 tl::unexpected<Error> unusable(const std::string& what, const std::string& expected,
                                const std::string& got) {
-  return fail(Errc::range, "the sensor's calibration has " + what, {}, expected, got,
-              "Is it an empty slot? Choose another number of calibration");
+  return fail({.code = Errc::range,
+               .what = "the sensor's calibration has " + what,
+               .expected = expected,
+               .got = got,
+               .hint = "Is it an empty slot? Choose another number of calibration"});
 }
 
 bool usable_row(const std::array<float, gauges>& row) {
@@ -123,8 +126,10 @@ CalibrationRegisters encode(const Calibration& calibration) {
 
 Result<Calibration> decode_calibration(std::span<const std::uint16_t> registers) {
   if (registers.size() != calibration_registers)
-    return fail(Errc::parse, "calibration record has the wrong length", {}, "168 registers",
-                std::to_string(registers.size()));
+    return fail({.code = Errc::parse,
+                 .what = "calibration record has the wrong length",
+                 .expected = "168 registers",
+                 .got = std::to_string(registers.size())});
   RegisterReader reader(registers);
   Calibration out;
   out.serial = reader.text(serial_size);

@@ -54,8 +54,10 @@ template <class Value, std::size_t count>
 Result<Value> value_from(const NameTable<Value, count>& table, std::string_view name,
                          std::string message, std::string expected) {
   if (const std::optional<Value> value = value_in(table, name)) return *value;
-  return fail(Errc::invalid_argument, std::move(message), {}, std::move(expected),
-              std::string(name));
+  return fail({.code = Errc::invalid_argument,
+               .what = std::move(message),
+               .expected = std::move(expected),
+               .got = std::string(name)});
 }
 
 }  // namespace weft

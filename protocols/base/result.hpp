@@ -2,6 +2,7 @@
 // Errors are values. A Result holds a value or an Error that says where, what was expected, what
 // was got and what to do; callers add context while unwinding.
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
@@ -9,38 +10,70 @@
 
 namespace weft {
 
-/// Kinds of failure. Numbers are part of exported files and exit codes: never renumber.
+/// Causes of a failure, one for each thing that a program or a person would do about it: see
+/// error_codes() and docs/reference/errors.md. Numbers are part of exported files and of the
+/// drivers' C ABI: never renumber.
 enum class Errc {
-  invalid_argument = 1,  ///< a caller or a user gave something unusable
-  parse = 2,             ///< bytes or text that do not follow their format
-  checksum = 3,          ///< a frame whose check value disagrees
-  range = 4,             ///< a value outside its limits
+  invalid_argument = 1,
+  parse = 2,
+  checksum = 3,
+  range = 4,
   not_found = 5,
   io = 6,
   timeout = 7,
-  wrong_state = 8,  ///< the device or run is in a state that does not allow this
-  device = 9,       ///< a device reported a fault
-  safety = 10,      ///< a guard tripped
+  wrong_state = 8,
+  device = 9,
+  safety = 10,
   unsupported = 11,
-  corrupt = 12,  ///< stored data that was cut short or altered
+  corrupt = 12,
+  device_settings = 13,
+  device_identity = 14,
+  device_data = 15,
+  device_motion = 16,
+  device_refused = 17,
+  device_restarted = 18,
+  driver = 19,
+  measurement = 20,
+  trials_failed = 21,
+  no_space = 22,
+  busy = 23,
 };
 
+/// "device settings"; "unknown" for a number that is no code.
 std::string_view to_string(Errc code);
 
-/// One failure, as a sentence with its parts kept apart.
+/// A row of docs/reference/errors.md.
+struct ErrorCode {
+  Errc code;
+  std::string_view name;     ///< to_string()
+  std::string_view kind;     ///< `error.data.kind` over the API
+  int number;                ///< `error.code` over the API
+  bool retryable;            ///< the same request may succeed later
+  std::string_view meaning;  ///< one sentence
+  std::string_view advice;   ///< what to do, one sentence
+};
+/// All codes, by number.
+std::span<const ErrorCode> error_codes();
+
+/// One failure, as a sentence with its parts kept apart. Fields are given by name.
 struct Error {
+  class ByName {
+   public:
+    constexpr ByName() {}
+  };
+  [[no_unique_address]] ByName by_name = {};  ///< refuses initialisation by position
   Errc code = Errc::invalid_argument;
-  std::string message;   ///< what is wrong, one clause
-  std::string where;     ///< JSON pointer, file:line, device or stream; outermost first
-  std::string expected;  ///< empty when it says nothing
-  std::string got;
-  std::string hint;  ///< what the reader can do
+  std::string where = {};     ///< JSON pointer, file:line, device or stream; outermost first
+  std::string what = {};      ///< what is wrong, one clause
+  std::string expected = {};  ///< may be empty, as the next two
+  std::string got = {};
+  std::string hint = {};  ///< what the reader can do
 
   /// Puts `context` in front of `where` ("trial.csv" + "line 7" gives "trial.csv: line 7").
   Error&& in(std::string_view context) &&;
 };
 
-/// "where: message (expected X, got Y). Hint."
+/// "where: what (expected X, got Y). Hint."
 std::string to_string(const Error& error);
 
 /// tl::expected that may not be ignored.
@@ -53,9 +86,10 @@ class [[nodiscard]] Result : public tl::expected<T, Error> {
 
 using Status = Result<void>;
 
-/// Shorthand for a failure: `return fail(Errc::range, "speed too high", "/speed", "<= 4", "5")`.
-tl::unexpected<Error> fail(Errc code, std::string message, std::string where = {},
-                           std::string expected = {}, std::string got = {}, std::string hint = {});
+/// A failure: `return fail({.code = Errc::range, .where = "/speed", .what = "speed too high"})`.
+inline tl::unexpected<Error> fail(Error error) {
+  return tl::unexpected<Error>(std::move(error));
+}
 
 /// Passes an error on, with context put in front of its place.
 inline tl::unexpected<Error> pass(Error error, std::string_view context = {}) {

@@ -61,17 +61,21 @@ struct ReplyWriter {
 template <class Message, class Variant>
 Result<Variant> whole(const BigReader& reader, const Message& message) {
   if (reader.ok() && reader.remaining() == 0) return Variant(message);
-  return fail(Errc::parse, "Modbus message has the wrong length");
+  return fail({.code = Errc::parse, .what = "Modbus message has the wrong length"});
 }
 
 tl::unexpected<Error> wrong_count(std::size_t count, std::size_t most) {
-  return fail(Errc::range, "Modbus message has a wrong number of registers", {},
-              "1 to " + std::to_string(most), std::to_string(count));
+  return fail({.code = Errc::range,
+               .what = "Modbus message has a wrong number of registers",
+               .expected = "1 to " + std::to_string(most),
+               .got = std::to_string(count)});
 }
 
 tl::unexpected<Error> no_such_function(unsigned code) {
-  return fail(Errc::unsupported, "Modbus function is not known", {}, "3, 4, 6, 16, 70 or 106",
-              std::to_string(code));
+  return fail({.code = Errc::unsupported,
+               .what = "Modbus function is not known",
+               .expected = "3, 4, 6, 16, 70 or 106",
+               .got = std::to_string(code)});
 }
 
 Result<Request> decode_read(Function function, BigReader& reader) {
@@ -93,11 +97,13 @@ Result<Request> decode_write_many(BigReader& reader) {
   WriteMany write{reader.read<std::uint16_t>(), {}};
   const std::size_t count = reader.read<std::uint16_t>();
   const std::size_t bytes = reader.read<std::uint8_t>();
-  if (!reader.ok()) return fail(Errc::parse, "Modbus write request is cut short");
+  if (!reader.ok()) return fail({.code = Errc::parse, .what = "Modbus write request is cut short"});
   if (count < 1 || count > most_written) return wrong_count(count, most_written);
   if (bytes != 2 * count)
-    return fail(Errc::range, "Modbus write request contradicts itself", {},
-                std::to_string(2 * count) + " bytes", std::to_string(bytes));
+    return fail({.code = Errc::range,
+                 .what = "Modbus write request contradicts itself",
+                 .expected = std::to_string(2 * count) + " bytes",
+                 .got = std::to_string(bytes)});
   write.registers = read_all(reader, count);
   return whole<WriteMany, Request>(reader, write);
 }

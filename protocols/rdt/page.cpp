@@ -73,8 +73,11 @@ Result<std::string> only(std::string_view xml, const std::string& name) {
   const std::size_t begin = xml.find(open);
   const std::size_t end = begin == std::string_view::npos ? begin : xml.find(close, begin);
   if (end == std::string_view::npos || xml.find(open, end) != std::string_view::npos)
-    return fail(Errc::parse, "the page of the Net F/T box is not as expected", name,
-                "one element of this name", end == std::string_view::npos ? "none" : "several");
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "the page of the Net F/T box is not as expected",
+                 .expected = "one element of this name",
+                 .got = end == std::string_view::npos ? "none" : "several"});
   std::string_view text = xml.substr(begin + open.size(), end - begin - open.size());
   while (!text.empty() && text.front() <= ' ') text.remove_prefix(1);
   while (!text.empty() && text.back() <= ' ') text.remove_suffix(1);
@@ -89,14 +92,19 @@ Result<double> positive(std::string_view xml, const std::string& name) {
   if (read.ec == std::errc{} && read.ptr == text->data() + text->size() && std::isfinite(value) &&
       value > 0)
     return value;
-  return fail(Errc::parse, "the page of the Net F/T box has no usable number", name,
-              "a number above zero", text->substr(0, 40));
+  return fail({.code = Errc::parse,
+               .where = name,
+               .what = "the page of the Net F/T box has no usable number",
+               .expected = "a number above zero",
+               .got = text->substr(0, 40)});
 }
 
 Status fits(std::string_view xml) {
   if (xml.size() <= largest_page) return {};
-  return fail(Errc::parse, "the page of the Net F/T box is too large", {},
-              std::to_string(largest_page) + " bytes", std::to_string(xml.size()));
+  return fail({.code = Errc::parse,
+               .what = "the page of the Net F/T box is too large",
+               .expected = std::to_string(largest_page) + " bytes",
+               .got = std::to_string(xml.size())});
 }
 
 using Unit = std::pair<std::string_view, double>;
@@ -108,7 +116,10 @@ Result<double> factor(const std::array<Unit, size>& units, std::string_view name
     if (unit == name) return value;
     known += (known.empty() ? "" : ", ") + std::string(unit);
   }
-  return fail(Errc::unsupported, "no such unit", {}, known, std::string(name));
+  return fail({.code = Errc::unsupported,
+               .what = "no such unit",
+               .expected = known,
+               .got = std::string(name)});
 }
 
 std::string lower(std::string_view text) {
@@ -261,8 +272,10 @@ Result<HttpRequest> decode_request_head(std::string_view head) {
   const std::size_t second = first == std::string_view::npos ? first : line.find(' ', first + 1);
   const std::string_view method = line.substr(0, first);
   if (second == std::string_view::npos || (method != "GET" && method != "HEAD"))
-    return fail(Errc::parse, "not a GET request", {}, "GET /path HTTP/1.1",
-                std::string(line.substr(0, 40)));
+    return fail({.code = Errc::parse,
+                 .what = "not a GET request",
+                 .expected = "GET /path HTTP/1.1",
+                 .got = std::string(line.substr(0, 40))});
   std::string_view target = line.substr(first + 1, second - first - 1);
   constexpr std::string_view scheme = "http://";
   if (target.starts_with(scheme)) {
@@ -308,7 +321,10 @@ std::string http_reply(int status, std::string_view type, std::string_view body,
 Status HttpReply::push(ByteView bytes) {
   for (const std::uint8_t byte : bytes) text_.push_back(static_cast<char>(byte));
   const auto bad = [&](const char* what) {
-    return fail(Errc::parse, what, {}, "HTTP/1.1 200 with its length", text_.substr(0, 40));
+    return fail({.code = Errc::parse,
+                 .what = what,
+                 .expected = "HTTP/1.1 200 with its length",
+                 .got = text_.substr(0, 40)});
   };
   if (text_.size() > largest_page + 8192) return bad("the reply is too large");
   if (body_at_ == 0) {

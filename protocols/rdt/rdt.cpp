@@ -22,13 +22,17 @@ std::array<std::uint8_t, request_size> encode(const Request& request) {
 
 Result<Request> decode_request(ByteView datagram) {
   if (datagram.size() != request_size)
-    return fail(Errc::parse, "RDT request has the wrong length", {}, "8 bytes",
-                std::to_string(datagram.size()));
+    return fail({.code = Errc::parse,
+                 .what = "RDT request has the wrong length",
+                 .expected = "8 bytes",
+                 .got = std::to_string(datagram.size())});
   BigReader reader(datagram);
   const auto magic = reader.read<std::uint16_t>();
   if (magic != request_magic)
-    return fail(Errc::parse, "RDT request does not begin with 0x1234", {}, "4660",
-                std::to_string(magic));
+    return fail({.code = Errc::parse,
+                 .what = "RDT request does not begin with 0x1234",
+                 .expected = "4660",
+                 .got = std::to_string(magic)});
   Request request;
   request.command = static_cast<RequestCommand>(reader.read<std::uint16_t>());
   request.sample_count = reader.read<std::uint32_t>();
@@ -44,8 +48,10 @@ void append(Bytes& out, const Record& record) {
 
 Result<Record> decode_record(ByteView bytes) {
   if (bytes.size() != record_size)
-    return fail(Errc::parse, "RDT record has the wrong length", {}, "36 bytes",
-                std::to_string(bytes.size()));
+    return fail({.code = Errc::parse,
+                 .what = "RDT record has the wrong length",
+                 .expected = "36 bytes",
+                 .got = std::to_string(bytes.size())});
   BigReader reader(bytes);
   Record record;
   record.rdt_sequence = reader.read<std::uint32_t>();
@@ -59,8 +65,10 @@ Result<Record> decode_record(ByteView bytes) {
 Result<std::size_t> record_count(ByteView datagram) {
   const std::size_t count = datagram.size() / record_size;
   if (datagram.size() % record_size != 0 || count == 0 || count > max_records_per_datagram)
-    return fail(Errc::parse, "RDT datagram is not a whole number of records", {},
-                "1 to 40 times 36 bytes", std::to_string(datagram.size()) + " bytes");
+    return fail({.code = Errc::parse,
+                 .what = "RDT datagram is not a whole number of records",
+                 .expected = "1 to 40 times 36 bytes",
+                 .got = std::to_string(datagram.size()) + " bytes"});
   return count;
 }
 

@@ -68,13 +68,17 @@ WriteCondition write_condition(ByteView bytes) {
 /// Past the first word of a reply.
 Result<BigReader> reply_reader(ByteView bytes, std::size_t size) {
   if (bytes.size() != size)
-    return fail(Errc::parse, "a reply of the command port has the wrong length", {},
-                std::to_string(size) + " bytes", std::to_string(bytes.size()));
+    return fail({.code = Errc::parse,
+                 .what = "a reply of the command port has the wrong length",
+                 .expected = std::to_string(size) + " bytes",
+                 .got = std::to_string(bytes.size())});
   BigReader reader(bytes);
   const auto word = reader.read<std::uint16_t>();
   if (word != first_word)
-    return fail(Errc::parse, "a reply of the command port does not begin with 0x1234", {}, "4660",
-                std::to_string(word));
+    return fail({.code = Errc::parse,
+                 .what = "a reply of the command port does not begin with 0x1234",
+                 .expected = "4660",
+                 .got = std::to_string(word)});
   return reader;
 }
 
@@ -87,8 +91,10 @@ void append(Bytes& out, const CommandRequest& request) {
 
 Result<CommandRequest> decode_command(ByteView bytes) {
   if (bytes.size() != command_size)
-    return fail(Errc::parse, "a request to the command port has the wrong length", {}, "20 bytes",
-                std::to_string(bytes.size()));
+    return fail({.code = Errc::parse,
+                 .what = "a request to the command port has the wrong length",
+                 .expected = "20 bytes",
+                 .got = std::to_string(bytes.size())});
   switch (static_cast<TcpCommand>(bytes[0])) {
     case TcpCommand::read_ft:
       return read_ft(bytes);
@@ -99,8 +105,10 @@ Result<CommandRequest> decode_command(ByteView bytes) {
     case TcpCommand::write_condition:
       return write_condition(bytes);
   }
-  return fail(Errc::unsupported, "the command port has no such command", {}, "0 to 3",
-              std::to_string(bytes[0]));
+  return fail({.code = Errc::unsupported,
+               .what = "the command port has no such command",
+               .expected = "0 to 3",
+               .got = std::to_string(bytes[0])});
 }
 
 void append(Bytes& out, const FtReply& reply) {
@@ -156,14 +164,19 @@ Result<WriteReply> decode_write_reply(ByteView bytes) {
 Result<double> metres_per(std::uint8_t distance_unit) {
   constexpr std::array metres{0.0254, 0.3048, 0.001, 0.01, 1.0};
   if (distance_unit >= 1 && distance_unit <= metres.size()) return metres[distance_unit - 1U];
-  return fail(Errc::unsupported, "no unit of distance", {}, "1 to 5",
-              std::to_string(distance_unit));
+  return fail({.code = Errc::unsupported,
+               .what = "no unit of distance",
+               .expected = "1 to 5",
+               .got = std::to_string(distance_unit)});
 }
 
 Result<double> radians_per(std::uint8_t angle_unit) {
   if (angle_unit == 1) return std::numbers::pi / 180;
   if (angle_unit == 2) return 1.0;
-  return fail(Errc::unsupported, "no unit of angle", {}, "1 or 2", std::to_string(angle_unit));
+  return fail({.code = Errc::unsupported,
+               .what = "no unit of angle",
+               .expected = "1 or 2",
+               .got = std::to_string(angle_unit)});
 }
 
 }  // namespace weft::protocols::rdt

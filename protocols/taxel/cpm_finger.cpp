@@ -31,8 +31,10 @@ std::array<std::uint8_t, datagram_size> encode_datagram(const Counts& counts) {
 
 Result<Counts> decode_datagram(ByteView datagram) {
   if (datagram.size() != datagram_size)
-    return fail(Errc::parse, "CPM-Finger datagram has the wrong length", {}, "32 bytes",
-                std::to_string(datagram.size()));
+    return fail({.code = Errc::parse,
+                 .what = "CPM-Finger datagram has the wrong length",
+                 .expected = "32 bytes",
+                 .got = std::to_string(datagram.size())});
   BigReader reader(datagram);
   Counts counts{};
   for (const std::uint8_t taxel : taxel_at_wire_position)

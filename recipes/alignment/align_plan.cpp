@@ -19,8 +19,12 @@ constexpr double least_touch_speed_mps = 1e-6;
 
 tl::unexpected<Error> does_not_fit(std::string message, std::string expected, std::string got,
                                    std::string hint = {}) {
-  return fail(Errc::range, std::move(message), "alignment", std::move(expected), std::move(got),
-              std::move(hint));
+  return fail({.code = Errc::range,
+               .where = "alignment",
+               .what = std::move(message),
+               .expected = std::move(expected),
+               .got = std::move(got),
+               .hint = std::move(hint)});
 }
 
 std::string in_mm(double metres) {

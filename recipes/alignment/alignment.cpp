@@ -194,10 +194,12 @@ class Aligner {
     const Result<PlaneFit> plane = fit_plane(state_.touches, plan_.resolution_m);
     if (!plane) return pass(plane.error());
     if (plane->residual_worst_m > plan_.largest_residual_m)
-      return fail(Errc::device, "the surface is not a plane", "alignment",
-                  "touches within " + in_um(plan_.largest_residual_m) + " of one",
-                  in_um(plane->residual_worst_m),
-                  "Clean plate and probe, take the cloth off, tighten the plate");
+      return fail({.code = Errc::measurement,
+                   .where = "alignment",
+                   .what = "the surface is not a plane",
+                   .expected = "touches within " + in_um(plan_.largest_residual_m) + " of one",
+                   .got = in_um(plane->residual_worst_m),
+                   .hint = "Clean plate and probe, take the cloth off, tighten the plate"});
     return tilt_of(*plane, state_.tilts);
   }
 
@@ -302,33 +304,37 @@ class Aligner {
   }
 
   [[nodiscard]] Error no_contact() const {
-    return {Errc::device,
-            "no surface was found",
-            place(),
-            "contact within the tilt that is looked for",
-            "none",
+    return {
+        .code = Errc::measurement,
+        .where = place(),
+        .what = "no surface was found",
+        .expected = "contact within the tilt that is looked for",
+        .got = "none",
+        .hint =
             "Check plate.surface_z_mm, the force sensor's sign and how far the plate is tilted"};
   }
 
   [[nodiscard]] Error not_level(const TiltFound& found) const {
-    return {Errc::device,
-            "the plate is not level after " + std::to_string(plan_.most_turns) + " corrections",
-            "alignment",
-            "at most " + in_deg(plan_.tolerance_rad),
-            in_deg(found.lean_rad),
-            "Check the signs and the scale of the rotary stages, and what holds the plate"};
+    return {
+        .code = Errc::measurement,
+        .where = "alignment",
+        .what = "the plate is not level after " + std::to_string(plan_.most_turns) + " corrections",
+        .expected = "at most " + in_deg(plan_.tolerance_rad),
+        .got = in_deg(found.lean_rad),
+        .hint = "Check the signs and the scale of the rotary stages, and what holds the plate"};
   }
 
   [[nodiscard]] std::optional<Error> out_of_travel(const Tilts& level) const {
     const auto& travel = plan_.limits.geometry.travel;
     for (const auto& [axis, angle] : {std::pair{Axis::rx, level.rx_rad}, {Axis::ry, level.ry_rad}})
       if (const Range& range = travel[index(axis)]; !range.contains(angle))
-        return Error{Errc::range,
-                     "the plate's tilt is beyond the travel of " + std::string(to_string(axis)),
-                     "alignment",
-                     in_deg(range.min) + " to " + in_deg(range.max),
-                     in_deg(angle),
-                     "Level the plate by hand first"};
+        return Error{
+            .code = Errc::range,
+            .where = "alignment",
+            .what = "the plate's tilt is beyond the travel of " + std::string(to_string(axis)),
+            .expected = in_deg(range.min) + " to " + in_deg(range.max),
+            .got = in_deg(angle),
+            .hint = "Level the plate by hand first"};
     return std::nullopt;
   }
 

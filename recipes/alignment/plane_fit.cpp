@@ -74,16 +74,23 @@ void judge(PlaneFit& fit, std::span<const TouchPoint> points, const Moments& m,
 
 Result<PlaneFit> fit_plane(std::span<const TouchPoint> points, double resolution_m) {
   if (points.size() < 3)
-    return fail(Errc::invalid_argument, "too few touches for a plane", "alignment", "at least 3",
-                std::to_string(points.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "alignment",
+                 .what = "too few touches for a plane",
+                 .expected = "at least 3",
+                 .got = std::to_string(points.size())});
   if (!std::ranges::all_of(points, usable) || !(resolution_m >= 0) || !std::isfinite(resolution_m))
-    return fail(Errc::invalid_argument, "the touches are not usable", "alignment",
-                "finite positions");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "alignment",
+                 .what = "the touches are not usable",
+                 .expected = "finite positions"});
   PlaneFit fit = mean_of(points);
   const Moments m = moments_about(fit, points);
   if (!(m.width_share() > least_width_share * least_width_share) || !std::isfinite(m.xx + m.yy))
-    return fail(Errc::invalid_argument, "the touches lie on one line", "alignment",
-                "points that span a plane");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "alignment",
+                 .what = "the touches lie on one line",
+                 .expected = "points that span a plane"});
   fit.slope_x = (m.xh * m.yy - m.yh * m.xy) / m.determinant();
   fit.slope_y = (m.yh * m.xx - m.xh * m.xy) / m.determinant();
   judge(fit, points, m, resolution_m);

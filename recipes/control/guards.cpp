@@ -50,8 +50,12 @@ constexpr std::array<GuardRule, guard_count> rules{{
 GuardTrip trip(Guard guard, std::string message, std::string where, std::string expected,
                std::string got, std::string hint = {}) {
   return {guard, rules[static_cast<std::size_t>(guard)].action,
-          Error{Errc::safety, std::move(message), std::move(where), std::move(expected),
-                std::move(got), std::move(hint)}};
+          Error{.code = Errc::safety,
+                .where = std::move(where),
+                .what = std::move(message),
+                .expected = std::move(expected),
+                .got = std::move(got),
+                .hint = std::move(hint)}};
 }
 
 /// Readings in a row that are far off before the cause is believed to be the bench, not the wire.

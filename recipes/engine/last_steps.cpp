@@ -49,12 +49,11 @@ std::vector<Diagnostic> warnings_about_budget(const Finally& finally) {
 }
 
 Error budget_used_up(std::string place, double budget_s) {
-  return {Errc::timeout,
-          "what the recipe does finally took longer than its budget",
-          std::move(place),
-          std::to_string(budget_s) + " s",
-          "",
-          "The probe is up; a larger finally.budget_s leaves time for the rest"};
+  return {.code = Errc::timeout,
+          .where = std::move(place),
+          .what = "what the recipe does finally took longer than its budget",
+          .expected = std::to_string(budget_s) + " s",
+          .hint = "The probe is up; a larger finally.budget_s leaves time for the rest"};
 }
 
 }  // namespace weft::recipes

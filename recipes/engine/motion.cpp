@@ -93,39 +93,40 @@ double retreat_timeout_s(const Plan& plan) {
 
 Error step_timed_out(std::string place, const std::optional<Error>& awaited) {
   if (awaited) return Error(*awaited).in(place);
-  return {Errc::timeout,
-          "the step did not end in time",
-          std::move(place),
-          "an answer before the timer",
-          "",
-          "Look at the log of the devices involved"};
+  return {.code = Errc::timeout,
+          .where = std::move(place),
+          .what = "the step did not end in time",
+          .expected = "an answer before the timer",
+          .hint = "Look at the log of the devices involved"};
 }
 
 Error still_bad(std::string place, std::uint32_t takes, const Error& last) {
-  return {Errc::device,
-          "the record is bad in all of " + std::to_string(takes) + " takes: " + last.message,
-          std::move(place) + (last.where.empty() ? "" : ", " + last.where),
-          last.expected,
-          last.got,
-          last.hint};
+  return {
+      .code = Errc::measurement,
+      .where = std::move(place) + (last.where.empty() ? "" : ", " + last.where),
+      .what = "the record is bad in all of " + std::to_string(takes) + " takes: " + last.what,
+      .expected = last.expected,
+      .got = last.got,
+      .hint = last.hint};
 }
 
 Error nothing_bears(std::string place) {
-  return {Errc::device,
-          "the probe reached its lowest height without bearing on the cloth",
-          std::move(place),
-          "contact above the plate",
-          "none",
-          "Check that the cloth is mounted, the force sensor's sign and plate.surface_z_mm"};
+  return {
+      .code = Errc::measurement,
+      .where = std::move(place),
+      .what = "the probe reached its lowest height without bearing on the cloth",
+      .expected = "contact above the plate",
+      .got = "none",
+      .hint = "Check that the cloth is mounted, the force sensor's sign and plate.surface_z_mm"};
 }
 
 Error rest_out_of_travel(std::string place, double rest_z_m) {
-  return {Errc::range,
-          "the rest position is outside the travel of z",
-          std::move(place),
-          "within the stage's travel",
-          std::to_string(rest_z_m) + " m",
-          "Check plate.surface_z_mm and probe.rest_travel_mm"};
+  return {.code = Errc::range,
+          .where = std::move(place),
+          .what = "the rest position is outside the travel of z",
+          .expected = "within the stage's travel",
+          .got = std::to_string(rest_z_m) + " m",
+          .hint = "Check plate.surface_z_mm and probe.rest_travel_mm"};
 }
 
 }  // namespace weft::recipes

@@ -275,8 +275,10 @@ Result<RigLimits> parse_rig_limits(std::string_view rig_json) {
     if (problems.empty()) reader.check_together();
   }
   if (!problems.empty())
-    return fail(Errc::invalid_argument, sentences(problems), "rig file", {}, {},
-                "The rig file's keys are described in recipes/README.md");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "rig file",
+                 .what = sentences(problems),
+                 .hint = "The rig file's keys are described in recipes/README.md"});
   return limits;
 }
 

@@ -63,8 +63,10 @@ Result<Joints> inverse(const Geometry& geometry, const ProbePose& pose) {
   constexpr double quarter_turn = std::numbers::pi / 2;
   if (!finite(pose) || std::abs(pose.tilt_x_rad) >= quarter_turn ||
       std::abs(pose.tilt_y_rad) >= quarter_turn)
-    return fail(Errc::invalid_argument, "the probe pose is not usable", "kinematics",
-                "finite numbers and tilts under a quarter turn");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "kinematics",
+                 .what = "the probe pose is not usable",
+                 .expected = "finite numbers and tilts under a quarter turn"});
   const double arm = geometry.probe_arm_m;
   const auto [a, b] = turned(pose.contact_m.y_m - geometry.tilt_axis_y_m,
                              pose.clearance_m + geometry.tilt_axis_depth_m, pose.tilt_x_rad);
@@ -76,8 +78,11 @@ Result<Joints> inverse(const Geometry& geometry, const ProbePose& pose) {
   joints[Axis::rx] = pose.tilt_x_rad;
   joints[Axis::ry] = pose.tilt_y_rad;
   if (std::string list = unreachable(geometry, joints); !list.empty())
-    return fail(Errc::range, "the pose is out of the stages' reach", "kinematics",
-                "every stage within its travel", std::move(list));
+    return fail({.code = Errc::range,
+                 .where = "kinematics",
+                 .what = "the pose is out of the stages' reach",
+                 .expected = "every stage within its travel",
+                 .got = std::move(list)});
   return joints;
 }
 

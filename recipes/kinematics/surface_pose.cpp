@@ -24,15 +24,21 @@ Direction probe_axis(const Tilts& tilts) {
 Result<Tilts> tilts_along(const Direction& normal) {
   const double size = size_of(normal);
   if (!std::isfinite(size) || !(size > 0))
-    return fail(Errc::invalid_argument, "the normal has no direction", "kinematics",
-                "finite components, not all zero");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "kinematics",
+                 .what = "the normal has no direction",
+                 .expected = "finite components, not all zero"});
   const double across = std::hypot(normal.v, normal.up);
   if (across <= least_across * size)
-    return fail(Errc::invalid_argument, "the normal lies along the warp, where rx is undetermined",
-                "kinematics", "a normal that points away from the plate");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "kinematics",
+                 .what = "the normal lies along the warp, where rx is undetermined",
+                 .expected = "a normal that points away from the plate"});
   if (!(normal.up > 0))
-    return fail(Errc::invalid_argument, "the normal does not point away from the plate",
-                "kinematics", "a lean under a quarter turn");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "kinematics",
+                 .what = "the normal does not point away from the plate",
+                 .expected = "a lean under a quarter turn"});
   return Tilts{std::atan2(normal.v, normal.up), std::atan2(-normal.u, across)};
 }
 
@@ -47,8 +53,10 @@ Result<SurfacePose> surface_pose(const Geometry& geometry, const Joints& joints)
   const auto is_number = [](double value) { return std::isfinite(value); };
   if (!std::ranges::all_of(joints.value, is_number) || std::abs(joints[Axis::rx]) >= quarter_turn ||
       std::abs(joints[Axis::ry]) >= quarter_turn)
-    return fail(Errc::invalid_argument, "the stage positions are not usable", "kinematics",
-                "finite numbers and tilts under a quarter turn");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "kinematics",
+                 .what = "the stage positions are not usable",
+                 .expected = "finite numbers and tilts under a quarter turn"});
   const ProbePose pose = forward(geometry, joints);
   return SurfacePose{pose.contact_m, pose.clearance_m,
                      probe_axis({pose.tilt_x_rad, pose.tilt_y_rad})};

@@ -40,8 +40,12 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string to_string(const Diagnostic& diagnostic) {
-  return to_string(Error{Errc::invalid_argument, diagnostic.message, diagnostic.pointer,
-                         diagnostic.expected, diagnostic.got, diagnostic.hint});
+  return to_string(Error{.code = Errc::invalid_argument,
+                         .where = diagnostic.pointer,
+                         .what = diagnostic.message,
+                         .expected = diagnostic.expected,
+                         .got = diagnostic.got,
+                         .hint = diagnostic.hint});
 }
 
 void Problems::add(Diagnostic diagnostic) {

@@ -330,8 +330,9 @@ Status RdtEmulator::set_transform(const rdt::WriteTransform& write) {
 Status RdtEmulator::set_condition(const rdt::WriteCondition& write) {
   constexpr std::size_t told_of = 32;
   if (write.index >= told_of || write.axis > 5 || std::abs(write.comparison) != 1)
-    return fail(Errc::range, "no such threshold condition", {},
-                "index 0 to 31, axis 0 to 5, comparison 1 or -1");
+    return fail({.code = Errc::range,
+                 .what = "no such threshold condition",
+                 .expected = "index 0 to 31, axis 0 to 5, comparison 1 or -1"});
   if (write.index >= settings_.threshold.size()) return {};
   rdt::Threshold& threshold = settings_.threshold[write.index];
   threshold.axis = write.axis;

@@ -21,8 +21,11 @@ std::string text(double value) {
 Status check_bounds(const char* where, std::initializer_list<Bound> bounds) {
   for (const Bound& bound : bounds)
     if (!inside(bound.value, bound.low, bound.high))
-      return fail(Errc::range, std::string(bound.name) + " is outside what can be simulated", where,
-                  text(bound.low) + " to " + text(bound.high), text(bound.value));
+      return fail({.code = Errc::range,
+                   .where = where,
+                   .what = std::string(bound.name) + " is outside what can be simulated",
+                   .expected = text(bound.low) + " to " + text(bound.high),
+                   .got = text(bound.value)});
   return {};
 }
 

@@ -100,8 +100,10 @@ Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params,
   if (switches.waviness) material.waviness = Waviness(params.waviness, mix(patch.seed, "waviness"));
   const SurfaceSpec surface = surface_of(fabric, params);
   if (!(surface.height_rms_m < steepest_surface * law->lambda_m))
-    return fail(Errc::range, "surface too rough for so stiff a cloth", fabric.name,
-                "std(h) below 6 lambda");
+    return fail({.code = Errc::range,
+                 .where = fabric.name,
+                 .what = "surface too rough for so stiff a cloth",
+                 .expected = "std(h) below 6 lambda"});
   if (switches.texture) patch.field = HeightField(surface, mix(patch.seed, "surface"));
   if (switches.trial_spread) draw_spread(patch, spread, Random(mix(patch.seed, "spread")));
   return patch;

@@ -30,14 +30,23 @@ double solve_linearity(double linearity) {
 Result<FabricLaw> law_from_kes(const KesCompression& kes) {
   // Written so that NaN fails each test.
   if (!inside(kes.linearity, linearity_at(largest_x), linearity_at(smallest_x)))
-    return fail(Errc::range, "no exponential law has this linearity", "LC", "0.004 to 0.999",
-                std::to_string(kes.linearity));
+    return fail({.code = Errc::range,
+                 .where = "LC",
+                 .what = "no exponential law has this linearity",
+                 .expected = "0.004 to 0.999",
+                 .got = std::to_string(kes.linearity)});
   if (!inside(kes.work_j_m2, 1e-6, 1e3))
-    return fail(Errc::range, "work of compression outside what cloth can take", "WC",
-                "1e-6 to 1e3 J/m2", std::to_string(kes.work_j_m2));
+    return fail({.code = Errc::range,
+                 .where = "WC",
+                 .what = "work of compression outside what cloth can take",
+                 .expected = "1e-6 to 1e3 J/m2",
+                 .got = std::to_string(kes.work_j_m2)});
   if (!inside(kes.resilience, 0.01, 1))
-    return fail(Errc::range, "resilience is not a fraction", "RC", "0.01 to 1",
-                std::to_string(kes.resilience));
+    return fail({.code = Errc::range,
+                 .where = "RC",
+                 .what = "resilience is not a fraction",
+                 .expected = "0.01 to 1",
+                 .got = std::to_string(kes.resilience)});
   const double x = solve_linearity(kes.linearity);
   const double compression_m = 2 * kes.work_j_m2 / (kes.linearity * kes_peak_pressure_pa);
   return FabricLaw{.lambda_m = compression_m / x,

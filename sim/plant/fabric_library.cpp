@@ -31,7 +31,10 @@ Result<Structure::Line> parse_line(const json& object, const std::string& where)
 
 Status parse_lines(const json& list, const std::string& where, Structure& structure) {
   if (!list.is_array() || list.size() > most_lines)
-    return fail(Errc::parse, "not a list of lines", where, "at most 16 lines");
+    return fail({.code = Errc::parse,
+                 .where = where,
+                 .what = "not a list of lines",
+                 .expected = "at most 16 lines"});
   for (std::size_t i = 0; i < list.size(); ++i) {
     auto line = parse_line(list[i], where + "/" + std::to_string(i));
     if (!line) return pass(line.error());
@@ -52,22 +55,31 @@ Result<Structure> parse_structure(const json& object, const std::string& where) 
   const json* lines = reader.child("lines");
   if (const Status status = reader.finish(); !status) return pass(status.error());
   if (standing != "estimated")
-    return fail(Errc::parse, "numbers without their standing", where + "/standing", "estimated");
+    return fail({.code = Errc::parse,
+                 .where = where + "/standing",
+                 .what = "numbers without their standing",
+                 .expected = "estimated"});
   if (lines != nullptr)
     if (const Status status = parse_lines(*lines, where + "/lines", structure); !status)
       return pass(status.error());
   double total = structure.isotropic_share + structure.streak_share;
   for (const Structure::Line& line : structure.lines) total += line.share;
   if (std::abs(total - 1) > 1e-6)
-    return fail(Errc::range, "shares of the variance do not add up", where, "1",
-                std::to_string(total));
+    return fail({.code = Errc::range,
+                 .where = where,
+                 .what = "shares of the variance do not add up",
+                 .expected = "1",
+                 .got = std::to_string(total)});
   return structure;
 }
 
 Result<Structures> parse_structures(const json& object) {
   Structures structures;
   if (!object.is_object())
-    return fail(Errc::parse, "not an object", "/structures", "an object of structures");
+    return fail({.code = Errc::parse,
+                 .where = "/structures",
+                 .what = "not an object",
+                 .expected = "an object of structures"});
   for (const auto& [name, value] : object.items()) {
     auto structure = parse_structure(value, "/structures/" + name);
     if (!structure) return pass(structure.error());
@@ -94,15 +106,21 @@ Result<Fabric> parse_fabric(const json& object, const std::string& where,
   reader.number("weft_per_cm", fabric.weft_per_m, 0.5, 200, per_m_per_cm);
   reader.number("grain_um", fabric.grain_m, 5, 5000, m_per_um);
   if (const Status status = reader.finish(); !status) return pass(status.error());
-  if (fabric.name.empty()) return fail(Errc::parse, "a fabric without a name", where + "/name");
+  if (fabric.name.empty())
+    return fail({.code = Errc::parse, .where = where + "/name", .what = "a fabric without a name"});
   const auto found = structures.find(structure);
   if (found == structures.end())
-    return fail(Errc::not_found, "no such structure", where + "/structure", "a key of /structures",
-                structure);
+    return fail({.code = Errc::not_found,
+                 .where = where + "/structure",
+                 .what = "no such structure",
+                 .expected = "a key of /structures",
+                 .got = structure});
   fabric.structure = found->second;
   if (!fabric.structure.lines.empty() && !(fabric.warp_per_m > 0 && fabric.weft_per_m > 0))
-    return fail(Errc::parse, "a structure with yarns needs their counts", where,
-                "warp_per_cm and weft_per_cm");
+    return fail({.code = Errc::parse,
+                 .where = where,
+                 .what = "a structure with yarns needs their counts",
+                 .expected = "warp_per_cm and weft_per_cm"});
   if (auto law = law_from_kes(fabric.kes); !law) return pass(law.error(), where);
   return fabric;
 }
@@ -139,13 +157,19 @@ Status parse_spread(const json& object, const json& sources, TrialSpread& spread
 Status parse_table(const json& table, const Structures& structures, const json& sources,
                    FabricLibrary& library) {
   if (!table.is_array() || table.empty() || table.size() > most_fabrics)
-    return fail(Errc::parse, "not a table of fabrics", "/fabrics", "1 to 10000 fabrics");
+    return fail({.code = Errc::parse,
+                 .where = "/fabrics",
+                 .what = "not a table of fabrics",
+                 .expected = "1 to 10000 fabrics"});
   for (std::size_t i = 0; i < table.size(); ++i) {
     const std::string where = "/fabrics/" + std::to_string(i);
     auto fabric = parse_fabric(table[i], where, structures, sources);
     if (!fabric) return pass(fabric.error());
     if (library.find(fabric->name) != nullptr)
-      return fail(Errc::parse, "a fabric twice", where + "/name", {}, fabric->name);
+      return fail({.code = Errc::parse,
+                   .where = where + "/name",
+                   .what = "a fabric twice",
+                   .got = fabric->name});
     library.fabrics.push_back(std::move(*fabric));
   }
   return {};
@@ -167,7 +191,11 @@ Result<FabricLibrary> parse_document(const json& document) {
   const json& table = child_or_none("fabrics");
   if (const Status status = reader.finish(); !status) return pass(status.error());
   if (format != "weft-fabrics-1")
-    return fail(Errc::parse, "not a table of fabrics", "/format", "weft-fabrics-1", format);
+    return fail({.code = Errc::parse,
+                 .where = "/format",
+                 .what = "not a table of fabrics",
+                 .expected = "weft-fabrics-1",
+                 .got = format});
   FabricLibrary library;
   const auto structures = parse_structures(structures_json);
   if (!structures) return pass(structures.error());
@@ -195,7 +223,11 @@ std::vector<std::string> FabricLibrary::names() const {
 
 Result<FabricLibrary> parse_fabrics(std::string_view text) {
   const json document = json::parse(text, nullptr, /*allow_exceptions=*/false);
-  if (document.is_discarded()) return fail(Errc::parse, "not JSON", "fabrics", "a JSON document");
+  if (document.is_discarded())
+    return fail({.code = Errc::parse,
+                 .where = "fabrics",
+                 .what = "not JSON",
+                 .expected = "a JSON document"});
   return parse_document(document);
 }
 

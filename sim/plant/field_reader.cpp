@@ -23,7 +23,11 @@ std::string plain(double value) {
 FieldReader::FieldReader(const nlohmann::json& object, std::string pointer)
     : object_(object), pointer_(std::move(pointer)) {
   if (!object_.is_object())
-    refuse({Errc::parse, "not an object", pointer_, "an object", short_dump(object_), {}});
+    refuse({.code = Errc::parse,
+            .where = pointer_,
+            .what = "not an object",
+            .expected = "an object",
+            .got = short_dump(object_)});
 }
 
 std::string FieldReader::at(std::string_view key) const {
@@ -62,12 +66,11 @@ const nlohmann::json* FieldReader::stood(const nlohmann::json& value, std::strin
   const bool sourced = value.is_array() && value.size() == 3 && value[1] == "sourced" &&
                        value[2].is_string() && sources_->contains(value[2]);
   if (estimated || sourced) return &value[0];
-  refuse({Errc::parse,
-          "a number without its standing",
-          at(key),
-          "[value, \"estimated\"] or [value, \"sourced\", a key of /sources]",
-          short_dump(value),
-          {}});
+  refuse({.code = Errc::parse,
+          .where = at(key),
+          .what = "a number without its standing",
+          .expected = "[value, \"estimated\"] or [value, \"sourced\", a key of /sources]",
+          .got = short_dump(value)});
   return nullptr;
 }
 
@@ -96,7 +99,10 @@ FieldReader& FieldReader::number(std::string_view key, double& value, double low
 FieldReader& FieldReader::required(std::string_view key, double& value, double low, double high,
                                    double to_si) {
   if (object_.is_object() && !object_.contains(std::string(key)))
-    refuse({Errc::parse, "a key is missing", at(key), plain(low) + " to " + plain(high), {}, {}});
+    refuse({.code = Errc::parse,
+            .where = at(key),
+            .what = "a key is missing",
+            .expected = plain(low) + " to " + plain(high)});
   return number(key, value, low, high, to_si);
 }
 
@@ -106,7 +112,11 @@ FieldReader& FieldReader::flag(std::string_view key, bool& value) {
   if (found->is_boolean())
     value = found->get<bool>();
   else
-    refuse({Errc::parse, "not a switch", at(key), "true or false", short_dump(*found), {}});
+    refuse({.code = Errc::parse,
+            .where = at(key),
+            .what = "not a switch",
+            .expected = "true or false",
+            .got = short_dump(*found)});
   return *this;
 }
 
@@ -116,7 +126,11 @@ FieldReader& FieldReader::text(std::string_view key, std::string& value) {
   if (found->is_string())
     value = found->get<std::string>();
   else
-    refuse({Errc::parse, "not a text", at(key), "a text", short_dump(*found), {}});
+    refuse({.code = Errc::parse,
+            .where = at(key),
+            .what = "not a text",
+            .expected = "a text",
+            .got = short_dump(*found)});
   return *this;
 }
 
@@ -126,7 +140,11 @@ FieldReader& FieldReader::pair(std::string_view key, double& first, double& seco
   if (found != nullptr) found = stood(*found, key);
   if (found == nullptr) return *this;
   if (!found->is_array() || found->size() != 2) {
-    refuse({Errc::parse, "not a pair of numbers", at(key), "[a, b]", short_dump(*found), {}});
+    refuse({.code = Errc::parse,
+            .where = at(key),
+            .what = "not a pair of numbers",
+            .expected = "[a, b]",
+            .got = short_dump(*found)});
     return *this;
   }
   const auto a = finite((*found)[0], key, low, high);
@@ -142,12 +160,11 @@ FieldReader& FieldReader::interval(std::string_view key, double& first, double& 
                                    double high, double to_si) {
   pair(key, first, second, low, high, to_si);
   if (first > second)
-    refuse({Errc::range,
-            "an interval that ends before it begins",
-            at(key),
-            "low <= high",
-            plain(first / to_si) + " to " + plain(second / to_si),
-            {}});
+    refuse({.code = Errc::range,
+            .where = at(key),
+            .what = "an interval that ends before it begins",
+            .expected = "low <= high",
+            .got = plain(first / to_si) + " to " + plain(second / to_si)});
   return *this;
 }
 
@@ -155,7 +172,7 @@ Status FieldReader::finish() const {
   if (error_) return tl::unexpected<Error>(*error_);
   for (const auto& [key, value] : object_.items())
     if (std::find(known_.begin(), known_.end(), key) == known_.end())
-      return fail(Errc::parse, "unknown key", at(key));
+      return fail({.code = Errc::parse, .where = at(key), .what = "unknown key"});
   return {};
 }
 

@@ -52,13 +52,23 @@ Status read_controller(FieldReader& reader, const std::string& where, AptStagePa
   unsigned major = 0, interim = 0, minor = 0;
   if (std::sscanf(firmware.c_str(), "%3u.%3u.%3u%n", &major, &interim, &minor, &taken) != 3 ||
       static_cast<std::size_t>(taken) != firmware.size() || std::max({major, interim, minor}) > 255)
-    return fail(Errc::parse, "not a version", where + "/firmware", "1.2.3, each up to 255",
-                firmware);
+    return fail({.code = Errc::parse,
+                 .where = where + "/firmware",
+                 .what = "not a version",
+                 .expected = "1.2.3, each up to 255",
+                 .got = firmware});
   if (retarget != "replan" && retarget != "ignore")
-    return fail(Errc::parse, "no such policy", where + "/retarget", "replan or ignore", retarget);
+    return fail({.code = Errc::parse,
+                 .where = where + "/retarget",
+                 .what = "no such policy",
+                 .expected = "replan or ignore",
+                 .got = retarget});
   if (params.model.empty() || params.model.size() > 8)
-    return fail(Errc::parse, "not a model name", where + "/model", "1 to 8 characters",
-                params.model);
+    return fail({.code = Errc::parse,
+                 .where = where + "/model",
+                 .what = "not a model name",
+                 .expected = "1 to 8 characters",
+                 .got = params.model});
   params.firmware = {static_cast<std::uint8_t>(major), static_cast<std::uint8_t>(interim),
                      static_cast<std::uint8_t>(minor)};
   params.serial = static_cast<std::int32_t>(serial);
@@ -94,7 +104,11 @@ Result<AptStageParams> read_stage(const json& emulator, const std::string& where
                                   const std::string& role, StageParams& stage) {
   const auto axis = std::find(axis_roles.begin(), axis_roles.end(), role);
   if (axis == axis_roles.end())
-    return fail(Errc::parse, "a stage needs an axis as its role", where, "x, y, z, rx or ry", role);
+    return fail({.code = Errc::parse,
+                 .where = where,
+                 .what = "a stage needs an axis as its role",
+                 .expected = "x, y, z, rx or ry",
+                 .got = role});
   AptStageParams params;
   params.axis = static_cast<AxisId>(axis - axis_roles.begin());
   std::string kind, name = "LTS150";
@@ -102,7 +116,11 @@ Result<AptStageParams> read_stage(const json& emulator, const std::string& where
   reader.text("kind", kind).text("stage", name);
   params.stage = protocols::apt::find_stage(name);
   if (params.stage == nullptr)
-    return fail(Errc::not_found, "no such stage", where + "/stage", "a Thorlabs stage", name);
+    return fail({.code = Errc::not_found,
+                 .where = where + "/stage",
+                 .what = "no such stage",
+                 .expected = "a Thorlabs stage",
+                 .got = name});
   const Status controller = read_controller(reader, where, params);
   if (Status s = read_carriage(reader, *params.stage, stage); !s) return pass(s.error());
   if (!controller) return pass(controller.error());
@@ -127,8 +145,11 @@ Result<RdtEmulatorParams> read_box(const json& emulator, const std::string& wher
   if (Status s = reader.finish(); !s) return pass(s.error());
   // A spelling, not a unit: counts_per_nm stays what it is.
   if (params.torque_unit != "N-m" && params.torque_unit != "Nm")
-    return fail(Errc::parse, "no such spelling", where + "/torque_unit", "N-m or Nm",
-                params.torque_unit);
+    return fail({.code = Errc::parse,
+                 .where = where + "/torque_unit",
+                 .what = "no such spelling",
+                 .expected = "N-m or Nm",
+                 .got = params.torque_unit});
   params.records_per_datagram = static_cast<std::size_t>(per_datagram);
   for (double& component : params.sensor.noise) component *= noise;
   return params;
@@ -142,7 +163,11 @@ Result<TaxelEmulatorParams> read_taxels(const json& emulator, const std::string&
   reader.text("kind", kind).text("form", form).number("largest_chunk_bytes", chunk, 0, 4096);
   if (Status s = reader.finish(); !s) return pass(s.error());
   if (form != "weft" && form != "cpm_udp")
-    return fail(Errc::parse, "no such form", where + "/form", "weft or cpm_udp", form);
+    return fail({.code = Errc::parse,
+                 .where = where + "/form",
+                 .what = "no such form",
+                 .expected = "weft or cpm_udp",
+                 .got = form});
   params.wire = form == "weft" ? TaxelWire::weft : TaxelWire::cpm_udp;
   params.largest_chunk_bytes = static_cast<std::size_t>(chunk);
   return params;
@@ -156,9 +181,17 @@ std::string text_at(const json& object, const char* key) {
 /// Channels of a device are named as such.
 Status no_emulator(const std::string& kind, const std::string& where) {
   if (kind == "accelerometer" || kind == "microphone")
-    return fail(Errc::parse, "a channel of a vibration sensor, not a device", where, "vibro", kind,
-                "acceleration_rate_hz or sound_rate_hz 0 leaves the other channel out");
-  return fail(Errc::parse, "no such emulator", where, kinds, kind);
+    return fail({.code = Errc::parse,
+                 .where = where,
+                 .what = "a channel of a vibration sensor, not a device",
+                 .expected = "vibro",
+                 .got = kind,
+                 .hint = "acceleration_rate_hz or sound_rate_hz 0 leaves the other channel out"});
+  return fail({.code = Errc::parse,
+               .where = where,
+               .what = "no such emulator",
+               .expected = kinds,
+               .got = kind});
 }
 
 template <class Params>
@@ -195,10 +228,13 @@ Status read_emulator(const json& emulator, const std::string& where, const std::
 
 Result<EmulatedDevice> read_device(const json& device, const std::string& where,
                                    RigConfig& config) {
-  if (!device.is_object()) return fail(Errc::parse, "not a device", where, "an object");
+  if (!device.is_object())
+    return fail(
+        {.code = Errc::parse, .where = where, .what = "not a device", .expected = "an object"});
   EmulatedDevice out;
   out.name = text_at(device, "name");
-  if (out.name.empty()) return fail(Errc::parse, "a device without a name", where + "/name");
+  if (out.name.empty())
+    return fail({.code = Errc::parse, .where = where + "/name", .what = "a device without a name"});
   const json emulator = device.value("emulator", json::object());
   const Status ok =
       read_emulator(emulator, where + "/emulator", text_at(device, "role"), config, out);

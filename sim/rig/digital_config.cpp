@@ -24,7 +24,11 @@ Result<AtiDigitalParams> read_digital(const nlohmann::json& emulator, const std:
   reader.number("noise_scale", noise, 0, 1000);
   if (Status s = reader.finish(); !s) return pass(s.error());
   if (framing != "rtu" && framing != "tcp")
-    return fail(Errc::parse, "no such framing", where + "/framing", "rtu or tcp", framing);
+    return fail({.code = Errc::parse,
+                 .where = where + "/framing",
+                 .what = "no such framing",
+                 .expected = "rtu or tcp",
+                 .got = framing});
   params.modbus_tcp = framing == "tcp";
   params.slave = static_cast<std::uint8_t>(slave);
   params.calibration = static_cast<int>(calibration);

@@ -29,16 +29,24 @@ Result<const FaultType*> kind_for(const Fields& fields, const std::string& where
   const auto device = std::find_if(devices.begin(), devices.end(),
                                    [&](const auto& d) { return d.name == fields.device; });
   if (device == devices.end())
-    return fail(Errc::not_found, "the rig file has no such device", where + "/device", {},
-                fields.device);
+    return fail({.code = Errc::not_found,
+                 .where = where + "/device",
+                 .what = "the rig file has no such device",
+                 .got = fields.device});
   const std::uint8_t exposure = exposure_of(*device);
   const FaultType* type = find_fault(fields.kind);
   if (type == nullptr)
-    return fail(Errc::not_found, "no such fault", where + "/fault", names_for(exposure),
-                fields.kind);
+    return fail({.code = Errc::not_found,
+                 .where = where + "/fault",
+                 .what = "no such fault",
+                 .expected = names_for(exposure),
+                 .got = fields.kind});
   if ((type->whom & exposure) == 0)
-    return fail(Errc::unsupported, "this fault cannot befall " + fields.device, where + "/fault",
-                names_for(exposure), fields.kind);
+    return fail({.code = Errc::unsupported,
+                 .where = where + "/fault",
+                 .what = "this fault cannot befall " + fields.device,
+                 .expected = names_for(exposure),
+                 .got = fields.kind});
   return type;
 }
 
@@ -61,7 +69,9 @@ std::uint8_t exposure_of(const EmulatedDevice& device) {
 
 Result<DeviceFault> read_fault(const nlohmann::json& object, const std::string& where,
                                const std::vector<EmulatedDevice>& devices, TimePoint origin) {
-  if (!object.is_object()) return fail(Errc::parse, "not a fault", where, "an object");
+  if (!object.is_object())
+    return fail(
+        {.code = Errc::parse, .where = where, .what = "not a fault", .expected = "an object"});
   Fields fields;
   FieldReader reader(object, where);
   reader.text("device", fields.device).text("fault", fields.kind).text("towards", fields.towards);
@@ -74,11 +84,16 @@ Result<DeviceFault> read_fault(const nlohmann::json& object, const std::string& 
   reader.number("amount", fault.amount, -1e9, 1e9);
   if (Status s = reader.finish(); !s) return pass(s.error());
   if (fields.towards != "host" && fields.towards != "device")
-    return fail(Errc::parse, "not a direction", where + "/towards", "host or device",
-                fields.towards);
+    return fail({.code = Errc::parse,
+                 .where = where + "/towards",
+                 .what = "not a direction",
+                 .expected = "host or device",
+                 .got = fields.towards});
   fault.to_device = fields.towards == "device";
   if (fault.to_device && ((*type)->whom & befalls::wire) == 0)
-    return fail(Errc::parse, "only faults of the wire have a direction", where + "/towards");
+    return fail({.code = Errc::parse,
+                 .where = where + "/towards",
+                 .what = "only faults of the wire have a direction"});
   fault.probability = fields.probability;
   fault.from = origin + from_seconds(fields.start_s);
   if (fields.duration_s != for_ever_s) fault.until = fault.from + from_seconds(fields.duration_s);

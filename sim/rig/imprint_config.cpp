@@ -13,9 +13,18 @@ namespace {
 /// Also what shares load between neighbours is a choice of the scene's, by its level.
 Result<Level> read_level(const std::string& text, const std::string& where) {
   const auto level = level_from(text);
-  if (!level) return fail(Errc::parse, level.error().message, where, "Z or Z+", text);
+  if (!level)
+    return fail({.code = Errc::parse,
+                 .where = where,
+                 .what = level.error().what,
+                 .expected = "Z or Z+",
+                 .got = text});
   if (Status s = check(Scene{"imprint", {Channel::imprint}, {}}, *level); !s)
-    return fail(s.error().code, s.error().message, where, "Z or Z+", text);
+    return fail({.code = s.error().code,
+                 .where = where,
+                 .what = s.error().what,
+                 .expected = "Z or Z+",
+                 .got = text});
   return *level;
 }
 

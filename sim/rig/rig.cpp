@@ -110,9 +110,12 @@ Status check_faces(const RigConfig& config, const FabricLibrary& library) {
   if (!presses) return {};
   for (const std::string& name : library.names())
     if (find_object(name) == nullptr)
-      return fail(Errc::not_found, "no face is known of this object", name,
-                  "an object of sim/plant/imprint/objects.cpp, such as RASP1", name,
-                  "Name it as there, or leave it out of the rig's fabrics");
+      return fail({.code = Errc::not_found,
+                   .where = name,
+                   .what = "no face is known of this object",
+                   .expected = "an object of sim/plant/imprint/objects.cpp, such as RASP1",
+                   .got = name,
+                   .hint = "Name it as there, or leave it out of the rig's fabrics"});
   return {};
 }
 
@@ -134,7 +137,9 @@ Status Rig::attach(std::string_view device_name, Link& device_end, Loop& loop) {
   const auto device = std::find_if(devices.begin(), devices.end(),
                                    [&](const auto& d) { return d.name == device_name; });
   if (device == devices.end())
-    return fail(Errc::not_found, "the rig file has no such device", std::string(device_name));
+    return fail({.code = Errc::not_found,
+                 .where = std::string(device_name),
+                 .what = "the rig file has no such device"});
   parts_->world.advance_to(loop.now());
   const auto attachment =
       std::make_shared<Attachment>(parts_->power_on(*device, loop.now()), device_end, loop);
@@ -158,7 +163,9 @@ std::unique_ptr<ClientEmulator> Rig::command_port(std::string_view device_name) 
 Status Rig::attach_page(std::string_view device_name, Link& device_end, Loop& loop) {
   auto emulator = page(device_name);
   if (emulator == nullptr)
-    return fail(Errc::unsupported, "this device has no settings page", std::string(device_name));
+    return fail({.code = Errc::unsupported,
+                 .where = std::string(device_name),
+                 .what = "this device has no settings page"});
   const auto attachment = std::make_shared<Attachment>(std::move(emulator), device_end, loop);
   parts_->pages[std::string(device_name)] = attachment;
   attachment->connect();
@@ -190,8 +197,10 @@ void Rig::meet_new_host(std::string_view device_name) {
 Status Rig::mount(std::string_view fabric, std::uint64_t patch_seed, TimePoint now) {
   const Fabric* found = parts_->library.find(fabric);
   if (found == nullptr)
-    return fail(Errc::not_found, "no such fabric", {}, "a name of the fabric table",
-                std::string(fabric));
+    return fail({.code = Errc::not_found,
+                 .what = "no such fabric",
+                 .expected = "a name of the fabric table",
+                 .got = std::string(fabric)});
   const auto patch = cut_patch(*found, parts_->library.params, parts_->library.spread,
                                parts_->config.switches, patch_seed);
   if (!patch) return pass(patch.error());
@@ -218,11 +227,16 @@ Status Rig::inject(std::string_view order, TimePoint now) {
 Status Rig::clear_faults(std::string_view device_name, std::string_view fault) {
   const auto board = parts_->boards.find(device_name);
   if (board == parts_->boards.end())
-    return fail(Errc::not_found, "the rig file has no such device", "/device", {},
-                std::string(device_name));
+    return fail({.code = Errc::not_found,
+                 .where = "/device",
+                 .what = "the rig file has no such device",
+                 .got = std::string(device_name)});
   const FaultType* type = find_fault(fault);
   if (!fault.empty() && type == nullptr)
-    return fail(Errc::not_found, "no such fault", "/fault", {}, std::string(fault));
+    return fail({.code = Errc::not_found,
+                 .where = "/fault",
+                 .what = "no such fault",
+                 .got = std::string(fault)});
   if (type != nullptr)
     board->second.clear(type->kind);
   else

@@ -43,7 +43,10 @@ Result<SimulationChoice> by_scene(const RigConfig& config, const Scene& scene) {
   }
   const auto least = least_level(scene);
   if (!least)
-    return fail(least.error().code, least.error().message, level_place, {}, {}, least.error().hint);
+    return fail({.code = least.error().code,
+                 .where = level_place,
+                 .what = least.error().what,
+                 .hint = least.error().hint});
   PlantParams plant = config.world.plant;
   plant.level = *least;
   choice.setting = setting_of(plant);
@@ -66,15 +69,22 @@ std::string wished(const SimulationWish& wish, const FidelityOffer& offer) {
 Result<SimulationChoice> by_table(const RigConfig& config, const Scene& scene,
                                   const SimulationWish& wish, const FidelityTable* table) {
   if (table == nullptr)
-    return fail(Errc::not_found, "the rig file names no table to choose from",
-                "/simulation/fidelity", "a path relative to the rig file", "nothing",
-                "sim/fidelity.json is made by weft trade sim");
+    return fail({.code = Errc::not_found,
+                 .where = "/simulation/fidelity",
+                 .what = "the rig file names no table to choose from",
+                 .expected = "a path relative to the rig file",
+                 .got = "nothing",
+                 .hint = "sim/fidelity.json is made by weft trade sim"});
   FidelityWish asked{.accuracy_n = wish.accuracy_n, .times_real_time = wish.times_real_time};
   if (config.level_by_hand) asked.level = config.world.plant.level;
   const auto offer = choose(*table, scene, asked);
   if (!offer)
-    return fail(offer.error().code, offer.error().message, level_place, offer.error().expected,
-                offer.error().got, offer.error().hint);
+    return fail({.code = offer.error().code,
+                 .where = level_place,
+                 .what = offer.error().what,
+                 .expected = offer.error().expected,
+                 .got = offer.error().got,
+                 .hint = offer.error().hint});
   return SimulationChoice{
       offer->setting, needs(scene) + ", and this is " + wished(wish, *offer), {}};
 }
@@ -86,10 +96,12 @@ Status write_set_point(const RigConfig& config, const SimulationWish& wish,
   const auto [least, most] =
       std::minmax_element(wish.set_points_n.begin(), wish.set_points_n.end());
   if (*least != *most)
-    return fail(Errc::unsupported, "level L0 knows one set point, and the recipe holds several",
-                level_place, "L1 or above",
-                "L0, with " + number("%g to ", *least) + number("%g N", *most),
-                "Choose that level, or let simulation.set_point_n name one force");
+    return fail({.code = Errc::unsupported,
+                 .where = level_place,
+                 .what = "level L0 knows one set point, and the recipe holds several",
+                 .expected = "L1 or above",
+                 .got = "L0, with " + number("%g to ", *least) + number("%g N", *most),
+                 .hint = "Choose that level, or let simulation.set_point_n name one force"});
   simulation["set_point_n"] = *least;
   return {};
 }

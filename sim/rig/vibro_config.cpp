@@ -22,15 +22,18 @@ Result<VibroChannelParams> sample(const ChannelKeys& keys, std::int64_t step_ns,
                                   ConverterParams& converter, const std::string& where) {
   const auto period_ns = static_cast<std::int64_t>(std::llround(1e9 / keys.rate_hz));
   if (period_ns % step_ns != 0)
-    return fail(Errc::range, "the plant does not sample at this rate", where + "/" + keys.rate_key,
-                std::to_string(1'000'000'000 / step_ns) + " divided by a whole number",
-                std::to_string(keys.rate_hz));
+    return fail({.code = Errc::range,
+                 .where = where + "/" + keys.rate_key,
+                 .what = "the plant does not sample at this rate",
+                 .expected = std::to_string(1'000'000'000 / step_ns) + " divided by a whole number",
+                 .got = std::to_string(keys.rate_hz)});
   const double values = keys.block_readings * static_cast<double>(keys.axes);
   if (values > static_cast<double>(protocols::vibro::max_values))
-    return fail(Errc::range, "a block of so many readings does not fit a frame",
-                where + "/" + keys.block_key,
-                "at most " + std::to_string(protocols::vibro::max_values / keys.axes),
-                std::to_string(keys.block_readings));
+    return fail({.code = Errc::range,
+                 .where = where + "/" + keys.block_key,
+                 .what = "a block of so many readings does not fit a frame",
+                 .expected = "at most " + std::to_string(protocols::vibro::max_values / keys.axes),
+                 .got = std::to_string(keys.block_readings)});
   converter.bandwidth_hz *=
       static_cast<double>(converter.period_ns) / static_cast<double>(period_ns);
   converter.period_ns = period_ns;
@@ -75,14 +78,24 @@ Result<VibroEmulatorParams> read_vibro(const nlohmann::json& emulator, const std
   reader.number("largest_chunk_bytes", chunk, 0, 4096);
   if (Status s = reader.finish(); !s) return pass(s.error());
   if (form != "stream" && form != "datagram")
-    return fail(Errc::parse, "no such form", where + "/form", "stream or datagram", form);
+    return fail({.code = Errc::parse,
+                 .where = where + "/form",
+                 .what = "no such form",
+                 .expected = "stream or datagram",
+                 .got = form});
   for (ChannelKeys* keys : {&acceleration, &sound})
     if (keys->rate_hz != 0 && keys->rate_hz < 1)
-      return fail(Errc::range, "too slow for a vibration", where + "/" + keys->rate_key,
-                  "0 or 1 to 16000", std::to_string(keys->rate_hz));
+      return fail({.code = Errc::range,
+                   .where = where + "/" + keys->rate_key,
+                   .what = "too slow for a vibration",
+                   .expected = "0 or 1 to 16000",
+                   .got = std::to_string(keys->rate_hz)});
   if (acceleration.rate_hz == 0 && sound.rate_hz == 0)
-    return fail(Errc::range, "a vibration sensor without a channel", where + "/sound_rate_hz",
-                "a rate above 0 for one of them", "0 for both");
+    return fail({.code = Errc::range,
+                 .where = where + "/sound_rate_hz",
+                 .what = "a vibration sensor without a channel",
+                 .expected = "a rate above 0 for one of them",
+                 .got = "0 for both"});
   params.datagrams = form == "datagram";
   params.serial = static_cast<std::uint32_t>(serial);
   params.largest_chunk_bytes = static_cast<std::size_t>(chunk);

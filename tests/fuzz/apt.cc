@@ -13,7 +13,7 @@ template <class Body>
 void try_body(ByteView data) {
   const Result<Body> body = decode_body<Body>(data);
   demand(body.has_value() == (data.size() == body_size<Body>), "a body has exactly its size");
-  if (!body) return demand(!body.error().message.empty(), "an error says what is wrong");
+  if (!body) return demand(!body.error().what.empty(), "an error says what is wrong");
   Bytes again;
   append_body(again, *body);
   demand(std::equal(again.begin(), again.end(), data.begin(), data.end()),
@@ -27,7 +27,7 @@ void try_bodies(ByteView data) {
 
 void try_message(ByteView bytes) {
   const Result<Message> message = decode(bytes);
-  if (!message) return demand(!message.error().message.empty(), "an error says what is wrong");
+  if (!message) return demand(!message.error().what.empty(), "an error says what is wrong");
   const Bytes again = encode(*message);
   demand(std::equal(again.begin(), again.end(), bytes.begin(), bytes.end()),
          "a message that was read is written back");

@@ -53,7 +53,7 @@ void read_calibration(ByteView bytes) {
   demand(encode(decode_calibration(written).value()) == written,
          "a calibration that was written comes back");
   const auto matrix = gauge_matrix(*calibration);
-  if (!matrix) return demand(!matrix.error().message.empty(), "an error says what is wrong");
+  if (!matrix) return demand(!matrix.error().what.empty(), "an error says what is wrong");
   for (const double value : matrix->wrench({32767, -32768, 1, 0, -1, 32767}))
     demand(std::isfinite(value), "a matrix that is accepted gives finite forces");
 }

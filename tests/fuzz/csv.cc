@@ -13,7 +13,7 @@ using namespace weft::daemon;
 
 void read_lines(const std::filesystem::path& path) {
   auto csv = CsvReader::open(path);
-  if (!csv) return demand(!csv.error().message.empty(), "an error says what is wrong");
+  if (!csv) return demand(!csv.error().what.empty(), "an error says what is wrong");
   auto more = csv->next();
   for (; more && *more; more = csv->next()) {
     demand(csv->fields().size() == csv->header().size(), "a line has the header's fields");
@@ -25,7 +25,7 @@ void read_lines(const std::filesystem::path& path) {
 }
 
 void read_dataset(Result<Dataset> dataset) {
-  if (!dataset) return demand(!dataset.error().message.empty(), "an error says what is wrong");
+  if (!dataset) return demand(!dataset.error().what.empty(), "an error says what is wrong");
   demand(!dataset->trials.empty(), "a data set that was read has a trial");
   for (classifier::Trial& trial : dataset->trials)  // a single trial comes without one
     if (trial.label.empty()) trial.label = "unknown";

@@ -14,7 +14,7 @@ using namespace weft::daemon;
 void read(std::span<const std::uint8_t> bytes, const Hdf5LoadOptions& options) {
   const MemoryFile file(bytes);
   const auto dataset = read_hdf5(file.path(), options);
-  if (!dataset) return demand(!dataset.error().message.empty(), "an error says what is wrong");
+  if (!dataset) return demand(!dataset.error().what.empty(), "an error says what is wrong");
   demand(check(*dataset).has_value(), "a data set that was read keeps its promises");
   demand(dataset_sha256(*dataset).size() == 64, "a data set that was read has a digest");
 }

@@ -12,7 +12,7 @@ namespace {
 using classifier::imprint::Image;
 
 void look_at(const Result<Image>& image) {
-  if (!image) return demand(!image.error().message.empty(), "an error says what is wrong");
+  if (!image) return demand(!image.error().what.empty(), "an error says what is wrong");
   demand(image->rows() > 0 && image->cols() > 0, "an imprint that was read has taxels");
   if (!classifier::imprint::check(*image) || image->data().size() > 4096) return;
   auto features = classifier::imprint::ScaleFeatures::make({.sigmas = {0, 1}});

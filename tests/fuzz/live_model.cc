@@ -52,9 +52,9 @@ std::string put_right(const std::string& text) {
 
 void try_text(const std::string& text) {
   const auto head = head_of(text);
-  if (!head) demand(!head.error().message.empty(), "an error says what is wrong");
+  if (!head) demand(!head.error().what.empty(), "an error says what is wrong");
   const auto model = load(text);
-  if (!model) return demand(!model.error().message.empty(), "an error says what is wrong");
+  if (!model) return demand(!model.error().what.empty(), "an error says what is wrong");
   demand(!model->stages.empty() && model->sample_rate_hz > 0, "a model has a stage and a rate");
   if (head) demand(head->sample_rate_hz == model->sample_rate_hz, "the head says the same rate");
   const std::string stored = save(*model);

@@ -35,7 +35,7 @@ struct TcpFrames {
 
 template <class Message>
 void comes_back(const Result<Message>& message, ByteView pdu) {
-  if (!message) return demand(!message.error().message.empty(), "an error says what is wrong");
+  if (!message) return demand(!message.error().what.empty(), "an error says what is wrong");
   Bytes again;
   append(again, *message);
   demand(std::equal(again.begin(), again.end(), pdu.begin(), pdu.end()),

@@ -50,7 +50,7 @@ void ask(const StoredModel& stored) {
 
 void try_text(const std::string& text) {
   const auto model = load(text);
-  if (!model) return demand(!model.error().message.empty(), "an error says what is wrong");
+  if (!model) return demand(!model.error().what.empty(), "an error says what is wrong");
   const std::string stored = save(*model);
   const auto again = load(stored);
   demand(again.has_value(), "a stored model can be read");

@@ -64,7 +64,7 @@ template <class Model>
 void try_text(const std::string& text) {
   constexpr const Model* kind = nullptr;
   const auto model = load(text, kind);
-  if (!model) return demand(!model.error().message.empty(), "an error says what is wrong");
+  if (!model) return demand(!model.error().what.empty(), "an error says what is wrong");
   const std::string stored = saved(*model);
   const auto again = load(stored, kind);
   demand(again.has_value(), "a stored model can be read");

@@ -17,13 +17,13 @@ bool same(ByteView a, ByteView b) {
 
 void try_request(ByteView bytes) {
   const Result<Request> request = decode_request(bytes);
-  if (!request) return demand(!request.error().message.empty(), "an error says what is wrong");
+  if (!request) return demand(!request.error().what.empty(), "an error says what is wrong");
   demand(same(encode(*request), bytes), "a request that was read is written back");
 }
 
 void try_datagram(ByteView bytes) {
   const Result<std::size_t> count = record_count(bytes);
-  if (!count) return demand(!count.error().message.empty(), "an error says what is wrong");
+  if (!count) return demand(!count.error().what.empty(), "an error says what is wrong");
   demand(*count >= 1 && *count <= max_records_per_datagram, "a datagram holds 1 to 40 records");
   demand(*count * record_size == bytes.size(), "records fill the datagram");
   Bytes again;
@@ -38,7 +38,7 @@ void try_datagram(ByteView bytes) {
 /// What a request leaves open is written as zeros: it is the same when it is read again.
 void try_command(ByteView bytes) {
   const Result<CommandRequest> request = decode_command(bytes);
-  if (!request) return demand(!request.error().message.empty(), "an error says what is wrong");
+  if (!request) return demand(!request.error().what.empty(), "an error says what is wrong");
   Bytes again;
   append(again, *request);
   demand(again.size() == command_size, "a request to the command port is 20 bytes");
@@ -49,7 +49,7 @@ void try_command(ByteView bytes) {
 
 template <class Reply>
 void try_reply(ByteView bytes, const Result<Reply>& reply) {
-  if (!reply) return demand(!reply.error().message.empty(), "an error says what is wrong");
+  if (!reply) return demand(!reply.error().what.empty(), "an error says what is wrong");
   Bytes again;
   append(again, *reply);
   demand(same(again, bytes), "a reply that was read is written back");

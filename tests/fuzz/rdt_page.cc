@@ -33,7 +33,7 @@ bool plain(std::string_view text) {
 
 void try_settings(std::string_view xml) {
   const Result<SettingsPage> page = decode_settings(xml);
-  if (!page) return demand(!page.error().message.empty(), "an error says what is wrong");
+  if (!page) return demand(!page.error().what.empty(), "an error says what is wrong");
   demand(page->counts_per_force > 0 && page->counts_per_torque > 0, "counts are above zero");
   if (!plain(page->product) || !plain(page->force_unit) || !plain(page->torque_unit)) return;
   SettingsPage written = *page;
@@ -49,7 +49,7 @@ void try_settings(std::string_view xml) {
 
 void try_calibration(std::string_view xml) {
   const Result<CalibrationPage> page = decode_calibration(xml);
-  if (!page) return demand(!page.error().message.empty(), "an error says what is wrong");
+  if (!page) return demand(!page.error().what.empty(), "an error says what is wrong");
   if (!plain(page->serial)) return;
   const Result<CalibrationPage> again = decode_calibration(encode(*page));
   demand(again && again->serial == page->serial &&
@@ -60,7 +60,7 @@ void try_calibration(std::string_view xml) {
 
 void try_request(std::string_view head) {
   const Result<HttpRequest> request = decode_request_head(head);
-  if (!request) return demand(!request.error().message.empty(), "an error says what is wrong");
+  if (!request) return demand(!request.error().what.empty(), "an error says what is wrong");
   const std::string target =
       request->query.empty() ? request->path : request->path + "?" + request->query;
   const Result<HttpRequest> again = decode_request_head(http_get(target, "box"));

@@ -13,7 +13,7 @@ void read(std::span<const std::uint8_t> bytes) {
   const MemoryFile file(bytes);
   const bool says_so = daemon::is_recordings_file(file.path());
   const auto set = daemon::read_recordings(file.path());
-  if (!set) return demand(!set.error().message.empty(), "an error says what is wrong");
+  if (!set) return demand(!set.error().what.empty(), "an error says what is wrong");
   demand(says_so, "what was read as recordings says that it is");
   demand(daemon::check(*set).has_value(), "recordings that were read keep their promises");
   for (const auto& recording : set->recordings)

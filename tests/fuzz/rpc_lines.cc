@@ -69,7 +69,7 @@ class SmallDaemon {
     api::add_methods(methods_, services_);
     shared_ = {&methods_, &hub_, &answered_, "e1", {}, {}, {}, [] { return Clock(); }};
     shared_.token_owner = [](std::string_view) -> Result<server::TokenOwner> {
-      return fail(Errc::wrong_state, "no good");
+      return fail({.code = Errc::wrong_state, .what = "no good"});
     };
     shared_.readiness_json = [this] { return api::readiness_json(services_); };
     shared_.halt = [this](const rpc::Caller& caller) { desk_.halt(caller.session); };

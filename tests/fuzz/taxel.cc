@@ -31,7 +31,7 @@ void try_stream(const ChunkedInput& input) {
 void try_datagram(ByteView bytes) {
   const auto counts = cpm::decode_datagram(bytes);
   demand(counts.has_value() == (bytes.size() == cpm::datagram_size), "a datagram is 32 bytes");
-  if (!counts) return demand(!counts.error().message.empty(), "an error says what is wrong");
+  if (!counts) return demand(!counts.error().what.empty(), "an error says what is wrong");
   const auto again = cpm::encode_datagram(*counts);
   demand(std::equal(again.begin(), again.end(), bytes.begin()), "a datagram is written back");
 }

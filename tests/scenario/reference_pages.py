@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""docs/reference/{recipe,rig,cli}.md are what the schemas and the programs say of themselves.
+"""docs/reference/{recipe,rig,cli,errors}.md are what schemas, programs and sources say of themselves.
 
     reference_pages.py WEFT WEFTD WEFT_RIG SOURCE_ROOT [--write]      --write: make the pages
 """
@@ -135,8 +135,25 @@ def cli_page():
     return "\n".join(out).rstrip() + "\n"
 
 
+def errors_page():
+    """The table of protocols/base/result.cpp."""
+    row = r'\{Errc::\w+, "([^"]+)", "([^"]+)", (\d+), (true|false), "([^"]+)", "([^"]+)"\}'
+    text = re.sub(r"\s*\n\s*", " ", (ROOT / "protocols/base/result.cpp").read_text())
+    rows = re.findall(row, text)
+    out = ["# Error codes", "", MADE.format("the table in `protocols/base/result.cpp`"),
+           "For programs that use the API and for people who read a message. An error has a code, a place, what is wrong, what was expected, what was found and what to do; "
+           "the command line prints them as one sentence. Over the API `error.code` is the number of the row and `error.data.kind` the kind. "
+           "A retryable request may succeed later without a change. The methods add kinds of their own, such as `lease.held`: [API](../api.md).", "",
+           "| code | kind | number | retryable | meaning | what to do |", "|---|---|---|---|---|---|"]
+    out += [f"| {name} | `{kind}` | {number} | {'yes' if again == 'true' else 'no'} | {meaning} | {advice} |"
+            for name, kind, number, again, meaning, advice in rows]
+    if len(rows) != text.count("{Errc::"):
+        raise SystemExit(f"errors.md: {len(rows)} rows read (expected {text.count('{Errc::')}): protocols/base/result.cpp has a row of another form")
+    return "\n".join(out) + "\n"
+
+
 def main():
-    pages = {"recipe.md": recipe_page(), "rig.md": rig_page(), "cli.md": cli_page()}
+    pages = {"errors.md": errors_page(), "recipe.md": recipe_page(), "rig.md": rig_page(), "cli.md": cli_page()}
     stale = [name for name, text in pages.items() if not (FOLDER / name).exists() or (FOLDER / name).read_text() != text]
     if "--write" in sys.argv:
         for name in stale:

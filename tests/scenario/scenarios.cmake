@@ -3,10 +3,10 @@
 add_executable(oracle_agreement ${CMAKE_CURRENT_SOURCE_DIR}/scenario/oracle_agreement.cc)
 target_link_libraries(oracle_agreement PRIVATE weft_classifier)
 add_test(NAME scenario_oracle_agreement
-         COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/oracle_agreement.py
+         COMMAND ${WEFT_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/oracle_agreement.py
                  $<TARGET_FILE:oracle_agreement> ${PROJECT_SOURCE_DIR}/../shared $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_oracle_agreement_cores
-         COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/oracle_agreement_cores.py
+         COMMAND ${WEFT_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/oracle_agreement_cores.py
                  $<TARGET_FILE:oracle_agreement> ${PROJECT_SOURCE_DIR}/../shared $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_oracle_agreement scenario_oracle_agreement_cores
                      PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
@@ -15,55 +15,55 @@ set_tests_properties(scenario_oracle_agreement scenario_oracle_agreement_cores
 add_executable(imprint_oracle ${CMAKE_CURRENT_SOURCE_DIR}/scenario/imprint_oracle.cc)
 target_link_libraries(imprint_oracle PRIVATE weft_classifier)
 add_test(NAME scenario_imprint_oracle
-         COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/imprint_oracle.py
+         COMMAND ${WEFT_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/imprint_oracle.py
                  $<TARGET_FILE:imprint_oracle> ${PROJECT_SOURCE_DIR}/../shared)
 add_test(NAME scenario_cli_imprint
-         COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/cli_imprint.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
+         COMMAND ${WEFT_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/cli_imprint.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
 add_test(NAME scenario_imprint_run
-         COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/imprint_run.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/imprint_run.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_imprint_oracle scenario_cli_imprint scenario_imprint_run PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Sound and vibration: features, learners.
 add_executable(vibro_agreement ${CMAKE_CURRENT_SOURCE_DIR}/scenario/vibro_agreement.cc)
 target_link_libraries(vibro_agreement PRIVATE weft_classifier)
 add_test(NAME scenario_vibro_agreement
-         COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/vibro_agreement.py
+         COMMAND ${WEFT_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/vibro_agreement.py
                  $<TARGET_FILE:vibro_agreement> ${PROJECT_SOURCE_DIR}/../shared)
 add_executable(vibro_learners ${CMAKE_CURRENT_SOURCE_DIR}/scenario/vibro_learners.cc)
 target_link_libraries(vibro_learners PRIVATE weft_classifier)
 add_test(NAME scenario_vibro_learners
-         COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/vibro_learners.py
+         COMMAND ${WEFT_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/vibro_learners.py
                  $<TARGET_FILE:vibro_learners> $<TARGET_FILE:vibro_agreement> ${PROJECT_SOURCE_DIR}/../shared)
 set_tests_properties(scenario_vibro_agreement scenario_vibro_learners
                      PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # The command line as a person meets it.
 set(cli_tests ${CMAKE_CURRENT_SOURCE_DIR}/scenario)
-add_test(NAME scenario_cli_data COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_data.py $<TARGET_FILE:weft>)
-add_test(NAME scenario_cli_few_trials COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_few_trials.py $<TARGET_FILE:weft>)
-add_test(NAME scenario_cli_own_recordings COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_own_recordings.py $<TARGET_FILE:weft>)
-add_test(NAME scenario_cli_own_vibrations COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_own_vibrations.py $<TARGET_FILE:weft>)
-add_test(NAME scenario_cli_output COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_output.py $<TARGET_FILE:weft>)
+add_test(NAME scenario_cli_data COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_data.py $<TARGET_FILE:weft>)
+add_test(NAME scenario_cli_few_trials COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_few_trials.py $<TARGET_FILE:weft>)
+add_test(NAME scenario_cli_own_recordings COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_own_recordings.py $<TARGET_FILE:weft>)
+add_test(NAME scenario_cli_own_vibrations COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_own_vibrations.py $<TARGET_FILE:weft>)
+add_test(NAME scenario_cli_output COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_output.py $<TARGET_FILE:weft>)
 add_test(NAME scenario_cli_check
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_check.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_check.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_cli_run
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_run.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_run.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_cli_interrupt
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_interrupt.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_interrupt.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_cli_watched
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_watched.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_watched.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_cli_resume
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_resume.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_resume.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 # A file system of its own that fills up; of the daemon too.
-add_test(NAME scenario_full_disk COMMAND ${Python3_EXECUTABLE} ${cli_tests}/full_disk.py $<TARGET_FILE:weft>
+add_test(NAME scenario_full_disk COMMAND ${WEFT_PYTHON} ${cli_tests}/full_disk.py $<TARGET_FILE:weft>
          $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_full_disk PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 add_test(NAME scenario_cli_real_fabrics
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_real_fabrics.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_real_fabrics.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
 set_tests_properties(scenario_cli_data scenario_cli_few_trials scenario_cli_own_recordings scenario_cli_own_vibrations scenario_cli_output scenario_cli_check scenario_cli_run scenario_cli_interrupt scenario_cli_watched scenario_cli_resume PROPERTIES TIMEOUT 300)
 # What takes minutes of it runs in the nightly preset alone.
 add_test(NAME nightly_cli_real_fabrics CONFIGURATIONS Nightly
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_real_fabrics.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared --longer)
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_real_fabrics.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared --longer)
 set_tests_properties(scenario_cli_real_fabrics nightly_cli_real_fabrics PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 900)
 set_tests_properties(scenario_cli_data scenario_cli_few_trials scenario_cli_own_recordings scenario_cli_own_vibrations scenario_cli_output scenario_cli_check scenario_cli_run scenario_cli_interrupt scenario_cli_watched scenario_cli_resume
                      scenario_cli_real_fabrics nightly_cli_real_fabrics
@@ -71,27 +71,24 @@ set_tests_properties(scenario_cli_data scenario_cli_few_trials scenario_cli_own_
 
 # Real recordings of sound and vibration, imported and evaluated.
 add_test(NAME scenario_cli_recordings
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_recordings.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_recordings.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
 set_tests_properties(scenario_cli_recordings PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Twelve textures heard on the simulated bench, from recipe to report.
 add_test(NAME scenario_cli_vibrotactile
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_vibrotactile.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_vibrotactile.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_cli_vibrotactile PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # What is left of the accuracy on simulated data when the labels are in random order.
 add_test(NAME scenario_permuted_labels
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/permuted_labels.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/permuted_labels.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_permuted_labels PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# LDA and SVC of the evaluator beside scikit-learn; Debian's python3-sklearn belongs to /usr/bin/python3.
-find_program(SYSTEM_PYTHON3 python3 PATHS /usr/bin NO_DEFAULT_PATH)
-if(SYSTEM_PYTHON3)
-  add_test(NAME scenario_baselines_sklearn
-           COMMAND ${SYSTEM_PYTHON3} ${cli_tests}/baselines_sklearn.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
-  set_tests_properties(scenario_baselines_sklearn PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300
-                       ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
-endif()
+# LDA and SVC of the evaluator beside scikit-learn.
+add_test(NAME scenario_baselines_sklearn
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/baselines_sklearn.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
+set_tests_properties(scenario_baselines_sklearn PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300
+                     ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Training shared by the ranks of an MPI job; skipped where MPI is not installed.
 set(train_mpi "not built")
@@ -99,19 +96,19 @@ if(TARGET weft-train-mpi)
   set(train_mpi $<TARGET_FILE:weft-train-mpi>)
 endif()
 add_test(NAME scenario_train_mpi
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/train_mpi.py $<TARGET_FILE:weft> ${train_mpi})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/train_mpi.py $<TARGET_FILE:weft> ${train_mpi})
 set_tests_properties(scenario_train_mpi PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Accuracy against time: fronts worked out again from the JSON.
 add_test(NAME scenario_cli_trade
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_trade.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_trade.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_cli_report
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_report.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_report.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_cli_trade scenario_cli_report PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # A sweep by one command: plan, heat maps in the report, analysis; a learning curve.
 add_test(NAME scenario_cli_design
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_design.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_design.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_cli_design PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Every bit of the plant at each level, as digests: built with several compilers and compared by script/same-bytes.
@@ -123,69 +120,66 @@ target_link_libraries(learnt_bytes PRIVATE weft_classifier)
 
 # The emulated bench: two programs, real ports, real time; nearly all of it is waiting, so it starts first.
 add_test(NAME scenario_emulated_trial
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/emulated_trial.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/emulated_trial.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_emulated_trial PROPERTIES TIMEOUT 900 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Drivers as shared objects: the same data, refusals, plugins at fault (one of them hangs for five seconds).
 add_test(NAME scenario_plugins
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/plugins.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/plugins.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}
                  ${PROJECT_BINARY_DIR}/plugins ${CMAKE_CURRENT_BINARY_DIR}/plugins)
 set_tests_properties(scenario_plugins PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # A rig looked over: simulated, emulated, broken, without hardware. A vibration sensor on a port in real time. And the sample driver of docs/, built out of tree.
 add_test(NAME scenario_doctor
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/doctor.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/doctor.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 # libserialport, which opens no pseudo-terminal, at the same ports.
 add_library(weft_real_port MODULE ${CMAKE_CURRENT_SOURCE_DIR}/scenario/real_port.c)
 target_link_libraries(weft_real_port PRIVATE ${CMAKE_DL_LIBS})
-add_test(NAME scenario_real_port COMMAND ${Python3_EXECUTABLE} ${cli_tests}/real_port.py $<TARGET_FILE:weft>
+add_test(NAME scenario_real_port COMMAND ${WEFT_PYTHON} ${cli_tests}/real_port.py $<TARGET_FILE:weft>
          $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR} $<TARGET_FILE:weft_real_port>)
 add_test(NAME scenario_vibro_ports
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/vibro_ports.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/vibro_ports.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_sample_driver
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/sample_driver.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig>
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/sample_driver.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig>
                  ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
 set_tests_properties(scenario_doctor scenario_real_port scenario_vibro_ports scenario_sample_driver
                      PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# Clients that were written from the protocols' documents alone, at the ports that weft-rig serves; Debian's python3-serial
-# belongs to /usr/bin/python3.
-if(SYSTEM_PYTHON3)
-  foreach(client apt netft)
-    add_test(NAME scenario_${client}_client
-             COMMAND ${SYSTEM_PYTHON3} ${cli_tests}/${client}_client.py $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
-    set_tests_properties(scenario_${client}_client PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300
-                         ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
-  endforeach()
-endif()
+# Clients that were written from the protocols' documents alone, at the ports that weft-rig serves.
+foreach(client apt netft)
+  add_test(NAME scenario_${client}_client
+           COMMAND ${WEFT_PYTHON} ${cli_tests}/${client}_client.py $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+  set_tests_properties(scenario_${client}_client PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300
+                       ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+endforeach()
 
 # The same bench loses its host: killed, and hung until the monitor ends it.
 add_test(NAME scenario_emulated_kill
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/emulated_kill.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/emulated_kill.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_emulated_kill PROPERTIES TIMEOUT 900 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # A rig file that says "real", with weft-rig behind its ports.
 add_test(NAME scenario_real_bench
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/real_bench.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/real_bench.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_real_bench PROPERTIES TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Every device on TCP too, and hosts that leave in the middle of a message.
 add_test(NAME scenario_rig_tcp
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/rig_tcp.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/rig_tcp.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_rig_tcp PROPERTIES TIMEOUT 120 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Hosts as nobody should write them: gone without a word, reading nothing, asking everything, two at once.
 add_test(NAME scenario_rig_hosts
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/rig_hosts.py $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/rig_hosts.py $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_rig_hosts PROPERTIES TIMEOUT 180 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# Other people's Modbus programs against the emulated Digital F/T sensor; Debian's python3-pymodbus belongs to /usr/bin/python3.
+# Other people's Modbus programs against the emulated Digital F/T sensor.
 pkg_check_modules(MODBUS IMPORTED_TARGET libmodbus)
-if(SYSTEM_PYTHON3 AND MODBUS_FOUND)
+if(MODBUS_FOUND)
   add_executable(libmodbus_client ${CMAKE_CURRENT_SOURCE_DIR}/scenario/libmodbus_client.cc)
   target_link_libraries(libmodbus_client PRIVATE PkgConfig::MODBUS)
   add_test(NAME scenario_modbus_clients
-           COMMAND ${SYSTEM_PYTHON3} ${cli_tests}/modbus_clients.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig>
+           COMMAND ${WEFT_PYTHON} ${cli_tests}/modbus_clients.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig>
                    $<TARGET_FILE:libmodbus_client> ${PROJECT_SOURCE_DIR})
   set_tests_properties(scenario_modbus_clients PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600
                        ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
@@ -193,95 +187,91 @@ endif()
 
 # The daemon over its socket: a run started, paused, resumed, halted, killed, with the standard library alone.
 add_test(NAME scenario_weftd_runs
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_runs.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_runs.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_weftd_http
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_http.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_http.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 # What people are asked between trials, and what they answer.
 add_test(NAME scenario_weftd_people
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_people.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_people.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 # The runs that wait, and what becomes of those that the daemon died under.
 add_test(NAME scenario_weftd_queue
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_queue.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_queue.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_weftd_samples
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_samples.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
-add_test(NAME scenario_weftd_faults COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_faults.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft>
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_samples.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
+add_test(NAME scenario_weftd_faults COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_faults.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft>
          ${PROJECT_SOURCE_DIR})
 # What becomes of what is under way where the daemon is told to end.
-add_test(NAME scenario_weftd_end COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_end.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
+add_test(NAME scenario_weftd_end COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_end.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_people scenario_weftd_queue scenario_weftd_samples scenario_weftd_faults scenario_weftd_end PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 # Votes while a slide goes on, and slides that end with them.
 add_test(NAME scenario_weftd_live
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_live.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_live.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_live PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 # A complete campaign goes to the classifier by itself.
 add_test(NAME scenario_weftd_handover
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_handover.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_handover.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 # Plans, differences of recipes, and a data set's files over HTTP.
 add_test(NAME scenario_weftd_data
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_data.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_data.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_handover scenario_weftd_data PROPERTIES TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 # The rigs of sound and vibration and of imprints under weftd.
 add_test(NAME scenario_weftd_other_systems
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_other_systems.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_other_systems.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_other_systems PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 # Its machine's wall clock set forward and back.
 add_library(weft_shifted_clock MODULE ${CMAKE_CURRENT_SOURCE_DIR}/scenario/shifted_clock.c)
 add_test(NAME scenario_weftd_clock
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_clock.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_clock.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}
                  $<TARGET_FILE:weft_shifted_clock>)
 set_tests_properties(scenario_weftd_clock PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 # TLS, with a certificate made for it.
 add_test(NAME scenario_weftd_access
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_access.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_access.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_access PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 add_test(NAME scenario_weftd_tls
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_tls.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_tls.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_tls PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 # docs/api.md against the daemon's own document; its examples are run.
 add_test(NAME scenario_api_document
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/api_document.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/api_document.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_api_document PROPERTIES SKIP_RETURN_CODE 77)
 set_tests_properties(scenario_weftd_runs scenario_weftd_http scenario_api_document PROPERTIES TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # The Python client: its units, its types, its generated part against the daemon's document; installed by pip and used, its notebook too. The examples of other languages.
-if(SYSTEM_PYTHON3)
-  set(python_client ${PROJECT_SOURCE_DIR}/clients/python)
-  add_test(NAME unit_python_client COMMAND ${SYSTEM_PYTHON3} -m unittest discover -s ${python_client}/tests -t ${python_client}/tests)
-  set_tests_properties(unit_python_client PROPERTIES TIMEOUT 120 ENVIRONMENT "PYTHONDONTWRITEBYTECODE=1;PYTHONPATH=${python_client}/src")
-  add_test(NAME scenario_python_client_methods
-           COMMAND ${SYSTEM_PYTHON3} ${cli_tests}/python_client_methods.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
-  add_test(NAME scenario_python_client
-           COMMAND ${SYSTEM_PYTHON3} ${cli_tests}/python_client.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
-  add_test(NAME scenario_other_clients
-           COMMAND ${SYSTEM_PYTHON3} ${cli_tests}/other_clients.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
-  set_tests_properties(scenario_python_client_methods scenario_python_client scenario_other_clients
-                       PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
-  add_test(NAME lint_python_client_types COMMAND ${SYSTEM_PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/lint/python_types.py ${PROJECT_SOURCE_DIR})
-  set_tests_properties(lint_python_client_types PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300)
-endif()
+set(python_client ${PROJECT_SOURCE_DIR}/clients/python)
+add_test(NAME unit_python_client COMMAND ${WEFT_PYTHON} -m unittest discover -s ${python_client}/tests -t ${python_client}/tests)
+set_tests_properties(unit_python_client PROPERTIES TIMEOUT 120 ENVIRONMENT "PYTHONDONTWRITEBYTECODE=1;PYTHONPATH=${python_client}/src")
+add_test(NAME scenario_python_client_methods
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/python_client_methods.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
+add_test(NAME scenario_python_client
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/python_client.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+add_test(NAME scenario_other_clients
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/other_clients.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_python_client_methods scenario_python_client scenario_other_clients
+                     PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+add_test(NAME lint_python_client_types COMMAND ${WEFT_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/lint/python_types.py ${PROJECT_SOURCE_DIR})
+set_tests_properties(lint_python_client_types PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300)
 
 # Pages for people: every command in them is run; the reference is what schemas and programs say.
-if(SYSTEM_PYTHON3)
-  add_test(NAME scenario_docs_commands COMMAND ${SYSTEM_PYTHON3} ${cli_tests}/docs_commands.py ${PROJECT_BINARY_DIR} ${PROJECT_SOURCE_DIR})
-  add_test(NAME scenario_reference_pages
-           COMMAND ${SYSTEM_PYTHON3} ${cli_tests}/reference_pages.py $<TARGET_FILE:weft> $<TARGET_FILE:weftd> $<TARGET_FILE:weft-rig>
-                   ${PROJECT_SOURCE_DIR})
-  set_tests_properties(scenario_docs_commands scenario_reference_pages PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
-endif()
+add_test(NAME scenario_docs_commands COMMAND ${WEFT_PYTHON} ${cli_tests}/docs_commands.py ${PROJECT_BINARY_DIR} ${PROJECT_SOURCE_DIR})
+add_test(NAME scenario_reference_pages
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/reference_pages.py $<TARGET_FILE:weft> $<TARGET_FILE:weftd> $<TARGET_FILE:weft-rig>
+                 ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_docs_commands scenario_reference_pages PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # The plate's tilt found by touching and levelled: simulated, on ports in real time, and where it has to give up.
 add_test(NAME scenario_align
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/align.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/align.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_align PROPERTIES TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # The same daemon among broken and hostile clients.
 add_test(NAME scenario_weftd_hostile
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_hostile.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_hostile.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_hostile PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # What is installed on a machine at a bench.
-add_test(NAME scenario_installed COMMAND ${Python3_EXECUTABLE} ${cli_tests}/installed.py ${PROJECT_BINARY_DIR})
+add_test(NAME scenario_installed COMMAND ${WEFT_PYTHON} ${cli_tests}/installed.py ${PROJECT_BINARY_DIR})
 set_tests_properties(scenario_installed PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # script/test has three slots for each processor and one more: a test that computes takes three, one that mostly waits takes
@@ -301,3 +291,8 @@ weft_waits(200 scenario_apt_client scenario_real_bench scenario_docs_commands)
 weft_waits(100 scenario_rig_tcp scenario_rig_hosts scenario_netft_client scenario_doctor scenario_vibro_ports scenario_real_port
            scenario_weftd_samples scenario_weftd_http scenario_weftd_tls scenario_weftd_access scenario_train_mpi scenario_plugins
            unit_python_client)
+
+# Other software on the machine: an MPI runtime without headers, a broken Boost and OpenSSL beside another Python first on the PATH.
+add_test(NAME scenario_configure_elsewhere
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/configure_elsewhere.py ${CMAKE_COMMAND} ${PROJECT_SOURCE_DIR} ${CMAKE_MAKE_PROGRAM})
+set_tests_properties(scenario_configure_elsewhere PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)

@@ -15,8 +15,10 @@ namespace weft::classifier::vibro {
 namespace {
 
 tl::unexpected<Error> not_there() {
-  return fail(Errc::unsupported, "there is no XGBoost here", {}, {}, {},
-              "Install libxgboost-dev; a Weft that was built without it has to be built again");
+  return fail(
+      {.code = Errc::unsupported,
+       .what = "there is no XGBoost here",
+       .hint = "Install libxgboost-dev; a Weft that was built without it has to be built again"});
 }
 
 }  // namespace
@@ -32,7 +34,7 @@ const XgboostLibrary& xgboost() {
 // A call of the library as a Status.
 Status done(int code) {
   if (code == 0) return {};
-  return fail(Errc::invalid_argument, xgboost().last_error(), "XGBoost");
+  return fail({.code = Errc::invalid_argument, .where = "XGBoost", .what = xgboost().last_error()});
 }
 
 struct FreeMatrix {
@@ -158,9 +160,9 @@ Result<std::unique_ptr<Classifier>> fit_xgbrf(const Training& training,
 std::unique_ptr<Classifier> read_boosted(LineReader& in, std::size_t features,
                                          std::size_t classes) {
   const std::string text = in.text("booster");
-  if (!have_xgboost()) in.refuse(not_there().value().message + ", which the model is of");
+  if (!have_xgboost()) in.refuse(not_there().value().what + ", which the model is of");
   const auto checked = checked_booster(text, features, classes);
-  if (!checked) in.refuse(checked.error().message, checked.error().expected, checked.error().got);
+  if (!checked) in.refuse(checked.error().what, checked.error().expected, checked.error().got);
   BoosterHandle handle = nullptr;
   if (!in.ok() || xgboost().create(nullptr, 0, &handle) != 0) return nullptr;
   BoosterHandleOwner booster(handle);
@@ -172,7 +174,7 @@ std::unique_ptr<Classifier> read_boosted(LineReader& in, std::size_t features,
   if (told != classes)
     in.refuse("the booster is not one of these features and labels",
               std::to_string(features) + " features, " + std::to_string(classes) + " labels",
-              ok ? std::to_string(told) + " labels" : ok.error().message.substr(0, 200));
+              ok ? std::to_string(told) + " labels" : ok.error().what.substr(0, 200));
   return in.ok() ? std::move(out) : nullptr;
 }
 
@@ -195,7 +197,7 @@ Result<std::unique_ptr<Classifier>> fit_xgbrf(const Training& /*training*/,
 std::unique_ptr<Classifier> read_boosted(LineReader& in, std::size_t /*features*/,
                                          std::size_t /*classes*/) {
   in.text("booster");
-  in.refuse(not_there().value().message + ", which the model is of");
+  in.refuse(not_there().value().what + ", which the model is of");
   return nullptr;
 }
 

@@ -20,7 +20,10 @@ constexpr int deepest = 32;  // of a booster's own text: 7
 
 tl::unexpected<Error> refused(std::string message, std::string expected = {},
                               std::string got = {}) {
-  return fail(Errc::corrupt, std::move(message), {}, std::move(expected), std::move(got));
+  return fail({.code = Errc::corrupt,
+               .what = std::move(message),
+               .expected = std::move(expected),
+               .got = std::move(got)});
 }
 
 // The library's reader calls itself for each bracket: none may lead it down without end.

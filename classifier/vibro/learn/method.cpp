@@ -38,23 +38,30 @@ constexpr std::size_t hidden_units = 100;
 Status check_training(const Training& training) {
   const Matrix& rows = *training.rows;
   if (rows.rows() != training.of_row.size() || rows.cols() == 0)
-    return fail(Errc::invalid_argument, "every row needs a class and a feature", {},
-                std::to_string(rows.rows()) + " classes", std::to_string(training.of_row.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .what = "every row needs a class and a feature",
+                 .expected = std::to_string(rows.rows()) + " classes",
+                 .got = std::to_string(training.of_row.size())});
   std::vector<bool> seen(training.classes, false);
   for (const std::size_t c : training.of_row) {
     if (c >= training.classes)
-      return fail(Errc::invalid_argument, "a class that does not exist", {},
-                  "below " + std::to_string(training.classes), std::to_string(c));
+      return fail({.code = Errc::invalid_argument,
+                   .what = "a class that does not exist",
+                   .expected = "below " + std::to_string(training.classes),
+                   .got = std::to_string(c)});
     seen[c] = true;
   }
   if (training.classes < 2 || std::find(seen.begin(), seen.end(), false) != seen.end())
-    return fail(Errc::invalid_argument, "two classes are the least, each with a row");
+    return fail(
+        {.code = Errc::invalid_argument, .what = "two classes are the least, each with a row"});
   const std::span<const double> values(rows.data());
   if (const std::size_t bad = first_not_finite(values); bad < values.size())
-    return fail(Errc::invalid_argument, "feature is not finite",
-                "row " + std::to_string(bad / rows.cols()) + ", feature " +
-                    std::to_string(bad % rows.cols()),
-                "a finite number", std::to_string(values[bad]));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "row " + std::to_string(bad / rows.cols()) + ", feature " +
+                          std::to_string(bad % rows.cols()),
+                 .what = "feature is not finite",
+                 .expected = "a finite number",
+                 .got = std::to_string(values[bad])});
   return {};
 }
 
@@ -138,7 +145,7 @@ Result<std::unique_ptr<Classifier>> fit(Method method, const Training& training,
     case Method::cores:
       return fit_fabric(training, Learner::all, options);
   }
-  return fail(Errc::invalid_argument, "unknown learner");
+  return fail({.code = Errc::invalid_argument, .what = "unknown learner"});
 }
 
 }  // namespace weft::classifier::vibro

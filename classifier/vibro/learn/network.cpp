@@ -262,8 +262,10 @@ Result<std::unique_ptr<Classifier>> fit_network(const Training& training,
   for (const Layer& layer : layers)
     for (const float w : layer.weight)
       if (!std::isfinite(w))
-        return fail(Errc::range, "the weights of the network grew beyond all bounds", "NN", {}, {},
-                    "Scale the features first");
+        return fail({.code = Errc::range,
+                     .where = "NN",
+                     .what = "the weights of the network grew beyond all bounds",
+                     .hint = "Scale the features first"});
   return std::make_unique<Network>(std::move(layers));
 }
 

@@ -20,7 +20,9 @@ std::vector<double> Pipeline::prepared(std::span<const double> features) const {
 
 Result<Pipeline> Pipeline::train(const Training& training, const PipelineOptions& options) {
   if (options.stop && options.stop())
-    return fail(Errc::wrong_state, "the training was stopped before its end", "train");
+    return fail({.code = Errc::wrong_state,
+                 .where = "train",
+                 .what = "the training was stopped before its end"});
   const std::span<const double> values(training.rows->data());
   Pipeline out;
   // Rows that fit() refuses must not be scaled before it has seen them.
@@ -68,11 +70,17 @@ std::optional<Pipeline> Pipeline::read(LineReader& in, Method method, std::size_
 
 Result<std::size_t> Pipeline::classify(std::span<const double> features) const {
   if (features.size() != scaler_.mean.size())
-    return fail(Errc::invalid_argument, "wrong number of features", "classify",
-                std::to_string(scaler_.mean.size()), std::to_string(features.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "classify",
+                 .what = "wrong number of features",
+                 .expected = std::to_string(scaler_.mean.size()),
+                 .got = std::to_string(features.size())});
   if (const std::size_t bad = first_not_finite(features); bad < features.size())
-    return fail(Errc::invalid_argument, "feature is not finite", "feature " + std::to_string(bad),
-                "a finite number", std::to_string(features[bad]));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "feature " + std::to_string(bad),
+                 .what = "feature is not finite",
+                 .expected = "a finite number",
+                 .got = std::to_string(features[bad])});
   return classifier_->classify(prepared(features));
 }
 

@@ -67,7 +67,11 @@ Result<std::unique_ptr<Classifier>> fit_tree(const Training& training,
 Result<std::unique_ptr<Classifier>> fit_forest(const Training& training,
                                                const MethodOptions& options) {
   if (options.trees == 0)
-    return fail(Errc::invalid_argument, "a forest needs a tree", "RForest", "at least 1", "0");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "RForest",
+                 .what = "a forest needs a tree",
+                 .expected = "at least 1",
+                 .got = "0"});
   return std::make_unique<Trees>(
       TreeEnsemble(training.rows->cols(), training.classes, grow_forest(training, options).trees));
 }
@@ -80,7 +84,11 @@ std::unique_ptr<Classifier> read_trees(LineReader& in, std::size_t features, std
 Result<std::vector<double>> forest_importance(const Training& training,
                                               const MethodOptions& options) {
   if (options.trees == 0)
-    return fail(Errc::invalid_argument, "a forest needs a tree", "RForest", "at least 1", "0");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "RForest",
+                 .what = "a forest needs a tree",
+                 .expected = "at least 1",
+                 .got = "0"});
   return grow_forest(training, options).importance;
 }
 

@@ -30,9 +30,11 @@ struct CellOutcome {
 
 Status measure(const CellTrials& trials, double rate_hz, const SweepOptions& options,
                CellOutcome& out) {
-  if (trials.trials.empty()) return fail(Errc::invalid_argument, "it has no complete trial");
+  if (trials.trials.empty())
+    return fail({.code = Errc::invalid_argument, .what = "it has no complete trial"});
   if (!(trials.speed_mps > 0))
-    return fail(Errc::invalid_argument, "its exploration does not slide: there is no phase M");
+    return fail({.code = Errc::invalid_argument,
+                 .what = "its exploration does not slide: there is no phase M"});
   std::vector<double> snr, saturated;
   for (const classifier::Trial& trial : trials.trials) {
     const auto response = design::response_of(trial, rate_hz, trials.speed_mps, lowest_count,
@@ -109,8 +111,9 @@ Result<SweepAnalysis> analyse(const std::string& exploration, const std::vector<
   std::vector<design::WeighedCell> weighed;
   const std::vector<std::size_t> kept = comparable(cells, outcomes, out.left_out);
   if (kept.empty())
-    return fail(Errc::invalid_argument,
-                "no cell can be analysed; of the first: " + out.left_out.front().why, exploration);
+    return fail({.code = Errc::invalid_argument,
+                 .where = exploration,
+                 .what = "no cell can be analysed; of the first: " + out.left_out.front().why});
   std::set<std::string> fabrics, replicates;  // alike in all cells
   for (const classifier::Trial& trial : cells[kept.front()].trials) {
     fabrics.insert(trial.label);
@@ -137,8 +140,12 @@ Result<std::vector<std::string>> digests_of(std::span<const Dataset> datasets) {
   for (const Dataset& dataset : datasets) {
     std::string digest = dataset_sha256(dataset);
     if (std::ranges::find(out, digest) != out.end())
-      return fail(Errc::invalid_argument, "the same data set twice", dataset.info.name, "each once",
-                  digest, "Its trials would be told by their own copies");
+      return fail({.code = Errc::invalid_argument,
+                   .where = dataset.info.name,
+                   .what = "the same data set twice",
+                   .expected = "each once",
+                   .got = digest,
+                   .hint = "Its trials would be told by their own copies"});
     out.push_back(std::move(digest));
   }
   return out;

@@ -13,8 +13,12 @@ constexpr double ns_per_s = 1e9;
 
 tl::unexpected<Error> apart(std::string message, const DatasetInfo& info, std::string expected,
                             std::string got) {
-  return fail(Errc::invalid_argument, std::move(message), info.name, std::move(expected),
-              std::move(got), "Analyse them one by one");
+  return fail({.code = Errc::invalid_argument,
+               .where = info.name,
+               .what = std::move(message),
+               .expected = std::move(expected),
+               .got = std::move(got),
+               .hint = "Analyse them one by one"});
 }
 
 std::string rig_words(const recipes::RigLimits& rig) {
@@ -29,8 +33,11 @@ Result<recipes::RigLimits> swept_rig(const DatasetInfo& info) {
 
 Status check_sweep(const DatasetInfo& info) {
   if (!info.factors.empty()) return {};
-  return fail(Errc::invalid_argument, "the data set is of no sweep", info.name,
-              "a recipe with \"sweep\"", {}, "recipes/README.md says how to sweep");
+  return fail({.code = Errc::invalid_argument,
+               .where = info.name,
+               .what = "the data set is of no sweep",
+               .expected = "a recipe with \"sweep\"",
+               .hint = "recipes/README.md says how to sweep"});
 }
 
 /// Sensors that differ answer differently, whatever the cell.
@@ -62,10 +69,13 @@ Result<recipes::Plan> swept_plan(const DatasetInfo& info) {
   if (!limits) return pass(limits.error());
   recipes::CheckReport report = recipes::check_recipe(info.recipe_json, *limits);
   if (!report.plan)
-    return fail(Errc::invalid_argument, recipes::to_string(report.problems.front()),
-                info.name + ": recipe on record");
+    return fail({.code = Errc::invalid_argument,
+                 .where = info.name + ": recipe on record",
+                 .what = recipes::to_string(report.problems.front())});
   if (!report.plan->sweep)
-    return fail(Errc::corrupt, "factors without a sweep in the recipe on record", info.name);
+    return fail({.code = Errc::corrupt,
+                 .where = info.name,
+                 .what = "factors without a sweep in the recipe on record"});
   return *std::move(report.plan);
 }
 
@@ -97,8 +107,10 @@ Status add_cells(const Dataset& dataset, std::size_t number, std::map<std::strin
     if (record.outcome != TrialOutcome::complete) continue;
     const auto found = cells.find(record.spec.exploration);
     if (found == cells.end())
-      return fail(Errc::corrupt, "a trial of an exploration that the recipe on record lacks",
-                  dataset.trials[i].file, {}, record.spec.exploration);
+      return fail({.code = Errc::corrupt,
+                   .where = dataset.trials[i].file,
+                   .what = "a trial of an exploration that the recipe on record lacks",
+                   .got = record.spec.exploration});
     CellTrials& cell = *found->second;
     classifier::Trial& trial = cell.trials.emplace_back(dataset.trials[i]);
     trial.group.insert(0, prefix);
@@ -153,7 +165,8 @@ std::string shape_words(const Shape& usual, const Shape& shape) {
 }  // namespace
 
 Result<SweptCells> swept_cells(std::span<const Dataset> datasets) {
-  if (datasets.empty()) return fail(Errc::invalid_argument, "no data set", "design analyse");
+  if (datasets.empty())
+    return fail({.code = Errc::invalid_argument, .where = "design analyse", .what = "no data set"});
   for (const Dataset& dataset : datasets)
     if (Status ok = check_sweep(dataset.info); !ok) return pass(ok.error());
   for (const Dataset& dataset : datasets.subspan(1))

@@ -34,8 +34,9 @@ Result<recipes::Plan> plan_of(const DatasetInfo& info) {
   if (!limits) return pass(limits.error());
   recipes::CheckReport report = recipes::check_recipe(info.recipe_json, *limits, info.seed);
   if (report.plan) return std::move(*report.plan);
-  return fail(Errc::corrupt,
-              "the recipe on record cannot be run: " + recipes::to_string(report.problems.front()));
+  return fail({.code = Errc::corrupt,
+               .what = "the recipe on record cannot be run: " +
+                       recipes::to_string(report.problems.front())});
 }
 
 /// What is partial never goes into training: every planned trial is done, by the certificate.
@@ -43,17 +44,22 @@ Result<Certificate> complete_certificate(const fs::path& folder) {
   const auto read = read_certificate(folder);
   if (!read) return pass(read.error());
   if (!*read)
-    return fail(Errc::wrong_state, "the campaign has not come to its end", folder.string(), {}, {},
-                "Only a complete campaign is handed over");
+    return fail({.code = Errc::wrong_state,
+                 .where = folder.string(),
+                 .what = "the campaign has not come to its end",
+                 .hint = "Only a complete campaign is handed over"});
   const auto done = std::ranges::count_if((*read)->trials, [](const CertifiedTrial& trial) {
     const auto outcome = trial_outcome_from(trial.outcome);
     return outcome && is_done(*outcome);
   });
   const std::string planned = std::to_string((*read)->trials_planned);
   if (static_cast<std::uint64_t>(done) < (*read)->trials_planned)
-    return fail(Errc::wrong_state, "the campaign is not complete", folder.string(),
-                planned + " trials", std::to_string(done),
-                "Only a complete campaign is handed over");
+    return fail({.code = Errc::wrong_state,
+                 .where = folder.string(),
+                 .what = "the campaign is not complete",
+                 .expected = planned + " trials",
+                 .got = std::to_string(done),
+                 .hint = "Only a complete campaign is handed over"});
   return **read;
 }
 
@@ -64,8 +70,12 @@ Result<Dataset> certified_data(const fs::path& folder, const Certificate& certif
   if (!data) return pass(data.error());
   const std::string found = dataset_sha256(*data);
   if (found == certificate.dataset_sha256) return data;
-  return fail(Errc::corrupt, "the campaign is not what its certificate says", folder.string(),
-              certificate.dataset_sha256, found, "weft verify tells what differs");
+  return fail({.code = Errc::corrupt,
+               .where = folder.string(),
+               .what = "the campaign is not what its certificate says",
+               .expected = certificate.dataset_sha256,
+               .got = found,
+               .hint = "weft verify tells what differs"});
 }
 
 /// The wall time that the recipe gives, and the caller's own stop.
@@ -79,13 +89,14 @@ class Patience {
   /// In place of "stopped", which is all that those who were stopped know.
   [[nodiscard]] Error told(Error error) const {
     if (hooks_->stop && hooks_->stop())
-      return {Errc::wrong_state, "the hand-over was stopped before its end", {}, {}, {}, {}};
+      return {.code = Errc::wrong_state, .what = "the hand-over was stopped before its end"};
     if (!is_over()) return error;
-    return {Errc::timeout,
-            "the hand-over took longer than its recipe allows",
-            "/hand_over/at_most_s",
-            general(at_most_s_) + " s",
-            {},
+    return {
+        .code = Errc::timeout,
+        .where = "/hand_over/at_most_s",
+        .what = "the hand-over took longer than its recipe allows",
+        .expected = general(at_most_s_) + " s",
+        .hint =
             "Raise at_most_s, or take fewer trials or, where there is a choice, a learner that is "
             "trained sooner"};
   }
@@ -111,9 +122,10 @@ class Handing {
   Status work() {
     const std::vector<std::string> explorations = explorations_of(*data_);
     if (explorations.empty())
-      return fail(Errc::wrong_state,
-                  "no slide went on to its whole length, so none is to learn from", "/explorations",
-                  {}, {}, "A live vote ended them all early");
+      return fail({.code = Errc::wrong_state,
+                   .where = "/explorations",
+                   .what = "no slide went on to its whole length, so none is to learn from",
+                   .hint = "A live vote ended them all early"});
     progress_.steps = explorations.size() * (from_vibration() ? vibration_steps(*plan_->hand_over)
                                                               : steps_per_exploration);
     for (const std::string& exploration : explorations)
@@ -233,7 +245,9 @@ Result<HandedOver> whole_hand_over(const fs::path& folder, const HandOverHooks& 
   const auto plan = plan_of(header->info);
   if (!plan) return pass(plan.error(), folder.string());
   if (!plan->hand_over)
-    return fail(Errc::not_found, "the campaign's recipe has no hand_over", folder.string());
+    return fail({.code = Errc::not_found,
+                 .where = folder.string(),
+                 .what = "the campaign's recipe has no hand_over"});
   const Patience allowed(hooks, plan->hand_over->at_most_s);
   const auto data = certified_data(folder, *certificate, [&] { return allowed.stops(); });
   if (!data) return pass(allowed.told(data.error()));
@@ -241,7 +255,7 @@ Result<HandedOver> whole_hand_over(const fs::path& folder, const HandOverHooks& 
     const auto handed = hand_over_imprints(*data, certificate->dataset_sha256, *plan->hand_over,
                                            hooks, [&] { return allowed.stops(); });
     if (!handed || allowed.stops())
-      return pass(allowed.told(handed ? Error{Errc::wrong_state, "stopped", {}, {}, {}, {}}
+      return pass(allowed.told(handed ? Error{.code = Errc::wrong_state, .what = "stopped"}
                                       : handed.error()));
     return write_hand_over(folder, ordered_json::parse(handed->evaluation_json), handed->texts);
   }
@@ -256,8 +270,10 @@ Result<HandedOver> hand_over(const fs::path& folder, const HandOverHooks& hooks)
   try {
     return whole_hand_over(folder, hooks);
   } catch (const std::bad_alloc&) {
-    return fail(Errc::range, "the campaign is too large for the memory of this machine",
-                folder.string(), {}, {}, "Hand it over on a machine with more memory");
+    return fail({.code = Errc::range,
+                 .where = folder.string(),
+                 .what = "the campaign is too large for the memory of this machine",
+                 .hint = "Hand it over on a machine with more memory"});
   }
 }
 

@@ -100,13 +100,18 @@ std::string scene_text(const ImprintSceneOptions& options) {
 
 Result<Dataset> simulate_imprints(const ImprintSceneOptions& options) {
   if (options.level != sim::Level::z && options.level != sim::Level::z_plus)
-    return fail(Errc::unsupported, "this level does not make imprints", "--level", "Z or Z+",
-                std::string(to_string(options.level)));
+    return fail({.code = Errc::unsupported,
+                 .where = "--level",
+                 .what = "this level does not make imprints",
+                 .expected = "Z or Z+",
+                 .got = std::string(to_string(options.level))});
   if (options.side == 0 || options.side > sim::array_side || options.presses == 0 ||
       options.presses > 1000)
-    return fail(Errc::range, "no such part of the array or number of presses", "scene imprint",
-                "1 to 128 taxels, 1 to 1000 presses",
-                std::to_string(options.side) + ", " + std::to_string(options.presses));
+    return fail({.code = Errc::range,
+                 .where = "scene imprint",
+                 .what = "no such part of the array or number of presses",
+                 .expected = "1 to 128 taxels, 1 to 1000 presses",
+                 .got = std::to_string(options.side) + ", " + std::to_string(options.presses)});
   Dataset out;
   out.info.kind = BenchKind::simulated;
   out.info.name = "imprint";

@@ -71,7 +71,7 @@ Result<std::optional<std::string>> cannot_ask(ci::Experiment experiment,
   // Setting such objects aside is setting imprints aside.
   if (of_objects && !pressed_twice) return "no object was pressed twice";
   if (const auto ok = ci::check_rounds(*rounds, labels); !ok)
-    return ok.error().where + ": " + ok.error().message;
+    return ok.error().where + ": " + ok.error().what;
   return std::nullopt;
 }
 
@@ -99,9 +99,11 @@ Status choose_experiments(std::span<const ci::Imprint> imprints,
   }
   experiments = std::move(kept);
   if (!experiments.empty()) return {};
-  return fail(Errc::invalid_argument, "no experiment can be made of these imprints", {},
-              "two objects of each class, pressed twice, for all four", left_out_words(out),
-              "Name the objects in the manifest's column group");
+  return fail({.code = Errc::invalid_argument,
+               .what = "no experiment can be made of these imprints",
+               .expected = "two objects of each class, pressed twice, for all four",
+               .got = left_out_words(out),
+               .hint = "Name the objects in the manifest's column group"});
 }
 
 Status measure_set(const TableOptions& options, PreparedSet& one) {
@@ -112,7 +114,8 @@ Status measure_set(const TableOptions& options, PreparedSet& one) {
   one.set.separability = *hull;
   for (const ci::Experiment experiment : options.experiments)
     for (const ci::Rule rule : options.rules) {
-      if (options.stop && options.stop()) return fail(Errc::wrong_state, "stopped");
+      if (options.stop && options.stop())
+        return fail({.code = Errc::wrong_state, .what = "stopped"});
       auto outcome = ci::run_experiment(one.matrix, experiment, rule);
       if (!outcome) return pass(outcome.error(), one.set.name());
       one.set.outcomes.push_back(std::move(*outcome));
@@ -131,8 +134,10 @@ std::string FeatureSet::name() const {
 
 Result<ImprintTables> measure_tables(const Dataset& dataset, TableOptions options) {
   if (options.scales.empty() || options.experiments.empty() || options.rules.empty())
-    return fail(Errc::invalid_argument, "nothing to measure", "tables",
-                "scales, experiments and rules");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "tables",
+                 .what = "nothing to measure",
+                 .expected = "scales, experiments and rules"});
   const auto imprints = imprints_of(dataset);
   if (!imprints) return pass(imprints.error());
   ImprintTables out;

@@ -130,7 +130,9 @@ Result<std::vector<ExplorationResult>> evaluate_campaign(const Dataset& dataset,
   if (Status ok = check(dataset); !ok) return pass(ok.error());
   const std::vector<std::string> explorations = explorations_of(dataset);
   if (explorations.empty())
-    return fail(Errc::invalid_argument, "no complete trial to evaluate", dataset.info.name);
+    return fail({.code = Errc::invalid_argument,
+                 .where = dataset.info.name,
+                 .what = "no complete trial to evaluate"});
   EvaluationProgress told{0, explorations.size() * steps_per_exploration, {}};
   std::vector<ExplorationResult> out;
   for (const std::string& exploration : explorations) {

@@ -21,10 +21,12 @@ std::string incomplete_words(const CampaignSummary& run) {
 
 Status check(const ReportInput& input) {
   if (input.run.bench != input.dataset.info.kind)
-    return fail(Errc::invalid_argument, "run and data set disagree on the kind of bench", "report",
-                std::string(to_string(input.run.bench)),
-                std::string(to_string(input.dataset.info.kind)),
-                "Report a campaign together with its own data set");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "report",
+                 .what = "run and data set disagree on the kind of bench",
+                 .expected = std::string(to_string(input.run.bench)),
+                 .got = std::string(to_string(input.dataset.info.kind)),
+                 .hint = "Report a campaign together with its own data set"});
   return check(input.dataset);
 }
 

@@ -16,8 +16,11 @@ Result<std::size_t> truth_of(const std::vector<std::string>& labels, const Trial
   const auto known = std::ranges::lower_bound(labels, trial.label);
   if (known != labels.end() && *known == trial.label)
     return static_cast<std::size_t>(known - labels.begin());
-  return fail(Errc::invalid_argument, "test label was never trained", trial.file, {}, trial.label,
-              "Give every fabric trials on both sides or leave it out");
+  return fail({.code = Errc::invalid_argument,
+               .where = trial.file,
+               .what = "test label was never trained",
+               .got = trial.label,
+               .hint = "Give every fabric trials on both sides or leave it out"});
 }
 
 Status watch(classifier::LiveVoter& voter, const Trial& trial, WatchedSlide& out) {

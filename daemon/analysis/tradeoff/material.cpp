@@ -33,8 +33,11 @@ Result<Rows> rows_of(const Dataset& dataset, const std::vector<std::string>& par
   for (const std::string& part : parts) {
     const auto trials = complete_of(dataset, part);
     if (trials.empty())
-      return fail(Errc::not_found, "no complete trial has this exploration", dataset.info.name,
-                  joined(explorations_of(dataset)), part);
+      return fail({.code = Errc::not_found,
+                   .where = dataset.info.name,
+                   .what = "no complete trial has this exploration",
+                   .expected = joined(explorations_of(dataset)),
+                   .got = part});
     std::map<RowKey, std::size_t> last;
     for (const std::size_t i : trials) {
       if (parts.size() == 1) out.push_back({i});
@@ -47,8 +50,10 @@ Result<Rows> rows_of(const Dataset& dataset, const std::vector<std::string>& par
   for (auto& [key, row] : joined_rows)
     if (row.size() == parts.size()) out.push_back(std::move(row));
   if (out.empty())
-    return fail(Errc::not_found, "no repetition has a trial of each exploration", dataset.info.name,
-                {}, joined(parts, "+"));
+    return fail({.code = Errc::not_found,
+                 .where = dataset.info.name,
+                 .what = "no repetition has a trial of each exploration",
+                 .got = joined(parts, "+")});
   return out;
 }
 
@@ -85,10 +90,10 @@ void add_slide(const Dataset& dataset, const std::vector<std::size_t>& row, Mate
 
 Result<Material> prepare(const Dataset& dataset, const MaterialOptions& options) {
   if (!(dataset.info.taxel_rate_hz > 0))
-    return fail(Errc::invalid_argument,
-                "the sample rate is not known, so neither is how long a "
-                "slide lasts",
-                dataset.info.name);
+    return fail({.code = Errc::invalid_argument,
+                 .where = dataset.info.name,
+                 .what = "the sample rate is not known, so neither is how long a "
+                         "slide lasts"});
   const auto sum = explorations_in(options.exploration);
   if (!sum) return pass(sum.error());
   const std::vector<std::string>& parts = *sum;

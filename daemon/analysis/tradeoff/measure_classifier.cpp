@@ -70,7 +70,7 @@ AnswerFunction answer_function(const TradeArm& arm, const Training& training, st
   return [learner, profile, vote](std::span<const double> features) -> Result<std::size_t> {
     const classifier::FabricModel* cores = learner->cores();
     if (cores == nullptr)
-      return fail(Errc::invalid_argument, "a learner without cores has no vote");
+      return fail({.code = Errc::invalid_argument, .what = "a learner without cores has no vote"});
     const auto prepared = learner->prepared(features);
     if (!prepared) return pass(prepared.error());
     const auto ballot = classifier::vote(*cores, *prepared, vote);
@@ -87,9 +87,14 @@ class Measurement {
 
   Result<TradeSet> run() {
     if (options_->timings < 5)
-      return fail(Errc::range, "too few timings for a median", "timings", "at least 5",
-                  std::to_string(options_->timings));
-    if (!*now_) return fail(Errc::invalid_argument, "no clock to time with", "timings");
+      return fail({.code = Errc::range,
+                   .where = "timings",
+                   .what = "too few timings for a median",
+                   .expected = "at least 5",
+                   .got = std::to_string(options_->timings)});
+    if (!*now_)
+      return fail(
+          {.code = Errc::invalid_argument, .where = "timings", .what = "no clock to time with"});
     if (Status ok = prepare_default(); !ok) return pass(ok.error());
     for (std::size_t i = 0; i < plan_.arms.size(); ++i) {
       tell(i, plan_.arms[i].name);
@@ -109,7 +114,9 @@ class Measurement {
   Status prepare_default() {
     const auto present = explorations_of(*dataset_);
     if (present.empty())
-      return fail(Errc::not_found, "no complete trial in the data set", dataset_->info.name);
+      return fail({.code = Errc::not_found,
+                   .where = dataset_->info.name,
+                   .what = "no complete trial in the data set"});
     const std::string exploration =
         options_->exploration.empty() ? present.front() : options_->exploration;
     auto bench = bench_for(exploration, 0);
@@ -117,16 +124,22 @@ class Measurement {
     base_ = std::move(*bench);
     const std::size_t labels = label_count(base_.material.features);
     if (labels < 2)
-      return fail(Errc::invalid_argument, "nothing to tell apart", "labels", "at least 2",
-                  std::to_string(labels));
+      return fail({.code = Errc::invalid_argument,
+                   .where = "labels",
+                   .what = "nothing to tell apart",
+                   .expected = "at least 2",
+                   .got = std::to_string(labels)});
     plan_ = plan_trade(*dataset_, base_.material, labels, exploration, *options_);
     out_.bench = dataset_->info.kind;
     out_.left_out = plan_.left_out;
     if (plan_.arms.size() > 1) return {};
     std::vector<std::string> why;
     for (const auto& [family, reason] : plan_.left_out) why.push_back(family + ": " + reason);
-    return fail(Errc::invalid_argument, "nothing of what was asked for can be varied",
-                dataset_->info.name, {}, joined(why, "; "), "Vary something else");
+    return fail({.code = Errc::invalid_argument,
+                 .where = dataset_->info.name,
+                 .what = "nothing of what was asked for can be varied",
+                 .got = joined(why, "; "),
+                 .hint = "Vary something else"});
   }
 
   Result<Bench> bench_for(const std::string& exploration, double slide_s) const {
@@ -307,7 +320,8 @@ class Measurement {
       out.push_back(*one);
     }
     const bool any = std::ranges::any_of(out, [](const Count& c) { return c.tested > 0; });
-    if (!any) return fail(Errc::invalid_argument, "nothing to test", arm.name);
+    if (!any)
+      return fail({.code = Errc::invalid_argument, .where = arm.name, .what = "nothing to test"});
     return out;
   }
 
@@ -320,8 +334,11 @@ class Measurement {
     for (const std::size_t row : bench.plan.splits[s].test) {
       if (!concerns(arm, bench.material, row)) continue;
       if (!std::ranges::binary_search(labels, features.labels[row]))
-        return fail(Errc::invalid_argument, "test label was never trained", features.files[row], {},
-                    features.labels[row], "Give every fabric trials on both sides or leave it out");
+        return fail({.code = Errc::invalid_argument,
+                     .where = features.files[row],
+                     .what = "test label was never trained",
+                     .got = features.labels[row],
+                     .hint = "Give every fabric trials on both sides or leave it out"});
       const auto winner = answer(features.values.row(row));
       if (!winner) return pass(winner.error(), features.files[row]);
       ++out.tested;

@@ -169,8 +169,11 @@ Status check_windows(const RecordingSet& set, const vibro::ProtocolOptions& prot
 
 Status check_vibro_trade(const RecordingSet& set, const VibroTradeOptions& options) {
   if (options.timings < 5)
-    return fail(Errc::invalid_argument, "too few timings for a median", "--timings", "at least 5",
-                std::to_string(options.timings));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--timings",
+                 .what = "too few timings for a median",
+                 .expected = "at least 5",
+                 .got = std::to_string(options.timings)});
   if (auto fine = check(set); !fine) return fine;
   for (const double window_s : options.windows_s)
     for (const vibro::Protocol protocol : protocols_of(options))

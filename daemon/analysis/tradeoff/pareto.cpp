@@ -10,9 +10,11 @@ namespace weft::daemon {
 Result<std::vector<std::size_t>> pareto_front(std::span<const Bargain> choices) {
   for (std::size_t i = 0; i < choices.size(); ++i)
     if (!std::isfinite(choices[i].gain) || !std::isfinite(choices[i].cost))
-      return fail(Errc::invalid_argument, "gain and cost must be finite",
-                  "choice " + std::to_string(i), {},
-                  std::to_string(choices[i].gain) + " for " + std::to_string(choices[i].cost));
+      return fail(
+          {.code = Errc::invalid_argument,
+           .where = "choice " + std::to_string(i),
+           .what = "gain and cost must be finite",
+           .got = std::to_string(choices[i].gain) + " for " + std::to_string(choices[i].cost)});
   std::vector<std::size_t> order(choices.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {

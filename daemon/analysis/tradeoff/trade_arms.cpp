@@ -197,8 +197,11 @@ Result<TradeFamily> trade_family_from(std::string_view word) {
   }
   const std::string_view meant = recipes::closest(word, known);
   std::vector<std::string> names(known.begin(), known.end());
-  return fail(Errc::invalid_argument, "no such thing to vary", {}, joined(names), std::string(word),
-              meant.empty() ? "" : "Did you mean " + std::string(meant) + "?");
+  return fail({.code = Errc::invalid_argument,
+               .what = "no such thing to vary",
+               .expected = joined(names),
+               .got = std::string(word),
+               .hint = meant.empty() ? "" : "Did you mean " + std::string(meant) + "?"});
 }
 
 std::vector<TradeFamily> all_trade_families() {

@@ -11,23 +11,33 @@ namespace {
 
 Status check(const TradeSet& set, const TradePoint& point, double cost_s) {
   if (point.bench != set.bench)
-    return fail(Errc::invalid_argument, "a point of another bench than its data set", point.name,
-                std::string(to_string(set.bench)), std::string(to_string(point.bench)),
-                "Real and simulated data have pictures of their own");
+    return fail({.code = Errc::invalid_argument,
+                 .where = point.name,
+                 .what = "a point of another bench than its data set",
+                 .expected = std::string(to_string(set.bench)),
+                 .got = std::string(to_string(point.bench)),
+                 .hint = "Real and simulated data have pictures of their own"});
   for (const double value : {point.accuracy, point.ci95.low, point.ci95.high})
     if (!(value >= 0 && value <= 1))
-      return fail(Errc::range, "an accuracy must be a share", point.name, "0 to 1",
-                  std::to_string(value));
+      return fail({.code = Errc::range,
+                   .where = point.name,
+                   .what = "an accuracy must be a share",
+                   .expected = "0 to 1",
+                   .got = std::to_string(value)});
   if (!(cost_s > 0) || !std::isfinite(cost_s))
-    return fail(Errc::range, "a time must be positive and finite", point.name, {},
-                std::to_string(cost_s) + " s");
+    return fail({.code = Errc::range,
+                 .where = point.name,
+                 .what = "a time must be positive and finite",
+                 .got = std::to_string(cost_s) + " s"});
   return {};
 }
 
 }  // namespace
 
 Result<std::vector<std::size_t>> front_of(const TradeSet& set, const TradeCost& cost) {
-  if (set.points.empty()) return fail(Errc::invalid_argument, "no point to compare", set.dataset);
+  if (set.points.empty())
+    return fail(
+        {.code = Errc::invalid_argument, .where = set.dataset, .what = "no point to compare"});
   std::vector<Bargain> choices;
   for (const TradePoint& point : set.points) {
     if (Status ok = check(set, point, point.*cost.seconds); !ok) return pass(ok.error());

@@ -70,7 +70,9 @@ std::string confusions(const VibroEvaluation& evaluation) {
 
 Result<std::string> vibro_evaluation_html(const VibroEvaluation& evaluation) {
   if (evaluation.methods.empty())
-    return fail(Errc::invalid_argument, "a page without a learner", evaluation.dataset);
+    return fail({.code = Errc::invalid_argument,
+                 .where = evaluation.dataset,
+                 .what = "a page without a learner"});
   TradeSet set{evaluation.dataset, evaluation.sha256, evaluation.bench, {}, {}, {}};
   for (const auto& [name, value] : evaluation.facts) set.facts.emplace_back(name, value);
   for (const EvaluatedMethod& method : evaluation.methods)

@@ -40,10 +40,13 @@ Status check_report_places(const std::filesystem::path& html) {
   if (!std::filesystem::exists(json, unseen)) return {};
   const auto there = read_text_file(json, most_report_bytes);
   if (there && is_report_json(*there)) return {};
-  return fail(Errc::invalid_argument,
-              "the report's JSON document goes beside its page, and would take the place of a file "
-              "that is no report",
-              json.string(), {}, {}, "Choose another name for the page");
+  return fail(
+      {.code = Errc::invalid_argument,
+       .where = json.string(),
+       .what =
+           "the report's JSON document goes beside its page, and would take the place of a file "
+           "that is no report",
+       .hint = "Choose another name for the page"});
 }
 
 std::string machine_text() {

@@ -31,8 +31,11 @@ Result<StoredModel> open_model(const std::filesystem::path& path) {
   std::error_code unseen;
   std::ifstream in(path, std::ios::binary);
   if (!in || std::filesystem::is_directory(path, unseen))
-    return fail(Errc::not_found, "cannot read the model", path.string(), "a model file",
-                in ? "a folder" : "");
+    return fail({.code = Errc::not_found,
+                 .where = path.string(),
+                 .what = "cannot read the model",
+                 .expected = "a model file",
+                 .got = in ? "a folder" : ""});
   auto model = classifier::load_model(in);
   if (!model) return pass(model.error(), path.string());
   return model;
@@ -56,13 +59,15 @@ Result<Dataset> open_trials(const std::filesystem::path& path, std::istream* in)
 // knows; so is the only exploration of a campaign by a model of imported recordings.
 Result<std::string> exploration_for(const classifier::FeatureSetup& setup, const Dataset& dataset) {
   const std::vector<std::string> present = explorations_of(dataset);
-  if (present.empty()) return fail(Errc::not_found, "no complete trial in the data set");
+  if (present.empty())
+    return fail({.code = Errc::not_found, .what = "no complete trial in the data set"});
   if (std::ranges::find(present, setup.exploration) != present.end()) return setup.exploration;
   if (present.size() == 1 && (present.front().empty() || setup.exploration.empty()))
     return present.front();
-  return fail(Errc::invalid_argument, "no trial of the exploration that the model was trained on",
-              {}, setup.exploration.empty() ? "a single exploration" : setup.exploration,
-              joined(present));
+  return fail({.code = Errc::invalid_argument,
+               .what = "no trial of the exploration that the model was trained on",
+               .expected = setup.exploration.empty() ? "a single exploration" : setup.exploration,
+               .got = joined(present)});
 }
 
 // Prepared as the training trials were.
@@ -110,17 +115,22 @@ void add_options(CLI::App& command, ClassifyArgs& args) {
 
 Result<int> run_classify(const ClassifyArgs& args, Console& console) {
   if (args.shortlist_told && args.vote != "shortlist")
-    return fail(Errc::invalid_argument, "a short-list is of another kind of vote", "--shortlist",
-                "--vote shortlist", "--vote " + args.vote);
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--shortlist",
+                 .what = "a short-list is of another kind of vote",
+                 .expected = "--vote shortlist",
+                 .got = "--vote " + args.vote});
   const auto beginning = beginning_of(args.model);
   if (classifier::is_of_kind(beginning, classifier::vibro::recording_model_header))
     return run_classify_recordings(args, console);
   if (classifier::is_of_kind(beginning, classifier::imprint::imprint_model_header))
     return run_classify_imprints(args, console);
   if (classifier::is_of_kind(beginning, classifier::staged_file_header))
-    return fail(Errc::unsupported, "a model for votes while a slide goes on", args.model.string(),
-                "a model of `weft train` without --live", {},
-                "Name it in a recipe's classify.live, or train again without --live");
+    return fail({.code = Errc::unsupported,
+                 .where = args.model.string(),
+                 .what = "a model for votes while a slide goes on",
+                 .expected = "a model of `weft train` without --live",
+                 .hint = "Name it in a recipe's classify.live, or train again without --live"});
   const Result<classifier::VoteKind> kind = classifier::vote_kind_from(args.vote);
   if (!kind) return pass(kind.error(), "--vote");
   const Result<StoredModel> stored = open_model(args.model);

@@ -55,7 +55,7 @@ void print_line(Console& console, std::string_view text, const json& object) {
 json error_json(const Error& error) {
   return {{"code", to_string(error.code)},
           {"number", static_cast<int>(error.code)},
-          {"message", error.message},
+          {"message", error.what},
           {"where", error.where},
           {"expected", error.expected},
           {"got", error.got},
@@ -71,14 +71,13 @@ int report(Console& console, const Error& error) {
 
 int report_thrown(Console& console, const std::exception& thrown, const std::string& where) {
   if (dynamic_cast<const std::bad_alloc*>(&thrown) == nullptr)
-    return report(console, Error{Errc::io, thrown.what(), where, {}, {}, {}});
-  return report(console, Error{Errc::range,
-                               "no memory is left for this",
-                               where,
-                               {},
-                               {},
-                               "Give it less at a time, end other programs, or take a machine "
-                               "with more memory"});
+    return report(console, Error{.code = Errc::io, .where = where, .what = thrown.what()});
+  return report(console,
+                Error{.code = Errc::range,
+                      .where = where,
+                      .what = "no memory is left for this",
+                      .hint = "Give it less at a time, end other programs, or take a machine "
+                              "with more memory"});
 }
 
 int report_usage(Console& console, const std::string& message) {

@@ -76,7 +76,10 @@ Result<std::string> run_of(Client& daemon, const std::string& named) {
   const auto rig = call(daemon, "rig.state");
   if (!rig) return pass(rig.error());
   if (rig->contains("run")) return rig->at("run").get<std::string>();
-  return fail(Errc::not_found, "no run is under way", "weftd", {}, {}, "weft status lists all");
+  return fail({.code = Errc::not_found,
+               .where = "weftd",
+               .what = "no run is under way",
+               .hint = "weft status lists all"});
 }
 
 Result<json> run_told(Client& daemon, const std::string& named) {

@@ -233,7 +233,10 @@ Result<int> run_confirm(const ConfirmArgs& args, Console& console) {
   const std::string id = run->at("run").get<std::string>();
   const json attention = run->value("attention", json());
   if (!attention.is_object() || !attention.value("asked", false))
-    return fail(Errc::wrong_state, "the run waits for nobody", id, {}, run->value("state", ""));
+    return fail({.code = Errc::wrong_state,
+                 .where = id,
+                 .what = "the run waits for nobody",
+                 .got = run->value("state", "")});
   const auto gone_on = call(*daemon, "run.confirm", {{"run", id}, {"step", attention.at("step")}});
   if (!gone_on) return pass(gone_on.error());
   console.err << "weft: done: " << attention.value("text", "") << '\n';
@@ -328,7 +331,11 @@ Result<int> run_log(const LogArgs& args, Console& console) {
 
 Result<int> run_call(const CallArgs& args, Console& console) {
   if (!json::accept(args.params))
-    return fail(Errc::parse, "the parameters are no JSON", "PARAMS", "an object", args.params);
+    return fail({.code = Errc::parse,
+                 .where = "PARAMS",
+                 .what = "the parameters are no JSON",
+                 .expected = "an object",
+                 .got = args.params});
   auto daemon = opened(args);
   if (!daemon) return pass(daemon.error());
   const auto result = call(*daemon, args.method, json::parse(args.params));

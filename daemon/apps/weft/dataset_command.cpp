@@ -143,8 +143,10 @@ Result<std::pair<std::size_t, std::size_t>> shape_from(const std::string& text) 
   const auto second =
       cross ? std::from_chars(first.ptr + 1, end, cols) : std::from_chars_result{end, std::errc()};
   if (!cross || second.ec != std::errc() || second.ptr != end || rows == 0 || cols == 0)
-    return fail(Errc::invalid_argument, "the table's imprints need a shape", {},
-                "rows x columns, such as 28x50", text);
+    return fail({.code = Errc::invalid_argument,
+                 .what = "the table's imprints need a shape",
+                 .expected = "rows x columns, such as 28x50",
+                 .got = text});
   return std::pair{rows, cols};
 }
 
@@ -275,17 +277,30 @@ void add_options(CLI::App& command, ImportArgs& args) {
 
 Result<int> run_import(const ImportArgs& args, Console& console) {
   if (args.format != "fabricslide" && args.filter != "*")
-    return fail(Errc::invalid_argument, args.format + " has no file names to filter", "--filter",
-                {}, {}, "Leave lines out of the manifest instead");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--filter",
+                 .what = args.format + " has no file names to filter",
+                 .hint = "Leave lines out of the manifest instead"});
   if (args.format != "imprint-table" && !args.shape.empty())
-    return fail(Errc::invalid_argument, "only a table needs a shape", "--shape", {}, args.shape);
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--shape",
+                 .what = "only a table needs a shape",
+                 .got = args.shape});
   if (args.format != "fabricslide" && !args.group.empty())
-    return fail(Errc::invalid_argument, "a manifest names its groups itself", "--group");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--group",
+                 .what = "a manifest names its groups itself"});
   if (args.format != "vibtac12" && !args.channels.empty())
-    return fail(Errc::invalid_argument, "only of vibtac12 channels are chosen", "--channels",
-                "--format vibtac12", "--format " + args.format);
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--channels",
+                 .what = "only of vibtac12 channels are chosen",
+                 .expected = "--format vibtac12",
+                 .got = "--format " + args.format});
   if (args.format != "icub20" && !args.order.empty())
-    return fail(Errc::invalid_argument, "only icub20 has two orders", "--order", {}, args.order);
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--order",
+                 .what = "only icub20 has two orders",
+                 .got = args.order});
   if (auto ok = check_output(args.out); !ok) return pass(ok.error());
   if (makes_recordings(args.format)) return run_import_recordings(args, console);
   Result<Dataset> dataset = import(args);
@@ -313,10 +328,13 @@ Result<int> run_export(const ExportArgs& args, Console& console) {
       args.campaign, args.without_log ? CampaignLog::as_far_as_it_goes : CampaignLog::whole);
   if (!campaign) return pass(campaign.error());
   if (campaign->progress.discarded)
-    return fail(Errc::wrong_state, "the campaign was discarded: no data set is made of it",
-                args.campaign.string());
+    return fail({.code = Errc::wrong_state,
+                 .where = args.campaign.string(),
+                 .what = "the campaign was discarded: no data set is made of it"});
   if (campaign->dataset.trials.empty())
-    return fail(Errc::not_found, "no complete trial in the campaign", args.campaign.string());
+    return fail({.code = Errc::not_found,
+                 .where = args.campaign.string(),
+                 .what = "no complete trial in the campaign"});
   const Result<std::string> sha256 = write_hdf5(campaign->dataset, args.out);
   if (!sha256) return pass(sha256.error());
   print_campaign("dataset export", args.out, *campaign, *sha256, console);

@@ -33,11 +33,17 @@ bool is_certificate(const std::filesystem::path& path) {
 
 Result<Dataset> open_dataset(const std::filesystem::path& path) {
   if (is_campaign_file(path))
-    return fail(Errc::unsupported, "a campaign file, not a data set", path.string(), "HDF5",
-                "SQLite", "Make a data set of it with `weft dataset export`");
+    return fail({.code = Errc::unsupported,
+                 .where = path.string(),
+                 .what = "a campaign file, not a data set",
+                 .expected = "HDF5",
+                 .got = "SQLite",
+                 .hint = "Make a data set of it with `weft dataset export`"});
   if (is_recordings_file(path))
-    return fail(Errc::unsupported, "recordings of sound and vibration, not a data set of slides",
-                path.string(), {}, {}, "weft train, evaluate, classify and trade vibro take them");
+    return fail({.code = Errc::unsupported,
+                 .where = path.string(),
+                 .what = "recordings of sound and vibration, not a data set of slides",
+                 .hint = "weft train, evaluate, classify and trade vibro take them"});
   return read_hdf5(path);
 }
 
@@ -70,8 +76,10 @@ Result<CampaignContents> open_campaign(const std::filesystem::path& path, Campai
 Status refuse_same_file(const std::filesystem::path& input, const std::filesystem::path& output) {
   std::error_code not_there;
   if (!std::filesystem::equivalent(input, output, not_there)) return {};
-  return fail(Errc::invalid_argument, "the output would take the place of the input",
-              output.string(), {}, {}, "Choose another name");
+  return fail({.code = Errc::invalid_argument,
+               .where = output.string(),
+               .what = "the output would take the place of the input",
+               .hint = "Choose another name"});
 }
 
 Status check_output(const std::filesystem::path& output) {
@@ -80,8 +88,10 @@ Status check_output(const std::filesystem::path& output) {
                              : is_certificate(output) ? "the certificate of a campaign"
                                                       : nullptr;
   if (record == nullptr) return {};
-  return fail(Errc::invalid_argument, std::string("the output would take the place of ") + record,
-              output.string(), {}, {}, "Choose another name");
+  return fail({.code = Errc::invalid_argument,
+               .where = output.string(),
+               .what = std::string("the output would take the place of ") + record,
+               .hint = "Choose another name"});
 }
 
 Status check_output(const std::filesystem::path& input, const std::filesystem::path& output) {
@@ -111,9 +121,11 @@ Status check_outputs(std::span<const std::filesystem::path> inputs,
       if (auto ok = refuse_same_file(input, own.file); !ok) return ok;
     for (const Output& before : outputs.first(i))
       if (!before.file.empty() && will_be_one(before.file, own.file))
-        return fail(Errc::invalid_argument,
-                    before.name + " and " + own.name + " cannot be one file", "--" + own.name, {},
-                    own.file.string(), "Choose another name");
+        return fail({.code = Errc::invalid_argument,
+                     .where = "--" + own.name,
+                     .what = before.name + " and " + own.name + " cannot be one file",
+                     .got = own.file.string(),
+                     .hint = "Choose another name"});
     if (auto ok = check_output(own.file); !ok) return ok;
   }
   return {};

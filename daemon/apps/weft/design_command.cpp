@@ -88,8 +88,10 @@ void add_options(CLI::App& command, DesignAnalyseArgs& args) {
 
 Result<int> run_design_analyse(const DesignAnalyseArgs& args, Console& console) {
   if (args.shortest_mm >= args.longest_mm)
-    return fail(Errc::invalid_argument, "the band of textures is empty", "--shortest-mm",
-                "less than --longest-mm");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--shortest-mm",
+                 .what = "the band of textures is empty",
+                 .expected = "less than --longest-mm"});
   const auto learner = classifier::learner_from(args.learner);
   if (!learner) return pass(learner.error(), "--learner");
   std::vector<Dataset> datasets;
@@ -157,7 +159,9 @@ Result<int> run_design_repetitions(const DesignRepetitionsArgs& args, Console& c
   const auto learner = classifier::learner_from(args.learner);
   if (!learner) return pass(learner.error(), "--learner");
   if (args.trials.window_s != 0)
-    return fail(Errc::invalid_argument, "a window is no repetition", "--window-s");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--window-s",
+                 .what = "a window is no repetition"});
   const auto chosen = load_trials(args.dataset, args.trials, true);
   if (!chosen) return pass(chosen.error());
   const classifier::FeatureMatrix matrix =

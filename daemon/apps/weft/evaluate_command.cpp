@@ -173,12 +173,16 @@ Result<std::vector<classifier::Split>> splits_of(const EvaluateArgs& args,
   if (args.leave_one_group_out)
     return classifier::leave_one_group_out(features.groups, features.labels);
   if (args.train_fraction == 0.0)
-    return fail(Errc::invalid_argument, "no split given", {},
-                "--train-groups with --test-groups, --leave-one-group-out, or --train-fraction");
+    return fail(
+        {.code = Errc::invalid_argument,
+         .what = "no split given",
+         .expected =
+             "--train-groups with --test-groups, --leave-one-group-out, or --train-fraction"});
   if (args.trials.window_s != 0.0)
-    return fail(Errc::invalid_argument,
-                "a random split would put windows of one recording on both sides",
-                "--train-fraction", {}, {}, "Use --train-groups and --test-groups with --window-s");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--train-fraction",
+                 .what = "a random split would put windows of one recording on both sides",
+                 .hint = "Use --train-groups and --test-groups with --window-s"});
   return classifier::stratified_splits(features.labels, args.train_fraction, args.repeats,
                                        args.training.seed);
 }

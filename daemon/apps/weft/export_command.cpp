@@ -42,8 +42,11 @@ void add_options(CLI::App& command, CampaignExportArgs& args) {
 Result<int> run_campaign_export(const CampaignExportArgs& args, Console& console) {
   const ExportFormat format = export_format_from(args.format).value_or(ExportFormat::hdf5);
   if (format == ExportFormat::hdf5 && !args.exploration.empty())
-    return fail(Errc::invalid_argument, "a data set has all explorations", "--exploration",
-                "with --format features-csv", args.exploration);
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--exploration",
+                 .what = "a data set has all explorations",
+                 .expected = "with --format features-csv",
+                 .got = args.exploration});
   const auto made = export_campaign(args.folder, {format, args.exploration});
   if (!made) return pass(made.error());
   const auto file = args.folder / export_folder_name / made->name;

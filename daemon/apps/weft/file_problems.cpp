@@ -13,12 +13,11 @@ using recipes::Diagnostic;
 Error refusal(const std::filesystem::path& file, const std::vector<FileProblem>& problems) {
   const auto count =
       std::ranges::count_if(problems, [&](const FileProblem& p) { return p.file == file; });
-  return {Errc::invalid_argument,
-          "the file is refused",
-          file.string(),
-          "no problem",
-          std::to_string(count) + (count == 1 ? " problem" : " problems"),
-          {}};
+  return {.code = Errc::invalid_argument,
+          .where = file.string(),
+          .what = "the file is refused",
+          .expected = "no problem",
+          .got = std::to_string(count) + (count == 1 ? " problem" : " problems")};
 }
 
 }  // namespace

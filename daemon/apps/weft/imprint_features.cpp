@@ -26,8 +26,11 @@ Result<ci::FeaturePlan> feature_plan_from(const std::string& scales, const std::
     } else if (word == "laws3" || word == "laws5") {
       out.laws.push_back(word == "laws3" ? ci::LawsSize::three : ci::LawsSize::five);
     } else {
-      return fail(Errc::parse, "no such features of imprints", "--imprint-features",
-                  "10, 7, laws3, laws5 or a sum such as 10+laws5", kinds);
+      return fail({.code = Errc::parse,
+                   .where = "--imprint-features",
+                   .what = "no such features of imprints",
+                   .expected = "10, 7, laws3, laws5 or a sum such as 10+laws5",
+                   .got = kinds});
     }
   }
   if (const auto features = ci::PlannedFeatures::make(out); !features)

@@ -31,8 +31,10 @@ Result<std::vector<ci::Imprint>> imprints_to_search(const ImprintSearchArgs& arg
     if (std::ranges::find(args.groups, groups[i]) != args.groups.end())
       out.push_back(std::move((*all)[i]));
   if (out.empty())
-    return fail(Errc::not_found, "no imprint is of these groups", "--groups", {},
-                joined(args.groups, ","));
+    return fail({.code = Errc::not_found,
+                 .where = "--groups",
+                 .what = "no imprint is of these groups",
+                 .got = joined(args.groups, ",")});
   return out;
 }
 

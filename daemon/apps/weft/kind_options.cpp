@@ -136,8 +136,10 @@ Status check_given(const GivenOptions& given, DataKind kind) {
   if (refused.empty()) return {};
   std::string hint = joined(instead);
   if (!hint.empty()) hint.front() = 'F';
-  return fail(Errc::invalid_argument, "not for " + std::string(words_of(kind)), joined(refused), {},
-              {}, hint);
+  return fail({.code = Errc::invalid_argument,
+               .where = joined(refused),
+               .what = "not for " + std::string(words_of(kind)),
+               .hint = hint});
 }
 
 }  // namespace weft::daemon::cli

@@ -36,8 +36,11 @@ Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
   if (auto ok = check_given(args.trials.given, DataKind::whole_recordings); !ok)
     return pass(ok.error(), args.dataset.string());
   if (choice.methods.size() > 1)
-    return fail(Errc::invalid_argument, "a model has one learner", "--method", "one name",
-                joined(choice.methods, ","));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--method",
+                 .what = "a model has one learner",
+                 .expected = "one name",
+                 .got = joined(choice.methods, ",")});
   const auto features = features_of(choice);
   if (!features) return pass(features.error());
   const auto method = vibro::method_from(choice.methods.empty() ? "LDA" : choice.methods.front());

@@ -17,12 +17,18 @@ Result<RecordingSet> open_all_recordings(const std::filesystem::path& path) {
 Result<RecordingSet> open_recordings(const std::filesystem::path& path,
                                      const std::string& exploration, bool one_exploration) {
   if (exploration.find('+') != std::string::npos)
-    return fail(Errc::unsupported, "recordings of two explorations have nothing in common",
-                "--exploration", "one name", exploration);
+    return fail({.code = Errc::unsupported,
+                 .where = "--exploration",
+                 .what = "recordings of two explorations have nothing in common",
+                 .expected = "one name",
+                 .got = exploration});
   if (is_recordings_file(path)) {
     if (exploration.empty()) return read_recordings(path);
-    return fail(Errc::invalid_argument, "a file of recordings has no explorations",
-                path.string() + ": --exploration", "a campaign", exploration);
+    return fail({.code = Errc::invalid_argument,
+                 .where = path.string() + ": --exploration",
+                 .what = "a file of recordings has no explorations",
+                 .expected = "a campaign",
+                 .got = exploration});
   }
   const auto dataset = open_dataset(path);
   if (!dataset) return pass(dataset.error());

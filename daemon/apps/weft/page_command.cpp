@@ -62,8 +62,11 @@ Result<int> run_page(const PageArgs& args, Console& console) {
   if (!info) return pass(info.error());
   const json url = info->value("http", json());
   if (!url.is_string())
-    return fail(Errc::wrong_state, "this daemon serves no page", "weftd", "--http PORT", {},
-                "Start it with --http 8080");
+    return fail({.code = Errc::wrong_state,
+                 .where = "weftd",
+                 .what = "this daemon serves no page",
+                 .expected = "--http PORT",
+                 .hint = "Start it with --http 8080"});
   const auto token = new_token(*daemon, args);
   if (!token) return pass(token.error());
   // After '#': a browser keeps it to itself, no server's log has it.

@@ -120,14 +120,20 @@ Status check_places(const ReportArgs& args) {
   for (const char* const name : {campaign_file_name, dataset_file_name}) {
     std::error_code none;
     if (!fs::exists(args.folder / name, none))
-      return fail(Errc::not_found, "nothing to report of", (args.folder / name).string(),
-                  "the folder of a campaign that is over", {},
-                  "weft dataset export makes a data set of a campaign file");
+      return fail({.code = Errc::not_found,
+                   .where = (args.folder / name).string(),
+                   .what = "nothing to report of",
+                   .expected = "the folder of a campaign that is over",
+                   .hint = "weft dataset export makes a data set of a campaign file"});
     if (Status ok = refuse_same_file(args.folder / name, args.out); !ok) return ok;
   }
   if (args.out.extension() == ".html") return check_report_places(args.out);
-  return fail(Errc::invalid_argument, "the page's name does not say what it is", "-o",
-              "a name that ends in .html", args.out.string(), "The JSON document goes beside it");
+  return fail({.code = Errc::invalid_argument,
+               .where = "-o",
+               .what = "the page's name does not say what it is",
+               .expected = "a name that ends in .html",
+               .got = args.out.string(),
+               .hint = "The JSON document goes beside it"});
 }
 
 }  // namespace

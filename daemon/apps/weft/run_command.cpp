@@ -258,8 +258,10 @@ Result<int> run_run(const RunArgs& args, Console& console) {
   if (!found) return pass(found.error());
   if (!found->problems.empty()) return refuse(found->problems, console);
   if (args.preview && !args.resume)
-    return fail(Errc::invalid_argument, "only a resume is previewed", "--preview", {}, {},
-                "Give --resume too; weft check looks at a recipe");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--preview",
+                 .what = "only a resume is previewed",
+                 .hint = "Give --resume too; weft check looks at a recipe"});
   if (args.resume) {
     const auto preview = preview_resume(request_of(args, console));
     if (!preview) return pass(preview.error());
@@ -272,10 +274,13 @@ Result<int> run_run(const RunArgs& args, Console& console) {
   const bool asks = found->plan->forecast.asks > 0;
   if (asks && !args.yes && console.keyboard < 0)
     return fail(
-        Errc::unsupported, "the recipe asks for people, and standard input is no terminal",
-        "operator_steps", "a terminal, or --yes",
-        std::to_string(found->plan->forecast.asks) + " requests",
-        "With weftd people confirm by weft confirm; --yes is for a bench that needs nobody");
+        {.code = Errc::unsupported,
+         .where = "operator_steps",
+         .what = "the recipe asks for people, and standard input is no terminal",
+         .expected = "a terminal, or --yes",
+         .got = std::to_string(found->plan->forecast.asks) + " requests",
+         .hint =
+             "With weftd people confirm by weft confirm; --yes is for a bench that needs nobody"});
   const auto [summary, signal] = run_until_stopped(args, asks, console);
   if (!summary && signal == 0) return pass(summary.error());
   if (!summary) {

@@ -6,12 +6,16 @@ namespace weft::daemon::cli {
 
 Result<std::vector<double>> scales_from(std::string_view text) {
   NumberLines lines("scales", text);
-  if (!lines.next()) return fail(Errc::parse, "no scale", {}, "such as 1,2,4");
+  if (!lines.next())
+    return fail({.code = Errc::parse, .what = "no scale", .expected = "such as 1,2,4"});
   std::vector<double> out;
   for (std::size_t i = 0; i < lines.fields().size(); ++i) {
     const auto sigma = lines.number(i);
     if (!sigma)
-      return fail(Errc::parse, "a scale is not a number", {}, "such as 1,2,4", std::string(text));
+      return fail({.code = Errc::parse,
+                   .what = "a scale is not a number",
+                   .expected = "such as 1,2,4",
+                   .got = std::string(text)});
     out.push_back(*sigma);
   }
   return out;

@@ -24,11 +24,15 @@ Result<std::string> read_to_end(std::istream& in) {
   while (in.read(block.data(), block.size()) || in.gcount() > 0) {
     text.append(block.data(), static_cast<std::size_t>(in.gcount()));
     if (text.size() > most_bytes)
-      return fail(Errc::range, "too much on standard input", {}, "at most 4 GiB", {},
-                  "Give a data set by its file name");
+      return fail({.code = Errc::range,
+                   .what = "too much on standard input",
+                   .expected = "at most 4 GiB",
+                   .hint = "Give a data set by its file name"});
   }
   if (text.empty())
-    return fail(Errc::not_found, "nothing on standard input", {}, "a trial (CSV) or a data set");
+    return fail({.code = Errc::not_found,
+                 .what = "nothing on standard input",
+                 .expected = "a trial (CSV) or a data set"});
   return text;
 }
 
@@ -59,8 +63,10 @@ class TemporaryFile {
 Result<Dataset> read_dataset(const std::string& bytes) {
   const TemporaryFile file;
   if (!file.write(bytes))
-    return fail(Errc::io, "cannot keep a data set from standard input", file.path(), {}, {},
-                "HDF5 needs a file: is the folder for temporary files full?");
+    return fail({.code = Errc::io,
+                 .where = file.path(),
+                 .what = "cannot keep a data set from standard input",
+                 .hint = "HDF5 needs a file: is the folder for temporary files full?"});
   auto dataset = read_hdf5(file.path());
   if (!dataset) return pass(dataset.error(), standard_input_name);
   return dataset;
@@ -69,7 +75,7 @@ Result<Dataset> read_dataset(const std::string& bytes) {
 }  // namespace
 
 Result<Dataset> trials_from(std::istream* in) {
-  if (in == nullptr) return fail(Errc::unsupported, "no standard input here");
+  if (in == nullptr) return fail({.code = Errc::unsupported, .what = "no standard input here"});
   auto text = read_to_end(*in);
   if (!text) return pass(text.error());
   if (text->starts_with(hdf5_signature)) return read_dataset(*text);

@@ -29,8 +29,11 @@ Result<std::string> text_of(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::stringstream text;
   if (!(text << file.rdbuf()))
-    return fail(Errc::not_found, "cannot read a file", path.string(), "a file", {},
-                "Run it from the repository's root or name the file");
+    return fail({.code = Errc::not_found,
+                 .where = path.string(),
+                 .what = "cannot read a file",
+                 .expected = "a file",
+                 .hint = "Run it from the repository's root or name the file"});
   return text.str();
 }
 
@@ -53,8 +56,12 @@ Status check_files(const TradeSimArgs& args) {
   const Output outputs[] = {{"page", args.out}, {"data", args.data}, {"table", args.table}};
   if (Status ok = check_outputs(inputs, outputs); !ok) return ok;
   if (args.table.empty() || !scenes_of(args).empty()) return {};
-  return fail(Errc::invalid_argument, "without a scene there is nothing to write into the table",
-              "--table", "scenes", "--scenes none", "Leave out --scenes or --table");
+  return fail({.code = Errc::invalid_argument,
+               .where = "--table",
+               .what = "without a scene there is nothing to write into the table",
+               .expected = "scenes",
+               .got = "--scenes none",
+               .hint = "Leave out --scenes or --table"});
 }
 
 Result<SimTradeOptions> options_of(const TradeSimArgs& args, const sim::FabricLibrary& library) {

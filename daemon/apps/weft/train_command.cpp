@@ -279,8 +279,10 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
   const Result<classifier::Learner> learner = classifier::learner_from(args.learner);
   if (!learner) return pass(learner.error(), "--learner");
   if (args.live)
-    return fail(Errc::unsupported, "models for live votes are trained by one machine", "--live",
-                "weft train --live");
+    return fail({.code = Errc::unsupported,
+                 .where = "--live",
+                 .what = "models for live votes are trained by one machine",
+                 .expected = "weft train --live"});
   if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());
   Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, true);
   if (!chosen) return pass(chosen.error());

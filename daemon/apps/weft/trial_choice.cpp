@@ -35,20 +35,29 @@ bool factors_tell(const Dataset& dataset) {
 Result<std::optional<std::string>> exploration_of(const Dataset& dataset, const std::string& wanted,
                                                   bool one_exploration) {
   const std::vector<std::string> present = explorations_of(dataset);
-  if (present.empty()) return fail(Errc::not_found, "no complete trial in the data set");
+  if (present.empty())
+    return fail({.code = Errc::not_found, .what = "no complete trial in the data set"});
   if (wanted.empty()) {
     if (present.size() == 1) return present.front();
     if (!one_exploration && factors_tell(dataset)) return std::nullopt;
-    return fail(Errc::invalid_argument, "the data set holds several explorations", {}, {},
-                joined(present), "Choose one with --exploration");
+    return fail({.code = Errc::invalid_argument,
+                 .what = "the data set holds several explorations",
+                 .got = joined(present),
+                 .hint = "Choose one with --exploration"});
   }
   if (wanted.find('+') != std::string::npos)
-    return fail(Errc::unsupported, "a model is of one exploration", "--exploration",
-                joined(present), wanted,
-                "weft evaluate and weft features take several, side by side");
+    return fail({.code = Errc::unsupported,
+                 .where = "--exploration",
+                 .what = "a model is of one exploration",
+                 .expected = joined(present),
+                 .got = wanted,
+                 .hint = "weft evaluate and weft features take several, side by side"});
   if (std::ranges::find(present, wanted) == present.end())
-    return fail(Errc::not_found, "no trial has this exploration", "--exploration", joined(present),
-                wanted);
+    return fail({.code = Errc::not_found,
+                 .where = "--exploration",
+                 .what = "no trial has this exploration",
+                 .expected = joined(present),
+                 .got = wanted});
   return wanted;
 }
 
@@ -108,7 +117,9 @@ Status without_level(Trial& trial, Phase of) {
   const bool whole = std::ranges::all_of(trial.counts, is_whole);
   const auto samples = std::ranges::count(trial.phase, of);
   if (samples == 0)
-    return fail(Errc::not_found, "no sample in the phase whose level is to be removed", trial.file);
+    return fail({.code = Errc::not_found,
+                 .where = trial.file,
+                 .what = "no sample in the phase whose level is to be removed"});
   for (std::size_t k = 0; k < trial.taxels; ++k) {
     double sum = 0.0;
     for (std::size_t i = 0; i < trial.samples(); ++i)
@@ -165,12 +176,15 @@ Status one_rate(const Dataset& dataset, const std::optional<std::string>& explor
   const std::size_t other =
       std::ranges::max(trials, {}, [&](std::size_t i) { return std::abs(own_s(i) - own_s(*odd)); });
   return fail(
-      Errc::invalid_argument, "the trials have different sampling rates",
-      dataset.trials[*odd].file + " and " + dataset.trials[other].file,
-      "all within " + percent(rate_tolerance, 0) + " % of " + fixed(1 / period_s, 2) + " Hz",
-      fixed(1 / own_s(*odd), 2) + " Hz and " + fixed(1 / own_s(other), 2) + " Hz",
-      "Make a data set of each rate, or bring all to one: features of the spectrum, and of "
-      "the number of samples, mean something else at another");
+      {.code = Errc::invalid_argument,
+       .where = dataset.trials[*odd].file + " and " + dataset.trials[other].file,
+       .what = "the trials have different sampling rates",
+       .expected =
+           "all within " + percent(rate_tolerance, 0) + " % of " + fixed(1 / period_s, 2) + " Hz",
+       .got = fixed(1 / own_s(*odd), 2) + " Hz and " + fixed(1 / own_s(other), 2) + " Hz",
+       .hint =
+           "Make a data set of each rate, or bring all to one: features of the spectrum, and of "
+           "the number of samples, mean something else at another"});
 }
 
 }  // namespace
@@ -181,9 +195,11 @@ Status check_rate(const Dataset& dataset, const std::optional<std::string>& expl
   for (const std::size_t i : chosen_of(dataset, exploration)) {
     const std::vector<std::int64_t> t_ns = motion_times(dataset, i);
     if (may_have_period(t_ns, period_s)) continue;
-    return fail(Errc::invalid_argument, "recorded at another rate than the training trials",
-                dataset.trials[i].file, rate_words(period_s),
-                rate_words(sampled_time(t_ns).period_s()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = dataset.trials[i].file,
+                 .what = "recorded at another rate than the training trials",
+                 .expected = rate_words(period_s),
+                 .got = rate_words(sampled_time(t_ns).period_s())});
   }
   return {};
 }
@@ -207,9 +223,10 @@ Result<std::vector<Trial>> in_windows(std::vector<Trial> strokes,
                                       const classifier::WindowOptions& options) {
   if (options.window_s == 0.0) return strokes;
   if (!(options.sample_period_s > 0.0))
-    return fail(Errc::invalid_argument, "the sample rate is not known, so no window can be cut", {},
-                {}, {},
-                "Where samples were read many at once, give each the time at which it was taken");
+    return fail(
+        {.code = Errc::invalid_argument,
+         .what = "the sample rate is not known, so no window can be cut",
+         .hint = "Where samples were read many at once, give each the time at which it was taken"});
   std::vector<Trial> out;
   for (const Trial& stroke : strokes) {
     auto windows = classifier::cut_windows(stroke, options);
@@ -245,8 +262,9 @@ std::map<TrialKey, std::size_t> trials_by_key(const Dataset& dataset, const std:
 // Features of several explorations side by side.
 Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice, bool one_exploration) {
   if (choice.window_s != 0.0)
-    return fail(Errc::invalid_argument, "windows of two explorations have nothing in common",
-                "--window-s");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--window-s",
+                 .what = "windows of two explorations have nothing in common"});
   std::vector<std::map<TrialKey, std::size_t>> trials;
   const auto sum = explorations_in(choice.exploration);
   if (!sum) return pass(sum.error());
@@ -254,8 +272,11 @@ Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice, boo
   for (const std::string& name : parts) {
     trials.push_back(trials_by_key(dataset, name));
     if (trials.back().empty())
-      return fail(Errc::not_found, "no trial has this exploration", "--exploration",
-                  joined(explorations_of(dataset)), name);
+      return fail({.code = Errc::not_found,
+                   .where = "--exploration",
+                   .what = "no trial has this exploration",
+                   .expected = joined(explorations_of(dataset)),
+                   .got = name});
     if (one_exploration)
       if (Status same = one_rate(dataset, name); !same) return pass(same.error());
   }
@@ -263,8 +284,10 @@ Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice, boo
     return !std::ranges::all_of(trials, [&](const auto& t) { return t.contains(entry.first); });
   });
   if (trials.front().empty())
-    return fail(Errc::not_found, "no repetition has a trial of each exploration", "--exploration",
-                {}, choice.exploration);
+    return fail({.code = Errc::not_found,
+                 .where = "--exploration",
+                 .what = "no repetition has a trial of each exploration",
+                 .got = choice.exploration});
   ChosenTrials out;
   for (std::size_t p = 0; p < parts.size(); ++p) {
     TrialSelection selection{choice.exploration, 0, {}};

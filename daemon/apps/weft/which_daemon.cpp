@@ -22,10 +22,12 @@ Result<SocketArgs> meant(SocketArgs args) {
   args.socket = from_environment("WEFT_SOCKET");
   args.daemon = from_environment("WEFT_DAEMON");
   if (args.socket.empty() == args.daemon.empty())
-    return fail(Errc::invalid_argument,
-                args.socket.empty() ? "which daemon?" : "the environment names two daemons",
-                "--socket", "--socket or --daemon, WEFT_SOCKET or WEFT_DAEMON",
-                args.socket.empty() ? "" : args.socket.string() + " and " + args.daemon);
+    return fail(
+        {.code = Errc::invalid_argument,
+         .where = "--socket",
+         .what = args.socket.empty() ? "which daemon?" : "the environment names two daemons",
+         .expected = "--socket or --daemon, WEFT_SOCKET or WEFT_DAEMON",
+         .got = args.socket.empty() ? "" : args.socket.string() + " and " + args.daemon});
   return args;
 }
 

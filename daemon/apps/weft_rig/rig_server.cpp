@@ -55,12 +55,11 @@ json carry_out(const json& order, sim::Rig& rig, TimePoint now) {
   if (what == "fault") return outcome(rig.inject(without_order(order).dump(), now));
   if (what == "clear")
     return outcome(rig.clear_faults(order.value("device", ""), order.value("fault", "")));
-  return refused({Errc::invalid_argument,
-                  "no such order",
-                  "/order",
-                  "mount, unmount, truth, fault or clear",
-                  what,
-                  {}});
+  return refused({.code = Errc::invalid_argument,
+                  .where = "/order",
+                  .what = "no such order",
+                  .expected = "mount, unmount, truth, fault or clear",
+                  .got = what});
 }
 
 }  // namespace
@@ -81,8 +80,11 @@ Result<std::unique_ptr<RigServer>> RigServer::create(RealLoop& loop, const RigFi
                                                      std::string_view fabrics_json,
                                                      std::uint64_t seed) {
   if (file.mode != BenchMode::emulated)
-    return fail(Errc::wrong_state, "only an emulated bench is served", "/bench", "emulated", {},
-                "Give the devices' links ports, and the bench that name");
+    return fail({.code = Errc::wrong_state,
+                 .where = "/bench",
+                 .what = "only an emulated bench is served",
+                 .expected = "emulated",
+                 .hint = "Give the devices' links ports, and the bench that name"});
   auto rig = sim::Rig::create(file.text, fabrics_json, seed);
   if (!rig) return pass(rig.error());
   std::unique_ptr<RigServer> made(new RigServer(loop, std::move(*rig)));
@@ -134,7 +136,8 @@ Status RigServer::serve(const DeviceEntry& device) {
 Status RigServer::serve_pages(const DeviceEntry& device) {
   if (!device.http) return {};
   if (rig_->page(device.name) == nullptr)
-    return fail(Errc::unsupported, "this device has no settings page", "/http");
+    return fail(
+        {.code = Errc::unsupported, .where = "/http", .what = "this device has no settings page"});
   const Status served = serve_clients(
       std::get<TcpPort>(*device.http).end,
       [rig = rig_.get(), name = device.name] { return rig->page(name); },
@@ -145,7 +148,10 @@ Status RigServer::serve_pages(const DeviceEntry& device) {
 Status RigServer::serve_commands(const DeviceEntry& device) {
   if (!device.commands) return {};
   if (rig_->command_port(device.name) == nullptr)
-    return fail(Errc::unsupported, "this device has no command port", "/commands", "a Net F/T box");
+    return fail({.code = Errc::unsupported,
+                 .where = "/commands",
+                 .what = "this device has no command port",
+                 .expected = "a Net F/T box"});
   const Status served = serve_clients(
       std::get<TcpPort>(*device.commands).end,
       [rig = rig_.get(), name = device.name] { return rig->command_port(name); },
@@ -204,12 +210,17 @@ void RigServer::take(std::size_t console, ByteView bytes) {
 std::string RigServer::obey(std::string_view text) {
   const json order = json::parse(text, nullptr, false);
   if (!order.is_object())
-    return refused({Errc::parse, "not an order", {}, "a JSON object", std::string(text), {}})
+    return refused({.code = Errc::parse,
+                    .what = "not an order",
+                    .expected = "a JSON object",
+                    .got = std::string(text)})
         .dump();
   try {
     return carry_out(order, *rig_, loop_->now()).dump();
   } catch (const json::exception& e) {
-    return refused({Errc::invalid_argument, "an order with a wrong type", {}, {}, e.what(), {}})
+    return refused({.code = Errc::invalid_argument,
+                    .what = "an order with a wrong type",
+                    .got = e.what()})
         .dump();
   }
 }

@@ -10,8 +10,11 @@ struct Server {
   Redirects redirects;
   WholeMessages whole;
   Result<std::unique_ptr<ServedPlace>> operator()(const MemoryPort&) const {
-    return fail(Errc::wrong_state, "a memory link cannot be served", {}, "serial, tcp or udp",
-                "memory", "weft-rig is for rig files whose bench is \"emulated\"");
+    return fail({.code = Errc::wrong_state,
+                 .what = "a memory link cannot be served",
+                 .expected = "serial, tcp or udp",
+                 .got = "memory",
+                 .hint = "weft-rig is for rig files whose bench is \"emulated\""});
   }
   Result<std::unique_ptr<ServedPlace>> operator()(const SerialSettings& s) const {
     auto terminal = ServedTerminal::create(*loop, s.path);

@@ -19,14 +19,20 @@ Result<asio::ip::address> address_of(const Endpoint& at) {
   const auto address =
       asio::ip::make_address(at.host == "localhost" ? "127.0.0.1" : at.host, error);
   if (error)
-    return fail(Errc::not_found, "not an address to serve at", words(at),
-                "an address of this machine, 127.0.0.1 for instance", at.host);
+    return fail({.code = Errc::not_found,
+                 .where = words(at),
+                 .what = "not an address to serve at",
+                 .expected = "an address of this machine, 127.0.0.1 for instance",
+                 .got = at.host});
   return address;
 }
 
 tl::unexpected<Error> cannot_serve(const Endpoint& at, const asio::error_code& error) {
-  return fail(Errc::io, "cannot serve there", words(at), {}, error.message(),
-              "Another program, perhaps another weft-rig, may hold the port");
+  return fail({.code = Errc::io,
+               .where = words(at),
+               .what = "cannot serve there",
+               .got = error.message(),
+               .hint = "Another program, perhaps another weft-rig, may hold the port"});
 }
 
 /// The host's link changes; the device keeps one.

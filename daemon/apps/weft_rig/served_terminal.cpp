@@ -21,8 +21,10 @@ namespace {
 constexpr Duration look_period = std::chrono::milliseconds(5);
 
 tl::unexpected<Error> no_terminal(const char* what) {
-  return fail(Errc::io, "cannot make a pseudo-terminal", what, {},
-              std::generic_category().message(errno));
+  return fail({.code = Errc::io,
+               .where = what,
+               .what = "cannot make a pseudo-terminal",
+               .got = std::generic_category().message(errno)});
 }
 
 }  // namespace
@@ -107,8 +109,11 @@ Status ServedTerminal::publish() {
   if (std::filesystem::is_symlink(place, error)) std::filesystem::remove(place, error);
   std::filesystem::create_symlink(terminal_, place, error);
   if (error)
-    return fail(Errc::io, "cannot put the port there", path_, "a place for a symbolic link",
-                error.message());
+    return fail({.code = Errc::io,
+                 .where = path_,
+                 .what = "cannot put the port there",
+                 .expected = "a place for a symbolic link",
+                 .got = error.message()});
   published_ = true;
   return {};
 }

@@ -61,7 +61,9 @@ extern "C" void say_why_it_ends(int) {
 Result<std::string> from_rank(std::size_t rank) {
   std::string text = Ranks::receive_from(rank);
   if (!text.starts_with(complaint)) return text;
-  return fail(Errc::io, text.substr(complaint.size()), "rank " + std::to_string(rank));
+  return fail({.code = Errc::io,
+               .where = "rank " + std::to_string(rank),
+               .what = text.substr(complaint.size())});
 }
 
 // ---- rank 0 ----
@@ -76,9 +78,12 @@ Status agree(const Ranks& ranks, const std::string& sha256) {
     if (!theirs)
       status = pass(theirs.error());
     else if (*theirs != sha256)
-      status = fail(Errc::invalid_argument, "another data set than rank 0 reads",
-                    "rank " + std::to_string(rank), sha256, *theirs,
-                    "Put the data set where all machines see the same file");
+      status = fail({.code = Errc::invalid_argument,
+                     .where = "rank " + std::to_string(rank),
+                     .what = "another data set than rank 0 reads",
+                     .expected = sha256,
+                     .got = *theirs,
+                     .hint = "Put the data set where all machines see the same file"});
   }
   return status;
 }

@@ -18,7 +18,10 @@ constexpr const char* partial = ".partial-";
 constexpr mode_t owner_only = 0600;
 
 tl::unexpected<Error> system_error(std::string what, const std::filesystem::path& where) {
-  return fail(Errc::io, std::move(what), where.string(), {}, std::strerror(errno));
+  return fail({.code = Errc::io,
+               .where = where.string(),
+               .what = std::move(what),
+               .got = std::strerror(errno)});
 }
 
 /// An open file descriptor that closes itself.
@@ -95,23 +98,30 @@ Status replaceable(const std::filesystem::path& target) {
   std::error_code unseen;
   const auto there = std::filesystem::status(target, unseen);
   if (!std::filesystem::exists(there) || std::filesystem::is_regular_file(there)) return {};
-  return fail(Errc::io, "not a file that could be replaced", target.string(),
-              "a new name, or that of a file",
-              std::filesystem::is_directory(there) ? "a folder" : "a device or a pipe");
+  return fail({.code = Errc::io,
+               .where = target.string(),
+               .what = "not a file that could be replaced",
+               .expected = "a new name, or that of a file",
+               .got = std::filesystem::is_directory(there) ? "a folder" : "a device or a pipe"});
 }
 
 }  // namespace
 
 Status check_target(const std::filesystem::path& target) {
   if (target.empty())
-    return fail(Errc::invalid_argument, "no name for the output", {}, "a file", "nothing");
+    return fail({.code = Errc::invalid_argument,
+                 .what = "no name for the output",
+                 .expected = "a file",
+                 .got = "nothing"});
   const std::filesystem::path file = meant(target);
   if (auto may = replaceable(file); !may) return may;
   const std::filesystem::path folder = folder_of(file);
   std::error_code unseen;
   if (!std::filesystem::is_directory(folder, unseen))
-    return fail(Errc::not_found, "no such folder to write into", target.string(), {},
-                folder.string());
+    return fail({.code = Errc::not_found,
+                 .where = target.string(),
+                 .what = "no such folder to write into",
+                 .got = folder.string()});
   if (::access(folder.c_str(), W_OK | X_OK) != 0)
     return system_error("cannot write into the folder", folder);
   return {};

@@ -44,18 +44,25 @@ int open_step_by_step(int folder, const fs::path& inner) {
 }
 
 tl::unexpected<Error> not_opened(const fs::path& inner, int why) {
-  if (why == ENOENT || why == ENOTDIR) return fail(Errc::not_found, "no such file", inner.string());
+  if (why == ENOENT || why == ENOTDIR)
+    return fail({.code = Errc::not_found, .where = inner.string(), .what = "no such file"});
   if (why == ELOOP || why == EXDEV)
-    return fail(Errc::wrong_state, "a symbolic link is in the file's place, or on the way to it",
-                inner.string(), "a file in its own folder");
-  return fail(Errc::io, "cannot open the file", inner.string(), {}, std::strerror(why));
+    return fail({.code = Errc::wrong_state,
+                 .where = inner.string(),
+                 .what = "a symbolic link is in the file's place, or on the way to it",
+                 .expected = "a file in its own folder"});
+  return fail({.code = Errc::io,
+               .where = inner.string(),
+               .what = "cannot open the file",
+               .got = std::strerror(why)});
 }
 
 }  // namespace
 
 Result<OpenFile> OpenFile::beneath(const fs::path& folder, const fs::path& inner, Way way) {
   const int base = open(folder.c_str(), O_PATH | O_CLOEXEC | O_DIRECTORY);
-  if (base < 0) return fail(Errc::not_found, "no such folder", folder.string());
+  if (base < 0)
+    return fail({.code = Errc::not_found, .where = folder.string(), .what = "no such folder"});
   int found = -1;
   if (way == Way::at_once) found = open_at_once(base, inner);
   // An older kernel, or a filter of system calls that does not know it.
@@ -67,7 +74,7 @@ Result<OpenFile> OpenFile::beneath(const fs::path& folder, const fs::path& inner
   OpenFile file(found);
   struct stat facts {};
   if (fstat(found, &facts) != 0 || !S_ISREG(facts.st_mode))
-    return fail(Errc::wrong_state, "not a regular file", inner.string());
+    return fail({.code = Errc::wrong_state, .where = inner.string(), .what = "not a regular file"});
   return file;
 }
 
@@ -80,7 +87,7 @@ OpenFile::~OpenFile() {
 Result<OpenFile::Stamp> OpenFile::stamp() const {
   struct stat facts {};
   if (fstat(descriptor_, &facts) != 0)
-    return fail(Errc::io, "cannot look at the file", {}, {}, std::strerror(errno));
+    return fail({.code = Errc::io, .what = "cannot look at the file", .got = std::strerror(errno)});
   const auto ns = [](const timespec& at) {
     return std::int64_t{at.tv_sec} * 1'000'000'000 + at.tv_nsec;
   };
@@ -93,8 +100,9 @@ Status OpenFile::read(std::uint64_t at, std::span<std::uint8_t> to) const {
     const ssize_t got = pread(descriptor_, to.data(), to.size(), static_cast<off_t>(at));
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0)
-      return fail(Errc::io, "the file cannot be read to its end", {}, {},
-                  got < 0 ? std::strerror(errno) : "");
+      return fail({.code = Errc::io,
+                   .what = "the file cannot be read to its end",
+                   .got = got < 0 ? std::strerror(errno) : ""});
     at += static_cast<std::uint64_t>(got);
     to = to.subspan(static_cast<std::size_t>(got));
   }

@@ -9,21 +9,28 @@ Result<std::string> read_text_file(const std::filesystem::path& path, std::uintm
   auto text = read_file(path, max_bytes);
   // Parsers of JSON take it for the end of the text, and what stands behind it for nothing.
   if (text && text->find('\0') != std::string::npos)
-    return fail(Errc::parse, "a zero byte: not a text file", path);
+    return fail({.code = Errc::parse, .where = path, .what = "a zero byte: not a text file"});
   return text;
 }
 
 Result<std::string> read_file(const std::filesystem::path& path, std::uintmax_t max_bytes) {
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (error) return fail(Errc::not_found, "cannot read the file", path, {}, error.message());
+  if (error)
+    return fail({.code = Errc::not_found,
+                 .where = path,
+                 .what = "cannot read the file",
+                 .got = error.message()});
   if (size > max_bytes)
-    return fail(Errc::range, "file too large", path,
-                "at most " + std::to_string(max_bytes) + " bytes", std::to_string(size) + " bytes");
+    return fail({.code = Errc::range,
+                 .where = path,
+                 .what = "file too large",
+                 .expected = "at most " + std::to_string(max_bytes) + " bytes",
+                 .got = std::to_string(size) + " bytes"});
   std::ifstream in(path, std::ios::binary);
   std::ostringstream text;
   text << in.rdbuf();
-  if (!in) return fail(Errc::io, "cannot read the file", path);
+  if (!in) return fail({.code = Errc::io, .where = path, .what = "cannot read the file"});
   return std::move(text).str();
 }
 

@@ -12,7 +12,9 @@ namespace weft::daemon {
 using StopAsked = std::function<bool()>;
 
 inline Error stopped_early(std::string where) {
-  return {Errc::wrong_state, "stopped before all of it was read", std::move(where), {}, {}, {}};
+  return {.code = Errc::wrong_state,
+          .where = std::move(where),
+          .what = "stopped before all of it was read"};
 }
 
 }  // namespace weft::daemon

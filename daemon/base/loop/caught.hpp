@@ -16,9 +16,9 @@ auto caught(const Work& work, const std::string& what = "run") -> decltype(work(
   try {
     return work();
   } catch (const std::exception& escaped) {
-    return fail(Errc::wrong_state, ours, what, {}, escaped.what());
+    return fail({.code = Errc::wrong_state, .where = what, .what = ours, .got = escaped.what()});
   } catch (...) {
-    return fail(Errc::wrong_state, ours, what);
+    return fail({.code = Errc::wrong_state, .where = what, .what = ours});
   }
 }
 

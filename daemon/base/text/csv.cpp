@@ -52,17 +52,21 @@ std::string shortened(std::string_view text) {
 Result<std::string> read_whole(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error))
-    return fail(Errc::not_found, "no such file", path.string());
+    return fail({.code = Errc::not_found, .where = path.string(), .what = "no such file"});
   const std::uintmax_t bytes = std::filesystem::file_size(path, error);
-  if (error) return fail(Errc::io, "unreadable", path.string(), {}, error.message());
+  if (error)
+    return fail(
+        {.code = Errc::io, .where = path.string(), .what = "unreadable", .got = error.message()});
   if (bytes > CsvReader::max_file_bytes)
-    return fail(Errc::parse, "too large for a CSV file", path.string(),
-                "at most " + std::to_string(CsvReader::max_file_bytes) + " bytes",
-                std::to_string(bytes));
+    return fail({.code = Errc::parse,
+                 .where = path.string(),
+                 .what = "too large for a CSV file",
+                 .expected = "at most " + std::to_string(CsvReader::max_file_bytes) + " bytes",
+                 .got = std::to_string(bytes)});
   std::string text(static_cast<std::size_t>(bytes), '\0');
   std::ifstream in(path, std::ios::binary);
   if (!in.read(text.data(), static_cast<std::streamsize>(text.size())))
-    return fail(Errc::io, "unreadable", path.string());
+    return fail({.code = Errc::io, .where = path.string(), .what = "unreadable"});
   return text;
 }
 
@@ -81,7 +85,11 @@ Result<CsvReader> CsvReader::from_text(std::string name, std::string text) {
   if (reader.text_.starts_with("\xEF\xBB\xBF")) reader.at_ = 3;
   auto line = reader.next_line();
   if (!line) return pass(std::move(line).error());
-  if (!*line) return fail(Errc::parse, "the file is empty", reader.name_, "a header line");
+  if (!*line)
+    return fail({.code = Errc::parse,
+                 .where = reader.name_,
+                 .what = "the file is empty",
+                 .expected = "a header line"});
   reader.header_ = reader.fields_;
   if (auto commas = reader.check_separator(); !commas) return pass(std::move(commas).error());
   for (std::size_t i = 0; i < reader.header_.size(); ++i)
@@ -98,9 +106,12 @@ Status CsvReader::check_separator() const {
   const std::size_t other =
       header_.size() > 1 ? std::string::npos : header_.front().find_first_of(";\t");
   if (other == std::string::npos) return {};
-  return fail(Errc::parse, "not separated by commas", where(), "commas",
-              header_.front()[other] == ';' ? "semicolons" : "tabs",
-              "Export it again with commas between fields and points as decimal marks");
+  return fail({.code = Errc::parse,
+               .where = where(),
+               .what = "not separated by commas",
+               .expected = "commas",
+               .got = header_.front()[other] == ';' ? "semicolons" : "tabs",
+               .hint = "Export it again with commas between fields and points as decimal marks"});
 }
 
 Result<bool> CsvReader::next() {
@@ -124,8 +135,11 @@ Result<bool> CsvReader::next_line() {
     if (trimmed(line).empty()) continue;
     if (line.find('\0') != std::string_view::npos) return complaint("a zero byte: not a text file");
     if (ends_with_file)
-      return fail(Errc::parse, "the last line has no line break: the file may be cut short",
-                  where(), "a line break at the end", {}, "Add a newline if the file is whole");
+      return fail({.code = Errc::parse,
+                   .where = where(),
+                   .what = "the last line has no line break: the file may be cut short",
+                   .expected = "a line break at the end",
+                   .hint = "Add a newline if the file is whole"});
     if (auto done = split(line); !done) return pass(std::move(done).error());
     return true;
   }
@@ -185,7 +199,11 @@ bool is_csv_name(const std::filesystem::path& path) {
 
 tl::unexpected<Error> CsvReader::complaint(std::string message, std::string expected,
                                            std::string got) const {
-  return fail(Errc::parse, std::move(message), where(), std::move(expected), std::move(got));
+  return fail({.code = Errc::parse,
+               .where = where(),
+               .what = std::move(message),
+               .expected = std::move(expected),
+               .got = std::move(got)});
 }
 
 }  // namespace weft::daemon

@@ -86,7 +86,7 @@ bool is_in_use(const RigFile& rig, const DoctorReport& report) {
   std::set<std::string> shared;
   for (const Finding& finding : shared_ports(rig.devices)) shared.insert(finding.subject);
   const auto is_refused = [&](const DeviceReport& device) {
-    return device.error && device.error->message == port_in_use && !shared.contains(device.name);
+    return device.error && device.error->code == Errc::busy && !shared.contains(device.name);
   };
   const auto is_open_elsewhere = [](const DeviceEntry& entry) {
     const auto* serial = std::get_if<SerialSettings>(&entry.link);
@@ -99,8 +99,9 @@ bool is_in_use(const RigFile& rig, const DoctorReport& report) {
 /// A sensor in a network streams to who asked last: from a campaign on this rig it would be taken.
 Status let_alone(const DeviceEntry& entry, const RigFile& rig, const DoctorReport& report) {
   if (is_serial(entry) || !is_in_use(rig, report)) return {};
-  return fail(Errc::wrong_state, "it was not looked at, as another program uses this rig", {}, {},
-              {}, "End that program first: the device would be taken from it");
+  return fail({.code = Errc::wrong_state,
+               .what = "it was not looked at, as another program uses this rig",
+               .hint = "End that program first: the device would be taken from it"});
 }
 
 void examine_ports(const RigFile& rig, const DoctorRequest& request, DoctorReport& report) {

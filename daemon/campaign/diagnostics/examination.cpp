@@ -57,10 +57,11 @@ void Examination::reach(DriverState state, Status (Driver::*call)()) {
     DeviceReport& report = *patients_[i].report;
     if (const auto& fault = patients_[i].device->fault_seen()) report.error = *fault;
     if (!settled(i))
-      report.error =
-          Error{Errc::timeout, "the driver says nothing within 6 s",
-                report.name,   std::string(state == DriverState::open ? "open" : "armed"),
-                "silence",     {}};
+      report.error = Error{.code = Errc::timeout,
+                           .where = report.name,
+                           .what = "the driver says nothing within 6 s",
+                           .expected = std::string(state == DriverState::open ? "open" : "armed"),
+                           .got = "silence"};
   }
 }
 

@@ -68,12 +68,15 @@ struct DescriptorLink::Port : std::enable_shared_from_this<Port> {
     asio::error_code ignored;
     descriptor.close(ignored);
     if (const Link::Closed tell = std::exchange(closed, {}))
-      tell(
-          Error{Errc::io, "the port was closed", name, {}, why, "Is the device on and connected?"});
+      tell(Error{.code = Errc::io,
+                 .where = name,
+                 .what = "the port was closed",
+                 .got = why,
+                 .hint = "Is the device on and connected?"});
   }
 
   Status send(ByteView bytes) {
-    if (gone) return fail(Errc::io, "the port is closed", name);
+    if (gone) return fail({.code = Errc::io, .where = name, .what = "the port is closed"});
     if (unsent == Unsent::lost && !waiting.empty()) return {};
     if (!held && waiting.empty()) {
       const Result<std::size_t> taken = put(bytes);
@@ -82,9 +85,11 @@ struct DescriptorLink::Port : std::enable_shared_from_this<Port> {
       if (bytes.empty() || (unsent == Unsent::lost && *taken == 0)) return {};
     }
     if (waiting_bytes + bytes.size() > most_waiting)
-      return fail(Errc::io, "the far end does not take what is sent", name,
-                  "at most " + std::to_string(most_waiting) + " bytes unsent", {},
-                  "Is flow control (RTS/CTS) wired and configured alike on both sides?");
+      return fail({.code = Errc::io,
+                   .where = name,
+                   .what = "the far end does not take what is sent",
+                   .expected = "at most " + std::to_string(most_waiting) + " bytes unsent",
+                   .hint = "Is flow control (RTS/CTS) wired and configured alike on both sides?"});
     waiting.emplace_back(bytes.begin(), bytes.end());
     waiting_bytes += bytes.size();
     if (!held && waiting.size() == 1) write_when_ready();
@@ -98,8 +103,10 @@ struct DescriptorLink::Port : std::enable_shared_from_this<Port> {
     if (errno == EAGAIN || errno == EINTR) return 0U;
     if (framing == Framing::datagrams && (errno == ECONNREFUSED || errno == ENETUNREACH))
       return bytes.size();
-    return fail(Errc::io, "cannot write to the port", name, {},
-                std::generic_category().message(errno));
+    return fail({.code = Errc::io,
+                 .where = name,
+                 .what = "cannot write to the port",
+                 .got = std::generic_category().message(errno)});
   }
 
   void write_when_ready() {

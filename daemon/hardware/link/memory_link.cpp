@@ -60,7 +60,7 @@ struct MemoryLink::Shared : std::enable_shared_from_this<Shared> {
     cut = true;
     for (Direction& way : ways)
       if (const Link::Closed closed = std::exchange(way.closed, {})) {
-        closed(Error{Errc::io, "the link was unplugged", {}, {}, {}, {}});
+        closed(Error{.code = Errc::io, .what = "the link was unplugged"});
       }
   }
 
@@ -84,7 +84,7 @@ MemoryLink::~MemoryLink() {
 }
 
 Status MemoryLink::write(ByteView bytes) {
-  if (shared_->cut) return fail(Errc::io, "the link is unplugged");
+  if (shared_->cut) return fail({.code = Errc::io, .what = "the link is unplugged"});
   shared_->send(1 - side_, bytes);
   return {};
 }

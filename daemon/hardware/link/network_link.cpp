@@ -31,7 +31,11 @@ Result<Addresses> resolve(const Endpoint& end, int type) {
   addrinfo* list = nullptr;
   const int code =
       ::getaddrinfo(end.host.c_str(), std::to_string(end.port).c_str(), &wanted, &list);
-  if (code != 0) return fail(Errc::not_found, "no such host", words(end), {}, ::gai_strerror(code));
+  if (code != 0)
+    return fail({.code = Errc::not_found,
+                 .where = words(end),
+                 .what = "no such host",
+                 .got = ::gai_strerror(code)});
   return Addresses(list);
 }
 
@@ -83,12 +87,16 @@ Result<int> connected_socket(const Endpoint& end, int type, Duration limit,
     if (descriptor >= 0) ::close(descriptor);
   }
   if (own_port_refused)
-    return fail(Errc::io, "cannot listen at the port", std::to_string(local_port), {},
-                std::generic_category().message(number),
-                "Another program, perhaps another run, may hold it");
-  return fail(number == ETIMEDOUT ? Errc::timeout : Errc::io, "cannot connect", words(end), {},
-              std::generic_category().message(number),
-              "Is the device on, and are its address and this machine's network right?");
+    return fail({.code = Errc::io,
+                 .where = std::to_string(local_port),
+                 .what = "cannot listen at the port",
+                 .got = std::generic_category().message(number),
+                 .hint = "Another program, perhaps another run, may hold it"});
+  return fail({.code = number == ETIMEDOUT ? Errc::timeout : Errc::io,
+               .where = words(end),
+               .what = "cannot connect",
+               .got = std::generic_category().message(number),
+               .hint = "Is the device on, and are its address and this machine's network right?"});
 }
 
 }  // namespace

@@ -30,9 +30,6 @@ struct Endpoint {
   std::uint16_t port = 0;
 };
 
-/// The message of the error where somebody else has a port.
-inline constexpr const char* port_in_use = "another program uses the port";
-
 /// Opens a serial line: real ports through libserialport, pseudo-terminals, which that cannot open
 /// (protocols.md D.1), directly.
 /// Errors: not_found (no such port), io (permission, busy) with a hint, unsupported (a speed that

@@ -13,11 +13,14 @@ template <class Change>
 Status with_settings(int descriptor, const Change& change) {
   termios line{};
   if (::tcgetattr(descriptor, &line) != 0)
-    return fail(Errc::io, "not a terminal line", {}, {}, std::generic_category().message(errno));
+    return fail({.code = Errc::io,
+                 .what = "not a terminal line",
+                 .got = std::generic_category().message(errno)});
   change(line);
   if (::tcsetattr(descriptor, TCSANOW, &line) != 0)
-    return fail(Errc::io, "the line does not take its settings", {}, {},
-                std::generic_category().message(errno));
+    return fail({.code = Errc::io,
+                 .what = "the line does not take its settings",
+                 .got = std::generic_category().message(errno)});
   return {};
 }
 

@@ -26,13 +26,17 @@ std::string hint_for(int number) {
 }
 
 tl::unexpected<Error> cannot_open(int number) {
-  return fail(number == ENOENT ? Errc::not_found : Errc::io, "cannot open the port", {}, {},
-              std::generic_category().message(number), hint_for(number));
+  return fail({.code = number == ENOENT ? Errc::not_found : Errc::io,
+               .what = "cannot open the port",
+               .got = std::generic_category().message(number),
+               .hint = hint_for(number)});
 }
 
 tl::unexpected<Error> in_use(int number) {
-  return fail(Errc::io, port_in_use, {}, {}, std::generic_category().message(number),
-              "End it, or give each its own port");
+  return fail({.code = Errc::busy,
+               .what = "another program uses the port",
+               .got = std::generic_category().message(number),
+               .hint = "End it, or give each its own port"});
 }
 
 /// Two programs on one line would each see half of the answers.
@@ -111,8 +115,9 @@ Result<OpenPort> open_real(const std::string& path, const SerialSettings& settin
     return library_refused(got);
   int descriptor = -1;
   if (!configure(found, settings) || sp_get_port_handle(found, &descriptor) != SP_OK)
-    return fail(Errc::io, "the port does not take its settings", {}, {},
-                std::generic_category().message(sp_last_error_code()));
+    return fail({.code = Errc::io,
+                 .what = "the port does not take its settings",
+                 .got = std::generic_category().message(sp_last_error_code())});
   OpenPort copy(::fcntl(descriptor, F_DUPFD_CLOEXEC, 0));
   if (copy.get() < 0) return cannot_open(errno);
   if (Status s = claim(copy.get()); !s) return pass(s.error());

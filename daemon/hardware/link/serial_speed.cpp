@@ -18,9 +18,11 @@ bool speed_taken(std::uint32_t asked, std::uint32_t got) {
 Status set_line_speed(int descriptor, std::uint32_t baud) {
   termios2 line{};
   const auto refused = [&](const std::string& got) {
-    return fail(Errc::unsupported, "the port does not take this speed", {},
-                std::to_string(baud) + " baud", got,
-                "Choose a speed that the adapter can do, on both sides");
+    return fail({.code = Errc::unsupported,
+                 .what = "the port does not take this speed",
+                 .expected = std::to_string(baud) + " baud",
+                 .got = got,
+                 .hint = "Choose a speed that the adapter can do, on both sides"});
   };
   if (::ioctl(descriptor, TCGETS2, &line) != 0) return refused("not a terminal line");
   line.c_cflag &= ~static_cast<tcflag_t>(CBAUD | (CBAUD << IBSHIFT));

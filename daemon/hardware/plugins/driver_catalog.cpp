@@ -34,9 +34,11 @@ Result<std::vector<fs::path>> files_for(const std::string& driver,
   for (const fs::path& folder : folders) {
     std::error_code error;
     if (!fs::is_directory(folder, error))
-      return fail(Errc::not_found, "the folder of plugins is not there: " + folder.string(), {},
-                  "a folder with " + plugin_file_name("NAME"), "no folder",
-                  "Look at --plugins, WEFT_PLUGIN_PATH and `plugins` of the rig file");
+      return fail({.code = Errc::not_found,
+                   .what = "the folder of plugins is not there: " + folder.string(),
+                   .expected = "a folder with " + plugin_file_name("NAME"),
+                   .got = "no folder",
+                   .hint = "Look at --plugins, WEFT_PLUGIN_PATH and `plugins` of the rig file"});
     const fs::path file = folder / plugin_file_name(driver);
     const auto same = [&](const fs::path& other) { return fs::equivalent(other, file, error); };
     if (fs::exists(file, error) && std::none_of(files.begin(), files.end(), same))
@@ -47,8 +49,11 @@ Result<std::vector<fs::path>> files_for(const std::string& driver,
 
 tl::unexpected<Error> taken_twice(const std::string& driver, const std::string& first,
                                   const std::string& second, const std::string& hint) {
-  return fail(Errc::invalid_argument, "two drivers have the name " + driver, {}, "one",
-              first + " and " + second, hint);
+  return fail({.code = Errc::invalid_argument,
+               .what = "two drivers have the name " + driver,
+               .expected = "one",
+               .got = first + " and " + second,
+               .hint = hint});
 }
 
 std::string joined(const std::vector<std::string>& names) {
@@ -58,13 +63,13 @@ std::string joined(const std::vector<std::string>& names) {
 }
 
 Error hung_error(const PluginCall& call, std::chrono::milliseconds limit) {
-  return {Errc::device,
-          "the driver's code does not come back from " + std::string(call.function) +
-              ": weft ends here, and the stages come to rest by themselves",
-          std::string(call.device) + ": " + call.file,
-          "less than " + std::to_string(limit.count()) + " ms",
-          "more",
-          "What was recorded is kept. The driver is at fault: ask its author"};
+  return {.code = Errc::driver,
+          .where = std::string(call.device) + ": " + call.file,
+          .what = "the driver's code does not come back from " + std::string(call.function) +
+                  ": weft ends here, and the stages come to rest by themselves",
+          .expected = "less than " + std::to_string(limit.count()) + " ms",
+          .got = "more",
+          .hint = "What was recorded is kept. The driver is at fault: ask its author"};
 }
 
 }  // namespace
@@ -118,7 +123,7 @@ Result<const LoadedPlugin*> DriverCatalog::loaded(const std::string& driver, con
   Result<LoadedPlugin> plugin = load_plugin(file);
   if (!plugin) {
     Error error = plugin.error();
-    error.message = "the plugin " + error.where + " is refused: " + error.message;
+    error.what = "the plugin " + error.where + " is refused: " + error.what;
     error.where.clear();
     return pass(std::move(error));
   }
@@ -136,10 +141,13 @@ Result<DriverCatalog::Found> DriverCatalog::find(const std::string& driver) {
                        "Remove the file, or leave the built-in ones out with --plugins-only");
   if (builtin != nullptr) return Found{builtin, nullptr};
   if (files->empty())
-    return fail(Errc::not_found, "no such driver", {}, joined(names()), driver,
-                "A plugin is a file " + plugin_file_name(driver) +
-                    " in a folder that --plugins, "
-                    "WEFT_PLUGIN_PATH or `plugins` of the rig file names");
+    return fail({.code = Errc::not_found,
+                 .what = "no such driver",
+                 .expected = joined(names()),
+                 .got = driver,
+                 .hint = "A plugin is a file " + plugin_file_name(driver) +
+                         " in a folder that --plugins, "
+                         "WEFT_PLUGIN_PATH or `plugins` of the rig file names"});
   const Result<const LoadedPlugin*> plugin = loaded(driver, files->front());
   if (!plugin) return pass(plugin.error());
   return Found{nullptr, *plugin};

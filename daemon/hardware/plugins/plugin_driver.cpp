@@ -42,7 +42,8 @@ Status PluginDriver::ask(const char* function, const Call& call) {
   if (broken_) return pass(*broken_);
   if (code == 0) return {};
   if (refused_) return pass(*std::exchange(refused_, {}));
-  return fail(Errc::device, std::string(function) + " is refused without a reason");
+  return fail(
+      {.code = Errc::driver, .what = std::string(function) + " is refused without a reason"});
 }
 
 PluginDriver::PluginDriver(LoadedPlugin plugin, const std::string& device, DriverHost& host,
@@ -104,21 +105,19 @@ void PluginDriver::close() {
 }
 
 void PluginDriver::note_thrown(const std::string& what) {
-  note({Errc::device,
-        "the driver's code (" + plugin_.file + ") threw an exception in " + function_,
-        {},
-        "no exception",
-        what,
-        "The driver is at fault: ask its author"});
+  note({.code = Errc::driver,
+        .what = "the driver's code (" + plugin_.file + ") threw an exception in " + function_,
+        .expected = "no exception",
+        .got = what,
+        .hint = "The driver is at fault: ask its author"});
 }
 
 void PluginDriver::note_late() {
-  note({Errc::device,
-        "the driver's code (" + plugin_.file + ") kept the program waiting in " + function_,
-        {},
-        "less than " + std::to_string(watch_->limits().late.count()) + " ms",
-        "more",
-        "A driver waits with timers, never inside a call: ask its author"});
+  note({.code = Errc::driver,
+        .what = "the driver's code (" + plugin_.file + ") kept the program waiting in " + function_,
+        .expected = "less than " + std::to_string(watch_->limits().late.count()) + " ms",
+        .got = "more",
+        .hint = "A driver waits with timers, never inside a call: ask its author"});
 }
 
 void PluginDriver::note(Error error) {
@@ -232,7 +231,7 @@ struct HostTable {
     const Result<Sample> made = plugin::sample_of(*sample);
     if (made) return driver.host_->publish(*made);
     Error error = made.error();
-    error.message += " (" + driver.plugin_.file + ")";
+    error.what += " (" + driver.plugin_.file + ")";
     driver.note(std::move(error));
   }
   static void identified(void* self, const weft_identity_v1* identity) noexcept {

@@ -24,8 +24,11 @@ std::string_view layout_of(std::string_view fingerprint) {
 }
 
 tl::unexpected<Error> refuse(std::string message, std::string expected, std::string got) {
-  return fail(Errc::unsupported, std::move(message), {}, std::move(expected), std::move(got),
-              std::string(rebuild));
+  return fail({.code = Errc::unsupported,
+               .what = std::move(message),
+               .expected = std::move(expected),
+               .got = std::move(got),
+               .hint = std::string(rebuild)});
 }
 
 Status check_functions(const weft_driver_entry_v1& table) {
@@ -49,12 +52,19 @@ Status check_functions(const weft_driver_entry_v1& table) {
 Status check_kind(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in)
-    return fail(Errc::not_found, "the plugin cannot be read", file.string(), "a readable file");
+    return fail({.code = Errc::not_found,
+                 .where = file.string(),
+                 .what = "the plugin cannot be read",
+                 .expected = "a readable file"});
   std::array<char, 4> magic{};
   in.read(magic.data(), magic.size());
   if (in.gcount() == 4 && std::string_view(magic.data(), 4) == "\177ELF") return {};
-  return fail(Errc::unsupported, "the plugin is not a shared object", file.string(), "an ELF file",
-              in.gcount() == 0 ? "an empty file" : "a file of another kind", std::string(rebuild));
+  return fail({.code = Errc::unsupported,
+               .where = file.string(),
+               .what = "the plugin is not a shared object",
+               .expected = "an ELF file",
+               .got = in.gcount() == 0 ? "an empty file" : "a file of another kind",
+               .hint = std::string(rebuild)});
 }
 
 std::string loader_words() {
@@ -100,19 +110,30 @@ Result<LoadedPlugin> load_plugin(const std::filesystem::path& file) {
   // It stays in memory to the end: whatever it has left behind still finds its code.
   void* const library = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
   if (library == nullptr)
-    return fail(Errc::unsupported, "the plugin cannot be loaded", path,
-                "a shared object that loads", loader_words(), std::string(rebuild));
+    return fail({.code = Errc::unsupported,
+                 .where = path,
+                 .what = "the plugin cannot be loaded",
+                 .expected = "a shared object that loads",
+                 .got = loader_words(),
+                 .hint = std::string(rebuild)});
   LoadedPlugin plugin{std::shared_ptr<void>(library, [](void* open) { ::dlclose(open); }), nullptr,
                       path};
   plugin.table = static_cast<const weft_driver_entry_v1*>(::dlsym(library, symbol.data()));
   if (plugin.table == nullptr)
-    return fail(Errc::unsupported, "the shared object has no driver in it", path,
-                "the symbol " + std::string(symbol), "no such symbol",
-                "Its source needs WEFT_EXPORT_DRIVER (docs/add-a-device.md)");
+    return fail({.code = Errc::unsupported,
+                 .where = path,
+                 .what = "the shared object has no driver in it",
+                 .expected = "the symbol " + std::string(symbol),
+                 .got = "no such symbol",
+                 .hint = "Its source needs WEFT_EXPORT_DRIVER (docs/add-a-device.md)"});
   if (Status ok = check_table(*plugin.table); !ok) return pass(ok.error(), path);
   if (plugin.table->name != driver_of_file(path))
-    return fail(Errc::unsupported, "the file's name and the driver in it disagree", path,
-                plugin_file_name(plugin.table->name), file.filename().string(), "Rename the file");
+    return fail({.code = Errc::unsupported,
+                 .where = path,
+                 .what = "the file's name and the driver in it disagree",
+                 .expected = plugin_file_name(plugin.table->name),
+                 .got = file.filename().string(),
+                 .hint = "Rename the file"});
   return plugin;
 }
 

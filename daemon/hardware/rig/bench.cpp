@@ -29,13 +29,12 @@ static_assert(std::variant_size_v<decltype(Sample::value)> == sample_names.size(
 
 /// A rig file may give a device any role; which samples its driver publishes is seen only here.
 void refuse(Device& device, const Sample& sample) {
-  device.fault(Error{Errc::invalid_argument,
-                     "its samples are not those of its role",
-                     {},
-                     "what role " + device.entry().role + " takes",
-                     std::string(sample_names[sample.value.index()]) + " samples of driver " +
-                         device.entry().driver,
-                     "Check role and driver of this device in the rig file"});
+  device.fault(Error{.code = Errc::invalid_argument,
+                     .what = "its samples are not those of its role",
+                     .expected = "what role " + device.entry().role + " takes",
+                     .got = std::string(sample_names[sample.value.index()]) +
+                            " samples of driver " + device.entry().driver,
+                     .hint = "Check role and driver of this device in the rig file"});
 }
 
 std::uint32_t digest_of_counts(const TaxelSample& sample) {
@@ -155,7 +154,8 @@ void Bench::look() {
   if (const Error* error = fault()) return finish(pass(*error));
   if (ready_()) return std::exchange(then_, {})();
   if (loop_->now() >= deadline_)
-    return finish(fail(Errc::timeout, awaited_ + " was not reached in time", "bench"));
+    return finish(fail(
+        {.code = Errc::timeout, .where = "bench", .what = awaited_ + " was not reached in time"}));
   look_timer_ = loop_->after(look_period, [this] { look(); });
 }
 

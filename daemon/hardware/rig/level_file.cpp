@@ -21,31 +21,51 @@ struct FoundLevel {
 Result<FoundLevel> parse_level(std::string_view text) {
   const json said = json::parse(text, nullptr, false);
   if (!said.is_object() || said.value("command", json()) != "align")
-    return fail(Errc::parse, "not what weft align says", {}, "its --json output", {}, make_one);
+    return fail({.code = Errc::parse,
+                 .what = "not what weft align says",
+                 .expected = "its --json output",
+                 .hint = make_one});
   try {
     const json& after = said.at("after");
     if (after.is_null())
-      return fail(Errc::wrong_state, "no tilt was found", "/after", {}, {}, make_one);
+      return fail({.code = Errc::wrong_state,
+                   .where = "/after",
+                   .what = "no tilt was found",
+                   .hint = make_one});
     return FoundLevel{said.at("rig"),           said.at("bench"),          said.at("outcome"),
                       after.at("rx_rad"),       after.at("ry_rad"),        after.at("lean_rad"),
                       said.at("tolerance_rad"), said.at("measured_unix_s")};
   } catch (const json::exception& e) {
-    return fail(Errc::parse, "not what weft align says", {}, "its --json output", e.what(),
-                make_one);
+    return fail({.code = Errc::parse,
+                 .what = "not what weft align says",
+                 .expected = "its --json output",
+                 .got = e.what(),
+                 .hint = make_one});
   }
 }
 
 Status of_this_rig(const FoundLevel& found, const RigFile& rig) {
   if (found.outcome != "complete" || !(found.lean_left_rad <= found.tolerance_rad))
-    return fail(Errc::wrong_state, "the plate was not levelled", "/outcome", "complete",
-                found.outcome, "Run weft align again");
+    return fail({.code = Errc::wrong_state,
+                 .where = "/outcome",
+                 .what = "the plate was not levelled",
+                 .expected = "complete",
+                 .got = found.outcome,
+                 .hint = "Run weft align again"});
   if (found.rig != rig.name)
-    return fail(Errc::wrong_state, "the level is another rig's", "/rig", rig.name, found.rig,
-                "Run weft align with this rig file");
+    return fail({.code = Errc::wrong_state,
+                 .where = "/rig",
+                 .what = "the level is another rig's",
+                 .expected = rig.name,
+                 .got = found.rig,
+                 .hint = "Run weft align with this rig file"});
   if (found.bench != to_string(rig.bench))
-    return fail(Errc::wrong_state, "the level is of another kind of bench", "/bench",
-                std::string(to_string(rig.bench)), found.bench,
-                "Run weft align with this rig file");
+    return fail({.code = Errc::wrong_state,
+                 .where = "/bench",
+                 .what = "the level is of another kind of bench",
+                 .expected = std::string(to_string(rig.bench)),
+                 .got = found.bench,
+                 .hint = "Run weft align with this rig file"});
   return {};
 }
 
@@ -57,13 +77,19 @@ Status of_these_days(const FoundLevel& found, std::chrono::nanoseconds now_utc,
   if (oldest.count() <= 0) return {};
   // no difference: any number may stand in a file
   if (found.measured_unix_s > now_s + clocks_differ_s)
-    return fail(Errc::wrong_state, "the level was found in the future", "/measured_unix_s",
-                "at most " + seconds(now_s), seconds(found.measured_unix_s),
-                "Set this machine's clock, or say --level-max-age-h 0");
+    return fail({.code = Errc::wrong_state,
+                 .where = "/measured_unix_s",
+                 .what = "the level was found in the future",
+                 .expected = "at most " + seconds(now_s),
+                 .got = seconds(found.measured_unix_s),
+                 .hint = "Set this machine's clock, or say --level-max-age-h 0"});
   if (found.measured_unix_s < now_s - oldest.count())
-    return fail(Errc::wrong_state, "the level is too old", "/measured_unix_s",
-                "at least " + seconds(now_s - oldest.count()), seconds(found.measured_unix_s),
-                "Run weft align again, or say --level-max-age-h");
+    return fail({.code = Errc::wrong_state,
+                 .where = "/measured_unix_s",
+                 .what = "the level is too old",
+                 .expected = "at least " + seconds(now_s - oldest.count()),
+                 .got = seconds(found.measured_unix_s),
+                 .hint = "Run weft align again, or say --level-max-age-h"});
   return {};
 }
 
@@ -80,8 +106,10 @@ Result<std::string> with_level(std::string_view rig_json, std::string_view align
   auto merged = ordered_json::parse(rig_json);
   ordered_json& plate = merged["plate"];
   if (plate.contains("level"))
-    return fail(Errc::invalid_argument, "the rig file has a level already", "/plate/level", {}, {},
-                "Take it out of the rig file, or leave --level out");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "/plate/level",
+                 .what = "the rig file has a level already",
+                 .hint = "Take it out of the rig file, or leave --level out"});
   plate["level"] = {{"rx_rad", found->rx_rad},
                     {"ry_rad", found->ry_rad},
                     {"lean_left_rad", found->lean_left_rad},

@@ -15,7 +15,10 @@ constexpr NumberRange bauds{50, 12e6};
 Result<std::string> address(const json& link, const char* key, const std::string& where) {
   const auto found = link.find(key);
   if (found == link.end() || !found->is_string() || found->get<std::string>().empty())
-    return fail(Errc::invalid_argument, "missing or not a text", where + "/" + key, "a text");
+    return fail({.code = Errc::invalid_argument,
+                 .where = where + "/" + key,
+                 .what = "missing or not a text",
+                 .expected = "a text"});
   return found->get<std::string>();
 }
 
@@ -41,7 +44,10 @@ Result<Endpoint> endpoint(json link, const std::string& where) {
   Result<std::string> host = address(link, "host", where);
   if (!host) return pass(host.error());
   if (!link.contains("port"))
-    return fail(Errc::invalid_argument, "missing", where + "/port", "a port's number");
+    return fail({.code = Errc::invalid_argument,
+                 .where = where + "/port",
+                 .what = "missing",
+                 .expected = "a port's number"});
   link.erase("host");
   link.erase("kind");
   ConfigReader reader(link.dump());
@@ -69,8 +75,10 @@ Result<LinkSettings> udp(json link, const std::string& where) {
 Result<LinkSettings> memory(const json& link, const std::string& where) {
   for (const auto& [key, value] : link.items())
     if (key != "kind")
-      return fail(Errc::invalid_argument, "a memory link has no settings", where + "/" + key,
-                  "kind alone");
+      return fail({.code = Errc::invalid_argument,
+                   .where = where + "/" + key,
+                   .what = "a memory link has no settings",
+                   .expected = "kind alone"});
   return LinkSettings(MemoryPort{});
 }
 
@@ -82,14 +90,17 @@ Result<LinkSettings> of_kind(const json& link, const std::string& where) {
   if (*kind == "tcp")
     return endpoint(link, where).map([](auto e) { return LinkSettings(TcpPort{e}); });
   if (*kind == "udp") return udp(link, where);
-  return fail(Errc::invalid_argument, "no such kind of link", where + "/kind",
-              "memory, serial, tcp or udp", *kind);
+  return fail({.code = Errc::invalid_argument,
+               .where = where + "/kind",
+               .what = "no such kind of link",
+               .expected = "memory, serial, tcp or udp",
+               .got = *kind});
 }
 
 struct Opener {
   RealLoop* loop;
   Result<std::unique_ptr<Link>> operator()(const MemoryPort&) const {
-    return fail(Errc::wrong_state, "a memory link has no port to open");
+    return fail({.code = Errc::wrong_state, .what = "a memory link has no port to open"});
   }
   Result<std::unique_ptr<Link>> operator()(const SerialSettings& s) const {
     return open_serial(*loop, s);
@@ -108,8 +119,11 @@ Result<LinkSettings> parse_link(std::string_view text, std::string_view where) {
   const json link = json::parse(text, nullptr, false);
   if (link.is_null() || (link.is_object() && link.empty())) return LinkSettings(MemoryPort{});
   if (!link.is_object())
-    return fail(Errc::invalid_argument, "not a link", std::string(where), "an object",
-                link.is_discarded() ? "no JSON" : link.type_name());
+    return fail({.code = Errc::invalid_argument,
+                 .where = std::string(where),
+                 .what = "not a link",
+                 .expected = "an object",
+                 .got = link.is_discarded() ? "no JSON" : link.type_name()});
   return of_kind(link, std::string(where));
 }
 

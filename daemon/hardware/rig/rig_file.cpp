@@ -31,8 +31,10 @@ Status only_known_keys(const json& object, const std::vector<std::string>& known
   for (const auto& [key, value] : object.items()) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
     const std::string meant = nearest_name(key, known);
-    return fail(Errc::invalid_argument, "unknown key", where + "/" + key, {}, {},
-                meant.empty() ? "" : "Did you mean " + meant + "?");
+    return fail({.code = Errc::invalid_argument,
+                 .where = where + "/" + key,
+                 .what = "unknown key",
+                 .hint = meant.empty() ? "" : "Did you mean " + meant + "?"});
   }
   return {};
 }
@@ -40,15 +42,22 @@ Status only_known_keys(const json& object, const std::vector<std::string>& known
 Result<std::string> text_member(const json& object, const char* key, const std::string& where) {
   const auto found = object.find(key);
   if (found == object.end() || !found->is_string())
-    return fail(Errc::invalid_argument, "missing or not a string", where + "/" + key, "a string",
-                found == object.end() ? "nothing" : std::string(found->type_name()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = where + "/" + key,
+                 .what = "missing or not a string",
+                 .expected = "a string",
+                 .got = found == object.end() ? "nothing" : std::string(found->type_name())});
   return found->get<std::string>();
 }
 
 Status read_more_links(const json& object, const std::string& where, DeviceEntry& device) {
   const json also = object.value("also", json::array());
   if (!also.is_array())
-    return fail(Errc::invalid_argument, "not a list", where + "/also", "links", also.type_name());
+    return fail({.code = Errc::invalid_argument,
+                 .where = where + "/also",
+                 .what = "not a list",
+                 .expected = "links",
+                 .got = also.type_name()});
   for (std::size_t i = 0; i < also.size(); ++i) {
     const auto link = parse_link(also[i].dump(), where + "/also/" + std::to_string(i));
     if (!link) return pass(link.error());
@@ -66,7 +75,11 @@ Status read_more_links(const json& object, const std::string& where, DeviceEntry
 
 Result<DeviceEntry> device_entry(const json& object, const std::string& where) {
   if (!object.is_object())
-    return fail(Errc::invalid_argument, "not a device", where, "an object", object.type_name());
+    return fail({.code = Errc::invalid_argument,
+                 .where = where,
+                 .what = "not a device",
+                 .expected = "an object",
+                 .got = object.type_name()});
   if (Status ok = only_known_keys(object, device_keys, where); !ok) return pass(ok.error());
   DeviceEntry device;
   for (auto [key, member] :
@@ -77,8 +90,11 @@ Result<DeviceEntry> device_entry(const json& object, const std::string& where) {
   }
   if (device.role != vibro_role &&
       std::find(roles.begin(), roles.end(), device.role) == roles.end())
-    return fail(Errc::invalid_argument, "unknown role", where + "/role",
-                "x, y, z, rx, ry, wrench, taxels or vibro", device.role);
+    return fail({.code = Errc::invalid_argument,
+                 .where = where + "/role",
+                 .what = "unknown role",
+                 .expected = "x, y, z, rx, ry, wrench, taxels or vibro",
+                 .got = device.role});
   device.config_json = object.value("config", json::object()).dump();
   Result<LinkSettings> link =
       parse_link(object.value("link", json::object()).dump(), where + "/link");
@@ -92,8 +108,11 @@ Result<BenchMode> bench_mode(const std::string& word) {
   if (word == "simulated") return BenchMode::simulated;
   if (word == "emulated") return BenchMode::emulated;
   if (word == "real") return BenchMode::real;
-  return fail(Errc::invalid_argument, "unknown bench", "/bench", "simulated, emulated or real",
-              word);
+  return fail({.code = Errc::invalid_argument,
+               .where = "/bench",
+               .what = "unknown bench",
+               .expected = "simulated, emulated or real",
+               .got = word});
 }
 
 bool is_memory(const LinkSettings& link) {
@@ -109,25 +128,35 @@ bool page_suits(const DeviceEntry& device, bool in_memory) {
 Status commands_suit(const DeviceEntry& device, BenchMode mode, const std::string& where) {
   if (!device.commands) return {};
   if (mode == BenchMode::emulated && std::holds_alternative<TcpPort>(*device.commands)) return {};
-  return fail(Errc::invalid_argument, "only weft-rig serves a command port, for other programs",
-              where + "/commands", "tcp on an emulated bench");
+  return fail({.code = Errc::invalid_argument,
+               .where = where + "/commands",
+               .what = "only weft-rig serves a command port, for other programs",
+               .expected = "tcp on an emulated bench"});
 }
 
 // A simulated bench has no ports, and the others nothing but ports.
 Status link_suits(const DeviceEntry& device, BenchMode mode, const std::string& where) {
   const bool in_memory = mode == BenchMode::simulated;
   if (is_memory(device.link) != in_memory)
-    return fail(Errc::invalid_argument, "the link does not suit the bench", where + "/link",
-                in_memory ? "memory on a simulated bench" : "serial, tcp or udp on a real port",
-                in_memory ? "a port" : "memory", "See sim/rigs/README.md");
+    return fail({.code = Errc::invalid_argument,
+                 .where = where + "/link",
+                 .what = "the link does not suit the bench",
+                 .expected = in_memory ? "memory on a simulated bench"
+                                       : "serial, tcp or udp on a real port",
+                 .got = in_memory ? "a port" : "memory",
+                 .hint = "See sim/rigs/README.md"});
   if (!page_suits(device, in_memory))
-    return fail(Errc::invalid_argument, "the link does not suit the bench", where + "/http",
-                in_memory ? "memory on a simulated bench" : "tcp on a real port");
+    return fail({.code = Errc::invalid_argument,
+                 .where = where + "/http",
+                 .what = "the link does not suit the bench",
+                 .expected = in_memory ? "memory on a simulated bench" : "tcp on a real port"});
   if (Status s = commands_suit(device, mode, where); !s) return s;
   if (device.also.empty()) return {};
   if (mode != BenchMode::emulated || std::any_of(device.also.begin(), device.also.end(), is_memory))
-    return fail(Errc::invalid_argument, "only weft-rig serves a device at more places than one",
-                where + "/also", "ports of an emulated bench");
+    return fail({.code = Errc::invalid_argument,
+                 .where = where + "/also",
+                 .what = "only weft-rig serves a device at more places than one",
+                 .expected = "ports of an emulated bench"});
   return {};
 }
 
@@ -142,8 +171,10 @@ Result<Endpoint> console_of(const json& root) {
   const auto pointer = "/simulation/console"_json_pointer;
   json link = root.contains(pointer) ? root[pointer] : json();
   if (!link.is_object())
-    return fail(Errc::invalid_argument, "missing or not an object", pointer.to_string(),
-                "host and port where weft-rig takes orders");
+    return fail({.code = Errc::invalid_argument,
+                 .where = pointer.to_string(),
+                 .what = "missing or not an object",
+                 .expected = "host and port where weft-rig takes orders"});
   link["kind"] = "tcp";
   const Result<LinkSettings> console = parse_link(link.dump(), pointer.to_string());
   if (!console) return pass(console.error());
@@ -156,13 +187,19 @@ Status every_role_once(const std::vector<DeviceEntry>& devices) {
                          [&](const DeviceEntry& d) { return d.role == role; });
   };
   if (filled(vibro_role) > 1)
-    return fail(Errc::invalid_argument, "role vibro is filled twice", "/devices",
-                "at most one device", std::to_string(filled(vibro_role)) + " devices");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "/devices",
+                 .what = "role vibro is filled twice",
+                 .expected = "at most one device",
+                 .got = std::to_string(filled(vibro_role)) + " devices"});
   for (const std::string_view role : roles) {
     const auto count = filled(role);
     if (count != 1)
-      return fail(Errc::invalid_argument, "role " + std::string(role) + " is not filled once",
-                  "/devices", "one device", std::to_string(count) + " devices");
+      return fail({.code = Errc::invalid_argument,
+                   .where = "/devices",
+                   .what = "role " + std::string(role) + " is not filled once",
+                   .expected = "one device",
+                   .got = std::to_string(count) + " devices"});
   }
   return {};
 }
@@ -175,8 +212,11 @@ Result<std::vector<std::filesystem::path>> plugin_folders(const json& root) {
                        return folder.is_string();
                      });
   if (!texts)
-    return fail(Errc::invalid_argument, "not a list of folders", "/plugins",
-                "folders with drivers, relative to the rig file", list->dump());
+    return fail({.code = Errc::invalid_argument,
+                 .where = "/plugins",
+                 .what = "not a list of folders",
+                 .expected = "folders with drivers, relative to the rig file",
+                 .got = list->dump()});
   for (const json& folder : *list) folders.emplace_back(folder.get<std::string>());
   return folders;
 }
@@ -197,7 +237,10 @@ void limit_acceleration(const json& root, std::vector<DeviceEntry>& devices) {
 
 Result<RigFile> from_json(const json& root) {
   if (!root.is_object() || !root.contains("devices") || !root["devices"].is_array())
-    return fail(Errc::invalid_argument, "not a rig file", "/devices", "an array of devices");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "/devices",
+                 .what = "not a rig file",
+                 .expected = "an array of devices"});
   if (Status ok = only_known_keys(root, root_keys, ""); !ok) return pass(ok.error());
   RigFile rig;
   Result<std::string> name = text_member(root, "name", "");
@@ -245,7 +288,7 @@ Result<RigFile> parse_rig_file(std::string_view text) {
     if (rig) rig->text = text;
     return rig;
   } catch (const json::exception& e) {
-    return fail(Errc::parse, "not JSON", {}, {}, e.what());
+    return fail({.code = Errc::parse, .what = "not JSON", .got = e.what()});
   }
 }
 
@@ -264,11 +307,13 @@ Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drive
   if (!given.is_number() || std::abs(given.get<double>() - limit) <= rounding * limit)
     return entry.config_json;
   return fail(
-      Errc::invalid_argument,
-      "the stage's acceleration is not the rig's, which plan, force loop and guards count on",
-      std::string("/") + acceleration_key,
-      json(limit).dump() + " mm/s2, " + entry.acceleration_limit, given.dump() + " mm/s2",
-      "Leave it out: the limit is sent to the stage. Or change the limit");
+      {.code = Errc::invalid_argument,
+       .where = std::string("/") + acceleration_key,
+       .what =
+           "the stage's acceleration is not the rig's, which plan, force loop and guards count on",
+       .expected = json(limit).dump() + " mm/s2, " + entry.acceleration_limit,
+       .got = given.dump() + " mm/s2",
+       .hint = "Leave it out: the limit is sent to the stage. Or change the limit"});
 }
 
 Error in_rig_file(const DeviceEntry& entry, Error error) {

@@ -23,7 +23,11 @@ constexpr std::chrono::seconds patience{10};  // to connect and to shake hands
 constexpr const char* hint = "Start weftd, or name its socket with --socket or WEFT_SOCKET";
 
 tl::unexpected<Error> nobody(const std::string& at, const std::string& why) {
-  return fail(Errc::not_found, "no daemon answers", at, {}, why, hint);
+  return fail({.code = Errc::not_found,
+               .where = at,
+               .what = "no daemon answers",
+               .got = why,
+               .hint = hint});
 }
 
 /// Bytes over whatever Asio takes for a stream; `context` is that stream's.
@@ -38,7 +42,10 @@ class StreamChannel final : public Channel {
     asio::error_code error;
     asio::write(*stream_, asio::buffer(bytes.data(), bytes.size()), error);
     if (error)
-      return fail(Errc::io, "the daemon closed the connection", "weftd", {}, error.message());
+      return fail({.code = Errc::io,
+                   .where = "weftd",
+                   .what = "the daemon closed the connection",
+                   .got = error.message()});
     return {};
   }
 
@@ -48,7 +55,10 @@ class StreamChannel final : public Channel {
     if (error == asio::error::eof || error == asio::ssl::error::stream_truncated)
       return std::size_t{0};
     if (error)
-      return fail(Errc::io, "the daemon closed the connection", "weftd", {}, error.message());
+      return fail({.code = Errc::io,
+                   .where = "weftd",
+                   .what = "the daemon closed the connection",
+                   .got = error.message()});
     return count;
   }
 
@@ -60,17 +70,23 @@ class StreamChannel final : public Channel {
 
 Result<std::unique_ptr<Channel>> open_unix(const std::string& path) {
   if (path.size() >= sizeof(sockaddr_un::sun_path))
-    return fail(Errc::range, "the socket's path is too long", path);
+    return fail({.code = Errc::range, .where = path, .what = "the socket's path is too long"});
   auto context = std::make_unique<asio::io_context>(1);
   auto socket = std::make_unique<Unix::socket>(*context);
   asio::error_code error;
   socket->connect(Unix::endpoint(path), error);
   if (error == asio::error::access_denied || error == asio::error::no_permission)
-    return fail(Errc::io, "the daemon's socket is not for this user", path, {}, error.message(),
-                "Be of the socket's group, or come with a token to the daemon's port");
+    return fail({.code = Errc::io,
+                 .where = path,
+                 .what = "the daemon's socket is not for this user",
+                 .got = error.message(),
+                 .hint = "Be of the socket's group, or come with a token to the daemon's port"});
   if (error && path.find('/') == std::string::npos && path.find(':') != std::string::npos)
-    return fail(Errc::not_found, "there is no such socket", path,
-                "tls://HOST:PORT or tcp://HOST:PORT", {}, "A port is named with its protocol");
+    return fail({.code = Errc::not_found,
+                 .where = path,
+                 .what = "there is no such socket",
+                 .expected = "tls://HOST:PORT or tcp://HOST:PORT",
+                 .hint = "A port is named with its protocol"});
   if (error) return nobody(path, error.message());
   return std::make_unique<StreamChannel<Unix::socket>>(std::move(context), nullptr,
                                                        std::move(socket));
@@ -84,7 +100,11 @@ struct HostPort {
 Result<HostPort> split(const std::string& at, std::string_view text) {
   const std::size_t colon = text.rfind(':');
   if (colon == std::string_view::npos || colon == 0 || colon + 1 == text.size())
-    return fail(Errc::parse, "not a daemon's address", at, "tls://HOST:PORT", std::string(text));
+    return fail({.code = Errc::parse,
+                 .where = at,
+                 .what = "not a daemon's address",
+                 .expected = "tls://HOST:PORT",
+                 .got = std::string(text)});
   std::string_view host = text.substr(0, colon);
   if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
   return HostPort{std::string(host), std::string(text.substr(colon + 1))};
@@ -105,8 +125,11 @@ Status connect(asio::io_context& context, tcp::socket& socket, const std::string
   if (error) return nobody(at, error.message());
   for (const auto& entry : found)
     if (only_here && !entry.endpoint().address().is_loopback())
-      return fail(Errc::invalid_argument, "a token in the clear would be everybody's", at,
-                  "tls://HOST:PORT", "tcp:// to another machine");
+      return fail({.code = Errc::invalid_argument,
+                   .where = at,
+                   .what = "a token in the clear would be everybody's",
+                   .expected = "tls://HOST:PORT",
+                   .got = "tcp:// to another machine"});
   std::optional<asio::error_code> done;
   asio::async_connect(socket, found,
                       [&done](const asio::error_code& e, const tcp::endpoint&) { done = e; });
@@ -133,7 +156,12 @@ Result<std::unique_ptr<asio::ssl::context>> believing(const std::filesystem::pat
     tls->set_default_verify_paths(error);
   else
     tls->load_verify_file(ca.string(), error);
-  if (error) return fail(Errc::parse, "unusable certificates", ca.string(), "PEM", error.message());
+  if (error)
+    return fail({.code = Errc::parse,
+                 .where = ca.string(),
+                 .what = "unusable certificates",
+                 .expected = "PEM",
+                 .got = error.message()});
   return tls;
 }
 
@@ -156,9 +184,11 @@ Result<std::unique_ptr<Channel>> open_tls(const std::string& at, const HostPort&
   std::optional<asio::error_code> done;
   stream->async_handshake(Stream::client, [&done](const asio::error_code& e) { done = e; });
   if (const asio::error_code outcome = finished(*context, done); outcome)
-    return fail(outcome == asio::error::timed_out ? Errc::timeout : Errc::wrong_state,
-                "no handshake with the daemon", at, "a certificate that --tls-ca vouches for",
-                outcome.message());
+    return fail({.code = outcome == asio::error::timed_out ? Errc::timeout : Errc::wrong_state,
+                 .where = at,
+                 .what = "no handshake with the daemon",
+                 .expected = "a certificate that --tls-ca vouches for",
+                 .got = outcome.message()});
   return std::make_unique<StreamChannel<Stream>>(std::move(context), std::move(*tls),
                                                  std::move(stream));
 }

@@ -11,16 +11,22 @@ namespace {
 using nlohmann::json;
 
 tl::unexpected<Error> gone() {
-  return fail(Errc::io, "the daemon closed the connection", "weftd", {}, {},
-              "Look at its output, then start it again");
+  return fail({.code = Errc::io,
+               .where = "weftd",
+               .what = "the daemon closed the connection",
+               .hint = "Look at its output, then start it again"});
 }
 
 /// The daemon's error as one of ours.
 tl::unexpected<Error> said_no(const json& error, std::string& kind) {
   const json data = error.value("data", json::object());
   kind = data.value("kind", "");
-  return fail(Errc::wrong_state, error.value("message", "refused"), data.value("where", ""),
-              data.value("expected", ""), data.value("got", ""), data.value("hint", ""));
+  return fail({.code = Errc::wrong_state,
+               .where = data.value("where", ""),
+               .what = error.value("message", "refused"),
+               .expected = data.value("expected", ""),
+               .got = data.value("got", ""),
+               .hint = data.value("hint", "")});
 }
 
 }  // namespace
@@ -38,7 +44,10 @@ Result<Client> Client::open(const Where& where) {
   }
   const json hello = json::parse(*greeting, nullptr, false);
   if (!hello.is_object() || hello.value("method", "") != "hello")
-    return fail(Errc::parse, "that is no weftd", where.at, "a greeting");
+    return fail({.code = Errc::parse,
+                 .where = where.at,
+                 .what = "that is no weftd",
+                 .expected = "a greeting"});
   json introduction{{"client", "weft"}, {"protocol", "1.x"}};
   if (!where.token.empty()) introduction["token"] = where.token;
   const auto opened = client.call("session.open", introduction.dump());
@@ -81,7 +90,8 @@ Result<std::string> Client::call(std::string_view method, std::string_view param
     const auto line = read_line();
     if (!line) return pass(line.error());
     const json message = json::parse(*line, nullptr, false);
-    if (!message.is_object()) return fail(Errc::parse, "the daemon sent no JSON", "weftd");
+    if (!message.is_object())
+      return fail({.code = Errc::parse, .where = "weftd", .what = "the daemon sent no JSON"});
     if (message.value("method", "") == "event") {
       events_.push_back(message.at("params").dump());
     } else if (const json answers = message.value("id", json());

@@ -35,7 +35,11 @@ std::filesystem::path or_in(const std::filesystem::path& given, const std::files
 Status make_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error) return fail(Errc::io, "cannot make the folder", folder.string(), {}, error.message());
+  if (error)
+    return fail({.code = Errc::io,
+                 .where = folder.string(),
+                 .what = "cannot make the folder",
+                 .got = error.message()});
   return {};
 }
 
@@ -52,8 +56,10 @@ Result<TokenOwner> owner_of(access::TokenKeeper& tokens, std::string_view token,
                             std::int64_t utc_us) {
   if (const auto entry = tokens.find(token, utc_us))
     return TokenOwner{access::user_of(*entry), entry->role, *entry};
-  return fail(Errc::wrong_state, "this token is not, or no more, good for anything",
-              "/params/token", {}, {}, "weft token add makes one");
+  return fail({.code = Errc::wrong_state,
+               .where = "/params/token",
+               .what = "this token is not, or no more, good for anything",
+               .hint = "weft token add makes one"});
 }
 
 /// All parts of a daemon, in the order in which they need each other.
@@ -156,8 +162,9 @@ void Daemon::wire(const DaemonOptions& options) {
                .add_token = [this](std::string name, access::Role role, std::int64_t expires_us,
                                    std::string user) -> Result<std::string> {
                  if (own_ != nullptr)
-                   return fail(Errc::wrong_state, "a daemon inside weft run has no tokens", {}, {},
-                               {}, "It is there for this machine's users alone");
+                   return fail({.code = Errc::wrong_state,
+                                .what = "a daemon inside weft run has no tokens",
+                                .hint = "It is there for this machine's users alone"});
                  return tokens_.add(std::move(name), role, expires_us, std::move(user), utc_us());
                },
                .remove_token = [this](std::string_view name) { return tokens_.remove(name); },
@@ -190,8 +197,10 @@ void Daemon::wire(const DaemonOptions& options) {
 Status Daemon::load_tls(const DaemonOptions& options) {
   if (options.tls_certificate.empty() && options.tls_key.empty()) return {};
   if (options.tls_certificate.empty() || options.tls_key.empty())
-    return fail(Errc::invalid_argument, "a certificate and its key go together", "--tls-cert",
-                "--tls-cert and --tls-key");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--tls-cert",
+                 .what = "a certificate and its key go together",
+                 .expected = "--tls-cert and --tls-key"});
   auto tls = TlsServer::load(options.tls_certificate, options.tls_key);
   if (!tls) return pass(tls.error(), "TLS");
   tls_ = std::move(*tls);
@@ -228,8 +237,12 @@ control::RunDesk::Surroundings Daemon::around_desk(const DaemonOptions& options)
 
 Status Daemon::begin(const DaemonOptions& options) {
   if (!is_pace(options.pace))
-    return fail(Errc::range, "no such pace", "--pace", "0, or 1 to 1 000 000",
-                std::to_string(options.pace), "0 lets a simulated bench go as fast as it can");
+    return fail({.code = Errc::range,
+                 .where = "--pace",
+                 .what = "no such pace",
+                 .expected = "0, or 1 to 1 000 000",
+                 .got = std::to_string(options.pace),
+                 .hint = "0 lets a simulated bench go as fast as it can"});
   wire(options);
   if (Status ok = load_tls(options); !ok) return ok;
   const auto address = address_to_listen_on(options.listen, tls_ != nullptr);
@@ -381,8 +394,10 @@ Status run_daemon(const DaemonOptions& options, const std::atomic<bool>& stop,
   const auto lost = (*daemon)->run(stop, ready);
   if (!lost) return {};
   static_cast<void>(daemon->release());
-  return fail(Errc::timeout, "a run does not answer, and the daemon ends without it", *lost, {}, {},
-              "weft status says how the rig stands, once weftd is started again");
+  return fail({.code = Errc::timeout,
+               .where = *lost,
+               .what = "a run does not answer, and the daemon ends without it",
+               .hint = "weft status says how the rig stands, once weftd is started again"});
 }
 
 Status run_daemon_for(const DaemonOptions& options, const OwnRun& own) {

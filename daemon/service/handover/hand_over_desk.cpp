@@ -22,8 +22,11 @@ std::size_t threads_in_background() {
 }
 
 tl::unexpected<Error> no_hand_over(std::string_view run) {
-  return fail(Errc::not_found, "no hand-over of such a run", "/params/run", {}, std::string(run),
-              "A recipe with hand_over has one, once its campaign is complete");
+  return fail({.code = Errc::not_found,
+               .where = "/params/run",
+               .what = "no hand-over of such a run",
+               .got = std::string(run),
+               .hint = "A recipe with hand_over has one, once its campaign is complete"});
 }
 
 }  // namespace
@@ -180,8 +183,11 @@ Status HandOverDesk::again(std::string_view run, std::string_view by) {
   Item* const item = find(run);
   if (item == nullptr || item->fact.state == HandOverState::none) return no_hand_over(run);
   if (!is_over(item->fact.state))
-    return fail(Errc::wrong_state, "the hand-over is under way", "/params/run",
-                "done, failed or cancelled", std::string(to_string(item->fact.state)));
+    return fail({.code = Errc::wrong_state,
+                 .where = "/params/run",
+                 .what = "the hand-over is under way",
+                 .expected = "done, failed or cancelled",
+                 .got = std::string(to_string(item->fact.state))});
   enqueue(*item, by);
   return {};
 }
@@ -190,8 +196,11 @@ Status HandOverDesk::cancel(std::string_view run, std::string_view by) {
   Item* const item = find(run);
   if (item == nullptr || item->fact.state == HandOverState::none) return no_hand_over(run);
   if (is_over(item->fact.state))
-    return fail(Errc::wrong_state, "the hand-over is over", "/params/run", "waiting or running",
-                std::string(to_string(item->fact.state)));
+    return fail({.code = Errc::wrong_state,
+                 .where = "/params/run",
+                 .what = "the hand-over is over",
+                 .expected = "waiting or running",
+                 .got = std::string(to_string(item->fact.state))});
   if (active_ == run) {
     cancelled_by_ = by;
     thread_.request_stop();

@@ -14,8 +14,10 @@ Result<std::map<std::int64_t, HandOverFact>> HandoverStore::hand_overs() {
     HandOverFact fact;
     const auto state = hand_over_state_from(query->text(1));
     if (!state)
-      return fail(Errc::corrupt, "a hand-over in no state that there is", "hand_over", {},
-                  query->text(1));
+      return fail({.code = Errc::corrupt,
+                   .where = "hand_over",
+                   .what = "a hand-over in no state that there is",
+                   .got = query->text(1)});
     fact.state = *state;
     fact.by = query->text(2);
     fact.error = query->text(3);

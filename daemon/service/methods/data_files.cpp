@@ -76,8 +76,11 @@ Result<std::vector<DataFile>> read_lists(const fs::path& folder) {
   const auto exported = listed_exports(folder);  // likewise
   const bool nothing_exported = !exported || exported->empty();
   if (!*certificate && nothing_exported)
-    return fail(Errc::not_found, "this run has no certificate", folder.string(), {}, {},
-                "It is written when a campaign ends; data.export makes a file of what there is");
+    return fail(
+        {.code = Errc::not_found,
+         .where = folder.string(),
+         .what = "this run has no certificate",
+         .hint = "It is written when a campaign ends; data.export makes a file of what there is"});
   std::vector<DataFile> out;
   if (*certificate)
     if (Status ok = add_certified(folder, **certificate, out); !ok) return pass(ok.error());
@@ -90,8 +93,12 @@ Result<std::vector<DataFile>> read_lists(const fs::path& folder) {
 }
 
 tl::unexpected<Error> not_as_listed(const DataFile& listed, std::string expected, std::string got) {
-  return fail(Errc::wrong_state, "the file is not what its list says", listed.name,
-              std::move(expected), std::move(got), "weft verify tells what differs");
+  return fail({.code = Errc::wrong_state,
+               .where = listed.name,
+               .what = "the file is not what its list says",
+               .expected = std::move(expected),
+               .got = std::move(got),
+               .hint = "weft verify tells what differs"});
 }
 
 }  // namespace
@@ -145,8 +152,11 @@ Result<server::ServedFile> DataFiles::open(const fs::path& folder, const std::st
   if (!files) return pass(files.error());
   const auto listed = std::ranges::find(*files, name, &DataFile::name);
   if (listed == files->end())
-    return fail(Errc::not_found, "no such file of that run", folder.filename().string(), {},
-                name.substr(0, 100), "data.get lists them");
+    return fail({.code = Errc::not_found,
+                 .where = folder.filename().string(),
+                 .what = "no such file of that run",
+                 .got = name.substr(0, 100),
+                 .hint = "data.get lists them"});
   auto file = opened(folder, name);
   if (!file) return not_as_listed(*listed, {}, to_string(file.error()));
   const auto as_of = file->stamp();

@@ -67,8 +67,11 @@ Result<control::StoredRun> run_at_rest(const Services& services, const Call& cal
   const control::RunState state = run->machine.state;
   if (state == control::RunState::ended || state == control::RunState::interrupted)
     return run->stored;
-  return fail(Errc::wrong_state, "the run is not over", "/params/run", "ended or interrupted",
-              std::string(to_string(state)));
+  return fail({.code = Errc::wrong_state,
+               .where = "/params/run",
+               .what = "the run is not over",
+               .expected = "ended or interrupted",
+               .got = std::string(to_string(state))});
 }
 
 void verify_run(const Services& services, const Call& call, const rpc::Responder& respond) {
@@ -106,20 +109,18 @@ void export_run(const Services& services, const Call& call, const rpc::Responder
   const std::string wanted = call.params.value("format", "hdf5");
   const auto format = export_format_from(wanted);
   if (!format)
-    return respond(refused({Errc::invalid_argument,
-                            "no such format",
-                            "/params/format",
-                            "hdf5 or features-csv",
-                            wanted.substr(0, 100),
-                            {}}));
+    return respond(refused({.code = Errc::invalid_argument,
+                            .where = "/params/format",
+                            .what = "no such format",
+                            .expected = "hdf5 or features-csv",
+                            .got = wanted.substr(0, 100)}));
   std::string exploration = call.params.value("exploration", "");
   if (*format == ExportFormat::hdf5 && !exploration.empty())
-    return respond(refused({Errc::invalid_argument,
-                            "a data set has all explorations",
-                            "/params/exploration",
-                            "with format features-csv",
-                            exploration.substr(0, 100),
-                            {}}));
+    return respond(refused({.code = Errc::invalid_argument,
+                            .where = "/params/exploration",
+                            .what = "a data set has all explorations",
+                            .expected = "with format features-csv",
+                            .got = exploration.substr(0, 100)}));
   answer_apart(services.file_errand, respond,
                [files = services.files, stored = *run, format = *format,
                 exploration = std::move(exploration)] {
@@ -157,12 +158,10 @@ Outcome certified(const control::StoredRun& run, std::size_t from, std::size_t m
   const auto read = read_certificate(run.folder);
   if (!read) return refused(read.error());
   if (!*read)
-    return refused({Errc::not_found,
-                    "this run has no certificate",
-                    run.id(),
-                    {},
-                    {},
-                    "It is written when a campaign ends"});
+    return refused({.code = Errc::not_found,
+                    .where = run.id(),
+                    .what = "this run has no certificate",
+                    .hint = "It is written when a campaign ends"});
   const Certificate& c = **read;
   json files = json::array(), early = json::array();
   for (const FilePrint& file : c.files)
@@ -200,12 +199,12 @@ void certificate_of_run(const Services& services, const Call& call, const rpc::R
   const std::int64_t from = call.params.value("from", std::int64_t{0});
   const std::int64_t most = call.params.value("most", std::int64_t{100});
   if (from < 0 || most < 1 || most > most_trials)
-    return respond(refused({Errc::range,
-                            "which trials",
-                            from < 0 ? "/params/from" : "/params/most",
-                            from < 0 ? "0 or more" : "1 to " + std::to_string(most_trials),
-                            std::to_string(from < 0 ? from : most),
-                            {}}));
+    return respond(
+        refused({.code = Errc::range,
+                 .where = from < 0 ? "/params/from" : "/params/most",
+                 .what = "which trials",
+                 .expected = from < 0 ? "0 or more" : "1 to " + std::to_string(most_trials),
+                 .got = std::to_string(from < 0 ? from : most)}));
   answer_apart(services.file_errand, respond,
                [stored = run->stored, from = static_cast<std::size_t>(from),
                 most = static_cast<std::size_t>(most)] { return certified(stored, from, most); });
@@ -296,7 +295,9 @@ void open_served_file(const Services& services, std::string_view path,
       },
       [told](const Error& escaped) { told(pass(escaped)); });
   if (!taken)
-    told(fail(Errc::timeout, "too many files wait to be looked at", {}, {}, {}, "Ask again later"));
+    told(fail({.code = Errc::timeout,
+               .what = "too many files wait to be looked at",
+               .hint = "Ask again later"}));
 }
 
 }  // namespace weft::daemon::api

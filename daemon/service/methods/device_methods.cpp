@@ -58,12 +58,11 @@ Error no_such_device(const RigFile& rig, const std::string& name) {
   std::vector<std::string_view> known;
   for (const DeviceEntry& device : rig.devices) known.push_back(device.name);
   const std::string_view meant = recipes::closest(name, known);
-  return {Errc::not_found,
-          "the rig has no such device",
-          "/params/device",
-          {},
-          recipes::clipped(name),
-          meant.empty() ? "See device.list" : "Did you mean " + std::string(meant) + "?"};
+  return {.code = Errc::not_found,
+          .where = "/params/device",
+          .what = "the rig has no such device",
+          .got = recipes::clipped(name),
+          .hint = meant.empty() ? "See device.list" : "Did you mean " + std::string(meant) + "?"};
 }
 
 /// Loads the driver's plugin, where it is one: for another thread than the server's.

@@ -84,8 +84,12 @@ milliseconds ttl_of(const Call& call) {
 Outcome acquire(const Services& services, const Call& call) {
   const std::string rig = "rig:" + services.rig_name;
   if (const std::string scope = call.params.value("scope", rig); scope != rig)
-    return refused({Errc::not_found, "nothing of that name is leased here", "/params/scope", rig,
-                    scope, "Leave it out for this rig"});
+    return refused({.code = Errc::not_found,
+                    .where = "/params/scope",
+                    .what = "nothing of that name is leased here",
+                    .expected = rig,
+                    .got = scope,
+                    .hint = "Leave it out for this rig"});
   return changed(services, call, "acquired", [&](access::Leases& leases) {
     return leases.acquire(
         {rig, call.caller.user, call.caller.session, call.params.value("note", ""), ttl_of(call)},

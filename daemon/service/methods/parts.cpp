@@ -27,12 +27,9 @@ void answer_by(const Services::Errand& errand, const rpc::Responder& respond,
   });
   if (!taken)
     respond(tl::unexpected(rpc::rpc_error(rpc::code::request + 29, "request.too_many",
-                                          {Errc::wrong_state,
-                                           "too much that takes long waits already",
-                                           {},
-                                           {},
-                                           {},
-                                           "Ask again later"},
+                                          {.code = Errc::wrong_state,
+                                           .what = "too much that takes long waits already",
+                                           .hint = "Ask again later"},
                                           true)));
 }
 
@@ -69,11 +66,14 @@ tl::expected<void, rpc::RpcError> nobody_else_holds(const Services& services,
   const std::string scope = "rig:" + services.rig_name;
   const auto lease = services.leases->holder(scope, services.now());
   if (!lease || lease->user == caller.user) return {};
-  return tl::unexpected(
-      rpc::rpc_error(rpc::code::access + 10, "lease.held",
-                     {Errc::wrong_state, "somebody else holds the rig", scope, caller.user,
-                      lease->user + (lease->note.empty() ? "" : " (" + lease->note + ")"),
-                      "rig.halt needs no lease; lease.break takes one away, with a reason"}));
+  return tl::unexpected(rpc::rpc_error(
+      rpc::code::access + 10, "lease.held",
+      {.code = Errc::wrong_state,
+       .where = scope,
+       .what = "somebody else holds the rig",
+       .expected = caller.user,
+       .got = lease->user + (lease->note.empty() ? "" : " (" + lease->note + ")"),
+       .hint = "rig.halt needs no lease; lease.break takes one away, with a reason"}));
 }
 
 tl::expected<void, rpc::RpcError> holds_lease(const Services& services, const rpc::Call& call) {
@@ -93,7 +93,11 @@ Result<std::optional<std::uint64_t>> seed_of(const rpc::Call& call) {
   if (found == call.params.end()) return std::optional<std::uint64_t>{};
   // Above the largest signed number JSON's are unsigned here.
   if (!found->is_number_unsigned() && found->get<std::int64_t>() < 0)
-    return fail(Errc::range, "negative seed", "/params/seed", "0 or more", found->dump());
+    return fail({.code = Errc::range,
+                 .where = "/params/seed",
+                 .what = "negative seed",
+                 .expected = "0 or more",
+                 .got = found->dump()});
   return std::optional(found->get<std::uint64_t>());
 }
 
@@ -109,8 +113,12 @@ Result<control::RunWish> wish_for_run(const Services& services, const rpc::Call&
 
 Result<std::filesystem::path> recipe_file(const Services& services, const std::string& name) {
   if (name.empty() || name.find('/') != std::string::npos || name.starts_with('.'))
-    return fail(Errc::invalid_argument, "not a recipe's name", "/params/recipe",
-                "a file's name in the recipe folder", recipes::clipped(name), "See recipe.list");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "/params/recipe",
+                 .what = "not a recipe's name",
+                 .expected = "a file's name in the recipe folder",
+                 .got = recipes::clipped(name),
+                 .hint = "See recipe.list"});
   std::vector<std::string> known;
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(services.recipes, ignored))
@@ -119,8 +127,12 @@ Result<std::filesystem::path> recipe_file(const Services& services, const std::s
   for (const std::string& one : known)
     if (one == stem) return services.recipes / (stem + ".json");
   const std::string_view meant = recipes::closest(stem, {known.begin(), known.end()});
-  return fail(Errc::not_found, "no such recipe", "/params/recipe", {}, recipes::clipped(name),
-              meant.empty() ? "See recipe.list" : "Did you mean " + std::string(meant) + "?");
+  return fail(
+      {.code = Errc::not_found,
+       .where = "/params/recipe",
+       .what = "no such recipe",
+       .got = recipes::clipped(name),
+       .hint = meant.empty() ? "See recipe.list" : "Did you mean " + std::string(meant) + "?"});
 }
 
 namespace {
@@ -132,15 +144,22 @@ Result<std::int64_t> first_of(const Services& services, const rpc::Call& call) {
   const auto from = call.params.find("from");
   if (from == call.params.end()) return 0;
   const auto run = services.desk->get(from->get<std::string>());
-  if (!run) return fail(Errc::not_found, "no such run", "/params/from", {}, from->dump());
+  if (!run)
+    return fail({.code = Errc::not_found,
+                 .where = "/params/from",
+                 .what = "no such run",
+                 .got = from->dump()});
   return run->stored.number;
 }
 
 Result<std::size_t> most_of(const rpc::Call& call) {
   const std::int64_t most = call.params.value("most", most_runs);
   if (most >= 1 && most <= most_runs) return static_cast<std::size_t>(most);
-  return fail(Errc::range, "how many runs", "/params/most", "1 to " + std::to_string(most_runs),
-              call.params.at("most").dump());
+  return fail({.code = Errc::range,
+               .where = "/params/most",
+               .what = "how many runs",
+               .expected = "1 to " + std::to_string(most_runs),
+               .got = call.params.at("most").dump()});
 }
 
 }  // namespace

@@ -132,11 +132,17 @@ Result<PlanQuestion> plan_question(const Services& services, const Call& call) {
   const std::int64_t from = call.params.value("from", std::int64_t{0});
   const std::int64_t most = call.params.value("most", std::int64_t{100});
   if (from < 0)
-    return fail(Errc::range, "before the first trial", "/params/from", "0 or more",
-                std::to_string(from));
+    return fail({.code = Errc::range,
+                 .where = "/params/from",
+                 .what = "before the first trial",
+                 .expected = "0 or more",
+                 .got = std::to_string(from)});
   if (most < 1 || most > most_steps)
-    return fail(Errc::range, "how many trials", "/params/most",
-                "1 to " + std::to_string(most_steps), std::to_string(most));
+    return fail({.code = Errc::range,
+                 .where = "/params/most",
+                 .what = "how many trials",
+                 .expected = "1 to " + std::to_string(most_steps),
+                 .got = std::to_string(most)});
   const auto planned_with = *seed ? *seed : recipe->seed;
   return PlanQuestion{std::move(*recipe), services.rig, planned_with,
                       static_cast<std::size_t>(from), static_cast<std::size_t>(most)};
@@ -151,8 +157,12 @@ Outcome planned(const PlanQuestion& asked) {
   if (!report.plan) {
     const recipes::Diagnostic& first = report.problems.front();
     return refused(
-        {Errc::invalid_argument, first.message, first.pointer, first.expected, first.got,
-         "recipe.check tells all " + std::to_string(report.problems.size()) + " problems"});
+        {.code = Errc::invalid_argument,
+         .where = first.pointer,
+         .what = first.message,
+         .expected = first.expected,
+         .got = first.got,
+         .hint = "recipe.check tells all " + std::to_string(report.problems.size()) + " problems"});
   }
   const recipes::Plan& found = *report.plan;
   json explorations = json::array();
@@ -201,9 +211,12 @@ Result<json> document_of(const std::string& text, const char* param) {
   if (recipes::parse_json(text, {.max_bytes = recipes::max_recipe_bytes}, document, problems))
     return document;
   const recipes::Diagnostic first = problems.take().front();
-  return fail(Errc::parse, "that recipe cannot be read: " + first.message,
-              std::string("/params/") + param, first.expected, first.got,
-              "recipe.check tells all that is wrong with it");
+  return fail({.code = Errc::parse,
+               .where = std::string("/params/") + param,
+               .what = "that recipe cannot be read: " + first.message,
+               .expected = first.expected,
+               .got = first.got,
+               .hint = "recipe.check tells all that is wrong with it"});
 }
 
 Outcome compared(const DiffQuestion& asked) {

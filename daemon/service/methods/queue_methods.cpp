@@ -25,10 +25,13 @@ tl::expected<void, rpc::RpcError> as_known(const Services& services, const Call&
   const auto known = call.params.find("if_rev");
   const std::int64_t now = services.desk->line().revision;
   if (known == call.params.end() || *known == now) return {};
-  return tl::unexpected(
-      rpc::rpc_error(rpc::code::state + 12, "rev.changed",
-                     {Errc::wrong_state, "the queue has changed meanwhile", "/params/if_rev",
-                      std::to_string(now), known->dump(), "queue.list tells how it is now"}));
+  return tl::unexpected(rpc::rpc_error(rpc::code::state + 12, "rev.changed",
+                                       {.code = Errc::wrong_state,
+                                        .where = "/params/if_rev",
+                                        .what = "the queue has changed meanwhile",
+                                        .expected = std::to_string(now),
+                                        .got = known->dump(),
+                                        .hint = "queue.list tells how it is now"}));
 }
 
 /// A change that moves nothing by itself.
@@ -47,8 +50,11 @@ Result<std::optional<std::size_t>> place_in(const Call& call) {
   const auto found = call.params.find("place");
   if (found == call.params.end()) return std::optional<std::size_t>{};
   if (!found->is_number_unsigned())
-    return fail(Errc::range, "no place before the first", "/params/place", "0 or more",
-                found->dump());
+    return fail({.code = Errc::range,
+                 .where = "/params/place",
+                 .what = "no place before the first",
+                 .expected = "0 or more",
+                 .got = found->dump()});
   return std::optional(found->get<std::size_t>());
 }
 
@@ -75,8 +81,12 @@ Outcome get(const Services& services, const Call& call) {
   const control::RunLine& line = services.desk->line();
   const std::size_t at = line.place_of(run->stored.number);
   if (at == line.runs.size())
-    return refused({Errc::wrong_state, "the run does not wait in line", "/params/run", "queued",
-                    std::string(to_string(run->machine.state)), "run.get tells where it is"});
+    return refused({.code = Errc::wrong_state,
+                    .where = "/params/run",
+                    .what = "the run does not wait in line",
+                    .expected = "queued",
+                    .got = std::string(to_string(run->machine.state)),
+                    .hint = "run.get tells where it is"});
   json out = entry_json(services, at);
   out["rev"] = line.revision;
   return text_of(out);

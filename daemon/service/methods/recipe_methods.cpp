@@ -55,12 +55,10 @@ Outcome list_recipes(const Services& services) {
   for (const auto& entry : std::filesystem::directory_iterator(services.recipes, error))
     if (entry.path().extension() == ".json") out.push_back(entry.path().stem().string());
   if (error)
-    return refused({Errc::io,
-                    "cannot read the recipe folder",
-                    services.recipes.string(),
-                    {},
-                    error.message(),
-                    {}});
+    return refused({.code = Errc::io,
+                    .where = services.recipes.string(),
+                    .what = "cannot read the recipe folder",
+                    .got = error.message()});
   std::sort(out.begin(), out.end());
   return text_of({{"recipes", std::move(out)}});
 }

@@ -35,8 +35,11 @@ Result<std::string> plain_name(std::string name) {
                               (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.';
                      });
   if (plain) return name;
-  return fail(Errc::invalid_argument, "not a recipe's name", "/params/recipe",
-              "letters, digits, '-', '_' and '.', at most 100", recipes::clipped(name));
+  return fail({.code = Errc::invalid_argument,
+               .where = "/params/recipe",
+               .what = "not a recipe's name",
+               .expected = "letters, digits, '-', '_' and '.', at most 100",
+               .got = recipes::clipped(name)});
 }
 
 /// Everything that recipe.check refuses; the first of it is told. Errors: as told.
@@ -47,9 +50,12 @@ Result<std::size_t> trials_of(const CampaignRequest& request) {
   const auto& [file, first] = found->problems.front();
   const std::size_t more = found->problems.size() - 1;
   const std::string about = file == request.recipe ? "/params/content" : file.string() + ": ";
-  return fail(Errc::invalid_argument,
-              first.message + (more == 0 ? "" : ", and " + std::to_string(more) + " more"),
-              about + first.pointer, first.expected, first.got, first.hint);
+  return fail({.code = Errc::invalid_argument,
+               .where = about + first.pointer,
+               .what = first.message + (more == 0 ? "" : ", and " + std::to_string(more) + " more"),
+               .expected = first.expected,
+               .got = first.got,
+               .hint = first.hint});
 }
 
 /// A run reads its recipe when it begins and compares it when it is gone on with: it is not changed
@@ -59,8 +65,11 @@ Status nobody_needs(const Services& services, const fs::path& file) {
   for (const control::RunView& run : services.desk->all())
     if (run.machine.state != control::RunState::ended &&
         (run.stored.recipe == file || fs::equivalent(run.stored.recipe, file, unseen)))
-      return fail(Errc::wrong_state, "a run that is not over is of this recipe", "/params/recipe",
-                  {}, run.stored.id(), "Wait until it is over, take it out, or use another name");
+      return fail({.code = Errc::wrong_state,
+                   .where = "/params/recipe",
+                   .what = "a run that is not over is of this recipe",
+                   .got = run.stored.id(),
+                   .hint = "Wait until it is over, take it out, or use another name"});
   return {};
 }
 
@@ -76,11 +85,17 @@ Result<std::string> digest_of(const fs::path& file) {
 Status is_as_known(const std::string& found, const std::optional<std::string>& known) {
   if (found == known.value_or("")) return {};
   if (!known)
-    return fail(Errc::wrong_state, "there is a recipe of this name", "/params/recipe", {}, found,
-                "Give its digest as if_digest to replace it");
-  return fail(Errc::wrong_state, "another recipe is there by now", "/params/if_digest",
-              found.empty() ? "none: there is no recipe of this name" : found, *known,
-              "recipe.check tells the digest of what is there");
+    return fail({.code = Errc::wrong_state,
+                 .where = "/params/recipe",
+                 .what = "there is a recipe of this name",
+                 .got = found,
+                 .hint = "Give its digest as if_digest to replace it"});
+  return fail({.code = Errc::wrong_state,
+               .where = "/params/if_digest",
+               .what = "another recipe is there by now",
+               .expected = found.empty() ? "none: there is no recipe of this name" : found,
+               .got = *known,
+               .hint = "recipe.check tells the digest of what is there"});
 }
 
 /// The journal first: no recipe is there of which nobody knows who put it. One that could not be
@@ -110,12 +125,9 @@ Outcome written(const Services& services, const Offered& offered, std::size_t tr
 
 void put(const Services& services, const Call& call, const rpc::Responder& respond) {
   if (services.one_run)
-    return respond(refused({Errc::wrong_state,
-                            "a daemon inside weft run changes no recipes",
-                            {},
-                            {},
-                            {},
-                            "Its folder is the recipe's own: write the file there"}));
+    return respond(refused({.code = Errc::wrong_state,
+                            .what = "a daemon inside weft run changes no recipes",
+                            .hint = "Its folder is the recipe's own: write the file there"}));
   auto name = plain_name(call.params.at("recipe").get<std::string>());
   if (!name) return respond(refused(name.error()));
   Offered offered{std::move(*name), call.params.at("content").dump(2) + "\n", by(call.caller), {}};
@@ -131,8 +143,9 @@ void put(const Services& services, const Call& call, const rpc::Responder& respo
       },
       [respond](const Error& escaped) { respond(refused(escaped)); });
   if (!taken)
-    respond(refused(
-        {Errc::timeout, "too much that takes long waits already", {}, {}, {}, "Ask again later"}));
+    respond(refused({.code = Errc::timeout,
+                     .what = "too much that takes long waits already",
+                     .hint = "Ask again later"}));
 }
 
 }  // namespace

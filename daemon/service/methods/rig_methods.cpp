@@ -66,10 +66,12 @@ Outcome reset(const Services& services, const Call& call) {
   if (services.desk->standing().emergency && call.caller.role < Role::engineer)
     return tl::unexpected(
         rpc::rpc_error(rpc::code::access + 3, "access.role",
-                       {Errc::wrong_state, "an emergency stop is not released by an operator",
-                        "rig.reset", std::string(access::to_string(Role::engineer)),
-                        std::string(access::to_string(call.caller.role)),
-                        "An engineer looks at the rig, then resets it"}));
+                       {.code = Errc::wrong_state,
+                        .where = "rig.reset",
+                        .what = "an emergency stop is not released by an operator",
+                        .expected = std::string(access::to_string(Role::engineer)),
+                        .got = std::string(access::to_string(call.caller.role)),
+                        .hint = "An engineer looks at the rig, then resets it"}));
   const std::string reason = call.params.at("reason").get<std::string>();
   if (const Status ok = services.desk->reset(reason, by(call.caller)); !ok)
     return refused(ok.error());

@@ -107,12 +107,11 @@ void recover(const Services& services, const Call& call, const rpc::Responder& r
   for (const Recovery each : {Recovery::resume, Recovery::discard, Recovery::keep_partial})
     if (wanted == to_string(each)) choice = each;
   if (!choice)
-    return respond(refused({Errc::invalid_argument,
-                            "no such choice",
-                            "/params/choice",
-                            "resume, discard or keep-partial",
-                            wanted,
-                            {}}));
+    return respond(refused({.code = Errc::invalid_argument,
+                            .where = "/params/choice",
+                            .what = "no such choice",
+                            .expected = "resume, discard or keep-partial",
+                            .got = wanted}));
   if (call.params.value("preview", false)) return preview(services, call, *choice, respond);
   if (*choice == Recovery::resume) return go_on(services, call, respond);
   if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
@@ -125,12 +124,11 @@ void recover(const Services& services, const Call& call, const rpc::Responder& r
 Outcome pause(const Services& services, const Call& call) {
   const std::string at = call.params.value("at", "boundary");
   if (at != "boundary" && at != "now")
-    return refused({Errc::invalid_argument,
-                    "no such place to pause",
-                    "/params/at",
-                    "boundary or now",
-                    at,
-                    {}});
+    return refused({.code = Errc::invalid_argument,
+                    .where = "/params/at",
+                    .what = "no such place to pause",
+                    .expected = "boundary or now",
+                    .got = at});
   return ordered(services, call, at == "now" ? Order::pause_now : Order::pause);
 }
 
@@ -150,8 +148,10 @@ std::vector<rpc::ParamSpec> list_params() {
 Outcome annotate(const Services& services, const Call& call) {
   const std::string text = call.params.at("text").get<std::string>();
   if (text.empty())
-    return refused(
-        {Errc::invalid_argument, "nothing is said", "/params/text", "a few words", {}, {}});
+    return refused({.code = Errc::invalid_argument,
+                    .where = "/params/text",
+                    .what = "nothing is said",
+                    .expected = "a few words"});
   const auto run = services.desk->get(run_of(call));
   if (!run) return refused(run.error());
   const std::int64_t t_us = services.utc_us();

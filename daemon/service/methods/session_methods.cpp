@@ -31,12 +31,10 @@ Outcome sessions_told(const server::Sessions& sessions) {
 
 rpc::RpcError told_to(const std::string& by, const std::string& reason) {
   return rpc::rpc_error(rpc::code::access + 8, "session.closed",
-                        {Errc::wrong_state,
-                         "this session was closed by " + by,
-                         {},
-                         {},
-                         reason,
-                         "What it has started goes on; session.open begins another"});
+                        {.code = Errc::wrong_state,
+                         .what = "this session was closed by " + by,
+                         .got = reason,
+                         .hint = "What it has started goes on; session.open begins another"});
 }
 
 /// Whoever closes his own needs no more; what others said and ask for ends by an admin's word only.
@@ -44,26 +42,27 @@ Outcome closed(const Services& services, const Call& call) {
   const std::string name = call.params.value("session", call.caller.session);
   const bool own = name == call.caller.session;
   if (!own && call.caller.role < access::Role::admin)
-    return tl::unexpected(rpc::rpc_error(
-        rpc::code::access + 3, "access.role",
-        {Errc::wrong_state, "another's session", "/params/session", "admin",
-         std::string(access::to_string(call.caller.role)), "Leave it out to close your own"}));
+    return tl::unexpected(rpc::rpc_error(rpc::code::access + 3, "access.role",
+                                         {.code = Errc::wrong_state,
+                                          .where = "/params/session",
+                                          .what = "another's session",
+                                          .expected = "admin",
+                                          .got = std::string(access::to_string(call.caller.role)),
+                                          .hint = "Leave it out to close your own"}));
   server::Conversation* const conversation = services.sessions->find(name);
   if (conversation == nullptr || !conversation->introduced())
-    return refused({Errc::not_found,
-                    "no such session",
-                    "/params/session",
-                    {},
-                    name,
-                    "session.list tells who is there"});
+    return refused({.code = Errc::not_found,
+                    .where = "/params/session",
+                    .what = "no such session",
+                    .got = name,
+                    .hint = "session.list tells who is there"});
   const std::string reason = call.params.value("reason", "");
   if (!own && reason.size() < 3)
-    return refused({Errc::invalid_argument,
-                    "another's session is closed for a reason",
-                    "/params/reason",
-                    "a few words",
-                    reason,
-                    {}});
+    return refused({.code = Errc::invalid_argument,
+                    .where = "/params/reason",
+                    .what = "another's session is closed for a reason",
+                    .expected = "a few words",
+                    .got = reason});
   const json payload{{"session", name}, {"user", conversation->caller().user}, {"reason", reason}};
   if (const Status ok = services.log->journal(services.utc_us(), "", "session.closed",
                                               by(call.caller), text_of(payload));

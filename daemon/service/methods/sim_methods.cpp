@@ -18,17 +18,19 @@ Outcome set_pace(const Services& services, const Call& call) {
     return tl::unexpected(free.error());
   const double pace = call.params.at("pace").get<double>();
   if (!is_pace(pace))
-    return refused({Errc::range, "no such pace", "/params/pace", "0, or 1 to 1 000 000",
-                    call.params.at("pace").dump(), "0 lets the bench go as fast as it can"});
+    return refused({.code = Errc::range,
+                    .where = "/params/pace",
+                    .what = "no such pace",
+                    .expected = "0, or 1 to 1 000 000",
+                    .got = call.params.at("pace").dump(),
+                    .hint = "0 lets the bench go as fast as it can"});
   const auto rig = open_rig(services.rig, {});
   if (!rig) return refused(rig.error());
   if (rig->file.mode != BenchMode::simulated)
-    return refused({Errc::wrong_state,
-                    "the time of this rig is the world's",
-                    services.rig.string(),
-                    "a simulated bench",
-                    {},
-                    {}});
+    return refused({.code = Errc::wrong_state,
+                    .where = services.rig.string(),
+                    .what = "the time of this rig is the world's",
+                    .expected = "a simulated bench"});
   services.pace->store(pace, std::memory_order_relaxed);
   return text_of({{"pace", pace}});
 }

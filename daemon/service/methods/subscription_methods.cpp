@@ -16,8 +16,11 @@ Result<std::uint64_t> credit_of(const json& params, const char* name, std::int64
   constexpr auto most = static_cast<std::int64_t>(server::Subscription::most_credit);
   const auto events = params.at(name).get<std::int64_t>();
   if (events >= least && events <= most) return static_cast<std::uint64_t>(events);
-  return fail(Errc::range, "how many events", "/params/" + std::string(name),
-              std::to_string(least) + " to " + std::to_string(most), std::to_string(events));
+  return fail({.code = Errc::range,
+               .where = "/params/" + std::string(name),
+               .what = "how many events",
+               .expected = std::to_string(least) + " to " + std::to_string(most),
+               .got = std::to_string(events)});
 }
 
 Result<server::Wish> wish_of(const json& params) {
@@ -25,27 +28,42 @@ Result<server::Wish> wish_of(const json& params) {
   server::Wish wish;
   const json& topics = params.at("topics");
   if (topics.empty() || topics.size() > most_topics)
-    return fail(Errc::range, "how many topics", "/params/topics", "1 to 64",
-                std::to_string(topics.size()));
+    return fail({.code = Errc::range,
+                 .where = "/params/topics",
+                 .what = "how many topics",
+                 .expected = "1 to 64",
+                 .got = std::to_string(topics.size())});
   for (const json& topic : topics) {
     if (!topic.is_string())
-      return fail(Errc::invalid_argument, "a topic is a text", "/params/topics", "string",
-                  topic.type_name());
+      return fail({.code = Errc::invalid_argument,
+                   .where = "/params/topics",
+                   .what = "a topic is a text",
+                   .expected = "string",
+                   .got = topic.type_name()});
     wish.topics.push_back(topic.get<std::string>());
     if (wish.topics.back().size() > rpc::longest_text)
-      return fail(Errc::range, "no topic is so long", "/params/topics",
-                  "at most " + std::to_string(rpc::longest_text) + " bytes",
-                  std::to_string(wish.topics.back().size()) + " bytes");
+      return fail({.code = Errc::range,
+                   .where = "/params/topics",
+                   .what = "no topic is so long",
+                   .expected = "at most " + std::to_string(rpc::longest_text) + " bytes",
+                   .got = std::to_string(wish.topics.back().size()) + " bytes"});
   }
   const std::string mode = params.value("mode", "latest");
   if (mode != "latest" && mode != "every")
-    return fail(Errc::invalid_argument, "no such mode", "/params/mode", "latest or every", mode);
+    return fail({.code = Errc::invalid_argument,
+                 .where = "/params/mode",
+                 .what = "no such mode",
+                 .expected = "latest or every",
+                 .got = mode});
   wish.mode = mode == "every" ? server::Mode::every : server::Mode::latest;
   wish.max_hz = params.value("max_hz", wish.max_hz);
   constexpr double slowest_hz = 1e-3;
   if (wish.max_hz != 0 && !(wish.max_hz >= slowest_hz && wish.max_hz <= 1000))
-    return fail(Errc::range, "rate out of range", "/params/max_hz", "0 or 0.001 to 1000 Hz",
-                std::to_string(wish.max_hz));
+    return fail({.code = Errc::range,
+                 .where = "/params/max_hz",
+                 .what = "rate out of range",
+                 .expected = "0 or 0.001 to 1000 Hz",
+                 .got = std::to_string(wish.max_hz)});
   if (params.contains("credit")) {
     const auto credit = credit_of(params, "credit", 0);
     if (!credit) return pass(credit.error());
@@ -60,29 +78,28 @@ tl::expected<server::Opened, rpc::RpcError> opened(const Services& services, con
   const std::string epoch = call.params.value("epoch", services.epoch);
   const auto from = call.params.at("from_seq").get<std::int64_t>();
   if (epoch != services.epoch || from < 0)
-    return tl::unexpected(
-        rpc::rpc_error(rpc::code::state + 40, "replay.gone",
-                       {Errc::range, "events of another start of the daemon", "/params/epoch",
-                        services.epoch, epoch, "Leave from_seq out to get a snapshot"},
-                       true));
+    return tl::unexpected(rpc::rpc_error(rpc::code::state + 40, "replay.gone",
+                                         {.code = Errc::range,
+                                          .where = "/params/epoch",
+                                          .what = "events of another start of the daemon",
+                                          .expected = services.epoch,
+                                          .got = epoch,
+                                          .hint = "Leave from_seq out to get a snapshot"},
+                                         true));
   return services.hub->replay(wish, static_cast<std::uint64_t>(from));
 }
 
 Outcome open(const Services& services, const Call& call) {
   if (call.conversation == nullptr)
-    return refused({Errc::unsupported,
-                    "events need a connection that stays",
-                    {},
-                    {},
-                    {},
-                    "Use the socket, or GET /events"});
+    return refused({.code = Errc::unsupported,
+                    .what = "events need a connection that stays",
+                    .hint = "Use the socket, or GET /events"});
   if (call.conversation->subscriptions() >= server::Conversation::most_subscriptions)
-    return refused({Errc::range,
-                    "too many subscriptions",
-                    {},
-                    "at most " + std::to_string(server::Conversation::most_subscriptions),
-                    {},
-                    "sub.close those that are not needed"});
+    return refused(
+        {.code = Errc::range,
+         .what = "too many subscriptions",
+         .expected = "at most " + std::to_string(server::Conversation::most_subscriptions),
+         .hint = "sub.close those that are not needed"});
   const auto wish = wish_of(call.params);
   if (!wish) return refused(wish.error());
   const auto made = opened(services, call, *wish);
@@ -98,7 +115,10 @@ Outcome grant(const Call& call) {
   server::Subscription* const mine =
       call.conversation == nullptr ? nullptr : call.conversation->subscription(id);
   if (mine == nullptr)
-    return refused({Errc::not_found, "no such subscription of yours", "/params/sub", {}, id, {}});
+    return refused({.code = Errc::not_found,
+                    .where = "/params/sub",
+                    .what = "no such subscription of yours",
+                    .got = id});
   const auto events = credit_of(call.params, "events", 1);
   if (!events) return refused(events.error());
   if (const Status ok = mine->grant(*events); !ok) return refused(ok.error());
@@ -108,7 +128,10 @@ Outcome grant(const Call& call) {
 Outcome close(const Call& call) {
   const std::string id = call.params.at("sub").get<std::string>();
   if (call.conversation == nullptr || !call.conversation->unsubscribe(id))
-    return refused({Errc::not_found, "no such subscription of yours", "/params/sub", {}, id, {}});
+    return refused({.code = Errc::not_found,
+                    .where = "/params/sub",
+                    .what = "no such subscription of yours",
+                    .got = id});
   return text_of({{"closed", id}});
 }
 

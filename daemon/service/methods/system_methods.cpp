@@ -121,8 +121,11 @@ json line_json(const control::RunStore::Line& line) {
 Result<std::size_t> lines_wanted(const Call& call) {
   const std::int64_t most = call.params.value("most", std::int64_t{100});
   if (most >= 1 && most <= most_lines) return static_cast<std::size_t>(most);
-  return fail(Errc::range, "how many lines", "/params/most", "1 to " + std::to_string(most_lines),
-              call.params.at("most").dump());
+  return fail({.code = Errc::range,
+               .where = "/params/most",
+               .what = "how many lines",
+               .expected = "1 to " + std::to_string(most_lines),
+               .got = call.params.at("most").dump()});
 }
 
 Outcome log_tail(const Services& services, const Call& call) {
@@ -143,8 +146,11 @@ Result<std::int64_t> number_in(const Call& call, const char* name, std::int64_t 
   if (found == call.params.end()) return fallback;
   // Above the largest signed number JSON's are unsigned here; as signed ones they are negative.
   if (const auto number = found->get<std::int64_t>(); number >= 0) return number;
-  return fail(Errc::range, "no such number", std::string("/params/") + name, "0 to 2^63 - 1",
-              found->dump());
+  return fail({.code = Errc::range,
+               .where = std::string("/params/") + name,
+               .what = "no such number",
+               .expected = "0 to 2^63 - 1",
+               .got = found->dump()});
 }
 
 Outcome log_query(const Services& services, const Call& call) {

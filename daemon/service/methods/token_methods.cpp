@@ -20,27 +20,27 @@ Outcome add(const Services& services, const Call& call) {
   const std::string wanted = call.params.value("role", "operator");
   const auto role = access::role_from(wanted);
   if (!role)
-    return refused({Errc::invalid_argument,
-                    "no such role",
-                    "/params/role",
-                    "observer, operator, engineer or admin",
-                    wanted,
-                    {}});
+    return refused({.code = Errc::invalid_argument,
+                    .where = "/params/role",
+                    .what = "no such role",
+                    .expected = "observer, operator, engineer or admin",
+                    .got = wanted});
   const std::int64_t days = call.params.value("days", std::int64_t{30});
   if (days < 1 || days > most_days)
-    return refused({Errc::range,
-                    "how long it is good for",
-                    "/params/days",
-                    "1 to " + std::to_string(most_days),
-                    std::to_string(days),
-                    {}});
+    return refused({.code = Errc::range,
+                    .where = "/params/days",
+                    .what = "how long it is good for",
+                    .expected = "1 to " + std::to_string(most_days),
+                    .got = std::to_string(days)});
   const std::int64_t expires_us = services.utc_us() + days * day_us;
   const bool own = call.params.value("own", false);
   if (own && !call.caller.token.empty())  // it would outlive the one that he came with
-    return refused({Errc::wrong_state, "who came with a token makes none for himself",
-                    "/params/own", "a user of the machine, by the Unix socket",
-                    "the token " + call.caller.token,
-                    "Leave it out: who comes with it is token:NAME then"});
+    return refused({.code = Errc::wrong_state,
+                    .where = "/params/own",
+                    .what = "who came with a token makes none for himself",
+                    .expected = "a user of the machine, by the Unix socket",
+                    .got = "the token " + call.caller.token,
+                    .hint = "Leave it out: who comes with it is token:NAME then"});
   const std::string user = own ? call.caller.user : "";
   const auto token = services.add_token(name, *role, expires_us, user);
   if (!token && token.error().code == Errc::invalid_argument && !name.empty())

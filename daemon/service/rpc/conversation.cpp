@@ -66,12 +66,11 @@ const rpc::MethodSpec& session_open() {
 void add_session_open(rpc::Methods& methods) {
   methods.add(session_open(), [](const rpc::Call& call) -> Outcome {
     return tl::unexpected(rpc_error(code::access + 7, "session.again",
-                                    {Errc::wrong_state,
-                                     "introduced already",
-                                     "/method",
-                                     {},
-                                     call.caller.session,
-                                     "Open another connection for another role"}));
+                                    {.code = Errc::wrong_state,
+                                     .where = "/method",
+                                     .what = "introduced already",
+                                     .got = call.caller.session,
+                                     .hint = "Open another connection for another role"}));
   });
 }
 
@@ -88,7 +87,8 @@ void add_cancel(rpc::Methods& methods) {
         const std::string id =
             call.params.at("id").dump(-1, ' ', false, json::error_handler_t::replace);
         const Status done = call.conversation == nullptr
-                                ? fail(Errc::unsupported, "a call by POST ends with its connection")
+                                ? fail({.code = Errc::unsupported,
+                                        .what = "a call by POST ends with its connection"})
                                 : call.conversation->cancel(id);
         if (!done) return tl::unexpected(rpc::from(done.error()));
         return R"({"cancelled":)" + id + "}";
@@ -133,14 +133,11 @@ void Conversation::hear(std::string_view line) {
   if (word == rpc::halt_line || emergency) {
     if (peer_.local)
       return emergency ? halt("estop", shared_->emergency_stop) : halt("halt", shared_->halt);
-    return send_(
-        rpc::error_line("null", rpc_error(code::access + 5, "access.local_only",
-                                          {Errc::wrong_state,
-                                           std::string(word) + " is for the local socket",
-                                           {},
-                                           {},
-                                           {},
-                                           emergency ? "Call rig.estop" : "Call rig.halt"})));
+    return send_(rpc::error_line(
+        "null", rpc_error(code::access + 5, "access.local_only",
+                          {.code = Errc::wrong_state,
+                           .what = std::string(word) + " is for the local socket",
+                           .hint = emergency ? "Call rig.estop" : "Call rig.halt"})));
   }
   const auto request = rpc::parse_request(line);
   if (request) return handle(*request);
@@ -190,13 +187,13 @@ void Conversation::handle(const rpc::Request& request) {
   if (const auto* const stops = stop_named(request.method)) return stop(*stops, request, nullptr);
   if (!introduced_) {
     if (request.method != session_open().name)
-      return answer(request.id_json, tl::unexpected(rpc_error(code::access, "session.required",
-                                                              {Errc::wrong_state,
-                                                               "not introduced yet",
-                                                               "/method",
-                                                               "session.open",
-                                                               recipes::clipped(request.method),
-                                                               {}})));
+      return answer(request.id_json,
+                    tl::unexpected(rpc_error(code::access, "session.required",
+                                             {.code = Errc::wrong_state,
+                                              .where = "/method",
+                                              .what = "not introduced yet",
+                                              .expected = "session.open",
+                                              .got = recipes::clipped(request.method)})));
     return answer(request.id_json, introduce(*request.params));
   }
   const auto entry = shared_->methods->find(request.method);
@@ -215,21 +212,18 @@ std::optional<rpc::RpcError> Conversation::refusal(const rpc::MethodSpec& spec) 
     return requests_too_fast(caller_.user);
   if (only_urgent_)
     return rpc_error(code::request + 32, "server.full",
-                     {Errc::wrong_state,
-                      "all places are taken, and this one is kept for stops",
-                      std::string(spec.name),
-                      "rig.halt, rig.estop, run.abort and their like",
-                      {},
-                      "Ask again when somebody has gone"},
+                     {.code = Errc::wrong_state,
+                      .where = std::string(spec.name),
+                      .what = "all places are taken, and this one is kept for stops",
+                      .expected = "rig.halt, rig.estop, run.abort and their like",
+                      .hint = "Ask again when somebody has gone"},
                      true);
   if (pending_.size() < most_pending) return std::nullopt;
   return rpc_error(code::request + 29, "request.too_many",
-                   {Errc::wrong_state,
-                    "too many requests wait for their answers",
-                    {},
-                    "at most " + std::to_string(most_pending),
-                    std::to_string(pending_.size()),
-                    {}},
+                   {.code = Errc::wrong_state,
+                    .what = "too many requests wait for their answers",
+                    .expected = "at most " + std::to_string(most_pending),
+                    .got = std::to_string(pending_.size())},
                    true);
 }
 
@@ -244,12 +238,11 @@ Outcome Conversation::introduce(const json& params) {
     return tl::unexpected(fits.error());
   if (const std::string wanted = params.value("protocol", ""); !speaks(wanted))
     return tl::unexpected(rpc_error(code::request + 2, "protocol.version",
-                                    {Errc::unsupported,
-                                     "another protocol",
-                                     "/params/protocol",
-                                     std::string(protocol_version) + " or 1.x",
-                                     wanted,
-                                     {}}));
+                                    {.code = Errc::unsupported,
+                                     .where = "/params/protocol",
+                                     .what = "another protocol",
+                                     .expected = std::string(protocol_version) + " or 1.x",
+                                     .got = wanted}));
   if (params.contains("token")) {
     const auto owner = shared_->token_owner(params.at("token").get_ref<const std::string&>());
     if (!owner) return tl::unexpected(wrong_token(owner.error()));
@@ -261,12 +254,10 @@ Outcome Conversation::introduce(const json& params) {
     caller_.role = *peer_.role;
   } else {
     return tl::unexpected(rpc_error(code::access + 1, "access.token",
-                                    {Errc::wrong_state,
-                                     "a token is needed here",
-                                     "/params/token",
-                                     {},
-                                     {},
-                                     "weft token add makes one"}));
+                                    {.code = Errc::wrong_state,
+                                     .where = "/params/token",
+                                     .what = "a token is needed here",
+                                     .hint = "weft token add makes one"}));
   }
   caller_.client = params.at("client").get<std::string>();
   introduced_ = true;
@@ -310,16 +301,22 @@ Status Conversation::cancel(const std::string& id_json) {
   const auto found = std::find_if(pending_.begin(), pending_.end(),
                                   [&](const auto& one) { return one.second.id_json == id_json; });
   if (found == pending_.end())
-    return fail(Errc::not_found, "no call of this id waits for its answer", "/params/id", {},
-                recipes::clipped(id_json), "It may have been answered meanwhile");
+    return fail({.code = Errc::not_found,
+                 .where = "/params/id",
+                 .what = "no call of this id waits for its answer",
+                 .got = recipes::clipped(id_json),
+                 .hint = "It may have been answered meanwhile"});
   if (found->second.changes)
-    return fail(Errc::wrong_state, "a change is done all the same", "/params/id",
-                "a call that changes nothing", recipes::clipped(id_json),
-                "See what takes it back: run.withdraw, run.abort, handover.cancel");
+    return fail({.code = Errc::wrong_state,
+                 .where = "/params/id",
+                 .what = "a change is done all the same",
+                 .expected = "a call that changes nothing",
+                 .got = recipes::clipped(id_json),
+                 .hint = "See what takes it back: run.withdraw, run.abort, handover.cancel"});
   pending_.erase(found);
   answer(id_json, tl::unexpected(
                       rpc_error(code::request + 31, "request.cancelled",
-                                {Errc::wrong_state, "the caller waits no more", {}, {}, {}, {}})));
+                                {.code = Errc::wrong_state, .what = "the caller waits no more"})));
   return {};
 }
 
@@ -335,12 +332,10 @@ std::optional<rpc::RpcError> Conversation::over() const {
   if (ended_) return ended_;
   if (!owner_ || !shared_->token_stands || shared_->token_stands(*owner_)) return std::nullopt;
   return rpc_error(code::access + 1, "access.token",
-                   {Errc::wrong_state,
-                    "the time of this token is over, or it was removed",
-                    "/params/token",
-                    {},
-                    {},
-                    "weft token add makes one; what runs goes on"});
+                   {.code = Errc::wrong_state,
+                    .where = "/params/token",
+                    .what = "the time of this token is over, or it was removed",
+                    .hint = "weft token add makes one; what runs goes on"});
 }
 
 void Conversation::subscribe(std::shared_ptr<Subscription> subscription) {

@@ -71,8 +71,11 @@ void Subscription::offer_again(const std::shared_ptr<const Event>& event) {
 
 Status Subscription::grant(std::uint64_t events) {
   if (!wish_.credit)
-    return fail(Errc::wrong_state, "this subscription waits for no credit", "/params/sub",
-                "one that was opened with credit", id_);
+    return fail({.code = Errc::wrong_state,
+                 .where = "/params/sub",
+                 .what = "this subscription waits for no credit",
+                 .expected = "one that was opened with credit",
+                 .got = id_});
   *wish_.credit = std::min(*wish_.credit, most_credit - events) + events;
   return {};
 }
@@ -170,9 +173,12 @@ tl::expected<Opened, rpc::RpcError> Hub::replay(const Wish& wish, std::uint64_t 
   if (from_seq < forgotten_ || from_seq > seq_) {
     return tl::unexpected(
         rpc::rpc_error(rpc::code::state + 40, "replay.gone",
-                       {Errc::range, "these events are not kept any more", "/params/from_seq",
-                        std::to_string(forgotten_) + " to " + std::to_string(seq_),
-                        std::to_string(from_seq), "Leave from_seq out to get a snapshot"},
+                       {.code = Errc::range,
+                        .where = "/params/from_seq",
+                        .what = "these events are not kept any more",
+                        .expected = std::to_string(forgotten_) + " to " + std::to_string(seq_),
+                        .got = std::to_string(from_seq),
+                        .hint = "Leave from_seq out to get a snapshot"},
                        true));
   }
   Wish every = wish;

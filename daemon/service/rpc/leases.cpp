@@ -11,18 +11,23 @@ constexpr std::size_t shortest_reason = 3;
 
 Status check_ttl(milliseconds ttl) {
   if (ttl >= Leases::shortest && ttl <= Leases::longest) return {};
-  return fail(
-      Errc::range, "time to live out of range", "/params/ttl_ms",
-      std::to_string(Leases::shortest.count()) + " to " + std::to_string(Leases::longest.count()),
-      std::to_string(ttl.count()), "Renew it as long as it is needed");
+  return fail({.code = Errc::range,
+               .where = "/params/ttl_ms",
+               .what = "time to live out of range",
+               .expected = std::to_string(Leases::shortest.count()) + " to " +
+                           std::to_string(Leases::longest.count()),
+               .got = std::to_string(ttl.count()),
+               .hint = "Renew it as long as it is needed"});
 }
 
 tl::unexpected<Error> held(const Lease& lease, Leases::Clock now) {
   const auto left_s = std::chrono::duration<double>(lease.expires - now).count();
-  return fail(Errc::wrong_state, lease.scope + " is leased", lease.scope, {},
-              lease.user + " for another " + std::to_string(static_cast<long>(left_s) + 1) + " s" +
-                  (lease.note.empty() ? "" : " (" + lease.note + ")"),
-              "Wait, ask them, or lease.break with a reason");
+  return fail({.code = Errc::wrong_state,
+               .where = lease.scope,
+               .what = lease.scope + " is leased",
+               .got = lease.user + " for another " + std::to_string(static_cast<long>(left_s) + 1) +
+                      " s" + (lease.note.empty() ? "" : " (" + lease.note + ")"),
+               .hint = "Wait, ask them, or lease.break with a reason"});
 }
 
 }  // namespace
@@ -40,11 +45,17 @@ Result<Lease> Leases::acquire(const Asked& asked, Clock now) {
 Result<Lease*> Leases::mine(std::string_view id, std::string_view user, Clock now) {
   const auto found = by_id_.find(id);
   if (found == by_id_.end() || found->second.expires <= now)
-    return fail(Errc::not_found, "no such lease, or its time is over", "/params/lease", {},
-                std::string(id), "lease.acquire gives a new one");
+    return fail({.code = Errc::not_found,
+                 .where = "/params/lease",
+                 .what = "no such lease, or its time is over",
+                 .got = std::string(id),
+                 .hint = "lease.acquire gives a new one"});
   if (found->second.user != user)
-    return fail(Errc::wrong_state, "somebody else's lease", "/params/lease", std::string(user),
-                found->second.user);
+    return fail({.code = Errc::wrong_state,
+                 .where = "/params/lease",
+                 .what = "somebody else's lease",
+                 .expected = std::string(user),
+                 .got = found->second.user});
   return &found->second;
 }
 
@@ -76,12 +87,17 @@ Result<Lease> Leases::release(std::string_view id, std::string_view user, Clock 
 
 Result<Lease> Leases::break_lease(std::string_view id, std::string_view reason, Clock now) {
   if (reason.size() < shortest_reason)
-    return fail(Errc::invalid_argument, "a broken lease needs a reason", "/params/reason",
-                "a few words", std::string(reason));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "/params/reason",
+                 .what = "a broken lease needs a reason",
+                 .expected = "a few words",
+                 .got = std::string(reason)});
   const auto found = by_id_.find(id);
   if (found == by_id_.end() || found->second.expires <= now)
-    return fail(Errc::not_found, "no such lease, or its time is over", "/params/lease", {},
-                std::string(id));
+    return fail({.code = Errc::not_found,
+                 .where = "/params/lease",
+                 .what = "no such lease, or its time is over",
+                 .got = std::string(id)});
   Lease over = found->second;
   by_id_.erase(found);
   return over;
@@ -91,15 +107,24 @@ Result<Lease> Leases::check(std::string_view id, std::string_view scope, std::st
                             Clock now) const {
   const auto found = by_id_.find(id);
   if (found == by_id_.end() || found->second.expires <= now)
-    return fail(Errc::not_found, "no such lease, or its time is over", "/params/lease", {},
-                std::string(id), "lease.acquire gives a new one");
+    return fail({.code = Errc::not_found,
+                 .where = "/params/lease",
+                 .what = "no such lease, or its time is over",
+                 .got = std::string(id),
+                 .hint = "lease.acquire gives a new one"});
   const Lease& lease = found->second;
   if (lease.user != user)
-    return fail(Errc::wrong_state, "somebody else's lease", "/params/lease", std::string(user),
-                lease.user);
+    return fail({.code = Errc::wrong_state,
+                 .where = "/params/lease",
+                 .what = "somebody else's lease",
+                 .expected = std::string(user),
+                 .got = lease.user});
   if (lease.scope != scope)
-    return fail(Errc::wrong_state, "a lease of something else", "/params/lease", std::string(scope),
-                lease.scope);
+    return fail({.code = Errc::wrong_state,
+                 .where = "/params/lease",
+                 .what = "a lease of something else",
+                 .expected = std::string(scope),
+                 .got = lease.scope});
   return lease;
 }
 

@@ -20,7 +20,10 @@ tl::unexpected<Refused> refuse(std::string id_json, int number, std::string_view
 tl::unexpected<Refused> not_a_request(std::string id_json, std::string message,
                                       std::string expected, std::string got) {
   return refuse(std::move(id_json), code::invalid_request, "request.invalid",
-                {Errc::parse, std::move(message), {}, std::move(expected), std::move(got), {}});
+                {.code = Errc::parse,
+                 .what = std::move(message),
+                 .expected = std::move(expected),
+                 .got = std::move(got)});
 }
 
 // Deeper nesting is given up while it is read: a line of brackets costs no stack.
@@ -45,13 +48,11 @@ tl::unexpected<Refused> unknown_member(std::string id_json, const std::string& n
   const std::vector<std::string_view> known(members.begin(), members.end());
   const std::string_view meant = recipes::closest(name, known);
   return refuse(std::move(id_json), code::invalid_request, "request.unknown_member",
-                {Errc::invalid_argument,
-                 "unknown member of a request",
-                 recipes::child("", name),
-                 {},
-                 {},
-                 meant.empty() ? "Known: " + recipes::one_of(known)
-                               : "Did you mean " + std::string(meant) + "?"});
+                {.code = Errc::invalid_argument,
+                 .where = recipes::child("", name),
+                 .what = "unknown member of a request",
+                 .hint = meant.empty() ? "Known: " + recipes::one_of(known)
+                                       : "Did you mean " + std::string(meant) + "?"});
 }
 
 }  // namespace
@@ -61,12 +62,11 @@ tl::expected<Request, Refused> parse_request(std::string_view line) {
   json message = read(line, too_deep);
   if (message.is_discarded() || too_deep)
     return refuse("null", code::parse_error, "request.unreadable",
-                  {Errc::parse,
-                   too_deep ? "nested too deeply" : "not a JSON text",
-                   "line",
-                   "one JSON object a line",
-                   {},
-                   "See rpc.discover"});
+                  {.code = Errc::parse,
+                   .where = "line",
+                   .what = too_deep ? "nested too deeply" : "not a JSON text",
+                   .expected = "one JSON object a line",
+                   .hint = "See rpc.discover"});
   if (!message.is_object())
     return not_a_request("null", "not a request", "an object", message.type_name());
   Request request;
@@ -94,12 +94,11 @@ tl::expected<Request, Refused> parse_request(std::string_view line) {
   json params = message.value("params", json::object());
   if (!params.is_object()) {
     but(refuse(id_json, code::invalid_params, "param.type",
-               {Errc::invalid_argument,
-                "parameters without names",
-                "/params",
-                "an object",
-                params.type_name(),
-                {}}));
+               {.code = Errc::invalid_argument,
+                .where = "/params",
+                .what = "parameters without names",
+                .expected = "an object",
+                .got = params.type_name()}));
     params = json::object();
   }
   request.params = std::make_shared<const json>(std::move(params));

@@ -77,25 +77,24 @@ std::optional<RpcError> problem_of(const std::vector<ParamSpec>& known, const st
   if (param == known.end()) {
     std::vector<std::string_view> names;
     for (const ParamSpec& one : known) names.push_back(one.name);
-    return wrong(
-        "param.unknown",
-        {Errc::invalid_argument, "unknown parameter", where, {}, {}, meant_or_known(name, names)});
+    return wrong("param.unknown", {.code = Errc::invalid_argument,
+                                   .where = where,
+                                   .what = "unknown parameter",
+                                   .hint = meant_or_known(name, names)});
   }
   if (!matches(param->type, value))
-    return wrong("param.type", {Errc::invalid_argument,
-                                "parameter of another type",
-                                where,
-                                std::string(schema_type(param->type)),
-                                value.type_name(),
-                                {}});
+    return wrong("param.type", {.code = Errc::invalid_argument,
+                                .where = where,
+                                .what = "parameter of another type",
+                                .expected = std::string(schema_type(param->type)),
+                                .got = value.type_name()});
   if (value.is_string() && value.get_ref<const std::string&>().size() > longest_text)
     return wrong("param.range",
-                 {Errc::range,
-                  "text too long",
-                  where,
-                  "at most " + std::to_string(longest_text) + " bytes",
-                  std::to_string(value.get_ref<const std::string&>().size()) + " bytes",
-                  {}});
+                 {.code = Errc::range,
+                  .where = where,
+                  .what = "text too long",
+                  .expected = "at most " + std::to_string(longest_text) + " bytes",
+                  .got = std::to_string(value.get_ref<const std::string&>().size()) + " bytes"});
   return std::nullopt;
 }
 
@@ -154,14 +153,14 @@ tl::expected<const Methods::Entry*, RpcError> Methods::find(std::string_view nam
   std::vector<std::string_view> known;
   for (const auto& [key, entry] : entries_) known.push_back(key);
   const std::string_view meant = recipes::closest(name, known);
-  return tl::unexpected(rpc_error(
-      code::method_not_found, "method.unknown",
-      {Errc::not_found,
-       "no such method",
-       "/method",
-       {},
-       recipes::clipped(name),
-       meant.empty() ? "rpc.discover lists all" : "Did you mean " + std::string(meant) + "?"}));
+  return tl::unexpected(
+      rpc_error(code::method_not_found, "method.unknown",
+                {.code = Errc::not_found,
+                 .where = "/method",
+                 .what = "no such method",
+                 .got = recipes::clipped(name),
+                 .hint = meant.empty() ? "rpc.discover lists all"
+                                       : "Did you mean " + std::string(meant) + "?"}));
 }
 
 std::string Methods::open_rpc(std::string_view version) const {
@@ -180,12 +179,10 @@ tl::expected<void, RpcError> check_params(const MethodSpec& spec, const json& pa
   for (const ParamSpec& param : known)
     if (param.required && !params.contains(param.name))
       return tl::unexpected(rpc_error(code::invalid_params, "param.missing",
-                                      {Errc::invalid_argument,
-                                       "parameter missing",
-                                       recipes::child("/params", param.name),
-                                       std::string(param.summary),
-                                       {},
-                                       {}}));
+                                      {.code = Errc::invalid_argument,
+                                       .where = recipes::child("/params", param.name),
+                                       .what = "parameter missing",
+                                       .expected = std::string(param.summary)}));
   return {};
 }
 

@@ -1,6 +1,5 @@
 #include "daemon/service/rpc/rpc_error.hpp"
 
-#include <array>
 #include <nlohmann/json.hpp>
 
 namespace weft::daemon::rpc {
@@ -8,33 +7,11 @@ namespace {
 
 using nlohmann::json;
 
-struct Row {
-  Errc errc;
-  int code;
-  std::string_view kind;
-  bool retryable;
-};
-
-constexpr std::array<Row, 12> rows{{
-    {Errc::invalid_argument, code::request, "request.invalid", false},
-    {Errc::parse, code::request + 1, "request.unreadable", false},
-    {Errc::checksum, code::storage + 3, "storage.checksum", false},
-    {Errc::range, code::request + 12, "param.range", false},
-    {Errc::not_found, code::request + 4, "not_found", false},
-    {Errc::io, code::storage, "storage.io", true},
-    {Errc::timeout, code::device + 8, "device.timeout", true},
-    {Errc::wrong_state, code::state, "state.conflict", true},
-    {Errc::device, code::device, "device.fault", false},
-    {Errc::safety, code::safety, "safety.guard", false},
-    {Errc::unsupported, code::request + 11, "unsupported", false},
-    {Errc::corrupt, code::storage + 12, "storage.corrupt", false},
-}};
-
 }  // namespace
 
 RpcError from(const Error& error) {
-  for (const Row& row : rows)
-    if (row.errc == error.code) return rpc_error(row.code, row.kind, error, row.retryable);
+  for (const ErrorCode& row : error_codes())
+    if (row.code == error.code) return rpc_error(row.number, row.kind, error, row.retryable);
   return rpc_error(code::internal, "internal", error);
 }
 
@@ -50,15 +27,19 @@ RpcError error_from_json(std::string_view text) {
     const json& data = told.at("data");
     const auto part = [&data](const char* key) { return data.value(key, ""); };
     RpcError out = rpc_error(told.at("code").get<int>(), part("kind"),
-                             {Errc::wrong_state, told.at("message").get<std::string>(),
-                              part("where"), part("expected"), part("got"), part("hint")},
+                             {.code = Errc::wrong_state,
+                              .where = part("where"),
+                              .what = told.at("message").get<std::string>(),
+                              .expected = part("expected"),
+                              .got = part("got"),
+                              .hint = part("hint")},
                              data.value("retryable", false));
     if (const auto blockers = data.find("blockers"); blockers != data.end())
       out.blockers_json = blockers->dump();
     return out;
   } catch (const json::exception&) {
     return rpc_error(code::internal, "internal",
-                     {Errc::corrupt, "this answer was not kept well", {}, {}, {}, {}});
+                     {.code = Errc::corrupt, .what = "this answer was not kept well"});
   }
 }
 
@@ -72,7 +53,7 @@ std::string to_json(const RpcError& e) {
   say("got", e.error.got);
   say("hint", e.error.hint);
   if (!e.blockers_json.empty()) data["blockers"] = json::parse(e.blockers_json);
-  const json out{{"code", e.code}, {"message", e.error.message}, {"data", std::move(data)}};
+  const json out{{"code", e.code}, {"message", e.error.what}, {"data", std::move(data)}};
   return out.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 

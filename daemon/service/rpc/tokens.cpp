@@ -27,7 +27,7 @@ constexpr std::string_view prefix = "wft_";
 Result<std::string> random_token() {
   std::array<std::uint8_t, 32> bits{};
   if (getrandom(bits.data(), bits.size(), 0) != static_cast<ssize_t>(bits.size()))
-    return fail(Errc::io, "the system gives no random numbers", "token");
+    return fail({.code = Errc::io, .where = "token", .what = "the system gives no random numbers"});
   Sha256Digest as_digest{};
   std::copy(bits.begin(), bits.end(), as_digest.begin());
   return std::string(prefix) + to_hex(as_digest);
@@ -37,8 +37,11 @@ Status check_private(const std::filesystem::path& file) {
   struct stat found {};
   if (lstat(file.c_str(), &found) != 0) return {};
   if (S_ISREG(found.st_mode) && (found.st_mode & 077) == 0) return {};
-  return fail(Errc::wrong_state, "others may read or change the tokens", file.string(),
-              "a file with mode 0600", {}, "chmod 600 " + file.string());
+  return fail({.code = Errc::wrong_state,
+               .where = file.string(),
+               .what = "others may read or change the tokens",
+               .expected = "a file with mode 0600",
+               .hint = "chmod 600 " + file.string()});
 }
 
 constexpr const char* user_key = "acts_for";
@@ -46,7 +49,9 @@ constexpr const char* user_key = "acts_for";
 Result<TokenEntry> entry_of(const json& one) {
   const auto role = role_from(one.value("role", ""));
   if (!role || !one.contains("name") || !one.contains("sha256") || !one.contains("expires_us"))
-    return fail(Errc::parse, "a token without name, role, sha256 or expires_us", "tokens");
+    return fail({.code = Errc::parse,
+                 .where = "tokens",
+                 .what = "a token without name, role, sha256 or expires_us"});
   return TokenEntry{one.at("name").get<std::string>(), *role, one.at("sha256").get<std::string>(),
                     one.at("expires_us").get<std::int64_t>(), one.value(user_key, "")};
 }
@@ -70,16 +75,22 @@ class TokenLock {
   static Result<TokenLock> take(const std::filesystem::path& file, TokenFile::Wait wait) {
     TokenLock lock(open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
     if (lock.descriptor_ < 0)
-      return fail(Errc::io, "cannot make the lock of the tokens", file.string(), {},
-                  std::generic_category().message(errno));
+      return fail({.code = Errc::io,
+                   .where = file.string(),
+                   .what = "cannot make the lock of the tokens",
+                   .got = std::generic_category().message(errno)});
     const int how = wait == TokenFile::Wait::not_at_all ? LOCK_EX | LOCK_NB : LOCK_EX;
     while (flock(lock.descriptor_, how) != 0) {
       if (errno == EINTR) continue;
       if (errno == EWOULDBLOCK)
-        return fail(Errc::wrong_state, "another program changes the tokens just now", file.string(),
-                    {}, {}, "Ask again");
-      return fail(Errc::io, "cannot lock the tokens", file.string(), {},
-                  std::generic_category().message(errno));
+        return fail({.code = Errc::wrong_state,
+                     .where = file.string(),
+                     .what = "another program changes the tokens just now",
+                     .hint = "Ask again"});
+      return fail({.code = Errc::io,
+                   .where = file.string(),
+                   .what = "cannot lock the tokens",
+                   .got = std::generic_category().message(errno)});
     }
     return lock;
   }
@@ -114,7 +125,10 @@ Result<TokenFile> TokenFile::load(const std::filesystem::path& file) {
   if (!text) return pass(text.error());
   const json document = json::parse(*text, nullptr, false);
   if (!document.is_object() || !document.contains("tokens") || !document["tokens"].is_array())
-    return fail(Errc::parse, "not a file of tokens", file.string(), "{\"tokens\": [...]}");
+    return fail({.code = Errc::parse,
+                 .where = file.string(),
+                 .what = "not a file of tokens",
+                 .expected = "{\"tokens\": [...]}"});
   try {
     for (const json& one : document["tokens"]) {
       auto entry = entry_of(one);
@@ -122,7 +136,10 @@ Result<TokenFile> TokenFile::load(const std::filesystem::path& file) {
       out.entries_.push_back(std::move(*entry));
     }
   } catch (const json::exception& e) {
-    return fail(Errc::parse, "not a file of tokens", file.string(), {}, e.what());
+    return fail({.code = Errc::parse,
+                 .where = file.string(),
+                 .what = "not a file of tokens",
+                 .got = e.what()});
   }
   return out;
 }
@@ -138,8 +155,12 @@ Result<std::string> TokenFile::add(std::string name, Role role, std::int64_t exp
   const bool taken = std::any_of(entries_.begin(), entries_.end(),
                                  [&](const TokenEntry& entry) { return entry.name == name; });
   if (name.empty() || taken)
-    return fail(Errc::invalid_argument, taken ? "there is one of this name" : "no name", "token",
-                "a new name", name, "weft token remove takes the old one away");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "token",
+                 .what = taken ? "there is one of this name" : "no name",
+                 .expected = "a new name",
+                 .got = name,
+                 .hint = "weft token remove takes the old one away"});
   auto token = random_token();
   if (!token) return pass(token.error());
   entries_.push_back({std::move(name), role, sha256_hex(*token), expires_us, std::move(user)});
@@ -156,7 +177,11 @@ Status TokenFile::remove(std::string_view name) {
   if (gone > 0) return {};
   std::string known;
   for (const TokenEntry& entry : entries_) known += (known.empty() ? "" : ", ") + entry.name;
-  return fail(Errc::not_found, "no token of this name", "token", known, std::string(name));
+  return fail({.code = Errc::not_found,
+               .where = "token",
+               .what = "no token of this name",
+               .expected = known,
+               .got = std::string(name)});
 }
 
 Status TokenFile::save() const {

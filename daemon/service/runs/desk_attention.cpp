@@ -49,13 +49,20 @@ void RunDesk::name_time(RunView& view) const {
 Result<RunView> RunDesk::confirm(std::string_view id, std::string_view step, std::string_view by) {
   Run* const run = find(id);
   if (run == nullptr)
-    return fail(Errc::not_found, "no such run", "/params/run", {}, std::string(id));
+    return fail({.code = Errc::not_found,
+                 .where = "/params/run",
+                 .what = "no such run",
+                 .got = std::string(id)});
   const auto next = on_order(run->view.machine, run->limits, Order::confirm, around_.now());
   if (!next) return pass(next.error(), run->view.stored.id());
   const std::string asked = run->view.attention ? run->view.attention->step : "";
   if (asked != step)
-    return fail(Errc::wrong_state, "this is not what is asked for now", "/params/step", asked,
-                std::string(step), "run.get tells what is asked, under \"attention\"");
+    return fail({.code = Errc::wrong_state,
+                 .where = "/params/step",
+                 .what = "this is not what is asked for now",
+                 .expected = asked,
+                 .got = std::string(step),
+                 .hint = "run.get tells what is asked, under \"attention\""});
   const nlohmann::json payload{{"step", asked}};
   note(run->view.stored.id(), "confirmed", by, payload.dump());
   apply(*run, *next, by);

@@ -15,9 +15,11 @@ class Answer {
       : post_(std::move(post)), told_(std::move(told)) {}
   ~Answer() {
     if (told_)
-      tell(fail(Errc::wrong_state, "the run has ended", "/rig", {}, {},
-                "Start another; faults for all of a run are in the rig file, under "
-                "simulation.faults"));
+      tell(fail({.code = Errc::wrong_state,
+                 .where = "/rig",
+                 .what = "the run has ended",
+                 .hint = "Start another; faults for all of a run are in the rig file, under "
+                         "simulation.faults"}));
   }
   Answer(const Answer&) = delete;
   Answer& operator=(const Answer&) = delete;
@@ -36,10 +38,11 @@ void RunDesk::befall(FaultOrder order, FaultTold told) {
   const auto at_work =
       std::find_if(runs_.begin(), runs_.end(), [](const auto& run) { return run->at_work; });
   if (at_work == runs_.end())
-    return told(fail(Errc::wrong_state, "no run is under way, and the bench is there with one only",
-                     "/rig", {}, {},
-                     "Start one; faults for all of a run are in the rig file, under "
-                     "simulation.faults"));
+    return told(fail({.code = Errc::wrong_state,
+                      .where = "/rig",
+                      .what = "no run is under way, and the bench is there with one only",
+                      .hint = "Start one; faults for all of a run are in the rig file, under "
+                              "simulation.faults"}));
   Run& run = **at_work;
   const nlohmann::json payload{{"fault", nlohmann::json::parse(order.json)}, {"ends", order.ends}};
   const auto answer = std::make_shared<Answer>(

@@ -29,9 +29,13 @@ Status RunDesk::take_rig(Run& run) {
   if (run.leave == Run::Leave::given) return {};
   run.took_rig = false;
   if (run.orders->ends_run())
-    return fail(Errc::wrong_state, "the run was told to end before it had the rig", "rig");
-  return fail(Errc::io, "that the run takes the rig could not be written down, so it did not",
-              around_.data.string(), {}, {}, "weft status says what keeps the daemon from it");
+    return fail({.code = Errc::wrong_state,
+                 .where = "rig",
+                 .what = "the run was told to end before it had the rig"});
+  return fail({.code = Errc::io,
+               .where = around_.data.string(),
+               .what = "that the run takes the rig could not be written down, so it did not",
+               .hint = "weft status says what keeps the daemon from it"});
 }
 
 void RunDesk::give_leave(Run& run, bool given) {

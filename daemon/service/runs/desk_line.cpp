@@ -79,10 +79,17 @@ Status RunDesk::becomes(Run& run, StoredRun stored, const RunMachine& machine,
 Status RunDesk::withdraw(std::string_view id, std::string_view by) {
   Run* run = find(id);
   if (run == nullptr)
-    return fail(Errc::not_found, "no such run", "/params/run", {}, std::string(id));
+    return fail({.code = Errc::not_found,
+                 .where = "/params/run",
+                 .what = "no such run",
+                 .got = std::string(id)});
   if (run->state() != RunState::queued)
-    return fail(Errc::wrong_state, "the run has begun", "/params/run", "queued",
-                std::string(to_string(run->state())), "run.stop or run.abort ends it");
+    return fail({.code = Errc::wrong_state,
+                 .where = "/params/run",
+                 .what = "the run has begun",
+                 .expected = "queued",
+                 .got = std::string(to_string(run->state())),
+                 .hint = "run.stop or run.abort ends it"});
   StoredRun stored = run->view.stored;
   const bool goes_on = stored.resume;
   if (!goes_on) {
@@ -111,10 +118,16 @@ void RunDesk::hold_after(const Run& run, const Error& why) {
 Status RunDesk::move(std::string_view id, std::size_t place, std::string_view by) {
   const Run* const run = find(id);
   if (run == nullptr)
-    return fail(Errc::not_found, "no such run", "/params/run", {}, std::string(id));
+    return fail({.code = Errc::not_found,
+                 .where = "/params/run",
+                 .what = "no such run",
+                 .got = std::string(id)});
   if (run->state() != RunState::queued)
-    return fail(Errc::wrong_state, "the run does not wait in line", "/params/run", "queued",
-                std::string(to_string(run->state())));
+    return fail({.code = Errc::wrong_state,
+                 .where = "/params/run",
+                 .what = "the run does not wait in line",
+                 .expected = "queued",
+                 .got = std::string(to_string(run->state()))});
   RunLine next = line_;
   next.put(run->view.stored.number, place);
   const nlohmann::json payload{{"place", next.place_of(run->view.stored.number)}};
@@ -125,7 +138,10 @@ Status RunDesk::move(std::string_view id, std::size_t place, std::string_view by
 
 Status RunDesk::hold_line(std::string_view by) {
   if (line_.held())
-    return fail(Errc::wrong_state, "the queue is paused already", "queue", {}, line_.held_by);
+    return fail({.code = Errc::wrong_state,
+                 .where = "queue",
+                 .what = "the queue is paused already",
+                 .got = line_.held_by});
   RunLine next = line_;
   next.held_by = by;
   return line_becomes(std::move(next), {"", "queue_paused", by});
@@ -133,7 +149,8 @@ Status RunDesk::hold_line(std::string_view by) {
 
 Status RunDesk::start_line(std::string_view by) {
   if (Status more = takes_more(); !more) return more;
-  if (!line_.held()) return fail(Errc::wrong_state, "the queue is not paused", "queue");
+  if (!line_.held())
+    return fail({.code = Errc::wrong_state, .where = "queue", .what = "the queue is not paused"});
   RunLine next = line_;
   next.held_by.clear();
   const Status kept = line_becomes(std::move(next), {"", "queue_started", by});

@@ -21,7 +21,7 @@ Result<ResumePreview> preview_of(Recovery choice, const CampaignRequest& request
     case Recovery::keep_partial:
       return preview_keep_partial(request.out, stop_asked);
   }
-  return fail(Errc::invalid_argument, "no such choice");
+  return fail({.code = Errc::invalid_argument, .what = "no such choice"});
 }
 
 /// A file that is damaged cannot be marked, and nothing makes a data set of it either. What may be
@@ -43,8 +43,10 @@ Status is_where_it_was(const StoredRun& run) {
   std::error_code unseen;
   const std::filesystem::path campaign = run.folder / campaign_file_name;
   if (run.trials_done == 0 || std::filesystem::exists(campaign, unseen)) return {};
-  return fail(Errc::not_found, "the campaign of this run is not there any more", campaign.string(),
-              {}, {}, "Put its folder back, or discard the run");
+  return fail({.code = Errc::not_found,
+               .where = campaign.string(),
+               .what = "the campaign of this run is not there any more",
+               .hint = "Put its folder back, or discard the run"});
 }
 
 std::string_view to_string(Recovery choice) {
@@ -66,12 +68,21 @@ std::string RunDesk::way_on(const Run& run) {
 Result<RunDesk::Run*> RunDesk::interrupted(std::string_view id) const {
   Run* const run = find(id);
   if (run == nullptr)
-    return fail(Errc::not_found, "no such run", "/params/run", {}, std::string(id));
+    return fail({.code = Errc::not_found,
+                 .where = "/params/run",
+                 .what = "no such run",
+                 .got = std::string(id)});
   if (run->state() != RunState::interrupted)
-    return fail(Errc::wrong_state, "only an interrupted run is recovered", "/params/run",
-                "interrupted", std::string(to_string(run->state())), way_on(*run));
+    return fail({.code = Errc::wrong_state,
+                 .where = "/params/run",
+                 .what = "only an interrupted run is recovered",
+                 .expected = "interrupted",
+                 .got = std::string(to_string(run->state())),
+                 .hint = way_on(*run)});
   if (run->settling)
-    return fail(Errc::wrong_state, "somebody is about to end this run", "/params/run");
+    return fail({.code = Errc::wrong_state,
+                 .where = "/params/run",
+                 .what = "somebody is about to end this run"});
   return run;
 }
 

@@ -57,13 +57,21 @@ void RunDesk::note_repeated(const std::vector<RepeatedStops::Counted>& counted) 
 Status RunDesk::reset(std::string_view reason, std::string_view by) {
   if (Status more = takes_more(); !more) return more;
   if (standing_.fact == RigStanding::Fact::safe)
-    return fail(Errc::wrong_state, "the rig is neither latched nor unknown", "rig");
+    return fail({.code = Errc::wrong_state,
+                 .where = "rig",
+                 .what = "the rig is neither latched nor unknown"});
   if (reason.size() < 3)
-    return fail(Errc::invalid_argument, "a reset needs a reason", "/params/reason", "a few words",
-                std::string(reason));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "/params/reason",
+                 .what = "a reset needs a reason",
+                 .expected = "a few words",
+                 .got = std::string(reason)});
   if (const auto run = active())
-    return fail(Errc::wrong_state, "a run has not ended yet", *run, "ended", {},
-                "Wait for it; one that does not answer ends with the daemon");
+    return fail({.code = Errc::wrong_state,
+                 .where = *run,
+                 .what = "a run has not ended yet",
+                 .expected = "ended",
+                 .hint = "Wait for it; one that does not answer ends with the daemon"});
   note_repeated(repeated_stops_.all());
   const std::string payload =
       json{{"reason", reason}}.dump(-1, ' ', false, json::error_handler_t::replace);

@@ -23,8 +23,11 @@ Status check_name(const std::string& name) {
                              (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.';
                     });
   if (fits) return {};
-  return fail(Errc::invalid_argument, "unusable name", "/params/name",
-              "letters, digits, '-', '_' and '.', at most 100", name);
+  return fail({.code = Errc::invalid_argument,
+               .where = "/params/name",
+               .what = "unusable name",
+               .expected = "letters, digits, '-', '_' and '.', at most 100",
+               .got = name});
 }
 
 /// One that is there is an older run's, of a daemon whose memory is gone.
@@ -103,8 +106,10 @@ CampaignRequest RunDesk::request_for(const RunWish& wish) const {
 Result<RunView> RunDesk::submit(const RunWish& wish, const Checked& checked) {
   if (Status more = takes_more(); !more) return pass(more.error());
   if (around_.one_run && !runs_.empty())
-    return fail(Errc::wrong_state, "this daemon is there for one run alone, that of a weft run", {},
-                "no further run", {}, "A weftd of its own takes more: weftd --rig ...");
+    return fail({.code = Errc::wrong_state,
+                 .what = "this daemon is there for one run alone, that of a weft run",
+                 .expected = "no further run",
+                 .hint = "A weftd of its own takes more: weftd --rig ..."});
   if (Status ok = check_name(wish.name); !ok) return pass(ok.error());
   if (!checked) return pass(checked.error());
   if (Status here = store_.in_place(); !here) return pass(here.error());
@@ -112,8 +117,12 @@ Result<RunView> RunDesk::submit(const RunWish& wish, const Checked& checked) {
     return pass(space.error());
   const std::string sha256 = sha256_hex(checked->recipe_text);
   if (!wish.digest.empty() && wish.digest != "sha256:" + sha256)
-    return fail(Errc::wrong_state, "the recipe is another one by now", "/params/digest",
-                "sha256:" + sha256, wish.digest, "recipe.diff and recipe.check tell what it is");
+    return fail({.code = Errc::wrong_state,
+                 .where = "/params/digest",
+                 .what = "the recipe is another one by now",
+                 .expected = "sha256:" + sha256,
+                 .got = wish.digest,
+                 .hint = "recipe.diff and recipe.check tell what it is"});
   auto run = std::make_unique<Run>();
   StoredRun& stored = run->view.stored;
   stored.recipe_sha256 = sha256;
@@ -212,7 +221,10 @@ RunView RunDesk::shown(const Run& run) const {
 Result<RunView> RunDesk::order(std::string_view id, Order order, std::string_view by) {
   Run* run = find(id);
   if (run == nullptr)
-    return fail(Errc::not_found, "no such run", "/params/run", {}, std::string(id));
+    return fail({.code = Errc::not_found,
+                 .where = "/params/run",
+                 .what = "no such run",
+                 .got = std::string(id)});
   const auto step = on_order(run->view.machine, run->limits, order, around_.now());
   if (!step) {
     Error refused = step.error();
@@ -226,7 +238,10 @@ Result<RunView> RunDesk::order(std::string_view id, Order order, std::string_vie
 Result<RunView> RunDesk::get(std::string_view id) const {
   const Run* run = find(id);
   if (run == nullptr)
-    return fail(Errc::not_found, "no such run", "/params/run", {}, std::string(id));
+    return fail({.code = Errc::not_found,
+                 .where = "/params/run",
+                 .what = "no such run",
+                 .got = std::string(id)});
   return shown(*run);
 }
 
@@ -253,8 +268,10 @@ void RunDesk::hand_over_is(std::string_view id, const HandOverFact& fact) {
 
 Status RunDesk::takes_more() const {
   if (!closing_) return {};
-  return fail(Errc::wrong_state, "this weftd has been told to end, and begins nothing any more",
-              "daemon", {}, {}, "Ask again once it has been started anew");
+  return fail({.code = Errc::wrong_state,
+               .where = "daemon",
+               .what = "this weftd has been told to end, and begins nothing any more",
+               .hint = "Ask again once it has been started anew"});
 }
 
 void RunDesk::close() {

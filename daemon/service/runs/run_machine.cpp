@@ -112,10 +112,12 @@ Deadlines Deadlines::of(double forecast_s, double trial_s, const LastTimes& last
 
 Result<RunStep> on_order(const RunMachine& run, const Deadlines& limits, Order order, Clock now) {
   if (const auto next = after(run.state, order)) return enter(*next, limits, now, order);
-  return fail(Errc::wrong_state,
-              "a run that is " + std::string(to_string(run.state)) + " takes no " +
-                  std::string(to_string(order)),
-              "run", takes(run.state), std::string(to_string(order)));
+  return fail({.code = Errc::wrong_state,
+               .where = "run",
+               .what = "a run that is " + std::string(to_string(run.state)) + " takes no " +
+                       std::string(to_string(order)),
+               .expected = takes(run.state),
+               .got = std::string(to_string(order))});
 }
 
 RunStep on_begun(const RunMachine& run, const Deadlines& limits, Clock now) {

@@ -55,7 +55,10 @@ Result<RunState> state_from(const std::string& name) {
   const auto* found = std::find_if(all_run_states.begin(), all_run_states.end(),
                                    [&](RunState s) { return to_string(s) == name; });
   if (found == all_run_states.end())
-    return fail(Errc::corrupt, "a run in no state that there is", "run", {}, name);
+    return fail({.code = Errc::corrupt,
+                 .where = "run",
+                 .what = "a run in no state that there is",
+                 .got = name});
   return *found;
 }
 
@@ -72,7 +75,11 @@ Result<std::optional<std::uint64_t>> seed_from(const std::string& text) {
   const char* const end = text.data() + text.size();
   const auto read = std::from_chars(text.data(), end, seed);
   if (read.ec == std::errc() && read.ptr == end) return std::optional(seed);
-  return fail(Errc::corrupt, "a run with a seed that is none", "run", "0 to 2^64 - 1", text);
+  return fail({.code = Errc::corrupt,
+               .where = "run",
+               .what = "a run with a seed that is none",
+               .expected = "0 to 2^64 - 1",
+               .got = text});
 }
 
 Result<StoredRun> read_run(const sqlite::Statement& row) {
@@ -164,8 +171,12 @@ Status check_pages(sqlite::Database& database) {
   const auto row = query->step();
   if (!row) return pass(row.error());
   if (*row && query->text(0) == "ok") return {};
-  return fail(Errc::corrupt, "the daemon's memory of its runs is damaged", {}, {}, query->text(0),
-              "Put back a copy of it, or move it away: the campaigns are whole in their own files");
+  return fail(
+      {.code = Errc::corrupt,
+       .what = "the daemon's memory of its runs is damaged",
+       .got = query->text(0),
+       .hint =
+           "Put back a copy of it, or move it away: the campaigns are whole in their own files"});
 }
 
 }  // namespace
@@ -193,15 +204,20 @@ Result<RunStore> RunStore::open(const std::filesystem::path& file) {
   const std::filesystem::path folder = file.parent_path();
   if (!folder.empty() && ::access(folder.c_str(), W_OK) != 0) {
     const std::error_code why(errno, std::generic_category());
-    return fail(Errc::io, "the folder cannot be written to", folder.string(), {}, why.message(),
-                "Give the daemon a folder of its own that it may write to");
+    return fail({.code = Errc::io,
+                 .where = folder.string(),
+                 .what = "the folder cannot be written to",
+                 .got = why.message(),
+                 .hint = "Give the daemon a folder of its own that it may write to"});
   }
   auto database = sqlite::Database::open(file, sqlite::Mode::create);
   if (!database) return pass(database.error(), file.string());
   if (const Status alone = database->execute(opening_sql); !alone) {
-    if (alone.error().code != Errc::wrong_state) return pass(alone.error(), file.string());
-    return fail(Errc::wrong_state, "another weftd works in this folder", file.string(), {}, {},
-                "Stop it, or give this one a folder of its own");
+    if (alone.error().code != Errc::busy) return pass(alone.error(), file.string());
+    return fail({.code = Errc::busy,
+                 .where = file.string(),
+                 .what = "another weftd works in this folder",
+                 .hint = "Stop it, or give this one a folder of its own"});
   }
   if (const Status whole = check_pages(*database); !whole)
     return pass(whole.error(), file.string());
@@ -225,7 +241,10 @@ Result<RigStanding> RunStore::standing() {
   const auto* found =
       std::find_if(facts.begin(), facts.end(), [&](auto fact) { return to_string(fact) == name; });
   if (found == facts.end())
-    return fail(Errc::corrupt, "a rig in no state that there is", "rig", {}, name);
+    return fail({.code = Errc::corrupt,
+                 .where = "rig",
+                 .what = "a rig in no state that there is",
+                 .got = name});
   return RigStanding{*found, query->text(1)};
 }
 
@@ -295,9 +314,13 @@ Result<std::vector<StoredRun>> RunStore::load() {
 
 Status RunStore::in_place() const {
   if (!database_.has_moved()) return {};
-  return fail(Errc::io, "the daemon's memory is not in its folder any more",
-              (home_ / store_file_name).string(), "as it was opened", "moved or removed",
-              "Put it back, or start weftd anew: what it did from here on would be forgotten");
+  return fail(
+      {.code = Errc::io,
+       .where = (home_ / store_file_name).string(),
+       .what = "the daemon's memory is not in its folder any more",
+       .expected = "as it was opened",
+       .got = "moved or removed",
+       .hint = "Put it back, or start weftd anew: what it did from here on would be forgotten"});
 }
 
 Result<sqlite::Statement> RunStore::writing(std::string_view sql) {
@@ -366,7 +389,10 @@ Result<std::string> RunStore::recipe_text(std::string_view sha256) {
   const auto row = query->step();
   if (!row) return pass(row.error());
   if (!*row)
-    return fail(Errc::corrupt, "a run whose recipe is not there", "recipe", std::string(sha256));
+    return fail({.code = Errc::corrupt,
+                 .where = "recipe",
+                 .what = "a run whose recipe is not there",
+                 .expected = std::string(sha256)});
   return std::string(query->text(0));
 }
 

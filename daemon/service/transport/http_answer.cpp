@@ -129,24 +129,29 @@ std::string refusal_text(int status) {
   switch (status) {
     case 408:
       return refused(408, "request.slow",
-                     {Errc::timeout, "the request did not come in time", {}, {}, {}, {}});
+                     {.code = Errc::timeout, .what = "the request did not come in time"});
     case 411:
       return refused(411, "request.length",
-                     {Errc::unsupported,
-                      "the request's length is not known",
-                      "Content-Length",
-                      "a number of bytes",
-                      {},
-                      "Chunked requests are not taken"});
+                     {.code = Errc::unsupported,
+                      .where = "Content-Length",
+                      .what = "the request's length is not known",
+                      .expected = "a number of bytes",
+                      .hint = "Chunked requests are not taken"});
     case 413:
       return refused(413, "request.too_long",
-                     {Errc::range, "request too long", "body", bytes(bounds.body_bytes), {}, {}});
+                     {.code = Errc::range,
+                      .where = "body",
+                      .what = "request too long",
+                      .expected = bytes(bounds.body_bytes)});
     case 431:
       return refused(431, "request.too_long",
-                     {Errc::range, "head too long", "headers", bytes(bounds.head_bytes), {}, {}});
+                     {.code = Errc::range,
+                      .where = "headers",
+                      .what = "head too long",
+                      .expected = bytes(bounds.head_bytes)});
     default:
       return refused(400, "request.http",
-                     {Errc::parse, "not a request of HTTP/1.1", {}, {}, {}, {}});
+                     {.code = Errc::parse, .what = "not a request of HTTP/1.1"});
   }
 }
 
@@ -154,42 +159,41 @@ std::optional<std::string> refusal_of_head(const HttpRequest& request, std::stri
   const auto text = [&](std::string_view name) { return std::string(request.header(name)); };
   if (!address.empty() && !meant_for(address, request))
     return refused(403, "access.host",
-                   {Errc::wrong_state,
-                    "this daemon has no such name",
-                    "Host",
-                    "localhost or " + std::string(address),
-                    text("Host"),
-                    {}});
+                   {.code = Errc::wrong_state,
+                    .where = "Host",
+                    .what = "this daemon has no such name",
+                    .expected = "localhost or " + std::string(address),
+                    .got = text("Host")});
   const bool rpc = request.path() == "/rpc", data = request.path().starts_with(data_path);
   const bool page = web::find_web_file(request.path()) != nullptr;
   if (!rpc && !data && !page && request.path() != "/events")
     return refused(404, "request.path",
-                   {Errc::not_found, "nothing there", {}, "/, /rpc, /events or /data/...", {}, {}});
+                   {.code = Errc::not_found,
+                    .what = "nothing there",
+                    .expected = "/, /rpc, /events or /data/..."});
   const std::string_view method = rpc ? "POST" : "GET";
   if (request.method() != method && !(page && request.method() == "HEAD"))
-    return refused(405, "request.method",
-                   {Errc::invalid_argument, "another method", {}, std::string(method), {}, {}},
-                   rpc ? "Allow: POST\r\n" : "Allow: GET\r\n");
+    return refused(
+        405, "request.method",
+        {.code = Errc::invalid_argument, .what = "another method", .expected = std::string(method)},
+        rpc ? "Allow: POST\r\n" : "Allow: GET\r\n");
   // Other pages' forms can send text, but not this type.
   if (rpc && !request.header("Content-Type").starts_with("application/json"))
     return refused(415, "request.type",
-                   {Errc::invalid_argument,
-                    "another content type",
-                    "Content-Type",
-                    "application/json",
-                    text("Content-Type"),
-                    {}});
+                   {.code = Errc::invalid_argument,
+                    .where = "Content-Type",
+                    .what = "another content type",
+                    .expected = "application/json",
+                    .got = text("Content-Type")});
   return std::nullopt;
 }
 
 std::string too_many_text(std::string_view what, std::size_t at_most, std::string_view hint) {
   return refused(503, "request.too_many",
-                 {Errc::wrong_state,
-                  "too many " + std::string(what),
-                  {},
-                  "at most " + std::to_string(at_most),
-                  {},
-                  std::string(hint)},
+                 {.code = Errc::wrong_state,
+                  .what = "too many " + std::string(what),
+                  .expected = "at most " + std::to_string(at_most),
+                  .hint = std::string(hint)},
                  come_back);
 }
 
@@ -202,18 +206,22 @@ std::string no_file_text(const Error& error, bool wants_known_content) {
 
 std::string other_content_text(const std::string& sha256) {
   return refused(412, "data.other",
-                 {Errc::wrong_state, "the file has another content", "sha256", {}, sha256, {}});
+                 {.code = Errc::wrong_state,
+                  .where = "sha256",
+                  .what = "the file has another content",
+                  .got = sha256});
 }
 
 std::string daemon_stops_text() {
-  return refused(503, "daemon.stops", {Errc::wrong_state, "the daemon stops", {}, {}, {}, {}},
+  return refused(503, "daemon.stops", {.code = Errc::wrong_state, .what = "the daemon stops"},
                  come_back);
 }
 
 std::string no_answer_text(std::int64_t patience_s) {
-  return refused(
-      504, "request.no_answer",
-      {Errc::timeout, "no answer in time", {}, std::to_string(patience_s) + " s", {}, {}});
+  return refused(504, "request.no_answer",
+                 {.code = Errc::timeout,
+                  .what = "no answer in time",
+                  .expected = std::to_string(patience_s) + " s"});
 }
 
 std::string open_line(const HttpRequest& request) {

@@ -8,12 +8,18 @@ Result<asio::ip::address> address_to_listen_on(const std::string& text, bool wit
   asio::error_code error;
   const asio::ip::address address = asio::ip::make_address(text, error);
   if (error)
-    return fail(Errc::parse, "not an address", "--listen", "127.0.0.1, ::1 or one of this machine",
-                text);
+    return fail({.code = Errc::parse,
+                 .where = "--listen",
+                 .what = "not an address",
+                 .expected = "127.0.0.1, ::1 or one of this machine",
+                 .got = text});
   if (address.is_loopback() || with_tls) return address;
-  return fail(Errc::invalid_argument, "an address that other machines reach is refused without TLS",
-              "--listen", "127.0.0.1, or --tls-cert and --tls-key", text,
-              "Tokens would go over the network for everybody to read");
+  return fail({.code = Errc::invalid_argument,
+               .where = "--listen",
+               .what = "an address that other machines reach is refused without TLS",
+               .expected = "127.0.0.1, or --tls-cert and --tls-key",
+               .got = text,
+               .hint = "Tokens would go over the network for everybody to read"});
 }
 
 Status listen_on(tcp::acceptor& acceptor, const asio::ip::address& address, std::uint16_t port) {
@@ -26,8 +32,11 @@ Status listen_on(tcp::acceptor& acceptor, const asio::ip::address& address, std:
   if (!error) acceptor.bind(at, error);
   if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
   if (error)
-    return fail(Errc::io, "cannot listen", address.to_string() + ":" + std::to_string(port), {},
-                error.message(), "Another program may hold the port");
+    return fail({.code = Errc::io,
+                 .where = address.to_string() + ":" + std::to_string(port),
+                 .what = "cannot listen",
+                 .got = error.message(),
+                 .hint = "Another program may hold the port"});
   return {};
 }
 

@@ -70,13 +70,12 @@ void SocketServer::Parts::Connection::work_off() {
     return asio::post(server_->context, [self = shared_from_this()] { self->work_off(); });
   }
   if (lines_.overflows()) {
-    return end_with(rpc::rpc_error(rpc::code::request + 30, "request.too_long",
-                                   {Errc::range,
-                                    "line too long",
-                                    "line",
-                                    std::to_string(server_->limits.line_bytes) + " bytes",
-                                    {},
-                                    {}}));
+    return end_with(
+        rpc::rpc_error(rpc::code::request + 30, "request.too_long",
+                       {.code = Errc::range,
+                        .where = "line",
+                        .what = "line too long",
+                        .expected = std::to_string(server_->limits.line_bytes) + " bytes"}));
   }
   pump();
   read();

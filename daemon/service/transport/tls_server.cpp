@@ -10,19 +10,29 @@ namespace {
 Status readable(const std::filesystem::path& file, const char* what) {
   std::error_code none;
   if (std::filesystem::is_regular_file(file, none)) return {};
-  return fail(Errc::not_found, std::string("no ") + what + " there", file.string(), "a PEM file");
+  return fail({.code = Errc::not_found,
+               .where = file.string(),
+               .what = std::string("no ") + what + " there",
+               .expected = "a PEM file"});
 }
 
 Status check_private(const std::filesystem::path& key) {
   struct stat found {};
   if (stat(key.c_str(), &found) != 0 || (found.st_mode & 07) == 0) return {};
-  return fail(Errc::wrong_state, "everybody may read the key", key.string(),
-              "a file that is the daemon's and its group's", {}, "chmod 640 " + key.string());
+  return fail({.code = Errc::wrong_state,
+               .where = key.string(),
+               .what = "everybody may read the key",
+               .expected = "a file that is the daemon's and its group's",
+               .hint = "chmod 640 " + key.string()});
 }
 
 tl::unexpected<Error> unusable(const char* what, const std::filesystem::path& file,
                                const asio::error_code& error) {
-  return fail(Errc::parse, std::string("unusable ") + what, file.string(), "PEM", error.message());
+  return fail({.code = Errc::parse,
+               .where = file.string(),
+               .what = std::string("unusable ") + what,
+               .expected = "PEM",
+               .got = error.message()});
 }
 
 }  // namespace
@@ -45,7 +55,8 @@ Result<std::unique_ptr<TlsServer>> TlsServer::load(const std::filesystem::path& 
   context->use_private_key_file(key.string(), asio::ssl::context::pem, error);
   if (error) return unusable("key", key, error);
   if (SSL_CTX_check_private_key(context->native_handle()) != 1)
-    return fail(Errc::parse, "the key is not the certificate's", key.string());
+    return fail(
+        {.code = Errc::parse, .where = key.string(), .what = "the key is not the certificate's"});
   return std::unique_ptr<TlsServer>(new TlsServer(std::move(context)));
 }
 

@@ -29,20 +29,28 @@ Status clear_the_way(const std::filesystem::path& path) {
   struct stat found {};
   if (lstat(path.c_str(), &found) != 0) return {};
   if (!S_ISSOCK(found.st_mode))
-    return fail(Errc::invalid_argument, "something else is in the way of the socket", path.string(),
-                "nothing, or an old socket",
-                S_ISLNK(found.st_mode) ? "a symbolic link" : "a file or folder", "Move it away");
+    return fail({.code = Errc::invalid_argument,
+                 .where = path.string(),
+                 .what = "something else is in the way of the socket",
+                 .expected = "nothing, or an old socket",
+                 .got = S_ISLNK(found.st_mode) ? "a symbolic link" : "a file or folder",
+                 .hint = "Move it away"});
   asio::io_context context;
   Unix::socket probe(context);
   asio::error_code error;
   probe.connect(Unix::endpoint(path.string()), error);
   if (!error)
-    return fail(Errc::wrong_state, "another daemon listens there", path.string(), {}, {},
-                "Stop it, or choose another --socket");
+    return fail({.code = Errc::wrong_state,
+                 .where = path.string(),
+                 .what = "another daemon listens there",
+                 .hint = "Stop it, or choose another --socket"});
   std::error_code removed;
   std::filesystem::remove(path, removed);
   if (removed)
-    return fail(Errc::io, "cannot remove the old socket", path.string(), {}, removed.message());
+    return fail({.code = Errc::io,
+                 .where = path.string(),
+                 .what = "cannot remove the old socket",
+                 .got = removed.message()});
   return {};
 }
 
@@ -51,8 +59,11 @@ Status clear_the_way(const std::filesystem::path& path) {
 Status open_unix(Unix::acceptor& acceptor, const std::filesystem::path& path) {
   constexpr std::size_t longest = 107;  // sun_path
   if (path.string().size() > longest)
-    return fail(Errc::range, "the socket's path is too long", path.string(), "107 bytes",
-                std::to_string(path.string().size()));
+    return fail({.code = Errc::range,
+                 .where = path.string(),
+                 .what = "the socket's path is too long",
+                 .expected = "107 bytes",
+                 .got = std::to_string(path.string().size())});
   if (Status clear = clear_the_way(path); !clear) return clear;
   asio::error_code error;
   acceptor.open(Unix(), error);
@@ -60,7 +71,11 @@ Status open_unix(Unix::acceptor& acceptor, const std::filesystem::path& path) {
   if (!error) acceptor.bind(Unix::endpoint(path.string()), error);
   umask(before);
   if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
-  if (error) return fail(Errc::io, "cannot listen", path.string(), {}, error.message());
+  if (error)
+    return fail({.code = Errc::io,
+                 .where = path.string(),
+                 .what = "cannot listen",
+                 .got = error.message()});
   return {};
 }
 

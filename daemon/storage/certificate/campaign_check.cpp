@@ -50,7 +50,7 @@ class CampaignCheck {
   /// Before SQLite opens the file: it says nothing of what it leaves out.
   void log() {
     if (const Status whole = whole_log(file_); !whole)
-      report_.findings.push_back({whole.error().where, whole.error().message, whole.error().hint});
+      report_.findings.push_back({whole.error().where, whole.error().what, whole.error().hint});
   }
 
   /// SQLite's own look at pages, rows and indices.

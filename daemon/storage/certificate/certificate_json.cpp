@@ -135,20 +135,23 @@ std::string to_json(const Certificate& certificate) {
 Result<Certificate> certificate_from_json(const std::string& text) {
   json object = json::parse(text, nullptr, false);
   if (!object.is_object() || !object.contains(own_digest) || !object[own_digest].is_string())
-    return fail(Errc::parse, "not a certificate of Weft");
+    return fail({.code = Errc::parse, .what = "not a certificate of Weft"});
   const std::string told = object[own_digest];
   object.erase(own_digest);
   // Text that is no UTF-8 cannot be dumped, nor does it parse.
   if (const std::string found = sha256_hex(object.dump()); found != told)
-    return fail(Errc::corrupt, "the certificate itself was altered: its digest disagrees", {}, told,
-                found);
+    return fail({.code = Errc::corrupt,
+                 .what = "the certificate itself was altered: its digest disagrees",
+                 .expected = told,
+                 .got = found});
   try {
     if (object.at("format") != "weft-certificate" || object.at("version") != certificate_version)
-      return fail(Errc::unsupported, "a certificate of another layout", {},
-                  std::to_string(certificate_version));
+      return fail({.code = Errc::unsupported,
+                   .what = "a certificate of another layout",
+                   .expected = std::to_string(certificate_version)});
     return certificate_from(object);
   } catch (const json::exception& e) {
-    return fail(Errc::parse, "not a certificate of Weft", {}, {}, e.what());
+    return fail({.code = Errc::parse, .what = "not a certificate of Weft", .got = e.what()});
   }
 }
 

@@ -40,7 +40,9 @@ Status add_trials(const std::filesystem::path& campaign, const Dataset& all, Cer
   const auto catalogue = catalogued_trials(*database);
   if (!catalogue) return pass(catalogue.error(), campaign.string());
   if (catalogue->size() != all.trials.size())
-    return fail(Errc::wrong_state, "the campaign file changes while it is read", campaign.string());
+    return fail({.code = Errc::wrong_state,
+                 .where = campaign.string(),
+                 .what = "the campaign file changes while it is read"});
   for (std::size_t i = 0; i < all.trials.size(); ++i)
     out.trials.push_back({all.trials[i].file, std::string(to_string(all.records[i].outcome)),
                           trial_sha256(all.trials[i], all.records[i]), (*catalogue)[i].sha256,

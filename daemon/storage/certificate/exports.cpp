@@ -30,11 +30,16 @@ Result<std::string> exploration_of(const Dataset& dataset, const std::string& wa
   const std::vector<std::string> known = explorations_of(dataset);
   if (wanted.empty() && known.size() == 1) return known.front();
   if (wanted.empty())
-    return fail(Errc::invalid_argument, "the campaign has several explorations", "/exploration",
-                "one of " + joined(known));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "/exploration",
+                 .what = "the campaign has several explorations",
+                 .expected = "one of " + joined(known)});
   if (std::ranges::find(known, wanted) != known.end()) return wanted;
-  return fail(Errc::not_found, "no such exploration", "/exploration", joined(known),
-              wanted.substr(0, 100));
+  return fail({.code = Errc::not_found,
+               .where = "/exploration",
+               .what = "no such exploration",
+               .expected = joined(known),
+               .got = wanted.substr(0, 100)});
 }
 
 /// Writes to `file`, and says of how many trials.
@@ -103,8 +108,10 @@ Status make_export_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directory(folder / export_folder_name, error);
   if (!error) return {};
-  return fail(Errc::io, "cannot make the folder", (folder / export_folder_name).string(), {},
-              error.message());
+  return fail({.code = Errc::io,
+               .where = (folder / export_folder_name).string(),
+               .what = "cannot make the folder",
+               .got = error.message()});
 }
 
 /// Takes the place of an older export of that name. Whenever this is cut short the list has no
@@ -137,7 +144,8 @@ Result<ExportedFile> export_campaign(const fs::path& folder, const ExportWish& w
   const fs::path campaign = folder / campaign_file_name;
   std::error_code error;
   const std::uintmax_t bytes = fs::file_size(campaign, error);
-  if (error) return fail(Errc::not_found, "no campaign file", campaign.string());
+  if (error)
+    return fail({.code = Errc::not_found, .where = campaign.string(), .what = "no campaign file"});
   if (Status room = check_space(folder, bytes); !room) return pass(room.error());
   if (Status whole = whole_log(campaign); !whole) return pass(whole.error(), folder.string());
   const auto progress = load_progress(campaign);
@@ -145,7 +153,9 @@ Result<ExportedFile> export_campaign(const fs::path& folder, const ExportWish& w
   const auto dataset = load_campaign(campaign, {.stop_asked = wish.stop_asked});
   if (!dataset) return pass(dataset.error());
   if (dataset->trials.empty())
-    return fail(Errc::not_found, "no complete trial in the campaign", campaign.string());
+    return fail({.code = Errc::not_found,
+                 .where = campaign.string(),
+                 .what = "no complete trial in the campaign"});
   if (Status made = make_export_folder(folder); !made) return pass(made.error());
   const bool features = wish.format == ExportFormat::features_csv;
   const auto exploration =
@@ -178,12 +188,15 @@ Result<std::vector<ExportedFile>> listed_exports(const fs::path& folder) {
   const json list = json::parse(*text, nullptr, false);
   try {
     if (list.at("format") != list_format || list.at("version") != 1)
-      return fail(Errc::parse, "not a list of exports", file.string());
+      return fail({.code = Errc::parse, .where = file.string(), .what = "not a list of exports"});
     std::vector<ExportedFile> out;
     for (const json& one : list.at("files")) out.push_back(export_from(one));
     return out;
   } catch (const json::exception& e) {
-    return fail(Errc::parse, "not a list of exports", file.string(), {}, e.what());
+    return fail({.code = Errc::parse,
+                 .where = file.string(),
+                 .what = "not a list of exports",
+                 .got = e.what()});
   }
 }
 

@@ -33,7 +33,7 @@ Result<FilePrint> print_of(const std::filesystem::path& file, std::vector<FileRe
                            const StopAsked& stop_asked) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored))
-    return fail(Errc::not_found, "no such file", file.string());
+    return fail({.code = Errc::not_found, .where = file.string(), .what = "no such file"});
   FilePrint print;
   print.name = file.filename().string();
   print.regions = std::move(regions);

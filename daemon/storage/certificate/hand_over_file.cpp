@@ -64,15 +64,22 @@ Result<json> read_evaluation(const fs::path& file) {
   json object = json::parse(*text, nullptr, false);
   if (!object.is_object() || object.value("format", json()) != format_name ||
       !object.contains(evaluation_digest) || !object[evaluation_digest].is_string())
-    return fail(Errc::parse, "not the evaluation of a hand-over", file.string());
+    return fail(
+        {.code = Errc::parse, .where = file.string(), .what = "not the evaluation of a hand-over"});
   if (object.value("version", json()) != hand_over_version)
-    return fail(Errc::unsupported, "a hand-over of another layout", file.string(),
-                std::to_string(hand_over_version), object.value("version", json()).dump());
+    return fail({.code = Errc::unsupported,
+                 .where = file.string(),
+                 .what = "a hand-over of another layout",
+                 .expected = std::to_string(hand_over_version),
+                 .got = object.value("version", json()).dump()});
   const std::string told = object[evaluation_digest];
   object.erase(evaluation_digest);
   if (const std::string found = digest_of_evaluation(object); found != told)
-    return fail(Errc::corrupt, "the evaluation was altered: its own digest disagrees",
-                file.string(), told, found);
+    return fail({.code = Errc::corrupt,
+                 .where = file.string(),
+                 .what = "the evaluation was altered: its own digest disagrees",
+                 .expected = told,
+                 .got = found});
   return object;
 }
 
@@ -82,7 +89,11 @@ Status check_file(const fs::path& folder, const json& listed) {
   if (!text) return pass(text.error());
   const std::string told = listed.at("sha256"), found = sha256_hex(*text);
   if (told == found) return {};
-  return fail(Errc::corrupt, "altered since the hand-over", name, told, found);
+  return fail({.code = Errc::corrupt,
+               .where = name,
+               .what = "altered since the hand-over",
+               .expected = told,
+               .got = found});
 }
 
 }  // namespace
@@ -120,16 +131,22 @@ Result<HandedOver> write_hand_over(const fs::path& folder, ordered_json evaluati
                                    const std::vector<HandOverText>& texts) {
   for (const HandOverText& file : texts)
     if (file.text.size() > most_text_bytes)
-      return fail(Errc::range, "too large to be read again", file.name,
-                  "at most " + std::to_string(most_text_bytes) + " bytes",
-                  std::to_string(file.text.size()) + " bytes",
-                  "Another learner than trees makes a smaller model");
+      return fail({.code = Errc::range,
+                   .where = file.name,
+                   .what = "too large to be read again",
+                   .expected = "at most " + std::to_string(most_text_bytes) + " bytes",
+                   .got = std::to_string(file.text.size()) + " bytes",
+                   .hint = "Another learner than trees makes a smaller model"});
   const fs::path target = folder / hand_over_folder_name;
   const fs::path part = folder / (std::string(hand_over_folder_name) + ".partial");
   std::error_code error;
   fs::remove_all(part, error);  // of a process that was killed under it
   if (!error) fs::create_directory(part, error);
-  if (error) return fail(Errc::io, "cannot make the folder", part.string(), {}, error.message());
+  if (error)
+    return fail({.code = Errc::io,
+                 .where = part.string(),
+                 .what = "cannot make the folder",
+                 .got = error.message()});
   evaluation["files"] = ordered_json::array();
   for (const HandOverText& file : texts) {
     if (Status ok = write_text_file(part / file.name, file.text); !ok) return pass(ok.error());
@@ -144,7 +161,11 @@ Result<HandedOver> write_hand_over(const fs::path& folder, ordered_json evaluati
   if (Status ok = write_text_file(part / evaluation_file_name, text); !ok) return pass(ok.error());
   if (const fs::path aside = name_aside(target); !aside.empty()) {
     fs::rename(target, folder / aside, error);
-    if (error) return fail(Errc::io, "cannot rename", target.string(), {}, error.message());
+    if (error)
+      return fail({.code = Errc::io,
+                   .where = target.string(),
+                   .what = "cannot rename",
+                   .got = error.message()});
   }
   if (Status ok = publish_folder(part, target); !ok) return pass(ok.error());
   return handed_over_from(json::parse(plain));
@@ -161,7 +182,10 @@ Result<std::vector<HandOverFile>> listed_hand_over_files(const fs::path& folder)
     for (const json& listed : evaluation->at("files"))
       out.push_back({listed.at("name"), listed.at("bytes"), listed.at("sha256")});
   } catch (const json::exception& e) {
-    return fail(Errc::parse, "not the evaluation of a hand-over", file.string(), {}, e.what());
+    return fail({.code = Errc::parse,
+                 .where = file.string(),
+                 .what = "not the evaluation of a hand-over",
+                 .got = e.what()});
   }
   return out;
 }
@@ -177,7 +201,10 @@ Result<std::optional<HandedOver>> read_hand_over(const fs::path& folder) {
       if (Status ok = check_file(place, listed); !ok) return pass(ok.error());
     return std::optional(handed_over_from(*evaluation));
   } catch (const json::exception& e) {
-    return fail(Errc::parse, "not the evaluation of a hand-over", place.string(), {}, e.what());
+    return fail({.code = Errc::parse,
+                 .where = place.string(),
+                 .what = "not the evaluation of a hand-over",
+                 .got = e.what()});
   }
 }
 

@@ -76,12 +76,14 @@ Result<VerifyReport> looked_at(const fs::path& path) {
     if (there(campaign) || has_log(campaign)) report.campaign = campaign;
     if (there(path / dataset_file_name)) report.dataset = path / dataset_file_name;
     if (report.campaign.empty() && report.dataset.empty())
-      return fail(Errc::not_found, "neither campaign.sqlite nor dataset.h5 in this folder",
-                  path.string());
+      return fail({.code = Errc::not_found,
+                   .where = path.string(),
+                   .what = "neither campaign.sqlite nor dataset.h5 in this folder"});
     return report;
   }
   if (!there(path) && !has_log(path))
-    return fail(Errc::not_found, "no such file or folder", path.string());
+    return fail(
+        {.code = Errc::not_found, .where = path.string(), .what = "no such file or folder"});
   // A campaign file whose first bytes are gone is still one by its name.
   const bool campaign = is_campaign_file(path) || path.filename() == campaign_file_name;
   (campaign ? report.campaign : report.dataset) = path;

@@ -21,25 +21,32 @@ std::optional<Enum> word_to(const std::array<std::string_view, count>& words,
 }
 
 Status sizes_disagree(std::string_view what, std::size_t expected, std::size_t got) {
-  return fail(Errc::invalid_argument, "number of " + std::string(what) + " disagrees", {},
-              std::to_string(expected), std::to_string(got));
+  return fail({.code = Errc::invalid_argument,
+               .what = "number of " + std::string(what) + " disagrees",
+               .expected = std::to_string(expected),
+               .got = std::to_string(got)});
 }
 
 Status check_taxels(const classifier::Trial& trial) {
-  if (trial.taxels == 0) return fail(Errc::invalid_argument, "a trial without taxels");
-  if (trial.samples() == 0) return fail(Errc::invalid_argument, "a trial without samples");
+  if (trial.taxels == 0)
+    return fail({.code = Errc::invalid_argument, .what = "a trial without taxels"});
+  if (trial.samples() == 0)
+    return fail({.code = Errc::invalid_argument, .what = "a trial without samples"});
   if (trial.counts.size() != trial.samples() * trial.taxels)
     return sizes_disagree("counts", trial.samples() * trial.taxels, trial.counts.size());
   const auto odd = std::ranges::find_if(trial.counts, [](double c) { return !std::isfinite(c); });
   if (odd != trial.counts.end())
-    return fail(Errc::invalid_argument, "a count that is not a finite number",
-                "sample " + std::to_string(static_cast<std::size_t>(odd - trial.counts.begin()) /
-                                           trial.taxels));
+    return fail(
+        {.code = Errc::invalid_argument,
+         .where = "sample " + std::to_string(static_cast<std::size_t>(odd - trial.counts.begin()) /
+                                             trial.taxels),
+         .what = "a count that is not a finite number"});
   const auto phase = std::ranges::find_if(
       trial.phase, [](Phase p) { return !phase_from_char(to_char(p)).has_value(); });
   if (phase != trial.phase.end())
-    return fail(Errc::invalid_argument, "a phase that is none of S, P, M, E and -",
-                "sample " + std::to_string(phase - trial.phase.begin()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "sample " + std::to_string(phase - trial.phase.begin()),
+                 .what = "a phase that is none of S, P, M, E and -"});
   return {};
 }
 
@@ -54,7 +61,8 @@ Status check_blocks(const BlockStream& stream, const BlockFormat& format, std::s
     if (column->size() != blocks)
       return sizes_disagree("blocks of " + what, blocks, column->size());
   if (blocks > 0 && (format.readings == 0 || !(format.rate_hz > 0)))
-    return fail(Errc::invalid_argument, "blocks of " + what + " without readings or rate");
+    return fail({.code = Errc::invalid_argument,
+                 .what = "blocks of " + what + " without readings or rate"});
   return {};
 }
 
@@ -63,11 +71,13 @@ Status check_record(const TrialRecord& record, std::size_t samples, const Datase
   const TrialQuality& quality = record.quality;
   if (!std::isfinite(quality.force_rms_error_n.value_or(0)) ||
       !std::isfinite(quality.force_in_band_fraction.value_or(0)))
-    return fail(Errc::invalid_argument, "a quality figure that is not a finite number");
+    return fail(
+        {.code = Errc::invalid_argument, .what = "a quality figure that is not a finite number"});
   if (record.spec.factors.size() != info.factors.size())
     return sizes_disagree("factors", info.factors.size(), record.spec.factors.size());
   if (!std::ranges::all_of(record.spec.factors, [](double x) { return std::isfinite(x); }))
-    return fail(Errc::invalid_argument, "a factor's value that is not a finite number");
+    return fail(
+        {.code = Errc::invalid_argument, .what = "a factor's value that is not a finite number"});
   if (record.t_ns.size() != samples) return sizes_disagree("times", samples, record.t_ns.size());
   if (!record.device_us.empty() && record.device_us.size() != samples)
     return sizes_disagree("device times", samples, record.device_us.size());
@@ -126,7 +136,8 @@ double WrenchStream::torque_nm(std::size_t i, std::size_t axis) const {
 }
 
 Status check(const Dataset& dataset) {
-  if (dataset.trials.empty()) return fail(Errc::invalid_argument, "a data set without trials");
+  if (dataset.trials.empty())
+    return fail({.code = Errc::invalid_argument, .what = "a data set without trials"});
   if (dataset.records.size() != dataset.trials.size())
     return sizes_disagree("records", dataset.trials.size(), dataset.records.size());
   std::unordered_set<std::string_view> files;
@@ -134,11 +145,18 @@ Status check(const Dataset& dataset) {
     const classifier::Trial& trial = dataset.trials[i];
     const std::string where = "trial " + trial.file;
     if (trial.file.empty() || !files.insert(trial.file).second)
-      return fail(Errc::invalid_argument, "the name of a trial must be present and unique", where);
-    if (trial.label.empty()) return fail(Errc::invalid_argument, "a trial without label", where);
+      return fail({.code = Errc::invalid_argument,
+                   .where = where,
+                   .what = "the name of a trial must be present and unique"});
+    if (trial.label.empty())
+      return fail(
+          {.code = Errc::invalid_argument, .where = where, .what = "a trial without label"});
     if (trial.taxels != dataset.trials.front().taxels)
-      return fail(Errc::invalid_argument, "trials of different taxel counts", where,
-                  std::to_string(dataset.trials.front().taxels), std::to_string(trial.taxels));
+      return fail({.code = Errc::invalid_argument,
+                   .where = where,
+                   .what = "trials of different taxel counts",
+                   .expected = std::to_string(dataset.trials.front().taxels),
+                   .got = std::to_string(trial.taxels)});
     if (auto fine = check_taxels(trial); !fine) return pass(std::move(fine).error(), where);
     auto fine = check_record(dataset.records[i], trial.samples(), dataset.info);
     if (!fine) return pass(std::move(fine).error(), where);
@@ -161,8 +179,11 @@ Result<std::vector<std::string>> explorations_in(std::string_view sum) {
     to = sum.find('+', from);
     std::string name(sum.substr(from, to == std::string_view::npos ? to : to - from));
     if (!sum.empty() && (name.empty() || std::ranges::find(out, name) != out.end()))
-      return fail(Errc::invalid_argument, "not a sum of explorations", "--exploration",
-                  "different names with + between them, such as M1+M2", std::string(sum));
+      return fail({.code = Errc::invalid_argument,
+                   .where = "--exploration",
+                   .what = "not a sum of explorations",
+                   .expected = "different names with + between them, such as M1+M2",
+                   .got = std::string(sum)});
     out.push_back(std::move(name));
   }
   return out;

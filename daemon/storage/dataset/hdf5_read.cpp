@@ -23,12 +23,16 @@ double rate_of(Reader& in, const char* group) {
 Status read_root(Reader& in, DatasetInfo& info) {
   const std::string format = in.text_attribute("/", "format");
   if (!in.status() || format != hdf5::format_name)
-    return fail(Errc::parse, "an HDF5 file, but not a Weft data set", {}, hdf5::format_name,
-                format);
+    return fail({.code = Errc::parse,
+                 .what = "an HDF5 file, but not a Weft data set",
+                 .expected = hdf5::format_name,
+                 .got = format});
   const std::uint64_t version = in.integer_attribute("/", "format_version");
   if (in.status() && version != hdf5::format_version)
-    return fail(Errc::unsupported, "a data set of another layout", {},
-                std::to_string(hdf5::format_version), std::to_string(version));
+    return fail({.code = Errc::unsupported,
+                 .what = "a data set of another layout",
+                 .expected = std::to_string(hdf5::format_version),
+                 .got = std::to_string(version)});
   const auto kind = bench_kind_from(in.text_attribute("/", "bench_kind"));
   info.kind = kind.value_or(BenchKind::unknown);
   in.require(kind.has_value(), "bench_kind", "an unknown word");
@@ -325,12 +329,17 @@ Status verify_digests(const DatasetDigest& expected, const Dataset& dataset,
   if (!got) return pass(got.error());
   for (std::size_t i = 0; i < dataset.trials.size(); ++i)
     if (got->trial_sha256[i] != expected.trial_sha256[i])
-      return fail(Errc::corrupt, "the trial was altered: its SHA-256 disagrees",
-                  "trial " + dataset.trials[i].file, expected.trial_sha256[i],
-                  got->trial_sha256[i]);
+      return fail({.code = Errc::corrupt,
+                   .where = "trial " + dataset.trials[i].file,
+                   .what = "the trial was altered: its SHA-256 disagrees",
+                   .expected = expected.trial_sha256[i],
+                   .got = got->trial_sha256[i]});
   if (got->dataset_sha256 != expected.dataset_sha256)
-    return fail(Errc::corrupt, "the data set was altered: its SHA-256 disagrees", "dataset_sha256",
-                expected.dataset_sha256, got->dataset_sha256);
+    return fail({.code = Errc::corrupt,
+                 .where = "dataset_sha256",
+                 .what = "the data set was altered: its SHA-256 disagrees",
+                 .expected = expected.dataset_sha256,
+                 .got = got->dataset_sha256});
   return {};
 }
 
@@ -370,7 +379,8 @@ Result<Dataset> read_all(const std::filesystem::path& path, const Hdf5LoadOption
     done = verify_digests(told.digest, *dataset, options.stop_asked);
   // After the digests, which can say in which trial a phase was altered.
   if (done && told.phases && *told.phases != hdf5::phase_runs(*dataset))
-    done = fail(Errc::corrupt, "does not follow from /taxel/phase", "/phases");
+    done = fail(
+        {.code = Errc::corrupt, .where = "/phases", .what = "does not follow from /taxel/phase"});
   if (!done) return pass(std::move(done).error(), path.string());
   return dataset;
 }
@@ -381,7 +391,8 @@ Result<Dataset> read_hdf5(const std::filesystem::path& path, const Hdf5LoadOptio
   try {
     return read_all(path, options);
   } catch (const std::bad_alloc&) {
-    return fail(Errc::io, "not enough memory for this data set", path.string());
+    return fail(
+        {.code = Errc::io, .where = path.string(), .what = "not enough memory for this data set"});
   }
 }
 

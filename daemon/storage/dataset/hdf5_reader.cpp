@@ -31,23 +31,30 @@ bool is_scalar(const Handle& attribute) {
 Result<Reader> Reader::open(const std::filesystem::path& path) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored))
-    return fail(Errc::not_found, "a folder where a data set file is due", path.string(), {}, {},
-                "A campaign's data set is the file dataset.h5 in its folder");
+    return fail({.code = Errc::not_found,
+                 .where = path.string(),
+                 .what = "a folder where a data set file is due",
+                 .hint = "A campaign's data set is the file dataset.h5 in its folder"});
   if (!std::filesystem::is_regular_file(path, ignored))
-    return fail(Errc::not_found, "no such data set file", path.string());
+    return fail({.code = Errc::not_found, .where = path.string(), .what = "no such data set file"});
   if (H5Fis_hdf5(path.c_str()) <= 0)
-    return fail(Errc::parse, "not an HDF5 file, or cut short within its first bytes",
-                path.string());
+    return fail({.code = Errc::parse,
+                 .where = path.string(),
+                 .what = "not an HDF5 file, or cut short within its first bytes"});
   Reader reader;
   reader.file_ = Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (!reader.file_.ok())
-    return fail(Errc::corrupt, "cannot be opened: cut short or damaged", path.string(), {},
-                last_error(), "Export the data set again");
+    return fail({.code = Errc::corrupt,
+                 .where = path.string(),
+                 .what = "cannot be opened: cut short or damaged",
+                 .got = last_error(),
+                 .hint = "Export the data set again"});
   return reader;
 }
 
 bool Reader::require(bool fine, const char* where, const char* what) {
-  if (!fine && status_) status_ = fail(Errc::corrupt, what, where, {}, last_error());
+  if (!fine && status_)
+    status_ = fail({.code = Errc::corrupt, .where = where, .what = what, .got = last_error()});
   return fine;
 }
 

@@ -46,7 +46,7 @@ Writer Writer::create(const std::filesystem::path& path, int deflate_level) {
 }
 
 bool Writer::require(bool fine, const char* what) {
-  if (!fine && !failed()) status_ = fail(Errc::io, what, {}, {}, last_error());
+  if (!fine && !failed()) status_ = fail({.code = Errc::io, .what = what, .got = last_error()});
   return fine;
 }
 

@@ -43,9 +43,11 @@ Status read_name(const std::string& name, FabricslideGroup group, classifier::Tr
   static const std::regex pattern(R"((.+)_F([0-9.]+)_V-?([0-9.]+)mmps_([0-9]{1,9})\.[cC][sS][vV])");
   std::smatch parts;
   if (!std::regex_match(name, parts, pattern))
-    return fail(Errc::parse, "not a name of this layout", name,
-                "<Fabric>_F<grip>_V[-]<speed>mmps_<repetition>.csv", {},
-                "Leave other files out with a filter");
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "not a name of this layout",
+                 .expected = "<Fabric>_F<grip>_V[-]<speed>mmps_<repetition>.csv",
+                 .hint = "Leave other files out with a filter"});
   trial.file = name;
   trial.label = parts[1];
   const std::string repetition = parts[4];
@@ -76,9 +78,15 @@ Result<std::vector<std::filesystem::path>> matching_files(const std::filesystem:
       files.push_back(path);
   }
   if (error)
-    return fail(Errc::not_found, "cannot list the folder", folder.string(), {}, error.message());
+    return fail({.code = Errc::not_found,
+                 .where = folder.string(),
+                 .what = "cannot list the folder",
+                 .got = error.message()});
   if (files.empty())
-    return fail(Errc::not_found, "no file matches the filter", folder.string(), {}, filter);
+    return fail({.code = Errc::not_found,
+                 .where = folder.string(),
+                 .what = "no file matches the filter",
+                 .got = filter});
   std::ranges::sort(files);
   return files;
 }

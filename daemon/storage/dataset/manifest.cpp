@@ -58,8 +58,11 @@ Result<ManifestEntry> read_entry(const CsvReader& manifest, const ManifestColumn
   const auto [first, is_new] =
       seen.emplace(one_name(out.path), out.where + " as '" + out.file + "'");
   if (is_new) return out;
-  return fail(Errc::parse, "the file is listed twice", out.where, {}, out.file,
-              "It stands in " + first->second + " already");
+  return fail({.code = Errc::parse,
+               .where = out.where,
+               .what = "the file is listed twice",
+               .got = out.file,
+               .hint = "It stands in " + first->second + " already"});
 }
 
 }  // namespace

@@ -98,9 +98,11 @@ double common_rate_hz(const Dataset& dataset) {
 
 Status append(Dataset& dataset, classifier::Trial trial, TrialRecord record) {
   if (!dataset.trials.empty() && dataset.trials.front().taxels != trial.taxels)
-    return fail(Errc::parse, "another number of channels than " + dataset.trials.front().file,
-                trial.file, std::to_string(dataset.trials.front().taxels),
-                std::to_string(trial.taxels));
+    return fail({.code = Errc::parse,
+                 .where = trial.file,
+                 .what = "another number of channels than " + dataset.trials.front().file,
+                 .expected = std::to_string(dataset.trials.front().taxels),
+                 .got = std::to_string(trial.taxels)});
   record.spec.index = static_cast<std::uint32_t>(dataset.trials.size());
   record.spec.label = trial.label;
   record.spec.group = trial.group;

@@ -14,10 +14,13 @@ Result<Image> parse_image_csv(const std::string& name, std::string_view text) {
   while (lines.next()) {
     if (rows == 0) cols = lines.fields().size();
     if (lines.fields().size() != cols)
-      return fail(Errc::parse, "rows of different length", lines.where(), std::to_string(cols),
-                  std::to_string(lines.fields().size()));
+      return fail({.code = Errc::parse,
+                   .where = lines.where(),
+                   .what = "rows of different length",
+                   .expected = std::to_string(cols),
+                   .got = std::to_string(lines.fields().size())});
     if (values.size() + cols > classifier::imprint::most_taxels)
-      return fail(Errc::range, "too many taxels", lines.where());
+      return fail({.code = Errc::range, .where = lines.where(), .what = "too many taxels"});
     for (std::size_t c = 0; c < cols; ++c) {
       const auto value = lines.number(c);
       if (!value) return pass(value.error());
@@ -26,7 +29,11 @@ Result<Image> parse_image_csv(const std::string& name, std::string_view text) {
     ++rows;
   }
   if (auto ok = lines.check_end(); !ok) return pass(ok.error());
-  if (rows == 0) return fail(Errc::parse, "the file holds no imprint", name, "rows of numbers");
+  if (rows == 0)
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "the file holds no imprint",
+                 .expected = "rows of numbers"});
   Image out(rows, cols);
   std::copy(values.begin(), values.end(), out.data().begin());
   return out;

@@ -9,8 +9,11 @@ using classifier::imprint::Image;
 Result<Image> read_image(const std::filesystem::path& path) {
   const std::string kind = path.extension().string(), name = path.string();
   if (kind != ".csv" && kind != ".txt" && kind != ".pgm" && kind != ".npy")
-    return fail(Errc::unsupported, "imprints are not read from such files", name,
-                ".csv, .txt, .pgm or .npy", kind);
+    return fail({.code = Errc::unsupported,
+                 .where = name,
+                 .what = "imprints are not read from such files",
+                 .expected = ".csv, .txt, .pgm or .npy",
+                 .got = kind});
   const auto text = read_file(path, most_image_bytes);
   if (!text) return pass(text.error());
   auto image = kind == ".pgm"   ? parse_image_pgm(name, *text)

@@ -20,8 +20,11 @@ struct ArrayHeader {
 
 tl::unexpected<Error> npy_broken(const std::string& name, std::string what, std::string expected,
                                  std::string_view got = {}) {
-  return fail(Errc::parse, std::move(what), name, std::move(expected),
-              std::string(got.substr(0, 80)));
+  return fail({.code = Errc::parse,
+               .where = name,
+               .what = std::move(what),
+               .expected = std::move(expected),
+               .got = std::string(got.substr(0, 80))});
 }
 
 /// What follows 'key': in the header's dictionary.
@@ -114,8 +117,11 @@ Result<Image> parse_image_npy(const std::string& name, std::string_view text) {
   const std::size_t width =
       header->type.empty() ? 0 : static_cast<std::size_t>(header->type.back() - '0');
   if (body.size() != taxels * width)
-    return fail(Errc::parse, "the array has another number of bytes", name,
-                std::to_string(taxels * width), std::to_string(body.size()));
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "the array has another number of bytes",
+                 .expected = std::to_string(taxels * width),
+                 .got = std::to_string(body.size())});
   std::vector<double> values(taxels);
   const std::vector<std::uint8_t> bytes(body.begin(), body.end());
   if (!read_type(header->type, bytes, values))

@@ -55,7 +55,10 @@ class GreyMapWords {
 };
 
 tl::unexpected<Error> pgm_broken(const std::string& name, std::string what, std::string expected) {
-  return fail(Errc::parse, std::move(what), name, std::move(expected));
+  return fail({.code = Errc::parse,
+               .where = name,
+               .what = std::move(what),
+               .expected = std::move(expected)});
 }
 
 Status read_plain_map(const std::string& name, GreyMapWords& words, std::size_t most, Image& out) {
@@ -78,8 +81,11 @@ Status read_binary_map(const std::string& name, std::string_view bytes, std::siz
                        Image& out) {
   const std::size_t width = most < 256 ? 1 : 2;
   if (bytes.size() != width * out.data().size())
-    return fail(Errc::parse, "the image has another number of bytes", name,
-                std::to_string(width * out.data().size()), std::to_string(bytes.size()));
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "the image has another number of bytes",
+                 .expected = std::to_string(width * out.data().size()),
+                 .got = std::to_string(bytes.size())});
   for (std::size_t i = 0; i < out.data().size(); ++i) {
     std::size_t value = static_cast<unsigned char>(bytes[width * i]);
     if (width == 2) value = 256 * value + static_cast<unsigned char>(bytes[2 * i + 1]);

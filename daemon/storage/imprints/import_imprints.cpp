@@ -27,13 +27,19 @@ Dataset imported_set(const std::filesystem::path& path, std::string source) {
 Status import_table_line(NumberLines& lines, std::size_t rows, std::size_t cols, Dataset& dataset) {
   constexpr std::size_t words = 2;
   if (lines.fields().size() != words + rows * cols)
-    return fail(Errc::parse, "wrong number of fields", lines.where(),
-                "label, group and " + std::to_string(rows * cols) + " values",
-                std::to_string(lines.fields().size()));
+    return fail({.code = Errc::parse,
+                 .where = lines.where(),
+                 .what = "wrong number of fields",
+                 .expected = "label, group and " + std::to_string(rows * cols) + " values",
+                 .got = std::to_string(lines.fields().size())});
   const std::string label(lines.fields()[0]), group(lines.fields()[1]);
-  if (label.empty()) return fail(Errc::parse, "the label is empty", lines.where());
+  if (label.empty())
+    return fail({.code = Errc::parse, .where = lines.where(), .what = "the label is empty"});
   if (!is_utf8(label) || !is_utf8(group))
-    return fail(Errc::parse, "a name is not UTF-8", lines.where(), "UTF-8 text");
+    return fail({.code = Errc::parse,
+                 .where = lines.where(),
+                 .what = "a name is not UTF-8",
+                 .expected = "UTF-8 text"});
   Image image(rows, cols);
   for (std::size_t i = 0; i < rows * cols; ++i) {
     const auto value = lines.number(words + i);
@@ -66,8 +72,11 @@ Result<Dataset> import_imprints(const std::filesystem::path& manifest) {
 Result<Dataset> import_imprint_table(const std::filesystem::path& table, std::size_t rows,
                                      std::size_t cols) {
   if (rows == 0 || cols == 0 || rows > classifier::imprint::most_taxels / cols)
-    return fail(Errc::range, "no imprint has this size", "--shape", "28x50",
-                std::to_string(rows) + "x" + std::to_string(cols));
+    return fail({.code = Errc::range,
+                 .where = "--shape",
+                 .what = "no imprint has this size",
+                 .expected = "28x50",
+                 .got = std::to_string(rows) + "x" + std::to_string(cols)});
   const auto text = read_text_file(table, most_image_bytes);
   if (!text) return pass(text.error());
   NumberLines lines(table.string(), *text);
@@ -80,7 +89,8 @@ Result<Dataset> import_imprint_table(const std::filesystem::path& table, std::si
     if (auto done = import_table_line(lines, rows, cols, out); !done) return pass(done.error());
   }
   if (auto ok = lines.check_end(); !ok) return pass(ok.error());
-  if (out.trials.empty()) return fail(Errc::parse, "no imprint in the table", table.string());
+  if (out.trials.empty())
+    return fail({.code = Errc::parse, .where = table.string(), .what = "no imprint in the table"});
   if (auto ok = check(out); !ok) return pass(ok.error(), table.string());
   return out;
 }

@@ -38,9 +38,12 @@ std::string size_words(std::size_t rows, std::size_t cols) {
 Status check_size(const classifier::Trial& first, std::size_t rows, std::size_t cols,
                   const std::string& file) {
   if (first.samples() == rows && first.taxels == cols) return {};
-  return fail(Errc::invalid_argument, "imprints of different sizes", file,
-              size_words(first.samples(), first.taxels) + " as in " + first.file,
-              size_words(rows, cols), "Make a data set of the imprints of each array");
+  return fail({.code = Errc::invalid_argument,
+               .where = file,
+               .what = "imprints of different sizes",
+               .expected = size_words(first.samples(), first.taxels) + " as in " + first.file,
+               .got = size_words(rows, cols),
+               .hint = "Make a data set of the imprints of each array"});
 }
 
 }  // namespace
@@ -72,8 +75,11 @@ Status append_imprint(Dataset& dataset, const Image& image, std::string file, st
 
 Result<std::vector<Imprint>> imprints_of(const Dataset& dataset) {
   if (!holds_imprints(dataset))
-    return fail(Errc::invalid_argument, "the data set does not hold imprints alone", {},
-                "trials of exploration imprint", dataset.info.source, "weft dataset import --help");
+    return fail({.code = Errc::invalid_argument,
+                 .what = "the data set does not hold imprints alone",
+                 .expected = "trials of exploration imprint",
+                 .got = dataset.info.source,
+                 .hint = "weft dataset import --help"});
   if (holds_scans(dataset)) return imprints_of_scans(dataset);
   // Objects may be numbered within their class: then a group's name alone is no object's.
   std::map<std::string, std::string> label_of;
@@ -100,7 +106,10 @@ Result<std::vector<Imprint>> imprints_of(const Dataset& dataset) {
 
 Result<TaxelGrid> grid_of(const Dataset& dataset, std::span<const Imprint> imprints) {
   if (imprints.empty())
-    return fail(Errc::invalid_argument, "no imprint", dataset.info.source, "one or more");
+    return fail({.code = Errc::invalid_argument,
+                 .where = dataset.info.source,
+                 .what = "no imprint",
+                 .expected = "one or more"});
   TaxelGrid out = grid_of_scans(dataset).value_or(
       TaxelGrid{imprints.front().image.rows(), imprints.front().image.cols()});
   take_from_scene(dataset.info.rig_json, out);

@@ -33,8 +33,11 @@ bool NumberLines::next() {
 
 Status NumberLines::check_end() const {
   if (!broken_off_) return {};
-  return fail(Errc::parse, "the last line has no line break: the file may be cut short", where(),
-              "a line break at the end", {}, "Add a newline if the file is whole");
+  return fail({.code = Errc::parse,
+               .where = where(),
+               .what = "the last line has no line break: the file may be cut short",
+               .expected = "a line break at the end",
+               .hint = "Add a newline if the file is whole"});
 }
 
 void NumberLines::split(std::string_view line) {
@@ -66,9 +69,12 @@ bool NumberLines::is_number(std::size_t at) const {
 
 Result<double> NumberLines::number(std::size_t at) const {
   if (const auto out = value(at)) return *out;
-  return fail(Errc::parse, "no finite number in field " + std::to_string(at + 1), where(),
-              "a finite number",
-              at < fields_.size() ? "'" + std::string(fields_[at].substr(0, 40)) + "'" : "nothing");
+  return fail({.code = Errc::parse,
+               .where = where(),
+               .what = "no finite number in field " + std::to_string(at + 1),
+               .expected = "a finite number",
+               .got = at < fields_.size() ? "'" + std::string(fields_[at].substr(0, 40)) + "'"
+                                          : "nothing"});
 }
 
 }  // namespace weft::daemon

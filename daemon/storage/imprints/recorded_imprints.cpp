@@ -46,8 +46,9 @@ Result<std::map<std::string, std::string>> classes_on_record(const DatasetInfo& 
   if (!limits) return pass(limits.error());
   const recipes::CheckReport report = recipes::check_recipe(info.recipe_json, *limits);
   if (!report.plan)
-    return fail(Errc::corrupt, "the recipe on record cannot be read: " +
-                                   recipes::to_string(report.problems.front()));
+    return fail({.code = Errc::corrupt,
+                 .what = "the recipe on record cannot be read: " +
+                         recipes::to_string(report.problems.front())});
   for (std::size_t i = 0; i < report.plan->class_of.size(); ++i)
     out[report.plan->fabrics[i]] = report.plan->class_of[i];
   return out;
@@ -56,8 +57,12 @@ Result<std::map<std::string, std::string>> classes_on_record(const DatasetInfo& 
 Result<Image> image_of(const classifier::Trial& trial, const TaxelGrid& grid) {
   const auto last = std::find(trial.phase.rbegin(), trial.phase.rend(), Phase::press);
   if (last == trial.phase.rend())
-    return fail(Errc::invalid_argument, "no scan in phase P", trial.file, "at least one", "none",
-                "Hold phase P for longer than the array's period");
+    return fail({.code = Errc::invalid_argument,
+                 .where = trial.file,
+                 .what = "no scan in phase P",
+                 .expected = "at least one",
+                 .got = "none",
+                 .hint = "Hold phase P for longer than the array's period"});
   const auto at = static_cast<std::size_t>(trial.phase.rend() - last - 1);
   Image image(grid.rows, grid.cols);
   const auto first = trial.counts.begin() + static_cast<std::ptrdiff_t>(at * trial.taxels);
@@ -81,8 +86,10 @@ bool holds_scans(const Dataset& dataset) {
 Result<std::vector<Imprint>> imprints_of_scans(const Dataset& dataset) {
   const auto grid = grid_of_scans(dataset);
   if (!grid)
-    return fail(Errc::invalid_argument, "the data set holds no scans of an array", {},
-                "a device that tells of rows and columns", dataset.info.source);
+    return fail({.code = Errc::invalid_argument,
+                 .what = "the data set holds no scans of an array",
+                 .expected = "a device that tells of rows and columns",
+                 .got = dataset.info.source});
   const auto classes = classes_on_record(dataset.info);
   if (!classes) return pass(classes.error());
   std::vector<Imprint> out;

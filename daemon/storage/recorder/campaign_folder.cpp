@@ -25,13 +25,21 @@ std::string system_words(int error) {
 Result<FolderLock> FolderLock::take(const std::filesystem::path& folder) {
   const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0)
-    return fail(Errc::io, "cannot open the folder", folder.string(), {}, system_words(errno));
+    return fail({.code = Errc::io,
+                 .where = folder.string(),
+                 .what = "cannot open the folder",
+                 .got = system_words(errno)});
   FolderLock lock(descriptor);
   if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) return lock;
   if (errno != EWOULDBLOCK)
-    return fail(Errc::io, "cannot lock the folder", folder.string(), {}, system_words(errno));
-  return fail(Errc::wrong_state, "another run works in this folder", folder.string(), {}, {},
-              "Wait for its end, or choose another folder");
+    return fail({.code = Errc::io,
+                 .where = folder.string(),
+                 .what = "cannot lock the folder",
+                 .got = system_words(errno)});
+  return fail({.code = Errc::busy,
+               .where = folder.string(),
+               .what = "another run works in this folder",
+               .hint = "Wait for its end, or choose another folder"});
 }
 
 FolderLock::FolderLock(FolderLock&& other) noexcept
@@ -44,10 +52,17 @@ FolderLock::~FolderLock() {
 Result<FolderLock> prepare_folder(const std::filesystem::path& folder, std::uint64_t bytes) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error) return fail(Errc::io, "cannot make the folder", folder.string(), {}, error.message());
+  if (error)
+    return fail({.code = Errc::io,
+                 .where = folder.string(),
+                 .what = "cannot make the folder",
+                 .got = error.message()});
   if (::access(folder.c_str(), W_OK | X_OK) != 0)
-    return fail(Errc::io, "the folder cannot be written to", folder.string(), {},
-                system_words(errno), "Choose another folder or change its permissions");
+    return fail({.code = Errc::io,
+                 .where = folder.string(),
+                 .what = "the folder cannot be written to",
+                 .got = system_words(errno),
+                 .hint = "Choose another folder or change its permissions"});
   auto lock = FolderLock::take(folder);
   if (!lock) return lock;
   if (Status room = check_space(folder, bytes); !room) return pass(room.error());
@@ -76,7 +91,11 @@ Result<std::filesystem::path> set_aside(const std::filesystem::path& campaign) {
   }
   std::error_code error;
   std::filesystem::rename(campaign, campaign.parent_path() / name, error);
-  if (error) return fail(Errc::io, "cannot rename", campaign.string(), {}, error.message());
+  if (error)
+    return fail({.code = Errc::io,
+                 .where = campaign.string(),
+                 .what = "cannot rename",
+                 .got = error.message()});
   return name;
 }
 

@@ -22,25 +22,28 @@ Result<std::int64_t> read_integer(sqlite::Database& database, const char* sql) {
   if (!query) return pass(std::move(query).error());
   auto row = query->step();
   if (!row) return pass(std::move(row).error());
-  if (!*row) return fail(Errc::corrupt, "the campaign file lacks its header row");
+  if (!*row) return fail({.code = Errc::corrupt, .what = "the campaign file lacks its header row"});
   return query->integer(0);
 }
 
 Result<sqlite::Database> open_campaign(const std::filesystem::path& path) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored))
-    return fail(Errc::not_found, "no such campaign file", path.string());
+    return fail({.code = Errc::not_found, .where = path.string(), .what = "no such campaign file"});
   auto database = sqlite::Database::open(path, sqlite::Mode::read_only);
   if (!database) return database;
   auto identity = read_integer(*database, "PRAGMA application_id");
   if (!identity) return pass(std::move(identity).error(), path.string());
   if (*identity != campaign_application_id)
-    return fail(Errc::parse, "not a Weft campaign file", path.string());
+    return fail({.code = Errc::parse, .where = path.string(), .what = "not a Weft campaign file"});
   auto version = read_integer(*database, "PRAGMA user_version");
   if (!version) return pass(std::move(version).error(), path.string());
   if (*version != campaign_schema_version)
-    return fail(Errc::unsupported, "a campaign file of another layout", path.string(),
-                std::to_string(campaign_schema_version), std::to_string(*version));
+    return fail({.code = Errc::unsupported,
+                 .where = path.string(),
+                 .what = "a campaign file of another layout",
+                 .expected = std::to_string(campaign_schema_version),
+                 .got = std::to_string(*version)});
   return database;
 }
 
@@ -66,7 +69,9 @@ Status read_block_streams(sqlite::Database& database, DatasetInfo& info) {
   for (; row && *row; row = query->step()) {
     const std::int64_t readings = query->integer(2);
     if (readings < 1 || readings > most_block_values || !(query->real(1) > 0))
-      return fail(Errc::corrupt, "a stream of impossible blocks", "block_stream");
+      return fail({.code = Errc::corrupt,
+                   .where = "block_stream",
+                   .what = "a stream of impossible blocks"});
     BlockFormat& format = query->integer(0) == static_cast<std::int64_t>(Stream::sound)
                               ? info.sound
                               : info.acceleration;
@@ -89,13 +94,19 @@ Result<std::size_t> read_header(sqlite::Database& database, DatasetInfo& info) {
   if (!query) return pass(std::move(query).error());
   auto row = query->step();
   if (!row) return pass(std::move(row).error());
-  if (!*row) return fail(Errc::corrupt, "the campaign file lacks its header row");
+  if (!*row) return fail({.code = Errc::corrupt, .what = "the campaign file lacks its header row"});
   const auto kind = bench_kind_from(query->text(0));
-  if (!kind) return fail(Errc::corrupt, "unknown bench kind", "campaign", {}, query->text(0));
+  if (!kind)
+    return fail({.code = Errc::corrupt,
+                 .where = "campaign",
+                 .what = "unknown bench kind",
+                 .got = query->text(0)});
   const std::int64_t taxels = query->integer(9);
   if (taxels < 1 || taxels > most_taxels)
-    return fail(Errc::corrupt, "impossible number of taxels", "campaign", {},
-                std::to_string(taxels));
+    return fail({.code = Errc::corrupt,
+                 .where = "campaign",
+                 .what = "impossible number of taxels",
+                 .got = std::to_string(taxels)});
   info.kind = *kind;
   info.name = query->text(1);
   info.source = query->text(2);
@@ -186,7 +197,10 @@ Result<TrialRecord> read_trial_row(const sqlite::Statement& query) {
   const auto outcome =
       query.is_null(8) ? TrialOutcome::interrupted : trial_outcome_from(query.text(8));
   if (!outcome)
-    return fail(Errc::corrupt, "unknown outcome", trial_name(record.spec), {}, query.text(8));
+    return fail({.code = Errc::corrupt,
+                 .where = trial_name(record.spec),
+                 .what = "unknown outcome",
+                 .got = query.text(8)});
   record.outcome = *outcome;
   record.quality = {real_or_nothing(query, 9), real_or_nothing(query, 10)};
   return record;
@@ -215,11 +229,12 @@ class ChunkReader {
       const std::int64_t stream = query_.integer(0);
       const std::int64_t number = query_.integer(1);
       if (stream < 0 || stream >= std::int64_t{stream_count})
-        return fail(Errc::corrupt, "a chunk of an unknown stream");
+        return fail({.code = Errc::corrupt, .what = "a chunk of an unknown stream"});
       const std::string where =
           std::string(to_string(static_cast<Stream>(stream))) + " chunk " + std::to_string(number);
       if (number != expected_number[static_cast<std::size_t>(stream)]++)
-        return fail(Errc::corrupt, "a chunk before this one is missing", where);
+        return fail(
+            {.code = Errc::corrupt, .where = where, .what = "a chunk before this one is missing"});
       auto done = decode(static_cast<Stream>(stream), trial, record);
       if (!done) return pass(std::move(done).error(), where);
     }
@@ -237,15 +252,17 @@ class ChunkReader {
     const ByteView data = query_.blob(5);
     const std::size_t width = widths_[static_cast<std::size_t>(stream)];
     if (width == 0 && stream != Stream::stages)
-      return fail(Errc::corrupt, "a chunk of a stream that the file does not describe");
+      return fail(
+          {.code = Errc::corrupt, .what = "a chunk of a stream that the file does not describe"});
     const std::size_t row = row_bytes(stream, width);
     if (data.empty() || data.size() % row != 0 ||
         std::cmp_not_equal(data.size() / row, query_.integer(2)))
-      return fail(Errc::corrupt, "cut short", {},
-                  query_.text(2) + " rows of " + std::to_string(row) + " bytes",
-                  std::to_string(data.size()) + " bytes");
+      return fail({.code = Errc::corrupt,
+                   .what = "cut short",
+                   .expected = query_.text(2) + " rows of " + std::to_string(row) + " bytes",
+                   .got = std::to_string(data.size()) + " bytes"});
     if (crc32(data) != query_.integer(4))
-      return fail(Errc::corrupt, "altered: its CRC-32 disagrees");
+      return fail({.code = Errc::corrupt, .what = "altered: its CRC-32 disagrees"});
     const auto lost = static_cast<std::uint32_t>(query_.integer(3));
     switch (stream) {
       case Stream::wrench:
@@ -265,7 +282,7 @@ class ChunkReader {
     }
     record.lost_samples += lost;
     if (!decode_taxels(data, options_.transfers, trial, record))
-      return fail(Errc::corrupt, "an unknown phase");
+      return fail({.code = Errc::corrupt, .what = "an unknown phase"});
     return {};
   }
 
@@ -291,9 +308,11 @@ Status read_trials(sqlite::Database& database, const CampaignLoadOptions& option
     if (!record) return pass(std::move(record).error());
     record->spec.factors = std::move((*factors)[query->integer(0)]);
     if (record->spec.factors.size() != dataset.info.factors.size())
-      return fail(Errc::corrupt, "a trial without its values of the sweep's factors",
-                  trial_name(record->spec), std::to_string(dataset.info.factors.size()),
-                  std::to_string(record->spec.factors.size()));
+      return fail({.code = Errc::corrupt,
+                   .where = trial_name(record->spec),
+                   .what = "a trial without its values of the sweep's factors",
+                   .expected = std::to_string(dataset.info.factors.size()),
+                   .got = std::to_string(record->spec.factors.size())});
     if (record->outcome == TrialOutcome::ended_early)
       ++ended_early[{record->spec.label, record->spec.exploration}];
     if (record->outcome != TrialOutcome::complete && !options.all_outcomes) continue;
@@ -324,8 +343,9 @@ Result<Dataset> load_campaign(const std::filesystem::path& path,
   const auto discarded = is_discarded(*database);
   if (!discarded) return pass(discarded.error(), path.string());
   if (*discarded && !options.all_outcomes)
-    return fail(Errc::wrong_state, "the campaign was discarded: no data set is made of it",
-                path.string());
+    return fail({.code = Errc::wrong_state,
+                 .where = path.string(),
+                 .what = "the campaign was discarded: no data set is made of it"});
   Dataset dataset;
   auto taxels = read_header(*database, dataset.info);
   if (!taxels) return pass(std::move(taxels).error(), path.string());

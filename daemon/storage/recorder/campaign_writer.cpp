@@ -317,10 +317,13 @@ Status CampaignWriter::one_piece() {
   const auto row = fold->step();
   if (!row) return pass(row.error());
   if (*row && fold->integer(0) == 0) return {};
-  return fail(Errc::wrong_state, "somebody has been reading the campaign file without a pause",
-              "the end of the campaign", {}, {},
-              "All of it is recorded. End that program, then go on with the campaign: what is left "
-              "is its end");
+  return fail(
+      {.code = Errc::wrong_state,
+       .where = "the end of the campaign",
+       .what = "somebody has been reading the campaign file without a pause",
+       .hint =
+           "All of it is recorded. End that program, then go on with the campaign: what is left "
+           "is its end"});
 }
 
 }  // namespace weft::daemon

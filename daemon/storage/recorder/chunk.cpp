@@ -28,10 +28,13 @@ Result<std::int32_t> to_quanta(double value, double per_unit, const char* what) 
   const double quanta = std::round(value * per_unit);
   constexpr double limit = std::numeric_limits<std::int32_t>::max();
   if (!(std::abs(quanta) <= limit))
-    return fail(Errc::range, std::string(what) + " cannot be recorded", {},
-                "at most " + std::to_string(limit / per_unit), std::to_string(value),
-                "No bench has such a value: look at the device's status and cable, and at its "
-                "scale in the rig file");
+    return fail({.code = Errc::range,
+                 .what = std::string(what) + " cannot be recorded",
+                 .expected = "at most " + std::to_string(limit / per_unit),
+                 .got = std::to_string(value),
+                 .hint =
+                     "No bench has such a value: look at the device's status and cable, and at its "
+                     "scale in the rig file"});
   return static_cast<std::int32_t>(quanta);
 }
 

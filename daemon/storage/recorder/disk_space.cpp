@@ -29,11 +29,17 @@ Status check_space(const std::filesystem::path& folder, std::uint64_t needed_byt
   std::error_code error;
   const std::filesystem::space_info space = std::filesystem::space(folder, error);
   if (error)
-    return fail(Errc::io, "cannot tell the free space", folder.string(), {}, error.message());
+    return fail({.code = Errc::io,
+                 .where = folder.string(),
+                 .what = "cannot tell the free space",
+                 .got = error.message()});
   if (space.available < needed_bytes)
-    return fail(Errc::io, "not enough free space", folder.string(),
-                std::to_string(needed_bytes) + " bytes", std::to_string(space.available) + " bytes",
-                "Free some space or choose another folder");
+    return fail({.code = Errc::no_space,
+                 .where = folder.string(),
+                 .what = "not enough free space",
+                 .expected = std::to_string(needed_bytes) + " bytes",
+                 .got = std::to_string(space.available) + " bytes",
+                 .hint = "Free some space or choose another folder"});
   return {};
 }
 

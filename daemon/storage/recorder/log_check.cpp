@@ -177,7 +177,8 @@ Result<LogState> read_log(const fs::path& database) {
   state.bytes = bytes;
   if (bytes <= header_bytes) return state;  // killed before the first frame
   if (!in.read(reinterpret_cast<char*>(begin.data()), static_cast<std::streamsize>(begin.size())))
-    return fail(Errc::io, "cannot read the write-ahead log", file.string());
+    return fail(
+        {.code = Errc::io, .where = file.string(), .what = "cannot read the write-ahead log"});
   if (const auto header = header_from(begin)) {
     state = walk(in, *header).state;
   } else {

@@ -19,10 +19,11 @@ Result<Sha256Digest> recorded_rows(sqlite::Database& database, std::int64_t tria
 }
 
 tl::unexpected<Error> another_past(std::uint32_t index, std::string_view what) {
-  return fail(Errc::wrong_state,
-              "the simulated bench, played again from its seed, does not do what was recorded",
-              "trial " + std::to_string(index + 1) + ", " + std::string(what), {}, {},
-              "Go on with the version of Weft that recorded it, or begin a new campaign");
+  return fail(
+      {.code = Errc::wrong_state,
+       .where = "trial " + std::to_string(index + 1) + ", " + std::string(what),
+       .what = "the simulated bench, played again from its seed, does not do what was recorded",
+       .hint = "Go on with the version of Weft that recorded it, or begin a new campaign"});
 }
 
 }  // namespace

@@ -10,14 +10,14 @@ Result<RawFile> RawFile::open(const std::filesystem::path& path) {
   if (!database) return pass(database.error());
   sqlite3_file* file = database->file();
   if (file == nullptr || file->pMethods == nullptr)
-    return fail(Errc::io, "cannot read the file", path.string());
+    return fail({.code = Errc::io, .where = path.string(), .what = "cannot read the file"});
   return RawFile(std::move(*database), file);
 }
 
 Result<std::size_t> RawFile::read(std::uint64_t at, std::span<std::uint8_t> to) const {
   sqlite3_int64 bytes = 0;
   if (file_->pMethods->xFileSize(file_, &bytes) != SQLITE_OK)
-    return fail(Errc::io, "cannot tell the file's size");
+    return fail({.code = Errc::io, .what = "cannot tell the file's size"});
   const auto size = static_cast<std::uint64_t>(bytes);
   const std::size_t there =
       at >= size ? 0 : static_cast<std::size_t>(std::min<std::uint64_t>(to.size(), size - at));
@@ -26,7 +26,7 @@ Result<std::size_t> RawFile::read(std::uint64_t at, std::span<std::uint8_t> to) 
   if (there > static_cast<std::size_t>(std::numeric_limits<int>::max()) ||
       file_->pMethods->xRead(file_, to.data(), static_cast<int>(there),
                              static_cast<sqlite3_int64>(at)) != SQLITE_OK)
-    return fail(Errc::io, "the file cannot be read to its end");
+    return fail({.code = Errc::io, .what = "the file cannot be read to its end"});
   return there;
 }
 

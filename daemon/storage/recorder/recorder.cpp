@@ -74,10 +74,12 @@ struct Recorder::Impl {
 
 Status Recorder::Impl::ready(bool in_trial) {
   if (failure) return tl::unexpected<Error>(*failure);
-  if (finished) return fail(Errc::wrong_state, "the campaign file has been finished");
+  if (finished)
+    return fail({.code = Errc::wrong_state, .what = "the campaign file has been finished"});
   if (trial_open != in_trial)
-    return fail(Errc::wrong_state,
-                in_trial ? "no trial is open to record into" : "the last trial has not been ended");
+    return fail({.code = Errc::wrong_state,
+                 .what = in_trial ? "no trial is open to record into"
+                                  : "the last trial has not been ended"});
   return {};
 }
 
@@ -155,9 +157,11 @@ Result<ChunkBuffer*> Recorder::Impl::open_buffer(Stream stream, const Stamp& sta
 
 Status Recorder::Impl::begin_blocks(const BlockKind& kind, std::size_t values, double rate_hz) {
   if (values == 0 || values > most_block_values || values % kind.axes != 0 || !(rate_hz > 0))
-    return fail(Errc::invalid_argument, "a block that cannot be",
-                std::string(to_string(kind.stream)), "whole readings at a rate",
-                std::to_string(values) + " values at " + std::to_string(rate_hz) + " Hz");
+    return fail({.code = Errc::invalid_argument,
+                 .where = std::string(to_string(kind.stream)),
+                 .what = "a block that cannot be",
+                 .expected = "whole readings at a rate",
+                 .got = std::to_string(values) + " values at " + std::to_string(rate_hz) + " Hz"});
   const BlockStreamRecord record{static_cast<std::int64_t>(kind.stream),
                                  {rate_hz, static_cast<std::uint32_t>(values / kind.axes)},
                                  static_cast<std::int64_t>(kind.axes),
@@ -180,10 +184,13 @@ Status Recorder::Impl::block(const Stamp& stamp, const BlockKind& kind, const Bl
   auto chunk = open_buffer(kind.stream, stamp);
   if (!chunk) return pass(std::move(chunk).error());
   if (row.values.size() != (*chunk)->width() || rate_hz != known_hz)
-    return fail(
-        Errc::invalid_argument, "a block unlike the first", std::string(to_string(kind.stream)),
-        std::to_string((*chunk)->width()) + " values at " + std::to_string(known_hz) + " Hz",
-        std::to_string(row.values.size()) + " values at " + std::to_string(rate_hz) + " Hz");
+    return fail({.code = Errc::invalid_argument,
+                 .where = std::string(to_string(kind.stream)),
+                 .what = "a block unlike the first",
+                 .expected = std::to_string((*chunk)->width()) + " values at " +
+                             std::to_string(known_hz) + " Hz",
+                 .got = std::to_string(row.values.size()) + " values at " +
+                        std::to_string(rate_hz) + " Hz"});
   if (auto done = encode_block((*chunk)->slot(), stamp.host, row); !done)
     return pass(std::move(done).error(), stamp.device);
   (*chunk)->push(stamp.sequence, stamp.lost, stamp.host);
@@ -198,8 +205,10 @@ Recorder::~Recorder() = default;
 Status Recorder::refuse_existing(const std::filesystem::path& path) {
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) return {};
-  return fail(Errc::wrong_state, "the campaign file exists already", path.string(), {}, {},
-              "--resume goes on with it; another campaign needs another folder");
+  return fail({.code = Errc::wrong_state,
+               .where = path.string(),
+               .what = "the campaign file exists already",
+               .hint = "--resume goes on with it; another campaign needs another folder"});
 }
 
 Result<Recorder> Recorder::create(const std::filesystem::path& path, const CampaignHeader& header) {
@@ -239,8 +248,10 @@ bool Recorder::plays_again() const {
 Status Recorder::go_on(TimePoint now) {
   if (impl_->failure) return tl::unexpected<Error>(*impl_->failure);
   if (impl_->again && !impl_->again->whole())
-    return fail(Errc::wrong_state, "the run ended before it had come to the trials that are left",
-                "resume", {}, {}, "Nothing was changed: resume it again");
+    return fail({.code = Errc::wrong_state,
+                 .where = "resume",
+                 .what = "the run ended before it had come to the trials that are left",
+                 .hint = "Nothing was changed: resume it again"});
   return impl_->go_on(now);
 }
 
@@ -277,8 +288,11 @@ Status Recorder::taxel(const Stamp& stamp, const TaxelSample& sample, Phase phas
   auto chunk = impl_->open_buffer(Stream::taxel, stamp);
   if (!chunk) return pass(std::move(chunk).error());
   if (sample.counts.size() != (*chunk)->width())
-    return fail(Errc::invalid_argument, "a frame with another number of taxels", "taxel",
-                std::to_string((*chunk)->width()), std::to_string(sample.counts.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "taxel",
+                 .what = "a frame with another number of taxels",
+                 .expected = std::to_string((*chunk)->width()),
+                 .got = std::to_string(sample.counts.size())});
   encode_taxel((*chunk)->slot(), stamp.host, sample, phase);
   (*chunk)->push(stamp.sequence, stamp.lost, stamp.host);
   return {};
@@ -297,8 +311,11 @@ Status Recorder::stages(const Stamp& stamp, std::span<const double> positions) {
   auto chunk = impl_->open_buffer(Stream::stages, stamp);
   if (!chunk) return pass(std::move(chunk).error());
   if (positions.size() != impl_->axes.size())
-    return fail(Errc::invalid_argument, "another number of axes", "stages",
-                std::to_string(impl_->axes.size()), std::to_string(positions.size()));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "stages",
+                 .what = "another number of axes",
+                 .expected = std::to_string(impl_->axes.size()),
+                 .got = std::to_string(positions.size())});
   if (auto done = encode_stages((*chunk)->slot(), stamp.host, positions, impl_->axes); !done)
     return done;
   (*chunk)->push(stamp.sequence, stamp.lost, stamp.host);
@@ -334,7 +351,7 @@ Status Recorder::end_trial(TrialOutcome outcome, const TrialQuality& quality, Ti
 
 Status Recorder::journal(TimePoint now, std::string_view kind, std::string_view payload_json) {
   if (!impl_->failure && impl_->finished)
-    return fail(Errc::wrong_state, "the campaign file has been finished");
+    return fail({.code = Errc::wrong_state, .what = "the campaign file has been finished"});
   if (impl_->again) return {};
   return impl_->write(
       [w = impl_->writer.get(), now, what = std::string(kind),

@@ -17,7 +17,9 @@ Errc code_of(int sqlite_code) {
       return Errc::parse;
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-      return Errc::wrong_state;  // another process has it
+      return Errc::busy;
+    case SQLITE_FULL:
+      return Errc::no_space;
     default:
       return Errc::io;
   }
@@ -26,9 +28,12 @@ Errc code_of(int sqlite_code) {
 tl::unexpected<Error> database_error(sqlite3* database, const FilePath& file, std::string what) {
   const int code = sqlite3_extended_errcode(database);
   const bool full = (code & 0xFF) == SQLITE_FULL;
-  return fail(code_of(code), std::move(what), file ? *file : "", {},
-              std::string(sqlite3_errmsg(database)) + " (SQLite " + std::to_string(code) + ")",
-              full ? "Free some space on the disk" : "");
+  return fail(
+      {.code = code_of(code),
+       .where = file ? *file : "",
+       .what = std::move(what),
+       .got = std::string(sqlite3_errmsg(database)) + " (SQLite " + std::to_string(code) + ")",
+       .hint = full ? "Free some space on the disk" : ""});
 }
 
 /// SQLite removes a log whose file is empty, and reading is enough for that.
@@ -162,7 +167,8 @@ Result<Database> Database::open_named(const std::filesystem::path& path, const s
   Database database;
   database.raw_.reset(raw);
   database.file_ = std::make_shared<const std::string>(path.string());
-  if (raw == nullptr) return fail(Errc::io, "no memory to open the file", path.string());
+  if (raw == nullptr)
+    return fail({.code = Errc::io, .where = path.string(), .what = "no memory to open the file"});
   if (code != SQLITE_OK) return database_error(raw, database.file_, "cannot open the file");
   return database;
 }
@@ -173,8 +179,10 @@ Result<Database> Database::open_untouched(const std::filesystem::path& path) {
 
 Result<Database> Database::open(const std::filesystem::path& path, Mode mode) {
   if (is_orphan(path))
-    return fail(Errc::corrupt, "the file is missing or empty, but its log is there", path.string(),
-                {}, {}, "Put the file back beside its log; nothing was changed");
+    return fail({.code = Errc::corrupt,
+                 .where = path.string(),
+                 .what = "the file is missing or empty, but its log is there",
+                 .hint = "Put the file back beside its log; nothing was changed"});
   if (mode == Mode::read_only && lacks_log(path)) return open_untouched(path);
   const int flags = mode == Mode::read_only    ? SQLITE_OPEN_READONLY
                     : mode == Mode::read_write ? SQLITE_OPEN_READWRITE
@@ -205,8 +213,10 @@ bool Database::has_moved() const {
 
 Result<Statement> Database::prepare_to_write(std::string_view sql) {
   if (!has_moved()) return prepare(sql);
-  return fail(Errc::io, "the file was moved or removed while it was open", file_ ? *file_ : "",
-              "as it was opened");
+  return fail({.code = Errc::io,
+               .where = file_ ? *file_ : "",
+               .what = "the file was moved or removed while it was open",
+               .expected = "as it was opened"});
 }
 
 void Database::count_log_pages(int* pages) {

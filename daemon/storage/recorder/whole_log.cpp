@@ -24,16 +24,21 @@ std::string hint_of(const LogState& log) {
 Status whole_log(const std::filesystem::path& campaign) {
   const std::string where = log_of(campaign).filename().string();
   const auto log = read_log(campaign);
-  if (!log) return fail(log.error().code, to_string(log.error()), where);
+  if (!log) return fail({.code = log.error().code, .where = where, .what = to_string(log.error())});
   if (log->damage)
-    return fail(Errc::corrupt, words_of(*log->damage),
-                where + ": byte " + std::to_string(log->damage->at), {}, {}, hint_of(*log));
+    return fail({.code = Errc::corrupt,
+                 .where = where + ": byte " + std::to_string(log->damage->at),
+                 .what = words_of(*log->damage),
+                 .hint = hint_of(*log)});
   const auto expected = expects_log(campaign);  // what keeps it from being read is told elsewhere
   if (!expected || !*expected || log->bytes > 0) return {};
-  return fail(Errc::corrupt,
-              "the log is missing, and with it all that was recorded since it was last folded into "
-              "the file",
-              where, {}, {}, "Put it back: until a campaign has ended, both files are it");
+  return fail(
+      {.code = Errc::corrupt,
+       .where = where,
+       .what =
+           "the log is missing, and with it all that was recorded since it was last folded into "
+           "the file",
+       .hint = "Put it back: until a campaign has ended, both files are it"});
 }
 
 }  // namespace weft::daemon

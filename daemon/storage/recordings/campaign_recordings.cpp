@@ -26,12 +26,10 @@ std::optional<Span> motion_of(const classifier::Trial& trial, const TrialRecord&
 }
 
 Error lost_blocks(std::int64_t at_ns) {
-  return {Errc::invalid_argument,
-          "blocks were lost while the probe slid",
-          {},
-          "every block of phase M",
-          "none at " + std::to_string(at_ns / 1'000'000) + " ms of the host's clock",
-          {}};
+  return {.code = Errc::invalid_argument,
+          .what = "blocks were lost while the probe slid",
+          .expected = "every block of phase M",
+          .got = "none at " + std::to_string(at_ns / 1'000'000) + " ms of the host's clock"};
 }
 
 // Samples of the blocks that lie in M whole, an array per axis, and where the first one begins.
@@ -57,7 +55,8 @@ Result<std::int64_t> take_blocks(const BlockStream& stream, const BlockFormat& f
         out[first_channel + a].push_back(stream.quanta[(b * format.readings + r) * axes + a] /
                                          per_unit);
   }
-  if (!begun) return fail(Errc::invalid_argument, "no whole block while the probe slid");
+  if (!begun)
+    return fail({.code = Errc::invalid_argument, .what = "no whole block while the probe slid"});
   if (begin_ns - motion.from_ns >= block_ns + tolerance_ns)
     return pass(lost_blocks(motion.from_ns));
   if (motion.to_ns - end_ns >= block_ns + tolerance_ns) return pass(lost_blocks(end_ns));
@@ -86,8 +85,9 @@ Result<RecordingSet> recordings_of(const Dataset& dataset,
     for (const char* axis : {"X", "Y", "Z"})
       channels.push_back({axis, info.acceleration.rate_hz, "m/s2"});
   if (channels.empty())
-    return fail(Errc::not_found, "the data set has neither sound nor acceleration", {}, {}, {},
-                "Its rig needs a device of role vibro");
+    return fail({.code = Errc::not_found,
+                 .what = "the data set has neither sound nor acceleration",
+                 .hint = "Its rig needs a device of role vibro"});
   RecordingSet out{info.name, "campaign", info.kind, {}};
   for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
     const classifier::Trial& trial = dataset.trials[i];
@@ -96,7 +96,9 @@ Result<RecordingSet> recordings_of(const Dataset& dataset,
     if (exploration && record.spec.exploration != *exploration) continue;
     Recording own{trial.file, trial.label, std::to_string(record.spec.repetition), channels, {}};
     const auto motion = motion_of(trial, record);
-    if (!motion) return fail(Errc::invalid_argument, "a trial without phase M", trial.file);
+    if (!motion)
+      return fail(
+          {.code = Errc::invalid_argument, .where = trial.file, .what = "a trial without phase M"});
     std::vector<std::int64_t> begin_ns;
     if (info.sound.readings > 0) {
       const auto begin =

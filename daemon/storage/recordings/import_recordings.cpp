@@ -28,7 +28,7 @@ std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder)
 
 Status check_folder(const std::filesystem::path& folder) {
   if (std::filesystem::is_directory(folder)) return {};
-  return fail(Errc::not_found, "no such folder", folder.string());
+  return fail({.code = Errc::not_found, .where = folder.string(), .what = "no such folder"});
 }
 
 // What the times of a table tell of its rate.
@@ -65,10 +65,12 @@ Result<TimedRate> even_rate(const std::vector<double>& times, const LongestInter
   const double step_s = duration_s / static_cast<double>(times.size() - 1);
   const std::vector<std::int64_t> t_ns = in_ns(times);
   if (missing_samples(t_ns) >= 0.5)
-    return fail(Errc::parse, "the samples are not evenly spaced", longest.where,
-                "a sample each " + std::to_string(step_s) + " s",
-                "one after " + std::to_string(longest.s) + " s",
-                "Cut the recording where samples are missing, or resample it");
+    return fail({.code = Errc::parse,
+                 .where = longest.where,
+                 .what = "the samples are not evenly spaced",
+                 .expected = "a sample each " + std::to_string(step_s) + " s",
+                 .got = "one after " + std::to_string(longest.s) + " s",
+                 .hint = "Cut the recording where samples are missing, or resample it"});
   double worst_s = 0.0;
   for (std::size_t i = 0; i < times.size(); ++i)
     worst_s =
@@ -161,7 +163,7 @@ Status read_sound(const std::filesystem::path& path, Recording& out) {
 // Lines of numbers, of any length, without a header.
 Result<std::vector<std::vector<double>>> read_lines(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
-  if (!in) return fail(Errc::not_found, "no such file", path.string());
+  if (!in) return fail({.code = Errc::not_found, .where = path.string(), .what = "no such file"});
   std::vector<std::vector<double>> out;
   std::size_t number = 0;
   for (std::string line; std::getline(in, line);) {
@@ -175,11 +177,13 @@ Result<std::vector<std::vector<double>>> read_lines(const std::filesystem::path&
       double value = 0.0;
       const auto [next, problem] = std::from_chars(at, end, value);
       if (problem != std::errc() || !std::isfinite(value) || (next != end && *next != ','))
-        return fail(Errc::parse, "not a finite number",
-                    path.string() + ":" + std::to_string(number) + ": field " +
-                        std::to_string(out.back().size() + 1),
-                    "a number",
-                    std::string(at, std::min<std::size_t>(20, static_cast<std::size_t>(end - at))));
+        return fail({.code = Errc::parse,
+                     .where = path.string() + ":" + std::to_string(number) + ": field " +
+                              std::to_string(out.back().size() + 1),
+                     .what = "not a finite number",
+                     .expected = "a number",
+                     .got = std::string(
+                         at, std::min<std::size_t>(20, static_cast<std::size_t>(end - at)))});
       out.back().push_back(value);
       if (next == end) break;
       at = next + 1;
@@ -200,8 +204,11 @@ Result<std::vector<std::vector<double>>> vibtac_channel(const std::filesystem::p
     channel = {name, 200.0, "count"};
     auto lines = read_lines(folder / (name + ".csv"));
     if (lines && lines->size() != textures)
-      return fail(Errc::parse, "another number of textures", (folder / (name + ".csv")).string(),
-                  std::to_string(textures), std::to_string(lines->size()));
+      return fail({.code = Errc::parse,
+                   .where = (folder / (name + ".csv")).string(),
+                   .what = "another number of textures",
+                   .expected = std::to_string(textures),
+                   .got = std::to_string(lines->size())});
     return lines;
   }
   std::vector<std::vector<double>> out(textures);
@@ -211,8 +218,11 @@ Result<std::vector<std::vector<double>>> vibtac_channel(const std::filesystem::p
     auto sound = read_sound_file(path);
     if (!sound) return pass(sound.error());
     if (channel.rate_hz > 0 && channel.rate_hz != sound->rate_hz)
-      return fail(Errc::parse, "another sampling rate than the tracks before", path.string(),
-                  std::to_string(channel.rate_hz) + " Hz", std::to_string(sound->rate_hz) + " Hz");
+      return fail({.code = Errc::parse,
+                   .where = path.string(),
+                   .what = "another sampling rate than the tracks before",
+                   .expected = std::to_string(channel.rate_hz) + " Hz",
+                   .got = std::to_string(sound->rate_hz) + " Hz"});
     channel = {"S", sound->rate_hz, "1"};
     out[t] = std::move(sound->channels.front());
   }
@@ -254,8 +264,11 @@ Result<RecordingSet> import_vibtac12(const std::filesystem::path& folder,
   std::vector<std::vector<std::vector<double>>> samples;  // [channel][texture]
   for (std::size_t c = 0; c < channels.size(); ++c) {
     if (channels[c] != "S" && channels[c] != "X" && channels[c] != "Y" && channels[c] != "Z")
-      return fail(Errc::invalid_argument, "no such channel", "vibtac12", "S, X, Y or Z",
-                  channels[c]);
+      return fail({.code = Errc::invalid_argument,
+                   .where = "vibtac12",
+                   .what = "no such channel",
+                   .expected = "S, X, Y or Z",
+                   .got = channels[c]});
     auto of_texture = vibtac_channel(folder, channels[c], own[c]);
     if (!of_texture) return pass(of_texture.error());
     samples.push_back(std::move(*of_texture));
@@ -279,8 +292,11 @@ Result<RecordingSet> import_lmt_sound(const std::filesystem::path& folder) {
       std::smatch parts;
       const std::string name = path.filename().string();
       if (!std::regex_match(name, parts, pattern))
-        return fail(Errc::parse, "not a name of this layout", path.string(),
-                    "<Material>_<number>.wav", name);
+        return fail({.code = Errc::parse,
+                     .where = path.string(),
+                     .what = "not a name of this layout",
+                     .expected = "<Material>_<number>.wav",
+                     .got = name});
       Recording own{name, material.filename().string(), parts[2], {}, {}};
       if (auto done = read_sound(path, own); !done) return pass(done.error());
       set.recordings.push_back(std::move(own));

@@ -59,11 +59,16 @@ void write_samples(hdf5::Writer& out, const RecordingSet& set, std::size_t chann
 Status read_root(hdf5::Reader& in, RecordingSet& set, std::string& digest) {
   const std::string format = in.text_attribute("/", "format");
   if (!in.status() || format != format_name)
-    return fail(Errc::parse, "an HDF5 file, but not recordings of Weft", {}, format_name, format);
+    return fail({.code = Errc::parse,
+                 .what = "an HDF5 file, but not recordings of Weft",
+                 .expected = format_name,
+                 .got = format});
   const std::uint64_t version = in.integer_attribute("/", "format_version");
   if (in.status() && version != recordings_version)
-    return fail(Errc::unsupported, "recordings of another layout", {},
-                std::to_string(recordings_version), std::to_string(version));
+    return fail({.code = Errc::unsupported,
+                 .what = "recordings of another layout",
+                 .expected = std::to_string(recordings_version),
+                 .got = std::to_string(version)});
   const auto kind = bench_kind_from(in.text_attribute("/", "bench_kind"));
   in.require(kind.has_value(), "bench_kind", "an unknown word");
   set.kind = kind.value_or(BenchKind::unknown);
@@ -123,8 +128,10 @@ Result<RecordingSet> read_checked(hdf5::Reader& in) {
     return pass(std::move(error));
   }
   if (recordings_sha256(set) != digest)
-    return fail(Errc::corrupt, "the digest disagrees with the content", {}, digest,
-                recordings_sha256(set));
+    return fail({.code = Errc::corrupt,
+                 .what = "the digest disagrees with the content",
+                 .expected = digest,
+                 .got = recordings_sha256(set)});
   return set;
 }
 
@@ -160,7 +167,9 @@ Result<RecordingSet> read_recordings(const std::filesystem::path& path) {
     if (!set) return pass(set.error(), path.string());
     return set;
   } catch (const std::bad_alloc&) {
-    return fail(Errc::corrupt, "the file claims more samples than fit into memory", path.string());
+    return fail({.code = Errc::corrupt,
+                 .where = path.string(),
+                 .what = "the file claims more samples than fit into memory"});
   }
 }
 

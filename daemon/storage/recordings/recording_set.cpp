@@ -17,28 +17,40 @@ Status check_channels(const std::vector<Channel>& channels) {
   std::set<std::string> names;
   for (const Channel& c : channels) {
     if (c.name.empty() || !names.insert(c.name).second)
-      return fail(Errc::invalid_argument, "a channel's name must be present and unique", c.name);
+      return fail({.code = Errc::invalid_argument,
+                   .where = c.name,
+                   .what = "a channel's name must be present and unique"});
     if (!(c.rate_hz > 0.0) || !std::isfinite(c.rate_hz))
-      return fail(Errc::invalid_argument, "a channel needs a sampling rate", c.name,
-                  "a positive number of Hz", std::to_string(c.rate_hz));
+      return fail({.code = Errc::invalid_argument,
+                   .where = c.name,
+                   .what = "a channel needs a sampling rate",
+                   .expected = "a positive number of Hz",
+                   .got = std::to_string(c.rate_hz)});
   }
-  if (channels.empty()) return fail(Errc::invalid_argument, "recordings without channels");
+  if (channels.empty())
+    return fail({.code = Errc::invalid_argument, .what = "recordings without channels"});
   return {};
 }
 
 Status check_recording(const Recording& recording, const std::vector<Channel>& channels) {
-  if (recording.label.empty()) return fail(Errc::invalid_argument, "a recording without label");
+  if (recording.label.empty())
+    return fail({.code = Errc::invalid_argument, .what = "a recording without label"});
   if (recording.channels != channels || recording.samples.size() != channels.size())
-    return fail(Errc::invalid_argument, "other channels than the first recording's", {},
-                words_of(channels), words_of(recording.channels));
+    return fail({.code = Errc::invalid_argument,
+                 .what = "other channels than the first recording's",
+                 .expected = words_of(channels),
+                 .got = words_of(recording.channels)});
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const auto& samples = recording.samples[c];
     if (samples.empty())
-      return fail(Errc::invalid_argument, "a channel without samples", channels[c].name);
+      return fail({.code = Errc::invalid_argument,
+                   .where = channels[c].name,
+                   .what = "a channel without samples"});
     const auto odd = std::ranges::find_if(samples, [](double v) { return !std::isfinite(v); });
     if (odd != samples.end())
-      return fail(Errc::invalid_argument, "a sample that is not a finite number",
-                  channels[c].name + ": sample " + std::to_string(odd - samples.begin()));
+      return fail({.code = Errc::invalid_argument,
+                   .where = channels[c].name + ": sample " + std::to_string(odd - samples.begin()),
+                   .what = "a sample that is not a finite number"});
   }
   return {};
 }
@@ -46,14 +58,16 @@ Status check_recording(const Recording& recording, const std::vector<Channel>& c
 }  // namespace
 
 Status check(const RecordingSet& set) {
-  if (set.recordings.empty()) return fail(Errc::invalid_argument, "a data set without recordings");
+  if (set.recordings.empty())
+    return fail({.code = Errc::invalid_argument, .what = "a data set without recordings"});
   const auto& channels = set.recordings.front().channels;
   if (auto fine = check_channels(channels); !fine) return fine;
   std::set<std::string_view> files;
   for (const Recording& r : set.recordings) {
     if (r.file.empty() || !files.insert(r.file).second)
-      return fail(Errc::invalid_argument, "the name of a recording must be present and unique",
-                  r.file);
+      return fail({.code = Errc::invalid_argument,
+                   .where = r.file,
+                   .what = "the name of a recording must be present and unique"});
     if (auto fine = check_recording(r, channels); !fine) return pass(fine.error(), r.file);
   }
   return {};

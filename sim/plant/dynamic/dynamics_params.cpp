@@ -53,7 +53,10 @@ Status check_material(const ContactMaterial& material) {
 
 Status check_dynamics(const DynamicsParams& params) {
   if (params.integrator > Integrator::adaptive)
-    return fail(Errc::range, "no such integrator", "dynamics", "midpoint, tr_bdf2 or adaptive");
+    return fail({.code = Errc::range,
+                 .where = "dynamics",
+                 .what = "no such integrator",
+                 .expected = "midpoint, tr_bdf2 or adaptive"});
   return check_bounds("dynamics",
                       {{"the step in s", params.step_s, 1e-9, 1},
                        {"the normal damping", params.normal_damping, 0, 100},

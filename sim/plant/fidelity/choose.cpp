@@ -141,18 +141,24 @@ Result<FidelityOffer> choose(const FidelityTable& table, const Scene& scene,
         offer.times_real_time >= wish.times_real_time.value_or(0))
       good.push_back(offer);
   if (good.empty())
-    return fail(Errc::unsupported, "no measured setting does what is asked",
-                "scene " + std::string(scene.name), wished(wish),
-                "the nearest: " + nearest(all, wish), "Ask for less of the one or of the other");
+    return fail({.code = Errc::unsupported,
+                 .where = "scene " + std::string(scene.name),
+                 .what = "no measured setting does what is asked",
+                 .expected = wished(wish),
+                 .got = "the nearest: " + nearest(all, wish),
+                 .hint = "Ask for less of the one or of the other"});
   return wish.accuracy_n ? good.front()
                          : *std::min_element(good.begin(), good.end(), more_accurate);
 }
 
 Result<double> parse_accuracy_n(std::string_view text) {
   const auto refuse = [&] {
-    return fail(Errc::invalid_argument, "not an accuracy", "--accuracy",
-                "an error of the force over 0 and up to 1000 N, such as 10mN, 0.01N or 0.5%",
-                std::string(text));
+    return fail(
+        {.code = Errc::invalid_argument,
+         .where = "--accuracy",
+         .what = "not an accuracy",
+         .expected = "an error of the force over 0 and up to 1000 N, such as 10mN, 0.01N or 0.5%",
+         .got = std::string(text)});
   };
   const auto read = amount(text);
   if (!read) return refuse();
@@ -168,8 +174,11 @@ Result<double> parse_accuracy_n(std::string_view text) {
 Result<double> parse_times_real_time(std::string_view text) {
   const auto read = amount(text);
   if (!read || read->unit != "x" || !(read->value > 0 && read->value <= 1e12))
-    return fail(Errc::invalid_argument, "not a speed", "--budget",
-                "a multiple of real time over 0, such as 1000x", std::string(text));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--budget",
+                 .what = "not a speed",
+                 .expected = "a multiple of real time over 0, such as 1000x",
+                 .got = std::string(text)});
   return read->value;
 }
 

@@ -17,7 +17,9 @@ constexpr std::array<std::string_view, 5> scenes{"press", "slide", "stick_slip",
                                                  "fabrics17"};
 
 Result<FidelityRow> read_row(const json& object, const std::string& where) {
-  if (!object.is_object()) return fail(Errc::parse, "not a row", where, "an object");
+  if (!object.is_object())
+    return fail(
+        {.code = Errc::parse, .where = where, .what = "not a row", .expected = "an object"});
   FidelityRow row;
   std::string level, integrator = "none";
   double step_us = 0;
@@ -29,11 +31,18 @@ Result<FidelityRow> read_row(const json& object, const std::string& where) {
   reader.required("times_real_time", row.times_real_time, 1e-9, 1e12);
   if (Status s = reader.finish(); !s) return pass(s.error());
   if (std::find(scenes.begin(), scenes.end(), row.scene) == scenes.end())
-    return fail(Errc::parse, "no such scene", where + "/scene",
-                "press, slide, stick_slip, retouch or fabrics17", row.scene);
+    return fail({.code = Errc::parse,
+                 .where = where + "/scene",
+                 .what = "no such scene",
+                 .expected = "press, slide, stick_slip, retouch or fabrics17",
+                 .got = row.scene});
   const auto known = level_from(level);
   if (!known || !moves(*known))
-    return fail(Errc::parse, "no such level of motion", where + "/level", "L0 to L3", level);
+    return fail({.code = Errc::parse,
+                 .where = where + "/level",
+                 .what = "no such level of motion",
+                 .expected = "L0 to L3",
+                 .got = level});
   row.setting = {.level = *known, .step_s = step_us * 1e-6};
   if (*known < Level::dynamic) return row;
   const auto method = integrator_from(integrator);
@@ -53,9 +62,16 @@ Result<FidelityTable> read_table(const json& root) {
   const json* rows = reader.child("rows");
   if (Status s = reader.finish(); !s) return pass(s.error());
   if (bench != "simulated")
-    return fail(Errc::parse, "not a table of simulations", "/bench", "simulated", bench);
+    return fail({.code = Errc::parse,
+                 .where = "/bench",
+                 .what = "not a table of simulations",
+                 .expected = "simulated",
+                 .got = bench});
   if (rows == nullptr || !rows->is_array() || rows->size() > most_rows)
-    return fail(Errc::parse, "not a list of rows", "/rows", "at most 10000 rows");
+    return fail({.code = Errc::parse,
+                 .where = "/rows",
+                 .what = "not a list of rows",
+                 .expected = "at most 10000 rows"});
   for (std::size_t i = 0; i < rows->size(); ++i) {
     auto row = read_row((*rows)[i], "/rows/" + std::to_string(i));
     if (!row) return pass(row.error());
@@ -69,7 +85,10 @@ Result<FidelityTable> read_table(const json& root) {
 Result<FidelityTable> parse_fidelity(std::string_view text) {
   const json root = json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (!root.is_object())
-    return fail(Errc::parse, "not a JSON object", "fidelity table", "an object");
+    return fail({.code = Errc::parse,
+                 .where = "fidelity table",
+                 .what = "not a JSON object",
+                 .expected = "an object"});
   return read_table(root);
 }
 

@@ -28,14 +28,23 @@ std::vector<double> influences(std::size_t rows, std::size_t cols, double spacin
 
 Status check(const HalfSpaceParams& params) {
   if (!(params.modulus_pa >= 1 && params.modulus_pa <= 1e12))
-    return fail(Errc::range, "no medium has this modulus", "modulus_pa", "1 to 1e12 Pa",
-                std::to_string(params.modulus_pa));
+    return fail({.code = Errc::range,
+                 .where = "modulus_pa",
+                 .what = "no medium has this modulus",
+                 .expected = "1 to 1e12 Pa",
+                 .got = std::to_string(params.modulus_pa)});
   if (!(params.tolerance >= 1e-14 && params.tolerance <= 0.1))
-    return fail(Errc::range, "the tolerance cannot be met", "tolerance", "1e-14 to 0.1",
-                std::to_string(params.tolerance));
+    return fail({.code = Errc::range,
+                 .where = "tolerance",
+                 .what = "the tolerance cannot be met",
+                 .expected = "1e-14 to 0.1",
+                 .got = std::to_string(params.tolerance)});
   if (params.iteration_limit < 1 || params.iteration_limit > 1'000'000)
-    return fail(Errc::range, "not a limit of iterations", "iteration_limit", "1 to 1000000",
-                std::to_string(params.iteration_limit));
+    return fail({.code = Errc::range,
+                 .where = "iteration_limit",
+                 .what = "not a limit of iterations",
+                 .expected = "1 to 1000000",
+                 .got = std::to_string(params.iteration_limit)});
   return {};
 }
 
@@ -74,17 +83,22 @@ Result<Imprint> HalfSpace::press(const HeightMap& map, double force_n) {
   if (auto ok = sim::check(map); !ok) return pass(ok.error());
   if (auto ok = check_press(force_n); !ok) return pass(ok.error());
   if (map.rows != rows_ || map.cols != cols_ || map.spacing_m != spacing_m_)
-    return fail(Errc::range, "the map is not on this array's grid", "map",
-                std::to_string(rows_) + " x " + std::to_string(cols_),
-                std::to_string(map.rows) + " x " + std::to_string(map.cols));
+    return fail({.code = Errc::range,
+                 .where = "map",
+                 .what = "the map is not on this array's grid",
+                 .expected = std::to_string(rows_) + " x " + std::to_string(cols_),
+                 .got = std::to_string(map.rows) + " x " + std::to_string(map.cols)});
   Imprint imprint{rows_, cols_, std::vector<double>(map.height_m.size(), 0.0), 0, 0};
   const double load_pa = force_n / map.cell_m2();
   iterations_ = 0;
   if (!(load_pa > 1e-200)) return imprint;  // below, squares of gaps would vanish
   if (!solve(map, load_pa))
-    return fail(Errc::timeout, "the contact did not settle", "half-space",
-                "a tolerance of " + std::to_string(params_.tolerance),
-                std::to_string(iterations_) + " iterations", "Raise iteration_limit or tolerance");
+    return fail({.code = Errc::timeout,
+                 .where = "half-space",
+                 .what = "the contact did not settle",
+                 .expected = "a tolerance of " + std::to_string(params_.tolerance),
+                 .got = std::to_string(iterations_) + " iterations",
+                 .hint = "Raise iteration_limit or tolerance"});
   imprint.pressure_pa = pressure_;
   imprint.indentation_m = mean_gap_m_ + highest_m(map);
   imprint.contact_fraction = loaded_fraction(pressure_);

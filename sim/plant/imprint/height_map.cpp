@@ -14,32 +14,46 @@ constexpr double largest_force_n = 1e6;
 
 Status check_grid(std::size_t rows, std::size_t cols, double spacing_m) {
   if (rows == 0 || cols == 0 || rows > most_taxels || cols > most_taxels / rows)
-    return fail(Errc::range, "no array has this size", "rows x cols", "1 to 2^22 taxels",
-                std::to_string(rows) + " x " + std::to_string(cols));
+    return fail({.code = Errc::range,
+                 .where = "rows x cols",
+                 .what = "no array has this size",
+                 .expected = "1 to 2^22 taxels",
+                 .got = std::to_string(rows) + " x " + std::to_string(cols)});
   if (!(spacing_m >= 1e-6 && spacing_m <= 0.1))  // written so that NaN fails
-    return fail(Errc::range, "no array has this spacing", "spacing_m", "1e-6 to 0.1 m",
-                std::to_string(spacing_m));
+    return fail({.code = Errc::range,
+                 .where = "spacing_m",
+                 .what = "no array has this spacing",
+                 .expected = "1e-6 to 0.1 m",
+                 .got = std::to_string(spacing_m)});
   return {};
 }
 
 Status check(const HeightMap& map) {
   if (auto ok = check_grid(map.rows, map.cols, map.spacing_m); !ok) return ok;
   if (map.height_m.size() != map.rows * map.cols)
-    return fail(Errc::range, "a height map is not rows x cols heights", "height_m",
-                std::to_string(map.rows * map.cols), std::to_string(map.height_m.size()));
+    return fail({.code = Errc::range,
+                 .where = "height_m",
+                 .what = "a height map is not rows x cols heights",
+                 .expected = std::to_string(map.rows * map.cols),
+                 .got = std::to_string(map.height_m.size())});
   const auto bad = std::find_if(map.height_m.begin(), map.height_m.end(),
                                 [](double h) { return !(std::abs(h) <= largest_height_m); });
   if (bad != map.height_m.end())
-    return fail(Errc::range, "a height is not a height",
-                "height_m[" + std::to_string(bad - map.height_m.begin()) + "]", "-1 to 1 m",
-                std::to_string(*bad));
+    return fail({.code = Errc::range,
+                 .where = "height_m[" + std::to_string(bad - map.height_m.begin()) + "]",
+                 .what = "a height is not a height",
+                 .expected = "-1 to 1 m",
+                 .got = std::to_string(*bad)});
   return {};
 }
 
 Status check_press(double force_n) {
   if (force_n >= 0 && force_n <= largest_force_n) return {};
-  return fail(Errc::range, "nobody presses with this force", "force_n", "0 to 1e6 N",
-              std::to_string(force_n));
+  return fail({.code = Errc::range,
+               .where = "force_n",
+               .what = "nobody presses with this force",
+               .expected = "0 to 1e6 N",
+               .got = std::to_string(force_n)});
 }
 
 double highest_m(const HeightMap& map) {
@@ -57,10 +71,13 @@ Result<Imprint> part_of(const Imprint& whole, std::size_t row, std::size_t col, 
   const bool inside = rows > 0 && cols > 0 && rows <= whole.rows && cols <= whole.cols &&
                       row <= whole.rows - rows && col <= whole.cols - cols;
   if (!inside)
-    return fail(Errc::range, "the part is not inside the imprint", "part",
-                "within " + std::to_string(whole.rows) + " x " + std::to_string(whole.cols),
-                std::to_string(rows) + " x " + std::to_string(cols) + " from " +
-                    std::to_string(row) + ", " + std::to_string(col));
+    return fail(
+        {.code = Errc::range,
+         .where = "part",
+         .what = "the part is not inside the imprint",
+         .expected = "within " + std::to_string(whole.rows) + " x " + std::to_string(whole.cols),
+         .got = std::to_string(rows) + " x " + std::to_string(cols) + " from " +
+                std::to_string(row) + ", " + std::to_string(col)});
   Imprint part{rows, cols, {}, whole.indentation_m, 0};
   part.pressure_pa.reserve(rows * cols);
   for (std::size_t r = row; r < row + rows; ++r) {

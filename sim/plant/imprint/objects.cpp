@@ -195,8 +195,12 @@ double face_m(const ObjectSpec& object, double x_m, double y_m) {
 
 Status check(const ObjectSpec& object) {
   const auto wrong = [&](std::string_view what, double value) {
-    return fail(Errc::range, "an object is not described by this", std::string(what), "0 to 1",
-                std::to_string(value), "Lengths are in metres");
+    return fail({.code = Errc::range,
+                 .where = std::string(what),
+                 .what = "an object is not described by this",
+                 .expected = "0 to 1",
+                 .got = std::to_string(value),
+                 .hint = "Lengths are in metres"});
   };
   const std::pair<std::string_view, double> all[] = {{"pitch_x_m", object.pitch_x_m},
                                                      {"pitch_y_m", object.pitch_y_m},

@@ -16,16 +16,21 @@ constexpr double largest_pressure_pa = 1e30;
 Status check_pressures(const Imprint& imprint, const CoverState& cover) {
   const std::size_t n = imprint.pressure_pa.size();
   if (n != imprint.rows * imprint.cols || (!cover.felt_pa.empty() && cover.felt_pa.size() != n))
-    return fail(
-        Errc::range, "imprint and cover are not of one size", "pressure_pa",
-        std::to_string(cover.felt_pa.empty() ? imprint.rows * imprint.cols : cover.felt_pa.size()),
-        std::to_string(n));
+    return fail({.code = Errc::range,
+                 .where = "pressure_pa",
+                 .what = "imprint and cover are not of one size",
+                 .expected = std::to_string(cover.felt_pa.empty() ? imprint.rows * imprint.cols
+                                                                  : cover.felt_pa.size()),
+                 .got = std::to_string(n)});
   for (const auto& [values, name] :
        {std::pair{&imprint.pressure_pa, "pressure_pa["}, std::pair{&cover.felt_pa, "felt_pa["}})
     for (std::size_t i = 0; i < values->size(); ++i)
       if (!inside((*values)[i], 0, largest_pressure_pa))
-        return fail(Errc::range, "a pressure is not a pressure", name + std::to_string(i) + "]",
-                    "0 to 1e30 Pa", std::to_string((*values)[i]));
+        return fail({.code = Errc::range,
+                     .where = name + std::to_string(i) + "]",
+                     .what = "a pressure is not a pressure",
+                     .expected = "0 to 1e30 Pa",
+                     .got = std::to_string((*values)[i])});
   return {};
 }
 
@@ -33,17 +38,29 @@ Status check_pressures(const Imprint& imprint, const CoverState& cover) {
 
 Status check(const TaxelParams& params) {
   if (!inside(params.full_scale_pa, 1, 1e9))
-    return fail(Errc::range, "no array has this full scale", "full_scale_pa", "1 to 1e9 Pa",
-                std::to_string(params.full_scale_pa));
+    return fail({.code = Errc::range,
+                 .where = "full_scale_pa",
+                 .what = "no array has this full scale",
+                 .expected = "1 to 1e9 Pa",
+                 .got = std::to_string(params.full_scale_pa)});
   if (params.bits < 1 || params.bits > 12)
-    return fail(Errc::range, "no array has this many bits", "bits", "1 to 12",
-                std::to_string(params.bits));
+    return fail({.code = Errc::range,
+                 .where = "bits",
+                 .what = "no array has this many bits",
+                 .expected = "1 to 12",
+                 .got = std::to_string(params.bits)});
   if (!inside(params.hysteresis, 0, 4))
-    return fail(Errc::range, "no cover lingers like this", "hysteresis", "0 to 4",
-                std::to_string(params.hysteresis));
+    return fail({.code = Errc::range,
+                 .where = "hysteresis",
+                 .what = "no cover lingers like this",
+                 .expected = "0 to 4",
+                 .got = std::to_string(params.hysteresis)});
   if (!inside(params.noise_counts, 0, 100))
-    return fail(Errc::range, "noise is not a number of counts", "noise_counts", "0 to 100",
-                std::to_string(params.noise_counts));
+    return fail({.code = Errc::range,
+                 .where = "noise_counts",
+                 .what = "noise is not a number of counts",
+                 .expected = "0 to 100",
+                 .got = std::to_string(params.noise_counts)});
   return {};
 }
 

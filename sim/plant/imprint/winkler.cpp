@@ -60,11 +60,17 @@ double solve(const Law& law, double load, std::vector<double>& touching) {
 
 Status check(const SpringLaw& law) {
   if (!(law.pressure_pa >= 1e-6 && law.pressure_pa <= 1e12))
-    return fail(Errc::range, "no spring bed has this pressure", "pressure_pa", "1e-6 to 1e12 Pa",
-                std::to_string(law.pressure_pa));
+    return fail({.code = Errc::range,
+                 .where = "pressure_pa",
+                 .what = "no spring bed has this pressure",
+                 .expected = "1e-6 to 1e12 Pa",
+                 .got = std::to_string(law.pressure_pa)});
   if (!(law.length_m >= 1e-9 && law.length_m <= 1))
-    return fail(Errc::range, "no spring bed has this length", "length_m", "1e-9 to 1 m",
-                std::to_string(law.length_m));
+    return fail({.code = Errc::range,
+                 .where = "length_m",
+                 .what = "no spring bed has this length",
+                 .expected = "1e-9 to 1 m",
+                 .got = std::to_string(law.length_m)});
   return {};
 }
 

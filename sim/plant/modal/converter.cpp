@@ -18,8 +18,11 @@ constexpr std::array butterworth{0.9238795325112867, 0.3826834323650898};
 
 Status check(const ConverterParams& params, std::int64_t step_ns) {
   const auto refuse = [](std::string_view what, std::string expected, double value) {
-    return fail(Errc::range, "no converter samples like this", std::string(what),
-                std::move(expected), std::to_string(value));
+    return fail({.code = Errc::range,
+                 .where = std::string(what),
+                 .what = "no converter samples like this",
+                 .expected = std::move(expected),
+                 .got = std::to_string(value)});
   };
   if (params.period_ns < step_ns || params.period_ns > 3'600'000'000'000 ||
       params.period_ns % step_ns != 0)

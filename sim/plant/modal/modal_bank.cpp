@@ -118,14 +118,24 @@ bool bounded(const std::array<double, n>& values) {
 
 Status check(const Mode& mode, double rate_hz) {
   if (!inside(mode.frequency_hz, 1e-6 * rate_hz, 0.49 * rate_hz))
-    return fail(Errc::range, "a mode is not within the band", "frequency_hz",
-                std::to_string(1e-6 * rate_hz) + " to " + std::to_string(0.49 * rate_hz),
-                std::to_string(mode.frequency_hz), "Raise the rate or leave the mode out");
+    return fail(
+        {.code = Errc::range,
+         .where = "frequency_hz",
+         .what = "a mode is not within the band",
+         .expected = std::to_string(1e-6 * rate_hz) + " to " + std::to_string(0.49 * rate_hz),
+         .got = std::to_string(mode.frequency_hz),
+         .hint = "Raise the rate or leave the mode out"});
   if (!inside(mode.damping_ratio, 0, 0.9))
-    return fail(Errc::range, "a mode does not ring", "damping_ratio", "0 to 0.9",
-                std::to_string(mode.damping_ratio));
+    return fail({.code = Errc::range,
+                 .where = "damping_ratio",
+                 .what = "a mode does not ring",
+                 .expected = "0 to 0.9",
+                 .got = std::to_string(mode.damping_ratio)});
   if (!bounded(mode.drive_1_kg) || !bounded(mode.weight))
-    return fail(Errc::range, "a drive or weight is absurd", "drive_1_kg, weight", "up to 1e9");
+    return fail({.code = Errc::range,
+                 .where = "drive_1_kg, weight",
+                 .what = "a drive or weight is absurd",
+                 .expected = "up to 1e9"});
   return {};
 }
 
@@ -140,14 +150,23 @@ ModalBank::ModalBank(std::size_t modes, std::size_t channels)
 Result<ModalBank> ModalBank::make(std::span<const Mode> modes, std::size_t channels,
                                   double rate_hz) {
   if (modes.empty() || modes.size() > 4096)
-    return fail(Errc::range, "not a bank of modes", "modes", "1 to 4096",
-                std::to_string(modes.size()));
+    return fail({.code = Errc::range,
+                 .where = "modes",
+                 .what = "not a bank of modes",
+                 .expected = "1 to 4096",
+                 .got = std::to_string(modes.size())});
   if (channels < 1 || channels > bank_channels)
-    return fail(Errc::range, "no bank has as many channels", "channels", "1 to 3",
-                std::to_string(channels));
+    return fail({.code = Errc::range,
+                 .where = "channels",
+                 .what = "no bank has as many channels",
+                 .expected = "1 to 3",
+                 .got = std::to_string(channels)});
   if (!inside(rate_hz, 1, 1e7))
-    return fail(Errc::range, "no bank runs at this rate", "rate_hz", "1 to 1e7",
-                std::to_string(rate_hz));
+    return fail({.code = Errc::range,
+                 .where = "rate_hz",
+                 .what = "no bank runs at this rate",
+                 .expected = "1 to 1e7",
+                 .got = std::to_string(rate_hz)});
   ModalBank bank(modes.size(), channels);
   for (std::size_t i = 0; i < modes.size(); ++i) {
     if (auto ok = check(modes[i], rate_hz); !ok)

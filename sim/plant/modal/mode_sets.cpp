@@ -17,8 +17,11 @@ constexpr std::array overtones{1.0, 6.26689, 17.54748, 34.38606};
 
 Status within(std::string_view what, double value, double low, double high) {
   if (value >= low && value <= high) return {};  // NaN is not
-  return fail(Errc::range, "no structure is made like this", std::string(what),
-              std::to_string(low) + " to " + std::to_string(high), std::to_string(value));
+  return fail({.code = Errc::range,
+               .where = std::string(what),
+               .what = "no structure is made like this",
+               .expected = std::to_string(low) + " to " + std::to_string(high),
+               .got = std::to_string(value)});
 }
 
 struct Bounds {
@@ -73,8 +76,11 @@ Result<std::vector<Mode>> arm_modes(const ArmParams& params, double rate_hz) {
       modes.push_back(mode);
     }
   if (modes.empty())
-    return fail(Errc::range, "the arm has no mode in the band", "arm fundamental_hz",
-                "below " + std::to_string(highest_share * rate_hz), {}, "Raise the rate");
+    return fail({.code = Errc::range,
+                 .where = "arm fundamental_hz",
+                 .what = "the arm has no mode in the band",
+                 .expected = "below " + std::to_string(highest_share * rate_hz),
+                 .hint = "Raise the rate"});
   return modes;
 }
 
@@ -99,17 +105,23 @@ Result<std::vector<Mode>> plate_modes(const PlateParams& params, double rate_hz)
   for (int m = 1; plate_frequency_hz(params, m, 1) <= highest; m += 2)
     for (int n = 1; plate_frequency_hz(params, m, n) <= highest; n += 2) {
       if (modes.size() == most_modes)
-        return fail(Errc::range, "the plate has too many modes in the band", "plate", "up to 64",
-                    {}, "Make it stiffer or smaller, or lower the rate");
+        return fail({.code = Errc::range,
+                     .where = "plate",
+                     .what = "the plate has too many modes in the band",
+                     .expected = "up to 64",
+                     .hint = "Make it stiffer or smaller, or lower the rate"});
       modes.push_back({plate_frequency_hz(params, m, n),
                        params.damping_ratio,
                        {0, 0, shape(params, m, n) / modal_mass},
                        {radiation(params, m, n), 0, 0}});
     }
   if (modes.empty())
-    return fail(Errc::range, "the plate has no mode in the band", "plate",
-                "a mode below " + std::to_string(highest) + " Hz",
-                std::to_string(plate_frequency_hz(params, 1, 1)), "Raise the rate");
+    return fail({.code = Errc::range,
+                 .where = "plate",
+                 .what = "the plate has no mode in the band",
+                 .expected = "a mode below " + std::to_string(highest) + " Hz",
+                 .got = std::to_string(plate_frequency_hz(params, 1, 1)),
+                 .hint = "Raise the rate"});
   return modes;
 }
 

@@ -95,8 +95,11 @@ Response response(Wide q, Wide kappa) {
 
 Status check(const Oscillator& oscillator, double step_s) {
   const auto refuse = [](std::string_view what, std::string_view expected, double value) {
-    return fail(Errc::range, "no oscillator is stepped with this", std::string(what),
-                std::string(expected), std::to_string(value));
+    return fail({.code = Errc::range,
+                 .where = std::string(what),
+                 .what = "no oscillator is stepped with this",
+                 .expected = std::string(expected),
+                 .got = std::to_string(value)});
   };
   const Oscillator& o = oscillator;
   if (!inside(o.mass_kg, 1e-12, 1e9)) return refuse("mass_kg", "1e-12 to 1e9", o.mass_kg);

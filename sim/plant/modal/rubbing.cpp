@@ -139,8 +139,11 @@ Rubbing::Rubbing(const RubbingParams& params, const HeightField& field, std::uin
 Result<Rubbing> Rubbing::make(const RubbingParams& params, const HeightField& field,
                               std::uint64_t seed, double skew_rad) {
   const auto refuse = [](std::string_view what, std::string_view expected, double value) {
-    return fail(Errc::range, "no face rubs like this", std::string(what), std::string(expected),
-                std::to_string(value));
+    return fail({.code = Errc::range,
+                 .where = std::string(what),
+                 .what = "no face rubs like this",
+                 .expected = std::string(expected),
+                 .got = std::to_string(value)});
   };
   const auto inside = [](double value, double low, double high) {
     return value >= low && value <= high;  // NaN is not

@@ -34,11 +34,13 @@ Status check_each(const std::vector<Wanted>& wanted, const Scene& scene, Level l
     Level least{};
     const std::string needs =
         some_level_provides(w, least) ? std::string(to_string(least)) + " or above" : "nothing";
-    return fail(
-        Errc::unsupported,
-        "level " + std::string(to_string(level)) + " cannot produce " + std::string(to_string(w)),
-        "scene " + std::string(scene.name), needs, std::string(to_string(level)),
-        "Choose that level or leave the channel out of the scene");
+    return fail({.code = Errc::unsupported,
+                 .where = "scene " + std::string(scene.name),
+                 .what = "level " + std::string(to_string(level)) + " cannot produce " +
+                         std::string(to_string(w)),
+                 .expected = needs,
+                 .got = std::string(to_string(level)),
+                 .hint = "Choose that level or leave the channel out of the scene"});
   }
   return {};
 }
@@ -77,8 +79,11 @@ std::string_view to_string(Level level) {
 
 Result<Level> level_from(std::string_view text) {
   if (const auto level = value_in(level_names, text)) return *level;
-  return fail(Errc::invalid_argument, "no such level of fidelity", "level",
-              "Z, Z+, L0, L1, L2 or L3", std::string(text));
+  return fail({.code = Errc::invalid_argument,
+               .where = "level",
+               .what = "no such level of fidelity",
+               .expected = "Z, Z+, L0, L1, L2 or L3",
+               .got = std::string(text)});
 }
 
 std::string_view to_string(Channel channel) {
@@ -113,7 +118,11 @@ Result<Trait> trait_from(std::string_view name) {
     if (n.name == name) return n.trait;
     known.push_back(n.name);
   }
-  return fail(Errc::invalid_argument, "no such trait", "trait", listed(known), std::string(name));
+  return fail({.code = Errc::invalid_argument,
+               .where = "trait",
+               .what = "no such trait",
+               .expected = listed(known),
+               .got = std::string(name)});
 }
 
 bool asks_for(const Scene& scene, Channel channel) {
@@ -166,9 +175,10 @@ bool provides(Level level, Trait trait) {
 Result<Level> least_level(const Scene& scene) {
   for (const Level level : all_levels)
     if (check(scene, level)) return level;
-  return fail(Errc::unsupported, "no level produces all that the scene asks for",
-              "scene " + std::string(scene.name), {}, {},
-              "Static imprints and moving sensors are two scenes");
+  return fail({.code = Errc::unsupported,
+               .where = "scene " + std::string(scene.name),
+               .what = "no level produces all that the scene asks for",
+               .hint = "Static imprints and moving sensors are two scenes"});
 }
 
 Status check(const Scene& scene, Level level) {

@@ -65,17 +65,25 @@ TEST_CASE("signed and unsigned integers survive both byte orders at their bounds
 }
 
 TEST_CASE("an error reads as a sentence with its place in front") {
-  Error e = Error{Errc::range, "speed too high", "/speed_mm_s", "<= 4", "5", "Lower it"};
+  Error e = Error{.code = Errc::range,
+                  .where = "/speed_mm_s",
+                  .what = "speed too high",
+                  .expected = "<= 4",
+                  .got = "5",
+                  .hint = "Lower it"};
   CHECK(to_string(std::move(e).in("m1.json")) ==
         "m1.json: /speed_mm_s: speed too high (expected <= 4, got 5). Lower it.");
-  CHECK(to_string(Error{Errc::range, "Too high. Too low.", "rig", {}, {}, "Look there."}) ==
-        "rig: Too high. Too low. Look there.");
-  CHECK(to_string(Error{Errc::range, "too high", {}, {}, {}, "Is it in mm?"}) ==
+  CHECK(to_string(Error{.code = Errc::range,
+                        .where = "rig",
+                        .what = "Too high. Too low.",
+                        .hint = "Look there."}) == "rig: Too high. Too low. Look there.");
+  CHECK(to_string(Error{.code = Errc::range, .what = "too high", .hint = "Is it in mm?"}) ==
         "too high. Is it in mm?");
 }
 
 TEST_CASE("a place that an error has already is not said twice") {
-  const Error there = Error{Errc::io, "no room", "a.sqlite", {}, {}, {}}.in("a.sqlite");
+  const Error there =
+      Error{.code = Errc::io, .where = "a.sqlite", .what = "no room"}.in("a.sqlite");
   CHECK(there.where == "a.sqlite");
   CHECK(Error(there).in("run").in("run").where == "run: a.sqlite");
   CHECK(Error(there).in("a").where == "a: a.sqlite");

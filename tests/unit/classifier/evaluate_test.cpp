@@ -85,7 +85,7 @@ TEST_CASE("A grouped split refuses a group on both sides, an unknown one and emp
                                  other = {"7"};
   const auto both = grouped_split(groups, zero, zero);
   REQUIRE_FALSE(both);
-  CHECK(both.error().message == "group is in both training and test");
+  CHECK(both.error().what == "group is in both training and test");
   CHECK_FALSE(grouped_split(groups, none, one));
   CHECK_FALSE(grouped_split(groups, zero, none));
   CHECK(grouped_split(groups, zero, other).error().got == "7");

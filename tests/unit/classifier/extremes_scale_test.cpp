@@ -82,7 +82,7 @@ TEST_CASE(
     matrix.values(3, 1) = bad;
     const auto refused = train_learner(matrix, Learner::lda, {});
     REQUIRE_FALSE(refused);
-    CHECK(refused.error().message == "feature is too large");
+    CHECK(refused.error().what == "feature is too large");
     CHECK(refused.error().where == "3.csv: f1");
   }
   FeatureMatrix wide = usual;
@@ -96,7 +96,7 @@ TEST_CASE(
       CHECK(model->trained.classify(wide.values.row(r)));
     const auto refused = model->trained.classify(std::vector<double>{0, 0, most, 0});
     REQUIRE_FALSE(refused);
-    CHECK(refused.error().message == "feature is too large");
+    CHECK(refused.error().what == "feature is too large");
     CHECK(refused.error().where == "f2");
   }
 }
@@ -118,7 +118,7 @@ TEST_CASE("Extremes: answers, probabilities and the reject rule from 1e-300 to 1
     const auto ask = [&](std::span<const double> features) -> std::optional<Answer> {
       const auto said = answer(model->trained, *aids, features);
       if (!said) {
-        CHECK(said.error().message.find("not finite") != std::string::npos);
+        CHECK(said.error().what.find("not finite") != std::string::npos);
         return std::nullopt;
       }
       double sum = 0.0;

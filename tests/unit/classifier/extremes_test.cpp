@@ -114,7 +114,7 @@ void trains_and_votes(const FeatureMatrix& matrix, TrainOptions options = {}) {
 TEST_CASE("Extremes: no sample in M is refused, one to three give the documented values") {
   const auto none = extract(with_phases(2, 0, 5.0));
   REQUIRE_FALSE(none);
-  CHECK(none.error().message == "phase M is empty");
+  CHECK(none.error().what == "phase M is empty");
   const auto one = features_of({7});
   CHECK(one[at_max] == 7.0);
   CHECK(one[at_mode] == 7.0);
@@ -183,12 +183,12 @@ TEST_CASE("Extremes: NaN, infinity and counts whose moments overflow are refused
   for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
     const auto out = extract(motion_trial({1, 2, bad}));
     REQUIRE_FALSE(out);
-    CHECK(out.error().message == "sample is not finite");
+    CHECK(out.error().what == "sample is not finite");
     CHECK(out.error().where == "trial.csv: sample 2, taxel 1");
   }
   const auto huge = extract(motion_trial({0, 1e300, 0, -1e300, 5}));
   REQUIRE_FALSE(huge);
-  CHECK(huge.error().message.find("overflows") != std::string::npos);
+  CHECK(huge.error().what.find("overflows") != std::string::npos);
   FeatureMatrix matrix = gaussian_classes(2, 4, 3, 4.0, 1);
   matrix.values(3, 1) = HUGE_VAL;
   const auto model = train(matrix);
@@ -347,7 +347,7 @@ TEST_CASE(
   const auto refused = extract(trial);
   CHECK(allocations() - before < 30);
   REQUIRE_FALSE(refused);
-  CHECK(refused.error().message == "phase M is too long");
+  CHECK(refused.error().what == "phase M is too long");
   CHECK(refused.error().got == "2000000");
   FeatureStream stream(3);
   CHECK_FALSE(stream.add(Phase::motion, trial.counts));

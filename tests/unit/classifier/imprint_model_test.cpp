@@ -126,7 +126,7 @@ TEST_CASE("A model of imprints refuses another array and says both") {
   const auto refused = [&](const TaxelGrid& other) {
     const auto got = classify_imprints(model, other, asked);
     REQUIRE(!got);
-    CHECK(got.error().message.find("another array") != std::string::npos);
+    CHECK(got.error().what.find("another array") != std::string::npos);
     CHECK(got.error().expected == "16 x 12 taxels, 0.281 mm apart, counts of 7 bits");
     return got.error().got;
   };

@@ -131,9 +131,9 @@ TEST_CASE("slides that cannot be trained on are refused as trials are, before th
   some.push_back(slide(3, 0, 120));
   const auto refused = train_staged(some, rate_hz, options_of_lda());
   REQUIRE_FALSE(refused);
-  CHECK(refused.error().message == "too few training trials");
+  CHECK(refused.error().what == "too few training trials");
   CHECK(refused.error().where == "label cloth 3");
-  CHECK(train_staged({}, rate_hz, options_of_lda()).error().message == "nothing to tell apart");
+  CHECK(train_staged({}, rate_hz, options_of_lda()).error().what == "nothing to tell apart");
 }
 
 TEST_CASE(
@@ -198,7 +198,7 @@ TEST_CASE("a live model of which any byte was altered is refused, its head where
 TEST_CASE("a live model of another sample rate than its stages were trained at is refused") {
   StagedModel model = *staged();
   model.sample_rate_hz *= 1.001;
-  CHECK(loaded_stages(text_of(model)).error().message ==
+  CHECK(loaded_stages(text_of(model)).error().what ==
         "a stage was trained at another sample rate");
 }
 
@@ -248,7 +248,7 @@ TEST_CASE(
   const std::size_t first_model = text.find("weft-fabric-model");
   const std::string faster =
       sealed(staged_file_header, "sample_rate_hz 41\nstages 1\nstage 20 9\n");
-  CHECK(head_of(faster + text.substr(first_model)).error().message ==
+  CHECK(head_of(faster + text.substr(first_model)).error().what ==
         "a stage was trained at another sample rate");
 }
 

@@ -157,7 +157,7 @@ TEST_CASE("a branch or a leaf that leads nowhere is refused at its line, with wh
   const Status refused = lines.read();
   REQUIRE_FALSE(refused);
   CHECK(refused.error().where == where);
-  CHECK(refused.error().message == message);
+  CHECK(refused.error().what == message);
   CHECK(refused.error().expected == expected);
   CHECK(refused.error().got == got);
 }
@@ -172,7 +172,7 @@ TEST_CASE("shares of a leaf that are no distribution are refused") {
   }));
   const Status refused = TreeLines{.shares = shares}.read();
   REQUIRE_FALSE(refused);
-  CHECK(refused.error().message == "shares of a leaf are no distribution");
+  CHECK(refused.error().what == "shares of a leaf are no distribution");
   CHECK(refused.error().got == got);
 }
 

@@ -47,7 +47,7 @@ TEST_CASE("Leaving one of two fabrics out is refused, and so are splits without 
   const FeatureMatrix two = testing::gaussian_classes(2, 8, 3, 3.0, 5);
   const std::vector<Split> splits = {halves(two)};
   const std::vector<Recipe> recipes = {Recipe{Learner::lda, 20}};
-  CHECK(check_strangers(two, splits, recipes, {}).error().message ==
+  CHECK(check_strangers(two, splits, recipes, {}).error().what ==
         "too few fabrics to leave one out");
   CHECK_FALSE(check_strangers(two, splits, {}, {}));
   CHECK_FALSE(check_strangers(two, {}, {}, {}));

@@ -87,7 +87,7 @@ TEST_CASE("A group tests the labels that it has: one missing recording does not 
   const auto windows = cut_and_extract(recordings, 2.0, places_of(with(Protocol::groups)), {});
   const auto refused = split_windows(*windows, with(Protocol::groups));
   REQUIRE_FALSE(refused);
-  CHECK(refused.error().message == "no training window");
+  CHECK(refused.error().what == "no training window");
   // A group whose recordings are all shorter than a window has nothing to test.
   auto some = levels(2, 2);
   for (Recording& r : some)

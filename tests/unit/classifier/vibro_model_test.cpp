@@ -100,7 +100,7 @@ void check_corrupt(const std::string& text, const std::string& says) {
   const auto model = loaded(text);
   REQUIRE(!model);
   CHECK(model.error().code == Errc::corrupt);
-  CHECK(model.error().message.find(says) != std::string::npos);
+  CHECK(model.error().what.find(says) != std::string::npos);
 }
 
 // The words of the first line that begins so.

@@ -192,7 +192,7 @@ TEST_CASE("reliability refuses what is no probability and sizes that disagree") 
   CHECK_FALSE(reliability(p, one, one, 0));
   CHECK_FALSE(reliability(Matrix(), none, none));
   p(0, 1) = std::numeric_limits<double>::quiet_NaN();
-  CHECK(reliability(p, one, one).error().message == "not a probability");
+  CHECK(reliability(p, one, one).error().what == "not a probability");
 }
 
 // ---- the whole, on trained models ----

@@ -16,7 +16,7 @@ namespace weft::testing {
 class FakeLink final : public Link {
  public:
   Status write(ByteView bytes) override {
-    if (broken) return fail(Errc::io, "the port is gone");
+    if (broken) return fail({.code = Errc::io, .what = "the port is gone"});
     if (record) written_.insert(written_.end(), bytes.begin(), bytes.end());
     return {};
   }
@@ -32,7 +32,7 @@ class FakeLink final : public Link {
   void break_off() {
     broken = true;
     if (const Closed closed = std::exchange(closed_, {}))
-      closed(Error{Errc::io, "the cable was pulled", {}, {}, {}, {}});
+      closed(Error{.code = Errc::io, .what = "the cable was pulled"});
   }
   [[nodiscard]] bool listened_to() const { return receiver_ || closed_; }
 

@@ -45,7 +45,7 @@ TEST_CASE("any number of a driver's configuration that is absurd is refused by n
           const auto made = entry->create(config, host);
           if (made) return static_cast<void>((*made)->open());  // nothing throws, nothing hangs
           ++refused;
-          CHECK_FALSE(made.error().message.empty());
+          CHECK_FALSE(made.error().what.empty());
           const bool is_json = value.find("999") == std::string_view::npos;
           if (is_json) CHECK(hostile::names_field(made.error().where, pointer));
         });

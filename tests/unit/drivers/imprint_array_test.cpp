@@ -204,7 +204,7 @@ TEST_CASE("frozen scans are seen, those of a few taxels are believed") {
       bench.receive(scan);
     }
     return !bench.host.faults.empty() &&
-           bench.host.faults[0].message.find("frozen") != std::string::npos;
+           bench.host.faults[0].what.find("frozen") != std::string::npos;
   };
   CHECK(faulted(R"({"rows": 32, "cols": 32})", middle));
   CHECK_FALSE(faulted(R"({"rows": 32, "cols": 32, "watch_s": 0})", middle));

@@ -197,7 +197,7 @@ TEST_CASE("fault notices, with a text or without, fault the driver") {
   rich.receive(MessageId::hw_richresponse,
                apt::RichResponse{0, 17, apt::Text<64>::from("motor stalled")});
   CHECK(rich.fault_code() == Errc::device);
-  CHECK(rich.host.faults[0].message.find("motor stalled") != std::string::npos);
+  CHECK(rich.host.faults[0].what.find("motor stalled") != std::string::npos);
 
   StageBench bare = StageBench::lts();
   bare.arm_lts();
@@ -329,7 +329,7 @@ TEST_CASE("a controller that keeps another speed or other switches is refused wh
     else
       bench.receive(MessageId::get_limswitchparams, apt::LimitSwitchParams{1, 3, 2, 0, 0, 1});
     CHECK(bench.fault_code() == Errc::device);
-    CHECK_THAT(bench.host.faults[0].message, Catch::Contains(kept));
+    CHECK_THAT(bench.host.faults[0].what, Catch::Contains(kept));
   }
 }
 

@@ -86,7 +86,7 @@ TEST_CASE("completion reported elsewhere than at the target is no success but en
     bench.loop().run_for(0.25);
   }
   CHECK(bench.fault_code() == Errc::device);
-  CHECK(bench.host.faults[0].message == "the stage ended away from its target");
+  CHECK(bench.host.faults[0].what == "the stage ended away from its target");
 }
 
 // APT16's figure of MOVE_COMPLETED has a short header

@@ -73,7 +73,7 @@ struct Bench : DriverBench {
       both(next++);
     }
   }
-  std::string fault_message() const { return host.faults.empty() ? "" : fault().message; }
+  std::string fault_message() const { return host.faults.empty() ? "" : fault().what; }
 
   unsigned next = 0;
 };
@@ -228,19 +228,19 @@ TEST_CASE("a sensor that restarts is followed, whatever its numbers were") {
 }
 
 TEST_CASE("a sensor that is not the configured one is refused on opening, with what it said") {
-  CHECK(refused(usual(), R"({"serial": 18})").message == "another serial number than configured");
+  CHECK(refused(usual(), R"({"serial": 18})").what == "another serial number than configured");
   const Error rate = refused(usual(), R"({"sound_rate_hz": 16000})");
   CHECK(rate.where == "/sound_rate_hz");
   CHECK(rate.got == "8000.000000 Hz");
   vibro::Description deaf = usual();
   deaf.sound = {};
-  CHECK(refused(deaf).message == "the sensor has no channel for sound");
+  CHECK(refused(deaf).what == "the sensor has no channel for sound");
   for (auto damage : std::initializer_list<void (*)(vibro::ChannelDescription&)>{
            [](auto& c) { c.range_micro = 0; }, [](auto& c) { c.full_scale_counts = 0; },
            [](auto& c) { c.block_readings = 0; }, [](auto& c) { c.block_readings = 513; }}) {
     vibro::Description odd = usual();
     damage(odd.acceleration);
-    CHECK(refused(odd).message.find("nothing that can be") != std::string::npos);
+    CHECK(refused(odd).what.find("nothing that can be") != std::string::npos);
   }
 }
 
@@ -364,7 +364,7 @@ TEST_CASE("blocks cross the C ABI unchanged, and broken ones are refused") {
   const weft_block_sample_v1 good{sizeof(good), 6, values.data(), 200, 8, 9};
   const auto refused_as = [&](const weft_block_sample_v1& block, std::uint32_t kind) {
     const auto made = plugin::sample_of({sizeof(weft_sample_v1), kind, &block, 0, 0, 0});
-    return made ? std::string() : made.error().message;
+    return made ? std::string() : made.error().what;
   };
   CHECK(refused_as(good, WEFT_ACCELERATION_SAMPLE).empty());
   weft_block_sample_v1 bad = good;

@@ -128,7 +128,7 @@ TEST_CASE("material and spread that cannot be are refused with the cloth's name"
   CHECK(check(table.spread));
   const auto refused = [&](const MaterialParams& params, const TrialSpread& spread) {
     const auto patch = cut_patch(table.fabrics.front(), params, spread, {}, 1);
-    return patch ? std::string() : patch.error().where + ": " + patch.error().message;
+    return patch ? std::string() : patch.error().where + ": " + patch.error().what;
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   MaterialParams timeless = table.params;

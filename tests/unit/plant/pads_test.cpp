@@ -83,7 +83,7 @@ TEST_CASE("pads that cannot be are refused by name") {
     PadParams params;
     params.*field = value;
     const weft::Status s = check(params);
-    return s ? std::string() : s.error().message;
+    return s ? std::string() : s.error().what;
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK_THAT(refused(&PadParams::gap_m, nan), Catch::Contains("the gap"));

@@ -86,7 +86,7 @@ std::string refusal(const Calibration& c) {
   const auto matrix = gauge_matrix(c);
   REQUIRE_FALSE(matrix);
   CHECK(matrix.error().code == Errc::range);
-  return matrix.error().message;
+  return matrix.error().what;
 }
 
 }  // namespace

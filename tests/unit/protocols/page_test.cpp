@@ -95,7 +95,7 @@ TEST_CASE("a reply is put together from any pieces, with and without its length"
   const Status status =
       chunked.push(bytes_of("HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n5\r\n"));
   REQUIRE_FALSE(status);
-  CHECK(status.error().message == "the reply comes in chunks");
+  CHECK(status.error().what == "the reply comes in chunks");
   HttpReply refused;
   CHECK_FALSE(refused.push(bytes_of("HTTP/1.1 404 Not Found\r\n\r\n")));
   HttpReply endless;

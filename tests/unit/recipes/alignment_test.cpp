@@ -215,7 +215,7 @@ TEST_CASE("A force over the cap ends the alignment with the guard's sentence and
   AlignState state = step(plan, {}, Start{}, TimePoint{}).next;
   const GuardTrip trip{Guard::force_cap,
                        GuardAction::fail_trial,
-                       {Errc::safety, "the force is over its cap", "", "", "", ""}};
+                       {.code = Errc::safety, .what = "the force is over its cap"}};
   const AlignTransition next = step(plan, state, GuardTripped{trip}, TimePoint{});
   CHECK(next.next.step == AlignStep::retracting);
   CHECK(std::holds_alternative<StopMotion>(next.effects.front()));
@@ -223,7 +223,7 @@ TEST_CASE("A force over the cap ends the alignment with the guard's sentence and
   REQUIRE(std::holds_alternative<AlignDone>(end.effects.back()));
   const auto& done = std::get<AlignDone>(end.effects.back());
   CHECK(done.outcome == Outcome::failed);
-  CHECK(done.error->message == "the force is over its cap");
+  CHECK(done.error->what == "the force is over its cap");
 }
 
 TEST_CASE("Every step of the machine has a timer, and any timer leads to the end") {

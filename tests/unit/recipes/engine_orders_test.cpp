@@ -18,7 +18,7 @@ Bench bench() {
 }
 
 Error some_error() {
-  return {Errc::device, "broken", "stage.z", "", "", ""};
+  return {.code = Errc::device, .where = "stage.z", .what = "broken"};
 }
 
 GuardTripped tripped(GuardAction action) {
@@ -158,7 +158,7 @@ TEST_CASE("A device fault ends the campaign even with on_trial_failure continue"
   b.finish();
   CHECK(b.trials.size() == 1);
   CHECK(b.end->outcome == Outcome::failed);
-  CHECK(b.end->error->message == "broken");
+  CHECK(b.end->error->what == "broken");
 }
 
 TEST_CASE("A guard ends as much as its action says") {
@@ -224,7 +224,7 @@ TEST_CASE(
   CHECK(b.end->outcome == Outcome::failed);
   CHECK(b.end->cleanup == Cleanup::failed);
   CHECK(b.end->rig == RigFact::unknown);
-  CHECK(b.end->error->message == "broken");
+  CHECK(b.end->error->what == "broken");
   CHECK(b.trials.at(0).outcome == Outcome::failed);
 }
 

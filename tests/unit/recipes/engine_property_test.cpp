@@ -14,7 +14,7 @@ using test::Bench;
 namespace {
 
 Error some_error() {
-  return {Errc::device, "broken", "stage.z", "", "", ""};
+  return {.code = Errc::device, .where = "stage.z", .what = "broken"};
 }
 
 /// Mostly good answers, else anything with a ticket around the present one.

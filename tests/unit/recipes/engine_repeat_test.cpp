@@ -12,7 +12,7 @@ using test::Bench;
 
 namespace {
 
-const Error dead_taxel{Errc::device, "a taxel is dead", "taxel 5", "", "", ""};
+const Error dead_taxel{.code = Errc::device, .where = "taxel 5", .what = "a taxel is dead"};
 
 Bench bench(std::uint32_t at_most, OnTrialFailure on_failure = OnTrialFailure::stop) {
   Plan plan = test::plan_of(test::small_recipe);
@@ -52,7 +52,7 @@ TEST_CASE("A repetition that is bad in every take that the recipe allows has fai
   REQUIRE(b.end);
   CHECK(b.end->outcome == Outcome::failed);
   REQUIRE(b.end->error);
-  CHECK(b.end->error->message == "the record is bad in all of 3 takes: a taxel is dead");
+  CHECK(b.end->error->what == "the record is bad in all of 3 takes: a taxel is dead");
 }
 
 TEST_CASE("Where failed trials are passed over, the next repetition has all its takes again") {

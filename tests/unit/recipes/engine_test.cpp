@@ -276,7 +276,7 @@ TEST_CASE("An approach that meets nothing fails the trial") {
   b.advance_to(Step::approaching);
   b.send(MotionDone{b.state.ticket});
   b.finish();
-  CHECK_THAT(b.trials[0].error->message, Catch::Contains("without bearing on the cloth"));
+  CHECK_THAT(b.trials[0].error->what, Catch::Contains("without bearing on the cloth"));
 }
 
 TEST_CASE("A touch outside the travel, or not a number, fails the trial") {

@@ -12,7 +12,7 @@ using test::Bench;
 
 namespace {
 
-const Error broken{Errc::device, "broken", "stage.x", "", "", ""};
+const Error broken{.code = Errc::device, .where = "stage.x", .what = "broken"};
 
 Bench bench(const std::string& finally) {
   return Bench(

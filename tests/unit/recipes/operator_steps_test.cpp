@@ -188,7 +188,7 @@ TEST_CASE("While a person is awaited, stop, abort, halt, a fault and a day's pat
     CHECK(b.end->rig == rig);
     CHECK(b.trials.empty());
   };
-  const Error broken{Errc::device, "broken", "stage.z", "", "", ""};
+  const Error broken{.code = Errc::device, .where = "stage.z", .what = "broken"};
   ends_as(StopRequested{}, Outcome::stopped, RigFact::safe);
   ends_as(AbortRequested{}, Outcome::aborted, RigFact::safe);
   ends_as(HaltRequested{}, Outcome::aborted, RigFact::holding);
@@ -220,9 +220,9 @@ TEST_CASE("A pause holds while a person is awaited, and what was not confirmed i
 TEST_CASE("Whoever presses on the plate between trials fails no trial") {
   Bench b = bench();
   b.advance();
-  const Error high{Errc::safety, "the force is over the cap", "", "", "", ""};
+  const Error high{.code = Errc::safety, .what = "the force is over the cap"};
   CHECK(b.send(GuardTripped{{Guard::force_cap, GuardAction::fail_trial, high}}).empty());
-  const Error beyond{Errc::safety, "the sensor's readings are not valid", "", "", "", ""};
+  const Error beyond{.code = Errc::safety, .what = "the sensor's readings are not valid"};
   const GuardTrip saturated{Guard::invalid_wrench, GuardAction::end_campaign, beyond};
   CHECK(b.send(GuardTripped{saturated}).empty());
   CHECK(b.state.step == Step::awaiting_operator);
@@ -237,7 +237,7 @@ TEST_CASE("What was confirmed is not asked again for another take, nor after a p
   plan.repeat_bad.emplace().at_most = 2;
   Bench b(plan);
   b.advance_to(Step::retracting);
-  b.send(TakeRejected{{Errc::device, "a taxel is dead", "taxel 5", "", "", ""}});
+  b.send(TakeRejected{{.code = Errc::device, .where = "taxel 5", .what = "a taxel is dead"}});
   b.advance();
   CHECK(b.state.step == Step::mounting);
   b.advance_to(Step::sliding);

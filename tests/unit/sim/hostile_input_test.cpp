@@ -49,7 +49,7 @@ bool runs_with_finite_numbers(std::unique_ptr<Rig> made, const std::string& fabr
        {std::pair{"stage.y", &y}, {"stage.z", &z}, {"ft", &ft}, {"taxels", &taxels}})
     if (!rig->attach(name, *link, loop)) return false;
   if (const auto mounted = rig->mount(fabric, 2, loop.now()); !mounted)
-    return !mounted.error().message.empty();  // a cloth that cannot be cut is refused too
+    return !mounted.error().what.empty();  // a cloth that cannot be cut is refused too
   for (test::TestLink* stage : {&y, &z}) stage->send(test::hex("10 02 01 01 50 01"));
   ft.send(test::hex("12 34 00 02 00 00 00 00"));
   y.send(test::hex("57 04 01 01 50 01"));  // towards its limit

@@ -193,11 +193,13 @@ Result<std::vector<Seen>> features_of(const sim::FabricLibrary& library,
 
 Status check(const DownstreamOptions& options) {
   if (options.seeds < 2 || options.campaign.trials < 4 || options.campaign.swatches < 2)
-    return fail(Errc::invalid_argument, "too little to compare levels", "downstream",
-                "2 seeds, 4 trials on each of 2 swatches",
-                std::to_string(options.seeds) + " seeds, " +
-                    std::to_string(options.campaign.trials) + " trials on each of " +
-                    std::to_string(options.campaign.swatches) + " swatches");
+    return fail({.code = Errc::invalid_argument,
+                 .where = "downstream",
+                 .what = "too little to compare levels",
+                 .expected = "2 seeds, 4 trials on each of 2 swatches",
+                 .got = std::to_string(options.seeds) + " seeds, " +
+                        std::to_string(options.campaign.trials) + " trials on each of " +
+                        std::to_string(options.campaign.swatches) + " swatches"});
   return {};
 }
 

@@ -69,9 +69,12 @@ SimTrace trace_from(const ordered_json& json) {
 Result<SimReference> reference_from(const ordered_json& json, const SimScene& scene,
                                     const std::string& made_by) {
   const auto refuse = [&](std::string expected, std::string got) {
-    return fail(Errc::invalid_argument, "the reference is of another scene", scene.name,
-                std::move(expected), std::move(got),
-                "Make it again with bench_sim_reference and the same cloth table");
+    return fail({.code = Errc::invalid_argument,
+                 .where = scene.name,
+                 .what = "the reference is of another scene",
+                 .expected = std::move(expected),
+                 .got = std::move(got),
+                 .hint = "Make it again with bench_sim_reference and the same cloth table"});
   };
   const std::string fingerprint = json.at("fingerprint").get<std::string>();
   if (fingerprint != sim_fingerprint(scene))
@@ -115,8 +118,11 @@ Result<std::map<std::string, SimReference>> read_references(std::string_view jso
   try {
     const ordered_json file = ordered_json::parse(json);
     if (file.at("schema_version").get<int>() != reference_schema_version)
-      return fail(Errc::parse, "a reference of another version", "schema_version",
-                  std::to_string(reference_schema_version), file.at("schema_version").dump());
+      return fail({.code = Errc::parse,
+                   .where = "schema_version",
+                   .what = "a reference of another version",
+                   .expected = std::to_string(reference_schema_version),
+                   .got = file.at("schema_version").dump()});
     const std::string made_by = file.at("made_by").get<std::string>();
     for (const ordered_json& one : file.at("scenes"))
       for (const SimScene& scene : scenes) {
@@ -126,7 +132,8 @@ Result<std::map<std::string, SimReference>> read_references(std::string_view jso
         out.emplace(scene.name, std::move(*reference));
       }
   } catch (const nlohmann::json::exception& e) {
-    return fail(Errc::parse, "not a file of reference trajectories", e.what());
+    return fail(
+        {.code = Errc::parse, .where = e.what(), .what = "not a file of reference trajectories"});
   }
   return out;
 }

@@ -63,9 +63,11 @@ Result<SimRunner> SimRunner::make(const SimCase& one, const SimSetting& setting)
   out.substeps_ = whole_ratio(look_s, setting.step_s);
   if (!(setting.step_s > 0) || out.stride_ == 0 || out.substeps_ == 0 ||
       whole_ratio(sim_sample_s, look_s) == 0)
-    return fail(Errc::invalid_argument, "a step must divide the time between samples",
-                setting.name(), general(sim_sample_s) + " s over a whole number",
-                general(setting.step_s) + " s");
+    return fail({.code = Errc::invalid_argument,
+                 .where = setting.name(),
+                 .what = "a step must divide the time between samples",
+                 .expected = general(sim_sample_s) + " s over a whole number",
+                 .got = general(setting.step_s) + " s"});
   if (setting.level < Level::dynamic) return out;
   DynamicsParams params = one.dynamics;
   params.step_s = setting.step_s;

@@ -37,7 +37,10 @@ Result<SimCase> case_of(const FabricLibrary& library, const std::string& fabric,
                         const MaterialSwitches& switches = {}) {
   const Fabric* cloth = library.find(fabric);
   if (cloth == nullptr)
-    return fail(Errc::not_found, "the table has no such cloth", fabric, joined(library.names()));
+    return fail({.code = Errc::not_found,
+                 .where = fabric,
+                 .what = "the table has no such cloth",
+                 .expected = joined(library.names())});
   auto patch = cut_patch(*cloth, library.params, library.spread, switches, patch_seed);
   if (!patch) return pass(patch.error(), fabric);
   SimCase out;
@@ -258,8 +261,11 @@ const std::vector<std::string>& sim_scene_names() {
 Result<SimScene> make_sim_scene(std::string_view name, const FabricLibrary& library, bool quick) {
   const auto* const entry = std::ranges::find(entries, name, &Entry::name);
   if (entry == std::end(entries))
-    return fail(Errc::invalid_argument, "no such scene", "--scenes", joined(sim_scene_names()),
-                std::string(name));
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--scenes",
+                 .what = "no such scene",
+                 .expected = joined(sim_scene_names()),
+                 .got = std::string(name)});
   SimScene out{std::string(entry->name), std::string(entry->words), {}};
   std::vector<std::string> fabrics{"denim"};
   if (name == "fabrics17") fabrics = library.names();

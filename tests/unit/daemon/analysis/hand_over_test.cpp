@@ -186,13 +186,13 @@ TEST_CASE("Nothing partial goes into training") {
     REQUIRE(summary->trials_complete >= 12);
     const auto refused = hand_over(request.out, {});
     REQUIRE_FALSE(refused);
-    CHECK(refused.error().message == "the campaign is not complete");
+    CHECK(refused.error().what == "the campaign is not complete");
   }
   SECTION("killed") {
     REQUIRE(test::killed_at(request, {120, false}) == true);
     const auto refused = hand_over(request.out, {});
     REQUIRE_FALSE(refused);
-    CHECK(refused.error().message == "the campaign has not come to its end");
+    CHECK(refused.error().what == "the campaign has not come to its end");
   }
   CHECK(left_behind(request.out).empty());
 }
@@ -216,7 +216,7 @@ TEST_CASE("A hand-over is given up when it is told to, or when its time is over"
   hooks.stop = [&] { return ++asked > 40; };
   const auto stopped = hand_over(campaign.out(), hooks);
   REQUIRE_FALSE(stopped);
-  CHECK(stopped.error().message == "the hand-over was stopped before its end");
+  CHECK(stopped.error().what == "the hand-over was stopped before its end");
   hooks.stop = {};
   std::atomic<int> ticks{0};
   hooks.seconds_now = [&] { return static_cast<double>(ticks++); };
@@ -272,11 +272,11 @@ TEST_CASE("A complete campaign without its hand-over is gone on with to it, and 
   CHECK_FALSE(taken);
   CHECK(*read_text_file(campaign.out() / "certificate.json") == recorded);
   handed(campaign.out());
-  CHECK(run_campaign(campaign.request, {}).error().message.find("nothing is left") !=
+  CHECK(run_campaign(campaign.request, {}).error().what.find("nothing is left") !=
         std::string::npos);
   Recorded silent(nullptr);
   silent.request.resume = true;
-  CHECK(run_campaign(silent.request, {}).error().message.find("nothing is left") !=
+  CHECK(run_campaign(silent.request, {}).error().what.find("nothing is left") !=
         std::string::npos);
 }
 

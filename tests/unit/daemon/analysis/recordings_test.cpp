@@ -153,7 +153,7 @@ TEST_CASE("A manifest of tables and sound files is imported, its mistakes are na
   write_file(folder / "m5.csv", "file,label\nhole.csv,felt\n");
   const auto hole = import_recordings(folder / "m5.csv");
   REQUIRE_FALSE(hole);
-  CHECK(hole.error().message.find("not evenly spaced") != std::string::npos);
+  CHECK(hole.error().what.find("not evenly spaced") != std::string::npos);
   CHECK(hole.error().where.find("hole.csv") != std::string::npos);
   write_file(folder / "slow.csv", "t_s,X\n0,1\n250,2\n500,3\n");
   write_file(folder / "m6.csv", "file,label\nslow.csv,felt\n");
@@ -173,7 +173,7 @@ TEST_CASE("A manifest of recordings is read as strictly as one of slides") {
     const auto set = import_recordings(folder / "m.csv");
     REQUIRE_FALSE(set);
     CHECK(set.error().where.starts_with((folder / "m.csv").string()));
-    return set.error().message;
+    return set.error().what;
   };
   CHECK(complaint("file,label\none.csv,a\none.csv,a\n") == "the file is listed twice");
   CHECK(complaint("file,label\none.csv,a\n./one.csv,b\n") == "the file is listed twice");
@@ -211,7 +211,7 @@ TEST_CASE("Tables are of one rate where their times do not tell another") {
   // decimals tell a tenth of one.
   const auto other = with_last(table_at(400.5, 2001, 3));
   REQUIRE_FALSE(other);
-  CHECK(other.error().message == "other channels than the first recording's");
+  CHECK(other.error().what == "other channels than the first recording's");
   CHECK(other.error().expected == "X 400.000000 Hz [1]");
   CHECK(other.error().got == "X 400.480000 Hz [1]");
   write_file(folder / "fine.csv", "file,label\na.csv,a\nb.csv,b\n");

@@ -77,7 +77,7 @@ TEST_CASE("trials that did not complete take no part") {
   for (TrialRecord& record : set.records) record.outcome = TrialOutcome::failed;
   const auto refused = evaluate_campaign(set, options, {});
   REQUIRE_FALSE(refused.has_value());
-  CHECK(refused.error().message == "no complete trial to evaluate");
+  CHECK(refused.error().what == "no complete trial to evaluate");
 }
 
 TEST_CASE("the force of each fabric is computed again from the wrench") {
@@ -225,7 +225,7 @@ TEST_CASE("a run and a data set of different benches are refused and nothing is 
   for (const auto write : {write_report_json, write_report_html}) {
     const weft::Status refused = write(input, folder / "report");
     REQUIRE_FALSE(refused.has_value());
-    CHECK(refused.error().message == "run and data set disagree on the kind of bench");
+    CHECK(refused.error().what == "run and data set disagree on the kind of bench");
   }
   CHECK(std::filesystem::is_empty(folder));
   std::filesystem::remove_all(folder);
@@ -261,7 +261,7 @@ TEST_CASE("a campaign that stopped early says so, without results too") {
   CampaignSummary run = report_test::summary_of(set);
   run.trials_planned = 680;
   run.outcome = weft::recipes::Outcome::aborted;
-  run.error = weft::Error{weft::Errc::device, "stage z <stalled>", "z", "", "", ""};
+  run.error = weft::Error{.code = weft::Errc::device, .where = "z", .what = "stage z <stalled>"};
   run.wall_s = 0;
   run.force = {};
   const std::vector<ExplorationResult> none;

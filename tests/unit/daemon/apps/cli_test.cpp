@@ -168,7 +168,7 @@ TEST_CASE("the only exploration with complete trials is chosen without being nam
   CHECK(chosen->exploration == "M1");
   CHECK(chosen->trials.size() == 1);
   for (TrialRecord& record : dataset.records) record.outcome = TrialOutcome::aborted;
-  CHECK(choose_trials(dataset, {}, true).error().message == "no complete trial in the data set");
+  CHECK(choose_trials(dataset, {}, true).error().what == "no complete trial in the data set");
 }
 
 TEST_CASE("windows are cut at the data set's own rate") {
@@ -215,7 +215,7 @@ TEST_CASE("features of two explorations stand side by side, for commands that ma
   const auto two_rates = load_trials(path, choice, true, true);
   std::filesystem::remove(path);
   REQUIRE_FALSE(two_rates);
-  CHECK(two_rates.error().message == "the trials have different sampling rates");
+  CHECK(two_rates.error().what == "the trials have different sampling rates");
   REQUIRE(both);
   CHECK(both->features.size() == 1);
   REQUIRE(both->features.names.size() == 24);

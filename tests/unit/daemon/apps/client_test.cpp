@@ -129,7 +129,7 @@ TEST_CASE("a change that was refused is told as refused, and its lease given bac
   client::Client client = daemon.client();
   const auto run = cli::under_lease(client, {"a test"}, "run.start", json::object());
   REQUIRE_FALSE(run);
-  CHECK(run.error().message == "not now");
+  CHECK(run.error().what == "not now");
   CHECK(client.refusal() == "state.conflict");
   CHECK(heard.back() == "lease.release");
 }
@@ -156,7 +156,7 @@ TEST_CASE("a change goes under a lease of one's own that no connection keeps, as
   is_there = true;  // a program of this user's holds it
   const auto kept_out = cli::under_lease(client, {"a test"}, "run.start", json::object());
   REQUIRE_FALSE(kept_out);
-  CHECK(kept_out.error().message == "rig:bench is leased");
+  CHECK(kept_out.error().what == "rig:bench is leased");
 }
 
 TEST_CASE("the last word of a daemon that ends a connection is what a client is told") {
@@ -172,14 +172,14 @@ TEST_CASE("the last word of a daemon that ends a connection is what a client is 
     client::Client client = daemon.client();
     const auto waited = client.call("run.wait");
     REQUIRE_FALSE(waited);
-    CHECK(waited.error().message == over);
+    CHECK(waited.error().what == over);
   }
   SECTION("while it waits for an event") {
     client::Client client = daemon.client();
     REQUIRE(client.call("sub.open"));
     const auto event = client.next_event();
     REQUIRE_FALSE(event);
-    CHECK(event.error().message == over);
+    CHECK(event.error().what == over);
   }
 }
 

@@ -131,7 +131,12 @@ TEST_CASE("a slow answer is a warning, a failure is a problem with its hint take
   stage.latency_s = 0.03;
   CHECK(worst(judge_devices({stage})) == Severity::warning);
   stage.answered = stage.armed = false;
-  stage.error = Error{Errc::timeout, "no answer", "stage.x", "one", "silence", "Is it on"};
+  stage.error = Error{.code = Errc::timeout,
+                      .where = "stage.x",
+                      .what = "no answer",
+                      .expected = "one",
+                      .got = "silence",
+                      .hint = "Is it on"};
   const auto findings = judge_devices({stage});
   REQUIRE(findings.size() == 1);
   CHECK(findings.front().severity == Severity::problem);

@@ -103,14 +103,14 @@ TEST_CASE("what can be known before a training is refused before it") {
   // whatever is trained is refused: so the sentence tells which came first
   chosen.features.values.row(0)[0] = std::nan("");
   EvaluateArgs args = groups_left_out();
-  CHECK(measure(args, chosen).error().message.find("not so many") == std::string::npos);
+  CHECK(measure(args, chosen).error().what.find("not so many") == std::string::npos);
   args.curve = {2, 31};
-  CHECK(measure(args, chosen).error().message == "not so many training recordings");
+  CHECK(measure(args, chosen).error().what == "not so many training recordings");
   args.curve.clear();
   args.none_of_these = true;
   for (std::string& label : chosen.features.labels)
     if (label == "pile") label = "wool";
-  CHECK(measure(args, chosen).error().message == "too few fabrics to leave one out");
+  CHECK(measure(args, chosen).error().what == "too few fabrics to leave one out");
 }
 
 TEST_CASE("a label that is in one group alone is told to be never tested") {

@@ -43,7 +43,7 @@ Result<std::string> merged(const json& level, std::int64_t age_s = 60,
 std::string refused(const json& level, std::int64_t age_s = 60) {
   const auto text = merged(level, age_s);
   REQUIRE_FALSE(text);
-  return text.error().message + " " + text.error().where;
+  return text.error().what + " " + text.error().where;
 }
 
 /// The farthest that a rotary axis was from `angle_rad` while phases were recorded [rad].

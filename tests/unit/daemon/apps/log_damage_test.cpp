@@ -151,7 +151,7 @@ TEST_CASE("no data set is made of a campaign that has lost some of its log witho
   CHECK(refused.error().where.find("campaign.sqlite-wal") != std::string::npos);
   const auto exported = export_campaign(killed.request.out, {});
   REQUIRE_FALSE(exported);
-  CHECK(exported.error().message == refused.error().message);
+  CHECK(exported.error().what == refused.error().what);
   const auto rest = cli::open_campaign(killed.file, cli::CampaignLog::as_far_as_it_goes);
   CHECK((!rest || rest->dataset.trials.size() < complete));
 }

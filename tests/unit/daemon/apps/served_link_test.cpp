@@ -346,7 +346,7 @@ TEST_CASE("drivers say which port is gone, stay faulted, and open anew on the sa
               "\"}");
     run(rig.loop, [&] { return device->driver().state() == DriverState::faulted; });
     REQUIRE(device->fault_seen());
-    CHECK(device->fault_seen()->message.find("the link to the device closed") == 0);
+    CHECK(device->fault_seen()->what.find("the link to the device closed") == 0);
     CHECK(device->fault_seen()->where.find(path) != std::string::npos);
     CHECK_FALSE(device->fault_seen()->hint.empty());
     CHECK_FALSE(std::filesystem::exists(path));

@@ -273,7 +273,7 @@ TEST_CASE("a campaign that is asked to stop while homing ends without a campaign
   hooks.stop = &stop;
   const auto ran = run_campaign(request_in(folder, short_recipe("denim")), hooks);
   REQUIRE_FALSE(ran);
-  CHECK(ran.error().message == "stopped while the bench came up");
+  CHECK(ran.error().what == "stopped while the bench came up");
   CHECK_FALSE(std::filesystem::exists(folder / "out/campaign.sqlite"));
 }
 

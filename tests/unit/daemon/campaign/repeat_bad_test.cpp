@@ -51,7 +51,7 @@ std::uint16_t live_count(int i) {
 
 std::string said_of(const TakeJudge& judge, double in_band = 1) {
   const auto bad = judge.verdict(in_band);
-  return bad ? bad->where + ": " + bad->message : "";
+  return bad ? bad->where + ": " + bad->what : "";
 }
 
 /// Two fabrics, two repetitions; the taxel driver looks away, so that a take is all there is.

@@ -108,7 +108,7 @@ TEST_CASE("a resume says first what is left, and changes nothing by that") {
   check_software(request.out / "campaign.sqlite");
   const auto again = preview_resume(request);
   REQUIRE_FALSE(again);
-  CHECK(again.error().message.find("nothing is left") != std::string::npos);
+  CHECK(again.error().what.find("nothing is left") != std::string::npos);
 }
 
 TEST_CASE("a resume that is stopped before what is left changes nothing, and can be resumed") {
@@ -255,7 +255,7 @@ TEST_CASE("two runs do not work in one folder") {
     REQUIRE(held);
     const auto result = run_campaign(request, {});
     REQUIRE_FALSE(result);
-    CHECK(result.error().message == "another run works in this folder");
+    CHECK(result.error().what == "another run works in this folder");
   }
   CHECK(run(request).trials_complete == 4);
 }

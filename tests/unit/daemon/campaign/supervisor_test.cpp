@@ -75,7 +75,7 @@ TEST_CASE("an engine's timer that never comes is caught by the deadline guard") 
   REQUIRE(supervisor.result());
   CHECK(bench.outcomes == std::vector{recipes::Outcome::failed});
   REQUIRE(bench.trial_error);
-  CHECK(bench.trial_error->message == "a step has passed its deadline");
+  CHECK(bench.trial_error->what == "a step has passed its deadline");
   CHECK(supervisor.result()->cleanup == recipes::Cleanup::done);
   CHECK(bench.sim.rig->truth(bench.sim.loop.now()).contact_force_n == Approx(0).margin(1e-9));
 }
@@ -202,7 +202,7 @@ TEST_CASE("a saturated force sensor ends a campaign that goes on after failed tr
   g.finish();
   CHECK(g.bench.outcomes == std::vector{recipes::Outcome::failed});
   REQUIRE(g.supervisor->result()->error);
-  CHECK(g.supervisor->result()->error->message ==
+  CHECK(g.supervisor->result()->error->what ==
         "the force/torque sensor's readings are not valid");
   CHECK(g.supervisor->result()->cleanup == recipes::Cleanup::done);
 }
@@ -218,7 +218,7 @@ TEST_CASE("counts that are no force end the campaign with the sensor's name and 
   REQUIRE(g.supervisor->result()->error);
   const Error& told = *g.supervisor->result()->error;
   CHECK(told.where == "ft");
-  CHECK_THAT(told.message, Catch::Contains("cannot be recorded"));
+  CHECK_THAT(told.what, Catch::Contains("cannot be recorded"));
   CHECK_THAT(told.hint, Catch::Contains("status and cable"));
   CHECK(g.supervisor->result()->cleanup == recipes::Cleanup::done);
 }
@@ -241,7 +241,7 @@ TEST_CASE("in the cycle in which a guard trips nothing but the stop and the retr
   g.finish();
   CHECK(count(z, move_absolute) == 0);
   REQUIRE(g.bench.trial_error);
-  CHECK(g.bench.trial_error->message == "the force is over the cap");
+  CHECK(g.bench.trial_error->what == "the force is over the cap");
   CHECK(g.bench.sim.rig->truth(g.bench.sim.loop.now()).contact_force_n == Approx(0).margin(1e-9));
 }
 
@@ -252,7 +252,7 @@ TEST_CASE("a force sensor that repeats itself ends the campaign before the force
   g.finish();
   CHECK(g.supervisor->result()->outcome == recipes::Outcome::failed);
   REQUIRE(g.supervisor->result()->error);
-  CHECK(g.supervisor->result()->error->message == "readings do not change any more");
+  CHECK(g.supervisor->result()->error->what == "readings do not change any more");
 }
 
 TEST_CASE("no stage of a good campaign is found slow, fast or off its command") {
@@ -271,7 +271,7 @@ TEST_CASE("a stage that goes a tenth of its speed is found while it slides") {
   REQUIRE(y.command(MoveCommand{0.149, 0.2e-3}));
   g.finish();
   REQUIRE(g.supervisor->result()->error);
-  CHECK(g.supervisor->result()->error->message == "a stage does not follow its commands");
+  CHECK(g.supervisor->result()->error->what == "a stage does not follow its commands");
   CHECK(g.supervisor->result()->cleanup == recipes::Cleanup::done);
 }
 

@@ -137,7 +137,7 @@ TEST_CASE("a rig may do without vibrations, and has one sensor of them at most")
   json rig = vibro_rig();
   REQUIRE(parse_rig_file(rig.dump()));
   rig["devices"].push_back(rig["devices"][7]);
-  CHECK(parse_rig_file(rig.dump()).error().message == "role vibro is filled twice");
+  CHECK(parse_rig_file(rig.dump()).error().what == "role vibro is filled twice");
   const auto limits = recipes::parse_rig_limits(vibro_rig().dump()).value();
   CHECK(limits.acceleration_rate_hz == 200);
   CHECK(limits.sound_rate_hz == 8000);

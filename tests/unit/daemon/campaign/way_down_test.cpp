@@ -64,7 +64,7 @@ TEST_CASE(
     REQUIRE(g.bench.sim.rig->inject(hit.dump(), g.bench.sim.loop.now()));
     g.finish();
     REQUIRE(g.bench.trial_error);
-    CHECK(g.bench.trial_error->message == "the force jumped");
+    CHECK(g.bench.trial_error->what == "the force jumped");
   }
 }
 
@@ -85,7 +85,7 @@ TEST_CASE("a landing on stiff cloth under a low cap is no jump of the force, a j
   REQUIRE(struck.bench.sim.rig->inject(hit.dump(), struck.bench.sim.loop.now()));
   struck.finish();
   REQUIRE(struck.bench.trial_error);
-  CHECK(struck.bench.trial_error->message == "the force jumped");
+  CHECK(struck.bench.trial_error->what == "the force jumped");
 }
 
 TEST_CASE("in a slow scan cycle no stage of a good campaign is found off its command") {
@@ -131,7 +131,7 @@ TEST_CASE("a sensor that loses the probe's weight while z goes back to rest is n
   REQUIRE(g.bench.sim.rig->inject(hit.dump(), g.bench.sim.loop.now()));
   g.finish();
   REQUIRE(g.bench.trial_error);
-  CHECK(g.bench.trial_error->message == "the force jumped");
+  CHECK(g.bench.trial_error->what == "the force jumped");
 }
 
 }  // namespace way_down_test

@@ -72,7 +72,7 @@ struct Found {
 std::string judged(const FaultBench& bench, const Row& row, const Onset& onset,
                    std::optional<double> after_s) {
   if (const std::string wrong = wrong_with(bench, row); !wrong.empty()) return wrong;
-  const std::string sentence = bench.faults.empty() ? "" : bench.faults.front().message;
+  const std::string sentence = bench.faults.empty() ? "" : bench.faults.front().what;
   const auto in_time = [&] {
     return *after_s <= row.bound_s ? "" : "late: " + std::to_string(*after_s) + " s";
   };
@@ -104,10 +104,10 @@ Found try_row(const Row& row) {
     up = bench.ready();
   } else {
     up = bench.ready();
-    if (!up) return {0, "not ready before the fault: " + bench.faults.front().message};
+    if (!up) return {0, "not ready before the fault: " + bench.faults.front().what};
     bench.work(1.3);
     if (!bench.faults.empty())
-      return {0, "a fault before the fault: " + bench.faults.front().message};
+      return {0, "a fault before the fault: " + bench.faults.front().what};
     onset = {bench.now_s(), bench.samples.size(), bench.logs.size()};
     bench.inject(row.fault, row.more);
   }

@@ -127,7 +127,8 @@ class Crossing final : public Driver {
   explicit Crossing(DriverHost& host) : host_(&host) {}
   [[nodiscard]] DriverState state() const noexcept override { return DriverState::closed; }
   Status open() override {
-    if (host_->http() == nullptr) return fail(Errc::unsupported, "there is no HTTP port");
+    if (host_->http() == nullptr)
+      return fail({.code = Errc::unsupported, .what = "there is no HTTP port"});
     host_->link().on_receive(
         [this](ByteView bytes, TimePoint) { static_cast<void>(host_->http()->write(bytes)); });
     host_->http()->on_receive(
@@ -183,7 +184,7 @@ TEST_CASE("a plugin has the device's HTTP port where there is one, and its bytes
   CHECK_FALSE(host.inner.link_.listened_to());
 
   Loaded without(table<crossing>(), "{}");
-  CHECK(without.driver->open().error().message == "there is no HTTP port");
+  CHECK(without.driver->open().error().what == "there is no HTTP port");
 }
 
 TEST_CASE("what a driver refuses comes through the C table with all its parts") {
@@ -275,7 +276,7 @@ TEST_CASE("what a plugin throws becomes a fault of its device, and no call comes
     rogue.driver->close();
     REQUIRE(rogue.host.faults.size() == 1);
     const Error& fault = rogue.host.faults.front();
-    CHECK(fault.message.find("test.so") != std::string::npos);
+    CHECK(fault.what.find("test.so") != std::string::npos);
     CHECK(fault.got == "out of paper");
     CHECK(to_string(fault).find(function) != std::string::npos);
     CHECK(rogue.driver->state() == DriverState::faulted);
@@ -296,7 +297,7 @@ TEST_CASE("a plugin that throws in create is refused, and one that throws in des
       PluginDriver::create({nullptr, &table, "test.so"}, "taxels", "{}", host, watch);
   REQUIRE_FALSE(refused);
   CHECK(refused.error().got == "out of paper");
-  CHECK(refused.error().message.find("create") != std::string::npos);
+  CHECK(refused.error().what.find("create") != std::string::npos);
 
   Rogue::throws_in = "destroy";
   Loaded rogue(table, "{}");
@@ -368,7 +369,7 @@ TEST_CASE("a sample that is broken, or of a kind from the future, faults the plu
     Rogue::host->publish(Rogue::host->self, &sample);
     CHECK(rogue.host.samples.empty());
     REQUIRE(rogue.host.faults.size() == 1);
-    CHECK(rogue.host.faults.front().message.find("test.so") != std::string::npos);
+    CHECK(rogue.host.faults.front().what.find("test.so") != std::string::npos);
     CHECK_FALSE(rogue.driver->arm());
   }
 }

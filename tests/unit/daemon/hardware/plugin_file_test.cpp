@@ -46,7 +46,7 @@ TEST_CASE("a plugin in plain C is loaded, opened and armed") {
   REQUIRE((*driver)->open());
   REQUIRE((*driver)->arm());
   CHECK((*driver)->state() == DriverState::armed);
-  CHECK((*driver)->command(HomeCommand{}).error().message == "nothing here moves");
+  CHECK((*driver)->command(HomeCommand{}).error().what == "nothing here moves");
   (*driver)->close();
   CHECK((*driver)->state() == DriverState::closed);
   CHECK(drivers.source("none")->summary == "Does nothing");
@@ -82,7 +82,7 @@ TEST_CASE("a file that is no shared object is refused in our own words") {
   put(folder / plugin_file_name("empty"), "");
   CHECK(refusal("empty").got == "an empty file");
   put(folder / plugin_file_name("cut"), "\177ELF and then nothing");
-  CHECK(refusal("cut").message == "the plugin cannot be loaded");
+  CHECK(refusal("cut").what == "the plugin cannot be loaded");
   CHECK_FALSE(refusal("cut").got.empty());
 }
 
@@ -114,7 +114,7 @@ TEST_CASE(
   CHECK(unknown.expected.find("taxel_array_misbehaving") != std::string::npos);
   CHECK(unknown.hint.find("weft-driver-taxel_aray.so") != std::string::npos);
   auto lost = catalog({"/nowhere/at/all"});
-  CHECK(lost.source("taxel_array").error().message.find("/nowhere/at/all") != std::string::npos);
+  CHECK(lost.source("taxel_array").error().what.find("/nowhere/at/all") != std::string::npos);
 }
 
 TEST_CASE("only names of the form weft-driver-NAME.so are plugins") {

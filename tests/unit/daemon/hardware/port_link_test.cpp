@@ -140,7 +140,7 @@ TEST_CASE("a port that is not there, no terminal, or in use is refused with a se
   REQUIRE(first);
   const auto second = open_serial(loop, {.path = terminal.path});
   REQUIRE_FALSE(second);
-  CHECK(second.error().message == "another program uses the port");
+  CHECK(second.error().what == "another program uses the port");
 }
 
 TEST_CASE("any speed is set and read back, 1.25 Mbaud too") {
@@ -257,7 +257,7 @@ TEST_CASE("each request goes out on a connection of its own, whoever ends the on
   server.reset();
   const Status refused = (*link)->write(Bytes{'c'});
   REQUIRE_FALSE(refused);
-  CHECK(refused.error().message == "cannot connect");
+  CHECK(refused.error().what == "cannot connect");
 }
 
 TEST_CASE("TCP to nobody, and to a name that does not exist, is refused with a sentence") {
@@ -331,7 +331,7 @@ TEST_CASE("UDP hears at its own port who was never asked, and says when that is 
   run(loop, [&] { return got.size() == 2; });
   const auto second = open_udp(loop, device.end(), own);
   REQUIRE_FALSE(second);
-  CHECK(second.error().message == "cannot listen at the port");
+  CHECK(second.error().what == "cannot listen at the port");
 }
 
 TEST_CASE("a link may be destroyed by the callback that it runs") {

@@ -213,7 +213,12 @@ TEST_CASE("Nobody's keys make room for another's, in this life of the daemon or 
 
 TEST_CASE("A refusal that was kept as text is the same again") {
   rpc::RpcError error = rpc::rpc_error(rpc::code::state, "state.conflict",
-                                       {Errc::wrong_state, "not now", "/here", "a", "b", "c"});
+                                       {.code = Errc::wrong_state,
+                                        .where = "/here",
+                                        .what = "not now",
+                                        .expected = "a",
+                                        .got = "b",
+                                        .hint = "c"});
   error.blockers_json = R"([{"kind":"rig.busy"}])";
   CHECK(to_json(rpc::error_from_json(to_json(error))) == to_json(error));
   CHECK(rpc::error_from_json("{").kind == "internal");

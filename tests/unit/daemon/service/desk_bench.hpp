@@ -97,7 +97,8 @@ struct DeskBench {
             .perform = [this](const CampaignRequest& wanted,
                               const CampaignHooks& hooks) { return performed(wanted, hooks); },
             .room = [this](const std::filesystem::path&, std::uint64_t bytes) -> Status {
-              if (bytes > 0 && disk_is_full) return fail(Errc::io, "not enough free space");
+              if (bytes > 0 && disk_is_full)
+                return fail({.code = Errc::io, .what = "not enough free space"});
               return {};
             },
             .one_run = one_run},
@@ -106,10 +107,12 @@ struct DeskBench {
 
   Result<CampaignSummary> performed(const CampaignRequest& wanted, CampaignHooks hooks) {
     if (at_start) at_start();
-    if (rig_file_is_broken) return fail(Errc::invalid_argument, "not JSON", wanted.rig.string());
+    if (rig_file_is_broken)
+      return fail(
+          {.code = Errc::invalid_argument, .where = wanted.rig.string(), .what = "not JSON"});
     if (no_bench_comes_up) {
       hooks.planned(check_request(wanted)->plan);
-      return fail(Errc::io, "no device answers", "stage.x");
+      return fail({.code = Errc::io, .where = "stage.x", .what = "no device answers"});
     }
     hooks.progress = [this, &hooks, told = hooks.progress](const TrialProgress& line) {
       told(line);

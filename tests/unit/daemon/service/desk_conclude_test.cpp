@@ -72,7 +72,7 @@ TEST_CASE(
     "how a bench ended, and why, is kept until its run is concluded, whatever comes between") {
   const TemporaryFolder folder;
   std::string id;
-  const Error silence{Errc::device, "no record came", "ft", {}, {}, {}};
+  const Error silence{.code = Errc::device, .where = "ft", .what = "no record came"};
   {
     DeskBench bench(folder, test::tiny_recipe(1));
     bench.bench_ends = [&](CampaignSummary& summary) {

@@ -138,7 +138,8 @@ TEST_CASE("a file that is streamed to a full disk says why, and leaves the old o
     return [text = std::move(text)](std::ostream& out) -> Status {
       out << text;
       if (out.flush()) return {};
-      return fail(Errc::io, "cannot write the model");  // as the writers of models do
+      return fail(
+          {.code = Errc::io, .what = "cannot write the model"});  // as the writers of models do
     };
   };
   REQUIRE(write_streamed_file(path, writes("old\n")));
@@ -149,10 +150,11 @@ TEST_CASE("a file that is streamed to a full disk says why, and leaves the old o
     CHECK(refused.error().where == path.string());
     CHECK(refused.error().got == std::strerror(EFBIG));
   }
-  const Status refused = write_streamed_file(
-      path, [](std::ostream&) -> Status { return fail(Errc::range, "not to be written"); });
+  const Status refused = write_streamed_file(path, [](std::ostream&) -> Status {
+    return fail({.code = Errc::range, .what = "not to be written"});
+  });
   REQUIRE_FALSE(refused);
-  CHECK(refused.error().message == "not to be written");
+  CHECK(refused.error().what == "not to be written");
   std::ifstream in(path);
   CHECK(std::string(std::istreambuf_iterator<char>(in), {}) == "old\n");
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
@@ -175,7 +177,8 @@ TEST_CASE("leases and tokens whose line of the journal cannot be kept are as the
   services.add_token = [&](std::string name, access::Role, std::int64_t,
                            const std::string&) -> Result<std::string> {
     if (std::find(tokens.begin(), tokens.end(), name) != tokens.end())
-      return fail(Errc::invalid_argument, "there is one of this name", "token");
+      return fail(
+          {.code = Errc::invalid_argument, .where = "token", .what = "there is one of this name"});
     tokens.push_back(std::move(name));
     return "wft_0";
   };

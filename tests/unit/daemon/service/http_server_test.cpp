@@ -57,7 +57,7 @@ struct WebBench {
     shared = {&methods, &hub, &answered, "e1", {}, {}, {}, [] { return Clock(); }};
     shared.token_owner = [](std::string_view token) -> Result<TokenOwner> {
       if (token == "good") return TokenOwner{"somebody", access::Role::operator_};
-      return fail(Errc::wrong_state, "no good");
+      return fail({.code = Errc::wrong_state, .what = "no good"});
     };
     shared.readiness_json = [] { return std::string("{}"); };
     methods.add({"now.say", "", {}, {}, {}, ""},
@@ -278,11 +278,11 @@ TEST_CASE("A file is looked at before it is sent; one that is written to meanwhi
 
   WebClient& refused = bench.ask(get, "");
   bench.until([&] { return asked.size() == 3; });
-  asked[2](fail(Errc::wrong_state, "altered"));
+  asked[2](fail({.code = Errc::wrong_state, .what = "altered"}));
   CHECK(bench.status_of(refused) == 409);
   WebClient& busy = bench.ask(get, "");
   bench.until([&] { return asked.size() == 4; });
-  asked[3](fail(Errc::timeout, "later"));
+  asked[3](fail({.code = Errc::timeout, .what = "later"}));
   CHECK(bench.status_of(busy) == 503);
   {
     WebClient& gone = bench.ask(get, "");

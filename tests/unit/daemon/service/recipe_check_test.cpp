@@ -127,7 +127,7 @@ TEST_CASE("What weft check has against a rig file, recipe.check, recipe.put and 
   const auto started = bench.desk.desk->submit({bench.desk.request.recipe, {}, {}, "test"});
   REQUIRE_FALSE(started);
   if (!said) {  // the file as such
-    CHECK(checked.error().error.message == said.error().message);
+    CHECK(checked.error().error.what == said.error().what);
     return;
   }
   REQUIRE_FALSE(said->problems.empty());
@@ -136,7 +136,7 @@ TEST_CASE("What weft check has against a rig file, recipe.check, recipe.put and 
   REQUIRE(told["problems"].size() == said->problems.size());
   CHECK(told["problems"][0]["message"] == said->problems.front().what.message);
   CHECK(told["problems"][0]["file"] == bench.desk.request.rig.string());
-  CHECK(started.error().message.find(said->problems.front().what.message) != std::string::npos);
+  CHECK(started.error().what.find(said->problems.front().what.message) != std::string::npos);
 }
 
 TEST_CASE("A file that is nested ever deeper is refused, whatever is asked about it") {
@@ -150,7 +150,7 @@ TEST_CASE("A file that is nested ever deeper is refused, whatever is asked about
   const auto refused = bench.answered("recipe.diff", both);
   REQUIRE_FALSE(refused);
   CHECK(refused.error().error.where == "/params/recipe");
-  CHECK(refused.error().error.message.find("nested too deeply") != std::string::npos);
+  CHECK(refused.error().error.what.find("nested too deeply") != std::string::npos);
   const json second = {{"recipe", "recipe"}, {"other", "deep2"}};
   CHECK(bench.answered("recipe.diff", second).error().error.where == "/params/other");
   CHECK_FALSE(bench.answered("recipe.plan", {{"recipe", "deep1"}}).has_value());

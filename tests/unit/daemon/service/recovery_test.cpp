@@ -70,7 +70,7 @@ TEST_CASE("a discarded run has ended, its file says so, and no data set is made 
   CampaignRequest request = bench.request;
   request.out = run->stored.folder;
   request.resume = true;
-  CHECK(preview_resume(request).error().message == "the campaign was discarded");
+  CHECK(preview_resume(request).error().what == "the campaign was discarded");
 }
 
 TEST_CASE("what is complete of an interrupted run is kept, certified, and said to be partial") {

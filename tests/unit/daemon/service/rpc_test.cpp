@@ -136,7 +136,12 @@ TEST_CASE("The OpenRPC document has every method with its parameters, role and e
 }
 
 TEST_CASE("An error keeps its parts apart and names its block") {
-  const Error error{Errc::range, "too far", "/params/target_m", "0 to 0.15", "3", "Look again"};
+  const Error error{.code = Errc::range,
+                    .where = "/params/target_m",
+                    .what = "too far",
+                    .expected = "0 to 0.15",
+                    .got = "3",
+                    .hint = "Look again"};
   const json out = json::parse(to_json(from(error)));
   CHECK(out["code"] == 1012);
   CHECK(out["message"] == "too far");

@@ -49,14 +49,14 @@ TEST_CASE("a database that another has says which file, and that it is in use") 
   REQUIRE(first);
   const auto second = control::RunStore::open(file);
   REQUIRE_FALSE(second);
-  CHECK(second.error().message == "another weftd works in this folder");
+  CHECK(second.error().what == "another weftd works in this folder");
   auto other = sqlite::Database::open(file, sqlite::Mode::read_write);
   REQUIRE(other);
   const Status refused = other->execute("CREATE TABLE more (one INTEGER)");
   REQUIRE_FALSE(refused);
   CHECK(refused.error().code == Errc::wrong_state);
   CHECK(refused.error().where == file.string());
-  CHECK(refused.error().message == "the file refused a statement");
+  CHECK(refused.error().what == "the file refused a statement");
 }
 
 TEST_CASE("what escapes from a run's thread is a fault of that run; the next waits for a word") {
@@ -254,9 +254,9 @@ TEST_CASE("what belongs together is written together or not at all") {
   StoredRun run;
   const Status refused = store.together([&]() -> Status {
     if (Status ok = store.add(run); !ok) return ok;
-    return fail(Errc::io, "no room");
+    return fail({.code = Errc::io, .what = "no room"});
   });
-  CHECK(refused.error().message == "no room");
+  CHECK(refused.error().what == "no room");
   CHECK(store.load()->empty());
   REQUIRE(store.together([&] { return store.add(run); }));
   CHECK(store.load()->size() == 1);

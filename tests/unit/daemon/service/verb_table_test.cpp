@@ -159,7 +159,7 @@ std::string verb_row(RunState state) {
     } else {
       CHECK(at->now() == state);
       CHECK(said.error().code == Errc::wrong_state);
-      CHECK_FALSE(said.error().message.empty());
+      CHECK_FALSE(said.error().what.empty());
     }
   }
   return out + "\n";

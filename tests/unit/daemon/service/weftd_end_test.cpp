@@ -126,7 +126,7 @@ TEST_CASE("a daemon that ends takes nothing more on, and says why") {
   for (const Status& each : refused) {
     REQUIRE_FALSE(each);
     CHECK(each.error().code == Errc::wrong_state);
-    CHECK(each.error().message.find("told to end") != std::string::npos);
+    CHECK(each.error().what.find("told to end") != std::string::npos);
   }
   CHECK(desk.all().size() == 1);
   CHECK(desk.get(id)->machine.state == RunState::interrupted);

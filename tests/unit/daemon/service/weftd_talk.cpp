@@ -39,7 +39,7 @@ Talk::Talk(server::Peer peer) {
   };
   shared.token_owner = [](std::string_view token) -> Result<server::TokenOwner> {
     if (token == "good") return server::TokenOwner{"token:ada", access::Role::operator_};
-    return fail(Errc::wrong_state, "no good");
+    return fail({.code = Errc::wrong_state, .what = "no good"});
   };
   client = std::make_unique<server::Conversation>(
       shared, std::move(peer), "s-1",

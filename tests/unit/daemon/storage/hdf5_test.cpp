@@ -205,14 +205,14 @@ TEST_CASE("other files are told apart") {
   const TemporaryFolder folder;
   CHECK(read_error(folder / "absent.h5").code == Errc::not_found);
   write_file(folder / "text.h5", "file,label\n");
-  CHECK(read_error(folder / "text.h5").message ==
+  CHECK(read_error(folder / "text.h5").what ==
         "not an HDF5 file, or cut short within its first bytes");
   {
     const hdf5::Handle file(
         H5Fcreate((folder / "other.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT),
         H5Fclose);
   }
-  CHECK(read_error(folder / "other.h5").message == "an HDF5 file, but not a Weft data set");
+  CHECK(read_error(folder / "other.h5").what == "an HDF5 file, but not a Weft data set");
 }
 
 TEST_CASE("a failed write leaves the older file and nothing else") {

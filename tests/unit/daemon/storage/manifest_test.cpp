@@ -104,7 +104,7 @@ TEST_CASE("a trial file cut anywhere in its last line is refused with the line")
   for (const char* cut : {"0", "0.1", "0.1,3", "0.1,3,", "0.1,3,4", "0.1,3,41"}) {
     const Error error = trial_error(std::string("t_s,ch1,ch2\n0,1,2\n") + cut);
     CHECK(error.code == Errc::parse);
-    CHECK(error.message == "the last line has no line break: the file may be cut short");
+    CHECK(error.what == "the last line has no line break: the file may be cut short");
     CHECK(error.where == ":3");
     CHECK(error.hint == "Add a newline if the file is whole");
   }
@@ -114,7 +114,7 @@ TEST_CASE("a trial file cut anywhere in its last line is refused with the line")
 TEST_CASE("a manifest cut in its last line is refused with the line") {
   for (const char* cut : {"a.csv,Sil", "a.csv,Silk", "a"}) {
     const Error error = manifest_error(std::string("file,label\na.csv,Silk\n") + cut);
-    CHECK(error.message == "the last line has no line break: the file may be cut short");
+    CHECK(error.what == "the last line has no line break: the file may be cut short");
     CHECK(error.where == ":3");
   }
 }
@@ -122,51 +122,51 @@ TEST_CASE("a manifest cut in its last line is refused with the line") {
 TEST_CASE("NaN, infinity, text and empty fields in a trial are refused with line and column") {
   for (const char* bad : {"nan", "NaN", "inf", "-inf", "1.5x", "0x10", "", "1 2"}) {
     const Error error = trial_error(std::string("t_s,ch1,ch2\n0,1,2\n1,3,") + bad + "\n");
-    CHECK(error.message == "not a finite number");
+    CHECK(error.what == "not a finite number");
     CHECK(error.where == ":3 column ch2");
     CHECK(error.got == std::string("'").append(bad).append("'"));
   }
   for (const char* bad : {"1e999", "-1e400", "1e-400"}) {
     const Error error = trial_error(std::string("t_s,ch1,ch2\n0,1,2\n1,3,") + bad + "\n");
-    CHECK(error.message == "a number that no double can hold");
+    CHECK(error.what == "a number that no double can hold");
     CHECK(error.where == ":3 column ch2");
   }
   CHECK(trial_error("t_s,ch1\nnan,1\n").where == ":2 column t_s");
   for (const char* far : {"1e300", "1.7e12", "-4.6e9"}) {  // as milliseconds since 1970
     const Error error = trial_error(std::string("t_s,ch1\n") + far + ",1\n");
-    CHECK(error.message == "a time beyond all reason");
+    CHECK(error.what == "a time beyond all reason");
     CHECK(error.where == ":2 column t_s");
     CHECK(error.expected == "within 142 years of 0");
   }
 }
 
 TEST_CASE("a trial's columns must be known, unique and complete") {
-  CHECK(trial_error("t_s,ch1,force\n0,1,2\n").message == "unknown column 'force'");
-  CHECK(trial_error("t_s,ch1,ch01\n0,1,2\n").message == "unknown column 'ch01'");
-  CHECK(trial_error("t_s,ch1,ch0\n0,1,2\n").message == "unknown column 'ch0'");
-  CHECK(trial_error("t_s,ch1,ch3\n0,1,2\n").message == "the column ch2 is missing");
-  CHECK(trial_error("t_s,ch99999999999\n0,1\n").message == "the column ch1 is missing");
-  CHECK(trial_error("t_s,phase\n0,M\n").message == "the column ch1 is missing");
-  CHECK(trial_error("ch1,ch2\n0,1\n").message == "the column t_s is missing");
-  CHECK(trial_error("t_s,ch1,ch1\n0,1,1\n").message == "two columns of the same name");
+  CHECK(trial_error("t_s,ch1,force\n0,1,2\n").what == "unknown column 'force'");
+  CHECK(trial_error("t_s,ch1,ch01\n0,1,2\n").what == "unknown column 'ch01'");
+  CHECK(trial_error("t_s,ch1,ch0\n0,1,2\n").what == "unknown column 'ch0'");
+  CHECK(trial_error("t_s,ch1,ch3\n0,1,2\n").what == "the column ch2 is missing");
+  CHECK(trial_error("t_s,ch99999999999\n0,1\n").what == "the column ch1 is missing");
+  CHECK(trial_error("t_s,phase\n0,M\n").what == "the column ch1 is missing");
+  CHECK(trial_error("ch1,ch2\n0,1\n").what == "the column t_s is missing");
+  CHECK(trial_error("t_s,ch1,ch1\n0,1,1\n").what == "two columns of the same name");
 }
 
 TEST_CASE("a trial's lines must be whole, in time order and of known phases") {
-  CHECK(trial_error("t_s,ch1\n0,1\n1,2,3\n").message == "wrong number of fields");
-  CHECK(trial_error("t_s,ch1\n0\n1,2\n").message == "wrong number of fields");
-  CHECK(trial_error("t_s,ch1\n1,1\n0.5,2\n").message == "time runs backwards");
+  CHECK(trial_error("t_s,ch1\n0,1\n1,2,3\n").what == "wrong number of fields");
+  CHECK(trial_error("t_s,ch1\n0\n1,2\n").what == "wrong number of fields");
+  CHECK(trial_error("t_s,ch1\n1,1\n0.5,2\n").what == "time runs backwards");
   CHECK(trial_error("t_s,phase,ch1\n1,Q,1\n").got == "'Q'");
-  CHECK(trial_error("t_s,phase,ch1\n1,MM,1\n").message == "unknown phase");
-  CHECK(trial_error("t_s,ch1\n").message == "a header but no samples");
-  CHECK(trial_error("").message == "the file is empty");
-  CHECK(trial_error(std::string("t_s,ch1\n0,1\0\n", 13)).message == "a zero byte: not a text file");
+  CHECK(trial_error("t_s,phase,ch1\n1,MM,1\n").what == "unknown phase");
+  CHECK(trial_error("t_s,ch1\n").what == "a header but no samples");
+  CHECK(trial_error("").what == "the file is empty");
+  CHECK(trial_error(std::string("t_s,ch1\n0,1\0\n", 13)).what == "a zero byte: not a text file");
 }
 
 TEST_CASE("huge lines and huge headers are refused, not swallowed") {
-  CHECK(trial_error("t_s,ch1\n0," + std::string(2000000, '1') + "\n").message ==
+  CHECK(trial_error("t_s,ch1\n0," + std::string(2000000, '1') + "\n").what ==
         "the line is too long");
   std::string commas(100000, ',');
-  CHECK(trial_error(commas += '\n').message == "too many columns");
+  CHECK(trial_error(commas += '\n').what == "too many columns");
 }
 
 TEST_CASE("a manifest naming a missing file says which, and from which line") {
@@ -180,19 +180,19 @@ TEST_CASE("a manifest naming a missing file says which, and from which line") {
 }
 
 TEST_CASE("a manifest's columns and lines must make sense") {
-  CHECK(manifest_error("").message == "the file is empty");
-  CHECK(manifest_error("file,label\n").message == "a header but no trials");
-  CHECK(manifest_error("file,label,colour\na.csv,Silk,red\n").message == "unknown column 'colour'");
-  CHECK(manifest_error("file,group\na.csv,0\n").message == "the column label is missing");
-  CHECK(manifest_error("label\nSilk\n").message == "the column file is missing");
-  CHECK(manifest_error("file,label\na.csv,\n").message == "the label is empty");
-  CHECK(manifest_error("file,label\na.csv,\" \"\n").message == "the label is empty");
-  CHECK(manifest_error("file,label\n,Silk\n").message == "the file name is empty");
-  CHECK(manifest_error("file,label\n\" \",Silk\n").message == "the file name is empty");
+  CHECK(manifest_error("").what == "the file is empty");
+  CHECK(manifest_error("file,label\n").what == "a header but no trials");
+  CHECK(manifest_error("file,label,colour\na.csv,Silk,red\n").what == "unknown column 'colour'");
+  CHECK(manifest_error("file,group\na.csv,0\n").what == "the column label is missing");
+  CHECK(manifest_error("label\nSilk\n").what == "the column file is missing");
+  CHECK(manifest_error("file,label\na.csv,\n").what == "the label is empty");
+  CHECK(manifest_error("file,label\na.csv,\" \"\n").what == "the label is empty");
+  CHECK(manifest_error("file,label\n,Silk\n").what == "the file name is empty");
+  CHECK(manifest_error("file,label\n\" \",Silk\n").what == "the file name is empty");
   CHECK(manifest_error("file,label\n\"a.csv,Silk\n").where == ":2");
   CHECK(manifest_error("file,label\n\"a.csv\"x,Silk\n").where == ":2");
   const Error twice = manifest_error("file,label\na.csv,Silk\nsub/../a.csv,Silk\n");
-  CHECK(twice.message == "the file is listed twice");
+  CHECK(twice.what == "the file is listed twice");
   CHECK(twice.where == ":3");
 }
 
@@ -205,7 +205,7 @@ TEST_CASE("a file is listed twice under whatever name") {
        {std::string("./a.csv"), std::string("sub/link.csv"), (folder / "a.csv").string()}) {
     write_file(folder / "m.csv", "file,label\na.csv,Silk\n" + other + ",Wool\n");
     const Error error = import_error(folder);
-    CHECK(error.message == "the file is listed twice");
+    CHECK(error.what == "the file is listed twice");
     CHECK(error.where == (folder / "m.csv").string() + ":3");
     CHECK(error.got == other);
     CHECK(error.hint == "It stands in " + (folder / "m.csv").string() + ":2 as 'a.csv' already");
@@ -218,7 +218,7 @@ TEST_CASE("trials of different channel counts do not make one set") {
   write_file(folder / "a.csv", good_trial);
   write_file(folder / "b.csv", "t_s,ch1\n0,1\n");
   const Error error = import_error(folder);
-  CHECK(error.message == "another number of channels than a.csv");
+  CHECK(error.what == "another number of channels than a.csv");
   CHECK(error.where.ends_with("m.csv:3: b.csv"));
 }
 

@@ -66,7 +66,7 @@ TEST_CASE("a press that was never scanned is named") {
   add_trial(dataset, "KNIT3", "SSE");
   const auto imprints = imprints_of(dataset);
   REQUIRE_FALSE(imprints);
-  CHECK(imprints.error().message == "no scan in phase P");
+  CHECK(imprints.error().what == "no scan in phase P");
   CHECK(imprints.error().where.find("KNIT31") != std::string::npos);
 }
 

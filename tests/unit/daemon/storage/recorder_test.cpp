@@ -355,7 +355,7 @@ TEST_CASE("the forecast covers what a campaign takes, and the free space is comp
   CHECK(check_space(folder.path(), 1));
   const auto refused = check_space(folder.path(), std::numeric_limits<std::uint64_t>::max());
   REQUIRE_FALSE(refused);
-  CHECK(refused.error().message == "not enough free space");
+  CHECK(refused.error().what == "not enough free space");
   CHECK_FALSE(check_space(folder / "absent", 1));
 }
 

@@ -71,7 +71,7 @@ Result<SoundFile> read(const std::string& bytes) {
 // An error's message; empty: all samples were read.
 std::string complaint(const std::string& bytes) {
   const auto sound = read(bytes);
-  if (!sound) return sound.error().message;
+  if (!sound) return sound.error().what;
   REQUIRE(sound->channels.size() == 1);
   return sound->channels.front().size() == samples ? "" : "other samples";
 }

@@ -97,7 +97,7 @@ TEST_CASE("times of a table in another unit than seconds are refused by their li
   const TemporaryFolder folder;
   for (const char* far : {"1.7e12", "1.7e18", "-1e300"}) {
     const Error error = imported(folder, {std::string("t_s,X\n") + far + ",1\n"}).error();
-    CHECK(error.message == "a time beyond all reason");
+    CHECK(error.what == "a time beyond all reason");
     CHECK(error.where.ends_with("0.csv:2 column t_s"));
   }
   CHECK(rate_hz({1.7e9, 1.7e9 + 0.5, 1.7e9 + 1}) == 2.0);

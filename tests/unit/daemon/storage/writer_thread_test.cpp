@@ -19,7 +19,7 @@ TEST_CASE("an error of the writing thread comes back with a later call and stays
   WriterThread thread;
   REQUIRE(thread.post([] { return Status{}; }));
   REQUIRE(thread.drain());
-  CHECK(thread.post([]() -> Status { return fail(Errc::io, "no more room"); }));
+  CHECK(thread.post([]() -> Status { return fail({.code = Errc::io, .what = "no more room"}); }));
   bool ran = false;
   static_cast<void>(thread.post([&]() -> Status {
     ran = true;
@@ -27,7 +27,7 @@ TEST_CASE("an error of the writing thread comes back with a later call and stays
   }));
   const Status drained = thread.drain();
   REQUIRE_FALSE(drained);
-  CHECK(drained.error().message == "no more room");
+  CHECK(drained.error().what == "no more room");
   CHECK_FALSE(ran);
   CHECK_FALSE(thread.drain());
 }
