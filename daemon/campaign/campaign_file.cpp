@@ -4,6 +4,7 @@
 
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/file/read_file.hpp"
+#include "daemon/base/file/sha256.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/version/software_version.hpp"
 #include "daemon/storage/certificate/certificate.hpp"

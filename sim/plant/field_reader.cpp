@@ -78,12 +78,11 @@ std::optional<double> FieldReader::finite(const nlohmann::json& value, std::stri
                                           double low, double high) {
   const double number = value.is_number() ? value.get<double>() : NAN;
   if (number >= low && number <= high) return number;
-  refuse({value.is_number() ? Errc::range : Errc::parse,
-          "not a usable number",
-          at(key),
-          plain(low) + " to " + plain(high),
-          short_dump(value),
-          {}});
+  refuse({.code = value.is_number() ? Errc::range : Errc::parse,
+          .where = at(key),
+          .what = "not a usable number",
+          .expected = plain(low) + " to " + plain(high),
+          .got = short_dump(value)});
   return std::nullopt;
 }
 

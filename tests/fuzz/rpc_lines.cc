@@ -39,7 +39,7 @@ class SmallDaemon {
         hand_overs_({.post = [](const std::function<void()>&) {},
                      .utc_us = [] { return std::int64_t{0}; },
                      .changed = [](std::string_view, const control::HandOverFact&) {}},
-                    control::HandoverStore(store_.database())) {
+                    store_) {
     const auto at_once = [](const auto& work, const auto&) {
       work()();
       return true;

@@ -30,7 +30,7 @@ std::string printable(std::string_view text) {
   return out;
 }
 
-std::string bench_words(BenchKind kind) {
+std::string bench_label(BenchKind kind) {
   if (kind == BenchKind::simulated) return "SIMULATED bench";
   return kind == BenchKind::real ? "real bench" : "unknown bench";
 }
@@ -116,7 +116,7 @@ std::string timing_lines(const std::vector<ExplorationResult>& results) {
 
 std::string summary_text(const ReportInput& input) {
   const BenchKind kind = input.dataset.info.kind;
-  std::string out = "\nCampaign " + printable(input.run.name) + ", " + bench_words(kind);
+  std::string out = "\nCampaign " + printable(input.run.name) + ", " + bench_label(kind);
   if (!input.run.level.empty()) out += " (plant " + printable(input.run.level) + ")";
   if (!is_complete(input.run)) out += ", " + incomplete_words(input.run);
   out += "\n" + run_lines(input);

@@ -12,7 +12,7 @@ namespace {
 
 using classifier::Confusion;
 
-constexpr double left = 76, top = 74, edge = 6;
+constexpr double left_edge = 76, top_edge = 74, edge = 6;
 
 std::size_t row_sum(const Confusion& confusion, std::size_t row) {
   std::size_t sum = 0;
@@ -69,18 +69,19 @@ std::string confusion_map(const Confusion& confusion, std::string_view title) {
   const std::size_t n = confusion.classes();
   const double cell = n > 24 ? 18 : n > 10 ? 25 : 36;
   const double side = cell * static_cast<double>(n);
-  svg::Canvas canvas(left + side + edge, top + side + 26, title, "heat");
+  svg::Canvas canvas(left_edge + side + edge, top_edge + side + 26, title, "heat");
   for (std::size_t i = 0; i < n; ++i) {
     const double centre = (static_cast<double>(i) + 0.5) * cell;
-    canvas.text({left - 6, top + centre + 4}, confusion.labels[i], "tick", svg::Anchor::end);
-    canvas.text({left + centre + 4, top - 6}, confusion.labels[i], "tick", svg::Anchor::start,
-                true);
+    canvas.text({left_edge - 6, top_edge + centre + 4}, confusion.labels[i], "tick",
+                svg::Anchor::end);
+    canvas.text({left_edge + centre + 4, top_edge - 6}, confusion.labels[i], "tick",
+                svg::Anchor::start, true);
     for (std::size_t k = 0; k < n; ++k)
       draw_cell(canvas, confusion, i, k,
-                {left + static_cast<double>(k) * cell + 0.5, top + centre - cell / 2 + 0.5,
-                 cell - 1, cell - 1});
+                {left_edge + static_cast<double>(k) * cell + 0.5,
+                 top_edge + centre - cell / 2 + 0.5, cell - 1, cell - 1});
   }
-  canvas.text({left + side / 2, top + side + 18}, "columns: taken for; rows: true fabric",
+  canvas.text({left_edge + side / 2, top_edge + side + 18}, "columns: taken for; rows: true fabric",
               "axis-title", svg::Anchor::middle);
   return canvas.finish();
 }

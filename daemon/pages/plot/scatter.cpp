@@ -19,7 +19,7 @@ using svg::Point;
 constexpr double panel_width = 520, panel_height = 330, left = 62, gap = 28, top = 64;
 constexpr double front_radius = 10;
 
-constexpr std::string_view sheet = R"css(
+constexpr std::string_view scatter_sheet = R"css(
 .front-mark{fill:none;stroke:var(--ink);stroke-width:1.6}
 .front-line{fill:none;stroke:var(--ink);stroke-width:1.4;stroke-dasharray:5 4}
 svg .front-name{font-size:11.5px;font-weight:600}svg .panel-name{font-size:13px;font-weight:600}
@@ -242,7 +242,7 @@ std::string scatter_figure(const Scatter& scatter) {
 }
 
 std::string_view scatter_style() {
-  return sheet;
+  return scatter_sheet;
 }
 
 }  // namespace weft::daemon

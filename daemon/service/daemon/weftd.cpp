@@ -265,7 +265,7 @@ Status Daemon::begin(const DaemonOptions& options) {
           .utc_us = [this] { return utc_us(); },
           .changed = [this](std::string_view run,
                             const control::HandOverFact& fact) { desk_->hand_over_is(run, fact); }},
-      control::HandoverStore(log_.database()));
+      log_);
   services_.hand_overs = hand_overs_.get();
   if (options.http_port) {
     auto http = HttpServer::open(server_->context(), {*options.http_port, *address, tls_.get()},

@@ -31,8 +31,8 @@ tl::unexpected<Error> no_hand_over(std::string_view run) {
 
 }  // namespace
 
-HandOverDesk::HandOverDesk(Surroundings around, HandoverStore store)
-    : around_(std::move(around)), store_(store) {
+HandOverDesk::HandOverDesk(Surroundings around, RunStore& journal)
+    : around_(std::move(around)), journal_(journal), store_(journal.database()) {
   if (auto known = store_.hand_overs()) on_record_ = std::move(*known);
 }
 
@@ -118,8 +118,8 @@ void HandOverDesk::enter(Item& item, HandOverFact fact) {
   item.fact = std::move(fact);
   static_cast<void>(store_.keep(item.run.number, item.fact));
   const json payload{{"state", to_string(item.fact.state)}, {"error", item.fact.error}};
-  static_cast<void>(store_.journal(around_.utc_us(), item.run.id(), "hand_over", item.fact.by,
-                                   payload.dump(-1, ' ', false, json::error_handler_t::replace)));
+  static_cast<void>(journal_.journal(around_.utc_us(), item.run.id(), "hand_over", item.fact.by,
+                                     payload.dump(-1, ' ', false, json::error_handler_t::replace)));
   around_.changed(item.run.id(), item.fact);
   if (!is_over(item.fact.state)) return;
   for (const auto& each : std::exchange(item.waiting, {}))

@@ -27,7 +27,8 @@ class HandOverDesk {
     std::function<std::int64_t()> utc_us;
     std::function<void(std::string_view run, const HandOverFact&)> changed;
   };
-  HandOverDesk(Surroundings around, HandoverStore store);
+  /// `journal` outlives the desk, which keeps its own rows in the same file.
+  HandOverDesk(Surroundings around, RunStore& journal);
   ~HandOverDesk();  ///< gives up what runs and waits for it
   HandOverDesk(const HandOverDesk&) = delete;
   HandOverDesk& operator=(const HandOverDesk&) = delete;
@@ -72,6 +73,7 @@ class HandOverDesk {
   [[nodiscard]] Item* find(std::string_view run);
 
   Surroundings around_;
+  RunStore& journal_;
   HandoverStore store_;
   std::map<std::int64_t, HandOverFact> on_record_;  // of runs that were not considered yet
   std::map<std::string, Item, std::less<>> items_;

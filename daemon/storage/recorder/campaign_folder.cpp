@@ -8,7 +8,7 @@
 #include <system_error>
 #include <utility>
 
-#include "daemon/storage/recorder/disk_space.hpp"
+#include "daemon/storage/recorder/recorder.hpp"
 #include "daemon/storage/recorder/sqlite.hpp"
 
 namespace weft::daemon {

@@ -41,7 +41,7 @@ struct Life {
             .utc_us = [] { return std::int64_t{0}; },
             .changed = [this](std::string_view,
                               const HandOverFact& fact) { told.push_back(fact.state); }},
-        HandoverStore(store.database()));
+        store);
   }
   [[nodiscard]] HandOverFact on_record() {
     return HandoverStore(store.database()).hand_overs().value().at(run.number);
