@@ -6,7 +6,7 @@ namespace weft::classifier {
 namespace {
 
 struct BlockText {
-  std::string_view name;    // the oracle's column name
+  std::string_view name;    // column name, as in the Python reference
   std::string_view symbol;  // Table I
   std::string_view unit;
 };

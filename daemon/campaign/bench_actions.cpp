@@ -15,8 +15,8 @@ using namespace std::chrono_literals;
 // timer, which may be the regular end of a phase, right after.
 constexpr Duration deadline_grace = 100ms;
 // Readings this close to zero, for so long and so many in a row, show that the bias was taken; ten
-// counts of a Mini40 SI-40-2 (protocols.md B.6). Their mean is the zero: the sensor's own is one
-// reading with its noise, 20 mN off now and then.
+// counts of a Mini40 SI-40-2 (docs/reference/device-facts.md, Mini40). Their mean is the zero:
+// the sensor's own is one reading with its noise, 20 mN off now and then.
 constexpr double bias_tolerance_n = 0.2;
 constexpr Duration bias_time = 1s;
 constexpr std::uint64_t bias_readings = 50;

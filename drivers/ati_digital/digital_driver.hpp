@@ -13,7 +13,7 @@
 
 namespace weft::drivers {
 
-/// Bit of WrenchSample::status that is not of the sensor's status word (reference B.5): a record of
+/// Bit of WrenchSample::status that is not of the sensor's status word: a record of
 /// the stream said that the word is not 0. Its other bits are those read when the sensor was
 /// opened: the word cannot be read while the sensor streams.
 inline constexpr std::uint32_t stream_status_error = 1U << 31;

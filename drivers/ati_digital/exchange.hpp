@@ -35,7 +35,7 @@ class Exchange {
   /// What came behind the last answer.
   [[nodiscard]] ByteView rest() const { return splitter_.rest(); }
 
-  /// Written by hush(): 72 zeros end a stream (reference B.5, KIT).
+  /// Written by hush(): 72 zeros end a stream (device-facts.md, ATI Digital F/T).
   static constexpr std::size_t jam_bytes = 72;
   /// Longer than those zeros take at 19200 baud, 41 ms.
   static constexpr Duration quiet_time = std::chrono::milliseconds(50);

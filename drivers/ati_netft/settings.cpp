@@ -8,7 +8,7 @@ namespace weft::drivers {
 
 namespace {
 constexpr double not_given = 0;
-constexpr double usual_counts = 1e6;  // cfgcpf and cfgcpt of nearly every box (reference B.1)
+constexpr double usual_counts = 1e6;  // cfgcpf and cfgcpt of nearly every box
 }  // namespace
 
 const char netft_config_schema[] = R"({

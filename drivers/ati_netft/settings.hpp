@@ -14,7 +14,7 @@ struct NetftSettings {
   double newton_metre_per_count = 1e-6;
   /// Fz of the sample = sign_z * Fz of the device. +1 where pushing the plate down is positive.
   double sign_z = 1;
-  std::array<double, 3> rated_force_n{40, 40, 120};  ///< Mini40 SI-40-2 (reference B.6)
+  std::array<double, 3> rated_force_n{40, 40, 120};  ///< Mini40 SI-40-2, weak source
   Duration reply_timeout{};                          ///< of each of a few opening requests
   Duration stale_after{};
   /// The configuration names counts per newton (metre): a page that differs is refused. Otherwise

@@ -11,7 +11,8 @@ namespace taxel = protocols::taxel;
 namespace {
 
 constexpr std::uint32_t least_frames = 20;
-/// Every AD7147 has noise of about a count (reference C.2): a taxel that never changes is dead.
+/// Every AD7147 has noise of about a count (device-facts.md, CPM finger): a taxel that never
+/// changes is dead.
 constexpr double noisy_counts = 200;  // mean change from frame to frame that no cloth makes
 constexpr double noisy_ratio = 10;    // of the median taxel's
 Error fault(std::string message, std::string expected, std::string got, std::string hint) {

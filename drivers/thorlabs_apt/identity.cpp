@@ -15,7 +15,8 @@ struct Controller {
   bool has_own_stage;  ///< the model names the stage: an LTS300 is not an LTS150
 };
 
-// Families by the status message that they send (reference A.3, A.6).
+// Families by the status message that they send (device-facts.md, APT conversation, APT
+// controllers).
 constexpr std::array controllers{
     Controller{"LTS", Family::stepper, true},  Controller{"K10CR", Family::stepper, true},
     Controller{"BSC", Family::stepper, false}, Controller{"TST", Family::stepper, false},
@@ -30,8 +31,9 @@ const Controller* find_controller(std::string_view model) {
   return nullptr;
 }
 
-/// The controllers for which the reference gives the scale of a stage (A.7); it counts otherwise on
-/// others: 25600 to the mm, not 409600, on a BSC10x or a TST001. Cards of a BSC20x say SCC20x.
+/// The controllers with a known scale for a stage (device-facts.md, APT scales); it counts
+/// otherwise on others: 25600 to the mm, not 409600, on a BSC10x or a TST001. Cards of a BSC20x say
+/// SCC20x.
 struct KnownScale {
   std::string_view stage, prefix, name;
 };
@@ -60,7 +62,8 @@ Status check_scale(std::string_view stage, const std::string& model) {
                    "sixteen times as far; take a controller of the list"});
 }
 
-// Stage ids of KDC101/TDC001 (reference A.5): 1 is none, 12 a stage of another maker.
+// Stage ids of KDC101/TDC001 (device-facts.md, APT info reply): 1 is none, 12 a stage of another
+// maker.
 constexpr bool names_a_stage(std::uint16_t stage_id) {
   return stage_id >= 2 && stage_id <= 11;
 }

@@ -52,7 +52,8 @@ Status StageDriver::open() noexcept {
   implausible_ = unwell_ = 0;
   found_limits_.reset();
   stops_under_way_ = unacknowledged_ = 0;
-  // LTS units do not list 0x0018 (reference A.6); a unit left streaming by a dead host is silenced.
+  // LTS units do not list 0x0018 (device-facts.md, APT controllers); a unit left streaming by a
+  // dead host is silenced.
   if (is_servo_family()) put_short(MessageId::hw_no_flash_programming, 0, 0);
   put_short(MessageId::hw_stop_updatemsgs, 0, 0);
   put_short(MessageId::hw_req_info, 0, 0);

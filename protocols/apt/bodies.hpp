@@ -1,8 +1,8 @@
 #pragma once
 // The data part of APT messages: one struct per layout, its fields in wire order. fields() is the
 // only description of a layout; reading, writing and the size all follow from it.
-// Source: APT16 and reference A.4, A.5; what a panel keeps, racks and analogue inputs: the issue of
-// 9 December 2025.
+// Source: APT16 (docs/reference/device-facts.md); what a panel keeps, racks and analogue inputs:
+// the Thorlabs document of 9 December 2025.
 
 #include <array>
 #include <cstdint>
@@ -48,7 +48,7 @@ struct Text {
   bool operator==(const Text&) const = default;
 };
 
-/// HW_GET_INFO, 84 bytes (reference A.5).
+/// HW_GET_INFO, 84 bytes.
 struct HardwareInfo {
   std::int32_t serial = 0;
   Text<8> model;
@@ -246,8 +246,8 @@ struct ButtonParams {
 };
 
 /// KCUBEMMIPARAMS, 28 bytes: the wheel and the display of a K-cube. Mode: 1 velocity, 2 jog, 3 go
-/// to the positions. The issue of December 2025 adds eight bytes for the BBD30x, which K-cubes
-/// lack.
+/// to the positions. The Thorlabs document of December 2025 adds eight bytes for the BBD30x, which
+/// K-cubes lack.
 struct KcubePanelParams {
   std::uint16_t channel = 1;
   std::uint16_t mode = 1;

@@ -11,9 +11,9 @@ struct DataSize {
   std::size_t size;
 };
 
-// Long messages with one fixed length (reference A.4). MOVE_RELATIVE and MOVE_ABSOLUTE have two
-// forms and are left out; so are MOVE_COMPLETED, whose figure in APT16 shows a short header, and
-// the parameters of K-cubes, which have other lengths in newer issues.
+// Long messages with one fixed length (device-facts.md, APT messages). MOVE_RELATIVE and
+// MOVE_ABSOLUTE have two forms and are left out; so are MOVE_COMPLETED, whose figure in APT16 shows
+// a short header, and the parameters of K-cubes, which have other lengths in newer issues.
 constexpr std::array long_messages{
     DataSize{MessageId::hw_get_info, 84},         DataSize{MessageId::hw_richresponse, 68},
     DataSize{MessageId::set_enccounter, 6},       DataSize{MessageId::get_enccounter, 6},

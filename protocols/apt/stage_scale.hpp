@@ -1,6 +1,7 @@
 #pragma once
 // Stages and the scale of their counts. Source: APT16 section 8 and the Thorlabs stage database
-// MG17APTServer.ini (reference A.7); a value marked M there is marked so here.
+// MG17APTServer.ini; docs/reference/device-facts.md, APT scales and APT stage data. A value
+// without a source is marked so here.
 
 #include <cstdint>
 #include <span>

@@ -1,6 +1,6 @@
 #pragma once
-// The status word of APT stages (reference A.4). APT16 gives a subset; the rest is from
-// thorlabs-apt-protocol, aptProtocol.h of infn-epics and pylablib.
+// The status word of APT stages (device-facts.md, APT messages). APT16 gives a subset; the rest
+// is from thorlabs-apt-protocol, aptProtocol.h of infn-epics and pylablib.
 
 #include <cstdint>
 

@@ -1,6 +1,7 @@
 #pragma once
 // The calibration record of an ATI Digital F/T sensor, and the matrix that turns gauge counts into
-// a wrench. Source: reference B.5 (layout), B.4 (unit codes).
+// a wrench. Source: docs/reference/device-facts.md, ATI Digital F/T (layout), Net F/T command
+// port (unit codes).
 
 #include <array>
 #include <cstdint>

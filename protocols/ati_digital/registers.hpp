@@ -1,5 +1,6 @@
 #pragma once
-// Where an ATI Digital F/T sensor keeps what (0-based Modbus addresses). Source: reference B.5.
+// Where an ATI Digital F/T sensor keeps what (0-based Modbus addresses). Source:
+// docs/reference/device-facts.md, ATI Digital F/T.
 
 #include <array>
 #include <cstddef>

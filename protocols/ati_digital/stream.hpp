@@ -1,6 +1,6 @@
 #pragma once
 // The stream of an ATI Digital F/T sensor: records of 13 bytes without a start byte, a number or a
-// CRC. Source: reference B.5.
+// CRC. Source: docs/reference/device-facts.md, ATI Digital F/T.
 
 #include <array>
 #include <cstdint>

@@ -6,7 +6,8 @@
 
 namespace weft {
 
-/// Nanoseconds. Integer ticks, so that a long campaign does not drift (reference/sim.md 3.3).
+/// Nanoseconds. Integer ticks, so that a long campaign does not drift (docs/reference/plant.md,
+/// Time and numbers).
 using Duration = std::chrono::nanoseconds;
 
 /// The clock of a Loop: zero when the loop starts. Has no now(): ask the Loop.

@@ -1,7 +1,7 @@
 #pragma once
 // Modbus messages ("PDU": function code and data) as numbers, both ways. Multi-byte fields are
-// big-endian. Source: MODBUS Application Protocol 1.1b3 for functions 3, 4, 6 and 16; reference B.5
-// for the two of ATI.
+// big-endian. Source: MODBUS Application Protocol 1.1b3 for functions 3, 4, 6 and 16;
+// docs/reference/device-facts.md, ATI Digital F/T, for the two of ATI.
 
 #include <array>
 #include <cstdint>

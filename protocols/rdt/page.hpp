@@ -1,6 +1,6 @@
 #pragma once
 // The settings page of a Net F/T box, `GET /netftapi2.xml` on its HTTP port, and its calibration
-// page /netftcalapi.xml (reference B.3). Text in, text out; no I/O.
+// page /netftcalapi.xml (device-facts.md, Net F/T pages). Text in, text out; no I/O.
 
 #include <array>
 #include <cstdint>

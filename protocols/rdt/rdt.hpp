@@ -1,6 +1,6 @@
 #pragma once
 // ATI Net F/T "raw data transfer" over UDP port 49152. Multi-byte fields are big-endian.
-// Source: netft-cpp, NetFT, netft_rdt_driver and Axia clients (reference B.1, B.2).
+// Source: netft-cpp, NetFT, netft_rdt_driver and Axia clients; docs/reference/device-facts.md.
 
 #include <array>
 #include <cstdint>
@@ -63,7 +63,7 @@ Result<Record> decode_record(ByteView bytes);
 /// Number of records in a datagram, 1 to 40. Errors: parse, for any other length.
 Result<std::size_t> record_count(ByteView datagram);
 
-/// Bits of Record::status (reference B.2; the Net F/T's table, not the Axia's).
+/// Bits of Record::status (the Net F/T's table, not the Axia's).
 namespace status {
 inline constexpr std::uint32_t summary = 1U << 31;
 inline constexpr std::uint32_t cpu_or_ram = 1U << 30;

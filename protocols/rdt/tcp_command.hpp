@@ -1,7 +1,7 @@
 #pragma once
 // The Net F/T's command port, TCP 49151: requests of 20 bytes without a first word of their own,
 // big-endian. Source: ATI manual 9610-05-Ethernet Axia-09, section 10, and clients of the Axia and
-// NETrs, which are of the same family (reference B.4).
+// NETrs, which are of the same family (docs/reference/device-facts.md, Net F/T command port).
 
 #include <array>
 #include <cstdint>
@@ -67,7 +67,7 @@ struct FtReply {
 
   bool operator==(const FtReply&) const = default;
 };
-/// Answer to ReadCalibration. Units: 2 N, 3 N m; others in reference B.4.
+/// Answer to ReadCalibration. Units: 2 N, 3 N m; others in the page's section.
 struct CalibrationReply {
   std::uint8_t force_unit = 2;
   std::uint8_t torque_unit = 3;

@@ -1,6 +1,7 @@
 #pragma once
 // The CPM-Finger (CySkin) forms of the same sensor: CAN frames, and the UDP datagrams of its
-// gateway. Source: can2wifi2ros and FabricSlide of wngfra (reference C.2).
+// gateway. Source: can2wifi2ros and FabricSlide of wngfra (docs/reference/device-facts.md, CPM
+// finger).
 
 #include <array>
 #include <cstdint>

@@ -1,6 +1,6 @@
 #pragma once
 // Weft's own framing between the tactile sensor's microcontroller and the host. No published
-// framing exists for this sensor (reference C.4). Layout: README.md of this folder. Little-endian.
+// framing exists for this sensor. Layout: README.md of this folder. Little-endian.
 
 #include <array>
 #include <cstdint>

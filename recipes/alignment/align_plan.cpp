@@ -13,7 +13,8 @@ namespace {
 constexpr double usual_span_m = 0.1;
 /// A grid narrower than this says little: 1 um across it is 0.1 mrad.
 constexpr double least_span_m = 0.01;
-/// A touch must stand clear of the sensor's noise, 12 mN a reading (reference sim.md 1.3).
+/// A touch must exceed the sensor's noise, 12 mN a reading. Its steps of 20 mN:
+/// docs/reference/plant.md, Instruments and the force loop.
 constexpr double least_contact_force_n = 0.05;
 constexpr double least_touch_speed_mps = 1e-6;
 

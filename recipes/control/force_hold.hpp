@@ -1,6 +1,7 @@
 #pragma once
 // Holds a force that is nearly reached, as well as a stage on whole quanta can: the floor is the
-// error of the nearest quantum, 1 um times the stiffness over sqrt 12 (reference/sim.md 1.3).
+// error of the nearest quantum, 1 um times the stiffness over sqrt 12. Source:
+// docs/reference/plant.md, Instruments and the force loop.
 //
 // A loop that answers every reading moves the stage by the sensor's noise, a quantum of force each
 // time; one that leaves half a quantum alone errs by that and by the quantum. So the two questions

@@ -1,6 +1,7 @@
 #pragma once
 // PI control of the normal force by the velocity of the z stage, with the gain scheduled by the
-// contact stiffness, which is estimated on line (reference/sim.md 1.1 and 1.3).
+// contact stiffness, which is estimated on line. Source: docs/reference/plant.md, Contact law and
+// Instruments and the force loop.
 //
 // The stage integrates: F' = K v. With v = g e / (K T) the loop gain per cycle is g whatever the
 // cloth; it must stay under 1 with one cycle of delay and under 0.618 with two, so g is 0.3. K

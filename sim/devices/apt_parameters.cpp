@@ -34,7 +34,8 @@ VelocityParams velocity_of(const StageModel& model) {
   return velocity;
 }
 
-// 5 mm at 10 mm/s and 10 mm/s2, 5 degrees at 15 (reference A.7), as far as the stage goes so fast.
+// 5 mm at 10 mm/s and 10 mm/s2, 5 degrees at 15 (device-facts.md, APT stage data), as far as the
+// stage goes so fast.
 JogParams jog_of(const StageModel& model) {
   const double speed = model.family == Family::servo ? 15 : 10;
   JogParams jog;
@@ -76,7 +77,7 @@ KcubePanelParams panel_of(const StageModel& model) {
   return panel;
 }
 
-/// PRM1-Z8: 850, 150, 2720, 50 (reference A.7); all four filters on.
+/// PRM1-Z8: 850, 150, 2720, 50 (device-facts.md, APT stage data); all four filters on.
 Bytes pid_of_prm1_z8() {
   Bytes bytes;
   LittleWriter writer(bytes);

@@ -18,7 +18,7 @@ constexpr Duration update_period = std::chrono::milliseconds(100);  // APT16: 10
 /// The rest of a message is not waited for longer, counted from its beginning: its host has gone,
 /// or its length was damaged.
 constexpr Duration half_message_kept = std::chrono::milliseconds(500);
-constexpr std::uint16_t kcube_hardware_type = 16;  // seen for K-cubes (A.5, M)
+constexpr std::uint16_t kcube_hardware_type = 16;  // K-cubes; no source [E]
 constexpr std::uint16_t card_hardware_type = 44;
 constexpr std::uint16_t rack_hardware_type = 45;
 
@@ -96,8 +96,8 @@ void AptStageEmulator::wake(TimePoint now, ByteSink& out) {
 }
 
 /// Counts a message that nobody asked for. Silent without acknowledgements fall those that list it,
-/// and the BSC, which lists none: there only a host that begins anew helps (reference protocols.md
-/// A.3). Its cards are named SCC.
+/// and the BSC, which lists none: there only a host that begins anew helps
+/// (docs/reference/device-facts.md, APT conversation). Its cards are named SCC.
 bool AptStageEmulator::may_speak_unasked() {
   const bool falls_silent =
       servo() || params_.model.starts_with("BSC") || params_.model.starts_with("SCC");
@@ -248,7 +248,8 @@ void AptStageEmulator::reply_short(MessageId id, std::uint8_t param1, std::uint8
 }
 
 /// Position counts per servo cycle: 205 at 100 mm/s with 20 000 counts/mm and 102.4 us, as in the
-/// example of APT16; a moving command has 65536 times that (protocols.md A.7).
+/// example of APT16; a moving command has 65536 times that (docs/reference/device-facts.md, APT
+/// scales).
 std::int16_t AptStageEmulator::velocity_counts(TimePoint now) const {
   constexpr double most = std::numeric_limits<std::int16_t>::max();
   const double per_s = stage().velocity(now) / si_per_unit(*params_.stage);

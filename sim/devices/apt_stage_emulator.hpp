@@ -1,6 +1,6 @@
 #pragma once
 // A Thorlabs stage behind its APT controller: stepper family (LTS150, status 0x0481) and DC servo
-// family (PRM1-Z8 on KDC101, status 0x0491). Reference protocols.md part A.
+// family (PRM1-Z8 on KDC101, status 0x0491). Source: docs/reference/device-facts.md.
 
 #include <cstdint>
 #include <optional>

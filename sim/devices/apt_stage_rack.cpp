@@ -37,7 +37,8 @@ bool AptStageEmulator::handle_rack(const Message& message, ByteSink& out) {
   }
 }
 
-/// Controllers have them; an LTS, whose controller is built in, has not (A.6).
+/// Controllers have them; an LTS, whose controller is built in, has not (device-facts.md, APT
+/// controllers).
 bool AptStageEmulator::handle_inputs_and_outputs(const Message& message, ByteSink& out) {
   if (!lists_end_message_switch()) return false;
   switch (message.id) {

@@ -80,7 +80,8 @@ std::int32_t AptStageEmulator::encoder(TimePoint now) const {
   return counts_at(stage().position(now)) - encoder_zero_counts_;
 }
 
-/// The LTS lists neither the switch of end-of-move messages nor the acknowledgement (A.6).
+/// The LTS lists neither the switch of end-of-move messages nor the acknowledgement
+/// (device-facts.md, APT controllers).
 bool AptStageEmulator::lists_end_message_switch() const {
   return servo() || !params_.model.starts_with("LTS");
 }

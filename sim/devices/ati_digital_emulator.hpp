@@ -1,6 +1,6 @@
 #pragma once
-// An ATI Digital F/T sensor: Modbus requests in, answers and a raw stream out (reference
-// protocols.md B.5).
+// An ATI Digital F/T sensor: Modbus requests in, answers and a raw stream out. Source:
+// docs/reference/device-facts.md, ATI Digital F/T.
 
 #include <cstdint>
 #include <string>

@@ -13,7 +13,8 @@ using protocols::modbus::ExceptionCode;
 constexpr double rated_counts = 10000;
 constexpr std::array<float, 6> rating{40, 40, 120, 2, 2, 2};  // SI-40-2, N and N m
 
-/// Serial FT12288, rows Fx Fy Fz Tx Ty Tz, columns gauges 0 to 5 [S: CAL80, reference B.6].
+/// Serial FT12288, rows Fx Fy Fz Tx Ty Tz, columns gauges 0 to 5 (CAL80: device-facts.md,
+/// Sources).
 Eigen::Matrix<double, 6, 6> real_pattern() {
   Eigen::Matrix<double, 6, 6> pattern;
   pattern << 0.49669, -0.30752, -0.67526, 31.58401, -0.52567, -32.13403,  //

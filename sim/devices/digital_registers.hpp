@@ -1,5 +1,6 @@
 #pragma once
-// The registers of an emulated ATI Digital F/T sensor (reference protocols.md B.5).
+// The registers of an emulated ATI Digital F/T sensor. Source: docs/reference/device-facts.md,
+// ATI Digital F/T.
 
 #include <array>
 #include <cstdint>
@@ -12,7 +13,7 @@
 
 namespace weft::sim {
 
-/// A calibration of a Mini40 SI-40-2 in the pattern of a real Mini40 (reference B.6): gauges 0, 2
+/// A calibration of a Mini40 SI-40-2 in the pattern of a real Mini40 (CAL80): gauges 0, 2
 /// and 4 carry Fz, Tx and Ty, the others Fx, Fy and Tz. The rated load of one axis is 10000 counts
 /// of its strongest gauge, so that three axes at once stay inside the converter [E].
 protocols::ati_digital::Calibration mini40_calibration(const std::string& serial,

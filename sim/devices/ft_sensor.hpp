@@ -1,6 +1,6 @@
 #pragma once
 // The Mini40 under the plate: contact and plate weight as counts, with quantum, noise, saturation
-// and software bias. Figures: reference protocols.md B.6 (SI-40-2), [E] where marked M there.
+// and software bias. Figures: docs/reference/device-facts.md, Mini40 (SI-40-2).
 
 #include <array>
 #include <cstdint>

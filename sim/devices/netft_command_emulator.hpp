@@ -1,5 +1,6 @@
 #pragma once
-// The command port of a Net F/T box, TCP 49151 (reference protocols.md B.4).
+// The command port of a Net F/T box, TCP 49151. Source: docs/reference/device-facts.md, Net F/T
+// command port.
 
 #include <functional>
 

@@ -1,5 +1,6 @@
 #pragma once
-// The HTTP port of a Net F/T box: its settings and calibration pages (reference protocols.md B.3).
+// The HTTP port of a Net F/T box: its settings and calibration pages. Source:
+// docs/reference/device-facts.md, Net F/T pages.
 
 #include <functional>
 #include <string>

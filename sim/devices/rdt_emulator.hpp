@@ -1,6 +1,6 @@
 #pragma once
-// An ATI Net F/T box: RDT requests in, records out, one datagram a call (reference protocols.md
-// B.1, B.2).
+// An ATI Net F/T box: RDT requests in, records out, one datagram a call. Source:
+// docs/reference/device-facts.md, Net F/T stream and Net F/T status word.
 
 #include <array>
 #include <cstdint>

@@ -1,7 +1,7 @@
 #pragma once
 // Level L1 of the probe on the cloth: quasi-static with memory. One scalar balance per step,
 //   weight + mount force = cloth force,
-// no inertia. Source: reference sim.md 1.1 and 3.1 (L1).
+// no inertia. Source: docs/reference/plant.md, Contact law and Integrators.
 
 #include <array>
 #include <limits>

@@ -1,6 +1,6 @@
 #pragma once
 // The compression law of a cloth and how it follows from the KES-FB3 figures that textile tables
-// print. Source: reference sim.md 1.1, 1.2.
+// print. Source: docs/reference/plant.md, Contact law.
 
 #include "protocols/base/result.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 // Tangential force of the cloth: bristles with the pre-sliding part of LuGre, exact for a straight
-// piece of path. Fabrics are not Amonton: F_C = mu N0 (N/N0)^n (reference sim.md 2.3, [S11],
-// [S12]).
+// piece of path. Fabrics do not follow Amontons' law: F_C = mu N0 (N/N0)^n (Wilson 1963; Ramkumar).
+// Source: docs/reference/plant.md, Friction.
 
 #include <cmath>
 

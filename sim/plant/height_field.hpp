@@ -1,7 +1,8 @@
 #pragma once
 // The surface of a cloth as a sum of plane waves: the lattice of its yarns and a random part. All
 // waves are separable, cos(a + b) = cos a cos b - sin a sin b with a along one axis and b along the
-// other, so that a field costs no trigonometry per point. Source: reference sim.md 2.1.
+// other, so that a field costs no trigonometry per point. Source: docs/reference/plant.md,
+// Surface.
 
 #include <array>
 #include <cstdint>

@@ -1,7 +1,7 @@
 #pragma once
 // The cloth under the 16 pads: what each presses with at its conversion. Pads are converted two at
 // a time while the face moves on, and their pressures are computed side by side when a scan is
-// done. Source: reference sim.md 0.6, 2.2, 2.4.
+// done. Source: docs/reference/plant.md, Pads on a surface and Pad effects.
 
 #include <array>
 #include <cstddef>

@@ -1,7 +1,7 @@
 #pragma once
 // The 16 capacitive pads and their two AD7147: pressure closes the air gap under the conductive
-// fabric, capacitance is converted to counts. Figures and their standing: reference
-// sim.md 1.3, 2.4.
+// fabric, capacitance is converted to counts. Figures and their standing: docs/reference/plant.md,
+// Instruments and the force loop; Pad effects.
 
 #include <array>
 #include <cstddef>
@@ -26,7 +26,7 @@ constexpr double pad_dy_m(std::size_t pad) {
 /// Conversion schedule. Two chips convert one pad each at a time, so pads are not simultaneous.
 namespace pad_timing {
 constexpr std::int64_t frame_ns = 27'027'027;  ///< 37 Hz
-constexpr std::int64_t stage_ns = 3'072'000;   ///< AD7147, decimation 256 [S3]
+constexpr std::int64_t stage_ns = 3'072'000;   ///< AD7147, decimation 256: data sheet, table 10
 constexpr int stages = 8;                      ///< stage s converts pads s and s + 8
 }  // namespace pad_timing
 
@@ -37,7 +37,7 @@ struct PadParams {
   double dielectric_permittivity = 3.5;
   double gap_m = 10e-6;           ///< g0, air gap without load
   double gap_pressure_pa = 20e3;  ///< p_g, load that halves the gap
-  double lsb_f = 0.244e-15;       ///< 8 pF over 2^15 [C.1]
+  double lsb_f = 0.244e-15;       ///< 8 pF over 2^15
   double baseline_low_counts = 4000;
   double baseline_high_counts = 12000;
   double gain_spread = 0.05;  ///< of pads, standard deviation

@@ -1,7 +1,7 @@
 #pragma once
 // A point-to-point move with limited speed and acceleration, in closed form: position and velocity
 // at any time, from any initial velocity; from rest with limited jerk too. Works in metres or
-// radians. Source: reference sim.md 1.1, 3.2 (7).
+// radians. Source: docs/reference/plant.md, Contact law and Closed forms (7).
 
 #include <array>
 #include <cstddef>

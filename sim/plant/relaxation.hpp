@@ -1,7 +1,8 @@
 #pragma once
 // Stress relaxation of cloth: a Prony series (quasi-linear viscoelasticity),
 //   F = F_e - sum q_i,   dq_i/dt = (g_i F_e - q_i)/tau_i,
-// updated exactly for an F_e that is linear within the step. Source: reference sim.md 1.1, 3.2 (3).
+// updated exactly for an F_e that is linear within the step. Source: docs/reference/plant.md,
+// Contact law and Closed forms (3).
 
 #include <array>
 #include <cmath>

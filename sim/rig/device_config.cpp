@@ -21,7 +21,8 @@ using nlohmann::json;
 constexpr const char* kinds = "apt_stage, rdt, ati_digital, taxel, vibro or imprint";
 constexpr std::array<std::string_view, axis_count> axis_roles{"x", "y", "z", "rx", "ry"};
 
-/// The controller that a stage usually has, and serial numbers as it has them (reference A.1).
+/// The controller that a stage usually has, and serial numbers as it has them (device-facts.md,
+/// APT line).
 struct Controller {
   std::string_view stage, model;
   std::int32_t serial;

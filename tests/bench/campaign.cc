@@ -33,7 +33,7 @@ int main() {
       {{"simulated trials, wall time each", middle / static_cast<double>(s.trials_planned), "s",
         "virtual time each", s.virtual_s / static_cast<double>(s.trials_planned),
         "median of 3 runs of one fabric, M1 and M2 in equal numbers, recording included"},
-       {"680 trials at that rate", wall_680, "s", "aim of issue 2", 60, "simulated"},
+       {"680 trials at that rate", wall_680, "s", "aim for the demo", 60, "simulated"},
        {"plant and emulators", s.time.plant_and_emulators_s, "s", "wall time of that run", s.wall_s,
         share},
        {"drivers, supervisor, engine", s.time.drivers_and_control_s, "s", "wall time of that run",

@@ -179,7 +179,7 @@ void voting(const Set& set, std::vector<Figure>& out) {
     const auto vectors = static_cast<double>(core.support().rows());
     limit += vectors * (static_cast<double>(core.support().cols()) / 8.0 * 0.4e-9 + 3e-9);
   }
-  out.push_back({"one trial voted: " + set.name, each * 1e6, "us", "limit of the issue", 20.0,
+  out.push_back({"one trial voted: " + set.name, each * 1e6, "us", "required limit", 20.0,
                  std::to_string(right) + " of " + std::to_string(set.test.size()) +
                      " right; arithmetic alone " + text(limit * 1e6) + " us; " + load_average(),
                  bench::at_most(20)});
@@ -221,7 +221,7 @@ void features(std::vector<Figure>& out) {
   // Two transforms of 2048 for eight lanes: 10 n log2 n operations, 16 a cycle at 2.5 GHz; the
   // samples are read three times from the cache.
   const double flops = 8.0 * 10.0 * 2048.0 * 11.0;
-  out.push_back({"features of 16 x 925 samples", own * 1e6, "us", "limit of the issue", 150.0,
+  out.push_back({"features of 16 x 925 samples", own * 1e6, "us", "required limit", 150.0,
                  "arithmetic of the transforms alone " + text(flops / 16.0 / 2.5e9 * 1e6) +
                      " us; " + load_average(),
                  bench::at_most(150)});
@@ -341,7 +341,7 @@ void growth(std::vector<Figure>& out) {
       points.emplace_back(static_cast<double>(classes), s);
       out.push_back(
           {"train, 2 threads, made up, " + rule + ": " + std::to_string(classes) + " classes", s,
-           "s", classes == 500 ? "limit of the issue" : "17 classes",
+           "s", classes == 500 ? "required limit" : "17 classes",
            classes == 500 ? 10.0 : points.front().second, note,
            classes == 500 ? std::optional(bench::at_most(10)) : std::nullopt});
     }

@@ -1,5 +1,5 @@
 #pragma once
-// Made-up fabrics for benchmarks: what /work/shared/oracle/gen_synth.py describes, from a portable
+// Made-up fabrics for benchmarks: the model of a synthetic generator in Python, from a portable
 // engine. SYNTHETIC: they compare methods and say nothing about real fabric.
 
 #include <array>

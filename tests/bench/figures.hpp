@@ -30,8 +30,8 @@ constexpr Limit ratio_at_most(double bound) {
   return {Limit::Of::ratio, Limit::Direction::at_most, bound};
 }
 
-/// One line. `peer_value` is what the peer, or the limit that physics or the brief sets, gave in
-/// the same run; `ratio` is value / peer_value.
+/// One line. `peer_value` is what the peer, or the limit that physics or a requirement sets, gave
+/// in the same run; `ratio` is value / peer_value.
 struct Figure {
   std::string figure;
   double value = 0;

@@ -4,7 +4,7 @@
     many_fabrics.py WEFT [FABRICS]      prints a table, writes out/bench/many_fabrics.json
 
 8 trials of each, 4 taxels, 60 frames; a fabric is a level, a ripple and a noise drawn at random. p-value cores, ties by order (the default from
-100 fabrics on). Only the training has a limit (10 s, issue 3); the rest is what a user waits for beside it. Medians of three runs.
+100 fabrics on). Only the training has a limit (10 s); the rest is what a user waits for beside it. Medians of three runs.
 """
 import json
 import os

@@ -278,8 +278,7 @@ class Bench {
  private:
   void add(const std::string& figure, double value, const std::string& unit, double target,
            const std::string& note) {
-    figures_.push_back(
-        {figure, value, unit, target > 0 ? "target of the brief" : "", target, note});
+    figures_.push_back({figure, value, unit, target > 0 ? "target" : "", target, note});
   }
   std::vector<Figure> figures_;
 };

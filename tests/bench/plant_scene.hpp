@@ -1,8 +1,8 @@
 #pragma once
 // The scene by which levels are timed: own weight (3 s), press to 5 N (6 s), a slide of 50 mm at
-// 2 mm/s under 5 N (25 s), lift-off (2 s), as in reference sim.md 7. Contact, texture and pads of
-// one plant on the pads' own schedule, a stage that stands on micrometres and a loop at 37 Hz on a
-// reading in steps of 20 mN; no wire protocols. SIMULATED throughout.
+// 2 mm/s under 5 N (25 s), lift-off (2 s): docs/reference/plant.md, Levels. Contact, texture and
+// pads of one plant on the pads' own schedule, a stage that stands on micrometres and a loop at 37
+// Hz on a reading in steps of 20 mN; no wire protocols. SIMULATED throughout.
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
-// Level L2 on the notes' bare press beside the notes' own figures of the same method, and what a
-// stage that starts at once makes of it. SIMULATED throughout.
+// Level L2 on the bare press (docs/reference/plant.md, Integrators) beside the prototype's figures
+// of the same method, and with a stage that starts at once. SIMULATED throughout.
 
 #include <ctime>
 #include <string>
@@ -16,7 +16,7 @@ using bench::Figure;
 using bench::SoftPress;
 
 constexpr int runs = 7;
-const char* const peer = "prototype of the notes, on its machine";
+const char* const peer = "prototype, on its machine";
 
 double cpu_s() {
   return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;

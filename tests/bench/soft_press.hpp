@@ -1,10 +1,10 @@
 #pragma once
-// The press by which the notes measured integrators (reference sim.md 3.1): 4 s, approach at 1
+// The bare press of docs/reference/plant.md, Integrators: 4 s, approach at 1
 // mm/s, an exponential cloth with two Prony terms, a probe of 0.2 kg on a spring of 2e4 N/m that
-// pulls and pushes; no slack, hysteresis or waves. The notes do not say how the stage starts and
+// pulls and pushes; no slack, hysteresis or waves. The page does not say how the stage starts and
 // stops, how much it is damped and on which cloth. Here its speed rises and falls within 0.2 s by
 // half a cosine, and the damping of the mount is such that level L1, which has none, is wrong on
-// denim by the notes' 2.5e-3 of 5 N. SIMULATED throughout.
+// denim by the page's 2.5e-3 of 5 N. SIMULATED throughout.
 
 #include <algorithm>
 #include <cmath>
@@ -20,7 +20,7 @@ class SoftPress {
   static constexpr double pose_s = 1e-3;   ///< the stage is straight between two poses
   static constexpr std::size_t scan = 27;  ///< poses between two forces that are compared
   static constexpr double press_n = 5, length_s = 4, mount_damping = 0.18;
-  // What the notes have of it: worst error over 5 N, and simulated seconds per processor second.
+  // The prototype's worst error over 5 N, and simulated seconds per processor second.
   static constexpr double notes_l1_error = 2.5e-3;
   static constexpr double notes_1ms_error = 3.9e-6, notes_1ms_speed = 7380;
   static constexpr double notes_100us_error = 3.4e-8, notes_100us_speed = 831;

@@ -175,8 +175,9 @@ void write_wires(const std::filesystem::path& folder) {
       write_vectors(wire.path() / "vectors", folder / wire.path().filename());
 }
 
-/// The pages of a Net F/T box, the documented minimal one (reference B.3) first; bare, as replies
-/// with and without their length and in chunks; and requests. The bytes in front choose the pieces.
+/// The pages of a Net F/T box, the documented minimal one (device-facts.md, Net F/T pages) first;
+/// bare, as replies with and without their length and in chunks; and requests. The bytes in front
+/// choose the pieces.
 void write_pages(const std::filesystem::path& folder) {
   namespace rdt = protocols::rdt;
   const std::string pieces{'\3', '\1', '\7', '\2'};

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A Thorlabs client of its own: written from the protocol's document (reference protocols.md, part A) on pyserial, without a
+"""A Thorlabs client of its own: written from the protocol's document (docs/reference/device-facts.md) on pyserial, without a
 line of Weft. It asks, homes and moves the stages that weft-rig serves: a stepper, a DC servo and a card in a rack, each on
 a pseudo-terminal and over TCP.
 

@@ -8,7 +8,7 @@ published figure is 0.96 (k-NN; Wang et al. 2022, doi 10.3389/fnbot.2022.808222)
 that cross-validation chooses. Each pressure and each speed is left out in turn too. icub20, twenty materials: folds 0 to 2 train,
 fold 3 tests, with its steps in the order of time and as filed. What takes minutes is for --longer, and only there: windows,
 groups left out, icub20 as filed. FLOORS are what `best`, chosen on the training part, must keep, shares of all test
-trials: the issue's aim for speeds, elsewhere a little below the figures of classifier/MEASURED.md, so that a loss is noticed.
+trials: the aim for speeds, elsewhere a little below the figures of classifier/MEASURED.md, so that a loss is noticed.
 """
 import json
 import pathlib

@@ -3,7 +3,7 @@
 
     cli_recordings.py WEFT SHARED     exit 77 (skipped) without any of the recordings
 
-The aims of the issue: at least 0.92 on contiguous parts of vibtac12 (X, Y, Z, windows of 2 s) and hapmat (1 s), and on recordings
+The aims: at least 0.92 on contiguous parts of vibtac12 (X, Y, Z, windows of 2 s) and hapmat (1 s), and on recordings
 7 and 8 of lmt_sound with 1 to 6 training, for which it names no window: 2 s is the program's own, and what leaving recordings
 1 to 6 out in turn would choose. `best` chooses its learner on training windows alone. The five sound tracks of vibtac12 have
 no aim of their own; they are held to the same, and their interval must lie above chance.

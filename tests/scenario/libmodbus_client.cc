@@ -47,8 +47,8 @@ void print(const char* name, const std::vector<std::uint16_t>& values, const cha
   std::printf("]%s\n", end);
 }
 
-/// A vendor function: one byte each way (reference D.3: libmodbus takes 5 bytes for a code that it
-/// does not know, and gives exceptions back as they are).
+/// A vendor function: one byte each way (device-facts.md, Serial ports: libmodbus takes 5 bytes
+/// for a code that it does not know, and gives exceptions back as they are).
 int vendor(modbus_t* line, std::uint8_t function, std::uint8_t data) {
   const std::array<std::uint8_t, 3> request{slave, function, data};
   std::array<std::uint8_t, MODBUS_MAX_ADU_LENGTH> reply{};
@@ -92,7 +92,7 @@ int main(int argc, char** argv) {
   if (argc < 3) return std::fprintf(stderr, "libmodbus_client rtu PATH | tcp HOST PORT\n"), 2;
   const bool rtu = std::string(argv[1]) == "rtu";
   if (!rtu && argc < 4) return 2;
-  // No parity: a pseudo-terminal has none (reference D.4).
+  // No parity: a pseudo-terminal has none.
   const Line line(rtu ? modbus_new_rtu(argv[2], 115200, 'N', 8, 1)
                       : modbus_new_tcp(argv[2], std::atoi(argv[3])));
   demand(line != nullptr && modbus_set_slave(line.get(), slave) == 0, "create");

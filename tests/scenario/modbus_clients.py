@@ -39,7 +39,7 @@ def s16(words):
 
 
 def wrench(calibration, gauges):
-    """protocols.md B.5: matrix at register 32, float32 with the high word first; scales at 117 and 119."""
+    """ATI Digital F/T (docs/reference/device-facts.md): matrix at register 32, float32 with the high word first; scales at 117 and 119."""
     raw = struct.pack(">168H", *calibration)
     matrix = struct.unpack(">36f", raw[64:64 + 144])
     per_force, per_torque = struct.unpack(">2i", raw[234:242])

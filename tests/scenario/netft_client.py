@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A Net F/T client of its own: plain sockets, written from the protocol's notes (reference protocols.md, part B) without a line
+"""A Net F/T client of its own: plain sockets, written from docs/reference/device-facts.md without a line
 of Weft, at the box that weft-rig serves. Its pages are asked for with curl too, and its stream with socat, where they
 are installed.
 

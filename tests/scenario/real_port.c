@@ -1,5 +1,6 @@
 /* Preloaded into a program: each pseudo-terminal /dev/pts/N is the serial port /dev/ttyPTSN, with
- * modem lines and a device behind it in /sys, so that libserialport opens it (protocols.md, D.1).
+ * modem lines and a device behind it in /sys, so that libserialport opens it
+ * (docs/reference/device-facts.md, Serial ports).
  * Each port that is opened so, and each change of its RTS line, is a line of the file
  * WEFT_REAL_PORT_LOG. */
 #define _GNU_SOURCE

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """What a real serial port takes: the lines of the emulated bench opened by libserialport, which opens no pseudo-terminal by itself, through a
-preloaded shim that makes one of each (real_port.c; protocols.md, D.1). The bench is looked over with unmodified
+preloaded shim that makes one of each (real_port.c; docs/reference/device-facts.md, Serial ports). The bench is looked over with unmodified
 drivers; then a port that is in use, one that is none and one that is not there.
 
     real_port.py WEFT WEFT_RIG SOURCE_ROOT SHIM

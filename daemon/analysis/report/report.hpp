@@ -44,8 +44,7 @@ std::string incomplete_words(const CampaignSummary& run);
 /// the word, so it must not be in doubt. All three writers ask first.
 Status check(const ReportInput& input);
 
-/// report.json. Keys of issue 2 ("Main job and report") and more; docs in
-/// daemon/analysis/report/README.md. Written whole or not at all.
+/// report.json. Keys: daemon/analysis/report/README.md. Written whole or not at all.
 Status write_report_json(const ReportInput& input, const std::filesystem::path& path);
 
 /// report.html: one file without scripts or outside resources. Written whole or not at all.

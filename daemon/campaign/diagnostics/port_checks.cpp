@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int ftdi = 0x0403;
-constexpr int thorlabs_product = 0xFAF0;  // protocols.md A.1
+constexpr int thorlabs_product = 0xFAF0;  // docs/reference/device-facts.md, APT line
 // An FTDI chip keeps small packets back for so long; 16 ms unless told otherwise.
 constexpr int good_latency_ms = 1;
 

@@ -20,8 +20,9 @@ struct SerialSettings {
   std::uint32_t baud = 115200;
   Parity parity = Parity::none;
   bool rts_cts = false;
-  /// The start-up of Thorlabs' FTDI chips before the first byte (protocols.md A.1): settle 50 ms,
-  /// drop what both sides hold, settle 50 ms. What is written meanwhile waits.
+  /// The start-up of Thorlabs' FTDI chips before the first byte (docs/reference/device-facts.md,
+  /// APT line): settle 50 ms, drop what both sides hold, settle 50 ms. What is written meanwhile
+  /// waits.
   bool ftdi_start_up = false;
 };
 
@@ -31,7 +32,7 @@ struct Endpoint {
 };
 
 /// Opens a serial line: real ports through libserialport, pseudo-terminals, which that cannot open
-/// (protocols.md D.1), directly.
+/// (docs/reference/device-facts.md, Serial ports), directly.
 /// Errors: not_found (no such port), io (permission, busy) with a hint, unsupported (a speed that
 /// the port does not take: it is read back and compared).
 Result<std::unique_ptr<Link>> open_serial(RealLoop& loop, const SerialSettings& settings);

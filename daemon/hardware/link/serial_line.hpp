@@ -12,7 +12,8 @@ namespace weft::daemon {
 bool speed_taken(std::uint32_t asked, std::uint32_t got);
 
 /// Sets any speed (Linux: TCSETS2 with BOTHER) and reads it back: some ports take the call and
-/// keep another speed (protocols.md D.3). Errors: unsupported, with the speed that it has.
+/// keep another speed (docs/reference/device-facts.md, Serial ports). Errors: unsupported, with
+/// the speed that it has.
 Status set_line_speed(int descriptor, std::uint32_t baud);
 
 /// A read of a line that has no byte yet waits, or would have to (EAGAIN). As libserialport leaves

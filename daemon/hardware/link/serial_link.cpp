@@ -17,7 +17,7 @@ namespace weft::daemon {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr Duration ftdi_start_up = 100ms;  // protocols.md A.1: 50 ms, purge, 50 ms
+constexpr Duration ftdi_start_up = 100ms;  // 50 ms, purge, 50 ms: device-facts.md, APT line
 
 std::string hint_for(int number) {
   if (number == EACCES) return "Add yourself to the group dialout and log in again";
@@ -61,7 +61,8 @@ class OpenPort {
   int descriptor_;
 };
 
-// A pseudo-terminal carries no parity (protocols.md D.4) and has no RTS line (D.5).
+// A pseudo-terminal carries no parity and has no RTS line (docs/reference/device-facts.md, Serial
+// ports).
 Result<OpenPort> open_pseudo_terminal(const std::string& path, const SerialSettings& settings) {
   OpenPort port(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (port.get() < 0) return cannot_open(errno);
@@ -98,8 +99,9 @@ tl::unexpected<Error> library_refused(sp_return code) {
   return number == EBUSY ? in_use(number) : cannot_open(number);
 }
 
-// Handshake by RTS begins with the line raised (protocols.md A.1). Where the kernel's driver does
-// not say that it is, libserialport has lowered it. A port without such lines has nothing to raise.
+// Handshake by RTS begins with the line raised (docs/reference/device-facts.md, APT line). Where
+// the kernel's driver does not say that it is, libserialport has lowered it. A port without such
+// lines has nothing to raise.
 void raise_rts_and_dtr(int descriptor) {
   const int lines = TIOCM_RTS | TIOCM_DTR;
   static_cast<void>(::ioctl(descriptor, TIOCMBIS, &lines));

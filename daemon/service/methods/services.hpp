@@ -1,5 +1,5 @@
 #pragma once
-// What the methods of the API work on, and the methods themselves by groups. Source: design/API.md.
+// What the methods of the API work on, and the methods themselves by groups. Source: docs/api.md.
 
 #include <cstdint>
 #include <filesystem>

@@ -148,7 +148,7 @@ void Conversation::hear(std::string_view line) {
   send_(rpc::error_line(refused.id_json, refused.error));
 }
 
-// Whoever pulls the line is told, subscribed or not (design/API.md, 3).
+// Whoever pulls the line is told, subscribed or not (docs/api.md, rig.halt).
 void Conversation::halt(std::string_view kind,
                         const std::function<void(const rpc::Caller&)>& stop) {
   stop(caller_);

@@ -1,6 +1,6 @@
 #pragma once
 // One client's side of the server: lines in, lines out; no socket. Greets, lets it introduce
-// itself, checks each request and hands it to its method. Source: design/API.md, 2 and 3.
+// itself, checks each request and hands it to its method. Source: docs/api.md.
 
 #include <functional>
 #include <map>

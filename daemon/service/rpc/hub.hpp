@@ -1,7 +1,7 @@
 #pragma once
 // Events for whoever listens: a snapshot, then deltas, numbered without gaps since the daemon
 // began. A listener that is slow loses events of its own, counted and told; nobody else's and not
-// the run's. Source: design/API.md, 2.8.
+// the run's. Source: docs/api.md, Events.
 
 #include <chrono>
 #include <cstdint>

@@ -1,6 +1,6 @@
 #pragma once
 // Answers to changes that were asked for with a key: a client that lost the reply asks again and
-// gets the same one, also from another start of the daemon. Source: design/API.md, 2.7.
+// gets the same one, also from another start of the daemon. Source: docs/api.md, `idem`.
 
 #include <chrono>
 #include <cstdint>

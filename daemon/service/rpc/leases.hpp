@@ -1,6 +1,6 @@
 #pragma once
 // Who holds what, until when. A lease says that its holder means to move a rig; reading needs none.
-// Source: design/API.md, 2.11; the model is OPC UA DI's InitLock, RenewLock, ExitLock, BreakLock.
+// Source: docs/api.md, Leases; the model is OPC UA DI's InitLock, RenewLock, ExitLock, BreakLock.
 
 #include <chrono>
 #include <cstdint>

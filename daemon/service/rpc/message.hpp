@@ -1,5 +1,5 @@
 #pragma once
-// JSON-RPC 2.0, one message a line. Source: jsonrpc.org/specification; design/API.md, 2.1 and 2.2.
+// JSON-RPC 2.0, one message a line. Source: jsonrpc.org/specification; docs/api.md.
 
 #include <memory>
 #include <nlohmann/json_fwd.hpp>

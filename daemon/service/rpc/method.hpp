@@ -1,6 +1,6 @@
 #pragma once
 // The methods of the API: what each takes and who may call it, in one table from which requests are
-// checked and the OpenRPC document is made. Source: design/API.md, 2.
+// checked and the OpenRPC document is made. Source: docs/api.md.
 
 #include <functional>
 #include <map>

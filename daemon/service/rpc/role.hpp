@@ -1,6 +1,6 @@
 #pragma once
-// Who may do what: four roles, each with everything that the ones before it may. Source:
-// design/API.md, 2.12.
+// Who may do what: four roles, each with everything that the ones before it may. Which method
+// needs which: docs/api.md.
 
 #include <cstdint>
 #include <optional>

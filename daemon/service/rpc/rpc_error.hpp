@@ -1,6 +1,6 @@
 #pragma once
 // What a client is told when a request fails. The contract is the string `kind`; the number is
-// JSON-RPC's own or of the block it belongs to. Source: design/API.md, 2.9.
+// JSON-RPC's own or of the block it belongs to. Source: docs/api.md, Errors.
 
 #include <string>
 #include <string_view>

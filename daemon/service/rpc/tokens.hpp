@@ -1,6 +1,6 @@
 #pragma once
 // Bearer tokens for TCP. Their file holds no token, only SHA-256 digests of them: they are 256
-// random bits, which no dictionary finds. Source: design/API.md, 2.12.
+// random bits, which no dictionary finds. Source: docs/api.md, Tokens.
 
 #include <cstdint>
 #include <filesystem>

@@ -1,7 +1,7 @@
 #pragma once
 // A run as clients see it: a pure machine over what people order and what the run's thread reports.
 // Every state but the last has a deadline; one that passes climbs the ladder pause, stop, abort,
-// halt. Source: design/API.md, 3.
+// halt. Source: docs/reference/run-verbs.md.
 
 #include <array>
 #include <chrono>

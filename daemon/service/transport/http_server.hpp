@@ -3,7 +3,7 @@
 // request, GET /events streams events (server-sent events), GET /data/RUN/FILE
 // sends a file, GET / a page that uses all three. Every request but for the page brings its token
 // as a bearer. All on the daemon's thread, so that no client can wait for another. Source:
-// design/API.md, 2.1.
+// docs/api.md.
 
 #include <chrono>
 #include <cstdint>

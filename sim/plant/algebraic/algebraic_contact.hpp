@@ -2,7 +2,7 @@
 // Level L0: once the face has reached the cloth, the force is the set-point. No memory, no
 // controller, no pre-sliding; pads see the surface through a linear filter, their disc. Good for
 // mean levels and periodicities of cloths whose surface is flat against lambda (2 % at a/lambda =
-// 0.3, 27 % at 1). Source: reference sim.md 2.2, 4.
+// 0.3, 27 % at 1). Source: docs/reference/plant.md, Pads on a surface and Levels.
 
 #include "sim/plant/contact.hpp"
 #include "sim/plant/texture_map.hpp"

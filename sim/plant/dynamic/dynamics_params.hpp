@@ -1,6 +1,6 @@
 #pragma once
 // What level L2 knows beyond L1: the probe's inertia, its guide, and friction that falls with
-// speed. Source: reference sim.md 1.1, 2.3, 3.1.
+// speed. Source: docs/reference/plant.md, Contact law, Friction, Integrators.
 
 #include <cstdint>
 
@@ -23,7 +23,7 @@ struct DynamicsParams {
   double normal_damping = 0.05;        ///< ratio of the mount's spring with the probe's mass [E]
   double lateral_stiffness_n_m = 1e5;  ///< k_l of guide and mount along x and y [E]
   double lateral_damping = 0.05;       ///< ratio, as above [E]
-  double static_ratio = 1.2;           ///< F_S/F_C, 1.1 to 1.3 [S14, E]
+  double static_ratio = 1.2;           ///< F_S/F_C, 1.1 to 1.3 [E]
   double stribeck_speed_mps = 5e-3;    ///< v_s, 1 to 10 mm/s [E]
   /// Speed at which the cloth's friction was measured: there Friction::sliding_n holds (KES-FB4
   /// moves at 1 mm/s [E]).

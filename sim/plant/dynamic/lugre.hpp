@@ -5,9 +5,9 @@
 // r(u) = g(u)/F_C = 1 + (F_S/F_C - 1) e^{-(u/v_s)^2},
 //   l db/dt = v - |v| b/r,   F = F_C b + sigma_1 l db/dt + sigma_2 v.
 // For a constant v the bristles have the closed form b(t) = r n + (b_0 - r n) e^{-|v| t/(l r)}, n
-// the direction of v. Source: reference sim.md 2.3, 3.2 (5); Canudas de Wit et al. 1995 for the
-// model. Known of the model and so of this: under a load below the limit the bristles creep when
-// it oscillates, never when it is steady.
+// the direction of v. Source: docs/reference/plant.md, Friction and Closed forms (5); Canudas de
+// Wit et al. 1995 for the model. Known of the model and so of this: under a load below the limit
+// the bristles creep when it oscillates, never when it is steady.
 
 #include <cmath>
 

@@ -10,7 +10,7 @@ namespace weft::sim {
 
 namespace {
 
-constexpr double reference_l2_step_s = 0.2e-3;  // sim.md 5: L2 at 0.2 ms and at 50 us are one
+constexpr double reference_l2_step_s = 0.2e-3;  // docs/reference/plant.md, Levels
 constexpr double finer_share = 0.25;
 constexpr NameTable<Integrator, 3> integrator_names = {{
     {Integrator::midpoint, "midpoint"},

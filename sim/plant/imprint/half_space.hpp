@@ -2,7 +2,7 @@
 // Level Z+: a rigid face pressed on an elastic half-space, so that a loaded taxel takes its
 // neighbours down with it. Contact by conjugate gradients on the taxels in touch (Polonsky, Keer
 // 1999, Wear 231, 206), displacement by convolution with Love's (1929) influence of a uniformly
-// loaded square. Source: reference sim.md 4 (Z+).
+// loaded square. Source: docs/reference/plant.md, Levels.
 
 #include "sim/plant/imprint/fft.hpp"
 #include "sim/plant/imprint/height_map.hpp"

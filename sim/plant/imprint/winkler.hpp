@@ -3,7 +3,8 @@
 // (Winkler). The depth follows from the force in closed form once it is known which taxels touch:
 //   linear       p = (P/L) d            depth = (F' - sum t)/n,          F' = F L/(A P)
 //   exponential  p = P (e^{d/L} - 1)    e^{depth/L} = (F' + n)/sum e^{t/L}, F' = F/(A P)
-// with t <= 0 the heights below the highest point. Source: reference sim.md 3.2 (13), 4 (Z).
+// with t <= 0 the heights below the highest point. Source: docs/reference/plant.md, Closed forms
+// (13) and Levels.
 
 #include "sim/plant/fabric_law.hpp"
 #include "sim/plant/imprint/height_map.hpp"

@@ -2,7 +2,7 @@
 // Resonances of a structure, side by side: each mode answers a force that is linear between samples
 // exactly, x'' + 2 zeta w x' + w^2 x = drive . force, and channels weigh the modes' accelerations.
 // A mode is one complex number: w <- e^{s h} w + f with s = -zeta w + i w sqrt(1 - zeta^2), four
-// multiplications. Source: reference sim.md 3.2 (12), 3.3 (denormals), 4 (L3).
+// multiplications. Source: docs/reference/plant.md, Closed forms (12), Time and numbers, Levels.
 
 #include <array>
 #include <cstddef>

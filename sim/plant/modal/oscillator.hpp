@@ -1,7 +1,7 @@
 #pragma once
 // m x'' + c x' + k x = f(t), advanced exactly for an f that is linear within the step, at any step,
 // damping or stiffness: under-, critically and over-damped, undamped, and without a spring.
-// Source: reference sim.md 3.1 ("exact piecewise-linear"), 3.2 (1), (10).
+// Source: docs/reference/plant.md, Integrators and Closed forms (1, 10).
 
 #include "protocols/base/result.hpp"
 

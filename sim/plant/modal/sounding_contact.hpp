@@ -2,7 +2,8 @@
 // Level L3 of the probe on the cloth: the contact of level L2, stepped so that it is known at every
 // tick of the vibration, and the sensors that hear it. Ticks and readings lie on one grid of whole
 // nanoseconds since time zero, whatever steps the stages make. What is not asked for is not
-// computed: without a sensor this is level L2, bit for bit. Source: reference sim.md 4 (L3).
+// computed: without a sensor this is level L2, bit for bit. Source: docs/reference/plant.md,
+// Levels.
 
 #include <cstdint>
 #include <vector>

@@ -1,7 +1,7 @@
 #pragma once
 // Level L3: accelerometer on the probe and microphone above the plate, from the contact of level L2
 // and the resonances of arm and plate. What is not asked for is not computed.
-// Source: reference sim.md 4 (L3); rates of VibTac-12 (200 Hz, 8 kHz).
+// Source: docs/reference/plant.md, Levels; rates of VibTac-12 (200 Hz, 8 kHz).
 
 #include <cstdint>
 #include <optional>

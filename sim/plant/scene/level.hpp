@@ -1,6 +1,6 @@
 #pragma once
 // The ladder of fidelity. A higher level knows more mechanisms; it is not a smaller step of a lower
-// one. Source: reference sim.md 4.
+// one. Source: docs/reference/plant.md, Levels.
 
 #include <array>
 #include <cstdint>

@@ -1,6 +1,6 @@
 #pragma once
 // What a scene needs to know about the world, and the least level that knows it: model only what a
-// scene requires. Source: reference sim.md 4 ("Rule").
+// scene requires. Source: docs/reference/plant.md, Levels.
 
 #include <array>
 #include <cstdint>

@@ -1,6 +1,6 @@
 // CVODE (SUNDIALS), backward differentiation formulas; states in units of the scene (static
-// indentation, natural frequency), without which its tolerance means nothing (reference sim.md
-// 0.4).
+// indentation, natural frequency), without which its tolerance means nothing
+// (docs/reference/plant.md, Integrators).
 
 #include <cvode/cvode.h>
 #include <nvector/nvector_serial.h>

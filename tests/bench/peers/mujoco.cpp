@@ -1,5 +1,6 @@
 // MuJoCo's contact is normalised by mass: the stiffness is given as K/m with an impedance near 0
-// (solimp 1e-4), without which the rest position is d times too small (reference sim.md 6.1).
+// (solimp 1e-4), without which the rest position is d times too small
+// (docs/reference/plant.md, Physics engines).
 
 #include <mujoco/mujoco.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 // Scenes with a closed form that every engine can be asked for, and how a run is measured. The
 // engines solve far more general problems; what is compared is the error at equal cost and the cost
-// at equal error on these scenes alone. Source: reference sim.md 6.
+// at equal error on these scenes alone. Source: docs/reference/plant.md, Physics engines.
 
 #include <algorithm>
 #include <cmath>

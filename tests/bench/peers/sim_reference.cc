@@ -1,9 +1,10 @@
-// The equations of level L2 (reference sim.md 1.1, 2.3) solved once more by SUNDIALS CVODE, for
-// `weft trade sim --reference`. Nothing is shared with the product but the scenes: the force law,
-// the Prony series, the hysteresis, LuGre, the mount and the probe are written out as ordinary
-// differential equations. Every corner of theirs is located as a root and the solver started again
-// behind it: touch and lift-off, reversal of the compression, ends of the mount's slack, a cloth
-// that no longer pushes, reversal of the slip, and every change of the stages' velocity.
+// The equations of level L2 (docs/reference/plant.md, Contact law and Friction) solved once more by
+// SUNDIALS CVODE, for `weft trade sim --reference`. Nothing is shared with the product but the
+// scenes: the force law, the Prony series, the hysteresis, LuGre, the mount and the probe are
+// written out as ordinary differential equations. Every corner of theirs is located as a root and
+// the solver started again behind it: touch and lift-off, reversal of the compression, ends of the
+// mount's slack, a cloth that no longer pushes, reversal of the slip, and every change of the
+// stages' velocity.
 //
 //   bench_sim_reference OUT.json [SCENE ...]
 

@@ -191,7 +191,7 @@ TEST_CASE("Windows of blocks share no sample with those of another block; random
   REQUIRE(random.size() == 100);
   CHECK(random.front().start_s == random_places(recording(2, 20.0), 2.0, 100, 7).front().start_s);
   const std::span<const Place> places(random);
-  // What reference/ml.md measured on the paper's protocol: 96.5 % of a test window is trained on.
+  // docs/reference/machine-learning.md, Overlap of random windows: 96.5 % of a test window.
   CHECK(random_places(recording(1, 1.0), 2.0, 10, 1).empty());
   CHECK(random_places(recording(1, 2.0), 2.0, 10, 1).size() == 1);
 }

@@ -17,7 +17,7 @@ namespace {
 const Bytes one_sample = hex("12 34 00 02 00 00 00 01");
 const Bytes start = hex("12 34 00 02 00 00 00 00");
 const Bytes stop = hex("12 34 00 00 00 00 00 00");
-// reference B.1: sequence 1/2, Fx 1 N, Fy -0.5 N, Tz 0.1 N m at 1e6 counts
+// device-facts.md, Net F/T stream: sequence 1/2, Fx 1 N, Fy -0.5 N, Tz 0.1 N m at 1e6 counts
 const Bytes documented_record =
     hex("00 00 00 01 00 00 00 02 00 00 00 00 00 0F 42 40 FF F8 5E E0 00 00 00 00 00 00 00 00 "
         "00 00 00 00 00 01 86 A0");

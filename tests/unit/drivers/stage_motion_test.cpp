@@ -256,7 +256,8 @@ TEST_CASE(
     const char* stage;
     const char* model;
     std::uint16_t stage_id;
-    double slowest_s;  // reference A.7: 150 mm at 2 and 1 mm/s, 360 degrees at 10 and 2 deg/s
+    double slowest_s;  // device-facts.md, APT stage data: 150 mm at 2 and 1 mm/s, 360 degrees at
+                       // 10 and 2 deg/s
   };
   for (const Case& c : {Case{"LTS150", "LTS150", 0, 75},
                         {"NRT150", "BSC201", 0, 150},

@@ -1,4 +1,4 @@
-// Closed forms of reference sim.md 3.2 that belong to no single mechanism, or are met far better
+// Closed forms (docs/reference/plant.md) that belong to no single mechanism, or are met far better
 // than the mechanism's own test asks. The whole list: sim/plant/README.md, "Closed forms".
 
 #include <algorithm>
@@ -72,7 +72,7 @@ TEST_CASE("(9) a sinusoid's mean pressure is I0(a/lambda)") {
     CHECK(std::exp(field.log_mean_response(lambda_m)) ==
           Approx(std::cyl_bessel_i(0.0, ratio)).epsilon(tolerance));
   }
-  CHECK(std::cyl_bessel_i(0.0, 0.3) == Approx(1.02).margin(0.005));  // the notes' 2 % and 27 %
+  CHECK(std::cyl_bessel_i(0.0, 0.3) == Approx(1.02).margin(0.005));  // Pads on a surface
   CHECK(std::cyl_bessel_i(0.0, 1.0) == Approx(1.27).margin(0.005));
 }
 

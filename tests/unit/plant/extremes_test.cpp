@@ -203,7 +203,7 @@ TEST_CASE("friction at 0, 4 and just over 4 mm/s is the law's, without a step be
 }
 
 TEST_CASE("moves shorter than v^2/a change the force by the mount's stiffness, without a jump") {
-  // The notes' prototype jumped here, by 5 N: 4 mm/s with 5 mm/s2 need 3.2 mm.
+  // A profile that ignores this jumps here, by 5 N: 4 mm/s with 5 mm/s2 need 3.2 mm.
   const ContactMaterial material = plain("nylon");
   const Mount mount;
   constexpr MotionLimits slow{4e-3, 5e-3};

@@ -16,8 +16,9 @@ using test::bristle_after_slip;
 
 namespace {
 
-/// 5 N on a cloth, as in the notes' stick-slip scene (sim.md 2.3), with the bristles' length chosen
-/// so that the cycle is like theirs: 0.31 N at 24 Hz on 1e4 N/m, 0.54 N at 2.8 Hz on 1e3 N/m.
+/// 5 N on a cloth, the stick-slip scene of docs/reference/plant.md, Friction, with bristles of such
+/// a length that the cycle is like the one there: 0.31 N at 24 Hz on 1e4 N/m, 0.54 N at 2.8 Hz on
+/// 1e3 N/m.
 constexpr double mass_kg = 0.2;
 constexpr double drive_mps = 2e-3;
 
@@ -177,8 +178,7 @@ TEST_CASE("the slip that is found balances the mean friction of its step") {
       for (const double push : {1e-3, 0.8, 1.4, 30.0}) {
         const Vector2 bristle{0.4, -0.9}, q{push * 0.6, push * 0.8};
         const Vector2 w = solve_slip(lugre, BristleRule::exact, a, q, bristle, t_s, 1e-3).w_mps;
-        // Mean of the bristles by Simpson's rule, where the notes' exponential is one more closed
-        // form of ours.
+        // Mean of the bristles by Simpson's rule; the product's exponential is a closed form.
         constexpr int pieces = 2000;
         Vector2 mean{};
         for (int i = 0; i <= pieces; ++i) {

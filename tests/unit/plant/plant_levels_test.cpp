@@ -70,7 +70,7 @@ TEST_CASE("at level L0 the cloth carries the weight within the slack and the set
   CHECK(force_at(0.1e-3) == weight_n);
   CHECK(force_at(-1e-3) == 3.5);
   // a pressed probe stays pressed until the stage is a quarter of the slack above where it rests
-  const double rests_m = 50.9e-6 * std::log1p(weight_n / (2.56e-4 * 15));  // jersey, sim.md 1.4
+  const double rests_m = 50.9e-6 * std::log1p(weight_n / (2.56e-4 * 15));  // jersey
   CHECK(force_at(0.15e-3 - rests_m) == 3.5);
   CHECK(force_at(0.40e-3 - rests_m) == weight_n);
   CHECK(force_at(2e-3) == 0);

@@ -1,5 +1,5 @@
-// Level L2 on the bare press of the notes (reference sim.md 3.1), beside what they measured of the
-// same method.
+// Level L2 on the bare press of docs/reference/plant.md, Integrators, beside the prototype's errors
+// with the same method.
 
 #include "tests/bench/soft_press.hpp"
 #include "tests/unit/plant/support.hpp"
@@ -11,7 +11,8 @@ using namespace weft::sim;
 using namespace weft::sim::test;
 using bench::SoftPress;
 
-TEST_CASE("on a bare press the error of level L2 is no more than the notes' at the same step") {
+TEST_CASE(
+    "on a bare press the error of level L2 is no more than the prototype's at the same step") {
   for (const char* name : {"denim", "felt", "cotton"}) {
     const MaterialSwitches only_relaxation{true, false, false, false, false, false};
     const SoftPress press(patch_of(library(), name, 1, only_relaxation).material);
@@ -25,7 +26,7 @@ TEST_CASE("on a bare press the error of level L2 is no more than the notes' at t
     CHECK(error(press.dynamic(1e-4, Integrator::midpoint)) < SoftPress::notes_100us_error);
     CHECK(error(press.dynamic(DynamicsParams{}.step_s, Integrator::adaptive)) <
           SoftPress::notes_1ms_error);
-    // The scene is the notes' where it counts: what massless contact is wrong by is damping.
+    // The error of massless contact is damping: it must equal the prototype's.
     if (std::string(name) == "denim")
       CHECK(error(press.quasistatic()) == Approx(SoftPress::notes_l1_error).epsilon(0.05));
   }

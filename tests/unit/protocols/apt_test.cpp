@@ -70,7 +70,7 @@ TEST_CASE("every body survives the wire at the bounds of its integers") {
   CHECK(there_and_back(StatusBits{1, 0x80000400}) == StatusBits{1, 0x80000400});
 }
 
-// reference A.5: offsets of the fields inside the 84 bytes
+// device-facts.md, APT info reply: offsets of the fields inside the 84 bytes
 TEST_CASE("the info reply has its fields where the document has them") {
   HardwareInfo info;
   info.notes = Text<48>::from("N");

@@ -186,7 +186,8 @@ TEST_CASE("the splitter takes every APT vector out of one stream, in order") {
   CHECK(splitter.skipped_bytes() == 0);
 }
 
-// reference A.7 and A.8: the numbers of the table, against the counts that peers were seen to send
+// docs/reference/device-facts.md, APT scales: the numbers of the table, against the counts that
+// peers were seen to send
 TEST_CASE("stage scales give the counts that other programs send") {
   const StageModel& prm = *find_stage("PRM1-Z8");
   CHECK(position_to_counts(prm.scale, 10).value() == 19196);   // pylablib
@@ -220,7 +221,7 @@ TEST_CASE("velocity and acceleration scales follow from the position scale as AP
 
 TEST_CASE("counts that do not fit 32 bits are refused, and so are NaN and infinity") {
   const StageScale& lts = find_stage("LTS150")->scale;
-  CHECK(position_to_counts(lts, 5242));  // head-room of reference A.7
+  CHECK(position_to_counts(lts, 5242));  // end of the 32-bit field
   CHECK_FALSE(position_to_counts(lts, 5243));
   CHECK_FALSE(position_to_counts(lts, -5243));
   CHECK(velocity_to_counts(lts, 97.6));

@@ -224,7 +224,7 @@ TEST_CASE("noise gives hardly a record, and a splitter that nobody drains stays 
   CHECK(full.dropped_bytes() == 77);
 }
 
-// reference B.5: big-endian, high word first
+// device-facts.md, ATI Digital F/T: big-endian, high word first
 TEST_CASE("a calibration stands in its registers where the document puts it") {
   const CalibrationRegisters r = encode(example());
   CHECK(r[0] == ('F' << 8 | 'T'));

@@ -1,4 +1,5 @@
-// Pages of the Net F/T box. The minimal page is the one that netft-cpp accepted (reference B.3).
+// Pages of the Net F/T box. The minimal page is the one that netft-cpp accepted (device-facts.md,
+// Net F/T pages).
 
 #include "protocols/rdt/page.hpp"
 

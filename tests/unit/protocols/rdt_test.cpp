@@ -93,7 +93,7 @@ TEST_CASE("a datagram holds one to forty whole records") {
     CHECK_FALSE(record_count(Bytes(size, 0)));
 }
 
-// reference B.2
+// docs/reference/device-facts.md, Net F/T status word
 TEST_CASE("only a latched monitor condition leaves values valid") {
   CHECK(values_valid(0));
   CHECK(values_valid(0x80010000));

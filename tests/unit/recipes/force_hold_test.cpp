@@ -148,8 +148,8 @@ TEST_CASE("A drift that is told at the start is followed from the start") {
 }
 
 TEST_CASE("Phase M stays within 1.5 of the quantum's floor on every cloth, at 250 Hz") {
-  // Issue 5's aim, on a model of the press that is not sim/'s: noise and resolution of a Mini40 (12
-  // mN), 500 readings a second, waves of 3 um rms under the slide.
+  // The aim for a held force, on a model of the press that is not sim/'s: noise and resolution of a
+  // Mini40 (12 mN), 500 readings a second, waves of 3 um rms under the slide.
   for (const Cloth& cloth : cloths) {
     PressModel model({.cloth = cloth,
                       .delay_cycles = 2,

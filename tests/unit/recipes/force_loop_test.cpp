@@ -40,7 +40,8 @@ Press press(PressModel& model, ForceLoopState& state) {
   return result;
 }
 
-/// A linear spring behind `delay` cycles: the discrete loop of reference/sim.md 1.3.
+/// A linear spring behind `delay` cycles: the discrete loop of docs/reference/plant.md,
+/// Instruments and the force loop.
 class Spring {
  public:
   Spring(double stiffness_npm, double force_n, int delay)
@@ -140,7 +141,7 @@ TEST_CASE("The force stays in its band while the cloth's height varies under the
 }
 
 TEST_CASE("The proportional loop is stable up to the gains of the closed form") {
-  // reference/sim.md 1.3: K k_p T < 2, 1, 0.618 for 0, 1, 2 cycles of delay.
+  // docs/reference/plant.md: K k_p T < 2, 1, 0.618 for 0, 1, 2 cycles of delay.
   const double limit[]{2, 1, (std::sqrt(5.0) - 1) / 2};
   for (const int delay : {0, 1, 2}) {
     INFO("delay " << delay);

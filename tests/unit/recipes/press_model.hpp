@@ -1,7 +1,8 @@
 #pragma once
 // A press on a cloth, just large enough to try the force loop on: exponential compression with two
-// Prony terms (reference/sim.md 1.1, 1.2), in series with a mount that has slack, moved by a stage
-// with limited acceleration, lag and a reported position of one micrometre. Independent of sim/.
+// Prony terms (docs/reference/plant.md, Contact law), in series with a mount that has slack, moved
+// by a stage with limited acceleration, lag and a reported position of one micrometre. Independent
+// of sim/.
 
 #include <algorithm>
 #include <array>
@@ -17,7 +18,7 @@ struct Cloth {
   double pressure_pa;  ///< p_s
 };
 
-/// reference/sim.md 1.4, columns lambda and p_s.
+/// docs/reference/plant.md, Fabrics: lambda and p_s.
 inline constexpr std::array<Cloth, 17> cloths{{{"knitwear1", 92.9e-6, 30},
                                                {"wool", 34.5e-6, 13},
                                                {"pile", 495e-6, 30},

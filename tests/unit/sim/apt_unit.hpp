@@ -1,6 +1,6 @@
 #pragma once
-// One APT stage on a bench of its own, for tests. Byte strings in them are those of reference
-// protocols.md A.8; positions and times are the trapezoid's.
+// One APT stage on a bench of its own, for tests. Byte strings in them are those of
+// protocols/apt/vectors; positions and times are the trapezoid's.
 
 #include <catch2/catch.hpp>
 #include <utility>

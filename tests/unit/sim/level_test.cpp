@@ -311,7 +311,7 @@ TEST_CASE("a run's error falls with its step, and L1's against L2 does not") {
   REQUIRE(quasistatic.size() == 2);
   CHECK(quasistatic[0].reference == "L1 0.768 ms");
   CHECK(quasistatic[1].reference == "L2 midpoint 0.2 ms");
-  CHECK(quasistatic[0].force_max_n < quasistatic[1].force_max_n);  // sim.md 0.2: a model's floor
+  CHECK(quasistatic[0].force_max_n < quasistatic[1].force_max_n);  // the model's floor
   CHECK(quasistatic[1].force_rms_n > 1e-5);
   CHECK(quasistatic[1].force_rms_n < 20e-3);
   CHECK(quasistatic[1].counts_max >= 1);

@@ -93,8 +93,8 @@ void add_slide(SimCase& one) {
   press_and_slide(one, 6);
 }
 
-/// 1 N of friction that falls to it from 1.3 N, bristles of 10 um, guide of 1e4 N/m: sim.md 2.3
-/// with bristles so short that the cycle is like theirs.
+/// 1 N of friction that falls to it from 1.3 N, bristles of 10 um, guide of 1e4 N/m: the scene of
+/// docs/reference/plant.md, Friction, with bristles so short that the cycle is like the one there.
 void add_stick_slip(SimCase& one) {
   one.grid_s = sim_grid_s / 8;
   one.patch.material.friction = {
