@@ -274,6 +274,11 @@ set_tests_properties(scenario_weftd_hostile PROPERTIES TIMEOUT 300 ENVIRONMENT P
 add_test(NAME scenario_installed COMMAND ${WEFT_PYTHON} ${cli_tests}/installed.py ${PROJECT_BINARY_DIR})
 set_tests_properties(scenario_installed PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
+# Other software on the machine: an MPI runtime without headers, a broken Boost and OpenSSL beside another Python first on the PATH.
+add_test(NAME scenario_configure_elsewhere
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/configure_elsewhere.py ${CMAKE_COMMAND} ${PROJECT_SOURCE_DIR} ${CMAKE_MAKE_PROGRAM})
+set_tests_properties(scenario_configure_elsewhere PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
 # script/test has three slots for each processor and one more: a test that computes takes three, one that mostly waits takes
 # one. The longest of those begin first and leave room for one that computes; where one ends another takes its slot.
 get_property(all_tests DIRECTORY PROPERTY TESTS)
@@ -291,8 +296,3 @@ weft_waits(200 scenario_apt_client scenario_real_bench scenario_docs_commands)
 weft_waits(100 scenario_rig_tcp scenario_rig_hosts scenario_netft_client scenario_doctor scenario_vibro_ports scenario_real_port
            scenario_weftd_samples scenario_weftd_http scenario_weftd_tls scenario_weftd_access scenario_train_mpi scenario_plugins
            unit_python_client)
-
-# Other software on the machine: an MPI runtime without headers, a broken Boost and OpenSSL beside another Python first on the PATH.
-add_test(NAME scenario_configure_elsewhere
-         COMMAND ${WEFT_PYTHON} ${cli_tests}/configure_elsewhere.py ${CMAKE_COMMAND} ${PROJECT_SOURCE_DIR} ${CMAKE_MAKE_PROGRAM})
-set_tests_properties(scenario_configure_elsewhere PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)

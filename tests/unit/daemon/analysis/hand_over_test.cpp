@@ -1,6 +1,7 @@
 // A complete campaign goes to the classifier by itself. SIMULATED.
 
 #include "daemon/analysis/handover/hand_over.hpp"
+#include "daemon/base/file/read_file.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -276,8 +277,7 @@ TEST_CASE("A complete campaign without its hand-over is gone on with to it, and 
         std::string::npos);
   Recorded silent(nullptr);
   silent.request.resume = true;
-  CHECK(run_campaign(silent.request, {}).error().what.find("nothing is left") !=
-        std::string::npos);
+  CHECK(run_campaign(silent.request, {}).error().what.find("nothing is left") != std::string::npos);
 }
 
 }  // namespace hand_over_test
