@@ -3,7 +3,7 @@
 #include "protocols/apt/apt.hpp"
 #include "tests/fuzz/chunked.hpp"
 
-namespace weft::fuzz {
+namespace weft::fuzz::apt_target {
 namespace {
 
 using namespace protocols::apt;
@@ -55,13 +55,14 @@ void try_stream(const ChunkedInput& input, LineEnd line_end) {
 }
 
 }  // namespace
-}  // namespace weft::fuzz
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const weft::fuzz::ChunkedInput input({data, size});
-  weft::fuzz::try_message(input.stream);
+WEFT_FUZZ_TARGET(apt) {
+  const ChunkedInput input({data, size});
+  try_message(input.stream);
   for (const auto line_end :
        {weft::protocols::apt::LineEnd::host, weft::protocols::apt::LineEnd::controller})
-    weft::fuzz::try_stream(input, line_end);
+    try_stream(input, line_end);
   return 0;
 }
+
+}  // namespace weft::fuzz::apt_target

@@ -9,7 +9,7 @@
 #include "protocols/ati_digital/stream.hpp"
 #include "tests/fuzz/chunked.hpp"
 
-namespace weft::fuzz {
+namespace weft::fuzz::ati_digital_target {
 namespace {
 
 using namespace weft::protocols::ati_digital;
@@ -59,9 +59,8 @@ void read_calibration(ByteView bytes) {
 }
 
 }  // namespace
-}  // namespace weft::fuzz
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+WEFT_FUZZ_TARGET(ati_digital) {
   using namespace weft::fuzz;
   using weft::protocols::ati_digital::StreamSplitter;
   const ChunkedInput input({data, size});
@@ -70,3 +69,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   read_calibration({data, size});
   return 0;
 }
+
+}  // namespace weft::fuzz::ati_digital_target

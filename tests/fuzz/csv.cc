@@ -6,7 +6,7 @@
 #include "daemon/storage/dataset/import.hpp"
 #include "tests/fuzz/target.hpp"
 
-namespace weft::fuzz {
+namespace weft::fuzz::csv_target {
 namespace {
 
 using namespace weft::daemon;
@@ -35,13 +35,14 @@ void read_dataset(Result<Dataset> dataset) {
 }
 
 }  // namespace
-}  // namespace weft::fuzz
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const weft::fuzz::MemoryFile file({data, size});
-  weft::fuzz::read_lines(file.path());
-  weft::fuzz::read_dataset(weft::daemon::import_trial(file.path()));
-  weft::fuzz::read_dataset(weft::daemon::import_manifest(file.path()));
-  weft::fuzz::read_dataset(weft::daemon::import_icub20(file.path()));
+WEFT_FUZZ_TARGET(csv) {
+  const MemoryFile file({data, size});
+  read_lines(file.path());
+  read_dataset(weft::daemon::import_trial(file.path()));
+  read_dataset(weft::daemon::import_manifest(file.path()));
+  read_dataset(weft::daemon::import_icub20(file.path()));
   return 0;
 }
+
+}  // namespace weft::fuzz::csv_target

@@ -6,7 +6,7 @@
 #include "tests/fuzz/hdf5_edit.hpp"
 #include "tests/fuzz/target.hpp"
 
-namespace weft::fuzz {
+namespace weft::fuzz::hdf5_target {
 namespace {
 
 using namespace weft::daemon;
@@ -26,17 +26,16 @@ void read_every_way(std::span<const std::uint8_t> bytes) {
 }
 
 }  // namespace
-}  // namespace weft::fuzz
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+WEFT_FUZZ_TARGET(hdf5) {
   const std::span<const std::uint8_t> bytes(data, size);
   if (size > 0 && data[0] == 'E')
-    weft::fuzz::read_every_way(
-        weft::fuzz::edited_file(weft::fuzz::Sample::dataset, bytes.subspan(1)));
+    read_every_way(edited_file(Sample::dataset, bytes.subspan(1)));
   else if (size > 0 && data[0] == 'B')
-    weft::fuzz::read_every_way(
-        weft::fuzz::patched_file(weft::fuzz::Sample::dataset, bytes.subspan(1)));
+    read_every_way(patched_file(Sample::dataset, bytes.subspan(1)));
   else
-    weft::fuzz::read_every_way(bytes);
+    read_every_way(bytes);
   return 0;
 }
+
+}  // namespace weft::fuzz::hdf5_target

@@ -3,7 +3,7 @@
 #include "protocols/imprint/imprint.hpp"
 #include "tests/fuzz/chunked.hpp"
 
-namespace weft::fuzz {
+namespace weft::fuzz::imprint_target {
 namespace {
 
 using namespace protocols::imprint;
@@ -20,9 +20,10 @@ void try_stream(const ChunkedInput& input) {
 }
 
 }  // namespace
-}  // namespace weft::fuzz
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  weft::fuzz::try_stream(weft::fuzz::ChunkedInput({data, size}));
+WEFT_FUZZ_TARGET(imprint) {
+  try_stream(ChunkedInput({data, size}));
   return 0;
 }
+
+}  // namespace weft::fuzz::imprint_target

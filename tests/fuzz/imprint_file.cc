@@ -6,7 +6,7 @@
 #include "daemon/storage/imprints/image_file.hpp"
 #include "tests/fuzz/target.hpp"
 
-namespace weft::fuzz {
+namespace weft::fuzz::imprint_file_target {
 namespace {
 
 using classifier::imprint::Image;
@@ -22,12 +22,13 @@ void look_at(const Result<Image>& image) {
 }
 
 }  // namespace
-}  // namespace weft::fuzz
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+WEFT_FUZZ_TARGET(imprint_file) {
   const std::string text(reinterpret_cast<const char*>(data), size);
-  weft::fuzz::look_at(weft::daemon::parse_image_csv("input", text));
-  weft::fuzz::look_at(weft::daemon::parse_image_pgm("input", text));
-  weft::fuzz::look_at(weft::daemon::parse_image_npy("input", text));
+  look_at(weft::daemon::parse_image_csv("input", text));
+  look_at(weft::daemon::parse_image_pgm("input", text));
+  look_at(weft::daemon::parse_image_npy("input", text));
   return 0;
 }
+
+}  // namespace weft::fuzz::imprint_file_target

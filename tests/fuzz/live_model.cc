@@ -10,7 +10,7 @@
 #include "tests/fuzz/checksum.hpp"
 #include "tests/fuzz/target.hpp"
 
-namespace weft::fuzz {
+namespace weft::fuzz::live_model_target {
 namespace {
 
 using classifier::StagedModel;
@@ -64,11 +64,12 @@ void try_text(const std::string& text) {
 }
 
 }  // namespace
-}  // namespace weft::fuzz
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+WEFT_FUZZ_TARGET(live_model) {
   const std::string text(reinterpret_cast<const char*>(data), size);
-  weft::fuzz::try_text(text);
-  weft::fuzz::try_text(weft::fuzz::put_right(text));
+  try_text(text);
+  try_text(put_right(text));
   return 0;
 }
+
+}  // namespace weft::fuzz::live_model_target

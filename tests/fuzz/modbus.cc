@@ -7,7 +7,7 @@
 #include "protocols/modbus/rtu.hpp"
 #include "tests/fuzz/chunked.hpp"
 
-namespace weft::fuzz {
+namespace weft::fuzz::modbus_target {
 namespace {
 
 using namespace weft::protocols::modbus;
@@ -63,9 +63,8 @@ void try_stream(ByteView bytes, ByteView sizes, const Frames& fresh) {
 }
 
 }  // namespace
-}  // namespace weft::fuzz
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+WEFT_FUZZ_TARGET(modbus) {
   using namespace weft::fuzz;
   using namespace weft::protocols::modbus;
   const ChunkedInput input({data, size});
@@ -76,3 +75,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   read_message(bytes.first(std::min<std::size_t>(bytes.size(), 300)));
   return 0;
 }
+
+}  // namespace weft::fuzz::modbus_target

@@ -9,7 +9,7 @@
 #include "tests/fuzz/checksum.hpp"
 #include "tests/fuzz/target.hpp"
 
-namespace weft::fuzz {
+namespace weft::fuzz::model_file_target {
 namespace {
 
 using classifier::StoredModel;
@@ -59,11 +59,12 @@ void try_text(const std::string& text) {
 }
 
 }  // namespace
-}  // namespace weft::fuzz
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+WEFT_FUZZ_TARGET(model_file) {
   const std::string text(reinterpret_cast<const char*>(data), size);
-  weft::fuzz::try_text(text);
-  weft::fuzz::try_text(weft::fuzz::with_checksum(text));
+  try_text(text);
+  try_text(with_checksum(text));
   return 0;
 }
+
+}  // namespace weft::fuzz::model_file_target

@@ -11,7 +11,7 @@
 #include "tests/fuzz/checksum.hpp"
 #include "tests/fuzz/target.hpp"
 
-namespace weft::fuzz {
+namespace weft::fuzz::other_models_target {
 namespace {
 
 using classifier::imprint::ImprintModel;
@@ -73,13 +73,14 @@ void try_text(const std::string& text) {
 }
 
 }  // namespace
-}  // namespace weft::fuzz
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+WEFT_FUZZ_TARGET(other_models) {
   const std::string text(reinterpret_cast<const char*>(data), size);
-  for (const std::string& one : {text, weft::fuzz::with_checksum(text)}) {
-    weft::fuzz::try_text<weft::classifier::imprint::ImprintModel>(one);
-    weft::fuzz::try_text<weft::classifier::vibro::RecordingModel>(one);
+  for (const std::string& one : {text, with_checksum(text)}) {
+    try_text<weft::classifier::imprint::ImprintModel>(one);
+    try_text<weft::classifier::vibro::RecordingModel>(one);
   }
   return 0;
 }
+
+}  // namespace weft::fuzz::other_models_target

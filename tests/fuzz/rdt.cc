@@ -6,7 +6,7 @@
 #include "protocols/rdt/tcp_command.hpp"
 #include "tests/fuzz/target.hpp"
 
-namespace weft::fuzz {
+namespace weft::fuzz::rdt_target {
 namespace {
 
 using namespace protocols::rdt;
@@ -56,17 +56,18 @@ void try_reply(ByteView bytes, const Result<Reply>& reply) {
 }
 
 }  // namespace
-}  // namespace weft::fuzz
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+WEFT_FUZZ_TARGET(rdt) {
   const weft::ByteView input(data, size);
-  weft::fuzz::try_request(input);
-  weft::fuzz::try_datagram(input);
-  weft::fuzz::try_command(input);
-  weft::fuzz::try_reply(input, weft::protocols::rdt::decode_ft_reply(input));
-  weft::fuzz::try_reply(input, weft::protocols::rdt::decode_calibration_reply(input));
-  weft::fuzz::try_reply(input, weft::protocols::rdt::decode_write_reply(input));
+  try_request(input);
+  try_datagram(input);
+  try_command(input);
+  try_reply(input, weft::protocols::rdt::decode_ft_reply(input));
+  try_reply(input, weft::protocols::rdt::decode_calibration_reply(input));
+  try_reply(input, weft::protocols::rdt::decode_write_reply(input));
   const bool one = weft::protocols::rdt::decode_record(input).has_value();
-  weft::fuzz::demand(one == (size == weft::protocols::rdt::record_size), "a record is 36 bytes");
+  demand(one == (size == weft::protocols::rdt::record_size), "a record is 36 bytes");
   return 0;
 }
+
+}  // namespace weft::fuzz::rdt_target

@@ -6,7 +6,7 @@
 #include "protocols/rdt/page.hpp"
 #include "tests/fuzz/chunked.hpp"
 
-namespace weft::fuzz {
+namespace weft::fuzz::rdt_page_target {
 namespace {
 
 using namespace protocols::rdt;
@@ -84,15 +84,16 @@ void try_reply(const ChunkedInput& input) {
 }
 
 }  // namespace
-}  // namespace weft::fuzz
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const weft::fuzz::ChunkedInput input({data, size});
+WEFT_FUZZ_TARGET(rdt_page) {
+  const ChunkedInput input({data, size});
   const std::string_view text(reinterpret_cast<const char*>(input.stream.data()),
                               input.stream.size());
-  weft::fuzz::try_settings(text);
-  weft::fuzz::try_calibration(text);
-  weft::fuzz::try_request(text);
-  weft::fuzz::try_reply(input);
+  try_settings(text);
+  try_calibration(text);
+  try_request(text);
+  try_reply(input);
   return 0;
 }
+
+}  // namespace weft::fuzz::rdt_page_target

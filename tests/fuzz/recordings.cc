@@ -6,7 +6,7 @@
 #include "tests/fuzz/hdf5_edit.hpp"
 #include "tests/fuzz/target.hpp"
 
-namespace weft::fuzz {
+namespace weft::fuzz::recordings_target {
 namespace {
 
 void read(std::span<const std::uint8_t> bytes) {
@@ -21,16 +21,16 @@ void read(std::span<const std::uint8_t> bytes) {
 }
 
 }  // namespace
-}  // namespace weft::fuzz
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using weft::fuzz::Sample;
+WEFT_FUZZ_TARGET(recordings) {
   const std::span<const std::uint8_t> bytes(data, size);
   if (size > 0 && data[0] == 'E')
-    weft::fuzz::read(weft::fuzz::edited_file(Sample::recordings, bytes.subspan(1)));
+    read(edited_file(Sample::recordings, bytes.subspan(1)));
   else if (size > 0 && data[0] == 'B')
-    weft::fuzz::read(weft::fuzz::patched_file(Sample::recordings, bytes.subspan(1)));
+    read(patched_file(Sample::recordings, bytes.subspan(1)));
   else
-    weft::fuzz::read(bytes);
+    read(bytes);
   return 0;
 }
+
+}  // namespace weft::fuzz::recordings_target

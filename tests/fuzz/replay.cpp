@@ -1,4 +1,4 @@
-// A fuzz target without libFuzzer:  replay MUTATIONS FOLDER...
+// The fuzz targets without libFuzzer:  replay TARGET MUTATIONS FOLDER...
 // Every file of the folders as it is, then MUTATIONS inputs made from them, the same ones every
 // time. An input that ends the process is left in `crash-input`.
 
@@ -12,6 +12,11 @@
 #include <vector>
 
 #include "tests/fuzz/target.hpp"
+
+std::map<std::string, weft::fuzz::Target>& weft::fuzz::targets() {
+  static std::map<std::string, Target> all;
+  return all;
+}
 
 namespace {
 
@@ -27,9 +32,9 @@ extern "C" void keep_input(int signal) {
   std::raise(signal);
 }
 
-void run(const Bytes& input) {
+void run(weft::fuzz::Target target, const Bytes& input) {
   running = &input;
-  LLVMFuzzerTestOneInput(input.data(), input.size());
+  target(input.data(), input.size());
 }
 
 /// splitmix64: the same numbers on every machine.
@@ -114,18 +119,22 @@ void read_folder(const std::filesystem::path& folder, std::vector<Bytes>& out) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc < 4) return std::cerr << "replay TARGET MUTATIONS FOLDER...\n", 2;
+  const auto target = weft::fuzz::targets().find(argv[1]);
+  if (target == weft::fuzz::targets().end())
+    return std::cerr << "replay: no target " << argv[1] << "\n", 2;
   std::vector<Bytes> corpus;
-  for (int i = 2; i < argc; ++i) read_folder(argv[i], corpus);
-  if (corpus.empty()) return std::cerr << "replay MUTATIONS FOLDER...: no inputs\n", 2;
+  for (int i = 3; i < argc; ++i) read_folder(argv[i], corpus);
+  if (corpus.empty()) return std::cerr << "replay: no inputs in the folders\n", 2;
   for (const int signal : {SIGABRT, SIGSEGV, SIGFPE, SIGBUS}) std::signal(signal, keep_input);
-  for (const Bytes& input : corpus) run(input);
+  for (const Bytes& input : corpus) run(target->second, input);
   Numbers numbers(1);
-  const std::size_t mutations = std::strtoull(argv[1], nullptr, 10);
+  const std::size_t mutations = std::strtoull(argv[2], nullptr, 10);
   for (std::size_t i = 0; i < mutations; ++i) {
     Bytes input = corpus[numbers.below(corpus.size())];
     for (std::size_t k = numbers.below(4) + 1; k > 0; --k)
       mutate(input, corpus[numbers.below(corpus.size())], numbers);
-    run(input);
+    run(target->second, input);
   }
   std::cout << corpus.size() << " inputs and " << mutations << " mutations\n";
 }

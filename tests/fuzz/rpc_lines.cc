@@ -12,7 +12,7 @@
 #include "protocols/base/bytes.hpp"
 #include "tests/fuzz/target.hpp"
 
-namespace weft::fuzz {
+namespace weft::fuzz::rpc_lines_target {
 namespace {
 
 using namespace weft::daemon;
@@ -150,9 +150,8 @@ server::Peer peer_of(std::uint8_t choice) {
 }
 
 }  // namespace
-}  // namespace weft::fuzz
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+WEFT_FUZZ_TARGET(rpc_lines) {
   using namespace weft::fuzz;
   constexpr std::size_t header = 4;  // who speaks, and the sizes of the pieces
   const weft::ByteView all(data, size);
@@ -166,3 +165,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   demand(peer.role || !in_pieces.any_result(), "nothing is told to whoever may not ask");
   return 0;
 }
+
+}  // namespace weft::fuzz::rpc_lines_target

@@ -10,13 +10,19 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <span>
 #include <string>
 
-/// Any bytes are an input. Returns 0; ends the process when a promise of the product is broken.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
-
 namespace weft::fuzz {
+
+/// Any bytes are an input. Returns 0; ends the process when a promise of the product is broken.
+using Target = int (*)(const std::uint8_t* data, std::size_t size);
+/// The targets of the replay, by name.
+std::map<std::string, Target>& targets();
+inline bool add_target(const char* name, Target target) {
+  return targets().emplace(name, target).second;
+}
 
 /// Ends the process: the promise `what` does not hold for this input.
 inline void demand(bool holds, const char* what) {
@@ -50,3 +56,14 @@ class MemoryFile {
 };
 
 }  // namespace weft::fuzz
+
+// Opens the entry point of a target: `data` and `size` are the input.
+#ifdef WEFT_LIBFUZZER
+#define WEFT_FUZZ_TARGET(name) \
+  extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
+#else
+#define WEFT_FUZZ_TARGET(name)                                                  \
+  static int run_##name(const std::uint8_t* data, std::size_t size);            \
+  static const bool added_##name = ::weft::fuzz::add_target(#name, run_##name); \
+  static int run_##name(const std::uint8_t* data, std::size_t size)
+#endif

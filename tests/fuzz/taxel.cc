@@ -4,7 +4,7 @@
 #include "protocols/taxel/cpm_finger.hpp"
 #include "tests/fuzz/chunked.hpp"
 
-namespace weft::fuzz {
+namespace weft::fuzz::taxel_target {
 namespace {
 
 using namespace protocols::taxel;
@@ -56,11 +56,12 @@ void try_can(ByteView bytes) {
 }
 
 }  // namespace
-}  // namespace weft::fuzz
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  weft::fuzz::try_stream(weft::fuzz::ChunkedInput({data, size}));
-  weft::fuzz::try_datagram({data, size});
-  weft::fuzz::try_can({data, size});
+WEFT_FUZZ_TARGET(taxel) {
+  try_stream(ChunkedInput({data, size}));
+  try_datagram({data, size});
+  try_can({data, size});
   return 0;
 }
+
+}  // namespace weft::fuzz::taxel_target

@@ -3,7 +3,7 @@
 #include "protocols/vibro/vibro.hpp"
 #include "tests/fuzz/chunked.hpp"
 
-namespace weft::fuzz {
+namespace weft::fuzz::vibro_target {
 namespace {
 
 using namespace protocols::vibro;
@@ -20,9 +20,10 @@ void try_stream(const ChunkedInput& input) {
 }
 
 }  // namespace
-}  // namespace weft::fuzz
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  weft::fuzz::try_stream(weft::fuzz::ChunkedInput({data, size}));
+WEFT_FUZZ_TARGET(vibro) {
+  try_stream(ChunkedInput({data, size}));
   return 0;
 }
+
+}  // namespace weft::fuzz::vibro_target

@@ -6,31 +6,34 @@ import random
 import socket
 import subprocess
 
+from machine_pace import LATE_S, TOO_SLOW, Lateness
+
 
 # A machine with other work may keep a port waiting for longer than a sensor may be silent. A virtual one does so too: its host
 # counts the processor's time in tenths of a second, and where that is used up (by a build, say) a thread of real-time priority 50
-# with locked memory that only sleeps is late by 100 ms, and so are weft-rig's records. That is a finding of the guard, not of a
-# test of something else: it is told, and tried again.
+# with locked memory that only sleeps is late by 100 ms. That is a finding of the guard, not of a test of something else. Whether the
+# machine was late is measured; where it was not, the same finding is a fault.
 ATTEMPTS = 3
 
 
-def kept_waiting(said, attempt):
-    """Whether `said` is of a port that was silent, and an attempt is left."""
-    late = [words for words in ("readings have stopped", "no frame came", "no record came") if words in said]
-    again = bool(late) and attempt + 1 < ATTEMPTS
-    if again:
-        print(f"attempt {attempt + 1}: the machine kept a port waiting ({late[0]}); once more", flush=True)
-    return again
+def kept_waiting(said):
+    """Which silence of a port `said` is of; empty for none."""
+    return next((words for words in ("readings have stopped", "no frame came", "no record came") if words in said), "")
 
 
 def tried(once):
-    """What `once(attempt)` gives: a finished process, or one with more about it. Again where the machine kept a port waiting."""
+    """What `once(attempt)` gives: a finished process, or one with more about it. Again where the machine kept a port waiting; skipped where
+    it does so each time."""
     for attempt in range(ATTEMPTS):
-        found = once(attempt)
+        with Lateness() as late:
+            found = once(attempt)
         ran = found[0] if isinstance(found, tuple) else found
-        if ran.returncode == 0 or not kept_waiting(ran.stdout + ran.stderr, attempt):
+        silence = kept_waiting(ran.stdout + ran.stderr)
+        if ran.returncode == 0 or not silence or late.most_s() <= LATE_S:
             return found
-    raise AssertionError("the last attempt returns")
+        print(f"attempt {attempt + 1}: the machine was {1e3 * late.most_s():.0f} ms late, and a port silent ({silence})", flush=True)
+    print(f"skipped: the machine is too slow for real time, in {ATTEMPTS} attempts")
+    raise SystemExit(TOO_SLOW)
 
 
 def free_port(kind):

@@ -192,7 +192,7 @@ def main():
     t = Checks(weft)
     vectors(t, root)
     programs = {"weft-rig": weft_rig, "libmodbus": str(pathlib.Path(libmodbus).resolve())}
-    for bench in (over_tcp, over_transparent_tcp, over_rtu):
+    for bench in (over_tcp, over_transparent_tcp, over_rtu) if "--longer" in sys.argv else (over_tcp,):
         with tempfile.TemporaryDirectory() as folder:
             bench(t, pathlib.Path(folder), programs, root)
     t.finish()

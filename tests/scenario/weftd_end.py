@@ -16,8 +16,8 @@ WEFTD, ROOT = sys.argv[1], pathlib.Path(sys.argv[2])
 
 
 def in_a_trial(folder):
-    """A daemon, its client, the rig's lease and a run that presses its probe on the cloth, as slowly as a real bench."""
-    daemon = Daemon(WEFTD, ROOT, folder, "--pace", "1")
+    """A daemon, its client, the rig's lease and a run that presses its probe on the cloth, slow enough to be told to end in the middle."""
+    daemon = Daemon(WEFTD, ROOT, folder, "--pace", "4")
     client = Client(daemon.socket)
     client.call("sub.open", topics=["run:*"], mode="every")
     lease = client.call("lease.acquire", ttl_ms=600_000)["lease"]

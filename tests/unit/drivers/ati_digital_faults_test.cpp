@@ -96,12 +96,12 @@ TEST_CASE("an empty calibration, an exception and a refusal are faults that say 
   refused.open();
   REQUIRE(refused.driver->arm());
   refused.reply(Vendor{Function::vendor_stream, 0});
-  CHECK(refused.fault().code == Errc::device);
+  CHECK(refused.fault().code == Errc::device_refused);
 
   Bench stubborn;
   stubborn.takes_writes = false;
   stubborn.open();
-  CHECK(stubborn.fault().code == Errc::device);
+  CHECK(stubborn.fault().code == Errc::device_refused);
 }
 
 TEST_CASE("another calibration than the rig file names is refused with both names") {
@@ -124,7 +124,7 @@ TEST_CASE("gauges that all stand still for stuck_after_s are a fault, unless it 
       bench.stream({7, 7, 7, 7, 7, 7});
     }
     CHECK(bench.host.faults.size() == (looks ? 1U : 0U));
-    if (looks) CHECK(bench.fault().code == Errc::device);
+    if (looks) CHECK(bench.fault().code == Errc::device_data);
     CHECK(bench.host.samples.size() >= 49);
   }
 }
@@ -136,7 +136,7 @@ TEST_CASE("bytes that hold no whole record are told apart from silence") {
     bench.receive(hex("01 02 03"));
     bench.host.loop_.run_for(0.01);
   }
-  CHECK(bench.fault().code == Errc::device);
+  CHECK(bench.fault().code == Errc::device_data);
 }
 
 TEST_CASE("storage that was unlocked is locked again when opening ends in a fault") {
@@ -151,7 +151,7 @@ TEST_CASE("storage that was unlocked is locked again when opening ends in a faul
   }
   bench.host.link_.take_written();
   bench.reply(Exception{16, ExceptionCode::device_failure});
-  CHECK(bench.fault().code == Errc::device);
+  CHECK(bench.fault().code == Errc::device_refused);
   CHECK(bench.host.link_.take_written() == jam + lock_request);
 }
 

@@ -112,7 +112,7 @@ TEST_CASE("a channel that does not become enabled is a fault, not an armed stage
   bench.receive_info("LTS150");
   REQUIRE(bench.driver->arm());
   bench.receive_status(0, 0x00000100);
-  CHECK(bench.fault_code() == Errc::device);
+  CHECK(bench.fault_code() == Errc::device_refused);
   CHECK(bench.host.samples.empty());
 }
 
@@ -328,7 +328,7 @@ TEST_CASE("a controller that keeps another speed or other switches is refused wh
                     apt::VelocityParams{1, 0, 2 * at_10_mm_s2, at_20_mm_s});
     else
       bench.receive(MessageId::get_limswitchparams, apt::LimitSwitchParams{1, 3, 2, 0, 0, 1});
-    CHECK(bench.fault_code() == Errc::device);
+    CHECK(bench.fault_code() == Errc::device_refused);
     CHECK_THAT(bench.host.faults[0].what, Catch::Contains(kept));
   }
 }

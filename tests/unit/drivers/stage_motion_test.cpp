@@ -85,7 +85,7 @@ TEST_CASE("completion reported elsewhere than at the target is no success but en
     bench.receive_status(409605, idle_homed);
     bench.loop().run_for(0.25);
   }
-  CHECK(bench.fault_code() == Errc::device);
+  CHECK(bench.fault_code() == Errc::device_motion);
   CHECK(bench.host.faults[0].what == "the stage ended away from its target");
 }
 
@@ -148,7 +148,7 @@ TEST_CASE("a stage that does not move is found out before the time limit") {
     bench.loop().run_for(0.25);
     if (bench.host.faults.empty()) bench.receive_status(0, moving_homed);
   }
-  CHECK(bench.fault_code() == Errc::device);
+  CHECK(bench.fault_code() == Errc::device_motion);
   CHECK(waited_s < 4);
 }
 
@@ -166,7 +166,7 @@ TEST_CASE("a stop that nobody asked for is a fault; one that was asked for is no
   limit.arm_lts();
   REQUIRE(limit.driver->command(MoveCommand{0.1, 0.02}));
   limit.receive_stopped(4096, 0x80000501);
-  CHECK(limit.fault_code() == Errc::device);
+  CHECK(limit.fault_code() == Errc::device_motion);
 
   StageBench asked = StageBench::lts();
   asked.arm_lts();
@@ -236,7 +236,7 @@ TEST_CASE("homing that ends without the homed bit, or never ends, is a fault") {
   REQUIRE(lying.driver->command(HomeCommand{}));
   lying.receive(hex("44 04 01 00 01 50"));
   lying.receive_status(0, idle_not_homed);
-  CHECK(lying.fault_code() == Errc::device);
+  CHECK(lying.fault_code() == Errc::device_motion);
 
   StageBench endless = StageBench::lts(R"(, "home_timeout_s": 10)");
   endless.arm_lts(0, idle_not_homed);

@@ -123,7 +123,7 @@ TEST_CASE("another number of taxels than configured is a fault that names both")
   Bench bench(R"({"taxels": 12})");
   REQUIRE(bench.driver->open());
   bench.receive(Bench::frame(1, 16));
-  CHECK(bench.fault_code() == Errc::device);
+  CHECK(bench.fault_code() == Errc::device_settings);
   CHECK(bench.host.faults[0].expected == "12");
   CHECK(bench.host.faults[0].got == "16");
 }

@@ -53,7 +53,8 @@ void kill(std::unique_ptr<Life>& life, const TemporaryFolder& folder) {
   const HandOverFact then = life->on_record();
   const std::int64_t number = life->run.number;
   life.reset();
-  REQUIRE(RunStore::open(folder / "weftd.sqlite").value().keep(number, then));
+  RunStore store = RunStore::open(folder / "weftd.sqlite").value();
+  REQUIRE(HandoverStore(store.database()).keep(number, then));
 }
 
 }  // namespace

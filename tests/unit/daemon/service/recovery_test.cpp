@@ -187,7 +187,7 @@ TEST_CASE("a damaged file does not keep its run from being discarded, a busy one
   {
     const auto lock = FolderLock::take(folder / "R-000001");
     REQUIRE(lock);
-    CHECK(settled(bench, Recovery::discard).error().code == Errc::wrong_state);
+    CHECK(settled(bench, Recovery::discard).error().code == Errc::busy);
     CHECK(bench.desk->get(only_run(bench))->machine.state == RunState::interrupted);
   }
   std::filesystem::remove(folder / "R-000001" / "campaign.sqlite-wal");
@@ -204,7 +204,7 @@ TEST_CASE("a file that another run works in is not discarded under it") {
   leave_interrupted(folder);
   const auto lock = FolderLock::take(folder / "R-000001");
   REQUIRE(lock);
-  CHECK(discard_campaign(folder / "R-000001", "ada").error().code == Errc::wrong_state);
+  CHECK(discard_campaign(folder / "R-000001", "ada").error().code == Errc::busy);
   CHECK_FALSE(load_progress(folder / "R-000001" / "campaign.sqlite")->discarded);
 }
 

@@ -54,7 +54,7 @@ TEST_CASE("a database that another has says which file, and that it is in use") 
   REQUIRE(other);
   const Status refused = other->execute("CREATE TABLE more (one INTEGER)");
   REQUIRE_FALSE(refused);
-  CHECK(refused.error().code == Errc::wrong_state);
+  CHECK(refused.error().code == Errc::busy);
   CHECK(refused.error().where == file.string());
   CHECK(refused.error().what == "the file refused a statement");
 }
