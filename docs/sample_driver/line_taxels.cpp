@@ -16,11 +16,7 @@ class LineTaxels final : public DriverBase {
  public:
   LineTaxels(Duration stale_after, DriverHost& driver_host)
       : DriverBase(driver_host), stale_after_(stale_after), silence_(driver_host.loop(), [this] {
-          raise({.code = Errc::timeout,
-                 .what = "the array is silent",
-                 .expected = "a line",
-                 .got = "nothing",
-                 .hint = "Is it on?"});
+          raise({.code = Errc::timeout, .what = "the array is silent", .hint = "Is it on?"});
         }) {}
 
   Status open() override {

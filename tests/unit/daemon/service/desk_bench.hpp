@@ -38,10 +38,26 @@ class Posted {
       if (!comes(lock)) return false;
       const auto work = std::move(waiting_.front());
       waiting_.pop_front();
+      works_ = true;
       lock.unlock();
       work();
+      lock.lock();
+      works_ = false;
+      drained_.notify_all();
     }
     return true;
+  }
+  /// A run's thread waits here until the test has done what was posted: else a simulated run may be
+  /// over before a busy machine lets the test give an order. Not for ever, as some tests never do.
+  void keep_step() {
+    std::unique_lock lock(mutex_);
+    drained_.wait_for(lock, std::chrono::seconds(2),
+                      [this] { return is_ending_ || (waiting_.empty() && !works_); });
+  }
+  void end() {
+    const std::lock_guard lock(mutex_);
+    is_ending_ = true;
+    drained_.notify_all();
   }
 
  private:
@@ -51,7 +67,8 @@ class Posted {
   }
 
   std::mutex mutex_, held_;
-  std::condition_variable arrived_;
+  std::condition_variable arrived_, drained_;
+  bool works_ = false, is_ending_ = false;
   std::deque<std::function<void()>> waiting_;
   bool throws_ = false;
 };
@@ -105,6 +122,8 @@ struct DeskBench {
         store);
   }
 
+  ~DeskBench() { posted.end(); }
+
   Result<CampaignSummary> performed(const CampaignRequest& wanted, CampaignHooks hooks) {
     if (at_start) at_start();
     if (rig_file_is_broken)
@@ -117,10 +136,12 @@ struct DeskBench {
     hooks.progress = [this, &hooks, told = hooks.progress](const TrialProgress& line) {
       told(line);
       if (at_line) at_line(line, *hooks.orders);
+      posted.keep_step();
     };
     hooks.moment = [this, told = hooks.moment](const RunMoment& moment) {
       told(moment);
       if (at_moment) at_moment(moment);
+      posted.keep_step();
     };
     hooks.rig_taken = [this, taken = hooks.rig_taken] {
       if (at_asking) at_asking();
