@@ -3,30 +3,30 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tests/unit/daemon/service/desk_bench.hpp"
+#include "tests/unit/daemon/service/run_manager_bench.hpp"
 
-namespace desk_facts_test {
+namespace run_manager_facts_test {
 
 using namespace weft;
 using namespace weft::daemon;
-using namespace weft::daemon::control;
-using test::DeskBench;
+using namespace weft::daemon::runs;
 using test::leave_interrupted;
+using test::RunManagerBench;
 using test::TemporaryFolder;
 namespace fs = std::filesystem;
 
 namespace {
 
-std::string only_run(const DeskBench& bench) {
-  return bench.desk->all().front().stored.id();
+std::string only_run(const RunManagerBench& bench) {
+  return bench.manager->all().front().stored.id();
 }
 
 /// Goes on with the only run until so many trials are done, and stops it there.
-RunView stopped_at(DeskBench& bench, std::size_t trials) {
+RunView stopped_at(RunManagerBench& bench, std::size_t trials) {
   bench.at_line = [trials](const TrialProgress& line, RunOrders& orders) {
     if (line.done == trials) orders.give({Order::stop, "test"});
   };
-  REQUIRE(bench.desk->recover(only_run(bench), "test"));
+  REQUIRE(bench.recover(only_run(bench), "test"));
   const RunView run = bench.ended(only_run(bench));
   bench.at_line = {};
   return run;
@@ -52,22 +52,22 @@ TEST_CASE("a run that goes on is told of without an end, and withdrawn it has it
   leave_interrupted(folder, 4);
   Facts before;
   {
-    DeskBench bench(folder, test::tiny_recipe(4));
+    RunManagerBench bench(folder, test::tiny_recipe(4));
     const RunView stopped = stopped_at(bench, 4);
     REQUIRE(stopped.machine.state == RunState::interrupted);
     before = facts_of(stopped);
     CHECK(stopped.stored.outcome == "stopped");
     CHECK_FALSE(stopped.stored.dataset_sha256.empty());
-    REQUIRE(bench.desk->hold_line("test"));
-    const auto waits = bench.desk->recover(only_run(bench), "test");
+    REQUIRE(bench.manager->pause_queue("test"));
+    const auto waits = bench.recover(only_run(bench), "test");
     REQUIRE(waits);
     CHECK(facts_of(*waits) == Facts(5));
-    CHECK(facts_of(*bench.desk->get(only_run(bench))) == Facts(5));
+    CHECK(facts_of(*bench.manager->get(only_run(bench))) == Facts(5));
   }
-  DeskBench bench(folder, test::tiny_recipe(4));
-  CHECK(facts_of(*bench.desk->get(only_run(bench))) == Facts(5));
-  REQUIRE(bench.desk->withdraw(only_run(bench), "test"));
-  const RunView withdrawn = *bench.desk->get(only_run(bench));
+  RunManagerBench bench(folder, test::tiny_recipe(4));
+  CHECK(facts_of(*bench.manager->get(only_run(bench))) == Facts(5));
+  REQUIRE(bench.manager->remove(only_run(bench), "test"));
+  const RunView withdrawn = *bench.manager->get(only_run(bench));
   CHECK(withdrawn.machine.state == RunState::interrupted);
   CHECK(facts_of(withdrawn) == before);
 }
@@ -76,13 +76,13 @@ TEST_CASE(
     "a resume that changes nothing leaves the data set told of; one that goes on makes its own") {
   const TemporaryFolder folder;
   leave_interrupted(folder, 4);
-  DeskBench bench(folder, test::tiny_recipe(4));
+  RunManagerBench bench(folder, test::tiny_recipe(4));
   const std::string kept = stopped_at(bench, 4).stored.dataset_sha256;
   REQUIRE_FALSE(kept.empty());
   const RunView replayed = stopped_at(bench, 1);
   CHECK(replayed.stored.dataset_error.find("Nothing was changed") != std::string::npos);
   CHECK(facts_of(replayed) == Facts{"stopped", "done", "safe", "", kept});
-  REQUIRE(bench.desk->recover(only_run(bench), "test"));
+  REQUIRE(bench.recover(only_run(bench), "test"));
   const RunView whole = bench.ended(only_run(bench));
   CHECK(whole.stored.outcome == "complete");
   CHECK_FALSE(whole.stored.dataset_sha256.empty());
@@ -94,7 +94,7 @@ TEST_CASE("a data set that cannot be written changes nothing of how the bench en
   const fs::path in_the_way = folder / "R-000001" / "dataset.h5";
   std::string id;
   {
-    DeskBench bench(folder, test::tiny_recipe(1));
+    RunManagerBench bench(folder, test::tiny_recipe(1));
     bench.at_line = [&](const TrialProgress& line, RunOrders&) {
       if (line.done == line.planned) fs::create_directories(in_the_way / "a folder");
     };
@@ -103,26 +103,26 @@ TEST_CASE("a data set that cannot be written changes nothing of how the bench en
     CHECK(facts_of(run) == Facts{"complete", "done", "safe", "", ""});
     CHECK(run.stored.dataset_error.find(in_the_way.string()) != std::string::npos);
     CHECK(run.machine.state == RunState::interrupted);  // its data set can be made yet
-    CHECK(bench.desk->standing() == RigStanding{});
+    CHECK(bench.manager->rig_state() == RigState{});
   }
-  DeskBench bench(folder, test::tiny_recipe(1));
-  CHECK_FALSE(bench.desk->get(id)->stored.dataset_error.empty());
+  RunManagerBench bench(folder, test::tiny_recipe(1));
+  CHECK_FALSE(bench.manager->get(id)->stored.dataset_error.empty());
   for (int i = 0; i < 2; ++i) {
-    REQUIRE(bench.desk->recover(id, "test"));
+    REQUIRE(bench.recover(id, "test"));
     const RunView again = bench.ended(id);
     CHECK(again.machine.state == RunState::interrupted);
     CHECK(facts_of(again) == Facts{"complete", "done", "safe", "", ""});
     CHECK(again.stored.dataset_error.find(in_the_way.string()) != std::string::npos);
   }
   bench.rig_file_is_broken = true;
-  REQUIRE(bench.desk->recover(id, "test"));
+  REQUIRE(bench.recover(id, "test"));
   const RunView refused = bench.ended(id);
   CHECK(facts_of(refused) == Facts{"complete", "done", "safe", refused.stored.error, ""});
   CHECK(refused.stored.error.find("not JSON") != std::string::npos);
   CHECK_FALSE(refused.stored.dataset_error.empty());
   bench.rig_file_is_broken = false;
   fs::remove_all(in_the_way);
-  REQUIRE(bench.desk->recover(id, "test"));
+  REQUIRE(bench.recover(id, "test"));
   const RunView whole = bench.ended(id);
   CHECK(whole.machine.state == RunState::ended);
   CHECK(whole.stored.dataset_error.empty());
@@ -133,7 +133,7 @@ TEST_CASE("a data set that cannot be written changes nothing of how the bench en
 TEST_CASE("while the daemon's folder is away nothing of the line begins, and nothing is lost") {
   const TemporaryFolder folder;
   const fs::path away = folder.path().string() + "-away";
-  DeskBench bench(folder, test::tiny_recipe(1));
+  RunManagerBench bench(folder, test::tiny_recipe(1));
   bench.at_line = [&](const TrialProgress& line, RunOrders&) {
     if (line.done == line.planned) fs::rename(folder.path(), away);
   };
@@ -142,15 +142,15 @@ TEST_CASE("while the daemon's folder is away nothing of the line begins, and not
   CHECK(facts_of(cut) == Facts{"complete", "done", "safe", "", ""});
   CHECK_FALSE(cut.stored.dataset_error.empty());
   CHECK(cut.machine.state == RunState::interrupted);  // its data set can be made yet
-  bench.desk->tick();
-  CHECK(bench.desk->get(second)->machine.state == RunState::queued);
-  CHECK_FALSE(bench.desk->line().held());
+  bench.manager->tick();
+  CHECK(bench.manager->get(second)->machine.state == RunState::queued);
+  CHECK_FALSE(bench.manager->queue().is_paused());
   CHECK_FALSE(fs::exists(folder.path()));
   bench.at_line = {};
   fs::rename(away, folder.path());
-  bench.desk->tick();
+  bench.manager->tick();
   CHECK(bench.ended(second).stored.outcome == "complete");
-  REQUIRE(bench.desk->recover(first, "test"));
+  REQUIRE(bench.recover(first, "test"));
   const RunView whole = bench.ended(first);
   CHECK(whole.machine.state == RunState::ended);
   CHECK(facts_of(whole) == Facts{"complete", "done", "safe", "", whole.stored.dataset_sha256});
@@ -160,26 +160,26 @@ TEST_CASE("while the daemon's folder is away nothing of the line begins, and not
 TEST_CASE(
     "a run that waits begins once the disk has room for it; one after the other is not lost") {
   const TemporaryFolder folder;
-  DeskBench bench(folder, test::tiny_recipe(1));
+  RunManagerBench bench(folder, test::tiny_recipe(1));
   bench.at_line = [&](const TrialProgress& line, RunOrders&) {
     if (line.done == line.planned) bench.disk_is_full = true;
   };
   const std::string first = bench.submit().stored.id(), second = bench.submit().stored.id();
   bench.ended(first);
-  bench.desk->tick();
-  CHECK(bench.desk->get(second)->machine.state == RunState::queued);
-  CHECK_FALSE(bench.desk->line().held());
-  CHECK(bench.desk->bytes_awaited() > 0);
+  bench.manager->tick();
+  CHECK(bench.manager->get(second)->machine.state == RunState::queued);
+  CHECK_FALSE(bench.manager->queue().is_paused());
+  CHECK(bench.manager->status().bytes_awaited > 0);
   bench.at_line = {};
   bench.disk_is_full = false;
-  bench.desk->tick();
+  bench.manager->tick();
   CHECK(bench.ended(second).stored.outcome == "complete");
-  CHECK(bench.desk->bytes_awaited() == 0);
+  CHECK(bench.manager->status().bytes_awaited == 0);
 }
 
 TEST_CASE("a run of which it cannot be kept that it has the rig does not take it") {
   const TemporaryFolder folder;
-  DeskBench bench(folder, test::tiny_recipe(1));
+  RunManagerBench bench(folder, test::tiny_recipe(1));
   bool has_rig = false;
   bench.at_rig = [&] { has_rig = true; };
   const std::string id = bench.submit().stored.id();  // its thread asks, and is answered below
@@ -191,16 +191,16 @@ TEST_CASE("a run of which it cannot be kept that it has the rig does not take it
   CHECK(run.stored.outcome == "failed");
   CHECK(run.stored.error.find("could not be written down") != std::string::npos);
   CHECK(run.stored.rig_fact == "safe");
-  CHECK(bench.desk->standing() == RigStanding{});
+  CHECK(bench.manager->rig_state() == RigState{});
 }
 
 TEST_CASE("a run that never began is withdrawn from a rig as it stands") {
   const TemporaryFolder folder;
-  DeskBench bench(folder);
-  bench.desk->halt("test");
+  RunManagerBench bench(folder);
+  bench.manager->halt(RigState::Stop::halt, "test");
   const std::string id = bench.submit().stored.id();
-  REQUIRE(bench.desk->withdraw(id, "test"));
-  CHECK(bench.desk->get(id)->stored.rig_fact == "latched");
+  REQUIRE(bench.manager->remove(id, "test"));
+  CHECK(bench.manager->get(id)->stored.rig_fact == "latched");
 }
 
 TEST_CASE("a daemon's folder may be moved: its runs are found in it and go on there") {
@@ -210,11 +210,11 @@ TEST_CASE("a daemon's folder may be moved: its runs are found in it and go on th
     if (entry.path().filename() == "R-000001" ||
         entry.path().filename().string().starts_with("weftd.sqlite"))
       fs::rename(entry.path(), after / entry.path().filename().string());
-  DeskBench bench(after);
-  const RunView found = *bench.desk->get(only_run(bench));
+  RunManagerBench bench(after);
+  const RunView found = *bench.manager->get(only_run(bench));
   CHECK(found.stored.folder == after / "R-000001");
   CHECK(found.trials_done >= 2);
-  REQUIRE(bench.desk->recover(found.stored.id(), "test"));
+  REQUIRE(bench.recover(found.stored.id(), "test"));
   CHECK(bench.ended(found.stored.id()).stored.outcome == "complete");
   CHECK(fs::exists(after / "R-000001" / "dataset.h5"));
   CHECK_FALSE(fs::exists(before / "R-000001"));
@@ -228,24 +228,24 @@ TEST_CASE("a folder as an older daemon kept it is found where its name is") {
     RunStore store = std::move(RunStore::open(file).value());
     StoredRun run;
     run.folder = kept;
-    REQUIRE(store.add(run));
+    REQUIRE(test::add(store, run));
   }
   const fs::path here = folder / "R-000001";
   fs::create_directory(here);
-  CHECK(RunStore::open(file)->load()->front().folder == here);
+  CHECK(RunStore::open(file)->runs()->front().folder == here);
 }
 
 TEST_CASE("a run whose campaign is gone is not begun anew") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   fs::rename(folder / "R-000001", folder / "elsewhere");
-  const auto refused = bench.desk->recover(only_run(bench), "test");
+  const auto refused = bench.recover(only_run(bench), "test");
   REQUIRE_FALSE(refused);
   CHECK(refused.error().code == Errc::not_found);
-  CHECK(bench.desk->get(only_run(bench))->machine.state == RunState::interrupted);
+  CHECK(bench.manager->get(only_run(bench))->machine.state == RunState::interrupted);
   fs::rename(folder / "elsewhere", folder / "R-000001");
-  CHECK(bench.desk->recover(only_run(bench), "test"));
+  CHECK(bench.recover(only_run(bench), "test"));
 }
 
 TEST_CASE(
@@ -254,14 +254,14 @@ TEST_CASE(
   leave_interrupted(folder);
   const fs::path campaign = folder / "R-000001", elsewhere = folder / "elsewhere";
   fs::rename(campaign, elsewhere);
-  DeskBench bench(folder);
-  CHECK_FALSE(bench.desk->recover(only_run(bench), "test"));
+  RunManagerBench bench(folder);
+  CHECK_FALSE(bench.recover(only_run(bench), "test"));
   fs::rename(elsewhere, campaign);
-  REQUIRE(bench.desk->hold_line("test"));
-  REQUIRE(bench.desk->recover(only_run(bench), "test"));
-  CHECK(bench.desk->get(only_run(bench))->trials_done >= 2);
+  REQUIRE(bench.manager->pause_queue("test"));
+  REQUIRE(bench.recover(only_run(bench), "test"));
+  CHECK(bench.manager->get(only_run(bench))->trials_done >= 2);
   fs::rename(campaign, elsewhere);  // it waits in line
-  REQUIRE(bench.desk->start_line("test"));
+  REQUIRE(bench.manager->resume_queue("test"));
   const RunView refused = bench.ended(only_run(bench));
   CHECK(refused.machine.state == RunState::interrupted);
   CHECK(refused.stored.error.find("is not there any more") != std::string::npos);
@@ -274,39 +274,39 @@ TEST_CASE("a folder of the same name elsewhere is not taken for a run's") {
     RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
     StoredRun run;
     run.folder = folder / "R-000001";
-    REQUIRE(store.add(run));
+    REQUIRE(test::add(store, run));
   }
   fs::create_directory(other / "R-000001");
   const fs::path before = fs::current_path();
   fs::current_path(other.path());
-  const fs::path found = RunStore::open(folder / "weftd.sqlite")->load()->front().folder;
+  const fs::path found = RunStore::open(folder / "weftd.sqlite")->runs()->front().folder;
   fs::current_path(before);
   CHECK(found == folder / "R-000001");
 }
 
 TEST_CASE("a bench that does not come up costs one run; the others wait for a word") {
   const TemporaryFolder folder;
-  DeskBench bench(folder);
-  REQUIRE(bench.desk->hold_line("test"));
+  RunManagerBench bench(folder);
+  REQUIRE(bench.manager->pause_queue("test"));
   const std::string first = bench.submit().stored.id(), second = bench.submit().stored.id();
   bench.no_bench_comes_up = true;
-  REQUIRE(bench.desk->start_line("test"));
+  REQUIRE(bench.manager->resume_queue("test"));
   CHECK(bench.ended(first).stored.outcome == "failed");
-  CHECK(bench.desk->get(second)->machine.state == RunState::queued);
-  CHECK(bench.desk->line().held_by == "auto:failed");
+  CHECK(bench.manager->get(second)->machine.state == RunState::queued);
+  CHECK(bench.manager->queue().paused_by() == "auto:failed");
   bench.no_bench_comes_up = false;
-  REQUIRE(bench.desk->start_line("test"));
+  REQUIRE(bench.manager->resume_queue("test"));
   CHECK(bench.ended(second).stored.outcome == "complete");
   bench.no_bench_comes_up = true;
   CHECK(bench.ended(bench.submit().stored.id()).stored.outcome == "failed");
-  CHECK_FALSE(bench.desk->line().held());  // nobody waits
+  CHECK_FALSE(bench.manager->queue().is_paused());  // nobody waits
 }
 
 TEST_CASE("a rig file that is damaged while runs wait costs none of them") {
   const TemporaryFolder folder;
-  DeskBench bench(folder, test::tiny_recipe(1));
+  RunManagerBench bench(folder, test::tiny_recipe(1));
   const std::string rig = test::read_file(bench.request.rig);
-  REQUIRE(bench.desk->hold_line("test"));
+  REQUIRE(bench.manager->pause_queue("test"));
   const std::string first = bench.submit().stored.id(), second = bench.submit().stored.id();
   const bool is_gone = GENERATE(true, false);
   if (is_gone)
@@ -314,16 +314,16 @@ TEST_CASE("a rig file that is damaged while runs wait costs none of them") {
   else
     test::write_file(bench.request.rig, rig.substr(0, rig.size() / 2));
   for (int i = 0; i < 2; ++i) {
-    REQUIRE(bench.desk->start_line("test"));
-    CHECK_FALSE(bench.desk->active());
-    CHECK(bench.desk->line().runs == std::vector<std::int64_t>{1, 2});
-    CHECK(bench.desk->line().held_by == "auto:failed");
-    const RunStore::Line said = bench.store.tail("", 1)->front();
+    REQUIRE(bench.manager->resume_queue("test"));
+    CHECK_FALSE(bench.manager->active());
+    CHECK(bench.manager->queue().runs() == std::vector<std::int64_t>{1, 2});
+    CHECK(bench.manager->queue().paused_by() == "auto:failed");
+    const JournalLine said = bench.store.tail("", 1)->front();
     CHECK(said.kind == "queue_paused");
     CHECK(said.payload_json.find(bench.request.rig.string()) != std::string::npos);
   }
   test::write_file(bench.request.rig, rig);
-  REQUIRE(bench.desk->start_line("test"));
+  REQUIRE(bench.manager->resume_queue("test"));
   for (const std::string& id : {first, second}) CHECK(bench.ended(id).stored.outcome == "complete");
 }
 
@@ -335,14 +335,14 @@ TEST_CASE("a run that waits begins on the rig of the daemon that begins it, neve
     run.recipe = test::request_in(folder, test::tiny_recipe(1)).recipe;
     run.rig = folder / "another-rig.json";
     run.folder = folder / "R-000001";
-    REQUIRE(store.add(run));
-    RunLine line;
-    line.put(run.number, 0);
-    REQUIRE(store.keep(line));
+    REQUIRE(test::add(store, run));
+    RunQueue queue;
+    queue.put(run.number, 0);
+    REQUIRE(store.commit({.queue = queue}));
   }
-  DeskBench bench(folder, test::tiny_recipe(1));
-  CHECK(bench.desk->line().held());
-  REQUIRE(bench.desk->start_line("test"));
+  RunManagerBench bench(folder, test::tiny_recipe(1));
+  CHECK(bench.manager->queue().is_paused());
+  REQUIRE(bench.manager->resume_queue("test"));
   const RunView ended = bench.ended("R-000001");
   CHECK(ended.stored.outcome == "complete");
   CHECK(ended.stored.rig == bench.request.rig);
@@ -350,14 +350,14 @@ TEST_CASE("a run that waits begins on the rig of the daemon that begins it, neve
 
 TEST_CASE("what is left of a run that has ended is named to who wants to go on with it") {
   const TemporaryFolder folder;
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   bench.at_line = [](const TrialProgress&, RunOrders& orders) {
     orders.give({Order::stop, "test"});
   };
   const std::string id = bench.submit().stored.id();
   REQUIRE(bench.ended(id).machine.state == RunState::ended);
   for (const auto& refused :
-       {bench.desk->recover(id, "test"), bench.desk->order(id, Order::resume, "test")}) {
+       {bench.recover(id, "test"), bench.manager->order(id, Order::resume, "test")}) {
     REQUIRE_FALSE(refused);
     CHECK(refused.error().hint.find("--resume") != std::string::npos);
     CHECK(refused.error().hint.find((folder / "R-000001").string()) != std::string::npos);
@@ -366,7 +366,7 @@ TEST_CASE("what is left of a run that has ended is named to who wants to go on w
 
 TEST_CASE("how its data set can still be made is named of a run of weft run, which ends for good") {
   const TemporaryFolder folder;
-  DeskBench bench(folder, test::tiny_recipe(1), true);
+  RunManagerBench bench(folder, test::tiny_recipe(1), true);
   bench.at_line = [&](const TrialProgress& line, RunOrders&) {
     if (line.done == line.planned) fs::create_directories(folder / "R-000001/dataset.h5/a folder");
   };
@@ -374,14 +374,14 @@ TEST_CASE("how its data set can still be made is named of a run of weft run, whi
   const RunView run = bench.ended(id);
   REQUIRE(run.machine.state == RunState::ended);
   CHECK(run.stored.outcome == "complete");
-  const auto refused = bench.desk->order(id, Order::resume, "test");
+  const auto refused = bench.manager->order(id, Order::resume, "test");
   REQUIRE_FALSE(refused);
   CHECK(refused.error().hint.find("--resume") != std::string::npos);
 }
 
 TEST_CASE("a run that is over leaves no thread behind") {
   const TemporaryFolder folder;
-  DeskBench bench(folder, test::tiny_recipe(1));
+  RunManagerBench bench(folder, test::tiny_recipe(1));
   const auto run_some = [&](int runs) {
     for (int i = 0; i < runs; ++i) bench.ended(bench.submit().stored.id());
     return address_space_mb();
@@ -390,4 +390,4 @@ TEST_CASE("a run that is over leaves no thread behind") {
   CHECK(run_some(10) < before + 40);  // a thread's stack is 8 MB
 }
 
-}  // namespace desk_facts_test
+}  // namespace run_manager_facts_test

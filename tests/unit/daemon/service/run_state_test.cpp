@@ -4,13 +4,13 @@
 #include <map>
 #include <random>
 
-#include "daemon/service/runs/run_machine.hpp"
+#include "daemon/service/runs/run_state.hpp"
 
-namespace run_machine_test {
+namespace run_state_test {
 
 using namespace weft;
 using namespace weft::daemon;
-using namespace weft::daemon::control;
+using namespace weft::daemon::runs;
 using namespace std::chrono_literals;
 using recipes::Step;
 
@@ -18,9 +18,10 @@ namespace {
 
 const Deadlines limits = Deadlines::of(1000, 50);
 
-RunMachine in(RunState state) {
-  return {state, state == RunState::queued || state >= RunState::ended ? RunMachine::Clock::max()
-                                                                       : RunMachine::Clock(1h)};
+RunStateMachine in(RunState state) {
+  return {state, state == RunState::queued || state >= RunState::ended
+                     ? RunStateMachine::Clock::max()
+                     : RunStateMachine::Clock(1h)};
 }
 
 constexpr auto& states = all_run_states;
@@ -65,13 +66,13 @@ TEST_CASE("A refused order says what the state takes instead") {
 TEST_CASE("What nobody ends climbs the ladder to the end by its deadlines") {
   for (const RunState from : states) {
     if (from == RunState::queued || from >= RunState::ended) continue;
-    RunMachine run = in(from);
-    RunMachine::Clock now = 0s;
+    RunStateMachine run = in(from);
+    RunStateMachine::Clock now = 0s;
     std::vector<Order> given;
     bool lost = false;
     for (int i = 0; run.state != RunState::ended; ++i) {
       REQUIRE(i < 8);
-      REQUIRE(run.deadline < RunMachine::Clock::max());
+      REQUIRE(run.deadline < RunStateMachine::Clock::max());
       now = run.deadline;
       const RunStep step = on_time(run, limits, now);
       REQUIRE(step.next.state != run.state);
@@ -86,7 +87,7 @@ TEST_CASE("What nobody ends climbs the ladder to the end by its deadlines") {
 }
 
 TEST_CASE("A pause is held until somebody resumes it, and then runs again") {
-  RunMachine run = on_begun({}, limits, 0s).next;
+  RunStateMachine run = on_begun({}, limits, 0s).next;
   CHECK(run.state == RunState::arming);
   run = on_step(run, limits, Step::clearing, 1s).next;
   CHECK(run.state == RunState::running);
@@ -102,7 +103,7 @@ TEST_CASE("A pause is held until somebody resumes it, and then runs again") {
 }
 
 TEST_CASE("What a person is asked for is awaited, confirmed, and then runs again") {
-  RunMachine run = on_begun({}, limits, 0s).next;
+  RunStateMachine run = on_begun({}, limits, 0s).next;
   run = on_step(run, limits, Step::awaiting_operator, 1s).next;
   CHECK(run.state == RunState::awaiting_operator);
   CHECK(run.deadline == 1s + 24h);
@@ -132,8 +133,8 @@ TEST_CASE(
                              Step::retracting};
   std::mt19937 random(20261122);
   for (int round = 0; round < 100'000; ++round) {
-    RunMachine run;
-    RunMachine::Clock now = 0s;
+    RunStateMachine run;
+    RunStateMachine::Clock now = 0s;
     for (int i = 0; i < 30; ++i) {
       now += std::chrono::seconds(random() % 400);
       switch (random() % 4) {
@@ -151,7 +152,7 @@ TEST_CASE(
           run = on_time(run, limits, now).next;
       }
       const bool waits_for_people = run.state == RunState::queued || run.state == RunState::ended;
-      if ((run.deadline == RunMachine::Clock::max()) != waits_for_people)
+      if ((run.deadline == RunStateMachine::Clock::max()) != waits_for_people)
         FAIL("a state that waits for no one has its deadline");
     }
     for (int i = 0; run.state != RunState::queued && run.state != RunState::ended; ++i) {
@@ -168,4 +169,4 @@ TEST_CASE("A plan of centuries has its deadlines ahead") {
   CHECK(centuries.trial > Deadlines::of(1, 1e9).trial);
 }
 
-}  // namespace run_machine_test
+}  // namespace run_state_test

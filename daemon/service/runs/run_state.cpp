@@ -1,13 +1,13 @@
-#include "daemon/service/runs/run_machine.hpp"
+#include "daemon/service/runs/run_state.hpp"
 
 #include <algorithm>
 #include <array>
 
-namespace weft::daemon::control {
+namespace weft::daemon::runs {
 namespace {
 
 using namespace std::chrono_literals;
-using Clock = RunMachine::Clock;
+using Clock = RunStateMachine::Clock;
 
 constexpr std::array<std::string_view, 12> names{
     "queued",   "arming",    "running",  "pausing", "held",  "awaiting_operator",
@@ -110,7 +110,8 @@ Deadlines Deadlines::of(double forecast_s, double trial_s, const LastTimes& last
           .halting = 10s};
 }
 
-Result<RunStep> on_order(const RunMachine& run, const Deadlines& limits, Order order, Clock now) {
+Result<RunStep> on_order(const RunStateMachine& run, const Deadlines& limits, Order order,
+                         Clock now) {
   if (const auto next = after(run.state, order)) return enter(*next, limits, now, order);
   return fail({.code = Errc::wrong_state,
                .where = "run",
@@ -120,12 +121,13 @@ Result<RunStep> on_order(const RunMachine& run, const Deadlines& limits, Order o
                .got = std::string(to_string(order))});
 }
 
-RunStep on_begun(const RunMachine& run, const Deadlines& limits, Clock now) {
+RunStep on_begun(const RunStateMachine& run, const Deadlines& limits, Clock now) {
   return run.state == RunState::queued ? enter(RunState::arming, limits, now)
                                        : RunStep{run, {}, {}};
 }
 
-RunStep on_step(const RunMachine& run, const Deadlines& limits, recipes::Step step, Clock now) {
+RunStep on_step(const RunStateMachine& run, const Deadlines& limits, recipes::Step step,
+                Clock now) {
   const bool is_held = step == recipes::Step::held;
   const bool asks = step == recipes::Step::awaiting_operator;
   switch (run.state) {
@@ -153,7 +155,7 @@ RunStep on_ended(bool may_go_on) {
   return {{may_go_on ? RunState::interrupted : RunState::ended, Clock::max()}, {}, {}};
 }
 
-RunStep on_time(const RunMachine& run, const Deadlines& limits, Clock now) {
+RunStep on_time(const RunStateMachine& run, const Deadlines& limits, Clock now) {
   if (now < run.deadline) return {run, {}, {}};
   switch (run.state) {
     case RunState::running:
@@ -177,4 +179,4 @@ RunStep on_time(const RunMachine& run, const Deadlines& limits, Clock now) {
   return {run, {}, {}};
 }
 
-}  // namespace weft::daemon::control
+}  // namespace weft::daemon::runs

@@ -1,17 +1,18 @@
 // The hand-overs of weftd's runs over its own ends: how often one is begun, and who says so. The
 // campaigns are not there: what becomes of the work itself is hand_over_test's.
 
-#include "daemon/service/handover/hand_over_desk.hpp"
+#include "daemon/service/handover/handover_service.hpp"
 
 #include <catch2/catch.hpp>
 
-#include "tests/unit/daemon/service/desk_bench.hpp"
+#include "tests/unit/daemon/service/run_manager_bench.hpp"
 
-namespace hand_over_desk_test {
+namespace handover_service_test {
 
 using namespace weft;
 using namespace weft::daemon;
-using namespace weft::daemon::control;
+using namespace weft::daemon::runs;
+using namespace weft::daemon::handover;
 using test::TemporaryFolder;
 
 namespace {
@@ -22,25 +23,25 @@ struct Life {
   RunStore store;
   StoredRun run;
   std::vector<HandOverState> told;
-  std::unique_ptr<HandOverDesk> desk;
+  std::unique_ptr<HandoverService> service;
 
   explicit Life(const TemporaryFolder& folder)
       : store(std::move(RunStore::open(folder / "weftd.sqlite").value())) {
-    if (const auto known = store.load().value(); known.empty()) {
+    if (const auto known = store.runs().value(); known.empty()) {
       run.folder = folder / "R-000001";
       run.state = RunState::ended;
-      REQUIRE(store.add(run));
+      REQUIRE(test::add(store, run));
       run.outcome = "complete";
-      REQUIRE(store.update(run));
+      REQUIRE(store.commit({.runs = {run}}));
     } else {
       run = known.front();
     }
-    desk = std::make_unique<HandOverDesk>(
-        HandOverDesk::Surroundings{
+    service = std::make_unique<HandoverService>(
+        HandoverContext{
             .post = [this](std::function<void()> work) { posted.post(std::move(work)); },
             .utc_us = [] { return std::int64_t{0}; },
-            .changed = [this](std::string_view,
-                              const HandOverFact& fact) { told.push_back(fact.state); }},
+            .on_changed = [this](std::string_view,
+                                 const HandOverFact& fact) { told.push_back(fact.state); }},
         store);
   }
   [[nodiscard]] HandOverFact on_record() {
@@ -63,21 +64,21 @@ TEST_CASE("A hand-over that the daemon ended under twice waits for somebody") {
   const TemporaryFolder folder;
   auto life = std::make_unique<Life>(folder);
   life->posted.hold();  // it does not come to tell its end
-  life->desk->consider(life->run, true);
+  life->service->consider(life->run, true);
   CHECK(life->on_record().state == HandOverState::running);
   CHECK(life->on_record().attempts == 1);
   life->posted.let_go();
   kill(life, folder);
 
   life = std::make_unique<Life>(folder);
-  life->desk->consider(life->run, {});
+  life->service->consider(life->run, {});
   CHECK(life->on_record().state == HandOverState::running);
   CHECK(life->on_record().attempts == 2);
   kill(life, folder);
 
   life = std::make_unique<Life>(folder);
-  life->desk->consider(life->run, {});
-  const auto given_up = life->desk->get(life->run.id());
+  life->service->consider(life->run, {});
+  const auto given_up = life->service->get(life->run.id());
   REQUIRE(given_up);
   CHECK(given_up->state == HandOverState::failed);
   CHECK(given_up->error.find("the daemon ended twice under it") != std::string::npos);
@@ -85,13 +86,13 @@ TEST_CASE("A hand-over that the daemon ended under twice waits for somebody") {
   life.reset();
 
   life = std::make_unique<Life>(folder);  // and so it stays
-  life->desk->consider(life->run, {});
-  CHECK(life->desk->get(life->run.id())->state == HandOverState::failed);
-  REQUIRE(life->desk->again(life->run.id(), "ada"));
+  life->service->consider(life->run, {});
+  CHECK(life->service->get(life->run.id())->state == HandOverState::failed);
+  REQUIRE(life->service->again(life->run.id(), "ada"));
   CHECK(life->on_record().state == HandOverState::running);
   CHECK(life->on_record().attempts == 1);
-  const auto is_over = [&] { return control::is_over(life->desk->get(life->run.id())->state); };
-  CHECK(life->posted.run_until(is_over));
+  const auto is_done = [&] { return is_over(life->service->get(life->run.id())->state); };
+  CHECK(life->posted.run_until(is_done));
   CHECK(life->on_record().attempts == 0);
 }
 
@@ -99,10 +100,10 @@ TEST_CASE("Who ends the daemon on purpose has not ended it under a hand-over") {
   const TemporaryFolder folder;
   for (int i = 0; i < 4; ++i) {
     Life life(folder);
-    life.desk->consider(life.run, i == 0 ? std::optional(true) : std::nullopt);
+    life.service->consider(life.run, i == 0 ? std::optional(true) : std::nullopt);
     CHECK(life.on_record().state == HandOverState::running);
     CHECK(life.on_record().attempts == 1);
-    life.desk.reset();
+    life.service.reset();
     CHECK(life.on_record().state == HandOverState::waiting);
     CHECK(life.on_record().attempts == 0);
   }
@@ -116,25 +117,25 @@ TEST_CASE(
   life.run.trials_planned = 4;
   life.run.trials_done = 3;
   life.run.dataset_sha256 = "36426411";
-  life.desk->consider(life.run, true);
-  CHECK_FALSE(life.desk->get(life.run.id()));
+  life.service->consider(life.run, true);
+  CHECK_FALSE(life.service->get(life.run.id()));
   life.run.trials_done = 4;
   StoredRun discarded = life.run, not_concluded = life.run;
   discarded.recovered = "discard";
   not_concluded.dataset_error = "no room";
-  for (const StoredRun& other : {discarded, not_concluded}) life.desk->consider(other, true);
-  CHECK_FALSE(life.desk->get(life.run.id()));
-  life.desk->consider(life.run, true);
-  REQUIRE(life.desk->get(life.run.id()));
-  CHECK(life.desk->get(life.run.id())->state == HandOverState::running);
+  for (const StoredRun& other : {discarded, not_concluded}) life.service->consider(other, true);
+  CHECK_FALSE(life.service->get(life.run.id()));
+  life.service->consider(life.run, true);
+  REQUIRE(life.service->get(life.run.id()));
+  CHECK(life.service->get(life.run.id())->state == HandOverState::running);
 }
 
 TEST_CASE("What a run has told of its recipe is not looked for in its folder") {
   const TemporaryFolder folder;
   Life life(folder);
-  life.desk->consider(life.run, false);
-  CHECK_FALSE(life.desk->get(life.run.id()));
+  life.service->consider(life.run, false);
+  CHECK_FALSE(life.service->get(life.run.id()));
   CHECK(life.on_record().state == HandOverState::none);
 }
 
-}  // namespace hand_over_desk_test
+}  // namespace handover_service_test

@@ -1,4 +1,4 @@
-#include "daemon/service/handover/hand_over_desk.hpp"
+#include "daemon/service/handover/handover_service.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -8,7 +8,7 @@
 #include "daemon/base/loop/low_priority.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 
-namespace weft::daemon::control {
+namespace weft::daemon::handover {
 namespace {
 
 using nlohmann::json;
@@ -31,19 +31,19 @@ tl::unexpected<Error> no_hand_over(std::string_view run) {
 
 }  // namespace
 
-HandOverDesk::HandOverDesk(Surroundings around, RunStore& journal)
-    : around_(std::move(around)), journal_(journal), store_(journal.database()) {
+HandoverService::HandoverService(HandoverContext context, runs::RunStore& journal)
+    : context_(std::move(context)), journal_(journal), store_(journal.database()) {
   if (auto known = store_.hand_overs()) on_record_ = std::move(*known);
 }
 
-HandOverDesk::~HandOverDesk() {
+HandoverService::~HandoverService() {
   thread_.request_stop();
   if (thread_.joinable()) thread_.join();
   put_off();
 }
 
 // Who ends the daemon on purpose has not ended it under this one.
-void HandOverDesk::put_off() {
+void HandoverService::put_off() {
   thread_.request_stop();
   if (active_.empty()) return;
   Item& item = *find(active_);
@@ -53,19 +53,19 @@ void HandOverDesk::put_off() {
   static_cast<void>(store_.keep(item.run.number, item.fact));
 }
 
-HandOverDesk::Item* HandOverDesk::find(std::string_view run) {
+HandoverService::Item* HandoverService::find(std::string_view run) {
   const auto found = items_.find(run);
   return found == items_.end() ? nullptr : &found->second;
 }
 
-std::optional<HandOverFact> HandOverDesk::get(std::string_view run) const {
+std::optional<HandOverFact> HandoverService::get(std::string_view run) const {
   const auto found = items_.find(run);
   if (found == items_.end() || found->second.fact.state == HandOverState::none) return std::nullopt;
   return found->second.fact;
 }
 
-void HandOverDesk::consider(const StoredRun& run, std::optional<bool> wanted) {
-  if (run.state != RunState::ended || !run.has_all() || items_.contains(run.id())) return;
+void HandoverService::consider(const runs::StoredRun& run, std::optional<bool> wanted) {
+  if (run.state != runs::RunState::ended || !run.has_all() || items_.contains(run.id())) return;
   const auto known = on_record_.find(run.number);
   HandOverFact fact = known == on_record_.end() ? first_look(run, wanted) : known->second;
   const bool as_it_was = known != on_record_.end() && is_over(fact.state);
@@ -73,14 +73,14 @@ void HandOverDesk::consider(const StoredRun& run, std::optional<bool> wanted) {
   if (!is_over(fact.state))
     return fact.attempts < most_attempts ? enqueue(item, fact.by) : give_up(item);
   if (!as_it_was) static_cast<void>(store_.keep(run.number, fact));
-  if (fact.state != HandOverState::none) around_.changed(run.id(), fact);
+  if (fact.state != HandOverState::none) context_.on_changed(run.id(), fact);
 }
 
 /// The campaign's own recipe, not that of the folder, which somebody may have changed since. It is
 /// read here only where the run has not told: one that ended in another life of the daemon.
-HandOverFact HandOverDesk::first_look(const StoredRun& run, std::optional<bool> wanted) {
+HandOverFact HandoverService::first_look(const runs::StoredRun& run, std::optional<bool> wanted) {
   HandOverFact fact;
-  fact.by = by_recipe;
+  fact.by = runs::by_recipe;
   if (!wanted) {
     std::error_code unseen;
     if (!std::filesystem::exists(run.folder, unseen)) return {};  // put away by somebody
@@ -96,40 +96,41 @@ HandOverFact HandOverDesk::first_look(const StoredRun& run, std::optional<bool> 
   return fact;
 }
 
-void HandOverDesk::give_up(Item& item) {
+void HandoverService::give_up(Item& item) {
   HandOverFact fact;
   fact.state = HandOverState::failed;
-  fact.by = after_restart;
+  fact.by = runs::after_restart;
   fact.error = "the daemon ended twice under it; handover.start tries once more";
   enter(item, std::move(fact));
 }
 
-void HandOverDesk::enqueue(Item& item, std::string_view by) {
+void HandoverService::enqueue(Item& item, std::string_view by) {
   HandOverFact fact;
   fact.state = HandOverState::waiting;
   fact.by = by;
   fact.attempts = item.fact.attempts;
-  line_.push_back(item.run.id());
+  queue_.push_back(item.run.id());
   enter(item, std::move(fact));
   begin_next();
 }
 
-void HandOverDesk::enter(Item& item, HandOverFact fact) {
+void HandoverService::enter(Item& item, HandOverFact fact) {
   item.fact = std::move(fact);
   static_cast<void>(store_.keep(item.run.number, item.fact));
   const json payload{{"state", to_string(item.fact.state)}, {"error", item.fact.error}};
-  static_cast<void>(journal_.journal(around_.utc_us(), item.run.id(), "hand_over", item.fact.by,
-                                     payload.dump(-1, ' ', false, json::error_handler_t::replace)));
-  around_.changed(item.run.id(), item.fact);
+  static_cast<void>(
+      journal_.append_journal(context_.utc_us(), item.run.id(), "hand_over", item.fact.by,
+                              payload.dump(-1, ' ', false, json::error_handler_t::replace)));
+  context_.on_changed(item.run.id(), item.fact);
   if (!is_over(item.fact.state)) return;
   for (const auto& each : std::exchange(item.waiting, {}))
-    if (!each.listener.expired()) each.told();
+    if (!each.listener.expired()) each.on_over();
 }
 
-void HandOverDesk::begin_next() {
-  if (!active_.empty() || line_.empty()) return;
-  active_ = line_.front();
-  line_.pop_front();
+void HandoverService::begin_next() {
+  if (!active_.empty() || queue_.empty()) return;
+  active_ = queue_.front();
+  queue_.pop_front();
   Item& item = *find(active_);
   HandOverFact fact;
   fact.state = HandOverState::running;
@@ -143,23 +144,23 @@ void HandOverDesk::begin_next() {
     hooks.seconds_now = steady_wall_seconds;
     hooks.threads = threads_in_background();
     hooks.progress = [this, &id](const EvaluationProgress& progress) {
-      around_.post([this, id, progress] { progressed(id, progress); });
+      context_.post([this, id, progress] { progressed(id, progress); });
     };
     const auto result = caught([&] { return hand_over(folder, hooks); }, "hand-over");
     give_back_free_memory();
-    around_.post([this, id, result] { ended(id, result); });
+    context_.post([this, id, result] { ended(id, result); });
   });
 }
 
-void HandOverDesk::progressed(const std::string& id, const EvaluationProgress& progress) {
+void HandoverService::progressed(const std::string& id, const EvaluationProgress& progress) {
   Item& item = *find(id);
   item.fact.step = progress.step;
   item.fact.steps = progress.steps;
   item.fact.what = progress.what;
-  around_.changed(id, item.fact);
+  context_.on_changed(id, item.fact);
 }
 
-void HandOverDesk::ended(const std::string& id, const Result<HandedOver>& result) {
+void HandoverService::ended(const std::string& id, const Result<HandedOver>& result) {
   Item& item = *find(id);
   HandOverFact fact;
   fact.by = item.fact.by;
@@ -179,7 +180,7 @@ void HandOverDesk::ended(const std::string& id, const Result<HandedOver>& result
   begin_next();
 }
 
-Status HandOverDesk::again(std::string_view run, std::string_view by) {
+Status HandoverService::again(std::string_view run, std::string_view by) {
   Item* const item = find(run);
   if (item == nullptr || item->fact.state == HandOverState::none) return no_hand_over(run);
   if (!is_over(item->fact.state))
@@ -192,7 +193,7 @@ Status HandOverDesk::again(std::string_view run, std::string_view by) {
   return {};
 }
 
-Status HandOverDesk::cancel(std::string_view run, std::string_view by) {
+Status HandoverService::cancel(std::string_view run, std::string_view by) {
   Item* const item = find(run);
   if (item == nullptr || item->fact.state == HandOverState::none) return no_hand_over(run);
   if (is_over(item->fact.state))
@@ -206,7 +207,7 @@ Status HandOverDesk::cancel(std::string_view run, std::string_view by) {
     thread_.request_stop();
     return {};
   }
-  std::erase(line_, run);
+  std::erase(queue_, run);
   HandOverFact fact;
   fact.state = HandOverState::cancelled;
   fact.by = by;
@@ -214,12 +215,12 @@ Status HandOverDesk::cancel(std::string_view run, std::string_view by) {
   return {};
 }
 
-void HandOverDesk::when_over(std::string_view run, std::function<void()> told,
-                             std::weak_ptr<const void> listener) {
+void HandoverService::when_over(std::string_view run, std::function<void()> on_over,
+                                std::weak_ptr<const void> listener) {
   Item* const item = find(run);
-  if (item == nullptr || is_over(item->fact.state)) return told();
+  if (item == nullptr || is_over(item->fact.state)) return on_over();
   std::erase_if(item->waiting, [](const auto& each) { return each.listener.expired(); });
-  item->waiting.push_back({std::move(told), std::move(listener)});
+  item->waiting.push_back({std::move(on_over), std::move(listener)});
 }
 
-}  // namespace weft::daemon::control
+}  // namespace weft::daemon::handover

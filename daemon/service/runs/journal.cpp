@@ -4,33 +4,33 @@
 
 #include "daemon/service/runs/run_store.hpp"
 
-namespace weft::daemon::control {
+namespace weft::daemon::runs {
 namespace {
 
 constexpr std::int64_t most_looked_at = 20'000;  // lines
 
-RunStore::Line line_of(const sqlite::Statement& row) {
+JournalLine line_of(const sqlite::Statement& row) {
   return {row.integer(0), row.integer(1), row.text(2), row.text(3), row.text(4), row.text(5)};
 }
 
 }  // namespace
 
-Status RunStore::journal(std::int64_t utc_us, std::string_view run, std::string_view kind,
-                         std::string_view by, std::string_view payload_json) {
-  auto insert =
-      writing("INSERT INTO journal (utc_us, run, kind, by, payload_json) VALUES (?,?,?,?,?)");
+Status RunStore::write(const JournalLine& line) {
+  auto insert = database_.prepare(
+      "INSERT INTO journal (utc_us, run, kind, by, payload_json) VALUES (?,?,?,?,?)");
   if (!insert) return pass(insert.error());
-  insert->bind(1, utc_us).bind(2, run).bind(3, kind).bind(4, by).bind(5, payload_json);
+  insert->bind(1, line.utc_us).bind(2, line.run).bind(3, line.kind).bind(4, line.by);
+  insert->bind(5, line.payload_json);
   return insert->run();
 }
 
-Result<std::vector<RunStore::Line>> RunStore::tail(std::string_view run, std::size_t most) {
+Result<std::vector<JournalLine>> RunStore::tail(std::string_view run, std::size_t most) {
   auto query = database_.prepare(
       "SELECT sequence, utc_us, run, kind, by, payload_json FROM journal "
       "WHERE ?1 = '' OR run = ?1 ORDER BY sequence DESC LIMIT ?2");
   if (!query) return pass(query.error());
   query->bind(1, run).bind(2, static_cast<std::int64_t>(most));
-  std::vector<Line> lines;
+  std::vector<JournalLine> lines;
   for (;;) {
     const auto row = query->step();
     if (!row) return pass(row.error());
@@ -69,4 +69,4 @@ Result<RunStore::Page> RunStore::query(const Query& wanted) {
   return page;
 }
 
-}  // namespace weft::daemon::control
+}  // namespace weft::daemon::runs

@@ -12,7 +12,7 @@
 #include "daemon/campaign/run_orders.hpp"
 #include "protocols/base/result.hpp"
 
-namespace weft::daemon::control {
+namespace weft::daemon::runs {
 
 enum class RunState : std::uint8_t {
   queued,             ///< waits for the rig
@@ -49,7 +49,7 @@ struct Deadlines {
   static Deadlines of(double forecast_s, double trial_s, const LastTimes& last = {});
 };
 
-struct RunMachine {
+struct RunStateMachine {
   using Clock = std::chrono::nanoseconds;
   RunState state = RunState::queued;
   Clock deadline = Clock::max();  ///< of the state; queued, ended and interrupted wait for people
@@ -57,23 +57,23 @@ struct RunMachine {
 
 /// What follows: the machine, and what the run's thread is to be told.
 struct RunStep {
-  RunMachine next;
+  RunStateMachine next;
   std::optional<Order> order;
   /// The run's thread does not answer any more: it counts as ended, with the rig unknown.
   bool lost = false;
 };
 
 /// Errors: wrong_state, naming the state and what it takes.
-Result<RunStep> on_order(const RunMachine& run, const Deadlines& limits, Order order,
-                         RunMachine::Clock now);
+Result<RunStep> on_order(const RunStateMachine& run, const Deadlines& limits, Order order,
+                         RunStateMachine::Clock now);
 /// The run's thread has begun.
-RunStep on_begun(const RunMachine& run, const Deadlines& limits, RunMachine::Clock now);
+RunStep on_begun(const RunStateMachine& run, const Deadlines& limits, RunStateMachine::Clock now);
 /// The engine is in this step.
-RunStep on_step(const RunMachine& run, const Deadlines& limits, recipes::Step step,
-                RunMachine::Clock now);
+RunStep on_step(const RunStateMachine& run, const Deadlines& limits, recipes::Step step,
+                RunStateMachine::Clock now);
 /// `may_go_on`: it was to go on with what is on record, and there is something left.
 RunStep on_ended(bool may_go_on = false);
 /// Time has passed.
-RunStep on_time(const RunMachine& run, const Deadlines& limits, RunMachine::Clock now);
+RunStep on_time(const RunStateMachine& run, const Deadlines& limits, RunStateMachine::Clock now);
 
-}  // namespace weft::daemon::control
+}  // namespace weft::daemon::runs

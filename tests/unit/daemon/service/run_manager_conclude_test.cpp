@@ -5,14 +5,14 @@
 #include <filesystem>
 #include <future>
 
-#include "tests/unit/daemon/service/desk_bench.hpp"
+#include "tests/unit/daemon/service/run_manager_bench.hpp"
 
-namespace desk_conclude_test {
+namespace run_manager_conclude_test {
 
 using namespace weft;
 using namespace weft::daemon;
-using namespace weft::daemon::control;
-using test::DeskBench;
+using namespace weft::daemon::runs;
+using test::RunManagerBench;
 using test::TemporaryFolder;
 namespace fs = std::filesystem;
 
@@ -24,12 +24,12 @@ Facts facts_of(const RunView& run) {
   return {stored.outcome, stored.cleanup, stored.rig_fact, stored.error, stored.dataset_sha256};
 }
 
-fs::path in_the_way(const DeskBench& bench) {
+fs::path in_the_way(const RunManagerBench& bench) {
   return bench.folder / "R-000001" / "dataset.h5";
 }
 
 /// The only run, to whose end something lay where its data set belongs.
-std::string run_without_dataset(DeskBench& bench) {
+std::string run_without_dataset(RunManagerBench& bench) {
   bench.at_line = [&](const TrialProgress& line, RunOrders&) {
     if (line.done == line.planned) fs::create_directories(in_the_way(bench) / "a folder");
   };
@@ -40,9 +40,9 @@ std::string run_without_dataset(DeskBench& bench) {
   return cut.stored.id();
 }
 
-RunView concluded(DeskBench& bench, const std::string& id) {
+RunView concluded(RunManagerBench& bench, const std::string& id) {
   fs::remove_all(in_the_way(bench));
-  REQUIRE(bench.desk->recover(id, "test"));
+  REQUIRE(bench.recover(id, "test"));
   return bench.ended(id);
 }
 
@@ -51,7 +51,7 @@ RunView concluded(DeskBench& bench, const std::string& id) {
 TEST_CASE("a run without its data set is interrupted, whatever its rig file is when it ends") {
   const TemporaryFolder folder;
   const fs::path in_the_way = folder / "R-000001" / "dataset.h5";
-  DeskBench bench(folder, test::tiny_recipe(1));
+  RunManagerBench bench(folder, test::tiny_recipe(1));
   const std::string rig = test::read_file(bench.request.rig);
   bench.at_line = [&](const TrialProgress& line, RunOrders&) {
     if (line.done < line.planned) return;
@@ -62,7 +62,7 @@ TEST_CASE("a run without its data set is interrupted, whatever its rig file is w
   CHECK(bench.ended(id).machine.state == RunState::interrupted);
   fs::remove_all(in_the_way);
   test::write_file(bench.request.rig, rig);
-  REQUIRE(bench.desk->recover(id, "test"));
+  REQUIRE(bench.recover(id, "test"));
   const RunView whole = bench.ended(id);
   CHECK(facts_of(whole) == Facts{"complete", "done", "safe", "", whole.stored.dataset_sha256});
   CHECK_FALSE(whole.stored.dataset_sha256.empty());
@@ -74,7 +74,7 @@ TEST_CASE(
   std::string id;
   const Error silence{.code = Errc::device, .where = "ft", .what = "no record came"};
   {
-    DeskBench bench(folder, test::tiny_recipe(1));
+    RunManagerBench bench(folder, test::tiny_recipe(1));
     bench.bench_ends = [&](CampaignSummary& summary) {
       summary.outcome = recipes::Outcome::aborted;
       summary.error = silence;
@@ -82,53 +82,55 @@ TEST_CASE(
     id = run_without_dataset(bench);
     bench.bench_ends = {};
     bench.rig_file_is_broken = true;
-    REQUIRE(bench.desk->recover(id, "test"));
+    REQUIRE(bench.recover(id, "test"));
     CHECK(bench.ended(id).stored.error.find("not JSON") != std::string::npos);
     bench.rig_file_is_broken = false;
   }
-  DeskBench bench(folder, test::tiny_recipe(1));
-  REQUIRE(bench.desk->recover(id, "test"));
+  RunManagerBench bench(folder, test::tiny_recipe(1));
+  REQUIRE(bench.recover(id, "test"));
   CHECK(facts_of(bench.ended(id)) == Facts{"aborted", "done", "safe", to_string(silence), ""});
-  REQUIRE(bench.desk->recover(id, "test"));
+  REQUIRE(bench.recover(id, "test"));
   const Order order = GENERATE(Order::stop, Order::abort, Order::halt);
   if (order == Order::halt)
-    bench.desk->halt("test");
+    bench.manager->halt(RigState::Stop::halt, "test");
   else
-    REQUIRE(bench.desk->order(id, order, "test"));
+    REQUIRE(bench.manager->order(id, order, "test"));
   CHECK(bench.ended(id).machine.state == RunState::interrupted);
-  if (order == Order::halt) REQUIRE(bench.desk->reset("looked at it", "test"));
+  if (order == Order::halt) REQUIRE(bench.manager->reset("looked at it", "test"));
   const RunView whole = concluded(bench, id);
   CHECK(whole.machine.state == RunState::ended);
   const std::string sha256 = whole.stored.dataset_sha256;
   CHECK(facts_of(whole) == Facts{"aborted", "done", "safe", to_string(silence), sha256});
-  CHECK(bench.desk->standing() == RigStanding{});
+  CHECK(bench.manager->rig_state() == RigState{});
 }
 
 TEST_CASE("a run that does not answer while it only concludes leaves bench and rig as they were") {
   const TemporaryFolder folder;
-  DeskBench bench(folder, test::tiny_recipe(1));
+  RunManagerBench bench(folder, test::tiny_recipe(1));
   const std::string id = run_without_dataset(bench);
   std::promise<void> answers;
   bench.at_start = [&] { answers.get_future().wait(); };
-  REQUIRE(bench.desk->recover(id, "test"));
-  REQUIRE(bench.desk->order(id, Order::abort, "test"));
+  REQUIRE(bench.recover(id, "test"));
+  REQUIRE(bench.manager->order(id, Order::abort, "test"));
   for (int i = 0; i < 2; ++i) {  // up the ladder: halting, lost
-    CHECK_FALSE(bench.desk->lost());
+    CHECK_FALSE(bench.manager->status().unresponsive);
     bench.now += std::chrono::hours(1);
-    bench.desk->tick();
+    bench.manager->tick();
   }
-  CHECK(bench.desk->lost() == id);
-  const RunView lost = *bench.desk->get(id);
+  CHECK(bench.manager->status().unresponsive == id);
+  const RunView lost = *bench.manager->get(id);
   CHECK(lost.machine.state == RunState::ended);
   CHECK(facts_of(lost) == Facts{"complete", "done", "safe", "the run does not answer", ""});
   CHECK_FALSE(lost.stored.dataset_error.empty());
-  CHECK(bench.desk->standing() == RigStanding{});
+  CHECK(bench.manager->rig_state() == RigState{});
   answers.set_value();
-  const auto is_back = [&] { return bench.desk->get(id)->machine.state == RunState::interrupted; };
+  const auto is_back = [&] {
+    return bench.manager->get(id)->machine.state == RunState::interrupted;
+  };
   REQUIRE(bench.posted.run_until(is_back));
-  CHECK_FALSE(bench.desk->lost());
+  CHECK_FALSE(bench.manager->status().unresponsive);
   bench.at_start = {};
-  CHECK(bench.desk->standing() == RigStanding{});
+  CHECK(bench.manager->rig_state() == RigState{});
   const RunView whole = concluded(bench, id);
   CHECK(whole.machine.state == RunState::ended);
   CHECK(facts_of(whole) == Facts{"complete", "done", "safe", "", whole.stored.dataset_sha256});
@@ -136,7 +138,7 @@ TEST_CASE("a run that does not answer while it only concludes leaves bench and r
 
 TEST_CASE("where a run that does not answer any more has left the rig nobody knows") {
   const TemporaryFolder folder;
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   std::promise<void> answers;
   std::atomic<bool> has_rig = false;
   bench.at_rig = [&] {
@@ -145,40 +147,40 @@ TEST_CASE("where a run that does not answer any more has left the rig nobody kno
     answers.get_future().wait();
   };
   const std::string id = bench.submit().stored.id();
-  REQUIRE(bench.posted.run_until([&] { return !bench.store.load()->front().rig_untaken; }));
+  REQUIRE(bench.posted.run_until([&] { return !bench.store.runs()->front().rig_untaken; }));
   has_rig.wait(false);
-  REQUIRE(bench.desk->order(id, Order::abort, "test"));
+  REQUIRE(bench.manager->order(id, Order::abort, "test"));
   for (int i = 0; i < 2; ++i) {  // up the ladder: halting, lost
     bench.now += std::chrono::hours(1);
-    bench.desk->tick();
+    bench.manager->tick();
   }
-  CHECK(bench.desk->get(id)->machine.state == RunState::ended);
-  CHECK(bench.desk->standing() == RigStanding{RigStanding::Fact::unknown, id});
+  CHECK(bench.manager->get(id)->machine.state == RunState::ended);
+  CHECK(bench.manager->rig_state() == RigState{RigState::Fact::unknown, id});
   answers.set_value();
 }
 
 TEST_CASE("a run that is lost while it asks for the rig ends as it did before, without it") {
   const TemporaryFolder folder;
   test::leave_interrupted(folder);
-  DeskBench bench(folder);
-  const RunView before = bench.desk->all().front();
+  RunManagerBench bench(folder);
+  const RunView before = bench.manager->all().front();
   const std::string id = before.stored.id();
   REQUIRE(before.stored.outcome == "interrupted");
   bool asks_next = false;
   bench.at_asking = [&] { bench.posted.post([&] { asks_next = true; }); };
-  REQUIRE(bench.desk->recover(id, "test"));
+  REQUIRE(bench.recover(id, "test"));
   REQUIRE(bench.posted.run_until([&] { return asks_next; }));
   REQUIRE(bench.posted.arrives());  // it has asked, and is not answered
-  REQUIRE(bench.desk->order(id, Order::abort, "test"));
+  REQUIRE(bench.manager->order(id, Order::abort, "test"));
   for (int i = 0; i < 2; ++i) {  // up the ladder: halting, lost
     bench.now += std::chrono::hours(1);
-    bench.desk->tick();
+    bench.manager->tick();
   }
-  const StoredRun lost = bench.desk->get(id)->stored;
+  const StoredRun lost = bench.manager->get(id)->stored;
   CHECK(lost.error == "the run does not answer");
   CHECK(lost.outcome == "interrupted");
   CHECK(lost.cleanup == before.stored.cleanup);
-  CHECK(bench.desk->standing() == RigStanding{RigStanding::Fact::unknown, id});  // as it was
+  CHECK(bench.manager->rig_state() == RigState{RigState::Fact::unknown, id});  // as it was
 }
 
-}  // namespace desk_conclude_test
+}  // namespace run_manager_conclude_test

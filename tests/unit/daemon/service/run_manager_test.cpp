@@ -1,20 +1,20 @@
-// The desk of weftd: runs on threads of their own, told on the desk's. SIMULATED.
+// The run manager of weftd: runs on threads of their own, told on the manager's. SIMULATED.
 
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "classifier/base/sealed_text.hpp"
 #include "classifier/live/staged_model.hpp"
-#include "daemon/service/runs/desk_run.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
-#include "tests/unit/daemon/service/desk_bench.hpp"
+#include "tests/unit/daemon/service/run_manager_bench.hpp"
 
-namespace run_desk_test {
+namespace run_manager_test {
 
 using namespace weft;
 using namespace weft::daemon;
-using namespace weft::daemon::control;
-using test::DeskBench;
+using namespace weft::daemon::runs;
 using test::leave_interrupted;
+using test::RunManagerBench;
 using test::TemporaryFolder;
 using test::tiny_recipe;
 
@@ -22,10 +22,10 @@ TEST_CASE("a run whose seed is no number is corrupt, as any other field") {
   const test::TemporaryFolder folder;
   const auto file = folder / "weftd.sqlite";
   {
-    auto store = control::RunStore::open(file);
+    auto store = runs::RunStore::open(file);
     REQUIRE(store);
-    control::StoredRun run;
-    REQUIRE(store->add(run));
+    runs::StoredRun run;
+    REQUIRE(test::add(*store, run));
   }
   for (const std::string_view seed : {"many", "12 ", "99999999999999999999"}) {
     {
@@ -35,7 +35,7 @@ TEST_CASE("a run whose seed is no number is corrupt, as any other field") {
       REQUIRE(change);
       REQUIRE(change->bind(1, seed).run());
     }
-    const auto read = control::RunStore::open(file);
+    const auto read = runs::RunStore::open(file);
     REQUIRE_FALSE(read);
     CHECK(read.error().code == Errc::corrupt);
     CHECK(read.error().got == seed);
@@ -45,9 +45,9 @@ TEST_CASE("a run whose seed is no number is corrupt, as any other field") {
 TEST_CASE("a database that another has says which file, and that it is in use") {
   const test::TemporaryFolder folder;
   const auto file = folder / "weftd.sqlite";
-  auto first = control::RunStore::open(file);
+  auto first = runs::RunStore::open(file);
   REQUIRE(first);
-  const auto second = control::RunStore::open(file);
+  const auto second = runs::RunStore::open(file);
   REQUIRE_FALSE(second);
   CHECK(second.error().what == "another weftd works in this folder");
   auto other = sqlite::Database::open(file, sqlite::Mode::read_write);
@@ -61,58 +61,59 @@ TEST_CASE("a database that another has says which file, and that it is in use") 
 
 TEST_CASE("what escapes from a run's thread is a fault of that run; the next waits for a word") {
   const TemporaryFolder folder;
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   bench.posted.throw_once();
   const RunView failed = bench.ended(bench.submit().stored.id());
   CHECK(failed.stored.outcome == "failed");
   CHECK(failed.stored.rig_fact == "unknown");
   CHECK(failed.stored.error.find("nobody takes this") != std::string::npos);
-  CHECK(bench.desk->standing() == RigStanding{RigStanding::Fact::unknown, failed.stored.id()});
+  CHECK(bench.manager->rig_state() == RigState{RigState::Fact::unknown, failed.stored.id()});
   const std::string next = bench.submit().stored.id();
-  CHECK(bench.desk->get(next)->machine.state == RunState::queued);
-  CHECK_FALSE(bench.desk->reset("", "test"));
-  REQUIRE(bench.desk->reset("looked at it", "test"));
+  CHECK(bench.manager->get(next)->machine.state == RunState::queued);
+  CHECK_FALSE(bench.manager->reset("", "test"));
+  REQUIRE(bench.manager->reset("looked at it", "test"));
   CHECK(bench.ended(next).stored.outcome == "complete");
-  CHECK(bench.desk->standing().fact == RigStanding::Fact::safe);
-  CHECK_FALSE(bench.desk->reset("looked at it", "test"));
+  CHECK(bench.manager->rig_state().fact() == RigState::Fact::safe);
+  CHECK_FALSE(bench.manager->reset("looked at it", "test"));
 }
 
 TEST_CASE("a rig that was halted is latched for the next daemon too") {
   const TemporaryFolder folder;
-  { DeskBench(folder).desk->halt("the one at the bench"); }
-  DeskBench bench(folder);
-  CHECK(bench.desk->standing() == RigStanding{RigStanding::Fact::latched, "the one at the bench"});
+  { RunManagerBench(folder).manager->halt(RigState::Stop::halt, "the one at the bench"); }
+  RunManagerBench bench(folder);
+  CHECK(bench.manager->rig_state() == RigState{RigState::Fact::latched, "the one at the bench"});
   const std::string id = bench.submit().stored.id();
-  CHECK(bench.desk->get(id)->machine.state == RunState::queued);
-  REQUIRE(bench.desk->reset("looked at it", "test"));
+  CHECK(bench.manager->get(id)->machine.state == RunState::queued);
+  REQUIRE(bench.manager->reset("looked at it", "test"));
   CHECK(bench.ended(id).stored.outcome == "complete");
 }
 
 TEST_CASE("a daemon that died under a run leaves a rig that only that run or a word may move") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
-  DeskBench bench(folder);
-  const std::string id = bench.desk->all().front().stored.id();
-  CHECK(bench.desk->standing() == RigStanding{RigStanding::Fact::unknown, id});
+  RunManagerBench bench(folder);
+  const std::string id = bench.manager->all().front().stored.id();
+  CHECK(bench.manager->rig_state() == RigState{RigState::Fact::unknown, id});
   const std::string other = bench.submit().stored.id();
-  CHECK(bench.desk->get(other)->machine.state == RunState::queued);
-  REQUIRE(bench.desk->recover(id, "test"));
+  CHECK(bench.manager->get(other)->machine.state == RunState::queued);
+  REQUIRE(bench.recover(id, "test"));
   CHECK(bench.ended(id).stored.outcome == "complete");
   CHECK(bench.ended(other).stored.outcome == "complete");
-  CHECK(bench.desk->standing().fact == RigStanding::Fact::safe);
+  CHECK(bench.manager->rig_state().fact() == RigState::Fact::safe);
 }
 
-TEST_CASE("a desk that has forgotten its runs begins a new one beside the old one's folder") {
+TEST_CASE(
+    "a run manager that has forgotten its runs begins a new one beside the old one's folder") {
   const TemporaryFolder folder;
   std::filesystem::path old;
   {
-    DeskBench bench(folder);
+    RunManagerBench bench(folder);
     old = bench.ended(bench.submit().stored.id()).stored.folder;
   }
   const std::string before = test::read_file(old / "campaign.sqlite");
   for (const char* part : {"", "-wal", "-shm"})
     std::filesystem::remove(folder / ("weftd.sqlite" + std::string(part)));
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   const RunView run = bench.ended(bench.submit().stored.id());
   CHECK(run.stored.id() == "R-000001");
   CHECK(run.stored.outcome == "complete");
@@ -125,17 +126,17 @@ TEST_CASE("a memory of runs from before there was the wish to resume is read, wi
   {
     RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
     StoredRun run;
-    REQUIRE(store.add(run));
+    REQUIRE(test::add(store, run));
     run.resume = true;
-    REQUIRE(store.update(run));
-    CHECK(store.load().value().front().resume);
+    REQUIRE(store.commit({.runs = {run}}));
+    CHECK(store.runs().value().front().resume);
   }
   {
     auto file = sqlite::Database::open(folder / "weftd.sqlite", sqlite::Mode::read_write);
     REQUIRE(file->execute("ALTER TABLE run DROP COLUMN resume"));
   }
   RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
-  CHECK_FALSE(store.load().value().front().resume);
+  CHECK_FALSE(store.runs().value().front().resume);
 }
 
 TEST_CASE("of a run from before it was kept who has the rig, that is unknown") {
@@ -146,17 +147,17 @@ TEST_CASE("of a run from before it was kept who has the rig, that is unknown") {
   run.rig_untaken = true;
   {
     RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
-    REQUIRE(store.add(run));
-    REQUIRE(store.update(run));
+    REQUIRE(test::add(store, run));
+    REQUIRE(store.commit({.runs = {run}}));
   }
   if (is_old) {
     auto file = sqlite::Database::open(folder / "weftd.sqlite", sqlite::Mode::read_write);
     REQUIRE(file->execute("ALTER TABLE run DROP COLUMN rig_untaken"));
   }
   RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
-  const RigStanding unknown{RigStanding::Fact::unknown, run.id()};
-  CHECK(store.standing().value() == (is_old ? unknown : RigStanding{}));
-  const StoredRun found = store.load().value().front();
+  const RigState unknown{RigState::Fact::unknown, run.id()};
+  CHECK(store.rig_state().value() == (is_old ? unknown : RigState{}));
+  const StoredRun found = store.runs().value().front();
   CHECK(found.state == RunState::interrupted);
   CHECK(found.rig_fact == (is_old ? "unknown" : "safe"));
   CHECK_FALSE(found.rig_untaken);
@@ -173,10 +174,10 @@ TEST_CASE("what is known of a data set is kept while its run's folder is not to 
   run.dataset_error = "no room";
   {
     RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
-    REQUIRE(store.add(run));
-    REQUIRE(store.update(run));
+    REQUIRE(test::add(store, run));
+    REQUIRE(store.commit({.runs = {run}}));
   }
-  const StoredRun found = RunStore::open(folder / "weftd.sqlite")->load()->front();
+  const StoredRun found = RunStore::open(folder / "weftd.sqlite")->runs()->front();
   CHECK(found.state == RunState::interrupted);
   CHECK(found.dataset_sha256 == "36426411");
   CHECK(found.dataset_error == "no room");
@@ -185,62 +186,62 @@ TEST_CASE("what is known of a data set is kept while its run's folder is not to 
 TEST_CASE("a run that is refused before it has touched the rig leaves it as it was") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
-  DeskBench bench(folder);
-  const std::string id = bench.desk->all().front().stored.id();
-  REQUIRE(bench.desk->reset("looked at it", "test"));
+  RunManagerBench bench(folder);
+  const std::string id = bench.manager->all().front().stored.id();
+  REQUIRE(bench.manager->reset("looked at it", "test"));
   test::write_file(bench.request.recipe, test::read_file(bench.request.recipe) + " ");
-  REQUIRE(bench.desk->recover(id, "test"));
+  REQUIRE(bench.recover(id, "test"));
   CHECK(bench.ended(id).stored.rig_fact == "safe");
-  CHECK(bench.desk->standing() == RigStanding{});
+  CHECK(bench.manager->rig_state() == RigState{});
 }
 
 TEST_CASE("a run that is told to end before it has the rig does not take it") {
   const TemporaryFolder folder;
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   bool has_rig = false;
   bench.at_rig = [&] { has_rig = true; };
   const Order order = GENERATE(Order::stop, Order::abort, Order::halt);
   const std::string id = bench.submit().stored.id();  // its thread asks, and is answered below
   if (order == Order::halt)
-    bench.desk->halt("test");
+    bench.manager->halt(RigState::Stop::halt, "test");
   else
-    REQUIRE(bench.desk->order(id, order, "test"));
+    REQUIRE(bench.manager->order(id, order, "test"));
   const RunView run = bench.ended(id);
   CHECK_FALSE(has_rig);
   CHECK(run.stored.outcome == (order == Order::stop ? "stopped" : "aborted"));
   CHECK(run.stored.error.find("before it had the rig") != std::string::npos);
   CHECK(run.stored.rig_fact == (order == Order::halt ? "latched" : "safe"));
-  CHECK((order == Order::halt || bench.desk->standing() == RigStanding{}));
-  CHECK_FALSE(bench.desk->line().held());
+  CHECK((order == Order::halt || bench.manager->rig_state() == RigState{}));
+  CHECK_FALSE(bench.manager->queue().is_paused());
 }
 
 TEST_CASE("a run from before a restart has the time that its plan takes") {
   const TemporaryFolder folder;
   std::string id;
   {
-    DeskBench bench(folder);
-    bench.desk->halt("test");
+    RunManagerBench bench(folder);
+    bench.manager->halt(RigState::Stop::halt, "test");
     id = bench.submit().stored.id();
   }
-  DeskBench bench(folder);
-  REQUIRE(bench.desk->reset("looked at it", "test"));
-  CHECK(bench.desk->get(id)->trials_planned == 4);  // as it was when it was submitted
-  CHECK(bench.posted.run_until([&] { return bench.desk->get(id)->trials_planned == 4; }));
-  CHECK_FALSE(bench.desk->get(id)->moment);
+  RunManagerBench bench(folder);
+  REQUIRE(bench.manager->reset("looked at it", "test"));
+  CHECK(bench.manager->get(id)->trials_planned == 4);  // as it was when it was submitted
+  CHECK(bench.posted.run_until([&] { return bench.manager->get(id)->trials_planned == 4; }));
+  CHECK_FALSE(bench.manager->get(id)->moment);
   CHECK(bench.ended(id).stored.outcome == "complete");
 }
 
 TEST_CASE("nobody is told of an end who is gone by then") {
   const TemporaryFolder folder;
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   bench.posted.hold();
   const std::string id = bench.submit().stored.id();
   const auto here = std::make_shared<int>();
   auto gone = std::make_shared<int>();
   int told = 0;
-  bench.desk->when_ended(
+  bench.manager->when_ended(
       id, [&](const RunView&) { ++told; }, here);
-  bench.desk->when_ended(
+  bench.manager->when_ended(
       id, [&](const RunView&) { told += 100; }, gone);
   gone.reset();
   bench.posted.let_go();
@@ -252,19 +253,22 @@ TEST_CASE("what belongs together is written together or not at all") {
   const TemporaryFolder folder;
   RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
   StoredRun run;
-  const Status refused = store.together([&]() -> Status {
-    if (Status ok = store.add(run); !ok) return ok;
-    return fail({.code = Errc::io, .what = "no room"});
-  });
-  CHECK(refused.error().what == "no room");
-  CHECK(store.load()->empty());
-  REQUIRE(store.together([&] { return store.add(run); }));
-  CHECK(store.load()->size() == 1);
+  run.number = store.next_number().value();
+  RunChange change{.runs = {run}, .journal = {{0, 0, "R-000001", "submitted", "test"}}};
+  REQUIRE(store.database().execute(
+      "CREATE TRIGGER full BEFORE INSERT ON journal BEGIN SELECT RAISE(ABORT, 'no room'); END"));
+  const Status refused = store.commit(change);
+  REQUIRE_FALSE(refused);
+  CHECK(to_string(refused.error()).find("no room") != std::string::npos);
+  CHECK(store.runs()->empty());
+  REQUIRE(store.database().execute("DROP TRIGGER full"));
+  REQUIRE(store.commit(change));
+  CHECK(store.runs()->size() == 1);
 }
 
 TEST_CASE("a run is taken into the line by its model's head; the rest is read on its own thread") {
   const TemporaryFolder folder;
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   auto recipe = nlohmann::json::parse(test::tiny_recipe(1));
   auto& exploration = recipe["explorations"].begin().value();
   const std::string name = recipe["explorations"].begin().key();
@@ -278,7 +282,7 @@ TEST_CASE("a run is taken into the line by its model's head; the rest is read on
       "skew peaks\nnorm l2\nspectrum amplitude\nmode_bin_counts 1\nwindow_s 0\nwindow_step_s 0\n"
       "sample_period_s 0.02702702702702703\nexploration ";
   test::write_file(folder / "m.live", head + "another\n");
-  const auto refused = bench.desk->submit({bench.request.recipe, {}, {}, "test"});
+  const auto refused = bench.submit({bench.request.recipe, {}, {}, "test"});
   REQUIRE_FALSE(refused);
   CHECK(to_string(refused.error()).find("another exploration") != std::string::npos);
   test::write_file(folder / "m.live", head + name + "\n");
@@ -293,14 +297,14 @@ TEST_CASE("a run that waits is run as it was checked, whatever its recipe's file
   const std::string checked = tiny_recipe(1);
   std::string id;
   {
-    DeskBench bench(folder, checked);
-    bench.desk->halt("the one at the bench");
+    RunManagerBench bench(folder, checked);
+    bench.manager->halt(RigState::Stop::halt, "the one at the bench");
     id = bench.submit().stored.id();
     std::ofstream(bench.request.recipe) << tiny_recipe(3);
   }
   std::filesystem::remove(folder / "recipe.json");
-  DeskBench bench(folder, tiny_recipe(4));  // the next daemon finds another recipe again
-  REQUIRE(bench.desk->reset("looked at it", "test"));
+  RunManagerBench bench(folder, tiny_recipe(4));  // the next daemon finds another recipe again
+  REQUIRE(bench.manager->reset("looked at it", "test"));
   const RunView run = bench.ended(id);
   CHECK(run.stored.outcome == "complete");
   CHECK(run.trials_done == 2);
@@ -312,19 +316,19 @@ TEST_CASE("a run that waits is run as it was checked, whatever its recipe's file
 
 TEST_CASE("who names a recipe by its digest gets that recipe or none") {
   const TemporaryFolder folder;
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   const std::string meant = "sha256:" + bench.submit().stored.recipe_sha256;
   std::ofstream(bench.request.recipe) << tiny_recipe(1);
   const auto wish = [&](const std::string& digest) {
-    control::RunWish out{bench.request.recipe, {}, {}, "test"};
+    runs::RunRequest out{bench.request.recipe, {}, {}, "test"};
     out.digest = digest;
     return out;
   };
-  const auto refused = bench.desk->submit(wish(meant));
+  const auto refused = bench.submit(wish(meant));
   REQUIRE_FALSE(refused);
   CHECK(refused.error().where == "/params/digest");
-  CHECK(bench.desk->all().size() == 1);
-  CHECK(bench.desk->submit(wish(refused.error().expected)));
+  CHECK(bench.manager->all().size() == 1);
+  CHECK(bench.submit(wish(refused.error().expected)));
 }
 
 TEST_CASE("a stop waits for the longest repetition that may be under way") {
@@ -337,7 +341,7 @@ TEST_CASE("a stop waits for the longest repetition that may be under way") {
     {"phase":"P","force_N":5,"force_band_N":0.25,"duration_s":1},{"phase":"E","duration_s":1}]}}})");
   const auto checked = check_quickly(request);
   if (!checked) FAIL(to_string(checked.error()));
-  CHECK(deadlines_of(checked->plan).trial > std::chrono::seconds(800));
+  CHECK(summarize(checked->plan).limits.trial > std::chrono::seconds(800));
 }
 
 TEST_CASE("whatever ends a run, what its recipe does finally has its budget before the ladder") {
@@ -347,7 +351,7 @@ TEST_CASE("whatever ends a run, what its recipe does finally has its budget befo
   const auto plain = check_quickly(test::request_in(folder, test::short_recipe("denim")));
   const auto checked = check_quickly(test::request_in(folder, recipe));
   if (!checked) FAIL(to_string(checked.error()));
-  const Deadlines with = deadlines_of(checked->plan), without = deadlines_of(plain->plan);
+  const Deadlines with = summarize(checked->plan).limits, without = summarize(plain->plan).limits;
   const std::chrono::seconds budget(1600);
   CHECK(with.running == without.running + budget);
   CHECK(with.finishing == without.finishing + budget);
@@ -362,7 +366,7 @@ TEST_CASE("an abort has no time for what is done only after a success, and time 
     const std::string recipe = keys.empty() ? test::short_recipe("denim") : test::with_keys(keys);
     const auto checked = check_quickly(test::request_in(folder, recipe));
     if (!checked) FAIL(to_string(checked.error()));
-    return deadlines_of(checked->plan);
+    return summarize(checked->plan).limits;
   };
   const Deadlines plain = limits_of("");
   const Deadlines success =
@@ -379,4 +383,4 @@ TEST_CASE("an abort has no time for what is done only after a success, and time 
   CHECK(std::chrono::duration<double>(slow.aborting).count() > clearance_mm / slow_mm_s);
 }
 
-}  // namespace run_desk_test
+}  // namespace run_manager_test

@@ -1,18 +1,18 @@
 #pragma once
-// A desk of weftd whose thread is the test's.
+// A run manager of weftd whose thread is the test's.
 
 #include <catch2/catch.hpp>
 #include <condition_variable>
 #include <mutex>
 #include <stdexcept>
 
-#include "daemon/service/runs/run_desk.hpp"
+#include "daemon/service/runs/run_manager.hpp"
 #include "tests/unit/daemon/benches/kill_points.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"
 
 namespace weft::daemon::test {
 
-/// Work for the desk's thread, which is the test's.
+/// Work for the manager's thread, which is the test's.
 class Posted {
  public:
   void post(std::function<void()> work) {
@@ -56,12 +56,32 @@ class Posted {
   bool throws_ = false;
 };
 
-/// A daemon's desk over a folder.
-struct DeskBench {
+/// With the check of its recipe, on this thread.
+inline Result<runs::RunView> submit(runs::RunManager& manager, const runs::RunRequest& wanted,
+                                    const std::filesystem::path& rig) {
+  return manager.submit(wanted, check_quickly(runs::request_for(wanted, rig)));
+}
+inline Result<runs::RunView> recover(runs::RunManager& manager, std::string_view id,
+                                     std::string_view by) {
+  const auto request = manager.request_to_recover(id);
+  if (!request) return pass(request.error());
+  return manager.recover(id, by, check_quickly(*request));
+}
+
+/// Gives the run its number and writes it.
+inline Status add(runs::RunStore& store, runs::StoredRun& run) {
+  const auto number = store.next_number();
+  if (!number) return pass(number.error());
+  run.number = *number;
+  return store.commit({.runs = {run}});
+}
+
+/// A daemon's run manager over a folder.
+struct RunManagerBench {
   const TemporaryFolder& folder;
   CampaignRequest request;
   Posted posted;
-  control::RunStore store;
+  runs::RunStore store;
   /// What every run's thread does at each line of its progress.
   std::function<void(const TrialProgress&, RunOrders&)> at_line = {};
   /// Likewise, at each change of its engine's step.
@@ -76,27 +96,25 @@ struct DeskBench {
   std::function<void(CampaignSummary&)> bench_ends = {};
   bool no_bench_comes_up = false;
   std::atomic<bool> disk_is_full = false;
-  control::RunMachine::Clock now{};
+  runs::RunStateMachine::Clock now{};
   bool rig_file_is_broken = false;
-  std::unique_ptr<control::RunDesk> desk;
+  std::unique_ptr<runs::RunManager> manager;
 
-  explicit DeskBench(const TemporaryFolder& where, const std::string& recipe = tiny_recipe(2),
-                     bool one_run = false)
+  explicit RunManagerBench(const TemporaryFolder& where, const std::string& recipe = tiny_recipe(2),
+                           bool one_run = false)
       : folder(where),
         request(request_in(where, recipe)),
-        store(std::move(control::RunStore::open(where / "weftd.sqlite").value())) {
-    desk = std::make_unique<control::RunDesk>(
-        control::RunDesk::Surroundings{
+        store(std::move(runs::RunStore::open(where / "weftd.sqlite").value())) {
+    manager = std::make_unique<runs::RunManager>(
+        runs::RunContext{
             .rig = request.rig,
             .data = where.path(),
             .post = [this](std::function<void()> work) { posted.post(std::move(work)); },
             .now = [this] { return now; },
             .utc_us = [] { return std::int64_t{0}; },
-            .changed = {},
-            .stands = {},
             .perform = [this](const CampaignRequest& wanted,
                               const CampaignHooks& hooks) { return performed(wanted, hooks); },
-            .room = [this](const std::filesystem::path&, std::uint64_t bytes) -> Status {
+            .check_space = [this](const std::filesystem::path&, std::uint64_t bytes) -> Status {
               if (bytes > 0 && disk_is_full)
                 return fail({.code = Errc::io, .what = "not enough free space"});
               return {};
@@ -132,18 +150,25 @@ struct DeskBench {
     if (summary && bench_ends) bench_ends(*summary);
     return summary;
   }
-  control::RunView submit() {
-    const auto run = desk->submit({request.recipe, {}, {}, "test"});
+  /// With its check, on this thread.
+  Result<runs::RunView> submit(const runs::RunRequest& wanted) const {
+    return test::submit(*manager, wanted, request.rig);
+  }
+  [[nodiscard]] Result<runs::RunView> recover(std::string_view id, std::string_view by) const {
+    return test::recover(*manager, id, by);
+  }
+  runs::RunView submit() {
+    const auto run = submit({request.recipe, {}, {}, "test"});
     if (!run) FAIL(to_string(run.error()));
     return *run;
   }
-  control::RunView ended(const std::string& id) {
+  runs::RunView ended(const std::string& id) {
     const auto over = [&] {
-      const control::RunState state = desk->get(id).value().machine.state;
-      return state == control::RunState::ended || state == control::RunState::interrupted;
+      const runs::RunState state = manager->get(id).value().machine.state;
+      return state == runs::RunState::ended || state == runs::RunState::interrupted;
     };
     REQUIRE(posted.run_until(over));
-    return desk->get(id).value();
+    return manager->get(id).value();
   }
 };
 
@@ -153,14 +178,14 @@ inline void leave_interrupted(const TemporaryFolder& folder, int repetitions = 2
                               std::size_t trials = 2) {
   CampaignRequest request = request_in(folder, tiny_recipe(repetitions));
   request.error_check = false;
-  control::StoredRun run;
+  runs::StoredRun run;
   run.recipe = request.recipe;
   run.rig = request.rig;
   run.folder = request.out = folder / "R-000001";
-  run.state = control::RunState::running;
+  run.state = runs::RunState::running;
   REQUIRE(killed_at(request, {.write = 10, .after_trials = trials}) == true);
-  control::RunStore store = std::move(control::RunStore::open(folder / "weftd.sqlite").value());
-  REQUIRE(store.add(run));
+  runs::RunStore store = std::move(runs::RunStore::open(folder / "weftd.sqlite").value());
+  REQUIRE(add(store, run));
 }
 
 }  // namespace weft::daemon::test

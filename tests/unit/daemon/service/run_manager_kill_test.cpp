@@ -1,16 +1,16 @@
-// A daemon's desk killed at every write to its own memory and to the campaign's file: the run that
-// was told of is there again, and comes to the data of one that nobody touched. SIMULATED.
+// A daemon's run manager killed at every write to its own memory and to the campaign's file: the
+// run that was told of is there again, and comes to the data of one that nobody touched. SIMULATED.
 
 #include "daemon/storage/certificate/verify.hpp"
 #include "daemon/storage/recorder/campaign_past.hpp"
-#include "tests/unit/daemon/service/desk_bench.hpp"
+#include "tests/unit/daemon/service/run_manager_bench.hpp"
 
-namespace desk_kill_test {
+namespace run_manager_kill_test {
 
 using namespace weft;
 using namespace weft::daemon;
-using namespace weft::daemon::control;
-using test::DeskBench;
+using namespace weft::daemon::runs;
+using test::RunManagerBench;
 using test::TemporaryFolder;
 using test::tiny_recipe;
 
@@ -50,19 +50,20 @@ bool killed_in(test::KillPoint point, const std::function<int()>& work) {
   return killed;
 }
 
-/// A desk opened, a run submitted and waited for.
-bool killed_at_desk(const TemporaryFolder& folder, test::KillPoint point, const LastWords& told) {
+/// A run manager opened, a run submitted and waited for.
+bool killed_at_manager(const TemporaryFolder& folder, test::KillPoint point,
+                       const LastWords& told) {
   return killed_in(point, [&] {
-    DeskBench bench(folder, tiny_recipe(1));
+    RunManagerBench bench(folder, tiny_recipe(1));
     bench.at_asking = [&told] { told.facts().asks_for_rig = true; };
     bench.at_rig = [&told] { told.facts().has_rig = true; };
-    const auto run = bench.desk->submit({bench.request.recipe, {}, {}, "test"});
+    const auto run = bench.submit({bench.request.recipe, {}, {}, "test"});
     if (!run) return 2;
     told.facts().submitted = true;
     const std::string id = run->stored.id();
-    const auto over = [&] { return bench.desk->get(id)->machine.state == RunState::ended; };
+    const auto over = [&] { return bench.manager->get(id)->machine.state == RunState::ended; };
     if (!bench.posted.run_until(over)) return 3;
-    told.facts().complete = bench.desk->get(id)->stored.outcome == "complete";
+    told.facts().complete = bench.manager->get(id)->stored.outcome == "complete";
     return told.facts().complete ? 0 : 4;
   });
 }
@@ -79,21 +80,21 @@ const Dataset& untouched_run() {
 
 /// The next daemon in that folder: each run ended complete, or is interrupted and goes on.
 void look_again(const TemporaryFolder& folder, const LastWords& told) {
-  DeskBench bench(folder, tiny_recipe(1));
-  const auto found = bench.desk->all();
+  RunManagerBench bench(folder, tiny_recipe(1));
+  const auto found = bench.manager->all();
   REQUIRE(found.size() <= 1);
   if (told.facts().submitted) REQUIRE(found.size() == 1);
   const std::string id = found.empty() ? bench.submit().stored.id() : found.front().stored.id();
   // A run that waited when the daemon died goes on waiting for somebody's word.
-  if (bench.desk->line().held()) REQUIRE(bench.desk->start_line("test"));
+  if (bench.manager->queue().is_paused()) REQUIRE(bench.manager->resume_queue("test"));
   RunView run = bench.ended(id);
   if (told.facts().complete) REQUIRE(run.machine.state == RunState::ended);
   if (run.machine.state == RunState::interrupted) {
-    const RigStanding unknown{RigStanding::Fact::unknown, id};
-    if (told.facts().has_rig) CHECK(bench.desk->standing() == unknown);
-    if (!told.facts().asks_for_rig) CHECK(bench.desk->standing() == RigStanding{});
-    if (bench.desk->standing() != unknown) CHECK(bench.desk->standing() == RigStanding{});
-    const auto recovered = bench.desk->recover(id, "test");
+    const RigState unknown{RigState::Fact::unknown, id};
+    if (told.facts().has_rig) CHECK(bench.manager->rig_state() == unknown);
+    if (!told.facts().asks_for_rig) CHECK(bench.manager->rig_state() == RigState{});
+    if (bench.manager->rig_state() != unknown) CHECK(bench.manager->rig_state() == RigState{});
+    const auto recovered = bench.recover(id, "test");
     if (!recovered) FAIL(to_string(recovered.error()));
     run = bench.ended(id);
   }
@@ -119,7 +120,7 @@ TEST_CASE(
     const TemporaryFolder folder;
     const LastWords told;
     INFO("write " << points + 1);
-    killed = killed_at_desk(folder, {points + 1, points % 2 == 1}, told);
+    killed = killed_at_manager(folder, {points + 1, points % 2 == 1}, told);
     look_again(folder, told);
   }
   WARN("SIMULATED, " << points - 1 << " writes of a daemon, killed at each");
@@ -131,7 +132,7 @@ TEST_CASE("a daemon killed while a run only concludes leaves rig and run as they
   const auto in_the_way = folder / "R-000001" / "dataset.h5";
   const std::string id = "R-000001";
   {
-    DeskBench bench(folder, tiny_recipe(1));
+    RunManagerBench bench(folder, tiny_recipe(1));
     bench.at_line = [&](const TrialProgress& line, RunOrders&) {
       if (line.done == line.planned) std::filesystem::create_directories(in_the_way / "a folder");
     };
@@ -141,15 +142,18 @@ TEST_CASE("a daemon killed while a run only concludes leaves rig and run as they
   for (bool killed = true; killed; ++points) {
     INFO("write " << points + 1);
     killed = killed_in({points + 1, points % 2 == 1}, [&] {
-      DeskBench bench(folder, tiny_recipe(1));
-      if (!bench.desk->recover(id, "test")) return 2;
-      const auto over = [&] { return bench.desk->get(id)->machine.state == RunState::interrupted; };
+      RunManagerBench bench(folder, tiny_recipe(1));
+      if (!bench.recover(id, "test")) return 2;
+      const auto over = [&] {
+        return bench.manager->get(id)->machine.state == RunState::interrupted;
+      };
       return bench.posted.run_until(over) ? 0 : 3;
     });
-    DeskBench bench(folder, tiny_recipe(1));
-    if (bench.desk->line().held()) REQUIRE(bench.desk->withdraw(id, "test"));  // it waited
-    const RunView run = *bench.desk->get(id);
-    CHECK(bench.desk->standing() == RigStanding{});
+    RunManagerBench bench(folder, tiny_recipe(1));
+    if (bench.manager->queue().is_paused())
+      REQUIRE(bench.manager->remove(id, "test"));  // it waited
+    const RunView run = *bench.manager->get(id);
+    CHECK(bench.manager->rig_state() == RigState{});
     CHECK(run.machine.state == RunState::interrupted);
     CHECK(run.stored.outcome == "complete");
     CHECK(run.stored.cleanup == "done");
@@ -159,11 +163,11 @@ TEST_CASE("a daemon killed while a run only concludes leaves rig and run as they
   }
   CHECK(points > 10);
   std::filesystem::remove_all(in_the_way);
-  DeskBench bench(folder, tiny_recipe(1));
-  REQUIRE(bench.desk->recover(id, "test"));
+  RunManagerBench bench(folder, tiny_recipe(1));
+  REQUIRE(bench.recover(id, "test"));
   const RunView whole = bench.ended(id);
   CHECK(whole.machine.state == RunState::ended);
   CHECK(whole.stored.cleanup == "done");
 }
 
-}  // namespace desk_kill_test
+}  // namespace run_manager_kill_test
