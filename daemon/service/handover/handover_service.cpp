@@ -76,14 +76,14 @@ void HandoverService::consider(const runs::StoredRun& run, std::optional<bool> w
   if (fact.state != HandOverState::none) context_.on_changed(run.id(), fact);
 }
 
-/// The campaign's own recipe, not that of the folder, which somebody may have changed since. It is
-/// read here only where the run has not told: one that ended in another life of the daemon.
+/// The campaign's own recipe, not that of the folder, which may have changed since. It is
+/// read here only where the run has not reported it: one that ended in another life of the daemon.
 HandOverFact HandoverService::first_look(const runs::StoredRun& run, std::optional<bool> wanted) {
   HandOverFact fact;
   fact.by = runs::by_recipe;
   if (!wanted) {
     std::error_code unseen;
-    if (!std::filesystem::exists(run.folder, unseen)) return {};  // put away by somebody
+    if (!std::filesystem::exists(run.folder, unseen)) return {};  // put away
     const auto read = wanted_hand_over(run.folder);
     if (!read) {
       fact.state = HandOverState::failed;
@@ -174,7 +174,7 @@ void HandoverService::ended(const std::string& id, const Result<HandedOver>& res
     if (!cancelled_by.empty()) fact.by = cancelled_by;
     fact.error = to_string(result.error());
   }
-  thread_.join();  // it has told its end
+  thread_.join();  // this was its last message
   active_.clear();
   enter(item, std::move(fact));
   begin_next();

@@ -44,7 +44,7 @@ class HandoverService {
   Status again(std::string_view run, std::string_view by);
   /// Errors: not_found; wrong_state, it is over.
   Status cancel(std::string_view run, std::string_view by);
-  /// The daemon ends: what runs is told to, and is done at the next start. Nobody waits for it: a
+  /// The daemon ends: what runs is stopped, and is done at the next start. Nothing waits for it: a
   /// disk may hang.
   void put_off();
   /// Nothing where there is none.

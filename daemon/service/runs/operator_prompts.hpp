@@ -38,7 +38,7 @@ class OperatorPrompts {
   void on_state(std::int64_t run, RunState state);
   /// The open prompt, or the next; nothing without one.
   [[nodiscard]] const OperatorPrompt* find(std::int64_t run) const;
-  /// What the engine wants to hear with a confirmation.
+  /// What the engine needs with a confirmation.
   [[nodiscard]] recipes::Ticket ticket(std::int64_t run) const;
   /// Errors: wrong_state, when `step` does not name the open prompt.
   [[nodiscard]] Status check(std::int64_t run, std::string_view step) const;

@@ -61,7 +61,7 @@ class RunExecutor {
 
   /// An error in place of the request is how the run ends.
   void begin(std::int64_t run, bool plan_is_known, Result<CampaignRequest> request, bool resumes);
-  /// The run whose thread has not reported its end.
+  /// The run under way: its thread has not reported its end.
   [[nodiscard]] std::optional<std::int64_t> run() const { return run_; }
   /// Whether that run has the rig: it may ask, or be about to.
   [[nodiscard]] bool has_rig() const { return grant_ == Grant::given; }

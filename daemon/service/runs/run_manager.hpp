@@ -1,6 +1,6 @@
 #pragma once
 // The runs of one rig: at most one at a time moves it, on a thread of its own; the others wait in a
-// queue. What happens is written to the daemon's journal before clients are told.
+// queue. What happens is written to the daemon's journal before clients are notified.
 
 #include <filesystem>
 #include <functional>
@@ -34,7 +34,7 @@ using Checked = Result<CheckedRequest>;
 
 /// Where the daemon is with its runs.
 struct ManagerStatus {
-  /// That did not obey in time, and whose thread has not ended: only the process's end ends it.
+  /// The run that did not obey in time, while its thread has not ended: only the process ends it.
   std::optional<std::string> unresponsive;
   /// No run is active but an unresponsive one, and no interrupted run is being settled.
   bool is_at_rest = true;
@@ -74,15 +74,16 @@ class RunManager final : private RunReports {
   void settle(std::string_view id, Recovery choice, std::string_view by, SettleCallback on_done);
   /// What to check for recover(). Errors: not_found; wrong_state.
   [[nodiscard]] Result<CampaignRequest> request_to_recover(std::string_view id) const;
-  /// Puts an interrupted run into the queue again, to go on where it was. What its file says is
-  /// looked at when it begins. Errors: not_found, also where its campaign is not there any more;
+  /// Puts an interrupted run into the queue again, to be resumed where it was. Its file is
+  /// checked when it begins. Errors: not_found, also where its campaign is not there any more;
   /// wrong_state; those of the check; io, where that cannot be written.
   Result<RunView> recover(std::string_view id, std::string_view by, const Checked& checked);
 
   [[nodiscard]] const RunQueue& queue() const { return queue_; }
   /// Another place in the queue, from 0. Errors: not_found, wrong_state.
   Status move(std::string_view id, std::size_t place, std::string_view by);
-  /// Nothing more begins; the run under way goes on. Errors: wrong_state, when it is paused.
+  /// Nothing more begins; the run under way is not affected. Errors: wrong_state, when it is
+  /// paused.
   Status pause_queue(std::string_view by);
   /// Errors: wrong_state, when it is not paused.
   Status resume_queue(std::string_view by);
@@ -112,8 +113,8 @@ class RunManager final : private RunReports {
 
   /// Call often: deadlines, what could not be written, and what others did in the folders of runs.
   void tick();
-  /// The daemon is told to end: nothing more begins, and the run under way retracts the probe. It
-  /// is interrupted then where anything of it is left, unless it had been told to end before. Tick
+  /// The daemon ends: nothing more begins, and the run under way retracts the probe. It is
+  /// interrupted then where anything of it is left, unless an order had ended it before. Tick
   /// on until it is at rest. submit(), recover(), settle(), resume_queue() and reset() are refused
   /// from then on, as wrong_state.
   void close();
@@ -165,7 +166,7 @@ class RunManager final : private RunReports {
   Status commit(RunQueue queue, RunChange change, std::string_view by);
   Status commit_transition(Run& run, StoredRun stored, const RunStateMachine& machine,
                            std::string_view by);
-  /// What has happened: written now or later, then clients are told.
+  /// What has happened: written now or later, then clients are notified.
   void apply(Run& run, const RunStep& step, std::string_view by, RunChange change = {});
   void notify(Run& run, std::string_view by);
   void notify_queue(std::string_view by);
@@ -192,7 +193,7 @@ class RunManager final : private RunReports {
   OperatorPrompts prompts_;
   bool closing_ = false;
   bool disk_is_awaited_ = false;           ///< its folder or its space, without which no run begins
-  std::chrono::nanoseconds wall_ahead_{};  ///< of the monotonic clock, when times were told last
+  std::chrono::nanoseconds wall_ahead_{};  ///< of the monotonic clock, when times were sent last
   RunRecovery recovery_{context_};
   RunExecutor executor_{context_, *this};
 };

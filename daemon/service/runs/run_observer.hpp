@@ -1,5 +1,5 @@
 #pragma once
-// A run as clients see it, and what is told when it, the queue or the rig changes.
+// A run as clients see it, and what is called when it, the queue or the rig changes.
 
 #include <cstddef>
 #include <optional>
@@ -13,8 +13,8 @@
 
 namespace weft::daemon::runs {
 
-/// What the folder of a run that is over holds by now, where its campaign was resumed since, and
-/// not by the daemon: `weft run --resume` was.
+/// What the folder of an ended run holds, where its campaign was resumed afterwards by
+/// `weft run --resume` and not by the daemon.
 struct ExternalResume {
   std::size_t trials_done = 0, trials_planned = 0;
   bool complete = false;  ///< it came to its end with all of them

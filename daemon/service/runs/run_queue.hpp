@@ -12,8 +12,8 @@
 
 namespace weft::daemon::runs {
 
-/// Who pauses the queue where no person did: a daemon that found what another had left, and a run
-/// whose bench did not come up.
+/// These pause the queue where no person did: a daemon that finds runs of the one before, and a run
+/// without a bench.
 inline constexpr const char* after_restart = "auto:restart";
 inline constexpr const char* after_failure = "auto:failed";
 

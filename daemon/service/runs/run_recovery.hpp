@@ -16,7 +16,7 @@ namespace weft::daemon::runs {
 
 /// What becomes of an interrupted run.
 enum class Recovery : std::uint8_t {
-  resume,       ///< it goes on where it was
+  resume,       ///< it is resumed where it was
   discard,      ///< it has ended, and no data set is made of it
   keep_partial  ///< it has ended, and its data set is of the trials that are complete
 };
@@ -27,7 +27,7 @@ std::string_view to_string(Recovery choice);
 Status is_where_it_was(const StoredRun& run);
 /// How what is left of an ended run can still be recorded; empty where that is nothing.
 std::string resume_hint(const RunView& run);
-/// Whether somebody may resume its campaign without the daemon.
+/// Whether its campaign may be resumed without the daemon.
 bool can_be_resumed_externally(const RunView& run);
 
 using PreviewCallback = std::function<void(const Result<ResumePreview>&)>;

@@ -166,7 +166,7 @@ void RunManager::record_result(Run& run, const RunResult& result, std::string_vi
     run.view.trials_done = summary->trials_complete;
     run.view.takes_rejected = summary->takes_rejected;
   } else {
-    // An order that ended it is told in any case.
+    // An order that ended it is shown in any case.
     if (!as_before || cut_short != "failed") stored.outcome = cut_short;
     if (!as_before) {
       stored.cleanup = "skipped";
