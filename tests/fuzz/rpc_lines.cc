@@ -1,6 +1,6 @@
 // Lines as a client of weftd sends them: line buffer, messages, the table of methods with its
-// checks, and what the methods answer. The desk is the daemon's own, over a rig that is not there:
-// nothing ever runs. Threads, clocks and sockets are none.
+// checks, and what the methods answer. The run manager is the daemon's own, over a rig that is not
+// there: nothing ever runs. Threads, clocks and sockets are none.
 
 #include <algorithm>
 #include <array>
@@ -25,20 +25,18 @@ constexpr std::size_t most_line_bytes = 16384;
 class SmallDaemon {
  public:
   explicit SmallDaemon(server::Peer peer)
-      : store_(std::move(control::RunStore::open(":memory:").value())),
-        desk_({
-                  .rig = "no-rig.json",
-                  .data = "/no/such/folder",
-                  .post = [](const std::function<void()>&) {},
-                  .now = [] { return Clock(); },
-                  .utc_us = [] { return std::int64_t{0}; },
-                  .changed = {},
-                  .stands = {},
-              },
-              store_),
+      : store_(std::move(runs::RunStore::open(":memory:").value())),
+        manager_({
+                     .rig = "no-rig.json",
+                     .data = "/no/such/folder",
+                     .post = [](const std::function<void()>&) {},
+                     .now = [] { return Clock(); },
+                     .utc_us = [] { return std::int64_t{0}; },
+                 },
+                 store_),
         hand_overs_({.post = [](const std::function<void()>&) {},
                      .utc_us = [] { return std::int64_t{0}; },
-                     .changed = [](std::string_view, const control::HandOverFact&) {}},
+                     .on_changed = [](std::string_view, const HandOverFact&) {}},
                     store_) {
     const auto at_once = [](const auto& work, const auto&) {
       work()();
@@ -47,7 +45,7 @@ class SmallDaemon {
     services_ = {
         .hub = &hub_,
         .leases = &leases_,
-        .desk = &desk_,
+        .run_manager = &manager_,
         .hand_overs = &hand_overs_,
         .log = &store_,
         .rig = "no-rig.json",
@@ -72,9 +70,11 @@ class SmallDaemon {
       return fail({.code = Errc::wrong_state, .what = "no good"});
     };
     shared_.readiness_json = [this] { return api::readiness_json(services_); };
-    shared_.halt = [this](const rpc::Caller& caller) { desk_.halt(caller.session); };
+    shared_.halt = [this](const rpc::Caller& caller) {
+      manager_.halt(runs::RigState::Stop::halt, caller.session);
+    };
     shared_.emergency_stop = [this](const rpc::Caller& caller) {
-      desk_.emergency_stop(caller.session);
+      manager_.halt(runs::RigState::Stop::emergency, caller.session);
     };
     client_ = std::make_unique<server::Conversation>(
         shared_, std::move(peer), "s-1", [this](std::string line) { said(std::move(line)); });
@@ -129,9 +129,9 @@ class SmallDaemon {
   server::Hub hub_;
   access::Leases leases_{"9c1d40b2"};
   access::IdempotencyCache answered_;
-  control::RunStore store_;
-  control::RunDesk desk_;
-  control::HandOverDesk hand_overs_;
+  runs::RunStore store_;
+  runs::RunManager manager_;
+  handover::HandoverService hand_overs_;
   api::DataFiles files_{[] { return std::chrono::nanoseconds(); }};
   BenchPace pace_ = 0;
   api::Services services_;

@@ -39,16 +39,16 @@ Result<CampaignSummary> run_with_daemon(const RunArgs& args, const CampaignReque
   const auto socket = args.socket.empty() ? request.out / "weftd.sock" : args.socket;
   std::optional<Result<CampaignSummary>> ran;
   server::OwnRun own;
-  own.wish.recipe = request.recipe;
-  own.wish.seed = request.seed;
-  own.wish.by = "weft run";
-  own.wish.folder = std::filesystem::absolute(request.out);
+  own.request.recipe = request.recipe;
+  own.request.seed = request.seed;
+  own.request.by = "weft run";
+  own.request.folder = std::filesystem::absolute(request.out);
   own.check = [&request] { return check_quickly(request); };
   own.perform = [&](const CampaignHooks& hooks) -> Result<CampaignSummary> {
     if (console.terminal)
       console.err << "weft: from elsewhere: weft watch, pause, stop, halt ... --socket "
                   << socket.string() << std::endl;
-    ran = control::caught([&] { return campaign(hooks); });
+    ran = caught([&] { return campaign(hooks); });
     return *ran;
   };
   server::DaemonOptions options;
@@ -56,8 +56,7 @@ Result<CampaignSummary> run_with_daemon(const RunArgs& args, const CampaignReque
   options.recipes = std::filesystem::absolute(request.recipe).parent_path();
   options.data = request.out;
   options.socket = socket;
-  const Status served =
-      control::caught([&] { return server::run_daemon_for(options, own); }, "daemon");
+  const Status served = caught([&] { return server::run_daemon_for(options, own); }, "daemon");
   if (ran) return std::move(*ran);
   CampaignHooks alone;
   alone.rig_taken = [&] {

@@ -6,7 +6,7 @@
 
 #include "protocols/base/result.hpp"
 
-namespace weft::daemon::control {
+namespace weft::daemon {
 
 /// What `work` returns, a Result; where it throws, wrong_state with the name of `what` that ended,
 /// a run or another thing, and what was thrown.
@@ -22,4 +22,4 @@ auto caught(const Work& work, const std::string& what = "run") -> decltype(work(
   }
 }
 
-}  // namespace weft::daemon::control
+}  // namespace weft::daemon

@@ -3,7 +3,7 @@
 
 #include <malloc.h>
 
-namespace weft::daemon::control {
+namespace weft::daemon {
 
 /// The allocator keeps what a campaign or a training has freed, tens of megabytes, for the next
 /// one, which may be a day away. Takes milliseconds; for the thread that did the work, at its end.
@@ -12,4 +12,4 @@ inline void give_back_free_memory() {
   malloc_trim(0);
 }
 
-}  // namespace weft::daemon::control
+}  // namespace weft::daemon

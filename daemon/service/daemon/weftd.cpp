@@ -63,32 +63,32 @@ Result<TokenOwner> owner_of(access::TokenKeeper& tokens, std::string_view token,
 }
 
 /// All parts of a daemon, in the order in which they need each other.
-class Daemon {
+class Daemon final : private runs::RunObserver {
  public:
   /// `own`: where the daemon is there for that run alone; outlives it.
   static Result<std::unique_ptr<Daemon>> open(const DaemonOptions& options,
                                               const OwnRun* own = nullptr);
-  ~Daemon() { ending_ = true; }
-  Daemon(const Daemon&) = delete;
-  Daemon& operator=(const Daemon&) = delete;
+  ~Daemon() override { ending_ = true; }
   /// Returns the run that does not answer any more, where there is one: its thread holds on to all
   /// of the daemon, which may not be destroyed under it.
   std::optional<std::string> run(const std::atomic<bool>& stop,
                                  const std::function<void(const Ports&)>& ready);
-  /// Until the daemon's own run has ended. Errors: RunDesk::submit()'s.
+  /// Until the daemon's own run has ended. Errors: RunManager::submit()'s.
   Status run_own();
 
  private:
-  Daemon(access::TokenKeeper tokens, control::RunStore log)
+  Daemon(access::TokenKeeper tokens, runs::RunStore log)
       : tokens_(std::move(tokens)), log_(std::move(log)) {}
   void wire(const DaemonOptions& options);
-  control::RunDesk::Surroundings around_desk(const DaemonOptions& options);
+  runs::RunContext run_context(const DaemonOptions& options);
   Status load_tls(const DaemonOptions& options);
   Status begin(const DaemonOptions& options);
   /// Never goes back: what has expired stays so, and the journal's times rise with its numbers.
   std::int64_t utc_us() { return utc_.now(utc_now(), steady_wall_now()).count() / 1000; }
-  void changed(const control::RunView& run);
-  void lined(const control::RunLine& line, std::string_view by);
+  void on_run_changed(const runs::RunView& run) override;
+  void on_vote(const runs::RunView& run) override;
+  void on_queue_changed(const runs::RunQueue& queue, std::string_view by) override;
+  void on_rig_state_changed(const runs::RigState& rig, std::string_view by) override;
   void remember_answers();
   void look_at_tokens();
   void tick();
@@ -110,22 +110,22 @@ class Daemon {
   api::DataFiles files_{utc_now, [this] { return ending_.load(std::memory_order_relaxed); }};
   api::Services services_;
   Shared shared_;
-  control::RunStore log_;
+  runs::RunStore log_;
   access::AnswerStore answers_{log_.database()};
   std::unique_ptr<TlsServer> tls_;  // before those who use it
   std::unique_ptr<SocketServer> server_;
   std::unique_ptr<HttpServer> http_;
   std::unique_ptr<Errands> errands_, change_errands_,
-      file_errands_;                                   // those below tell the server too
-  std::unique_ptr<control::RunDesk> desk_;             // gone first: its threads post to the server
-  std::unique_ptr<control::HandOverDesk> hand_overs_;  // likewise, and tells the desk
+      file_errands_;                           // those below tell the server too
+  std::unique_ptr<runs::RunManager> manager_;  // gone first: its threads post to the server
+  std::unique_ptr<handover::HandoverService> hand_overs_;  // likewise, and uses the manager
 };
 
 Result<std::unique_ptr<Daemon>> Daemon::open(const DaemonOptions& options, const OwnRun* own) {
   if (Status made = make_folder(options.data); !made) return pass(made.error());
   auto tokens = access::TokenKeeper::open(or_in(options.tokens, options.data, "tokens.json"));
   if (!tokens) return pass(tokens.error());
-  auto log = control::RunStore::open(own ? ":memory:" : options.data / control::store_file_name);
+  auto log = runs::RunStore::open(own ? ":memory:" : options.data / runs::store_file_name);
   if (!log) return pass(log.error());
   std::unique_ptr<Daemon> daemon(new Daemon(std::move(*tokens), std::move(*log)));
   daemon->own_ = own;
@@ -136,7 +136,7 @@ Result<std::unique_ptr<Daemon>> Daemon::open(const DaemonOptions& options, const
 void Daemon::wire(const DaemonOptions& options) {
   services_ = {.hub = &hub_,
                .leases = &leases_,
-               .desk = nullptr,
+               .run_manager = nullptr,
                .log = &log_,
                .rig = options.rig,
                .rig_name = options.rig.stem().string(),
@@ -182,9 +182,11 @@ void Daemon::wire(const DaemonOptions& options) {
     return tokens_.stands(owner.token, utc_us());
   };
   shared_.readiness_json = [this] { return api::readiness_json(services_); };
-  shared_.halt = [this](const rpc::Caller& caller) { services_.desk->halt(rpc::by(caller)); };
+  shared_.halt = [this](const rpc::Caller& caller) {
+    services_.run_manager->halt(runs::RigState::Stop::halt, rpc::by(caller));
+  };
   shared_.emergency_stop = [this](const rpc::Caller& caller) {
-    services_.desk->emergency_stop(rpc::by(caller));
+    services_.run_manager->halt(runs::RigState::Stop::emergency, rpc::by(caller));
   };
   services_.sessions = &shared_.sessions;
   shared_.now = [] { return steady_wall_now(); };
@@ -207,24 +209,13 @@ Status Daemon::load_tls(const DaemonOptions& options) {
   return {};
 }
 
-control::RunDesk::Surroundings Daemon::around_desk(const DaemonOptions& options) {
+runs::RunContext Daemon::run_context(const DaemonOptions& options) {
   return {.rig = options.rig,
           .data = options.data,
           .post = [this](std::function<void()> work) { server_->post(std::move(work)); },
           .now = [] { return steady_wall_now(); },
           .utc_us = [this] { return utc_us(); },
-          .changed = [this](const control::RunView& run) { changed(run); },
-          .stands =
-              [this](const control::RigStanding& standing, std::string_view by) {
-                hub_.publish("rig", api::rig_delta(standing, by), utc_us());
-              },
-          .voted =
-              [this](const control::RunView& run) {
-                nlohmann::json delta = api::vote_json(*run.vote);
-                delta["by"] = "auto:live_vote";
-                hub_.publish("vote:" + run.stored.id(), delta, utc_us());
-              },
-          .lined = [this](const control::RunLine& line, std::string_view by) { lined(line, by); },
+          .observer = this,
           .onlooker = &onlooker_,
           .pace = &pace_,
           .wall_us = [] { return utc_now().count() / 1000; },
@@ -256,15 +247,15 @@ Status Daemon::begin(const DaemonOptions& options) {
   errands_ = std::make_unique<Errands>(post);
   change_errands_ = std::make_unique<Errands>(post);
   file_errands_ = std::make_unique<Errands>(post);
-  desk_ = std::make_unique<control::RunDesk>(around_desk(options), log_);
+  manager_ = std::make_unique<runs::RunManager>(run_context(options), log_);
   remember_answers();
-  services_.desk = desk_.get();
-  hand_overs_ = std::make_unique<control::HandOverDesk>(
-      control::HandOverDesk::Surroundings{
+  services_.run_manager = manager_.get();
+  hand_overs_ = std::make_unique<handover::HandoverService>(
+      handover::HandoverContext{
           .post = [this](std::function<void()> work) { server_->post(std::move(work)); },
           .utc_us = [this] { return utc_us(); },
-          .changed = [this](std::string_view run,
-                            const control::HandOverFact& fact) { desk_->hand_over_is(run, fact); }},
+          .on_changed = [this](std::string_view run,
+                               const HandOverFact& fact) { manager_->set_handover(run, fact); }},
       log_);
   services_.hand_overs = hand_overs_.get();
   if (options.http_port) {
@@ -278,9 +269,9 @@ Status Daemon::begin(const DaemonOptions& options) {
     server_->pump();
     if (http_) http_->pump();
   });
-  for (const control::RunView& run : desk_->all()) changed(run);
-  hub_.publish("rig", api::rig_delta(desk_->standing(), "auto:daemon"), utc_us());
-  return log_.journal(utc_us(), "", "daemon.started", "auto:daemon");
+  for (const runs::RunView& run : manager_->all()) on_run_changed(run);
+  hub_.publish("rig", api::rig_delta(manager_->rig_state(), "auto:daemon"), utc_us());
+  return log_.append_journal(utc_us(), "", "daemon.started", "auto:daemon");
 }
 
 // What cannot be kept, for want of disk, is remembered while the daemon runs, and no request waits
@@ -299,7 +290,7 @@ void Daemon::remember_answers() {
       kept ? std::move(*kept) : std::vector<access::KeptAnswer>{});
 }
 
-void Daemon::changed(const control::RunView& run) {
+void Daemon::on_run_changed(const runs::RunView& run) {
   nlohmann::json told = api::run_json(run);
   // A patch that leaves something out takes nothing away: what a recovery has cleared is told.
   for (const char* const gone :
@@ -310,8 +301,18 @@ void Daemon::changed(const control::RunView& run) {
     hand_overs_->consider(run.stored, run.wants_hand_over);
 }
 
-void Daemon::lined(const control::RunLine& line, std::string_view by) {
-  nlohmann::json delta = api::queue_json(line);
+void Daemon::on_vote(const runs::RunView& run) {
+  nlohmann::json delta = api::vote_json(*run.vote);
+  delta["by"] = "auto:live_vote";
+  hub_.publish("vote:" + run.stored.id(), delta, utc_us());
+}
+
+void Daemon::on_rig_state_changed(const runs::RigState& rig, std::string_view by) {
+  hub_.publish("rig", api::rig_delta(rig, by), utc_us());
+}
+
+void Daemon::on_queue_changed(const runs::RunQueue& queue, std::string_view by) {
+  nlohmann::json delta = api::queue_json(queue);
   delta["by"] = by;
   hub_.publish("queue", delta, utc_us());
 }
@@ -321,7 +322,7 @@ void Daemon::show_samples() {
   const bool wanted = api::wants_samples(hub_);
   onlooker_.look(wanted);
   if (!wanted) return;
-  const auto run = desk_->active();
+  const auto run = manager_->active();
   const auto frame = onlooker_.take();
   if (run && frame) api::pass_on(hub_, *frame, *run, utc_us());
 }
@@ -336,8 +337,8 @@ void Daemon::look_at_tokens() {
   tokens_.refresh();
   const auto& problem = tokens_.problem();
   if (problem && !std::exchange(tokens_unread_, true))
-    static_cast<void>(log_.journal(utc_us(), "", "tokens.unreadable", "auto:daemon",
-                                   nlohmann::json{{"error", to_string(*problem)}}.dump()));
+    static_cast<void>(log_.append_journal(utc_us(), "", "tokens.unreadable", "auto:daemon",
+                                          nlohmann::json{{"error", to_string(*problem)}}.dump()));
   if (!problem) tokens_unread_ = false;
 }
 
@@ -345,7 +346,7 @@ void Daemon::tick() {
   look_at_tokens();
   show_samples();
   if (http_) http_->pump();
-  desk_->tick();
+  manager_->tick();
   for (const access::Lease& lease : leases_.expire(steady_wall_now()))
     api::tell_expired(services_, lease);
 }
@@ -356,17 +357,17 @@ std::optional<std::string> Daemon::run(const std::atomic<bool>& stop,
   server_->run([this, &stop] {
     tick();
     if (!stop.load(std::memory_order_relaxed)) return;
-    desk_->close();
+    manager_->close();
     // Else what became of a run would not be written down.
-    if (desk_->is_at_rest()) server_->stop();
+    if (manager_->status().is_at_rest) server_->stop();
   });
-  auto lost = desk_->lost();
+  auto lost = manager_->status().unresponsive;
   if (lost) hand_overs_->put_off();
   return lost;
 }
 
 Status Daemon::run_own() {
-  const auto run = desk_->submit(own_->wish, own_->check());
+  const auto run = manager_->submit(own_->request, own_->check());
   if (!run) return pass(run.error());
   // Who looks on is told the end.
   constexpr Clock to_ask_once_more = std::chrono::milliseconds(200),
@@ -374,7 +375,7 @@ Status Daemon::run_own() {
   std::optional<Clock> since;
   server_->run([&] {
     tick();
-    if (desk_->active()) return;
+    if (manager_->active()) return;
     const Clock now = steady_wall_now();
     if (!since) since = now;
     const Clock over = now - *since;

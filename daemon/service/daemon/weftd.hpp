@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "daemon/service/runs/run_desk.hpp"
+#include "daemon/service/runs/run_manager.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon::server {
@@ -40,8 +40,8 @@ Status run_daemon(const DaemonOptions& options, const std::atomic<bool>& stop,
 
 /// A campaign of this process, which others may look at, hold and end meanwhile.
 struct OwnRun {
-  control::RunWish wish;
-  std::function<control::RunDesk::Checked()> check;  ///< of its recipe, called once
+  runs::RunRequest request;
+  std::function<runs::Checked()> check;  ///< of its recipe, called once
   /// The campaign itself, called once, on a thread of its own, with what others ask for in `hooks`.
   std::function<Result<CampaignSummary>(const CampaignHooks& hooks)> perform;
 };

@@ -1,6 +1,6 @@
 #include "daemon/service/handover/handover_store.hpp"
 
-namespace weft::daemon::control {
+namespace weft::daemon::handover {
 
 Result<std::map<std::int64_t, HandOverFact>> HandoverStore::hand_overs() {
   auto query =
@@ -37,4 +37,4 @@ Status HandoverStore::keep(std::int64_t run, const HandOverFact& fact) {
   return change->run();
 }
 
-}  // namespace weft::daemon::control
+}  // namespace weft::daemon::handover

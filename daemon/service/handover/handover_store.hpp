@@ -7,7 +7,7 @@
 #include "daemon/storage/certificate/hand_over_fact.hpp"
 #include "daemon/storage/recorder/sqlite.hpp"
 
-namespace weft::daemon::control {
+namespace weft::daemon::handover {
 
 /// Table `hand_over` of weftd.sqlite. Used by the server's thread. Errors: io, also where the file
 /// was moved or removed; corrupt.
@@ -23,4 +23,4 @@ class HandoverStore {
   sqlite::Database* database_;
 };
 
-}  // namespace weft::daemon::control
+}  // namespace weft::daemon::handover

@@ -11,7 +11,7 @@ using rpc::Outcome;
 using rpc::ParamType;
 
 Outcome live(const Services& services, const Call& call) {
-  const auto run = services.desk->get(run_of(call));
+  const auto run = services.run_manager->get(run_of(call));
   if (!run) return refused(run.error());
   json out{{"run", run->stored.id()}, {"vote", nullptr}};
   if (run->vote) out["vote"] = vote_json(*run->vote);

@@ -15,17 +15,17 @@ using rpc::Outcome;
 using rpc::ParamType;
 
 /// The one in its folder.
-const std::string& digest_of(const control::RunView& run) {
-  return run.since ? run.since->dataset_sha256 : run.stored.dataset_sha256;
+const std::string& digest_of(const runs::RunView& run) {
+  return run.external_resume ? run.external_resume->dataset_sha256 : run.stored.dataset_sha256;
 }
 
-json data_set_json(const control::RunView& run) {
-  const control::StoredRun& stored = run.stored;
+json data_set_json(const runs::RunView& run) {
+  const runs::StoredRun& stored = run.stored;
   if (digest_of(run).empty()) return {};
   json one{{"run", stored.id()},        {"recipe", stored.recipe.stem().string()},
            {"name", stored.name},       {"created_us", stored.created_us},
            {"outcome", stored.outcome}, {"dataset_sha256", digest_of(run)}};
-  if (run.since) one["campaign_since"] = run_json(run).at("campaign_since");
+  if (run.external_resume) one["campaign_since"] = run_json(run).at("campaign_since");
   if (run.hand_over) one["handover"] = to_string(run.hand_over->state);
   return one;
 }
@@ -34,8 +34,8 @@ std::string path_of(const std::string& run, const std::string& name) {
   return std::string(server::data_path) + run + "/" + name;
 }
 
-Outcome files_told(DataFiles& known, const control::RunView& view) {
-  const control::StoredRun& run = view.stored;
+Outcome files_told(DataFiles& known, const runs::RunView& view) {
+  const runs::StoredRun& run = view.stored;
   const auto files = known.list(run.folder);
   if (!files) return refused(files.error());
   const auto exports = exports_now(run.folder);
@@ -54,19 +54,18 @@ Outcome files_told(DataFiles& known, const control::RunView& view) {
 }
 
 void files_of_run(const Services& services, const Call& call, const rpc::Responder& respond) {
-  const auto run = services.desk->get(run_of(call));
+  const auto run = services.run_manager->get(run_of(call));
   if (!run) return respond(refused(run.error()));
   answer_apart(services.file_errand, respond,
                [files = services.files, view = *run] { return files_told(*files, view); });
 }
 
 /// A run that nobody writes to. Errors: not_found, wrong_state.
-Result<control::StoredRun> run_at_rest(const Services& services, const Call& call) {
-  const auto run = services.desk->get(run_of(call));
+Result<runs::StoredRun> run_at_rest(const Services& services, const Call& call) {
+  const auto run = services.run_manager->get(run_of(call));
   if (!run) return pass(run.error());
-  const control::RunState state = run->machine.state;
-  if (state == control::RunState::ended || state == control::RunState::interrupted)
-    return run->stored;
+  const runs::RunState state = run->machine.state;
+  if (state == runs::RunState::ended || state == runs::RunState::interrupted) return run->stored;
   return fail({.code = Errc::wrong_state,
                .where = "/params/run",
                .what = "the run is not over",
@@ -86,7 +85,7 @@ void verify_run(const Services& services, const Call& call, const rpc::Responder
   });
 }
 
-Outcome exported(const DataFiles& files, const control::StoredRun& run, ExportFormat format,
+Outcome exported(const DataFiles& files, const runs::StoredRun& run, ExportFormat format,
                  const std::string& exploration) {
   const auto made = files.make_export(run.folder, format, exploration);
   if (!made) return refused(made.error());
@@ -154,7 +153,7 @@ json trials_json(const Certificate& certificate, std::size_t from, std::size_t m
 }
 
 /// Without the checksums of blocks, which have megabytes: they are in the file.
-Outcome certified(const control::StoredRun& run, std::size_t from, std::size_t most) {
+Outcome certified(const runs::StoredRun& run, std::size_t from, std::size_t most) {
   const auto read = read_certificate(run.folder);
   if (!read) return refused(read.error());
   if (!*read)
@@ -194,7 +193,7 @@ Outcome certified(const control::StoredRun& run, std::size_t from, std::size_t m
 
 void certificate_of_run(const Services& services, const Call& call, const rpc::Responder& respond) {
   constexpr std::int64_t most_trials = 1000;
-  const auto run = services.desk->get(run_of(call));
+  const auto run = services.run_manager->get(run_of(call));
   if (!run) return respond(refused(run.error()));
   const std::int64_t from = call.params.value("from", std::int64_t{0});
   const std::int64_t most = call.params.value("most", std::int64_t{100});
@@ -286,7 +285,7 @@ void add_data_methods(rpc::Methods& methods, const Services& services) {
 void open_served_file(const Services& services, std::string_view path,
                       const std::function<void(const Result<server::ServedFile>&)>& told) {
   const std::size_t slash = path.find('/');
-  const auto run = services.desk->get(path.substr(0, slash));
+  const auto run = services.run_manager->get(path.substr(0, slash));
   if (!run) return told(pass(run.error()));
   const std::string name(slash == std::string_view::npos ? "" : path.substr(slash + 1));
   const bool taken = services.file_errand(

@@ -6,7 +6,6 @@ namespace weft::daemon::api {
 namespace {
 
 using access::Role;
-using control::HandOverFact;
 using nlohmann::json;
 using rpc::Call;
 using rpc::Effect;
@@ -17,7 +16,7 @@ constexpr rpc::ParamSpec handed_run{"run", ParamType::text, true, "its name, \"R
 
 Outcome run_after(const Services& services, const Call& call, const Status& done) {
   if (!done) return refused(done.error());
-  const auto run = services.desk->get(run_of(call));
+  const auto run = services.run_manager->get(run_of(call));
   if (!run) return refused(run.error());
   return text_of(run_json(*run));
 }
@@ -30,7 +29,7 @@ json text_or_null(const std::string& text) {
 
 // Every key each time, so that a listener who merges changes keeps nothing of the state before.
 json hand_over_json(const HandOverFact& fact) {
-  const bool runs = fact.state == control::HandOverState::running;
+  const bool runs = fact.state == HandOverState::running;
   json out{{"state", to_string(fact.state)},
            {"by", fact.by},
            {"error", text_or_null(fact.error)},

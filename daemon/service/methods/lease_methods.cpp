@@ -55,8 +55,8 @@ Outcome changed(const Services& services, const Call& call, std::string_view wha
   told.update(more);
   json payload = told;
   payload["by"] = by(call.caller);
-  if (const Status ok = services.log->journal(services.utc_us(), "", "lease." + std::string(what),
-                                              by(call.caller), text_of(payload));
+  if (const Status ok = services.log->append_journal(
+          services.utc_us(), "", "lease." + std::string(what), by(call.caller), text_of(payload));
       !ok)
     return refused(ok.error());
   *services.leases = std::move(after);
@@ -72,7 +72,8 @@ Outcome renew(const Services& services, const Call& call, std::chrono::milliseco
   if (!lease) return refused(lease.error());
   const json told = lease_json(services, *lease);
   if (services.leases->is_to_be_noted(id))
-    services.desk->note("", "lease.renewed", by(call.caller), text_of(told));
+    services.log->persist(
+        {.journal = {{0, services.utc_us(), "", "lease.renewed", by(call.caller), text_of(told)}}});
   tell(services, *lease, "renewed", told, by(call.caller));
   return text_of(told);
 }
@@ -109,7 +110,8 @@ Outcome list_leases(const Services& services) {
 void tell_expired(const Services& services, const Lease& lease) {
   constexpr std::string_view who = "auto:time";
   const json told = lease_json(services, lease);
-  services.desk->note("", "lease.expired", who, text_of(told));
+  services.log->persist(
+      {.journal = {{0, services.utc_us(), "", "lease.expired", std::string(who), text_of(told)}}});
   tell(services, lease, "expired", told, who);
 }
 

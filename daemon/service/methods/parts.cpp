@@ -42,23 +42,21 @@ void answer_apart(const Services::Errand& errand, const rpc::Responder& respond,
   });
 }
 
-void check_apart(
-    const Services& services, const rpc::Call& call, const rpc::Responder& respond,
-    CampaignRequest request,
-    std::function<rpc::Outcome(const rpc::Call&, const control::RunDesk::Checked&)> then) {
+void check_apart(const Services& services, const rpc::Call& call, const rpc::Responder& respond,
+                 CampaignRequest request,
+                 std::function<rpc::Outcome(const rpc::Call&, const runs::Checked&)> then) {
   struct Kept {
     json params;
     rpc::Caller caller;
   };
-  answer_by(
-      services.change_errand, respond,
-      [kept = std::make_shared<const Kept>(Kept{call.params, call.caller}), respond,
-       request = std::move(request), then = std::move(then)]() -> Services::Report {
-        return [checked = std::make_shared<const control::RunDesk::Checked>(check_quickly(request)),
-                kept, respond, then] {
-          respond(then({kept->params, kept->caller}, *checked));
-        };
-      });
+  answer_by(services.change_errand, respond,
+            [kept = std::make_shared<const Kept>(Kept{call.params, call.caller}), respond,
+             request = std::move(request), then = std::move(then)]() -> Services::Report {
+              return [checked = std::make_shared<const runs::Checked>(check_quickly(request)), kept,
+                      respond, then] {
+                respond(then({kept->params, kept->caller}, *checked));
+              };
+            });
 }
 
 tl::expected<void, rpc::RpcError> nobody_else_holds(const Services& services,
@@ -101,12 +99,12 @@ Result<std::optional<std::uint64_t>> seed_of(const rpc::Call& call) {
   return std::optional(found->get<std::uint64_t>());
 }
 
-Result<control::RunWish> wish_for_run(const Services& services, const rpc::Call& call) {
+Result<runs::RunRequest> wish_for_run(const Services& services, const rpc::Call& call) {
   const auto file = recipe_file(services, call.params.at("recipe").get<std::string>());
   if (!file) return pass(file.error());
   const auto seed = seed_of(call);
   if (!seed) return pass(seed.error());
-  control::RunWish wish{*file, *seed, call.params.value("name", ""), by(call.caller)};
+  runs::RunRequest wish{*file, *seed, call.params.value("name", ""), by(call.caller)};
   wish.digest = call.params.value("digest", "");
   return wish;
 }
@@ -143,7 +141,7 @@ constexpr std::int64_t most_runs = 1000;
 Result<std::int64_t> first_of(const Services& services, const rpc::Call& call) {
   const auto from = call.params.find("from");
   if (from == call.params.end()) return 0;
-  const auto run = services.desk->get(from->get<std::string>());
+  const auto run = services.run_manager->get(from->get<std::string>());
   if (!run)
     return fail({.code = Errc::not_found,
                  .where = "/params/from",
@@ -191,14 +189,14 @@ const std::vector<rpc::ParamSpec>& page_params() {
 }
 
 rpc::Outcome runs_page(const Services& services, const rpc::Call& call, const char* name,
-                       const std::function<json(const control::RunView&)>& told) {
+                       const std::function<json(const runs::RunView&)>& told) {
   const auto first = first_of(services, call);
   if (!first) return refused(first.error());
   const auto most = most_of(call);
   if (!most) return refused(most.error());
   ListPage page(*most);
   json next;
-  for (const control::RunView& run : services.desk->all()) {
+  for (const runs::RunView& run : services.run_manager->all()) {
     if (run.stored.number < *first) continue;
     const json one = told(run);
     if (one.is_null() || page.add(one)) continue;

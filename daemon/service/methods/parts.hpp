@@ -20,10 +20,9 @@ void answer_apart(const Services::Errand& errand, const rpc::Responder& respond,
                   std::function<rpc::Outcome()> work);
 /// check_quickly() of `request` on another thread, then `then` on the server's, which answers: with
 /// the call as it was, so that what it needs, a lease, is looked at when it is used.
-void check_apart(
-    const Services& services, const rpc::Call& call, const rpc::Responder& respond,
-    CampaignRequest request,
-    std::function<rpc::Outcome(const rpc::Call&, const control::RunDesk::Checked&)> then);
+void check_apart(const Services& services, const rpc::Call& call, const rpc::Responder& respond,
+                 CampaignRequest request,
+                 std::function<rpc::Outcome(const rpc::Call&, const runs::Checked&)> then);
 
 /// Refuses a change to the rig while another user holds its lease.
 tl::expected<void, rpc::RpcError> nobody_else_holds(const Services& services,
@@ -37,7 +36,7 @@ std::string run_of(const rpc::Call& call);
 Result<std::optional<std::uint64_t>> seed_of(const rpc::Call& call);
 
 /// What run.start and queue.add ask for. Errors: recipe_file()'s, seed_of()'s.
-Result<control::RunWish> wish_for_run(const Services& services, const rpc::Call& call);
+Result<runs::RunRequest> wish_for_run(const Services& services, const rpc::Call& call);
 
 /// One answer's part of a list, bounded in bytes: a client reads it as one line.
 class ListPage {
@@ -60,7 +59,7 @@ const std::vector<rpc::ParamSpec>& page_params();
 /// {`name`: [...], next: the run that the next page begins with, or null}: of the runs that `told`
 /// has something to say of, null where it has not. Errors: range, not_found.
 rpc::Outcome runs_page(const Services& services, const rpc::Call& call, const char* name,
-                       const std::function<nlohmann::json(const control::RunView&)>& told);
+                       const std::function<nlohmann::json(const runs::RunView&)>& told);
 
 /// A recipe of the folder by its name, with or without ".json".
 /// Errors: invalid_argument (not a plain name), not_found, with a did-you-mean.

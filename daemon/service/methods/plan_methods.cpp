@@ -34,7 +34,7 @@ struct RecipePlace {
 };
 
 /// A run that waits has no campaign file yet; of one from before texts were kept there is no other.
-Result<RecipePlace> place_of_run(const Services& services, const control::StoredRun& run) {
+Result<RecipePlace> place_of_run(const Services& services, const runs::StoredRun& run) {
   RecipePlace place{run.folder / campaign_file_name, run.id()};
   place.seed = run.seed;
   if (run.recipe_sha256.empty()) return place;
@@ -46,7 +46,7 @@ Result<RecipePlace> place_of_run(const Services& services, const control::Stored
 
 Result<RecipePlace> recipe_place(const Services& services, const Call& call, const char* param) {
   const std::string name = call.params.at(param).get<std::string>();
-  if (const auto run = services.desk->get(name)) return place_of_run(services, run->stored);
+  if (const auto run = services.run_manager->get(name)) return place_of_run(services, run->stored);
   const auto file = recipe_file(services, name);
   if (file) return RecipePlace{*file, {}};
   Error none = file.error();

@@ -23,7 +23,7 @@ constexpr const char* whole_queue = "rev, paused_by (null where it is not), runs
 /// Who changes what he has read changes nothing else.
 tl::expected<void, rpc::RpcError> as_known(const Services& services, const Call& call) {
   const auto known = call.params.find("if_rev");
-  const std::int64_t now = services.desk->line().revision;
+  const std::int64_t now = services.run_manager->queue().revision();
   if (known == call.params.end() || *known == now) return {};
   return tl::unexpected(rpc::rpc_error(rpc::code::state + 12, "rev.changed",
                                        {.code = Errc::wrong_state,
@@ -59,28 +59,28 @@ Result<std::optional<std::size_t>> place_in(const Call& call) {
 }
 
 json entry_json(const Services& services, std::size_t at) {
-  control::StoredRun numbered;
-  numbered.number = services.desk->line().runs[at];
-  json out = run_json(*services.desk->get(numbered.id()));
+  runs::StoredRun numbered;
+  numbered.number = services.run_manager->queue().runs()[at];
+  json out = run_json(*services.run_manager->get(numbered.id()));
   out["place"] = at;
   return out;
 }
 
 Outcome list(const Services& services) {
-  json out = queue_json(services.desk->line());
+  json out = queue_json(services.run_manager->queue());
   json runs = json::array();
-  for (std::size_t at = 0; at < services.desk->line().runs.size(); ++at)
+  for (std::size_t at = 0; at < services.run_manager->queue().runs().size(); ++at)
     runs.push_back(entry_json(services, at));
   out["runs"] = std::move(runs);
   return text_of(out);
 }
 
 Outcome get(const Services& services, const Call& call) {
-  const auto run = services.desk->get(run_of(call));
+  const auto run = services.run_manager->get(run_of(call));
   if (!run) return refused(run.error());
-  const control::RunLine& line = services.desk->line();
-  const std::size_t at = line.place_of(run->stored.number);
-  if (at == line.runs.size())
+  const runs::RunQueue& queue = services.run_manager->queue();
+  const std::size_t at = queue.place_of(run->stored.number);
+  if (at == queue.runs().size())
     return refused({.code = Errc::wrong_state,
                     .where = "/params/run",
                     .what = "the run does not wait in line",
@@ -88,11 +88,11 @@ Outcome get(const Services& services, const Call& call) {
                     .got = std::string(to_string(run->machine.state)),
                     .hint = "run.get tells where it is"});
   json out = entry_json(services, at);
-  out["rev"] = line.revision;
+  out["rev"] = queue.revision();
   return text_of(out);
 }
 
-tl::expected<control::RunWish, rpc::RpcError> wish_for_place(const Services& services,
+tl::expected<runs::RunRequest, rpc::RpcError> wish_for_place(const Services& services,
                                                              const Call& call) {
   if (auto may = may_begin(services, call); !may) return tl::unexpected(may.error());
   const auto at = place_in(call);
@@ -103,14 +103,13 @@ tl::expected<control::RunWish, rpc::RpcError> wish_for_place(const Services& ser
   return *wish;
 }
 
-Outcome added(const Services& services, const Call& call,
-              const control::RunDesk::Checked& checked) {
+Outcome added(const Services& services, const Call& call, const runs::Checked& checked) {
   const auto wish = wish_for_place(services, call);
   if (!wish) return tl::unexpected(wish.error());
-  const auto run = services.desk->submit(*wish, checked);
+  const auto run = services.run_manager->submit(*wish, checked);
   if (!run) return refused(run.error());
-  json out = run_json(*services.desk->get(run->stored.id()));
-  out["rev"] = services.desk->line().revision;
+  json out = run_json(*services.run_manager->get(run->stored.id()));
+  out["rev"] = services.run_manager->queue().revision();
   return text_of(out);
 }
 
@@ -123,8 +122,8 @@ Outcome changed(const Services& services, const Status& done) {
 void add(const Services& services, const Call& call, const rpc::Responder& respond) {
   const auto wish = wish_for_place(services, call);
   if (!wish) return respond(tl::unexpected(wish.error()));
-  check_apart(services, call, respond, services.desk->request_for(*wish),
-              [s = &services](const Call& then, const control::RunDesk::Checked& checked) {
+  check_apart(services, call, respond, request_for(*wish, services.rig),
+              [s = &services](const Call& then, const runs::Checked& checked) {
                 return added(*s, then, checked);
               });
 }
@@ -133,8 +132,9 @@ Outcome move(const Services& services, const Call& call) {
   if (auto may = may_change(services, call); !may) return tl::unexpected(may.error());
   const auto at = place_in(call);
   if (!at) return refused(at.error());
-  const std::size_t end = services.desk->line().runs.size();
-  return changed(services, services.desk->move(run_of(call), at->value_or(end), by(call.caller)));
+  const std::size_t end = services.run_manager->queue().runs().size();
+  return changed(services,
+                 services.run_manager->move(run_of(call), at->value_or(end), by(call.caller)));
 }
 
 void add_queue_reads(rpc::Methods& methods, const Services* s) {
@@ -172,7 +172,7 @@ void add_queue_changes(rpc::Methods& methods, const Services* s) {
                whole_queue},
               [s](const Call& call) -> Outcome {
                 if (auto may = may_change(*s, call); !may) return tl::unexpected(may.error());
-                return changed(*s, s->desk->withdraw(run_of(call), by(call.caller)));
+                return changed(*s, s->run_manager->remove(run_of(call), by(call.caller)));
               });
   methods.add({"queue.move",
                "another place in line",
@@ -189,7 +189,7 @@ void add_queue_changes(rpc::Methods& methods, const Services* s) {
                whole_queue},
               [s](const Call& call) -> Outcome {
                 if (auto may = may_change(*s, call); !may) return tl::unexpected(may.error());
-                return changed(*s, s->desk->hold_line(by(call.caller)));
+                return changed(*s, s->run_manager->pause_queue(by(call.caller)));
               });
   methods.add({"queue.start",
                "the next in line begins when the rig is free; after a restart of the daemon too, "
@@ -200,17 +200,17 @@ void add_queue_changes(rpc::Methods& methods, const Services* s) {
                whole_queue},
               [s](const Call& call) -> Outcome {
                 if (auto may = may_begin(*s, call); !may) return tl::unexpected(may.error());
-                return changed(*s, s->desk->start_line(by(call.caller)));
+                return changed(*s, s->run_manager->resume_queue(by(call.caller)));
               });
 }
 
 }  // namespace
 
-json queue_json(const control::RunLine& line) {
-  json out{{"rev", line.revision}, {"paused_by", nullptr}, {"runs", json::array()}};
-  if (line.held()) out["paused_by"] = line.held_by;
-  for (const std::int64_t number : line.runs) {
-    control::StoredRun run;
+json queue_json(const runs::RunQueue& queue) {
+  json out{{"rev", queue.revision()}, {"paused_by", nullptr}, {"runs", json::array()}};
+  if (queue.is_paused()) out["paused_by"] = queue.paused_by();
+  for (const std::int64_t number : queue.runs()) {
+    runs::StoredRun run;
     run.number = number;
     out["runs"].push_back(run.id());
   }

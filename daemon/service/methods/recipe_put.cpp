@@ -62,8 +62,8 @@ Result<std::size_t> trials_of(const CampaignRequest& request) {
 /// under one that is not over. Errors: wrong_state.
 Status nobody_needs(const Services& services, const fs::path& file) {
   std::error_code unseen;
-  for (const control::RunView& run : services.desk->all())
-    if (run.machine.state != control::RunState::ended &&
+  for (const runs::RunView& run : services.run_manager->all())
+    if (run.machine.state != runs::RunState::ended &&
         (run.stored.recipe == file || fs::equivalent(run.stored.recipe, file, unseen)))
       return fail({.code = Errc::wrong_state,
                    .where = "/params/recipe",
@@ -110,14 +110,15 @@ Outcome written(const Services& services, const Offered& offered, std::size_t tr
                   {"digest", "sha256:" + sha256_hex(offered.text)},
                   {"replaced", before->empty() ? json() : json(*before)},
                   {"trials", trials}};
-  if (const Status ok =
-          services.log->journal(services.utc_us(), "", "recipe.put", offered.by, text_of(told));
+  if (const Status ok = services.log->append_journal(services.utc_us(), "", "recipe.put",
+                                                     offered.by, text_of(told));
       !ok)
     return refused(ok.error());
   if (Status ok = write_text_file(file, offered.text); !ok) {
     json not_put = told;
     not_put["error"] = to_string(ok.error());
-    services.desk->note("", "recipe.not_put", offered.by, text_of(not_put));
+    services.log->persist(
+        {.journal = {{0, services.utc_us(), "", "recipe.not_put", offered.by, text_of(not_put)}}});
     return refused(ok.error());
   }
   return text_of(told);

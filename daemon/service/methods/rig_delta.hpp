@@ -9,6 +9,6 @@
 namespace weft::daemon::api {
 
 /// How the rig stands by now, and by whose word or act; null where a reason is gone.
-nlohmann::json rig_delta(const control::RigStanding& standing, std::string_view by);
+nlohmann::json rig_delta(const runs::RigState& rig, std::string_view by);
 
 }  // namespace weft::daemon::api

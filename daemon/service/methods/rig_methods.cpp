@@ -7,12 +7,12 @@ namespace weft::daemon::api {
 namespace {
 
 using access::Role;
-using control::RunState;
 using nlohmann::json;
 using rpc::Call;
 using rpc::Effect;
 using rpc::Outcome;
 using rpc::ParamType;
+using runs::RunState;
 
 /// Of a rig that a run has.
 std::string_view fact_of(RunState state) {
@@ -21,23 +21,23 @@ std::string_view fact_of(RunState state) {
 }
 
 /// Why it does not stand safe.
-void add_reason(const control::RigStanding& standing, json& out) {
-  using Fact = control::RigStanding::Fact;
-  if (standing.fact == Fact::latched) {
-    out["latch"] = standing.emergency ? "estop" : "halt";
-    out["latched_by"] = standing.why;
+void add_reason(const runs::RigState& rig, json& out) {
+  using Fact = runs::RigState::Fact;
+  if (rig.fact() == Fact::latched) {
+    out["latch"] = rig.is_emergency() ? "estop" : "halt";
+    out["latched_by"] = rig.why();
   }
-  if (standing.fact == Fact::unknown) out["left_by"] = standing.why;
+  if (rig.fact() == Fact::unknown) out["left_by"] = rig.why();
 }
 
-json rig_json(const control::RunDesk& desk) {
-  using Fact = control::RigStanding::Fact;
-  const control::RigStanding& standing = desk.standing();
-  const auto run = desk.active();
-  const bool moves = run && standing.fact != Fact::latched;
-  json out{{"rig", moves ? fact_of(desk.get(*run)->machine.state) : to_string(standing.fact)}};
+json rig_json(const runs::RunManager& manager) {
+  using Fact = runs::RigState::Fact;
+  const runs::RigState& rig = manager.rig_state();
+  const auto run = manager.active();
+  const bool moves = run && rig.fact() != Fact::latched;
+  json out{{"rig", moves ? fact_of(manager.get(*run)->machine.state) : to_string(rig.fact())}};
   if (run) out["run"] = *run;
-  add_reason(standing, out);
+  add_reason(rig, out);
   return out;
 }
 
@@ -63,7 +63,7 @@ void add_stop(rpc::Methods& methods, std::string_view name, std::string_view sum
 Outcome reset(const Services& services, const Call& call) {
   if (auto free = nobody_else_holds(services, call.caller); !free)
     return tl::unexpected(free.error());
-  if (services.desk->standing().emergency && call.caller.role < Role::engineer)
+  if (services.run_manager->rig_state().is_emergency() && call.caller.role < Role::engineer)
     return tl::unexpected(
         rpc::rpc_error(rpc::code::access + 3, "access.role",
                        {.code = Errc::wrong_state,
@@ -73,20 +73,20 @@ Outcome reset(const Services& services, const Call& call) {
                         .got = std::string(access::to_string(call.caller.role)),
                         .hint = "An engineer looks at the rig, then resets it"}));
   const std::string reason = call.params.at("reason").get<std::string>();
-  if (const Status ok = services.desk->reset(reason, by(call.caller)); !ok)
+  if (const Status ok = services.run_manager->reset(reason, by(call.caller)); !ok)
     return refused(ok.error());
   return text_of({{"latched", false}});
 }
 
 }  // namespace
 
-json rig_delta(const control::RigStanding& standing, std::string_view by) {
-  json delta{{"rig", to_string(standing.fact)},
+json rig_delta(const runs::RigState& rig, std::string_view by) {
+  json delta{{"rig", to_string(rig.fact())},
              {"latch", nullptr},
              {"latched_by", nullptr},
              {"left_by", nullptr},
              {"by", by}};
-  add_reason(standing, delta);
+  add_reason(rig, delta);
   return delta;
 }
 
@@ -101,19 +101,21 @@ void add_rig_methods(rpc::Methods& methods, const Services& services) {
                "given), left_by",
                rpc::Memory::over_restarts,
                rpc::Urgency::urgent},
-              [s](const Call&) -> Outcome { return text_of(rig_json(*s->desk)); });
+              [s](const Call&) -> Outcome { return text_of(rig_json(*s->run_manager)); });
   add_stop(methods, "rig.halt",
            "stops motion where it is and latches the rig, each time that it is asked for; needs no "
            "lease and no role, on the local socket no session.open",
            [s](const Call& call) -> Outcome {
-             s->desk->halt(by(call.caller), call.params.value("reason", ""));
-             return latched(s->desk->standing().emergency);
+             s->run_manager->halt(runs::RigState::Stop::halt, by(call.caller),
+                                  call.params.value("reason", ""));
+             return latched(s->run_manager->rig_state().is_emergency());
            });
   add_stop(methods, "rig.estop",
            "as rig.halt, and only an engineer resets it. It is a stop by software: no rig has a "
            "power path that it could cut",
            [s](const Call& call) -> Outcome {
-             s->desk->emergency_stop(by(call.caller), call.params.value("reason", ""));
+             s->run_manager->halt(runs::RigState::Stop::emergency, by(call.caller),
+                                  call.params.value("reason", ""));
              return latched(true);
            });
   methods.add({"rig.reset",

@@ -6,13 +6,13 @@ namespace weft::daemon::api {
 namespace {
 
 using access::Role;
-using control::RunState;
-using control::RunView;
 using nlohmann::json;
 using rpc::Call;
 using rpc::Effect;
 using rpc::Outcome;
 using rpc::ParamType;
+using runs::RunState;
+using runs::RunView;
 
 constexpr rpc::ParamSpec run_param{"run", ParamType::text, true, "its name, \"R-000318\""};
 constexpr rpc::ParamSpec digest_param{
@@ -20,13 +20,13 @@ constexpr rpc::ParamSpec digest_param{
     "of the recipe that is meant, as recipe.check has it; another one is refused"};
 constexpr rpc::ParamSpec rig_lease_param{"lease", ParamType::text, true, "your lease of the rig"};
 
-using Checked = control::RunDesk::Checked;
+using Checked = runs::Checked;
 
 Outcome entered(const Services& services, const Call& call, const Checked& checked) {
   if (auto held = holds_lease(services, call); !held) return tl::unexpected(held.error());
   const auto wish = wish_for_run(services, call);
   if (!wish) return refused(wish.error());
-  const auto run = services.desk->submit(*wish, checked);
+  const auto run = services.run_manager->submit(*wish, checked);
   if (!run) return refused(run.error());
   return text_of(run_json(*run));
 }
@@ -35,7 +35,7 @@ void start(const Services& services, const Call& call, const rpc::Responder& res
   if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
   const auto wish = wish_for_run(services, call);
   if (!wish) return respond(refused(wish.error()));
-  check_apart(services, call, respond, services.desk->request_for(*wish),
+  check_apart(services, call, respond, request_for(*wish, services.rig),
               [s = &services](const Call& then, const Checked& checked) {
                 return entered(*s, then, checked);
               });
@@ -44,7 +44,7 @@ void start(const Services& services, const Call& call, const rpc::Responder& res
 Outcome ordered(const Services& services, const Call& call, Order order) {
   if (auto free = nobody_else_holds(services, call.caller); !free)
     return tl::unexpected(free.error());
-  const auto run = services.desk->order(run_of(call), order, by(call.caller));
+  const auto run = services.run_manager->order(run_of(call), order, by(call.caller));
   if (!run) return refused(run.error());
   return text_of(run_json(*run));
 }
@@ -53,7 +53,7 @@ Outcome confirm(const Services& services, const Call& call) {
   if (auto free = nobody_else_holds(services, call.caller); !free)
     return tl::unexpected(free.error());
   const std::string step = call.params.at("step").get<std::string>();
-  const auto run = services.desk->confirm(run_of(call), step, by(call.caller));
+  const auto run = services.run_manager->confirm(run_of(call), step, by(call.caller));
   if (!run) return refused(run.error());
   return text_of(run_json(*run));
 }
@@ -68,12 +68,12 @@ json preview_json(const ResumePreview& preview) {
 /// What the daemon's death interrupted goes on, with a lease.
 void go_on(const Services& services, const Call& call, const rpc::Responder& respond) {
   if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
-  const auto request = services.desk->request_to_recover(run_of(call));
+  const auto request = services.run_manager->request_to_recover(run_of(call));
   if (!request) return respond(refused(request.error()));
   check_apart(services, call, respond, *request,
               [s = &services](const Call& then, const Checked& checked) -> Outcome {
                 if (auto held = holds_lease(*s, then); !held) return tl::unexpected(held.error());
-                const auto run = s->desk->recover(run_of(then), by(then.caller), checked);
+                const auto run = s->run_manager->recover(run_of(then), by(then.caller), checked);
                 if (!run) return refused(run.error());
                 return text_of(run_json(*run));
               });
@@ -81,27 +81,27 @@ void go_on(const Services& services, const Call& call, const rpc::Responder& res
 
 /// A run that is held goes on as well.
 void resume(const Services& services, const Call& call, const rpc::Responder& respond) {
-  const auto run = services.desk->get(run_of(call));
+  const auto run = services.run_manager->get(run_of(call));
   if (!run) return respond(refused(run.error()));
   if (run->machine.state == RunState::interrupted) return go_on(services, call, respond);
   respond(ordered(services, call, Order::resume));
 }
 
-void preview(const Services& services, const Call& call, control::Recovery choice,
+void preview(const Services& services, const Call& call, runs::Recovery choice,
              const rpc::Responder& respond) {
-  services.desk->preview(run_of(call), choice, [respond](const Result<ResumePreview>& left) {
+  services.run_manager->preview(run_of(call), choice, [respond](const Result<ResumePreview>& left) {
     respond(left ? Outcome(text_of(preview_json(*left))) : refused(left.error()));
   });
 }
 
 void resume_or_preview(const Services& services, const Call& call, const rpc::Responder& respond) {
   if (!call.params.value("preview", false)) return resume(services, call, respond);
-  preview(services, call, control::Recovery::resume, respond);
+  preview(services, call, runs::Recovery::resume, respond);
 }
 
 /// Told first, then done with a lease: nothing of it happens by itself.
 void recover(const Services& services, const Call& call, const rpc::Responder& respond) {
-  using control::Recovery;
+  using runs::Recovery;
   const std::string wanted = call.params.at("choice").get<std::string>();
   std::optional<Recovery> choice;
   for (const Recovery each : {Recovery::resume, Recovery::discard, Recovery::keep_partial})
@@ -118,7 +118,7 @@ void recover(const Services& services, const Call& call, const rpc::Responder& r
   const auto told = [respond](const Result<RunView>& run) {
     respond(run ? Outcome(text_of(run_json(*run))) : refused(run.error()));
   };
-  services.desk->settle(run_of(call), *choice, by(call.caller), told);
+  services.run_manager->settle(run_of(call), *choice, by(call.caller), told);
 }
 
 Outcome pause(const Services& services, const Call& call) {
@@ -152,11 +152,11 @@ Outcome annotate(const Services& services, const Call& call) {
                     .where = "/params/text",
                     .what = "nothing is said",
                     .expected = "a few words"});
-  const auto run = services.desk->get(run_of(call));
+  const auto run = services.run_manager->get(run_of(call));
   if (!run) return refused(run.error());
   const std::int64_t t_us = services.utc_us();
-  if (const Status ok = services.log->journal(t_us, run->stored.id(), "note", by(call.caller),
-                                              text_of({{"text", text}}));
+  if (const Status ok = services.log->append_journal(t_us, run->stored.id(), "note",
+                                                     by(call.caller), text_of({{"text", text}}));
       !ok)
     return refused(ok.error());
   return text_of({{"run", run->stored.id()}, {"t_us", t_us}, {"text", text}});
@@ -177,17 +177,17 @@ void add_order(rpc::Methods& methods, const Services* s, std::string_view name,
 
 void wait(const Services& services, const Call& call, const rpc::Responder& respond) {
   const std::string id = run_of(call);
-  if (const auto run = services.desk->get(id); !run) return respond(refused(run.error()));
+  if (const auto run = services.run_manager->get(id); !run) return respond(refused(run.error()));
   const bool hand_over_too = call.params.value("hand_over", false);
   const auto over = [s = &services, id, respond, hand_over_too,
                      listener = call.listener](const RunView& run) {
     if (!hand_over_too) return respond(text_of(run_json(run)));
     const auto told = [s, id, respond] {
-      if (const auto now = s->desk->get(id)) respond(text_of(run_json(*now)));
+      if (const auto now = s->run_manager->get(id)) respond(text_of(run_json(*now)));
     };
     s->hand_overs->when_over(id, told, listener);
   };
-  services.desk->when_ended(id, over, call.listener);
+  services.run_manager->when_ended(id, over, call.listener);
 }
 
 // Into the line and out of it.
@@ -215,9 +215,9 @@ void add_run_line(rpc::Methods& methods, const Services* s) {
               [s](const Call& call) -> Outcome {
                 if (auto free = nobody_else_holds(*s, call.caller); !free)
                   return tl::unexpected(free.error());
-                if (const Status ok = s->desk->withdraw(run_of(call), by(call.caller)); !ok)
+                if (const Status ok = s->run_manager->remove(run_of(call), by(call.caller)); !ok)
                   return refused(ok.error());
-                return text_of(run_json(*s->desk->get(run_of(call))));
+                return text_of(run_json(*s->run_manager->get(run_of(call))));
               });
 }
 
@@ -296,7 +296,7 @@ void add_run_reads(rpc::Methods& methods, const Services* s) {
                "on with without the daemon (weft run --resume): what its folder holds by now, "
                "trials_done, trials_planned, complete, dataset_sha256"},
               [s](const Call& call) -> Outcome {
-                const auto run = s->desk->get(run_of(call));
+                const auto run = s->run_manager->get(run_of(call));
                 if (!run) return refused(run.error());
                 return text_of(run_json(*run));
               });
@@ -318,7 +318,7 @@ void add_run_reads(rpc::Methods& methods, const Services* s) {
           [s](const Call& call, const rpc::Responder& respond) { wait(*s, call, respond); }));
 }
 
-json attention_json(const control::Attention& attention) {
+json attention_json(const runs::OperatorPrompt& attention) {
   json out{{"text", attention.ask.text},
            {"people_s", attention.ask.people_s},
            {"trial", attention.ask.trial},
@@ -331,7 +331,7 @@ json attention_json(const control::Attention& attention) {
 }  // namespace
 
 json run_json(const RunView& run) {
-  const control::StoredRun& stored = run.stored;
+  const runs::StoredRun& stored = run.stored;
   json out{{"run", stored.id()},
            {"state", to_string(run.machine.state)},
            {"recipe", stored.recipe.stem().string()},
@@ -370,11 +370,11 @@ json run_json(const RunView& run) {
   if (!stored.dataset_error.empty()) out["dataset_error"] = stored.dataset_error;
   if (run.hand_over) out["handover"] = hand_over_json(*run.hand_over);
   if (!stored.dataset_sha256.empty()) out["dataset_sha256"] = stored.dataset_sha256;
-  if (run.since)
-    out["campaign_since"] = {{"trials_done", run.since->trials_done},
-                             {"trials_planned", run.since->trials_planned},
-                             {"complete", run.since->complete},
-                             {"dataset_sha256", run.since->dataset_sha256}};
+  if (run.external_resume)
+    out["campaign_since"] = {{"trials_done", run.external_resume->trials_done},
+                             {"trials_planned", run.external_resume->trials_planned},
+                             {"complete", run.external_resume->complete},
+                             {"dataset_sha256", run.external_resume->dataset_sha256}};
   return out;
 }
 

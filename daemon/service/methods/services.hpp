@@ -11,7 +11,7 @@
 
 #include "daemon/campaign/bench_pace.hpp"
 #include "daemon/campaign/onlooker.hpp"
-#include "daemon/service/handover/hand_over_desk.hpp"
+#include "daemon/service/handover/handover_service.hpp"
 #include "daemon/service/methods/data_files.hpp"
 #include "daemon/service/methods/rig_watch.hpp"
 #include "daemon/service/rpc/hub.hpp"
@@ -19,7 +19,7 @@
 #include "daemon/service/rpc/method.hpp"
 #include "daemon/service/rpc/role.hpp"
 #include "daemon/service/rpc/sessions.hpp"
-#include "daemon/service/runs/run_desk.hpp"
+#include "daemon/service/runs/run_manager.hpp"
 
 namespace weft::daemon::api {
 
@@ -27,9 +27,9 @@ namespace weft::daemon::api {
 struct Services {
   server::Hub* hub = nullptr;
   access::Leases* leases = nullptr;
-  control::RunDesk* desk = nullptr;
-  control::HandOverDesk* hand_overs = nullptr;
-  control::RunStore* log = nullptr;
+  runs::RunManager* run_manager = nullptr;
+  handover::HandoverService* hand_overs = nullptr;
+  runs::RunStore* log = nullptr;
   std::filesystem::path rig;  ///< rig file
   std::shared_ptr<RigWatch> rig_watch = std::make_shared<RigWatch>();
   std::string rig_name;           ///< "rig:" + this is the scope of its lease
@@ -95,11 +95,11 @@ std::string readiness_json(const Services& services);
 /// Its time is over: in the journal, then told.
 void tell_expired(const Services& services, const access::Lease& lease);
 /// A run for a client; also what "run:ID" events carry.
-nlohmann::json run_json(const control::RunView& run);
+nlohmann::json run_json(const runs::RunView& run);
 /// What "queue" events carry: the runs that wait, the next first.
-nlohmann::json queue_json(const control::RunLine& line);
+nlohmann::json queue_json(const runs::RunQueue& queue);
 /// What a run says of its hand-over.
-nlohmann::json hand_over_json(const control::HandOverFact& fact);
+nlohmann::json hand_over_json(const HandOverFact& fact);
 /// What "vote:ID" events carry.
 nlohmann::json vote_json(const VoteMoment& vote);
 

@@ -64,8 +64,8 @@ Outcome closed(const Services& services, const Call& call) {
                     .expected = "a few words",
                     .got = reason});
   const json payload{{"session", name}, {"user", conversation->caller().user}, {"reason", reason}};
-  if (const Status ok = services.log->journal(services.utc_us(), "", "session.closed",
-                                              by(call.caller), text_of(payload));
+  if (const Status ok = services.log->append_journal(services.utc_us(), "", "session.closed",
+                                                     by(call.caller), text_of(payload));
       !ok)
     return refused(ok.error());
   conversation->end(told_to(by(call.caller), reason));

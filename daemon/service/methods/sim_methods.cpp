@@ -53,14 +53,14 @@ void befall(const Services& services, const Call& call, bool ends, const rpc::Re
     return respond(tl::unexpected(free.error()));
   json fault = fault_of(call);
   if (ends && !fault.contains("fault")) fault["fault"] = "";
-  const auto run = services.desk->active();
-  services.desk->befall({fault.dump(), ends, by(call.caller), {}},
-                        [respond, run, fault](const Status& done) {
-                          if (!done) return respond(refused(of_params(done.error())));
-                          json told = fault;
-                          told["run"] = run ? json(*run) : json();
-                          respond(text_of(told));
-                        });
+  const auto run = services.run_manager->active();
+  services.run_manager->inject_fault({fault.dump(), ends, by(call.caller), {}},
+                                     [respond, run, fault](const Status& done) {
+                                       if (!done) return respond(refused(of_params(done.error())));
+                                       json told = fault;
+                                       told["run"] = run ? json(*run) : json();
+                                       respond(text_of(told));
+                                     });
 }
 
 json of_axes(const recipes::Joints& joints, bool linear, double per_unit) {

@@ -33,7 +33,7 @@ json system_info(const Services& services) {
 
 json metrics(const Services& services, std::chrono::nanoseconds began) {
   json states = json::object();
-  for (const control::RunView& run : services.desk->all()) {
+  for (const runs::RunView& run : services.run_manager->all()) {
     const std::string state(to_string(run.machine.state));
     states[state] = states.value(state, 0) + 1;
   }
@@ -43,7 +43,7 @@ json metrics(const Services& services, std::chrono::nanoseconds began) {
           {"seq", services.hub->seq()},
           {"listeners", services.hub->listeners()},
           {"leases", services.leases->all(services.now()).size()},
-          {"queued", services.desk->line().runs.size()},
+          {"queued", services.run_manager->queue().runs().size()},
           {"runs", std::move(states)},
           {"disk_free_bytes", error ? json() : json(disk.available)}};
 }
@@ -60,14 +60,14 @@ json blocker(std::string_view kind, std::string where, std::string hint) {
   return {{"kind", kind}, {"where", std::move(where)}, {"hint", std::move(hint)}};
 }
 
-void add_standing_blocker(const control::RigStanding& standing, json& blockers) {
-  using Fact = control::RigStanding::Fact;
-  if (standing.fact == Fact::latched)
+void add_rig_blocker(const runs::RigState& rig, json& blockers) {
+  using Fact = runs::RigState::Fact;
+  if (rig.fact() == Fact::latched)
     blockers.push_back(blocker("rig.latched", "rig",
-                               (standing.emergency ? "Emergency stop by " : "Halted by ") +
-                                   standing.why + ": look at the rig, then rig.reset"));
-  if (standing.fact == Fact::unknown)
-    blockers.push_back(blocker("rig.unknown", standing.why,
+                               (rig.is_emergency() ? "Emergency stop by " : "Halted by ") +
+                                   rig.why() + ": look at the rig, then rig.reset"));
+  if (rig.fact() == Fact::unknown)
+    blockers.push_back(blocker("rig.unknown", rig.why(),
                                "Nobody knows where that run left the rig: look at it, then "
                                "rig.reset, or, where the run is interrupted, go on with it"));
 }
@@ -99,17 +99,17 @@ void add_storage_blocker(const Services& services, json& blockers) {
   const std::string data = services.data.string();
   if (const Status here = services.log->in_place(); !here)
     return blockers.push_back(blocker("storage.gone", data, to_string(here.error())));
-  if (!services.desk->is_kept())
+  if (!services.log->is_persisted())
     blockers.push_back(blocker("storage.io", data,
                                "How the rig stands, or what became of a run, could not be written "
                                "down: see that the disk has room; it is tried again"));
   constexpr std::uint64_t least_bytes = std::uint64_t{1} << 28;
-  const std::uint64_t wanted = std::max(least_bytes, services.desk->bytes_awaited());
+  const std::uint64_t wanted = std::max(least_bytes, services.run_manager->status().bytes_awaited);
   if (const Status space = check_space(services.data, wanted); !space)
     blockers.push_back(blocker("disk.low", data, to_string(space.error())));
 }
 
-json line_json(const control::RunStore::Line& line) {
+json line_json(const runs::JournalLine& line) {
   return {{"sequence", line.sequence},
           {"t_us", line.utc_us},
           {"run", line.run},
@@ -154,7 +154,7 @@ Result<std::int64_t> number_in(const Call& call, const char* name, std::int64_t 
 }
 
 Outcome log_query(const Services& services, const Call& call) {
-  control::RunStore::Query wanted;
+  runs::RunStore::Query wanted;
   wanted.run = call.params.value("run", "");
   wanted.kind = call.params.value("kind", "");
   const auto since = number_in(call, "since_us", wanted.since_us);
@@ -213,22 +213,23 @@ void add_log_methods(rpc::Methods& methods, const Services* s) {
 
 std::string readiness_json(const Services& services) {
   json blockers = json::array();
-  if (services.desk->is_closing())
+  if (services.run_manager->status().is_closing)
     blockers.push_back(blocker("daemon.stops", "daemon",
                                "It has been told to end, and begins nothing any more: start it "
                                "anew"));
   add_rig_file_blocker(services, blockers);
   add_recipes_blocker(services, blockers);
-  add_standing_blocker(services.desk->standing(), blockers);
+  add_rig_blocker(services.run_manager->rig_state(), blockers);
   add_storage_blocker(services, blockers);
   if (const auto problem = services.tokens_problem ? services.tokens_problem() : std::nullopt)
     blockers.push_back(
         blocker("tokens.unreadable", problem->where,
                 "A token that was removed since may still be good: " + to_string(*problem)));
-  if (const control::RunLine& line = services.desk->line(); line.held())
-    blockers.push_back(blocker("queue.paused", "queue",
-                               "Paused by " + line.held_by + ": queue.start lets the next begin"));
-  if (const auto run = services.desk->active())
+  if (const runs::RunQueue& queue = services.run_manager->queue(); queue.is_paused())
+    blockers.push_back(
+        blocker("queue.paused", "queue",
+                "Paused by " + queue.paused_by() + ": queue.start lets the next begin"));
+  if (const auto run = services.run_manager->active())
     blockers.push_back(blocker("rig.busy", *run, "Wait for it, or put yours in the queue"));
   const bool ok = blockers.empty();
   return text_of({{"ok", ok}, {"blockers", std::move(blockers)}});

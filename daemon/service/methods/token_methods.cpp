@@ -50,8 +50,8 @@ Outcome add(const Services& services, const Call& call) {
                   {"role", wanted},
                   {"expires_us", expires_us},
                   {"user", access::user_of({name, *role, {}, expires_us, user})}};
-  if (const Status ok = services.log->journal(services.utc_us(), "", "token.added", by(call.caller),
-                                              text_of(told));
+  if (const Status ok = services.log->append_journal(services.utc_us(), "", "token.added",
+                                                     by(call.caller), text_of(told));
       !ok) {
     static_cast<void>(services.remove_token(name));  // nobody was told it
     return refused(ok.error());

@@ -26,8 +26,7 @@ void Errands::run(const std::stop_token& stop) {
     const Errand errand = std::move(waiting_.front());
     waiting_.pop_front();
     lock.unlock();
-    const auto report =
-        control::caught([&]() -> Result<Report> { return errand.work(); }, "errand");
+    const auto report = caught([&]() -> Result<Report> { return errand.work(); }, "errand");
     post_(report ? *report : [failed = errand.failed, why = report.error()] { failed(why); });
     if (stop.stop_requested()) return;
   }

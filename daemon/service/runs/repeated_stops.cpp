@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace weft::daemon::control {
+namespace weft::daemon::runs {
 
 bool RepeatedStops::is_line(const Stop& stop, bool is_news, Clock now) {
   auto known = std::ranges::find(entries_, stop, &Entry::stop);
@@ -41,4 +41,4 @@ std::vector<RepeatedStops::Counted> RepeatedStops::taken(
   return out;
 }
 
-}  // namespace weft::daemon::control
+}  // namespace weft::daemon::runs

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace weft::daemon::control {
+namespace weft::daemon::runs {
 
 class RepeatedStops {
  public:
@@ -46,4 +46,4 @@ class RepeatedStops {
   std::vector<Entry> entries_;
 };
 
-}  // namespace weft::daemon::control
+}  // namespace weft::daemon::runs

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-namespace weft::daemon::control {
+namespace weft::daemon {
 namespace {
 
 constexpr std::array<std::string_view, 6> state_words{"none", "waiting", "running",
@@ -25,4 +25,4 @@ bool is_over(HandOverState state) {
   return state != HandOverState::waiting && state != HandOverState::running;
 }
 
-}  // namespace weft::daemon::control
+}  // namespace weft::daemon

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace weft::daemon::control {
+namespace weft::daemon {
 
 enum class HandOverState : std::uint8_t {
   none,       ///< the recipe wants none
@@ -33,4 +33,4 @@ struct HandOverFact {
   std::string what = {};  ///< "M1: features of 340 trials"
 };
 
-}  // namespace weft::daemon::control
+}  // namespace weft::daemon

@@ -7,9 +7,9 @@
 #include "daemon/base/loop/rising_utc.hpp"
 #include "daemon/service/rpc/leases.hpp"
 #include "daemon/service/rpc/tokens.hpp"
-#include "daemon/service/runs/run_desk.hpp"
+#include "daemon/service/runs/run_manager.hpp"
 #include "tests/unit/daemon/benches/kill_points.hpp"
-#include "tests/unit/daemon/benches/trial_bench.hpp"
+#include "tests/unit/daemon/service/run_manager_bench.hpp"
 
 namespace clock_set_back_test {
 
@@ -96,29 +96,27 @@ TEST_CASE("a run's deadline and its journal do not go by a wall clock that is se
   const TemporaryFolder folder;
   Clocks c;
   const CampaignRequest request = test::request_in(folder, test::tiny_recipe(1));
-  auto store = control::RunStore::open(folder / "weftd.sqlite");
+  auto store = runs::RunStore::open(folder / "weftd.sqlite");
   REQUIRE(store);
-  // nothing that the run's thread tells arrives: the desk is left with its clock
-  control::RunDesk desk(control::RunDesk::Surroundings{.rig = request.rig,
-                                                       .data = folder.path(),
-                                                       .post = [](const std::function<void()>&) {},
-                                                       .now = [&c] { return c.steady; },
-                                                       .utc_us = [&c] { return c.utc_us(); },
-                                                       .changed = {},
-                                                       .stands = {}},
-                        *store);
-  const auto run = desk.submit({request.recipe, {}, {}, "test"});
+  // nothing that the run's thread tells arrives: the manager is left with its clock
+  runs::RunManager manager(runs::RunContext{.rig = request.rig,
+                                            .data = folder.path(),
+                                            .post = [](const std::function<void()>&) {},
+                                            .now = [&c] { return c.steady; },
+                                            .utc_us = [&c] { return c.utc_us(); }},
+                           *store);
+  const auto run = test::submit(manager, {request.recipe, {}, {}, "test"}, request.rig);
   REQUIRE(run);
   const std::string id = run->stored.id();
-  const auto state = [&] { return desk.get(id).value().machine.state; };
-  CHECK(state() == control::RunState::arming);
+  const auto state = [&] { return manager.get(id).value().machine.state; };
+  CHECK(state() == runs::RunState::arming);
   c.wall -= 240h;
   c.pass(9min);
-  desk.tick();
-  CHECK(state() == control::RunState::arming);
+  manager.tick();
+  CHECK(state() == runs::RunState::arming);
   c.pass(2min);
-  desk.tick();
-  CHECK(state() == control::RunState::aborting);
+  manager.tick();
+  CHECK(state() == runs::RunState::aborting);
   const auto lines = store->tail("", 100);
   REQUIRE(lines);
   REQUIRE(lines->size() >= 3);
@@ -127,13 +125,13 @@ TEST_CASE("a run's deadline and its journal do not go by a wall clock that is se
     CHECK((*lines)[i].utc_us >= (*lines)[i - 1].utc_us);
   }
   // The thread is silent to the last rung: the run counts as ended. It was never given the rig.
-  for (const auto rung : {control::RunState::halting, control::RunState::ended}) {
+  for (const auto rung : {runs::RunState::halting, runs::RunState::ended}) {
     c.pass(1h);
-    desk.tick();
+    manager.tick();
     CHECK(state() == rung);
   }
-  CHECK(desk.standing() == control::RigStanding{});
-  CHECK(desk.get(id)->stored.outcome == "failed");
+  CHECK(manager.rig_state() == runs::RigState{});
+  CHECK(manager.get(id)->stored.outcome == "failed");
 }
 
 }  // namespace clock_set_back_test

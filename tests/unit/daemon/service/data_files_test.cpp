@@ -12,7 +12,7 @@
 #include "daemon/service/methods/services.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/certificate/hand_over_file.hpp"
-#include "tests/unit/daemon/service/desk_bench.hpp"
+#include "tests/unit/daemon/service/run_manager_bench.hpp"
 
 namespace data_files_test {
 
@@ -190,11 +190,11 @@ TEST_CASE("A file is opened beneath its folder alike, all at once and step by st
 
 TEST_CASE("A run's files are listed by an errand: its certificate may have megabytes") {
   const TemporaryFolder folder;
-  test::DeskBench desk(folder, test::tiny_recipe(1));
-  const control::RunView run = desk.ended(desk.submit().stored.id());
+  test::RunManagerBench bench(folder, test::tiny_recipe(1));
+  const runs::RunView run = bench.ended(bench.submit().stored.id());
   DataFiles files(utc_now);
   api::Services services;
-  services.desk = desk.desk.get();
+  services.run_manager = bench.manager.get();
   services.files = &files;
   std::function<api::Services::Report()> errand;
   services.file_errand = [&](std::function<api::Services::Report()> work, const auto&) {

@@ -3,26 +3,27 @@
 #include <catch2/catch.hpp>
 
 #include "daemon/storage/recorder/campaign_past.hpp"
-#include "tests/unit/daemon/service/desk_bench.hpp"
+#include "tests/unit/daemon/service/run_manager_bench.hpp"
 
 namespace faults_on_purpose_test {
 
 using namespace weft;
 using namespace weft::daemon;
-using namespace weft::daemon::control;
-using test::DeskBench;
+using namespace weft::daemon::runs;
+using test::RunManagerBench;
 using test::TemporaryFolder;
 
 namespace {
 
 using Told = std::optional<Status>;
 
-void befall(DeskBench& bench, const std::string& fault, bool ends, Told& told) {
-  bench.desk->befall({fault, ends, "ada", {}}, [&told](const Status& done) { told = done; });
+void befall(RunManagerBench& bench, const std::string& fault, bool ends, Told& told) {
+  bench.manager->inject_fault({fault, ends, "ada", {}},
+                              [&told](const Status& done) { told = done; });
 }
 
 /// A run whose thread waits at its first word, so that what is asked now is asked in time.
-RunView begun(DeskBench& bench) {
+RunView begun(RunManagerBench& bench) {
   bench.posted.hold();
   return bench.submit();
 }
@@ -39,7 +40,7 @@ std::size_t fault_lines(const std::filesystem::path& campaign) {
 
 TEST_CASE("a fault befalls the run under way, and both journals have it") {
   const TemporaryFolder folder;
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   const std::string id = begun(bench).stored.id();
   Told unknown, silent, cleared;
   befall(bench, R"({"device": "fu", "fault": "silent"})", false, unknown);
@@ -65,7 +66,7 @@ TEST_CASE("a fault befalls the run under way, and both journals have it") {
 
 TEST_CASE("a fault that was ended leaves the trials whole") {
   const TemporaryFolder folder;
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   const std::string id = begun(bench).stored.id();
   Told given, ended;
   befall(bench, R"({"device": "ft", "fault": "silent", "start_s": 5})", false, given);
@@ -80,13 +81,13 @@ TEST_CASE("a fault that was ended leaves the trials whole") {
 
 TEST_CASE("without a run a fault is refused; one that no run takes up any more is told so") {
   const TemporaryFolder folder;
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   Told told;
   befall(bench, R"({"device": "ft", "fault": "silent"})", false, told);
   REQUIRE(told);
   CHECK(told->error().code == Errc::wrong_state);
   const std::string id = begun(bench).stored.id();
-  REQUIRE(bench.desk->order(id, Order::abort, "ada"));
+  REQUIRE(bench.manager->order(id, Order::abort, "ada"));
   Told late;
   befall(bench, R"({"device": "ft", "fault": "silent"})", false, late);
   bench.posted.let_go();
@@ -101,21 +102,21 @@ TEST_CASE("without a run a fault is refused; one that no run takes up any more i
 TEST_CASE("an emergency stop ends a run as a halt does, and outlives halts and the daemon") {
   const TemporaryFolder folder;
   {
-    DeskBench bench(folder);
+    RunManagerBench bench(folder);
     const std::string id = begun(bench).stored.id();
-    bench.desk->emergency_stop("ada");
-    CHECK(bench.desk->get(id)->machine.state == RunState::halting);
-    bench.desk->halt("bo");
-    CHECK(bench.desk->standing() == RigStanding{RigStanding::Fact::latched, "bo", true});
+    bench.manager->halt(RigState::Stop::emergency, "ada");
+    CHECK(bench.manager->get(id)->machine.state == RunState::halting);
+    bench.manager->halt(RigState::Stop::halt, "bo");
+    CHECK(bench.manager->rig_state() == RigState{RigState::Fact::latched, "bo", true});
     bench.posted.let_go();
     CHECK(bench.ended(id).stored.outcome == "aborted");
   }
-  DeskBench bench(folder);
-  CHECK(bench.desk->standing().emergency);
-  REQUIRE(bench.desk->reset("looked at", "ada"));
-  CHECK(bench.desk->standing() == RigStanding{});
-  bench.desk->halt("bo");
-  CHECK_FALSE(bench.desk->standing().emergency);
+  RunManagerBench bench(folder);
+  CHECK(bench.manager->rig_state().is_emergency());
+  REQUIRE(bench.manager->reset("looked at", "ada"));
+  CHECK(bench.manager->rig_state() == RigState{});
+  bench.manager->halt(RigState::Stop::halt, "bo");
+  CHECK_FALSE(bench.manager->rig_state().is_emergency());
 }
 
 }  // namespace faults_on_purpose_test

@@ -13,15 +13,15 @@
 
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/service/methods/services.hpp"
-#include "tests/unit/daemon/service/desk_bench.hpp"
+#include "tests/unit/daemon/service/run_manager_bench.hpp"
 
 namespace full_disk_test {
 
 using namespace weft;
 using namespace weft::daemon;
-using control::RunState;
 using nlohmann::json;
-using test::DeskBench;
+using runs::RunState;
+using test::RunManagerBench;
 using test::TemporaryFolder;
 
 namespace {
@@ -46,7 +46,7 @@ class FullDisk {
   void (*was_)(int);
 };
 
-std::size_t lines_of(control::RunStore& store, std::string_view kind) {
+std::size_t lines_of(runs::RunStore& store, std::string_view kind) {
   const auto lines = store.tail("", 1000);
   REQUIRE(lines);
   return static_cast<std::size_t>(
@@ -57,44 +57,44 @@ std::size_t lines_of(control::RunStore& store, std::string_view kind) {
 
 TEST_CASE("what became of a run while the disk was full is written down once it has room") {
   const TemporaryFolder folder;
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   const std::string id = bench.submit().stored.id();
-  CHECK(bench.desk->is_kept());
+  CHECK(bench.store.is_persisted());
   const std::size_t told = lines_of(bench.store, "state");
   {
     const FullDisk full;
-    CHECK(bench.desk->order(id, Order::abort, "ada"));
-    bench.desk->tick();
-    CHECK_FALSE(bench.desk->is_kept());
+    CHECK(bench.manager->order(id, Order::abort, "ada"));
+    bench.manager->tick();
+    CHECK_FALSE(bench.store.is_persisted());
   }
-  CHECK(bench.store.load()->front().state == RunState::arming);
-  bench.desk->tick();
-  CHECK(bench.desk->is_kept());
-  CHECK(bench.store.load()->front().state == RunState::aborting);
+  CHECK(bench.store.runs()->front().state == RunState::arming);
+  bench.manager->tick();
+  CHECK(bench.store.is_persisted());
+  CHECK(bench.store.runs()->front().state == RunState::aborting);
   CHECK(lines_of(bench.store, "state") == told + 1);
   CHECK(bench.ended(id).machine.state == RunState::ended);
 }
 
 TEST_CASE("a run whose last trial filled the disk is concluded once there is room") {
   const TemporaryFolder folder;
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   std::optional<FullDisk> full;
   bench.at_line = [&](const TrialProgress& line, RunOrders&) {
     if (line.done == line.planned) full.emplace();
   };
   const std::string id = bench.submit().stored.id();
-  const control::RunView cut = bench.ended(id);
+  const runs::RunView cut = bench.ended(id);
   full.reset();
   bench.at_line = {};
   CHECK(cut.machine.state == RunState::interrupted);
   CHECK(cut.stored.outcome == "complete");
   CHECK_FALSE(cut.stored.dataset_error.empty());
   CHECK_FALSE(load_progress(cut.stored.folder / campaign_file_name)->finished);
-  bench.desk->tick();
+  bench.manager->tick();
   bool moves = false;
   bench.at_rig = [&] { moves = true; };
-  REQUIRE(bench.desk->recover(id, "test"));
-  const control::RunView whole = bench.ended(id);
+  REQUIRE(bench.recover(id, "test"));
+  const runs::RunView whole = bench.ended(id);
   INFO(whole.stored.error << whole.stored.dataset_error);
   CHECK(whole.machine.state == RunState::ended);
   CHECK_FALSE(moves);
@@ -105,29 +105,29 @@ TEST_CASE("a run whose last trial filled the disk is concluded once there is roo
 
 TEST_CASE("a wish for the line that cannot be kept changes nothing") {
   const TemporaryFolder folder;
-  DeskBench bench(folder);
-  bench.desk->halt("test");
+  RunManagerBench bench(folder);
+  bench.manager->halt(runs::RigState::Stop::halt, "test");
   bench.submit();
   const std::string second = bench.submit().stored.id();
-  const control::RunLine before = bench.desk->line();
+  const runs::RunQueue before = bench.manager->queue();
   {
     const FullDisk full;
-    CHECK_FALSE(bench.desk->move(second, 0, "ada"));
-    CHECK_FALSE(bench.desk->hold_line("ada"));
-    CHECK_FALSE(bench.desk->withdraw(second, "ada"));
+    CHECK_FALSE(bench.manager->move(second, 0, "ada"));
+    CHECK_FALSE(bench.manager->pause_queue("ada"));
+    CHECK_FALSE(bench.manager->remove(second, "ada"));
   }
-  CHECK(bench.desk->get(second)->machine.state == RunState::queued);
-  CHECK(bench.desk->line() == before);
-  CHECK(bench.store.line().value() == before);
+  CHECK(bench.manager->get(second)->machine.state == RunState::queued);
+  CHECK(bench.manager->queue() == before);
+  CHECK(bench.store.queue().value() == before);
   CHECK(lines_of(bench.store, "moved") == 0);
-  REQUIRE(bench.desk->hold_line("ada"));
+  REQUIRE(bench.manager->pause_queue("ada"));
   {
     const FullDisk full;
-    CHECK_FALSE(bench.desk->start_line("ada"));
+    CHECK_FALSE(bench.manager->resume_queue("ada"));
   }
-  CHECK(bench.desk->line().held());
+  CHECK(bench.manager->queue().is_paused());
   CHECK(lines_of(bench.store, "queue_started") == 0);
-  REQUIRE(bench.desk->start_line("ada"));
+  REQUIRE(bench.manager->resume_queue("ada"));
   CHECK(lines_of(bench.store, "queue_started") == 1);
 }
 
@@ -162,7 +162,7 @@ TEST_CASE("a file that is streamed to a full disk says why, and leaves the old o
 
 TEST_CASE("leases and tokens whose line of the journal cannot be kept are as they were") {
   const TemporaryFolder folder;
-  auto store = control::RunStore::open(folder / "weftd.sqlite");
+  auto store = runs::RunStore::open(folder / "weftd.sqlite");
   REQUIRE(store);
   server::Hub hub;
   access::Leases leases("9c1d40b2");

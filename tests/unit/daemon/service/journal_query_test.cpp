@@ -4,14 +4,15 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/service/methods/services.hpp"
-#include "tests/unit/daemon/service/desk_bench.hpp"
+#include "tests/unit/daemon/service/run_manager_bench.hpp"
 
 namespace journal_query_test {
 
 using namespace weft;
 using namespace weft::daemon;
-using control::RunStore;
 using nlohmann::json;
+using runs::RunChange;
+using runs::RunStore;
 using test::TemporaryFolder;
 
 namespace {
@@ -19,14 +20,12 @@ namespace {
 /// Lines 1 to `lines`, a second apart; the runs take turns, every tenth is a halt.
 RunStore journal_of(const TemporaryFolder& folder, int lines) {
   RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
-  REQUIRE(store.together([&] {
-    Status ok;
-    for (int i = 1; ok && i <= lines; ++i)
-      ok = store.journal(i * 1'000'000LL, i % 2 == 0 ? "R-000002" : "R-000001",
-                         i % 10 == 0 ? "halt" : "state", "ada",
-                         R"({"i":)" + std::to_string(i) + "}");
-    return ok;
-  }));
+  RunChange change;
+  for (int i = 1; i <= lines; ++i)
+    change.journal.push_back({0, i * 1'000'000LL, i % 2 == 0 ? "R-000002" : "R-000001",
+                              i % 10 == 0 ? "halt" : "state", "ada",
+                              R"({"i":)" + std::to_string(i) + "}"});
+  REQUIRE(store.commit(change));
   return store;
 }
 

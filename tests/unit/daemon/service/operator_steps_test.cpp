@@ -1,17 +1,17 @@
-// People's steps between trials, asked and confirmed through the desk. SIMULATED.
+// People's steps between trials, asked and confirmed through the run manager. SIMULATED.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include "daemon/campaign/run_pace.hpp"
-#include "tests/unit/daemon/service/desk_bench.hpp"
+#include "tests/unit/daemon/service/run_manager_bench.hpp"
 
 namespace operator_steps_test {
 
 using namespace weft;
 using namespace weft::daemon;
-using namespace weft::daemon::control;
-using test::DeskBench;
+using namespace weft::daemon::runs;
+using test::RunManagerBench;
 using test::TemporaryFolder;
 
 namespace {
@@ -45,16 +45,16 @@ std::string leave_waiting(const TemporaryFolder& folder) {
     orders.give({Order::confirm, "ada", moment.asked->ticket});
   };
   REQUIRE(test::killed_at(request, {}, hooks) == true);
-  REQUIRE(store.add(run));
-  for (int i = 0; i < 3; ++i) REQUIRE(store.journal(0, run.id(), "asked", "auto:recipe"));
+  REQUIRE(test::add(store, run));
+  for (int i = 0; i < 3; ++i) REQUIRE(store.append_journal(0, run.id(), "asked", "auto:recipe"));
   return "Q-3";
 }
 
 /// Until something is asked; its name.
-Attention asked(DeskBench& bench, const std::string& id) {
+OperatorPrompt asked(RunManagerBench& bench, const std::string& id) {
   REQUIRE(bench.posted.run_until(
-      [&] { return bench.desk->get(id)->machine.state == RunState::awaiting_operator; }));
-  const RunView run = *bench.desk->get(id);
+      [&] { return bench.manager->get(id)->machine.state == RunState::awaiting_operator; }));
+  const RunView run = *bench.manager->get(id);
   REQUIRE(run.attention);
   REQUIRE_FALSE(run.attention->step.empty());
   return *run.attention;
@@ -64,27 +64,27 @@ Attention asked(DeskBench& bench, const std::string& id) {
 
 TEST_CASE("a run waits for each of its operator steps, and goes on when that one is confirmed") {
   const TemporaryFolder folder;
-  DeskBench bench(folder, asking_recipe());
+  RunManagerBench bench(folder, asking_recipe());
   const RunView queued = bench.submit();
   const std::string id = queued.stored.id();
   CHECK(queued.attention->ask.text == "Clean the probe.");
   CHECK(queued.attention->step.empty());
-  const Attention first = asked(bench, id);
+  const OperatorPrompt first = asked(bench, id);
   CHECK(first.ask.text == "Clean the probe.");
-  CHECK(bench.desk->confirm(id, "Q-0", "ada").error().code == Errc::wrong_state);
-  CHECK(bench.desk->confirm("R-000009", first.step, "ada").error().code == Errc::not_found);
-  REQUIRE(bench.desk->confirm(id, first.step, "ada"));
-  const Attention second = asked(bench, id);
+  CHECK(bench.manager->confirm(id, "Q-0", "ada").error().code == Errc::wrong_state);
+  CHECK(bench.manager->confirm("R-000009", first.step, "ada").error().code == Errc::not_found);
+  REQUIRE(bench.manager->confirm(id, first.step, "ada"));
+  const OperatorPrompt second = asked(bench, id);
   CHECK(second.ask.text == "Mount denim.");
   CHECK(second.step != first.step);
-  CHECK(bench.desk->confirm(id, first.step, "ada").error().expected == second.step);
-  REQUIRE(bench.desk->confirm(id, second.step, "ada"));
-  CHECK_FALSE(bench.desk->confirm(id, second.step, "ada"));  // once is enough
-  const Attention third = asked(bench, id);
+  CHECK(bench.manager->confirm(id, first.step, "ada").error().expected == second.step);
+  REQUIRE(bench.manager->confirm(id, second.step, "ada"));
+  CHECK_FALSE(bench.manager->confirm(id, second.step, "ada"));  // once is enough
+  const OperatorPrompt third = asked(bench, id);
   CHECK(third.ask.text == "Mount satin.");
   CHECK(third.ask.trial == 2);
-  CHECK(bench.desk->get(id)->trials_done == 2);
-  REQUIRE(bench.desk->confirm(id, third.step, "ada"));
+  CHECK(bench.manager->get(id)->trials_done == 2);
+  REQUIRE(bench.manager->confirm(id, third.step, "ada"));
   const RunView done = bench.ended(id);
   CHECK(done.stored.outcome == "complete");
   CHECK_FALSE(done.attention);
@@ -97,51 +97,51 @@ TEST_CASE("a run waits for each of its operator steps, and goes on when that one
 TEST_CASE("who waits for people is paused, stopped, aborted and halted like any run") {
   const auto ends_as = [](Order order, const char* outcome) {
     const TemporaryFolder folder;
-    DeskBench bench(folder, asking_recipe());
+    RunManagerBench bench(folder, asking_recipe());
     const std::string id = bench.submit().stored.id();
     asked(bench, id);
-    REQUIRE(bench.desk->order(id, order, "ada"));
-    CHECK_FALSE(bench.desk->get(id)->attention);
+    REQUIRE(bench.manager->order(id, order, "ada"));
+    CHECK_FALSE(bench.manager->get(id)->attention);
     CHECK(bench.ended(id).stored.outcome == outcome);
   };
   ends_as(Order::stop, "stopped");
   ends_as(Order::abort, "aborted");
   ends_as(Order::halt, "aborted");
   const TemporaryFolder folder;
-  DeskBench bench(folder, asking_recipe());
+  RunManagerBench bench(folder, asking_recipe());
   const std::string id = bench.submit().stored.id();
-  const Attention before = asked(bench, id);
-  REQUIRE(bench.desk->order(id, Order::pause, "ada"));
-  REQUIRE(
-      bench.posted.run_until([&] { return bench.desk->get(id)->machine.state == RunState::held; }));
-  CHECK_FALSE(bench.desk->confirm(id, before.step, "ada"));
-  REQUIRE(bench.desk->order(id, Order::resume, "ada"));
-  const Attention again = asked(bench, id);
+  const OperatorPrompt before = asked(bench, id);
+  REQUIRE(bench.manager->order(id, Order::pause, "ada"));
+  REQUIRE(bench.posted.run_until(
+      [&] { return bench.manager->get(id)->machine.state == RunState::held; }));
+  CHECK_FALSE(bench.manager->confirm(id, before.step, "ada"));
+  REQUIRE(bench.manager->order(id, Order::resume, "ada"));
+  const OperatorPrompt again = asked(bench, id);
   CHECK(again.ask.text == before.ask.text);
   CHECK(again.step != before.step);
-  REQUIRE(bench.desk->order(id, Order::abort, "ada"));
+  REQUIRE(bench.manager->order(id, Order::abort, "ada"));
   bench.ended(id);
 }
 
 TEST_CASE("a run that waits for people when its daemon dies asks again when it goes on") {
   const TemporaryFolder folder;
   const std::string before = leave_waiting(folder);
-  DeskBench bench(folder, asking_recipe());
-  const std::string id = bench.desk->all().front().stored.id();
-  REQUIRE(bench.desk->get(id)->machine.state == RunState::interrupted);
+  RunManagerBench bench(folder, asking_recipe());
+  const std::string id = bench.manager->all().front().stored.id();
+  REQUIRE(bench.manager->get(id)->machine.state == RunState::interrupted);
   std::optional<ResumePreview> left;
-  bench.desk->preview(id, Recovery::resume,
-                      [&](const Result<ResumePreview>& told) { left = told.value(); });
+  bench.manager->preview(id, Recovery::resume,
+                         [&](const Result<ResumePreview>& told) { left = told.value(); });
   REQUIRE(bench.posted.run_until([&] { return left.has_value(); }));
   CHECK(left->complete == 2);
   CHECK(std::count(left->will.begin(), left->will.end(),
                    "wait until a person confirms: Mount satin.") == 1);
-  REQUIRE(bench.desk->recover(id, "ada"));
-  const Attention again = asked(bench, id);
+  REQUIRE(bench.recover(id, "ada"));
+  const OperatorPrompt again = asked(bench, id);
   CHECK(again.ask.text == "Mount satin.");
   CHECK(again.step != before);
-  CHECK_FALSE(bench.desk->confirm(id, before, "ada"));
-  REQUIRE(bench.desk->confirm(id, again.step, "ada"));
+  CHECK_FALSE(bench.manager->confirm(id, before, "ada"));
+  REQUIRE(bench.manager->confirm(id, again.step, "ada"));
   const RunView done = bench.ended(id);
   CHECK(done.stored.outcome == "complete");
   CHECK(done.trials_done == 4);

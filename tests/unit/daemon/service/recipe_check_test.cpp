@@ -6,7 +6,7 @@
 
 #include "daemon/campaign/preflight.hpp"
 #include "daemon/service/methods/services.hpp"
-#include "tests/unit/daemon/service/desk_bench.hpp"
+#include "tests/unit/daemon/service/run_manager_bench.hpp"
 
 namespace recipe_check_test {
 
@@ -20,10 +20,10 @@ namespace {
 /// The methods alone, with errands that the test does when it likes.
 struct CheckBench {
   using Report = api::Services::Report;
-  explicit CheckBench(const TemporaryFolder& folder) : desk(folder, test::tiny_recipe(1)) {
-    services.rig = desk.request.rig;
-    services.desk = desk.desk.get();
-    services.log = &desk.store;
+  explicit CheckBench(const TemporaryFolder& folder) : bench(folder, test::tiny_recipe(1)) {
+    services.rig = bench.request.rig;
+    services.run_manager = bench.manager.get();
+    services.log = &bench.store;
     services.recipes = services.data = folder.path();
     services.errand = [this](std::function<Report()> work,
                              const std::function<void(const Error&)>&) {
@@ -57,7 +57,7 @@ struct CheckBench {
     return *said;
   }
 
-  test::DeskBench desk;
+  test::RunManagerBench bench;
   api::Services services;
   rpc::Methods methods;
   std::vector<std::function<Report()>> errands;
@@ -95,8 +95,8 @@ TEST_CASE(
 TEST_CASE("A run that waits is planned as it was put in line, with its own seed") {
   const TemporaryFolder folder;
   CheckBench bench(folder);
-  REQUIRE(bench.desk.desk->hold_line("test"));
-  const auto waits = bench.desk.desk->submit({bench.desk.request.recipe, 99, {}, "test"});
+  REQUIRE(bench.bench.manager->pause_queue("test"));
+  const auto waits = bench.bench.submit({bench.bench.request.recipe, 99, {}, "test"});
   REQUIRE(waits);
   const auto plan_of = [&](const json& params) {
     const auto answer = bench.answered("recipe.plan", params);
@@ -104,7 +104,7 @@ TEST_CASE("A run that waits is planned as it was put in line, with its own seed"
     return json::parse(*answer);
   };
   const json of_recipe = plan_of({{"recipe", "recipe"}, {"seed", 99}});
-  test::write_file(bench.desk.request.recipe, test::tiny_recipe(3));  // too late for the run
+  test::write_file(bench.bench.request.recipe, test::tiny_recipe(3));  // too late for the run
   const json of_run = plan_of({{"recipe", waits->stored.id()}});
   CHECK(of_run == of_recipe);
   CHECK(plan_of({{"recipe", waits->stored.id()}, {"seed", 7}})["plan_digest"] !=
@@ -121,10 +121,10 @@ TEST_CASE("What weft check has against a rig file, recipe.check, recipe.put and 
   if (wrong == 0) test::device_of(rig, "wrench")["driver"] = "ati_rtd";
   if (wrong == 1) test::device_of(rig, "x")["config"]["max_speed_mm_s"] = "fast";
   if (wrong == 2) test::device_of(rig, "taxels")["link"] = {{"kind", "tcp"}, {"port", 7}};
-  test::write_file(bench.desk.request.rig, rig.dump());
-  const auto said = preflight(bench.desk.request);
+  test::write_file(bench.bench.request.rig, rig.dump());
+  const auto said = preflight(bench.bench.request);
   const auto checked = bench.answered("recipe.check", {{"recipe", "recipe"}});
-  const auto started = bench.desk.desk->submit({bench.desk.request.recipe, {}, {}, "test"});
+  const auto started = bench.bench.submit({bench.bench.request.recipe, {}, {}, "test"});
   REQUIRE_FALSE(started);
   if (!said) {  // the file as such
     CHECK(checked.error().error.what == said.error().what);
@@ -135,7 +135,7 @@ TEST_CASE("What weft check has against a rig file, recipe.check, recipe.put and 
   CHECK(told["ok"] == false);
   REQUIRE(told["problems"].size() == said->problems.size());
   CHECK(told["problems"][0]["message"] == said->problems.front().what.message);
-  CHECK(told["problems"][0]["file"] == bench.desk.request.rig.string());
+  CHECK(told["problems"][0]["file"] == bench.bench.request.rig.string());
   CHECK(started.error().what.find(said->problems.front().what.message) != std::string::npos);
 }
 

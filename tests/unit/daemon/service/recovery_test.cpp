@@ -7,35 +7,35 @@
 #include "daemon/storage/certificate/verify.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/recorder/campaign_folder.hpp"
-#include "tests/unit/daemon/service/desk_bench.hpp"
+#include "tests/unit/daemon/service/run_manager_bench.hpp"
 
 namespace recovery_test {
 
 using namespace weft;
 using namespace weft::daemon;
-using namespace weft::daemon::control;
-using test::DeskBench;
+using namespace weft::daemon::runs;
 using test::leave_interrupted;
+using test::RunManagerBench;
 using test::TemporaryFolder;
 
 namespace {
 
-std::string only_run(const DeskBench& bench) {
-  return bench.desk->all().front().stored.id();
+std::string only_run(const RunManagerBench& bench) {
+  return bench.manager->all().front().stored.id();
 }
 
-Result<ResumePreview> previewed(DeskBench& bench, Recovery choice) {
+Result<ResumePreview> previewed(RunManagerBench& bench, Recovery choice) {
   std::optional<Result<ResumePreview>> told;
-  bench.desk->preview(only_run(bench), choice,
-                      [&](const Result<ResumePreview>& left) { told = left; });
+  bench.manager->preview(only_run(bench), choice,
+                         [&](const Result<ResumePreview>& left) { told = left; });
   REQUIRE(bench.posted.run_until([&] { return told.has_value(); }));
   return *told;
 }
 
-Result<RunView> settled(DeskBench& bench, Recovery choice) {
+Result<RunView> settled(RunManagerBench& bench, Recovery choice) {
   std::optional<Result<RunView>> told;
-  bench.desk->settle(only_run(bench), choice, "ada",
-                     [&](const Result<RunView>& run) { told = run; });
+  bench.manager->settle(only_run(bench), choice, "ada",
+                        [&](const Result<RunView>& run) { told = run; });
   REQUIRE(bench.posted.run_until([&] { return told.has_value(); }));
   return *told;
 }
@@ -45,12 +45,12 @@ Result<RunView> settled(DeskBench& bench, Recovery choice) {
 TEST_CASE("a discarded run has ended, its file says so, and no data set is made of it") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   const auto left = previewed(bench, Recovery::discard);
   REQUIRE(left);
   CHECK(left->planned == 4);
   CHECK(left->complete >= 2);
-  CHECK(bench.desk->get(only_run(bench))->machine.state == RunState::interrupted);
+  CHECK(bench.manager->get(only_run(bench))->machine.state == RunState::interrupted);
   const auto run = settled(bench, Recovery::discard);
   REQUIRE(run);
   CHECK(run->machine.state == RunState::ended);
@@ -65,8 +65,8 @@ TEST_CASE("a discarded run has ended, its file says so, and no data set is made 
   REQUIRE(report);
   CHECK(report->certified);
   CHECK(report->holds());
-  CHECK_FALSE(bench.desk->recover(only_run(bench), "ada"));
-  CHECK(bench.desk->standing() == RigStanding{RigStanding::Fact::unknown, only_run(bench)});
+  CHECK_FALSE(bench.recover(only_run(bench), "ada"));
+  CHECK(bench.manager->rig_state() == RigState{RigState::Fact::unknown, only_run(bench)});
   CampaignRequest request = bench.request;
   request.out = run->stored.folder;
   request.resume = true;
@@ -76,7 +76,7 @@ TEST_CASE("a discarded run has ended, its file says so, and no data set is made 
 TEST_CASE("what is complete of an interrupted run is kept, certified, and said to be partial") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   const auto left = previewed(bench, Recovery::keep_partial);
   REQUIRE(left);
   const auto run = settled(bench, Recovery::keep_partial);
@@ -105,11 +105,11 @@ TEST_CASE("what was decided about a run outlives the daemon") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
   {
-    DeskBench bench(folder);
+    RunManagerBench bench(folder);
     REQUIRE(settled(bench, Recovery::keep_partial));
   }
-  DeskBench bench(folder);
-  const RunView run = bench.desk->all().front();
+  RunManagerBench bench(folder);
+  const RunView run = bench.manager->all().front();
   CHECK(run.machine.state == RunState::ended);
   CHECK(run.stored.recovered == "keep-partial");
 }
@@ -119,11 +119,11 @@ TEST_CASE("nothing is kept where no trial is complete, and the run is interrupte
   leave_interrupted(folder);
   std::filesystem::remove(folder / "R-000001" / "campaign.sqlite-wal");
   std::filesystem::remove(folder / "R-000001" / "campaign.sqlite");
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   CHECK(previewed(bench, Recovery::keep_partial).error().code == Errc::not_found);
   const auto refused = settled(bench, Recovery::keep_partial);
   REQUIRE_FALSE(refused);
-  CHECK(bench.desk->get(only_run(bench))->machine.state == RunState::interrupted);
+  CHECK(bench.manager->get(only_run(bench))->machine.state == RunState::interrupted);
   const auto run = settled(bench, Recovery::discard);
   REQUIRE(run);
   CHECK(run->stored.outcome == "aborted");
@@ -133,20 +133,20 @@ TEST_CASE("nothing is settled while the daemon's folder is away, or where it wen
   const TemporaryFolder folder;
   const std::filesystem::path away = folder.path().string() + "-away";
   leave_interrupted(folder);
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   const auto campaign = folder / "R-000001" / "campaign.sqlite";
   std::filesystem::rename(folder.path(), away);
   CHECK(settled(bench, Recovery::discard).error().code == Errc::io);
   std::filesystem::rename(away, folder.path());
   CHECK_FALSE(load_progress(campaign)->discarded);
   std::optional<Result<RunView>> told;
-  bench.desk->settle(only_run(bench), Recovery::discard, "ada",
-                     [&](const Result<RunView>& run) { told = run; });
+  bench.manager->settle(only_run(bench), Recovery::discard, "ada",
+                        [&](const Result<RunView>& run) { told = run; });
   REQUIRE(bench.posted.arrives());
   std::filesystem::rename(folder.path(), away);
   REQUIRE(bench.posted.run_until([&] { return told.has_value(); }));
   CHECK(told->error().code == Errc::io);
-  CHECK(bench.desk->get(only_run(bench))->machine.state == RunState::interrupted);
+  CHECK(bench.manager->get(only_run(bench))->machine.state == RunState::interrupted);
   std::filesystem::rename(away, folder.path());
   REQUIRE(settled(bench, Recovery::discard));
   CHECK(load_progress(campaign)->discarded);
@@ -155,24 +155,24 @@ TEST_CASE("nothing is settled while the daemon's folder is away, or where it wen
 TEST_CASE("while one choice is carried out no other is, and each preview is of its own choice") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   const std::string id = only_run(bench);
   std::vector<ResumePreview> told;
   const auto tell = [&](const Result<ResumePreview>& left) { told.push_back(left.value()); };
-  bench.desk->preview(id, Recovery::resume, tell);
-  bench.desk->preview(id, Recovery::discard, tell);
-  bench.desk->preview(id, Recovery::resume, tell);
+  bench.manager->preview(id, Recovery::resume, tell);
+  bench.manager->preview(id, Recovery::discard, tell);
+  bench.manager->preview(id, Recovery::resume, tell);
   REQUIRE(bench.posted.run_until([&] { return told.size() == 3; }));
   CHECK(told[0].will == told[1].will);
   CHECK(told[2].will != told[0].will);
   bench.posted.hold();
   std::optional<RunView> ended;
-  bench.desk->settle(id, Recovery::discard, "ada",
-                     [&](const Result<RunView>& run) { ended = run.value(); });
-  CHECK(bench.desk->recover(id, "ada").error().code == Errc::wrong_state);
+  bench.manager->settle(id, Recovery::discard, "ada",
+                        [&](const Result<RunView>& run) { ended = run.value(); });
+  CHECK(bench.recover(id, "ada").error().code == Errc::wrong_state);
   std::optional<Error> refused;
-  bench.desk->settle(id, Recovery::keep_partial, "ada",
-                     [&](const Result<RunView>& run) { refused = run.error(); });
+  bench.manager->settle(id, Recovery::keep_partial, "ada",
+                        [&](const Result<RunView>& run) { refused = run.error(); });
   CHECK(refused.has_value());
   bench.posted.let_go();
   REQUIRE(bench.posted.run_until([&] { return ended.has_value(); }));
@@ -183,12 +183,12 @@ TEST_CASE("a damaged file does not keep its run from being discarded, a busy one
   const TemporaryFolder folder;
   leave_interrupted(folder);
   const auto campaign = folder / "R-000001" / "campaign.sqlite";
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   {
     const auto lock = FolderLock::take(folder / "R-000001");
     REQUIRE(lock);
     CHECK(settled(bench, Recovery::discard).error().code == Errc::busy);
-    CHECK(bench.desk->get(only_run(bench))->machine.state == RunState::interrupted);
+    CHECK(bench.manager->get(only_run(bench))->machine.state == RunState::interrupted);
   }
   std::filesystem::remove(folder / "R-000001" / "campaign.sqlite-wal");
   test::write_file(campaign, "SQLite format 3" + std::string(5000, 'x'));

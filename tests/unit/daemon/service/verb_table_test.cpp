@@ -1,17 +1,17 @@
-// Every verb in every state of a run, tried on a desk: docs/reference/run-verbs.md is what came of
-// it. With WEFT_WRITE_DOCS in the environment the page is written anew. SIMULATED.
+// Every verb in every state of a run, tried on a run manager: docs/reference/run-verbs.md is what
+// came of it. With WEFT_WRITE_DOCS in the environment the page is written anew. SIMULATED.
 
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "tests/unit/daemon/service/desk_bench.hpp"
+#include "tests/unit/daemon/service/run_manager_bench.hpp"
 
 namespace verb_table_test {
 
 using namespace weft;
 using namespace weft::daemon;
-using namespace weft::daemon::control;
-using test::DeskBench;
+using namespace weft::daemon::runs;
+using test::RunManagerBench;
 using test::TemporaryFolder;
 
 namespace {
@@ -26,19 +26,20 @@ std::string verb_recipe(RunState state) {
   return recipe.dump();
 }
 
-/// A desk with one run in a state. What the run's thread says is not heard unless it is waited for.
+/// A run manager with one run in a state. What the run's thread says is not heard unless it is
+/// waited for.
 struct VerbCase {
   TemporaryFolder folder;
-  std::unique_ptr<DeskBench> bench;
+  std::unique_ptr<RunManagerBench> bench;
   std::string id;
 
   explicit VerbCase(RunState state) {
     if (state == RunState::interrupted) leave_interrupted(folder);
-    bench = std::make_unique<DeskBench>(folder, verb_recipe(state));
+    bench = std::make_unique<RunManagerBench>(folder, verb_recipe(state));
     if (state == RunState::interrupted) {
-      id = bench->desk->all().front().stored.id();
+      id = bench->manager->all().front().stored.id();
     } else {
-      if (state == RunState::queued) REQUIRE(bench->desk->hold_line("test"));
+      if (state == RunState::queued) REQUIRE(bench->manager->pause_queue("test"));
       id = bench->submit().stored.id();
       reach(state);
     }
@@ -46,13 +47,13 @@ struct VerbCase {
     REQUIRE(now() == state);
   }
 
-  [[nodiscard]] RunState now() const { return bench->desk->get(id)->machine.state; }
+  [[nodiscard]] RunState now() const { return bench->manager->get(id)->machine.state; }
 
  private:
   void until(RunState state) {
     REQUIRE(bench->posted.run_until([&] { return now() == state; }));
   }
-  void order(Order order) { REQUIRE(bench->desk->order(id, order, "test")); }
+  void order(Order order) { REQUIRE(bench->manager->order(id, order, "test")); }
   void reach(RunState state) {
     switch (state) {
       case RunState::awaiting_operator:
@@ -96,21 +97,21 @@ struct Verb {
 
 template <Order order>
 Status say_order(VerbCase& of) {
-  return status_of(of.bench->desk->order(of.id, order, "test"));
+  return status_of(of.bench->manager->order(of.id, order, "test"));
 }
 
 template <Recovery choice>
 Status say_settle(VerbCase& of) {
   std::optional<Status> said;
-  of.bench->desk->settle(of.id, choice, "test",
-                         [&](const Result<RunView>& run) { said = status_of(run); });
+  of.bench->manager->settle(of.id, choice, "test",
+                            [&](const Result<RunView>& run) { said = status_of(run); });
   REQUIRE(of.bench->posted.run_until([&] { return said.has_value(); }));
   return *said;
 }
 
 Status say_confirm(VerbCase& of) {
-  const auto asked = of.bench->desk->get(of.id)->attention;
-  return status_of(of.bench->desk->confirm(of.id, asked ? asked->step : "Q-1", "test"));
+  const auto asked = of.bench->manager->get(of.id)->attention;
+  return status_of(of.bench->manager->confirm(of.id, asked ? asked->step : "Q-1", "test"));
 }
 
 constexpr std::array all_verbs{
@@ -121,33 +122,34 @@ constexpr std::array all_verbs{
     Verb{"run.stop", say_order<Order::stop>},
     Verb{"run.abort", say_order<Order::abort>},
     Verb{"run.withdraw",
-         [](VerbCase& of) -> Status { return of.bench->desk->withdraw(of.id, "test"); }},
+         [](VerbCase& of) -> Status { return of.bench->manager->remove(of.id, "test"); }},
     Verb{"queue.move",
-         [](VerbCase& of) -> Status { return of.bench->desk->move(of.id, 0, "test"); }},
+         [](VerbCase& of) -> Status { return of.bench->manager->move(of.id, 0, "test"); }},
     Verb{"run.recover, resume",
-         [](VerbCase& of) -> Status { return status_of(of.bench->desk->recover(of.id, "test")); }},
+         [](VerbCase& of) -> Status { return status_of(of.bench->recover(of.id, "test")); }},
     Verb{"run.recover, discard", say_settle<Recovery::discard>},
     Verb{"run.recover, keep-partial", say_settle<Recovery::keep_partial>},
     Verb{"rig.halt",
          [](VerbCase& of) -> Status {
-           of.bench->desk->halt("test");
+           of.bench->manager->halt(RigState::Stop::halt, "test");
            return Status{};
          }},
     Verb{"rig.estop",
          [](VerbCase& of) -> Status {
-           of.bench->desk->emergency_stop("test");
+           of.bench->manager->halt(RigState::Stop::emergency, "test");
            return Status{};
          }},
     Verb{"rig.reset",
-         [](VerbCase& of) -> Status { return of.bench->desk->reset("looked at it", "test"); }},
+         [](VerbCase& of) -> Status { return of.bench->manager->reset("looked at it", "test"); }},
     Verb{"run.start, another", [](VerbCase& of) -> Status {
-           return status_of(of.bench->desk->submit({of.bench->request.recipe, {}, {}, "test"}));
+           return status_of(of.bench->submit({of.bench->request.recipe, {}, {}, "test"}));
          }}};
 
 /// What each verb makes of the state, cell by cell; a verb that is refused changes nothing.
 std::string verb_row(RunState state) {
   auto at = std::make_unique<VerbCase>(state);
-  const bool timed = at->bench->desk->get(at->id)->machine.deadline < RunMachine::Clock::max();
+  const bool timed =
+      at->bench->manager->get(at->id)->machine.deadline < RunStateMachine::Clock::max();
   std::string out = "| " + std::string(to_string(state)) + " | " + (timed ? "yes" : "-") + " |";
   for (const Verb& verb : all_verbs) {
     INFO(to_string(state) << ", " << verb.name);

@@ -101,10 +101,9 @@ TEST_CASE("A folder that is taken away under the daemon is told, and nothing beg
   const std::string runs = talk.bench.submit().stored.id();
   const std::string waits = talk.bench.submit().stored.id();
   const auto state_of = [&](const std::string& run) {
-    return talk.bench.desk->get(run)->machine.state;
+    return talk.bench.manager->get(run)->machine.state;
   };
-  REQUIRE(
-      talk.bench.posted.run_until([&] { return state_of(runs) == control::RunState::running; }));
+  REQUIRE(talk.bench.posted.run_until([&] { return state_of(runs) == runs::RunState::running; }));
   const auto file = talk.folder / "weftd.sqlite", away = talk.folder / "away.sqlite";
   const auto move = [](const auto& from, const auto& to) {
     for (const char* part : {"", "-wal", "-shm"})
@@ -125,12 +124,12 @@ TEST_CASE("A folder that is taken away under the daemon is told, and nothing beg
           std::string::npos);
   }
   CHECK(talk.bench.ended(runs).stored.outcome == "complete");
-  talk.bench.desk->tick();
-  CHECK(state_of(waits) == control::RunState::queued);
+  talk.bench.manager->tick();
+  CHECK(state_of(waits) == runs::RunState::queued);
   move(away, file);
   CHECK(talk.ask("queue.pause").contains("result"));
-  talk.bench.desk->tick();
-  CHECK(state_of(waits) == control::RunState::queued);
+  talk.bench.manager->tick();
+  CHECK(state_of(waits) == runs::RunState::queued);
   CHECK(talk.ask("queue.start", {{"lease", lease}}).contains("result"));
   CHECK(talk.bench.ended(waits).stored.outcome == "complete");
 }
@@ -138,7 +137,7 @@ TEST_CASE("A folder that is taken away under the daemon is told, and nothing beg
 TEST_CASE("On the local socket a stop needs no introduction, on the port it does") {
   Talk local;
   CHECK(local.ask("rig.halt", {{"reason", "smoke"}}).at("result").at("latched") == true);
-  CHECK(local.bench.desk->standing().why == "s-1 (ada): smoke");
+  CHECK(local.bench.manager->rig_state().why() == "s-1 (ada): smoke");
   CHECK(local.kind_of(local.ask("rig.state")) == "session.required");
   Talk remote(Peer{});
   CHECK(remote.kind_of(remote.ask("rig.halt")) == "session.required");

@@ -1,39 +1,40 @@
 // What becomes of what is under way where the daemon is told to end. SIMULATED.
 
-#include "tests/unit/daemon/service/desk_bench.hpp"
+#include "tests/unit/daemon/service/run_manager_bench.hpp"
 
 namespace weftd_end_test {
 
 using namespace weft;
 using namespace weft::daemon;
-using namespace weft::daemon::control;
-using test::DeskBench;
+using namespace weft::daemon::runs;
 using test::leave_interrupted;
+using test::RunManagerBench;
 using test::TemporaryFolder;
 
 namespace {
 
 /// What is told of a choice that was made just before the daemon was told to end.
-Result<RunView> settled_at_the_end(DeskBench& bench, Recovery choice) {
+Result<RunView> settled_at_the_end(RunManagerBench& bench, Recovery choice) {
   std::optional<Result<RunView>> told;
-  const std::string id = bench.desk->all().front().stored.id();
-  bench.desk->settle(id, choice, "test", [&](const Result<RunView>& run) { told = run; });
-  bench.desk->close();
-  CHECK_FALSE(bench.desk->is_at_rest());
+  const std::string id = bench.manager->all().front().stored.id();
+  bench.manager->settle(id, choice, "test", [&](const Result<RunView>& run) { told = run; });
+  bench.manager->close();
+  CHECK_FALSE(bench.manager->status().is_at_rest);
   REQUIRE(bench.posted.run_until([&] { return told.has_value(); }));
-  CHECK(bench.desk->is_at_rest());
+  CHECK(bench.manager->status().is_at_rest);
   return *told;
 }
 
 /// A run's end, where somebody gave it orders within a trial and the daemon was told to end then.
-RunView ended_in_a_trial(DeskBench& bench, const std::function<void(const std::string&)>& orders) {
+RunView ended_in_a_trial(RunManagerBench& bench,
+                         const std::function<void(const std::string&)>& orders) {
   std::atomic<bool> given = false;
   std::string id;
   bench.at_moment = [&](const RunMoment& moment) {
     if (moment.step != recipes::Step::pressing || given) return;
     bench.posted.post([&] {
       orders(id);
-      bench.desk->close();
+      bench.manager->close();
       given = true;
       given.notify_all();
     });
@@ -49,13 +50,13 @@ constexpr const char* by_the_end = "aborted by the daemon, which was told to end
 
 TEST_CASE("a run that somebody had ended before the daemon was told to has ended") {
   const TemporaryFolder folder;
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   const Order order = GENERATE(Order::stop, Order::abort, Order::halt);
   const RunView run = ended_in_a_trial(bench, [&](const std::string& id) {
     if (order == Order::halt)
-      bench.desk->halt("test");
+      bench.manager->halt(RigState::Stop::halt, "test");
     else
-      REQUIRE(bench.desk->order(id, order, "test"));
+      REQUIRE(bench.manager->order(id, order, "test"));
   });
   CHECK(run.machine.state == RunState::ended);
   CHECK(run.stored.outcome == "aborted");  // a stop would have finished the trial
@@ -64,11 +65,11 @@ TEST_CASE("a run that somebody had ended before the daemon was told to has ended
 
 TEST_CASE("a run that the daemon's end has cut is interrupted, whatever is ordered after it") {
   const TemporaryFolder folder;
-  DeskBench bench(folder);
+  RunManagerBench bench(folder);
   const bool is_halted = GENERATE(false, true);
   const RunView run = ended_in_a_trial(bench, [&](const std::string&) {
-    bench.desk->close();
-    if (is_halted) bench.desk->halt("test");
+    bench.manager->close();
+    if (is_halted) bench.manager->halt(RigState::Stop::halt, "test");
   });
   CHECK(run.machine.state == RunState::interrupted);
   CHECK(run.stored.outcome == "aborted");
@@ -79,12 +80,12 @@ TEST_CASE("a daemon that ends waits for a run that is being discarded") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
   {
-    DeskBench bench(folder);
+    RunManagerBench bench(folder);
     const auto told = settled_at_the_end(bench, Recovery::discard);
     REQUIRE(told);
     CHECK(told->stored.recovered == "discard");
   }
-  const StoredRun kept = RunStore::open(folder / "weftd.sqlite")->load()->front();
+  const StoredRun kept = RunStore::open(folder / "weftd.sqlite")->runs()->front();
   CHECK(kept.state == RunState::ended);
   CHECK(kept.recovered == "discard");
 }
@@ -95,9 +96,9 @@ TEST_CASE("keeping a part of a run gives way to the daemon's end before it has w
   for (int i = 0; i < 20 && !gave_way; ++i) {
     const TemporaryFolder folder;
     leave_interrupted(folder);
-    DeskBench bench(folder);
+    RunManagerBench bench(folder);
     const auto told = settled_at_the_end(bench, Recovery::keep_partial);
-    const StoredRun run = bench.desk->all().front().stored;
+    const StoredRun run = bench.manager->all().front().stored;
     CHECK(run.recovered == (told ? "keep-partial" : ""));
     CHECK(run.state == (told ? RunState::ended : RunState::interrupted));
     gave_way = !told;
@@ -108,30 +109,30 @@ TEST_CASE("keeping a part of a run gives way to the daemon's end before it has w
 TEST_CASE("a daemon that ends takes nothing more on, and says why") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
-  DeskBench bench(folder);
-  RunDesk& desk = *bench.desk;
-  const std::string id = desk.all().front().stored.id();
-  REQUIRE(desk.hold_line("test"));
-  CHECK_FALSE(desk.is_closing());
-  desk.close();
-  CHECK(desk.is_closing());
-  std::vector<Status> refused{desk.start_line("test"), desk.reset("looked at it", "test")};
+  RunManagerBench bench(folder);
+  RunManager& manager = *bench.manager;
+  const std::string id = manager.all().front().stored.id();
+  REQUIRE(manager.pause_queue("test"));
+  CHECK_FALSE(manager.status().is_closing);
+  manager.close();
+  CHECK(manager.status().is_closing);
+  std::vector<Status> refused{manager.resume_queue("test"), manager.reset("looked at it", "test")};
   const auto keep = [&](const Result<RunView>& run) {
     refused.push_back(run ? Status{} : pass(run.error()));
   };
-  keep(desk.submit({bench.request.recipe, {}, {}, "test"}));
-  keep(desk.recover(id, "test"));
-  desk.settle(id, Recovery::discard, "test", keep);
+  keep(bench.submit({bench.request.recipe, {}, {}, "test"}));
+  keep(bench.recover(id, "test"));
+  manager.settle(id, Recovery::discard, "test", keep);
   REQUIRE(refused.size() == 5);
   for (const Status& each : refused) {
     REQUIRE_FALSE(each);
     CHECK(each.error().code == Errc::wrong_state);
     CHECK(each.error().what.find("told to end") != std::string::npos);
   }
-  CHECK(desk.all().size() == 1);
-  CHECK(desk.get(id)->machine.state == RunState::interrupted);
-  desk.halt("test");
-  CHECK(desk.standing().fact == RigStanding::Fact::latched);
+  CHECK(manager.all().size() == 1);
+  CHECK(manager.get(id)->machine.state == RunState::interrupted);
+  manager.halt(RigState::Stop::halt, "test");
+  CHECK(manager.rig_state().fact() == RigState::Fact::latched);
 }
 
 }  // namespace weftd_end_test

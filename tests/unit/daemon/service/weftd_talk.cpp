@@ -9,7 +9,7 @@ using nlohmann::json;
 Talk::Talk(server::Peer peer) {
   services.hub = &hub;
   services.leases = &leases;
-  services.desk = bench.desk.get();
+  services.run_manager = bench.manager.get();
   services.log = &bench.store;
   services.rig = bench.request.rig;
   services.rig_name = "bench";
@@ -33,9 +33,11 @@ Talk::Talk(server::Peer peer) {
   shared.answered = &answered;
   shared.readiness_json = [this] { return api::readiness_json(services); };
   shared.now = services.now;
-  shared.halt = [this](const rpc::Caller& caller) { bench.desk->halt(caller.session); };
+  shared.halt = [this](const rpc::Caller& caller) {
+    bench.manager->halt(runs::RigState::Stop::halt, caller.session);
+  };
   shared.emergency_stop = [this](const rpc::Caller& caller) {
-    bench.desk->emergency_stop(caller.session);
+    bench.manager->halt(runs::RigState::Stop::emergency, caller.session);
   };
   shared.token_owner = [](std::string_view token) -> Result<server::TokenOwner> {
     if (token == "good") return server::TokenOwner{"token:ada", access::Role::operator_};
@@ -67,14 +69,14 @@ std::string Talk::kind_of(const json& answer) {
 }
 
 bool Talk::is_latched() const {
-  return bench.desk->standing().fact == control::RigStanding::Fact::latched;
+  return bench.manager->rig_state().fact() == runs::RigState::Fact::latched;
 }
 
 void Talk::reset() {
-  REQUIRE(bench.desk->reset("looked at it", "test"));
+  REQUIRE(bench.manager->reset("looked at it", "test"));
 }
 
-std::vector<control::RunStore::Line> Talk::lines() {
+std::vector<runs::JournalLine> Talk::lines() {
   return bench.store.tail("", 10'000).value();
 }
 

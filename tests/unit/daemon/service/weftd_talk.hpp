@@ -8,7 +8,7 @@
 
 #include "daemon/service/methods/services.hpp"
 #include "daemon/service/rpc/conversation.hpp"
-#include "tests/unit/daemon/service/desk_bench.hpp"
+#include "tests/unit/daemon/service/run_manager_bench.hpp"
 
 namespace weft::daemon::test {
 
@@ -26,10 +26,10 @@ struct Talk {
   static std::string kind_of(const nlohmann::json& answer);
   [[nodiscard]] bool is_latched() const;
   void reset();
-  std::vector<control::RunStore::Line> lines();
+  std::vector<runs::JournalLine> lines();
 
   TemporaryFolder folder;
-  DeskBench bench{folder, tiny_recipe(1)};
+  RunManagerBench bench{folder, tiny_recipe(1)};
   server::Clock now{};
   server::Hub hub;
   access::Leases leases{"e1"};

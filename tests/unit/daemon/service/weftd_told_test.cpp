@@ -31,11 +31,8 @@ TEST_CASE("The journal comes in pages that a line can hold, whole") {
   REQUIRE(talk.ask("session.open", introduction()).contains("result"));
   constexpr std::size_t count = 3000;
   const std::string payload = json{{"text", std::string(900, 'x')}}.dump();
-  REQUIRE(talk.bench.store.together([&]() -> Status {
-    for (std::size_t i = 0; i < count; ++i)
-      if (Status ok = talk.bench.store.journal(0, "", "note", "test", payload); !ok) return ok;
-    return {};
-  }));
+  const runs::JournalLine note{0, 0, "", "note", "test", payload};
+  REQUIRE(talk.bench.store.commit({.journal = std::vector(count, note)}));
   const json tail = talk.ask("log.tail", {{"most", 10'000}}).at("result");
   CHECK(tail.dump().size() < std::size_t{1100} << 10);
   CHECK(tail["lines"].size() + tail["left_off"].get<std::size_t>() == count);
@@ -54,7 +51,7 @@ TEST_CASE("The journal comes in pages that a line can hold, whole") {
 TEST_CASE("Runs are listed in pages, the oldest first") {
   Talk talk;
   REQUIRE(talk.ask("session.open", introduction()).contains("result"));
-  talk.bench.desk->halt("test");  // nothing begins
+  talk.bench.manager->halt(runs::RigState::Stop::halt, "test");  // nothing begins
   for (int i = 0; i < 5; ++i) talk.bench.submit();
   const auto page = [&](const json& params) { return talk.ask("run.list", params).at("result"); };
   const json first = page({{"most", 3}});
@@ -73,7 +70,7 @@ TEST_CASE("Runs are listed in pages, the oldest first") {
 TEST_CASE("A run is told with who changed it, and who put it in line") {
   Talk talk;
   REQUIRE(talk.ask("session.open", introduction()).contains("result"));
-  talk.bench.desk->halt("test");
+  talk.bench.manager->halt(runs::RigState::Stop::halt, "test");
   const std::string run = talk.bench.submit().stored.id();
   CHECK(talk.ask("run.get", {{"run", run}}).at("result").at("by") == "test");
   const json gone = talk.ask("run.withdraw", {{"run", run}}).at("result");
@@ -158,8 +155,8 @@ TEST_CASE(
     "A daemon that has been told to end says so, and that what is asked for may be tried again") {
   Talk talk;
   REQUIRE(talk.ask("session.open", introduction()).contains("result"));
-  talk.bench.desk->halt("test");
-  talk.bench.desk->close();
+  talk.bench.manager->halt(runs::RigState::Stop::halt, "test");
+  talk.bench.manager->close();
   const json ready = talk.ask("system.ready").at("result");
   CHECK(ready["blockers"][0]["kind"] == "daemon.stops");
   const json refused = talk.ask("rig.reset", {{"reason", "looked at it"}});

@@ -1,0 +1,86 @@
+#pragma once
+// The hand-overs of weftd's runs: one at a time, on a thread of low priority, in the order in which
+// their runs ended. One that the daemon's death cut is done again at its next start, twice at most.
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "daemon/analysis/handover/hand_over.hpp"
+#include "daemon/service/handover/handover_store.hpp"
+#include "daemon/service/runs/run_store.hpp"
+
+namespace weft::daemon::handover {
+
+struct HandoverContext {
+  std::function<void(std::function<void()>)> post;  ///< onto the service's thread, from any
+  std::function<std::int64_t()> utc_us;
+  std::function<void(std::string_view run, const HandOverFact&)> on_changed;
+};
+
+/// Used by one thread, which `post` calls back to.
+class HandoverService {
+ public:
+  /// `journal` outlives the service, which keeps its own rows in the same file.
+  HandoverService(HandoverContext context, runs::RunStore& journal);
+  ~HandoverService();  ///< gives up what runs and waits for it
+  HandoverService(const HandoverService&) = delete;
+  HandoverService& operator=(const HandoverService&) = delete;
+
+  /// A run has changed, or was on record when the daemon began. The first time that it has ended
+  /// with all of its trials (StoredRun::has_all) its recipe says whether it is handed over:
+  /// `wanted`, or, where that is not known, as it is on record in the run's folder, which is read
+  /// then.
+  void consider(const runs::StoredRun& run, std::optional<bool> wanted);
+  /// Once more, where it failed, was cancelled, or its files were damaged since.
+  /// Errors: not_found, no hand-over of that run; wrong_state, it is under way.
+  Status again(std::string_view run, std::string_view by);
+  /// Errors: not_found; wrong_state, it is over.
+  Status cancel(std::string_view run, std::string_view by);
+  /// The daemon ends: what runs is stopped, and is done at the next start. Nothing waits for it: a
+  /// disk may hang.
+  void put_off();
+  /// Nothing where there is none.
+  [[nodiscard]] std::optional<HandOverFact> get(std::string_view run) const;
+  /// Calls back once it is over; at once where it is, or there is none; never, once `listener` is
+  /// gone.
+  void when_over(std::string_view run, std::function<void()> on_over,
+                 std::weak_ptr<const void> listener);
+
+ private:
+  struct Item {
+    runs::StoredRun run;
+    HandOverFact fact;
+    struct Waiting {
+      std::function<void()> on_over;
+      std::weak_ptr<const void> listener;
+    };
+    std::vector<Waiting> waiting = {};
+  };
+  static HandOverFact first_look(const runs::StoredRun& run, std::optional<bool> wanted);
+  void give_up(Item& item);
+  void enqueue(Item& item, std::string_view by);
+  void begin_next();
+  void progressed(const std::string& id, const EvaluationProgress& progress);
+  void ended(const std::string& id, const Result<HandedOver>& result);
+  void enter(Item& item, HandOverFact fact);
+  [[nodiscard]] Item* find(std::string_view run);
+
+  HandoverContext context_;
+  runs::RunStore& journal_;
+  HandoverStore store_;
+  std::map<std::int64_t, HandOverFact> on_record_;  // of runs that were not considered yet
+  std::map<std::string, Item, std::less<>> items_;
+  std::deque<std::string> queue_;
+  std::string active_, cancelled_by_;
+  std::jthread thread_;
+};
+
+}  // namespace weft::daemon::handover

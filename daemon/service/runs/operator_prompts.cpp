@@ -1,0 +1,54 @@
+#include "daemon/service/runs/operator_prompts.hpp"
+
+#include <cmath>
+
+namespace weft::daemon::runs {
+
+void OperatorPrompts::on_plan(std::int64_t run, const std::optional<recipes::OperatorAsk>& first) {
+  entries_.erase(run);
+  if (first) entries_[run] = {{*first}};
+}
+
+bool OperatorPrompts::on_step(std::int64_t run, RunState state, const RunMoment& moment,
+                              std::chrono::nanoseconds now) {
+  if (state == RunState::awaiting_operator && moment.asked) {
+    std::string name = "Q-" + std::to_string(++names_taken_);
+    entries_[run] = {{moment.asked->ask, std::move(name), now}, moment.asked->ticket};
+    return true;
+  }
+  if (state != RunState::running) return false;
+  on_plan(run, moment.next_ask);
+  if (moment.next_ask && moment.next_ask_in_s)
+    entries_[run].prompt.at =
+        now + std::chrono::nanoseconds(std::llround(*moment.next_ask_in_s * 1e9));
+  return false;
+}
+
+void OperatorPrompts::on_state(std::int64_t run, RunState state) {
+  const bool needs_people = state < RunState::pausing || state == RunState::awaiting_operator;
+  if (!needs_people) entries_.erase(run);
+}
+
+const OperatorPrompt* OperatorPrompts::find(std::int64_t run) const {
+  const auto found = entries_.find(run);
+  return found == entries_.end() ? nullptr : &found->second.prompt;
+}
+
+recipes::Ticket OperatorPrompts::ticket(std::int64_t run) const {
+  const auto found = entries_.find(run);
+  return found == entries_.end() ? 0 : found->second.ticket;
+}
+
+Status OperatorPrompts::check(std::int64_t run, std::string_view step) const {
+  const OperatorPrompt* const prompt = find(run);
+  const std::string open = prompt == nullptr ? "" : prompt->step;
+  if (open == step) return {};
+  return fail({.code = Errc::wrong_state,
+               .where = "/params/step",
+               .what = "this is not what is asked for now",
+               .expected = open,
+               .got = std::string(step),
+               .hint = "run.get tells what is asked, under \"attention\""});
+}
+
+}  // namespace weft::daemon::runs

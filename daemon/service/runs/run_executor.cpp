@@ -1,0 +1,163 @@
+#include "daemon/service/runs/run_executor.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "daemon/base/loop/caught.hpp"
+#include "daemon/base/loop/free_memory.hpp"
+#include "daemon/campaign/resume.hpp"
+#include "recipes/engine/forecast.hpp"
+#include "recipes/engine/last_steps.hpp"
+#include "recipes/engine/motion.hpp"
+
+namespace weft::daemon::runs {
+namespace {
+
+/// Of the longest run that the plan allows: every take but each last is bad. A repetition that is
+/// waited for may be the longest one, and its force may settle at the last moment. The final steps
+/// may take all of their budget: also after a stop the run may come to be complete.
+Deadlines deadlines_of(const recipes::Plan& plan) {
+  const std::vector<double> trials_s = recipes::trial_durations_s(plan);
+  const recipes::Finally& last = plan.finally;
+  const bool after_cut = !last.on_stop.empty() || !last.on_fault.empty();
+  return Deadlines::of(plan.forecast.trials_s() * recipes::most_takes(plan),
+                       *std::max_element(trials_s.begin(), trials_s.end()) + plan.settle.timeout_s,
+                       {.finally_s = recipes::is_empty(last) ? 0 : last.budget_s,
+                        .finally_cut_s = after_cut ? last.budget_s : 0,
+                        .retreat_s = recipes::retreat_timeout_s(plan)});
+}
+
+/// Whether what was recorded has no data set, and may get one yet. A file that is not to be read
+/// may come back with its folder.
+bool may_be_concluded(const std::filesystem::path& folder, const Result<CampaignSummary>& summary) {
+  if (summary && !summary->dataset_error) return false;
+  const auto only_end_left = is_only_end_left(folder);
+  return only_end_left ? *only_end_left : summary.has_value();
+}
+
+/// The callback is called once, on the server's thread, also where no bench ever takes the order.
+class FaultReply {
+ public:
+  FaultReply(std::function<void(std::function<void()>)> post, FaultCallback on_done)
+      : post_(std::move(post)), on_done_(std::move(on_done)) {}
+  ~FaultReply() {
+    if (on_done_)
+      send(fail({.code = Errc::wrong_state,
+                 .where = "/rig",
+                 .what = "the run has ended",
+                 .hint = "Start another; faults for all of a run are in the rig file, under "
+                         "simulation.faults"}));
+  }
+  FaultReply(const FaultReply&) = delete;
+  FaultReply& operator=(const FaultReply&) = delete;
+  void send(Status done) {
+    post_([on_done = std::exchange(on_done_, nullptr), done = std::move(done)] { on_done(done); });
+  }
+
+ private:
+  std::function<void(std::function<void()>)> post_;
+  FaultCallback on_done_;
+};
+
+}  // namespace
+
+PlanSummary summarize(const recipes::Plan& plan) {
+  return {plan.trials.size(), deadlines_of(plan), recipes::next_ask(plan, 0), disk_forecast(plan)};
+}
+
+void RunExecutor::begin(std::int64_t run, bool plan_is_known, Result<CampaignRequest> request,
+                        bool resumes) {
+  run_ = run;
+  orders_.emplace();
+  grant_ = Grant::awaited;
+  cut_ = took_rig_ = is_checked_ = false;
+  thread_ =
+      std::jthread([this, hooks = hooks_for(plan_is_known), request = std::move(request), resumes] {
+        RunResult result = perform(request, resumes, hooks);
+        give_back_free_memory();
+        context_.post([this, result = std::move(result)] { on_last_message(result); });
+      });
+}
+
+RunResult RunExecutor::perform(const Result<CampaignRequest>& request, bool resumes,
+                               const CampaignHooks& hooks) {
+  auto summary = caught([&]() -> Result<CampaignSummary> {
+    if (!request) return pass(request.error());
+    return context_.perform(*request, hooks);
+  });
+  bool is_left = !context_.one_run && (request || resumes);
+  if (is_left && (resumes || cut_))
+    is_left = !request || is_anything_left(*request);
+  else if (is_left)
+    is_left = may_be_concluded(request->out, summary);
+  return {.summary = std::move(summary), .can_resume = is_left};
+}
+
+void RunExecutor::on_last_message(RunResult result) {
+  thread_.join();
+  result.took_rig = took_rig_;
+  result.is_checked = is_checked_;
+  result.was_ordered = orders_->ends_run();
+  while (orders_->take_fault()) continue;  // its reply is sent as it goes
+  const std::int64_t run = *std::exchange(run_, std::nullopt);
+  reports_.on_thread_ended(run, result);
+}
+
+CampaignHooks RunExecutor::hooks_for(bool plan_is_known) {
+  const auto report = [this](auto method) {
+    return [this, method, run = *run_](const auto& what) {
+      context_.post([this, method, run, what] { (reports_.*method)(run, what); });
+    };
+  };
+  CampaignHooks hooks;
+  hooks.orders = &*orders_;
+  hooks.onlooker = context_.onlooker;
+  hooks.pace = context_.pace;
+  hooks.rig_taken = [this] { return take_rig(); };
+  hooks.planned = [this, plan_is_known,
+                   known = report(&RunReports::on_plan)](const recipes::Plan& plan) {
+    is_checked_ = true;
+    if (!plan_is_known) known(summarize(plan));
+  };
+  hooks.moment = report(&RunReports::on_moment);
+  hooks.vote = report(&RunReports::on_vote);
+  hooks.progress = report(&RunReports::on_progress);
+  return hooks;
+}
+
+// On the run's thread: nothing moves before it is written that the run has the rig.
+Status RunExecutor::take_rig() {
+  took_rig_ = true;
+  context_.post([this] { set_grant(!orders_->ends_run() && reports_.grant_rig(*run_)); });
+  grant_.wait(Grant::awaited);
+  if (has_rig()) return {};
+  took_rig_ = false;
+  if (orders_->ends_run())
+    return fail({.code = Errc::wrong_state,
+                 .where = "rig",
+                 .what = "the run was told to end before it had the rig"});
+  return fail({.code = Errc::io,
+               .where = context_.data.string(),
+               .what = "that the run takes the rig could not be written down, so it did not",
+               .hint = "weft status says what keeps the daemon from it"});
+}
+
+void RunExecutor::set_grant(bool given) {
+  grant_ = given ? Grant::given : Grant::refused;
+  grant_.notify_all();
+}
+
+void RunExecutor::inject(FaultOrder order, FaultCallback on_done) {
+  const auto reply = std::make_shared<FaultReply>(context_.post, std::move(on_done));
+  order.told = [reply](const Status& done) { reply->send(done); };
+  orders_->give(std::move(order));
+}
+
+void RunExecutor::stop() {
+  if (!thread_.joinable()) return;
+  set_grant(false);
+  orders_->give({Order::abort, by_shutdown});
+  thread_.join();
+}
+
+}  // namespace weft::daemon::runs

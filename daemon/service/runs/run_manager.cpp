@@ -1,0 +1,345 @@
+#include "daemon/service/runs/run_manager.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "daemon/base/file/sha256.hpp"
+
+namespace weft::daemon::runs {
+namespace {
+
+// A person's name for a folder is one path component, nothing hidden.
+Status check_name(const std::string& name) {
+  constexpr std::size_t longest = 100;
+  constexpr std::string_view letters =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.";
+  if (name.size() <= longest && !name.starts_with('.') &&
+      name.find_first_not_of(letters) == std::string::npos)
+    return {};
+  return fail({.code = Errc::invalid_argument,
+               .where = "/params/name",
+               .what = "unusable name",
+               .expected = "letters, digits, '-', '_' and '.', at most 100",
+               .got = name});
+}
+
+/// One that is there is an older run's, of a daemon whose memory is gone.
+std::filesystem::path free_folder(const std::filesystem::path& wanted) {
+  std::filesystem::path folder = wanted;
+  std::error_code none;
+  for (int i = 2; std::filesystem::exists(folder, none); ++i)
+    folder = wanted.string() + "-" + std::to_string(i);
+  return folder;
+}
+
+}  // namespace
+
+CampaignRequest request_for(const RunRequest& wanted, const std::filesystem::path& rig) {
+  return {wanted.recipe, rig, {}, wanted.seed};
+}
+
+RunManager::RunManager(RunContext context, RunStore& store)
+    : context_(std::move(context)), store_(store) {
+  load();
+  wall_ahead_ = wall_ahead();
+}
+
+void RunManager::load() {
+  const auto known = store_.runs();
+  const auto rig = store_.rig_state();
+  if (!known || !rig) return;  // opening has just read them
+  rig_ = *rig;
+  // Each prompt has a line of the journal, so these names are new.
+  if (const auto newest = store_.tail("", 1); newest && !newest->empty())
+    prompts_ = OperatorPrompts(newest->front().sequence);
+  RunChange change;
+  std::vector<RunQueue::Run> waiting;
+  for (const StoredRun& stored : *known) {
+    Run& run = *runs_.emplace_back(std::make_unique<Run>());
+    run.view.stored = stored;
+    run.view.machine.state = stored.state;
+    run.view.trials_done = static_cast<std::size_t>(stored.trials_done.value_or(0));
+    run.view.trials_planned = static_cast<std::size_t>(stored.trials_planned.value_or(0));
+    if (stored.state == RunState::queued) waiting.push_back(stored.number);
+    if (stored.state != RunState::interrupted || stored.trials_done) continue;
+    run.counted = count_trials(run);
+    if (run.counted) change.put(run.to_store());
+  }
+  if (auto kept = store_.queue()) queue_ = std::move(*kept);
+  queue_.on_restart(waiting);
+  change.queue = queue_;
+  store_.persist(change);
+  notify_queue(after_restart);
+}
+
+RunManager::~RunManager() {
+  executor_.stop();
+  journal_repeated(repeated_stops_.all());
+}
+
+const StoredRun& RunManager::Run::to_store() {
+  if (counted && view.trials_planned > 0) {
+    view.stored.trials_done = static_cast<std::int64_t>(view.trials_done);
+    view.stored.trials_planned = static_cast<std::int64_t>(view.trials_planned);
+  }
+  return view.stored;
+}
+
+RunManager::Run* RunManager::numbered(std::int64_t number) const {
+  const auto found =
+      std::ranges::find(runs_, number, [](const auto& run) { return run->number(); });
+  return found == runs_.end() ? nullptr : found->get();
+}
+
+Result<RunManager::Run*> RunManager::find(std::string_view id) const {
+  for (const auto& run : runs_)
+    if (run->view.stored.id() == id) return run.get();
+  return fail({.code = Errc::not_found,
+               .where = "/params/run",
+               .what = "no such run",
+               .got = std::string(id)});
+}
+
+Result<RunManager::Run*> RunManager::find_queued(std::string_view id, std::string_view otherwise,
+                                                 std::string_view hint) const {
+  auto run = find(id);
+  if (!run || (*run)->state() == RunState::queued) return run;
+  return fail({.code = Errc::wrong_state,
+               .where = "/params/run",
+               .what = std::string(otherwise),
+               .expected = "queued",
+               .got = std::string(to_string((*run)->state())),
+               .hint = std::string(hint)});
+}
+
+std::optional<std::string> RunManager::active() const {
+  for (const auto& run : runs_)
+    if (run->number() == executor_.run() ||
+        (run->state() != RunState::queued && !run->view.is_over()))
+      return run->view.stored.id();
+  return std::nullopt;
+}
+
+ManagerStatus RunManager::status() const {
+  ManagerStatus out;
+  const Run* const at_work = executor_.run() ? numbered(*executor_.run()) : nullptr;
+  if (at_work != nullptr && at_work->view.is_over()) out.unresponsive = at_work->view.stored.id();
+  out.is_at_rest = !recovery_.is_settling() && (!active() || out.unresponsive);
+  out.is_closing = closing_;
+  if (const auto next = queue_.first_allowed(rig_)) {
+    const StoredRun& stored = numbered(*next)->view.stored;
+    out.bytes_awaited = stored.resume ? 0 : stored.disk_bytes;
+  }
+  return out;
+}
+
+Status RunManager::takes_more() const {
+  if (!closing_) return {};
+  return fail({.code = Errc::wrong_state,
+               .where = "daemon",
+               .what = "this weftd has been told to end, and begins nothing any more",
+               .hint = "Ask again once it has been started anew"});
+}
+
+Status RunManager::can_submit(const RunRequest& wanted, const Checked& checked) const {
+  if (Status more = takes_more(); !more) return more;
+  if (context_.one_run && !runs_.empty())
+    return fail({.code = Errc::wrong_state,
+                 .what = "this daemon is there for one run alone, that of a weft run",
+                 .expected = "no further run",
+                 .hint = "A weftd of its own takes more: weftd --rig ..."});
+  if (Status ok = check_name(wanted.name); !ok) return ok;
+  if (!checked) return pass(checked.error());
+  if (Status here = store_.in_place(); !here) return here;
+  return context_.check_space(context_.data, disk_forecast(checked->plan));
+}
+
+Result<RunView> RunManager::submit(const RunRequest& wanted, const Checked& checked) {
+  if (Status ok = can_submit(wanted, checked); !ok) return pass(ok.error());
+  const std::string sha256 = sha256_hex(checked->recipe_text);
+  if (!wanted.digest.empty() && wanted.digest != "sha256:" + sha256)
+    return fail({.code = Errc::wrong_state,
+                 .where = "/params/digest",
+                 .what = "the recipe is another one by now",
+                 .expected = "sha256:" + sha256,
+                 .got = wanted.digest,
+                 .hint = "recipe.diff and recipe.check tell what it is"});
+  const auto number = store_.next_number();
+  if (!number) return pass(number.error());
+  auto run = std::make_unique<Run>();
+  StoredRun& stored = run->view.stored;
+  stored.number = *number;
+  stored.recipe_sha256 = sha256;
+  stored.recipe = wanted.recipe;
+  stored.rig = context_.rig;
+  stored.seed = wanted.seed;
+  stored.name = wanted.name;
+  stored.by = wanted.by;
+  stored.created_us = context_.utc_us();
+  stored.bench = to_string(bench_kind_of(context_.rig));
+  stored.trials_done = 0;
+  stored.trials_planned = static_cast<std::int64_t>(checked->plan.trials.size());
+  const std::string folder = stored.id() + (wanted.name.empty() ? "" : "-" + wanted.name);
+  stored.folder = wanted.folder.empty() ? free_folder(context_.data / folder) : wanted.folder;
+  const PlanSummary plan = summarize(checked->plan);
+  stored.disk_bytes = plan.disk_bytes;
+  RunQueue queue = queue_;
+  queue.put(stored.number, wanted.place.value_or(queue.runs().size()));
+  RunChange change{.runs = {stored},
+                   .queue = queue,
+                   .journal = {line(stored.id(), "submitted", wanted.by)},
+                   .recipe = CheckedRecipe{sha256, checked->recipe_text}};
+  change.journal.front().utc_us = stored.created_us;
+  if (Status kept = store_.commit(change); !kept) return pass(kept.error());
+  queue_ = std::move(queue);
+  Run& added = *runs_.emplace_back(std::move(run));
+  use_plan(added, plan);
+  notify(added, wanted.by);
+  notify_queue(wanted.by);
+  begin_next();
+  return shown(added);
+}
+
+void RunManager::use_plan(Run& run, const PlanSummary& plan) {
+  run.view.trials_planned = plan.trials;
+  run.limits = plan.limits;
+  run.view.stored.disk_bytes = plan.disk_bytes;
+  // A person has a terminal at it: what was not ordered takes as long as it takes.
+  if (context_.one_run) run.limits.arming = run.limits.running = Deadlines::Duration::max();
+  prompts_.on_plan(run.number(), run.view.stored.resume ? std::nullopt : plan.first_ask);
+}
+
+void RunManager::stage(Run& run, const RunStep& step, std::string_view by, RunChange& change) {
+  const bool is_change = step.next.state != run.state();
+  run.view.machine = step.next;
+  if (step.order && executor_.run() == run.number())
+    executor_.give({*step.order, std::string(by), prompts_.ticket(run.number())});
+  if (!is_change) return;
+  prompts_.on_state(run.number(), step.next.state);
+  if (step.lost) give_up(run, change);
+  StoredRun& stored = run.view.stored;
+  stored.state = step.next.state;
+  if (run.view.is_over()) stored.rig_untaken = false;  // not before: it may die in between
+  const nlohmann::json payload{{"state", to_string(step.next.state)}};
+  change.put(run.to_store());
+  change.journal.push_back(line(stored.id(), "state", by, payload));
+  if (queue_.remove(stored.number)) change.queue = queue_;
+}
+
+void RunManager::apply(Run& run, const RunStep& step, std::string_view by, RunChange change) {
+  stage(run, step, by, change);
+  store_.persist(change);
+  if (change.rig && context_.observer != nullptr) context_.observer->on_rig_state_changed(rig_, by);
+  if (change.queue) notify_queue(by);
+  if (step.lost) notify_ended(run);
+  notify(run, by);
+}
+
+void RunManager::notify(Run& run, std::string_view by) {
+  run.view.changed_by = by;
+  if (context_.observer != nullptr) context_.observer->on_run_changed(shown(run));
+}
+
+void RunManager::notify_queue(std::string_view by) {
+  if (context_.observer != nullptr) context_.observer->on_queue_changed(queue_, by);
+}
+
+void RunManager::notify_ended(Run& run) {
+  for (const auto& each : std::exchange(run.waiting, {}))
+    if (!each.listener.expired()) each.on_ended(shown(run));
+}
+
+// How it ended before it was resumed is kept until it ends otherwise, and shown of a run that is
+// over. Whoever reads a time looks at the machine's clock, which may have been set since the time
+// was known.
+RunView RunManager::shown(const Run& run) const {
+  RunView view = run.view;
+  if (const OperatorPrompt* const prompt = prompts_.find(run.number())) {
+    view.attention = *prompt;
+    using std::chrono::milliseconds;
+    if (prompt->at)
+      view.attention->at_us =
+          std::chrono::duration_cast<milliseconds>(*prompt->at + wall_ahead()).count() * 1000;
+  }
+  if (view.is_over()) return view;
+  StoredRun& stored = view.stored;
+  for (std::string* fact : {&stored.outcome, &stored.cleanup, &stored.rig_fact, &stored.error,
+                            &stored.dataset_sha256, &stored.dataset_error})
+    fact->clear();
+  view.external_resume.reset();
+  return view;
+}
+
+std::chrono::nanoseconds RunManager::wall_ahead() const {
+  const std::int64_t wall_us = context_.wall_us ? context_.wall_us() : context_.utc_us();
+  return std::chrono::microseconds(wall_us) - context_.now();
+}
+
+JournalLine RunManager::line(std::string_view run, std::string_view kind,
+                             std::string_view by) const {
+  return {0, context_.utc_us(), std::string(run), std::string(kind), std::string(by)};
+}
+
+JournalLine RunManager::line(std::string_view run, std::string_view kind, std::string_view by,
+                             const nlohmann::json& payload) const {
+  JournalLine out = line(run, kind, by);
+  out.payload_json = payload.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return out;
+}
+
+Result<RunView> RunManager::get(std::string_view id) const {
+  const auto run = find(id);
+  if (!run) return pass(run.error());
+  return shown(**run);
+}
+
+std::vector<RunView> RunManager::all() const {
+  std::vector<RunView> out;
+  for (const auto& run : runs_) out.push_back(shown(*run));
+  return out;
+}
+
+void RunManager::when_ended(std::string_view id, std::function<void(const RunView&)> on_ended,
+                            std::weak_ptr<const void> listener) {
+  const auto run = find(id);
+  if (!run) return;
+  if ((*run)->view.is_over()) return on_ended(shown(**run));
+  (*run)->waiting.push_back({std::move(on_ended), std::move(listener)});
+}
+
+void RunManager::set_handover(std::string_view id, const HandOverFact& fact) {
+  const auto run = find(id);
+  if (!run) return;
+  (*run)->view.hand_over = fact;
+  notify(**run, "auto:hand_over");
+}
+
+void RunManager::close() {
+  if (std::exchange(closing_, true)) return;
+  recovery_.stop_settling();
+  const auto id = active();
+  if (!id) return;
+  executor_.cut();  // before its thread gets the order
+  (*find(*id))->aborted_by_end = order(*id, Order::abort, by_shutdown).has_value();
+}
+
+void RunManager::tick() {
+  store_.persist({});
+  scan_folders();
+  if (std::exchange(disk_is_awaited_, false)) begin_next();
+  journal_repeated(repeated_stops_.over(context_.now()));
+  constexpr std::chrono::seconds set_otherwise{1};
+  const auto ahead = wall_ahead();
+  const bool clock_was_set = std::chrono::abs(ahead - wall_ahead_) > set_otherwise;
+  if (clock_was_set) wall_ahead_ = ahead;
+  for (const auto& run : runs_) {
+    const OperatorPrompt* const prompt = prompts_.find(run->number());
+    if (clock_was_set && prompt != nullptr && prompt->at) notify(*run, "auto:clock");
+    std::erase_if(run->waiting, [](const auto& each) { return each.listener.expired(); });
+    const RunStep step = on_time(run->view.machine, run->limits, context_.now());
+    if (step.next.state != run->state()) apply(*run, step, "auto:deadline");
+  }
+}
+
+}  // namespace weft::daemon::runs

@@ -1,0 +1,62 @@
+#pragma once
+// The runs that wait for the rig, as a value: change a copy, commit it, then replace the original.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/service/runs/rig_state.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon::runs {
+
+/// These pause the queue where no person did: a daemon that finds runs of the one before, and a run
+/// without a bench.
+inline constexpr const char* after_restart = "auto:restart";
+inline constexpr const char* after_failure = "auto:failed";
+
+/// Each change makes another revision: a client that changes what it has read names that revision.
+class RunQueue {
+ public:
+  using Run = std::int64_t;  ///< its number
+  RunQueue() = default;
+  RunQueue(std::int64_t revision, std::string paused_by, std::vector<Run> runs)
+      : revision_(revision), paused_by_(std::move(paused_by)), runs_(std::move(runs)) {}
+
+  [[nodiscard]] std::int64_t revision() const { return revision_; }
+  /// Nothing begins until a person resumes the queue; empty: it is not paused.
+  [[nodiscard]] const std::string& paused_by() const { return paused_by_; }
+  [[nodiscard]] bool is_paused() const { return !paused_by_.empty(); }
+  [[nodiscard]] const std::vector<Run>& runs() const { return runs_; }  ///< the next first
+  /// From 0; the length of the queue for a run that does not wait.
+  [[nodiscard]] std::size_t place_of(Run run) const;
+
+  /// Adds a run or moves it. A place past the end is the end.
+  void put(Run run, std::size_t place);
+  /// False: it did not wait.
+  bool remove(Run run);
+  /// Errors: wrong_state, when it is paused already.
+  Status pause(std::string_view by);
+  /// Errors: wrong_state, when it is not paused.
+  Status resume();
+  /// A bench that does not come up would cost every run that waits. False: nothing changes.
+  bool on_cannot_begin();
+  /// A daemon starts. `waiting`: its runs that wait, the oldest first; some may be from before the
+  /// queue was kept.
+  void on_restart(const std::vector<Run>& waiting);
+
+  /// The first run that the state of the rig allows, paused or not.
+  [[nodiscard]] std::optional<Run> first_allowed(const RigState& rig) const;
+  /// The run to begin now, if any.
+  [[nodiscard]] std::optional<Run> next(const RigState& rig) const;
+  friend bool operator==(const RunQueue&, const RunQueue&) = default;
+
+ private:
+  std::int64_t revision_ = 0;
+  std::string paused_by_;
+  std::vector<Run> runs_;
+};
+
+}  // namespace weft::daemon::runs

@@ -1,0 +1,185 @@
+#include "daemon/service/runs/run_recovery.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "daemon/base/loop/caught.hpp"
+#include "daemon/campaign/recovery.hpp"
+#include "daemon/storage/certificate/certificate.hpp"
+
+namespace weft::daemon::runs {
+namespace {
+
+Result<ResumePreview> preview_of(Recovery choice, CampaignRequest request,
+                                 const StopAsked& stop_asked) {
+  request.resume = true;
+  switch (choice) {
+    case Recovery::resume:
+      return preview_resume(request, stop_asked);
+    case Recovery::discard:
+      return preview_discard(request.out);
+    case Recovery::keep_partial:
+      return preview_keep_partial(request.out, stop_asked);
+  }
+  return fail({.code = Errc::invalid_argument, .what = "no such choice"});
+}
+
+/// A file that is damaged cannot be marked, and nothing makes a data set of it either. What may be
+/// put right keeps the run from being discarded.
+Result<CampaignSummary> discarded(const std::filesystem::path& folder, std::string_view by) {
+  CampaignSummary out;
+  out.outcome = recipes::Outcome::aborted;
+  const Status marked = discard_campaign(folder, by);
+  if (marked) return out;
+  const Errc code = marked.error().code;
+  if (code != Errc::corrupt && code != Errc::parse) return pass(marked.error());
+  out.error = Error(marked.error()).in("not marked as discarded");
+  return out;
+}
+
+/// Nothing where the folder's end is still the run's, or there is none. A certificate comes last.
+Result<std::optional<ExternalResume>> read_external_resume(const StoredRun& run) {
+  ExternalResume out;
+  out.dataset_sha256 = certified_dataset(run.folder);
+  if (out.dataset_sha256.empty() || out.dataset_sha256 == run.dataset_sha256)
+    return std::optional<ExternalResume>();
+  const auto now = load_progress(run.folder / campaign_file_name);
+  if (!now) return pass(now.error());
+  out.trials_done = now->done;
+  out.trials_planned = now->planned;
+  out.complete = now->finished && now->done == now->planned;
+  return std::optional(std::move(out));
+}
+
+}  // namespace
+
+std::string_view to_string(Recovery choice) {
+  constexpr std::array<std::string_view, 3> names{"resume", "discard", "keep-partial"};
+  return names[static_cast<std::size_t>(choice)];
+}
+
+Status is_where_it_was(const StoredRun& run) {
+  std::error_code unseen;
+  const std::filesystem::path campaign = run.folder / campaign_file_name;
+  if (run.trials_done == 0 || std::filesystem::exists(campaign, unseen)) return {};
+  return fail({.code = Errc::not_found,
+               .where = campaign.string(),
+               .what = "the campaign of this run is not there any more",
+               .hint = "Put its folder back, or discard the run"});
+}
+
+std::string resume_hint(const RunView& run) {
+  const StoredRun& stored = run.stored;
+  const bool has_all = stored.has_all() || (run.external_resume && run.external_resume->complete);
+  if (run.state() != RunState::ended || has_all || stored.recovered == "discard" ||
+      run.trials_done == 0)
+    return {};
+  const std::string seed = stored.seed ? " --seed " + std::to_string(*stored.seed) : "";
+  return "What is left of its campaign: weft run " + stored.recipe.string() + " --rig " +
+         stored.rig.string() + " --out " + stored.folder.string() + seed + " --resume";
+}
+
+bool can_be_resumed_externally(const RunView& run) {
+  return run.is_over() && !run.stored.has_all() &&
+         run.stored.recovered != to_string(Recovery::discard);
+}
+
+RunRecovery::~RunRecovery() {
+  for (auto& [run, activity] : activities_) activity.preview_thread.request_stop();
+}
+
+void RunRecovery::preview(const StoredRun& run, Recovery choice, Result<CampaignRequest> request,
+                          PreviewCallback on_preview) {
+  Activity& activity = activities_[run.number];
+  activity.previews.push_back({choice, std::move(request), std::move(on_preview)});
+  if (activity.previews.size() == 1) read_preview(activity);
+}
+
+void RunRecovery::read_preview(Activity& activity) {
+  activity.preview_thread =
+      std::jthread([this, &activity, choice = activity.previews.front().choice,
+                    request = activity.previews.front().request](std::stop_token stop) {
+        const auto left = caught([&]() -> Result<ResumePreview> {
+          if (!request) return pass(request.error());
+          return preview_of(choice, *request, [&stop] { return stop.stop_requested(); });
+        });
+        context_.post([this, &activity, choice, left] {
+          activity.preview_thread.join();  // this was its last message
+          for (auto& each : std::exchange(activity.previews, {}))
+            if (each.choice == choice)
+              each.on_preview(left);
+            else
+              activity.previews.push_back(std::move(each));
+          if (!activity.previews.empty()) read_preview(activity);
+        });
+      });
+}
+
+void RunRecovery::settle(const StoredRun& run, Recovery choice, std::string_view by,
+                         SettleCallback on_done) {
+  Activity& activity = activities_[run.number];
+  activity.is_settling = true;
+  activity.settle_thread =
+      std::jthread([this, &activity, choice, by = std::string(by), folder = run.folder,
+                    on_done = std::move(on_done)](std::stop_token stop) {
+        const auto summary = caught([&]() -> Result<CampaignSummary> {
+          if (choice == Recovery::discard) return discarded(folder, by);
+          return keep_partial(folder, by, [&stop] { return stop.stop_requested(); });
+        });
+        context_.post([&activity, summary, on_done] {
+          activity.settle_thread.join();  // this was its last message
+          activity.is_settling = false;
+          on_done(summary);
+        });
+      });
+}
+
+bool RunRecovery::is_settling(std::int64_t run) const {
+  const auto found = activities_.find(run);
+  return found != activities_.end() && found->second.is_settling;
+}
+
+bool RunRecovery::is_settling() const {
+  return std::ranges::any_of(activities_, [](const auto& one) { return one.second.is_settling; });
+}
+
+void RunRecovery::stop_settling() {
+  for (auto& [run, activity] : activities_) activity.settle_thread.request_stop();
+}
+
+void RunRecovery::scan(const std::function<std::vector<StoredRun>()>& list_runs,
+                       ScanCallback on_news) {
+  constexpr std::chrono::seconds between{1};
+  if (scan_thread_.joinable() || context_.now() < next_scan_) return;
+  next_scan_ = context_.now() + between;
+  std::vector<Scan> scans;
+  for (const StoredRun& run : list_runs())
+    scans.push_back({run, activities_[run.number].certified_at});
+  if (scans.empty()) return;
+  scan_thread_ =
+      std::jthread([this, scans = std::move(scans), on_news = std::move(on_news)]() mutable {
+        std::erase_if(scans, [](Scan& scan) { return !has_news(scan); });
+        context_.post([this, scans = std::move(scans), on_news = std::move(on_news)] {
+          scan_thread_.join();  // this was its last message
+          for (const Scan& scan : scans)
+            if (on_news(scan.run, scan.found))
+              activities_[scan.run.number].certified_at = scan.certified_at;
+        });
+      });
+}
+
+/// What cannot be read is looked at again.
+bool RunRecovery::has_news(Scan& scan) {
+  std::error_code unseen;
+  const auto written = std::filesystem::last_write_time(scan.run.folder / certificate_file_name,
+                                                        unseen);  // the earliest without one
+  if (scan.certified_at == written) return false;
+  const auto read = caught([&] { return read_external_resume(scan.run); });
+  if (!read) return false;
+  scan.certified_at = written;
+  scan.found = *read;
+  return true;
+}
+
+}  // namespace weft::daemon::runs

@@ -1,0 +1,90 @@
+#pragma once
+// Interrupted runs: previews of what a choice would do, the choices that end a run, and what others
+// did in the folders of runs that are over. A disk may hang, so that none of it is done on the
+// server's thread.
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <thread>
+#include <vector>
+
+#include "daemon/campaign/resume.hpp"
+#include "daemon/service/runs/run_context.hpp"
+
+namespace weft::daemon::runs {
+
+/// What becomes of an interrupted run.
+enum class Recovery : std::uint8_t {
+  resume,       ///< it is resumed where it was
+  discard,      ///< it has ended, and no data set is made of it
+  keep_partial  ///< it has ended, and its data set is of the trials that are complete
+};
+std::string_view to_string(Recovery choice);
+
+/// Where a resumed run has its campaign: one that recorded something would begin anew, somewhere
+/// else. Errors: not_found.
+Status is_where_it_was(const StoredRun& run);
+/// How what is left of an ended run can still be recorded; empty where that is nothing.
+std::string resume_hint(const RunView& run);
+/// Whether its campaign may be resumed without the daemon.
+bool can_be_resumed_externally(const RunView& run);
+
+using PreviewCallback = std::function<void(const Result<ResumePreview>&)>;
+
+/// Callbacks are called on the server's thread. Runs by their numbers.
+class RunRecovery {
+ public:
+  explicit RunRecovery(const RunContext& context) : context_(context) {}  ///< outlives it
+  RunRecovery(const RunRecovery&) = delete;
+  RunRecovery& operator=(const RunRecovery&) = delete;
+  ~RunRecovery();
+
+  /// Reads and verifies the campaign. Those who ask for the same while it is read get that answer.
+  void preview(const StoredRun& run, Recovery choice, Result<CampaignRequest> request,
+               PreviewCallback on_preview);
+  using SettleCallback = std::function<void(const Result<CampaignSummary>&)>;
+  /// Discards the campaign or keeps its complete trials.
+  void settle(const StoredRun& run, Recovery choice, std::string_view by, SettleCallback on_done);
+  [[nodiscard]] bool is_settling(std::int64_t run) const;
+  [[nodiscard]] bool is_settling() const;  ///< any
+  /// What has only read so far ends.
+  void stop_settling();
+  /// `as_scanned`: the run as it was when the scan began. False: it has changed since, so that
+  /// nothing was learnt.
+  using ScanCallback =
+      std::function<bool(const StoredRun& as_scanned, const std::optional<ExternalResume>& found)>;
+  /// Looks at the folders of `list_runs()`, at most once a second.
+  void scan(const std::function<std::vector<StoredRun>()>& list_runs, ScanCallback on_news);
+  /// Its folder becomes another one: what was read of it is read again.
+  void forget_scan(std::int64_t run) { activities_[run].certified_at.reset(); }
+
+ private:
+  using FileTime = std::filesystem::file_time_type;
+  struct PreviewRequest {
+    Recovery choice;
+    Result<CampaignRequest> request;
+    PreviewCallback on_preview;
+  };
+  struct Activity {
+    std::vector<PreviewRequest> previews;  ///< wait for what `preview_thread` finds
+    std::jthread preview_thread;
+    bool is_settling = false;
+    std::jthread settle_thread;
+    std::optional<FileTime> certified_at;  ///< of the certificate, as it was read last
+  };
+  struct Scan {
+    StoredRun run;
+    std::optional<FileTime> certified_at;
+    std::optional<ExternalResume> found = {};
+  };
+  void read_preview(Activity& activity);
+  static bool has_news(Scan& scan);
+
+  const RunContext& context_;
+  std::map<std::int64_t, Activity> activities_;
+  std::chrono::nanoseconds next_scan_{};
+  std::jthread scan_thread_;
+};
+
+}  // namespace weft::daemon::runs

@@ -1,0 +1,92 @@
+// Which operator prompt is open, and which confirmation it takes, with the time as an argument.
+
+#include "daemon/service/runs/operator_prompts.hpp"
+
+#include <catch2/catch.hpp>
+
+namespace operator_prompts_test {
+
+using namespace weft;
+using namespace weft::daemon;
+using namespace weft::daemon::runs;
+using namespace std::chrono_literals;
+
+namespace {
+
+recipes::OperatorAsk ask(const char* text) {
+  return {.trial = 0, .step = 0, .text = text, .people_s = 30};
+}
+
+RunMoment asking(recipes::Ticket ticket, const char* text) {
+  RunMoment moment;
+  moment.asked = recipes::AskOperator{ticket, ask(text)};
+  return moment;
+}
+
+}  // namespace
+
+TEST_CASE("a prompt that opens has a name of its own, its time and its ticket") {
+  OperatorPrompts prompts(11);
+  CHECK(prompts.on_step(1, RunState::awaiting_operator, asking(5, "mount a1"), 3s));
+  REQUIRE(prompts.find(1) != nullptr);
+  CHECK(prompts.find(1)->step == "Q-12");
+  CHECK(prompts.find(1)->ask.text == "mount a1");
+  CHECK(prompts.find(1)->at == 3s);
+  CHECK(prompts.ticket(1) == 5);
+  CHECK(prompts.check(1, "Q-12"));
+  const Status refused = prompts.check(1, "Q-11");
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == Errc::wrong_state);
+  CHECK(refused.error().expected == "Q-12");
+  CHECK(prompts.on_step(1, RunState::awaiting_operator, asking(6, "mount a2"), 4s));
+  CHECK(prompts.find(1)->step == "Q-13");
+  CHECK(prompts.ticket(1) == 6);
+  CHECK(prompts.find(2) == nullptr);
+  CHECK(prompts.ticket(2) == 0);
+}
+
+TEST_CASE("the next prompt is known from the plan, and with its time from the running campaign") {
+  OperatorPrompts prompts;
+  prompts.on_plan(1, ask("mount a1"));
+  CHECK(prompts.find(1)->step.empty());
+  CHECK_FALSE(prompts.find(1)->at);
+  CHECK_FALSE(prompts.check(1, "Q-1"));
+  RunMoment moment;
+  moment.next_ask = ask("mount a2");
+  moment.next_ask_in_s = 2.5;
+  CHECK_FALSE(prompts.on_step(1, RunState::running, moment, 10s));
+  CHECK(prompts.find(1)->ask.text == "mount a2");
+  CHECK(prompts.find(1)->at == 12500ms);
+  moment.next_ask_in_s.reset();
+  prompts.on_step(1, RunState::running, moment, 11s);
+  CHECK_FALSE(prompts.find(1)->at);
+  prompts.on_step(1, RunState::running, RunMoment(), 12s);
+  CHECK(prompts.find(1) == nullptr);
+  prompts.on_plan(1, ask("mount a1"));
+  prompts.on_plan(1, std::nullopt);
+  CHECK(prompts.find(1) == nullptr);
+}
+
+TEST_CASE("a step that asks nothing and runs nothing leaves the prompt as it is") {
+  OperatorPrompts prompts;
+  prompts.on_step(1, RunState::awaiting_operator, asking(5, "mount a1"), 0s);
+  for (const RunState state : {RunState::awaiting_operator, RunState::held, RunState::pausing})
+    CHECK_FALSE(prompts.on_step(1, state, RunMoment(), 1s));
+  CHECK(prompts.find(1)->step == "Q-1");
+}
+
+TEST_CASE("a run needs people while it waits for its turn, runs, or waits for them") {
+  for (const RunState state : all_run_states) {
+    INFO(to_string(state));
+    OperatorPrompts prompts;
+    prompts.on_plan(1, ask("mount a1"));
+    prompts.on_plan(2, ask("mount a1"));
+    prompts.on_state(1, state);
+    const bool needs = state == RunState::queued || state == RunState::arming ||
+                       state == RunState::running || state == RunState::awaiting_operator;
+    CHECK((prompts.find(1) != nullptr) == needs);
+    CHECK(prompts.find(2) != nullptr);
+  }
+}
+
+}  // namespace operator_prompts_test

@@ -1,0 +1,173 @@
+// A daemon's run manager killed at every write to its own memory and to the campaign's file: the
+// run that was told of is there again, and comes to the data of one that nobody touched. SIMULATED.
+
+#include "daemon/storage/certificate/verify.hpp"
+#include "daemon/storage/recorder/campaign_past.hpp"
+#include "tests/unit/daemon/service/run_manager_bench.hpp"
+
+namespace run_manager_kill_test {
+
+using namespace weft;
+using namespace weft::daemon;
+using namespace weft::daemon::runs;
+using test::RunManagerBench;
+using test::TemporaryFolder;
+using test::tiny_recipe;
+
+namespace {
+
+/// What a child said before it died, in memory that outlives it.
+class LastWords {
+ public:
+  LastWords() = default;
+  LastWords(const LastWords&) = delete;
+  LastWords& operator=(const LastWords&) = delete;
+  ~LastWords() { munmap(shared_, sizeof(Facts)); }
+  struct Facts {
+    std::atomic<bool> submitted, asks_for_rig, has_rig, complete;
+  };
+  [[nodiscard]] Facts& facts() const { return *static_cast<Facts*>(shared_); }
+
+ private:
+  void* shared_ =
+      mmap(nullptr, sizeof(Facts), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+};
+
+/// Work done in a child that dies at the point. True when it died; false when it came to the end of
+/// all that, with the status 0.
+bool killed_in(test::KillPoint point, const std::function<int()>& work) {
+  const pid_t child = fork();
+  if (child == 0) {
+    test::killing::begin(point);
+    _exit(work());
+  }
+  int status = 0;
+  REQUIRE(child > 0);
+  REQUIRE(waitpid(child, &status, 0) == child);
+  const bool killed = WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL;
+  INFO("status " << status);
+  REQUIRE((killed || (WIFEXITED(status) && WEXITSTATUS(status) == 0)));
+  return killed;
+}
+
+/// A run manager opened, a run submitted and waited for.
+bool killed_at_manager(const TemporaryFolder& folder, test::KillPoint point,
+                       const LastWords& told) {
+  return killed_in(point, [&] {
+    RunManagerBench bench(folder, tiny_recipe(1));
+    bench.at_asking = [&told] { told.facts().asks_for_rig = true; };
+    bench.at_rig = [&told] { told.facts().has_rig = true; };
+    const auto run = bench.submit({bench.request.recipe, {}, {}, "test"});
+    if (!run) return 2;
+    told.facts().submitted = true;
+    const std::string id = run->stored.id();
+    const auto over = [&] { return bench.manager->get(id)->machine.state == RunState::ended; };
+    if (!bench.posted.run_until(over)) return 3;
+    told.facts().complete = bench.manager->get(id)->stored.outcome == "complete";
+    return told.facts().complete ? 0 : 4;
+  });
+}
+
+const Dataset& untouched_run() {
+  static const Dataset known = [] {
+    const TemporaryFolder folder;
+    const auto summary = run_campaign(test::request_in(folder, tiny_recipe(1)), {});
+    if (!summary) FAIL(to_string(summary.error()));
+    return load_campaign(summary->campaign_file, {}).value();
+  }();
+  return known;
+}
+
+/// The next daemon in that folder: each run ended complete, or is interrupted and goes on.
+void look_again(const TemporaryFolder& folder, const LastWords& told) {
+  RunManagerBench bench(folder, tiny_recipe(1));
+  const auto found = bench.manager->all();
+  REQUIRE(found.size() <= 1);
+  if (told.facts().submitted) REQUIRE(found.size() == 1);
+  const std::string id = found.empty() ? bench.submit().stored.id() : found.front().stored.id();
+  // A run that waited when the daemon died goes on waiting for somebody's word.
+  if (bench.manager->queue().is_paused()) REQUIRE(bench.manager->resume_queue("test"));
+  RunView run = bench.ended(id);
+  if (told.facts().complete) REQUIRE(run.machine.state == RunState::ended);
+  if (run.machine.state == RunState::interrupted) {
+    const RigState unknown{RigState::Fact::unknown, id};
+    if (told.facts().has_rig) CHECK(bench.manager->rig_state() == unknown);
+    if (!told.facts().asks_for_rig) CHECK(bench.manager->rig_state() == RigState{});
+    if (bench.manager->rig_state() != unknown) CHECK(bench.manager->rig_state() == RigState{});
+    const auto recovered = bench.recover(id, "test");
+    if (!recovered) FAIL(to_string(recovered.error()));
+    run = bench.ended(id);
+  }
+  INFO(run.stored.error);
+  CHECK(run.machine.state == RunState::ended);
+  CHECK(run.stored.outcome == "complete");
+  const auto report = verify(run.stored.folder);
+  REQUIRE(report);
+  CHECK((report->holds() && report->certified));
+  CHECK(report->attempts <= report->complete + 1);
+  const auto data = load_campaign(run.stored.folder / campaign_file_name, {});
+  REQUIRE(data);
+  CHECK(test::difference(untouched_run(), *data) == "");
+}
+
+}  // namespace
+
+TEST_CASE(
+    "a daemon killed at any one of its writes knows the run it told of and brings it to its end") {
+  (void)untouched_run();
+  std::uint64_t points = 0;
+  for (bool killed = true; killed; ++points) {
+    const TemporaryFolder folder;
+    const LastWords told;
+    INFO("write " << points + 1);
+    killed = killed_at_manager(folder, {points + 1, points % 2 == 1}, told);
+    look_again(folder, told);
+  }
+  WARN("SIMULATED, " << points - 1 << " writes of a daemon, killed at each");
+  CHECK(points > 60);
+}
+
+TEST_CASE("a daemon killed while a run only concludes leaves rig and run as they were") {
+  const TemporaryFolder folder;
+  const auto in_the_way = folder / "R-000001" / "dataset.h5";
+  const std::string id = "R-000001";
+  {
+    RunManagerBench bench(folder, tiny_recipe(1));
+    bench.at_line = [&](const TrialProgress& line, RunOrders&) {
+      if (line.done == line.planned) std::filesystem::create_directories(in_the_way / "a folder");
+    };
+    REQUIRE(bench.ended(bench.submit().stored.id()).machine.state == RunState::interrupted);
+  }
+  std::uint64_t points = 0;
+  for (bool killed = true; killed; ++points) {
+    INFO("write " << points + 1);
+    killed = killed_in({points + 1, points % 2 == 1}, [&] {
+      RunManagerBench bench(folder, tiny_recipe(1));
+      if (!bench.recover(id, "test")) return 2;
+      const auto over = [&] {
+        return bench.manager->get(id)->machine.state == RunState::interrupted;
+      };
+      return bench.posted.run_until(over) ? 0 : 3;
+    });
+    RunManagerBench bench(folder, tiny_recipe(1));
+    if (bench.manager->queue().is_paused())
+      REQUIRE(bench.manager->remove(id, "test"));  // it waited
+    const RunView run = *bench.manager->get(id);
+    CHECK(bench.manager->rig_state() == RigState{});
+    CHECK(run.machine.state == RunState::interrupted);
+    CHECK(run.stored.outcome == "complete");
+    CHECK(run.stored.cleanup == "done");
+    CHECK(run.stored.rig_fact == "safe");
+    CHECK(run.stored.dataset_error.find(in_the_way.string()) != std::string::npos);
+    CHECK(run.trials_done == 2);
+  }
+  CHECK(points > 10);
+  std::filesystem::remove_all(in_the_way);
+  RunManagerBench bench(folder, tiny_recipe(1));
+  REQUIRE(bench.recover(id, "test"));
+  const RunView whole = bench.ended(id);
+  CHECK(whole.machine.state == RunState::ended);
+  CHECK(whole.stored.cleanup == "done");
+}
+
+}  // namespace run_manager_kill_test

@@ -1,0 +1,386 @@
+// The run manager of weftd: runs on threads of their own, told on the manager's. SIMULATED.
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "classifier/base/sealed_text.hpp"
+#include "classifier/live/staged_model.hpp"
+#include "daemon/storage/recorder/recorder.hpp"
+#include "tests/unit/daemon/service/run_manager_bench.hpp"
+
+namespace run_manager_test {
+
+using namespace weft;
+using namespace weft::daemon;
+using namespace weft::daemon::runs;
+using test::leave_interrupted;
+using test::RunManagerBench;
+using test::TemporaryFolder;
+using test::tiny_recipe;
+
+TEST_CASE("a run whose seed is no number is corrupt, as any other field") {
+  const test::TemporaryFolder folder;
+  const auto file = folder / "weftd.sqlite";
+  {
+    auto store = runs::RunStore::open(file);
+    REQUIRE(store);
+    runs::StoredRun run;
+    REQUIRE(test::add(*store, run));
+  }
+  for (const std::string_view seed : {"many", "12 ", "99999999999999999999"}) {
+    {
+      auto database = sqlite::Database::open(file, sqlite::Mode::read_write);
+      REQUIRE(database);
+      auto change = database->prepare("UPDATE run SET seed = ?");
+      REQUIRE(change);
+      REQUIRE(change->bind(1, seed).run());
+    }
+    const auto read = runs::RunStore::open(file);
+    REQUIRE_FALSE(read);
+    CHECK(read.error().code == Errc::corrupt);
+    CHECK(read.error().got == seed);
+  }
+}
+
+TEST_CASE("a database that another has says which file, and that it is in use") {
+  const test::TemporaryFolder folder;
+  const auto file = folder / "weftd.sqlite";
+  auto first = runs::RunStore::open(file);
+  REQUIRE(first);
+  const auto second = runs::RunStore::open(file);
+  REQUIRE_FALSE(second);
+  CHECK(second.error().what == "another weftd works in this folder");
+  auto other = sqlite::Database::open(file, sqlite::Mode::read_write);
+  REQUIRE(other);
+  const Status refused = other->execute("CREATE TABLE more (one INTEGER)");
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == Errc::busy);
+  CHECK(refused.error().where == file.string());
+  CHECK(refused.error().what == "the file refused a statement");
+}
+
+TEST_CASE("what escapes from a run's thread is a fault of that run; the next waits for a word") {
+  const TemporaryFolder folder;
+  RunManagerBench bench(folder);
+  bench.posted.throw_once();
+  const RunView failed = bench.ended(bench.submit().stored.id());
+  CHECK(failed.stored.outcome == "failed");
+  CHECK(failed.stored.rig_fact == "unknown");
+  CHECK(failed.stored.error.find("nobody takes this") != std::string::npos);
+  CHECK(bench.manager->rig_state() == RigState{RigState::Fact::unknown, failed.stored.id()});
+  const std::string next = bench.submit().stored.id();
+  CHECK(bench.manager->get(next)->machine.state == RunState::queued);
+  CHECK_FALSE(bench.manager->reset("", "test"));
+  REQUIRE(bench.manager->reset("looked at it", "test"));
+  CHECK(bench.ended(next).stored.outcome == "complete");
+  CHECK(bench.manager->rig_state().fact() == RigState::Fact::safe);
+  CHECK_FALSE(bench.manager->reset("looked at it", "test"));
+}
+
+TEST_CASE("a rig that was halted is latched for the next daemon too") {
+  const TemporaryFolder folder;
+  { RunManagerBench(folder).manager->halt(RigState::Stop::halt, "the one at the bench"); }
+  RunManagerBench bench(folder);
+  CHECK(bench.manager->rig_state() == RigState{RigState::Fact::latched, "the one at the bench"});
+  const std::string id = bench.submit().stored.id();
+  CHECK(bench.manager->get(id)->machine.state == RunState::queued);
+  REQUIRE(bench.manager->reset("looked at it", "test"));
+  CHECK(bench.ended(id).stored.outcome == "complete");
+}
+
+TEST_CASE("a daemon that died under a run leaves a rig that only that run or a word may move") {
+  const TemporaryFolder folder;
+  leave_interrupted(folder);
+  RunManagerBench bench(folder);
+  const std::string id = bench.manager->all().front().stored.id();
+  CHECK(bench.manager->rig_state() == RigState{RigState::Fact::unknown, id});
+  const std::string other = bench.submit().stored.id();
+  CHECK(bench.manager->get(other)->machine.state == RunState::queued);
+  REQUIRE(bench.recover(id, "test"));
+  CHECK(bench.ended(id).stored.outcome == "complete");
+  CHECK(bench.ended(other).stored.outcome == "complete");
+  CHECK(bench.manager->rig_state().fact() == RigState::Fact::safe);
+}
+
+TEST_CASE(
+    "a run manager that has forgotten its runs begins a new one beside the old one's folder") {
+  const TemporaryFolder folder;
+  std::filesystem::path old;
+  {
+    RunManagerBench bench(folder);
+    old = bench.ended(bench.submit().stored.id()).stored.folder;
+  }
+  const std::string before = test::read_file(old / "campaign.sqlite");
+  for (const char* part : {"", "-wal", "-shm"})
+    std::filesystem::remove(folder / ("weftd.sqlite" + std::string(part)));
+  RunManagerBench bench(folder);
+  const RunView run = bench.ended(bench.submit().stored.id());
+  CHECK(run.stored.id() == "R-000001");
+  CHECK(run.stored.outcome == "complete");
+  CHECK(run.stored.folder != old);
+  CHECK(test::read_file(old / "campaign.sqlite") == before);
+}
+
+TEST_CASE("a memory of runs from before there was the wish to resume is read, without one") {
+  const TemporaryFolder folder;
+  {
+    RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
+    StoredRun run;
+    REQUIRE(test::add(store, run));
+    run.resume = true;
+    REQUIRE(store.commit({.runs = {run}}));
+    CHECK(store.runs().value().front().resume);
+  }
+  {
+    auto file = sqlite::Database::open(folder / "weftd.sqlite", sqlite::Mode::read_write);
+    REQUIRE(file->execute("ALTER TABLE run DROP COLUMN resume"));
+  }
+  RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
+  CHECK_FALSE(store.runs().value().front().resume);
+}
+
+TEST_CASE("of a run from before it was kept who has the rig, that is unknown") {
+  const TemporaryFolder folder;
+  const bool is_old = GENERATE(true, false);
+  StoredRun run;
+  run.state = RunState::arming;
+  run.rig_untaken = true;
+  {
+    RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
+    REQUIRE(test::add(store, run));
+    REQUIRE(store.commit({.runs = {run}}));
+  }
+  if (is_old) {
+    auto file = sqlite::Database::open(folder / "weftd.sqlite", sqlite::Mode::read_write);
+    REQUIRE(file->execute("ALTER TABLE run DROP COLUMN rig_untaken"));
+  }
+  RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
+  const RigState unknown{RigState::Fact::unknown, run.id()};
+  CHECK(store.rig_state().value() == (is_old ? unknown : RigState{}));
+  const StoredRun found = store.runs().value().front();
+  CHECK(found.state == RunState::interrupted);
+  CHECK(found.rig_fact == (is_old ? "unknown" : "safe"));
+  CHECK_FALSE(found.rig_untaken);
+}
+
+TEST_CASE("what is known of a data set is kept while its run's folder is not to be seen") {
+  const TemporaryFolder folder;
+  StoredRun run;
+  run.state = RunState::arming;
+  run.rig_untaken = run.resume = true;
+  run.folder = folder / "R-000001";
+  run.outcome = "stopped";
+  run.dataset_sha256 = "36426411";
+  run.dataset_error = "no room";
+  {
+    RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
+    REQUIRE(test::add(store, run));
+    REQUIRE(store.commit({.runs = {run}}));
+  }
+  const StoredRun found = RunStore::open(folder / "weftd.sqlite")->runs()->front();
+  CHECK(found.state == RunState::interrupted);
+  CHECK(found.dataset_sha256 == "36426411");
+  CHECK(found.dataset_error == "no room");
+}
+
+TEST_CASE("a run that is refused before it has touched the rig leaves it as it was") {
+  const TemporaryFolder folder;
+  leave_interrupted(folder);
+  RunManagerBench bench(folder);
+  const std::string id = bench.manager->all().front().stored.id();
+  REQUIRE(bench.manager->reset("looked at it", "test"));
+  test::write_file(bench.request.recipe, test::read_file(bench.request.recipe) + " ");
+  REQUIRE(bench.recover(id, "test"));
+  CHECK(bench.ended(id).stored.rig_fact == "safe");
+  CHECK(bench.manager->rig_state() == RigState{});
+}
+
+TEST_CASE("a run that is told to end before it has the rig does not take it") {
+  const TemporaryFolder folder;
+  RunManagerBench bench(folder);
+  bool has_rig = false;
+  bench.at_rig = [&] { has_rig = true; };
+  const Order order = GENERATE(Order::stop, Order::abort, Order::halt);
+  const std::string id = bench.submit().stored.id();  // its thread asks, and is answered below
+  if (order == Order::halt)
+    bench.manager->halt(RigState::Stop::halt, "test");
+  else
+    REQUIRE(bench.manager->order(id, order, "test"));
+  const RunView run = bench.ended(id);
+  CHECK_FALSE(has_rig);
+  CHECK(run.stored.outcome == (order == Order::stop ? "stopped" : "aborted"));
+  CHECK(run.stored.error.find("before it had the rig") != std::string::npos);
+  CHECK(run.stored.rig_fact == (order == Order::halt ? "latched" : "safe"));
+  CHECK((order == Order::halt || bench.manager->rig_state() == RigState{}));
+  CHECK_FALSE(bench.manager->queue().is_paused());
+}
+
+TEST_CASE("a run from before a restart has the time that its plan takes") {
+  const TemporaryFolder folder;
+  std::string id;
+  {
+    RunManagerBench bench(folder);
+    bench.manager->halt(RigState::Stop::halt, "test");
+    id = bench.submit().stored.id();
+  }
+  RunManagerBench bench(folder);
+  REQUIRE(bench.manager->reset("looked at it", "test"));
+  CHECK(bench.manager->get(id)->trials_planned == 4);  // as it was when it was submitted
+  CHECK(bench.posted.run_until([&] { return bench.manager->get(id)->trials_planned == 4; }));
+  CHECK_FALSE(bench.manager->get(id)->moment);
+  CHECK(bench.ended(id).stored.outcome == "complete");
+}
+
+TEST_CASE("nobody is told of an end who is gone by then") {
+  const TemporaryFolder folder;
+  RunManagerBench bench(folder);
+  bench.posted.hold();
+  const std::string id = bench.submit().stored.id();
+  const auto here = std::make_shared<int>();
+  auto gone = std::make_shared<int>();
+  int told = 0;
+  bench.manager->when_ended(
+      id, [&](const RunView&) { ++told; }, here);
+  bench.manager->when_ended(
+      id, [&](const RunView&) { told += 100; }, gone);
+  gone.reset();
+  bench.posted.let_go();
+  bench.ended(id);
+  CHECK(told == 1);
+}
+
+TEST_CASE("what belongs together is written together or not at all") {
+  const TemporaryFolder folder;
+  RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
+  StoredRun run;
+  run.number = store.next_number().value();
+  RunChange change{.runs = {run}, .journal = {{0, 0, "R-000001", "submitted", "test"}}};
+  REQUIRE(store.database().execute(
+      "CREATE TRIGGER full BEFORE INSERT ON journal BEGIN SELECT RAISE(ABORT, 'no room'); END"));
+  const Status refused = store.commit(change);
+  REQUIRE_FALSE(refused);
+  CHECK(to_string(refused.error()).find("no room") != std::string::npos);
+  CHECK(store.runs()->empty());
+  REQUIRE(store.database().execute("DROP TRIGGER full"));
+  REQUIRE(store.commit(change));
+  CHECK(store.runs()->size() == 1);
+}
+
+TEST_CASE("a run is taken into the line by its model's head; the rest is read on its own thread") {
+  const TemporaryFolder folder;
+  RunManagerBench bench(folder);
+  auto recipe = nlohmann::json::parse(test::tiny_recipe(1));
+  auto& exploration = recipe["explorations"].begin().value();
+  const std::string name = recipe["explorations"].begin().key();
+  exploration["live_vote"] = {{"model", "m.live"}};
+  test::write_file(bench.request.recipe, recipe.dump());
+  const std::string head =
+      classifier::sealed(classifier::staged_file_header,
+                         "sample_rate_hz 37\nstages 1\nstage 37 999999\n") +
+      "weft-fabric-model 5\n"
+      "bench simulated\ndataset_sha256 0\nsoftware 0\ntraining none\ntaxels 16\nphases SPM\n"
+      "skew peaks\nnorm l2\nspectrum amplitude\nmode_bin_counts 1\nwindow_s 0\nwindow_step_s 0\n"
+      "sample_period_s 0.02702702702702703\nexploration ";
+  test::write_file(folder / "m.live", head + "another\n");
+  const auto refused = bench.submit({bench.request.recipe, {}, {}, "test"});
+  REQUIRE_FALSE(refused);
+  CHECK(to_string(refused.error()).find("another exploration") != std::string::npos);
+  test::write_file(folder / "m.live", head + name + "\n");
+  const RunView failed = bench.ended(bench.submit().stored.id());
+  CHECK(failed.stored.outcome == "failed");
+  CHECK(failed.stored.error.find("cut short") != std::string::npos);
+  CHECK(failed.stored.rig_fact == "safe");  // nothing was said to a device
+}
+
+TEST_CASE("a run that waits is run as it was checked, whatever its recipe's file says by then") {
+  const TemporaryFolder folder;
+  const std::string checked = tiny_recipe(1);
+  std::string id;
+  {
+    RunManagerBench bench(folder, checked);
+    bench.manager->halt(RigState::Stop::halt, "the one at the bench");
+    id = bench.submit().stored.id();
+    std::ofstream(bench.request.recipe) << tiny_recipe(3);
+  }
+  std::filesystem::remove(folder / "recipe.json");
+  RunManagerBench bench(folder, tiny_recipe(4));  // the next daemon finds another recipe again
+  REQUIRE(bench.manager->reset("looked at it", "test"));
+  const RunView run = bench.ended(id);
+  CHECK(run.stored.outcome == "complete");
+  CHECK(run.trials_done == 2);
+  const auto header = load_header(run.stored.folder / campaign_file_name);
+  REQUIRE(header);
+  CHECK(header->info.recipe_json == checked);
+  CHECK(header->info.recipe_sha256 == run.stored.recipe_sha256);
+}
+
+TEST_CASE("who names a recipe by its digest gets that recipe or none") {
+  const TemporaryFolder folder;
+  RunManagerBench bench(folder);
+  const std::string meant = "sha256:" + bench.submit().stored.recipe_sha256;
+  std::ofstream(bench.request.recipe) << tiny_recipe(1);
+  const auto wish = [&](const std::string& digest) {
+    runs::RunRequest out{bench.request.recipe, {}, {}, "test"};
+    out.digest = digest;
+    return out;
+  };
+  const auto refused = bench.submit(wish(meant));
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().where == "/params/digest");
+  CHECK(bench.manager->all().size() == 1);
+  CHECK(bench.submit(wish(refused.error().expected)));
+}
+
+TEST_CASE("a stop waits for the longest repetition that may be under way") {
+  const TemporaryFolder folder;
+  const auto request = test::request_in(
+      folder, R"({"schema_version":1,"name":"uneven","source":"test","seed":7,"fabrics":["denim"],
+    "repetitions":1,"explorations":{"long":{"kind":"press","phases":[{"phase":"S","duration_s":400},
+    {"phase":"P","force_N":5,"force_band_N":0.25,"duration_s":1},{"phase":"E","duration_s":1}]},
+    "short":{"kind":"press","phases":[{"phase":"S","duration_s":1},
+    {"phase":"P","force_N":5,"force_band_N":0.25,"duration_s":1},{"phase":"E","duration_s":1}]}}})");
+  const auto checked = check_quickly(request);
+  if (!checked) FAIL(to_string(checked.error()));
+  CHECK(summarize(checked->plan).limits.trial > std::chrono::seconds(800));
+}
+
+TEST_CASE("whatever ends a run, what its recipe does finally has its budget before the ladder") {
+  const TemporaryFolder folder;
+  std::string recipe = test::short_recipe("denim");
+  recipe.insert(1, R"("finally":{"on_stop":[{"do":"wait","duration_s":1500}],"budget_s":1600},)");
+  const auto plain = check_quickly(test::request_in(folder, test::short_recipe("denim")));
+  const auto checked = check_quickly(test::request_in(folder, recipe));
+  if (!checked) FAIL(to_string(checked.error()));
+  const Deadlines with = summarize(checked->plan).limits, without = summarize(plain->plan).limits;
+  const std::chrono::seconds budget(1600);
+  CHECK(with.running == without.running + budget);
+  CHECK(with.finishing == without.finishing + budget);
+  CHECK(with.aborting == without.aborting + budget);
+  CHECK(with.trial == without.trial);
+  CHECK(with.halting == without.halting);
+}
+
+TEST_CASE("an abort has no time for what is done only after a success, and time for its retreat") {
+  const TemporaryFolder folder;
+  const auto limits_of = [&](const std::string& keys) {
+    const std::string recipe = keys.empty() ? test::short_recipe("denim") : test::with_keys(keys);
+    const auto checked = check_quickly(test::request_in(folder, recipe));
+    if (!checked) FAIL(to_string(checked.error()));
+    return summarize(checked->plan).limits;
+  };
+  const Deadlines plain = limits_of("");
+  const Deadlines success =
+      limits_of(R"("finally":{"on_success":[{"do":"wait","duration_s":100}],"budget_s":3600})");
+  CHECK(success.aborting == plain.aborting);
+  CHECK(success.running == plain.running + std::chrono::hours(1));
+  CHECK(success.finishing == plain.finishing + std::chrono::hours(1));  // it may be complete
+  const Deadlines fault =
+      limits_of(R"("finally":{"on_fault":[{"do":"wait","duration_s":100}],"budget_s":3600})");
+  CHECK(fault.aborting == plain.aborting + std::chrono::hours(1));
+  constexpr double clearance_mm = 8, slow_mm_s = 0.05;
+  const Deadlines slow =
+      limits_of(R"("approach":{"transfer_speed_mm_s":)" + std::to_string(slow_mm_s) + "}");
+  CHECK(std::chrono::duration<double>(slow.aborting).count() > clearance_mm / slow_mm_s);
+}
+
+}  // namespace run_manager_test

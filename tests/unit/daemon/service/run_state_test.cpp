@@ -1,0 +1,172 @@
+// A run's states: what each takes, and that each has its deadline.
+
+#include <catch2/catch.hpp>
+#include <map>
+#include <random>
+
+#include "daemon/service/runs/run_state.hpp"
+
+namespace run_state_test {
+
+using namespace weft;
+using namespace weft::daemon;
+using namespace weft::daemon::runs;
+using namespace std::chrono_literals;
+using recipes::Step;
+
+namespace {
+
+const Deadlines limits = Deadlines::of(1000, 50);
+
+RunStateMachine in(RunState state) {
+  return {state, state == RunState::queued || state >= RunState::ended
+                     ? RunStateMachine::Clock::max()
+                     : RunStateMachine::Clock(1h)};
+}
+
+constexpr auto& states = all_run_states;
+constexpr std::array orders{Order::pause, Order::pause_now, Order::resume, Order::confirm,
+                            Order::stop,  Order::abort,     Order::halt};
+
+/// One letter for each state that an order leads to; "-": refused.
+std::string row(RunState state) {
+  std::string out;
+  for (const Order order : orders) {
+    const auto step = on_order(in(state), limits, order, 0s);
+    out += step ? std::string(to_string(step->next.state)).substr(0, 1) : "-";
+    if (step) CHECK(step->order == order);
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("Every order in every state leads where the table says, or is refused") {
+  // pause, pause now, resume, confirm, stop, abort, halt
+  const std::map<RunState, std::string> table{
+      {RunState::queued, "-------"},   {RunState::arming, "----fah"},
+      {RunState::running, "pp--fah"},  {RunState::pausing, "ppr-fah"},
+      {RunState::held, "--r-fah"},     {RunState::awaiting_operator, "pp-rfah"},
+      {RunState::resuming, "----fah"}, {RunState::finishing, "-----ah"},
+      {RunState::aborting, "------h"}, {RunState::halting, "-------"},
+      {RunState::ended, "-------"},    {RunState::interrupted, "-------"}};
+  for (const RunState state : states) {
+    INFO(to_string(state));
+    CHECK(row(state) == table.at(state));
+  }
+}
+
+TEST_CASE("A refused order says what the state takes instead") {
+  const auto refused = on_order(in(RunState::finishing), limits, Order::pause, 0s);
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == Errc::wrong_state);
+  CHECK(refused.error().expected == "abort, halt");
+}
+
+TEST_CASE("What nobody ends climbs the ladder to the end by its deadlines") {
+  for (const RunState from : states) {
+    if (from == RunState::queued || from >= RunState::ended) continue;
+    RunStateMachine run = in(from);
+    RunStateMachine::Clock now = 0s;
+    std::vector<Order> given;
+    bool lost = false;
+    for (int i = 0; run.state != RunState::ended; ++i) {
+      REQUIRE(i < 8);
+      REQUIRE(run.deadline < RunStateMachine::Clock::max());
+      now = run.deadline;
+      const RunStep step = on_time(run, limits, now);
+      REQUIRE(step.next.state != run.state);
+      if (step.order) given.push_back(*step.order);
+      lost = step.lost;
+      run = step.next;
+    }
+    INFO(to_string(from));
+    CHECK(std::is_sorted(given.begin(), given.end()));
+    CHECK(lost);  // nobody answered: the rig is unknown
+  }
+}
+
+TEST_CASE("A pause is held until somebody resumes it, and then runs again") {
+  RunStateMachine run = on_begun({}, limits, 0s).next;
+  CHECK(run.state == RunState::arming);
+  run = on_step(run, limits, Step::clearing, 1s).next;
+  CHECK(run.state == RunState::running);
+  run = on_order(run, limits, Order::pause, 2s)->next;
+  run = on_step(run, limits, Step::retracting, 3s).next;
+  CHECK(run.state == RunState::pausing);
+  run = on_step(run, limits, Step::held, 4s).next;
+  CHECK(run.state == RunState::held);
+  CHECK(run.deadline == 4s + 24h);
+  run = on_order(run, limits, Order::resume, 5s)->next;
+  run = on_step(run, limits, Step::clearing, 6s).next;
+  CHECK(run.state == RunState::running);
+}
+
+TEST_CASE("What a person is asked for is awaited, confirmed, and then runs again") {
+  RunStateMachine run = on_begun({}, limits, 0s).next;
+  run = on_step(run, limits, Step::awaiting_operator, 1s).next;
+  CHECK(run.state == RunState::awaiting_operator);
+  CHECK(run.deadline == 1s + 24h);
+  run = on_order(run, limits, Order::confirm, 2s)->next;
+  CHECK(run.state == RunState::resuming);
+  run = on_step(run, limits, Step::awaiting_operator, 3s).next;  // there is a second step
+  CHECK(run.state == RunState::awaiting_operator);
+  CHECK(run.deadline == 3s + 24h);
+  run = on_order(run, limits, Order::confirm, 4s)->next;
+  run = on_step(run, limits, Step::clearing, 5s).next;
+  CHECK(run.state == RunState::running);
+  run = on_step(run, limits, Step::awaiting_operator, 6s).next;
+  run = on_order(run, limits, Order::pause, 7s)->next;
+  run = on_step(run, limits, Step::held, 8s).next;
+  CHECK(run.state == RunState::held);
+  run = on_order(run, limits, Order::resume, 9s)->next;
+  run = on_step(run, limits, Step::awaiting_operator, 10s).next;
+  CHECK(run.state == RunState::awaiting_operator);
+  const auto nobody = on_time(run, limits, run.deadline);
+  CHECK(nobody.next.state == RunState::finishing);
+  CHECK(nobody.order == Order::stop);
+}
+
+TEST_CASE(
+    "Any of 100 000 sequences of orders, reports and time ends once the run's thread is silent") {
+  constexpr std::array steps{Step::held, Step::awaiting_operator, Step::clearing, Step::sliding,
+                             Step::retracting};
+  std::mt19937 random(20261122);
+  for (int round = 0; round < 100'000; ++round) {
+    RunStateMachine run;
+    RunStateMachine::Clock now = 0s;
+    for (int i = 0; i < 30; ++i) {
+      now += std::chrono::seconds(random() % 400);
+      switch (random() % 4) {
+        case 0:
+          if (const auto step = on_order(run, limits, orders[random() % orders.size()], now))
+            run = step->next;
+          break;
+        case 1:
+          run = on_step(run, limits, steps[random() % steps.size()], now).next;
+          break;
+        case 2:
+          run = on_begun(run, limits, now).next;
+          break;
+        default:
+          run = on_time(run, limits, now).next;
+      }
+      const bool waits_for_people = run.state == RunState::queued || run.state == RunState::ended;
+      if ((run.deadline == RunStateMachine::Clock::max()) != waits_for_people)
+        FAIL("a state that waits for no one has its deadline");
+    }
+    for (int i = 0; run.state != RunState::queued && run.state != RunState::ended; ++i) {
+      if (i == 8) FAIL("nobody answers, and it does not end");
+      now = std::max(now, run.deadline);
+      run = on_time(run, limits, now).next;
+    }
+  }
+}
+
+TEST_CASE("A plan of centuries has its deadlines ahead") {
+  const Deadlines centuries = Deadlines::of(1e11, 1e11);
+  CHECK(centuries.running > Deadlines::of(1e9, 1).running);
+  CHECK(centuries.trial > Deadlines::of(1, 1e9).trial);
+}
+
+}  // namespace run_state_test
