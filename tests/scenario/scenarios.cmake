@@ -288,6 +288,11 @@ add_test(NAME scenario_configure_elsewhere
          COMMAND ${WEFT_PYTHON} ${cli_tests}/configure_elsewhere.py ${CMAKE_COMMAND} ${PROJECT_SOURCE_DIR} ${CMAKE_MAKE_PROGRAM})
 set_tests_properties(scenario_configure_elsewhere PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
+# What the last version wrote still opens.
+add_test(NAME scenario_last_version
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/last_version.py $<TARGET_FILE:weft> $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_last_version PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
 # script/test has three slots for each processor and one more: a test that computes takes three, one that mostly waits takes
 # one. The longest of those begin first and leave room for one that computes; where one ends another takes its slot.
 get_property(all_tests DIRECTORY PROPERTY TESTS)
