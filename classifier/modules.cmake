@@ -22,8 +22,8 @@ endforeach()
 
 # Square roots that need not set errno are taken for all lanes at once.
 set_source_files_properties(classifier/features/spectrum.cpp classifier/features/taxel_block.cpp classifier/imprint/gradient.cpp
-                            classifier/vibro/frame_figures.cpp classifier/vibro/short_time.cpp classifier/vibro/learn/network.cpp
-                            classifier/vibro/learn/product.cpp classifier/vibro/level_figures.cpp classifier/vibro/median.cpp
+                            classifier/vibro/frame_features.cpp classifier/vibro/short_time.cpp classifier/vibro/learn/network.cpp
+                            classifier/vibro/learn/product.cpp classifier/vibro/level_features.cpp classifier/vibro/median.cpp
                             classifier/vibro/real_transform.cpp PROPERTIES COMPILE_OPTIONS -fno-math-errno)
 if(WEFT_XGBOOST)
   # Loaded when it is asked for, by the name under which programs find it: that to which the name for linking leads.
@@ -40,5 +40,5 @@ endif()
 file(GLOB kernels CONFIGURE_DEPENDS classifier/base/*.cpp classifier/features/*.cpp classifier/selection/*.cpp classifier/learn/*.cpp
      classifier/fabric/*.cpp classifier/vote/*.cpp)
 list(FILTER kernels EXCLUDE REGEX
-     "classifier/(base/(.*_text|interval)|fabric/(.*_text|options)|vote/(.*_text|aids|calibration|class_profile|compare|cross_decisions|learner_answer|measure_reject|novelty|reliability))")
+     "classifier/(base/(line_io|checksummed_text|interval)|fabric/(.*_text|options)|vote/(.*_text|postprocessing.*|calibration|class_profile|compare|cross_decisions|learner_prediction|measure_reject|novelty|reliability))")
 set_source_files_properties(${kernels} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)

@@ -9,14 +9,15 @@
 namespace weft::classifier {
 namespace {
 
-struct TWords {
+struct CriticalValues {
   const char* of_one;  ///< "split"
   const char* method;
 };
 
 // Share and t times the deviation times `widening`, cut to [0, 1]; of shares without a deviation,
 // Wilson's interval of one of them.
-Interval t_interval(std::span<const SplitShare> shares, double widening, const TWords& words) {
+Interval t_interval(std::span<const SplitShare> shares, double widening,
+                    const CriticalValues& words) {
   constexpr double rounding = 1e-12;  // of shares that are computed alike
   const auto count = static_cast<double>(shares.size());
   double part = 0.0, whole = 0.0;
@@ -29,7 +30,7 @@ Interval t_interval(std::span<const SplitShare> shares, double widening, const T
   std::vector<double> residual;
   for (const SplitShare& one : shares)
     residual.push_back((one.part - share * one.whole) * count / whole);
-  const double deviation = deviation_of(residual);
+  const double deviation = compute_deviation(residual);
   if (!(deviation > rounding)) {
     Interval one = wilson_of_share(share, whole / count);
     one.method =
@@ -98,15 +99,15 @@ Interval repetition_interval(std::span<const double> accuracy, std::size_t test)
                     {"repetition", "Student t, mean over repetitions with data of their own"});
 }
 
-double mean_of(std::span<const double> values) {
+double compute_mean(std::span<const double> values) {
   double sum = 0.0;
   for (const double v : values) sum += v;
   return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
 }
 
-double deviation_of(std::span<const double> values) {
+double compute_deviation(std::span<const double> values) {
   if (values.size() < 2) return 0.0;
-  const double mean = mean_of(values);
+  const double mean = compute_mean(values);
   double square = 0.0;
   for (const double v : values) square += (v - mean) * (v - mean);
   return std::sqrt(square / static_cast<double>(values.size() - 1));

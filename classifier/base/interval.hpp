@@ -57,8 +57,8 @@ Interval split_interval(std::span<const double> accuracy, const SplitSizes& size
 /// mean +- t sd / sqrt(R). Repetitions that all agree: Wilson's interval of a single one.
 Interval repetition_interval(std::span<const double> accuracy, std::size_t test);
 
-double mean_of(std::span<const double> values);
+double compute_mean(std::span<const double> values);
 /// Sample standard deviation (n - 1); 0 for fewer than two values.
-double deviation_of(std::span<const double> values);
+double compute_deviation(std::span<const double> values);
 
 }  // namespace weft::classifier

@@ -13,7 +13,7 @@ double gigabytes(std::size_t rows, double matrices) {
   return matrices * bytes_of_a_number * std::pow(static_cast<double>(rows), 2) / 1e9;
 }
 
-std::string in_words(double gb) {
+std::string format_gb(double gb) {
   std::string out = std::to_string(gb);
   out.resize(out.find('.') + 2);
   return out + " GB";
@@ -26,7 +26,7 @@ tl::unexpected<Error> out_of_memory(std::size_t rows, const std::string& got) {
       {.code = Errc::range,
        .where = std::to_string(rows) + " feature vectors",
        .what = "too many feature vectors for the memory of this machine",
-       .expected = "room for their distances, " + in_words(gigabytes(rows, 1.0)) + " a matrix",
+       .expected = "room for their distances, " + format_gb(gigabytes(rows, 1.0)) + " a matrix",
        .got = got,
        .hint = "Train on fewer of them, such as longer windows or windows that overlap less, or "
                "with --learner lda"});
@@ -37,7 +37,7 @@ Status check_square_memory(std::size_t rows, double matrices) {
                           static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e9;
   const double needed_gb = gigabytes(rows, matrices);
   if (whole_gb <= 0.0 || needed_gb <= whole_gb) return {};
-  return out_of_memory(rows, in_words(needed_gb) + " needed of " + in_words(whole_gb));
+  return out_of_memory(rows, format_gb(needed_gb) + " needed of " + format_gb(whole_gb));
 }
 
 }  // namespace weft::classifier

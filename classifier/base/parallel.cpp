@@ -10,15 +10,16 @@
 namespace weft::classifier {
 namespace {
 
-std::size_t thread_count(std::size_t count, std::size_t asked) {
+std::size_t thread_count(std::size_t count, std::size_t requested) {
   const std::size_t cores = std::max(1U, std::thread::hardware_concurrency());
-  return std::clamp<std::size_t>(asked == 0 ? cores : asked, 1, std::max<std::size_t>(1, count));
+  return std::clamp<std::size_t>(requested == 0 ? cores : requested, 1,
+                                 std::max<std::size_t>(1, count));
 }
 
 // Keeps what the first thread threw until all have ended.
 class FirstThrown {
  public:
-  void keep() noexcept {
+  void on_error() noexcept {
     const std::lock_guard lock(mutex_);
     if (!thrown_) thrown_ = std::current_exception();
   }
@@ -38,7 +39,7 @@ void on_threads(std::size_t n, const std::function<void(std::size_t)>& body) {
     try {
       body(t);
     } catch (...) {
-      first.keep();
+      first.on_error();
     }
   };
   {

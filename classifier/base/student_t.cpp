@@ -41,19 +41,19 @@ double log_front(double log_x, double log_1mx, double a, double b, double half_d
 double continued_fraction(double x, double a, double b) {
   constexpr double tiny = 1e-300;
   constexpr int most_terms = 100000;
-  const auto kept_off_zero = [](double v) { return std::abs(v) < tiny ? tiny : v; };
+  const auto away_from_zero = [](double v) { return std::abs(v) < tiny ? tiny : v; };
   double c = 1.0;
-  double d = 1.0 / kept_off_zero(1.0 - (a + b) * x / (a + 1.0));
+  double d = 1.0 / away_from_zero(1.0 - (a + b) * x / (a + 1.0));
   double h = d;
   for (int m = 1; m < most_terms; ++m) {
     const double k = m;
     const double even = k * (b - k) * x / ((a + 2 * k - 1) * (a + 2 * k));
-    d = 1.0 / kept_off_zero(1.0 + even * d);
-    c = kept_off_zero(1.0 + even / c);
+    d = 1.0 / away_from_zero(1.0 + even * d);
+    c = away_from_zero(1.0 + even / c);
     h *= d * c;
     const double odd = -(a + k) * (a + b + k) * x / ((a + 2 * k) * (a + 2 * k + 1));
-    d = 1.0 / kept_off_zero(1.0 + odd * d);
-    c = kept_off_zero(1.0 + odd / c);
+    d = 1.0 / away_from_zero(1.0 + odd * d);
+    c = away_from_zero(1.0 + odd / c);
     const double step = d * c;
     h *= step;
     if (std::abs(step - 1.0) < std::numeric_limits<double>::epsilon()) break;

@@ -22,11 +22,12 @@ struct Unit {
 
 // Of the rows of classes that are dealt at all, in order of first appearance.
 std::vector<Unit> gather_units(std::span<const std::size_t> of_row,
-                               std::span<const std::size_t> unit, const std::vector<bool>& dealt) {
+                               std::span<const std::size_t> unit,
+                               const std::vector<bool>& assigned) {
   std::map<std::size_t, std::size_t> place;
   std::vector<Unit> out;
   for (std::size_t r = 0; r < unit.size(); ++r) {
-    if (!dealt[of_row[r]]) continue;
+    if (!assigned[of_row[r]]) continue;
     const std::size_t at = place.emplace(unit[r], out.size()).first->second;
     if (at == out.size()) out.emplace_back();
     out[at].rows.push_back(r);
@@ -113,9 +114,9 @@ std::vector<std::size_t> units_of_each(const std::vector<Unit>& units, std::size
 }
 
 // Every class, balanced by the first one of each unit alone; nothing where that leaves one short.
-std::vector<Fold> dealt_by_first_class(std::span<const std::size_t> of_row, std::size_t classes,
-                                       std::span<const std::size_t> unit, std::size_t folds,
-                                       std::uint64_t seed) {
+std::vector<Fold> assigned_by_first_class(std::span<const std::size_t> of_row, std::size_t classes,
+                                          std::span<const std::size_t> unit, std::size_t folds,
+                                          std::uint64_t seed) {
   std::vector<Unit> units = gather_units(of_row, unit, std::vector<bool>(classes, true));
   const std::size_t k = std::min(folds, std::ranges::min(units_of_each(units, classes)));
   if (k < 2) return {};
@@ -127,18 +128,19 @@ std::vector<Fold> dealt_by_first_class(std::span<const std::size_t> of_row, std:
   return short_classes(out, of_row, classes).empty() ? out : std::vector<Fold>{};
 }
 
-struct Dealt {
+struct Assigned {
   std::vector<Fold> folds;
   std::vector<std::size_t> short_of;  // classes; empty: the folds are usable
 };
 
-// The classes `dealt`, all balanced, the one with the fewest units first: in as many folds as that
-// has units or, where some class is left short, in more.
-Dealt dealt_by_all_classes(std::span<const std::size_t> of_row, const std::vector<bool>& dealt,
-                           std::span<const std::size_t> unit, std::size_t folds,
-                           std::uint64_t seed) {
-  const std::size_t classes = dealt.size();
-  std::vector<Unit> units = gather_units(of_row, unit, dealt);
+// The classes `assigned`, all balanced, the one with the fewest units first: in as many folds as
+// that has units or, where some class is left short, in more.
+Assigned assigned_by_all_classes(std::span<const std::size_t> of_row,
+                                 const std::vector<bool>& assigned,
+                                 std::span<const std::size_t> unit, std::size_t folds,
+                                 std::uint64_t seed) {
+  const std::size_t classes = assigned.size();
+  std::vector<Unit> units = gather_units(of_row, unit, assigned);
   const std::vector<std::size_t> count = units_of_each(units, classes);
   std::size_t fewest = folds;
   std::vector<std::size_t> order(classes);
@@ -147,14 +149,14 @@ Dealt dealt_by_all_classes(std::span<const std::size_t> of_row, const std::vecto
   Balance balance{std::vector<std::size_t>(classes), classes};
   for (std::size_t i = 0; i < classes; ++i) balance.rank[order[i]] = i;
   for (std::size_t c = 0; c < classes; ++c)
-    if (dealt[c]) fewest = std::min(fewest, count[c]);
+    if (assigned[c]) fewest = std::min(fewest, count[c]);
   RandomEngine engine(seed);
   shuffle(units, engine);
-  Dealt out;
+  Assigned out;
   for (std::size_t k = fewest; k <= folds; ++k) {
     out.folds = as_folds(deal(units, of_row.size(), k, balance), k);
     out.short_of = short_classes(out.folds, of_row, classes);
-    std::erase_if(out.short_of, [&](std::size_t c) { return !dealt[c]; });
+    std::erase_if(out.short_of, [&](std::size_t c) { return !assigned[c]; });
     if (out.short_of.empty()) break;
   }
   return out;
@@ -167,17 +169,17 @@ ClassFolds class_folds(std::span<const std::size_t> of_row, const UnitLevels& le
   const auto rows = rows_by_class(of_row);
   const std::size_t classes = rows.size();
   if (classes < 2) return {{}, std::vector<std::size_t>(classes, levels.size())};
-  ClassFolds out{dealt_by_first_class(of_row, classes, levels.front(), folds, seed),
+  ClassFolds out{assigned_by_first_class(of_row, classes, levels.front(), folds, seed),
                  std::vector<std::size_t>(classes)};
   if (!out.folds.empty()) return out;
   for (std::size_t c = 0; c < classes; ++c)
     out.level[c] = first_level(levels, rows[c], least_trained);
   while (true) {
-    std::vector<bool> dealt(classes);
-    for (std::size_t c = 0; c < classes; ++c) dealt[c] = out.tests(c, levels);
-    if (std::ranges::count(dealt, true) < 2) return out;
-    Dealt tried =
-        dealt_by_all_classes(of_row, dealt, units_at(levels, of_row, out.level), folds, seed);
+    std::vector<bool> assigned(classes);
+    for (std::size_t c = 0; c < classes; ++c) assigned[c] = out.tests(c, levels);
+    if (std::ranges::count(assigned, true) < 2) return out;
+    Assigned tried =
+        assigned_by_all_classes(of_row, assigned, units_at(levels, of_row, out.level), folds, seed);
     if (tried.short_of.empty()) {
       out.folds = std::move(tried.folds);
       return out;
@@ -188,7 +190,7 @@ ClassFolds class_folds(std::span<const std::size_t> of_row, const UnitLevels& le
 }
 
 ClassFolds class_folds(const FeatureMatrix& matrix, const TrainOptions& options) {
-  return class_folds(classes_of(matrix).of_row, unit_levels(matrix, options.fold_unit),
+  return class_folds(find_classes(matrix).of_row, unit_levels(matrix, options.fold_unit),
                      options.folds, options.seed);
 }
 

@@ -123,13 +123,13 @@ class TreeGrower {
       if (rule_.random_threshold)
         draw_at(order_[k], part, best);
       else
-        look_at(order_[k], part, best);
+        check_feature(order_[k], part, best);
     }
     return best;
   }
 
   // The largest sum over both sides of squared counts over rows is the smallest impurity.
-  void look_at(std::size_t feature, const Part& part, NodeSplit& best) {
+  void check_feature(std::size_t feature, const Part& part, NodeSplit& best) {
     keys_.clear();
     for (std::size_t i = part.from; i < part.to; ++i)
       keys_.push_back(std::uint64_t{rows_.rank(feature, chosen_[i])} << 32U |

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "classifier/base/line_text.hpp"
+#include "classifier/base/line_io.hpp"
 #include "classifier/base/matrix.hpp"
 #include "classifier/base/random.hpp"
 

@@ -22,7 +22,7 @@ std::string joined(const std::vector<std::string>& parts) {
 }  // namespace
 
 FoldReport fold_report(const FeatureMatrix& matrix, Learner learner, const TrainOptions& options) {
-  const Classes classes = classes_of(matrix);
+  const Classes classes = find_classes(matrix);
   const auto rows = rows_by_class(classes.of_row);
   const std::size_t levels = unit_levels(matrix, options.fold_unit).size();
   FoldReport out;
@@ -46,7 +46,7 @@ FoldReport fold_report(const FeatureMatrix& matrix, Learner learner, const Train
   return out;
 }
 
-std::string words_of(const FoldReport& report) {
+std::string format_folds(const FoldReport& report) {
   const std::string unit = report.windows ? " windows" : " trials";
   std::vector<std::string> untested;
   for (const auto& [label, rows] : report.untested)

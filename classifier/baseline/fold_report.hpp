@@ -21,7 +21,7 @@ struct FoldReport {
   std::size_t folds = 0;                        ///< as asked for
 
   /// Nothing to report.
-  [[nodiscard]] bool as_asked() const { return !none && finer.empty() && untested.empty(); }
+  [[nodiscard]] bool as_requested() const { return !none && finer.empty() && untested.empty(); }
 };
 
 /// Of cores the folds of their pairs; of a choice and of everything else class_folds().
@@ -30,6 +30,6 @@ FoldReport fold_report(const FeatureMatrix& matrix, Learner learner, const Train
 /// "c dealt by recording, not tested: zz (2 trials)"; of no folds "none: label zz has 2 trials, too
 /// few for 5 folds that train on 2 of each".
 /// Empty where the folds are those asked for.
-std::string words_of(const FoldReport& report);
+std::string format_folds(const FoldReport& report);
 
 }  // namespace weft::classifier

@@ -30,7 +30,7 @@ Reduction reduction_of(Learner learner) {
 }
 
 // Folds of a learner without cores.
-std::vector<Fold> folds_of(const FeatureMatrix& matrix, const TrainOptions& options) {
+std::vector<Fold> build_folds(const FeatureMatrix& matrix, const TrainOptions& options) {
   return class_folds(matrix, options).folds;
 }
 
@@ -45,10 +45,10 @@ std::size_t rounds_of(const FeatureMatrix& matrix, const TrainOptions& options) 
 // Folds of a choice, one round after the other; each round validates every trial once.
 std::vector<Fold> folds_of_choice(const FeatureMatrix& matrix, TrainOptions options) {
   const std::size_t rounds = rounds_of(matrix, options);
-  std::vector<Fold> out = folds_of(matrix, options);
+  std::vector<Fold> out = build_folds(matrix, options);
   for (std::size_t round = 1; round < rounds; ++round) {
     ++options.seed;
-    std::ranges::move(folds_of(matrix, options), std::back_inserter(out));
+    std::ranges::move(build_folds(matrix, options), std::back_inserter(out));
   }
   return out;
 }
@@ -56,10 +56,10 @@ std::vector<Fold> folds_of_choice(const FeatureMatrix& matrix, TrainOptions opti
 Result<TrainedLearner::Machine> train_cores_of(const FeatureMatrix& rows, const CoreTask& task,
                                                TrainOptions options, const TaskTrainer& trainer) {
   options.reduction = task.reduction;
-  const CoreTrainer ask = [&](const TrainOptions& kind) {
+  const CoreTrainer train_core_with = [&](const TrainOptions& kind) {
     return trainer ? trainer(task) : train_cores(rows, kind);
   };
-  auto model = train(rows, options, ask);
+  auto model = train(rows, options, train_core_with);
   if (!model) return pass(model.error());
   return std::move(*model);
 }
@@ -79,7 +79,7 @@ Result<TrainedLearner::Machine> train_simple(const FeatureMatrix& rows, const Cl
     return std::move(*trees);
   }
   auto svc =
-      MultiClassSvc::fit(rows.values, classes.of_row, count, folds_of(rows, options), options);
+      MultiClassSvc::fit(rows.values, classes.of_row, count, build_folds(rows, options), options);
   if (!svc) return pass(svc.error());
   return std::move(*svc);
 }
@@ -89,7 +89,7 @@ Result<TrainedLearner> trained_on(FeatureMatrix rows, std::optional<std::size_t>
                                   const TaskTrainer& trainer) {
   if (auto ok = check(rows); !ok) return pass(ok.error());
   if (auto ok = check_labels(rows.labels); !ok) return pass(ok.error());
-  const Classes classes = classes_of(rows);
+  const Classes classes = find_classes(rows);
   if (auto ok = unless_stopped(options); !ok) return pass(ok.error());
   FeatureView view = FeatureView::fit(recipe.view, rows.values);
   view.apply(rows.values);
@@ -148,7 +148,8 @@ Result<Choice> choose(const FeatureMatrix& matrix, const std::vector<Recipe>& re
   for (const Recipe& recipe : recipes) {
     RecipeScore score{recipe, 0, 0, rounds_of(matrix, options)};
     for (std::size_t f = 0; f < folds.size() && score.errors < least; ++f) {
-      const auto trained = train_on(take_rows(matrix, folds[f].train), f, recipe, options, trainer);
+      const auto trained =
+          train_on(select_rows(matrix, folds[f].train), f, recipe, options, trainer);
       if (!trained) return pass(trained.error());
       const auto errors = errors_on(matrix, folds[f], *trained);
       if (!errors) return pass(errors.error());
@@ -250,7 +251,7 @@ Result<std::vector<FabricCore>> train_task(const FeatureMatrix& matrix, const Co
                    .what = "a fold that does not exist",
                    .expected = "< " + std::to_string(folds.size()),
                    .got = std::to_string(*task.fold)});
-    rows = take_rows(matrix, folds[*task.fold].train);
+    rows = select_rows(matrix, folds[*task.fold].train);
   }
   FeatureView::fit(task.view, rows.values).apply(rows.values);
   return train_cores(rows, options, first, stride);

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "classifier/base/line_text.hpp"
+#include "classifier/base/line_io.hpp"
 #include "classifier/baseline/learner.hpp"
 
 namespace weft::classifier {

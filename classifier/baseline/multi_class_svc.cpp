@@ -35,7 +35,7 @@ std::vector<PairRows> pair_rows(std::span<const std::size_t> of_row, std::size_t
   return out;
 }
 
-Matrix part_of(const Matrix& square, const std::vector<std::size_t>& index) {
+Matrix extract_part(const Matrix& square, const std::vector<std::size_t>& index) {
   Matrix out(index.size(), index.size());
   for (std::size_t i = 0; i < index.size(); ++i)
     for (std::size_t j = 0; j < index.size(); ++j) out(i, j) = square(index[i], index[j]);
@@ -96,7 +96,7 @@ Status fold_errors(const FoldDistances& fold, std::size_t classes, double gamma,
   std::vector<std::vector<int>> votes(options.grid.c.size(), std::vector<int>(rows * classes));
   for (const PairRows& pair : fold.pairs) {
     if (auto ok = unless_stopped(options); !ok) return ok;
-    const Matrix own = part_of(kernel, pair.row);
+    const Matrix own = extract_part(kernel, pair.row);
     SvmSolver solver(pair.sign, options.search != Search::libsvm);
     if (auto ok = solver.set_kernel(own); !ok) return ok;
     bool settled = false;
@@ -181,7 +181,7 @@ Result<MultiClassSvc> MultiClassSvc::fit(const Matrix& rows, std::span<const std
   out.support = scaled(out.scaler, rows);
   const Matrix kernel = rbf(distances(out.support, out.support), out.gamma);
   for (const PairRows& pair : pair_rows(of_row, classes)) {
-    const Matrix own = part_of(kernel, pair.row);
+    const Matrix own = extract_part(kernel, pair.row);
     SvmSolver solver(pair.sign, options.search != Search::libsvm);
     if (auto ok = solver.set_kernel(own); !ok) return pass(ok.error());
     if (auto ok = solver.solve(out.c, options.tolerance); !ok) return pass(ok.error());

@@ -9,7 +9,7 @@
 namespace weft::classifier::design {
 
 /// What the rule knows of a cell.
-struct CellFigures {
+struct CellStatistics {
   double accuracy = 0;       ///< share of the trials told right
   double seconds = 0;        ///< median per trial, less is better
   double seconds_error = 0;  ///< standard error of that median
@@ -22,20 +22,20 @@ inline constexpr double equal_seconds_share = 0.05;
 
 /// Seconds within which two cells take equally long: `equal_seconds_share` of the shorter time, or
 /// what the difference of their medians varies by (95 %), whichever is more.
-double seconds_tolerance(const CellFigures& a, const CellFigures& b);
-bool takes_less(const CellFigures& a, const CellFigures& b);
+double seconds_tolerance(const CellStatistics& a, const CellStatistics& b);
+bool is_cheaper(const CellStatistics& a, const CellStatistics& b);
 
 /// Of an accuracy among so many answers; 0 and 1 count as if half an answer more were the other
 /// way.
-double standard_error(double accuracy, double asked);
+double standard_error(double accuracy, double requested);
 
 /// Of the cells whose accuracy is at most one standard error below the best (Breiman and others
 /// 1984), those that take no longer than the quickest of them; of these the one with the largest
-/// signal over noise. `asked`: effective answers of a cell. At least one cell.
-std::size_t take(std::span<const CellFigures> cells, double asked);
+/// signal over noise. `requested`: effective answers of a cell. At least one cell.
+std::size_t take(std::span<const CellStatistics> cells, double requested);
 
 /// Cells that no other one beats, in the order of their time: another one beats a cell when it is
 /// more accurate and takes no longer, or is as accurate and takes less.
-std::vector<std::size_t> front_of(std::span<const CellFigures> cells);
+std::vector<std::size_t> find_front(std::span<const CellStatistics> cells);
 
 }  // namespace weft::classifier::design

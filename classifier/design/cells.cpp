@@ -16,8 +16,8 @@ constexpr std::size_t least_replicates = 3;
 constexpr std::size_t error_resamples = 200;  // of the median seconds
 
 /// Of these trials together.
-CellFigures figures_of(const std::vector<CellTrial>& trials) {
-  CellFigures out;
+CellStatistics cell_statistics(const std::vector<CellTrial>& trials) {
+  CellStatistics out;
   std::vector<double> seconds;
   for (const CellTrial& trial : trials) {
     const auto count = static_cast<double>(trials.size());
@@ -58,8 +58,8 @@ double median_error(const WeighedCell& cell, std::uint64_t seed) {
   RandomEngine engine(seed);
   std::vector<double> medians;
   for (std::size_t b = 0; b < error_resamples; ++b)
-    medians.push_back(figures_of(redrawn(cell, engine)).seconds);
-  return deviation_of(medians);
+    medians.push_back(cell_statistics(redrawn(cell, engine)).seconds);
+  return compute_deviation(medians);
 }
 
 ClusteredShare by_replicate(const WeighedCell& cell) {
@@ -68,25 +68,25 @@ ClusteredShare by_replicate(const WeighedCell& cell) {
     right[trial.replicate].push_back(trial.right ? 1 : 0);
   ClusteredShare out;
   for (const auto& [replicate, answers] : right)
-    out.clusters.push_back({mean_of(answers), static_cast<double>(answers.size())});
+    out.clusters.push_back({compute_mean(answers), static_cast<double>(answers.size())});
   return out;
 }
 
 /// How often the rule takes each cell when the pilot is done again.
-void draw_other_pilots(const std::vector<WeighedCell>& cells, double asked, std::uint64_t seed,
+void draw_other_pilots(const std::vector<WeighedCell>& cells, double requested, std::uint64_t seed,
                        CellChoice& out) {
   RandomEngine engine(seed);
   const double widening = std::sqrt(out.design_effect);
   for (std::size_t b = 0; b < out.resamples; ++b) {
-    std::vector<CellFigures> drawn;
+    std::vector<CellStatistics> drawn;
     for (std::size_t i = 0; i < cells.size(); ++i) {
-      const CellFigures& measured = out.cells[i].figures;
-      CellFigures& other = drawn.emplace_back(figures_of(another_pilot(cells[i], engine)));
+      const CellStatistics& measured = out.cells[i].figures;
+      CellStatistics& other = drawn.emplace_back(cell_statistics(another_pilot(cells[i], engine)));
       const double off = widening * (other.accuracy - measured.accuracy);
       other.accuracy = std::clamp(measured.accuracy + off, 0.0, 1.0);
       other.seconds_error = measured.seconds_error;
     }
-    out.cells[take(drawn, asked)].chosen_share += 1 / static_cast<double>(out.resamples);
+    out.cells[take(drawn, requested)].chosen_share += 1 / static_cast<double>(out.resamples);
   }
 }
 
@@ -99,9 +99,9 @@ void count_equal_times(CellChoice& out) {
     if (out.cells[i].figures.accuracy >= enough) within.push_back(i);
   const auto seconds = [&](std::size_t i) { return out.cells[i].figures.seconds; };
   out.quickest = std::ranges::min(within, {}, seconds);
-  const CellFigures& quickest = out.cells[out.quickest].figures;
+  const CellStatistics& quickest = out.cells[out.quickest].figures;
   out.equal_time = static_cast<std::size_t>(std::ranges::count_if(
-      within, [&](std::size_t i) { return !takes_less(quickest, out.cells[i].figures); }));
+      within, [&](std::size_t i) { return !is_cheaper(quickest, out.cells[i].figures); }));
 }
 
 void count_overlapping(CellChoice& out) {
@@ -111,13 +111,13 @@ void count_overlapping(CellChoice& out) {
     if (i == out.chosen || other.ci95.low > chosen.ci95.high || chosen.ci95.low > other.ci95.high)
       continue;
     ++out.overlapping;
-    out.quicker_overlapping += takes_less(other.figures, chosen.figures) ? 1 : 0;
+    out.quicker_overlapping += is_cheaper(other.figures, chosen.figures) ? 1 : 0;
   }
 }
 
 }  // namespace
 
-std::size_t WeighedCell::asked() const {
+std::size_t WeighedCell::requested() const {
   std::size_t sum = 0;
   for (const auto& fabric : fabrics) sum += fabric.size();
   return sum;
@@ -146,18 +146,18 @@ Result<std::vector<bool>> separability(const FeatureMatrix& matrix, Learner lear
   options.threads = 1;
   options.stop = stop;
   std::vector<bool> right(matrix.size(), false);
-  std::size_t asked = 0;
+  std::size_t requested = 0;
   for (const Split& split : *splits) {
-    const auto chosen = train_learner(take_rows(matrix, split.train), learner, options);
+    const auto chosen = train_learner(select_rows(matrix, split.train), learner, options);
     if (!chosen) return pass(chosen.error());
     for (const std::size_t r : split.test) {
       const auto answer = chosen->trained.classify(matrix.values.row(r));
       if (!answer) return pass(answer.error(), matrix.files[r]);
       right[r] = chosen->trained.labels()[*answer] == matrix.labels[r];
-      ++asked;
+      ++requested;
     }
   }
-  if (asked < matrix.size())
+  if (requested < matrix.size())
     return fail({.code = Errc::invalid_argument,
                  .where = "cell",
                  .what = "a fabric is in one replicate alone",
@@ -169,23 +169,23 @@ CellChoice choose_cell(const std::vector<WeighedCell>& cells, std::size_t resamp
                        std::uint64_t seed) {
   CellChoice out;
   out.resamples = resamples;
-  std::vector<CellFigures> figures;
+  std::vector<CellStatistics> figures;
   std::vector<ClusteredShare> shares;
   for (const WeighedCell& cell : cells) {
     shares.push_back(by_replicate(cell));
-    figures.push_back(figures_of(all_trials(cell)));
+    figures.push_back(cell_statistics(all_trials(cell)));
     figures.back().seconds_error = median_error(cell, seed);
   }
   out.design_effect = design_effect(shares);
   for (std::size_t i = 0; i < cells.size(); ++i)
     out.cells.push_back({figures[i], clustered_interval(shares[i], out.design_effect), 0});
-  const double asked = static_cast<double>(cells.front().asked()) / out.design_effect;
-  out.front = front_of(figures);
-  out.chosen = take(figures, asked);
-  const auto best = std::ranges::max_element(figures, {}, &CellFigures::accuracy);
+  const double requested = static_cast<double>(cells.front().requested()) / out.design_effect;
+  out.front = find_front(figures);
+  out.chosen = take(figures, requested);
+  const auto best = std::ranges::max_element(figures, {}, &CellStatistics::accuracy);
   out.most_separable = static_cast<std::size_t>(best - figures.begin());
-  out.within = standard_error(best->accuracy, asked);
-  draw_other_pilots(cells, asked, seed, out);
+  out.within = standard_error(best->accuracy, requested);
+  draw_other_pilots(cells, requested, seed, out);
   out.share = out.cells[out.chosen].chosen_share;
   count_equal_times(out);
   count_overlapping(out);

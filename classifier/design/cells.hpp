@@ -31,18 +31,18 @@ struct CellTrial {
 /// A cell as it is weighed.
 struct WeighedCell {
   std::vector<std::vector<CellTrial>> fabrics;  ///< the trials of each
-  [[nodiscard]] std::size_t asked() const;
+  [[nodiscard]] std::size_t requested() const;
 };
 
 struct CellSummary {
-  CellFigures figures;
+  CellStatistics figures;
   Interval ci95;            ///< of the accuracy, see clustered_interval()
   double chosen_share = 0;  ///< of the resamples in which the rule takes this cell
 };
 
 struct CellChoice {
   std::vector<CellSummary> cells;
-  std::vector<std::size_t> front;  ///< see front_of()
+  std::vector<std::size_t> front;  ///< see find_front()
   std::size_t chosen = 0;
   std::size_t most_separable = 0;
   std::size_t quickest = 0;     ///< of the cells within one standard error

@@ -13,7 +13,7 @@ double between_clusters(const ClusteredShare& one) {
   double squares = 0;
   for (const ClusteredShare::Cluster& cluster : one.clusters)
     squares += std::pow(cluster.answers * (cluster.share - share), 2);
-  return squares * count / (count - 1) / one.asked();
+  return squares * count / (count - 1) / one.requested();
 }
 
 }  // namespace
@@ -21,10 +21,10 @@ double between_clusters(const ClusteredShare& one) {
 double ClusteredShare::share() const {
   double right = 0;
   for (const Cluster& cluster : clusters) right += cluster.share * cluster.answers;
-  return right / asked();
+  return right / requested();
 }
 
-double ClusteredShare::asked() const {
+double ClusteredShare::requested() const {
   double sum = 0;
   for (const Cluster& cluster : clusters) sum += cluster.answers;
   return sum;
@@ -33,11 +33,11 @@ double ClusteredShare::asked() const {
 double design_effect(std::span<const ClusteredShare> shares) {
   double between = 0, independent = 0, most = 1;
   for (const ClusteredShare& one : shares) {
-    const double asked = one.asked();
-    if (one.clusters.size() < 2 || asked <= 1) continue;
+    const double requested = one.requested();
+    if (one.clusters.size() < 2 || requested <= 1) continue;
     between += between_clusters(one);
     // p (1 - p) of a sample is too small by 1 / n in the mean
-    independent += one.share() * (1 - one.share()) * asked / (asked - 1);
+    independent += one.share() * (1 - one.share()) * requested / (requested - 1);
     for (const ClusteredShare::Cluster& cluster : one.clusters)
       most = std::max(most, cluster.answers);
   }
@@ -45,7 +45,7 @@ double design_effect(std::span<const ClusteredShare> shares) {
 }
 
 Interval clustered_interval(const ClusteredShare& share, double effect) {
-  Interval out = wilson_of_share(share.share(), share.asked() / effect);
+  Interval out = wilson_of_share(share.share(), share.requested() / effect);
   out.method = "Wilson score of the effective number of answers";
   return out;
 }

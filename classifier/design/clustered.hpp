@@ -17,7 +17,7 @@ struct ClusteredShare {
   };
   std::vector<Cluster> clusters;       ///< at least one
   [[nodiscard]] double share() const;  ///< of all answers, so that a larger cluster weighs more
-  [[nodiscard]] double asked() const;
+  [[nodiscard]] double requested() const;
 };
 
 /// By how much the answers of a cluster hang together: the variance between clusters over what it

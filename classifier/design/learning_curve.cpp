@@ -44,8 +44,8 @@ struct Job {
   std::optional<Error> failed;
 };
 
-std::vector<Job> jobs_of(std::size_t groups, const std::vector<std::size_t>& trained,
-                         const CurveOptions& options) {
+std::vector<Job> make_jobs(std::size_t groups, const std::vector<std::size_t>& trained,
+                           const CurveOptions& options) {
   std::vector<Job> jobs;
   RandomEngine engine(options.seed);
   for (std::size_t tested = 0; tested < groups; ++tested)
@@ -72,7 +72,7 @@ void run(Job& job, const FeatureMatrix& matrix, const std::vector<std::vector<st
   train.seed = options.seed;
   train.threads = 1;
   train.stop = options.stop;
-  const auto chosen = train_learner(take_rows(matrix, rows), options.learner, train);
+  const auto chosen = train_learner(select_rows(matrix, rows), options.learner, train);
   if (!chosen) {
     job.failed = chosen.error();
     return;
@@ -114,8 +114,8 @@ double mean_error(const CurvePoint& point, const std::vector<std::size_t>& repet
 
 /// As if half an error more had been seen among one trial more (Krichevsky and Trofimov 1981): no
 /// campaign proves that there are no errors.
-double smoothed(double error, double asked) {
-  return (error * asked + 0.5) / (asked + 1);
+double smoothed(double error, double requested) {
+  return (error * requested + 0.5) / (requested + 1);
 }
 
 class Forecaster {
@@ -127,10 +127,10 @@ class Forecaster {
     RepetitionForecast out;
     std::vector<std::size_t> all(curve_.repetitions);
     for (std::size_t r = 0; r < all.size(); ++r) all[r] = r;
-    out.law = fit_power_law(points_of(all));
+    out.law = fit_power_law(make_points(all));
     std::vector<double> laws, measured, enough;
     for (std::size_t b = 0; b < options_.resamples; ++b) {
-      const PowerLaw law = drawn_law(points_of(resampled(curve_.repetitions, engine_)));
+      const PowerLaw law = drawn_law(make_points(resampled(curve_.repetitions, engine_)));
       const double accuracy = 1 - law.error_at(trained(options_.predict));
       laws.push_back(accuracy);
       const double noisy = accuracy + measurement_sd(accuracy) * normal_draw(engine_);
@@ -155,12 +155,12 @@ class Forecaster {
  private:
   static double trained(std::size_t repetitions) { return static_cast<double>(repetitions) - 1; }
 
-  [[nodiscard]] double asked() const { return static_cast<double>(curve_.trials); }
+  [[nodiscard]] double requested() const { return static_cast<double>(curve_.trials); }
 
   /// The repetitions left out share nearly all that they were trained on, so their mean varies by
   /// more than they do: sd^2 (1 / R + test / train) in the place of sd^2 / R, as in
   /// split_interval() (Nadeau and Bengio 2003); of R repetitions one tests and R - 1 train.
-  [[nodiscard]] std::vector<ErrorPoint> points_of(
+  [[nodiscard]] std::vector<ErrorPoint> make_points(
       const std::vector<std::size_t>& repetitions) const {
     std::vector<ErrorPoint> out;
     const auto groups = static_cast<double>(curve_.repetitions);
@@ -168,8 +168,8 @@ class Forecaster {
     for (const CurvePoint& point : curve_.points) {
       const double mean = 1 - point.accuracy;
       const double drawn = mean + widening * (mean_error(point, repetitions) - mean);
-      const double error = smoothed(std::clamp(drawn, 0.0, 1.0), asked());
-      out.push_back({trained(point.repetitions), error, asked() / (error * (1 - error))});
+      const double error = smoothed(std::clamp(drawn, 0.0, 1.0), requested());
+      out.push_back({trained(point.repetitions), error, requested() / (error * (1 - error))});
     }
     return out;
   }
@@ -198,9 +198,9 @@ class Forecaster {
   [[nodiscard]] double measurement_sd(double accuracy) const {
     const auto& last = curve_.points.back().error_by_tested;
     const auto repetitions = static_cast<double>(options_.predict);
-    const double trials = asked() / static_cast<double>(curve_.repetitions) * repetitions;
+    const double trials = requested() / static_cast<double>(curve_.repetitions) * repetitions;
     const double binomial = accuracy * (1 - accuracy) / trials;
-    const double between = std::pow(deviation_of(last), 2) / repetitions;
+    const double between = std::pow(compute_deviation(last), 2) / repetitions;
     return std::sqrt(std::max(binomial, between));
   }
 
@@ -228,7 +228,7 @@ Result<LearningCurve> learning_curve(const FeatureMatrix& matrix, const CurveOpt
   const auto groups = rows_by_group(matrix);
   if (Status ok = check_groups(matrix, groups.size()); !ok) return pass(ok.error());
   const auto trained = sizes(groups.size() - 1, options.most_points);
-  std::vector<Job> jobs = jobs_of(groups.size(), trained, options);
+  std::vector<Job> jobs = make_jobs(groups.size(), trained, options);
   parallel_for(jobs.size(), options.threads,
                [&](std::size_t i) { run(jobs[i], matrix, groups, options); });
   LearningCurve out;

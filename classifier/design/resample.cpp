@@ -48,7 +48,7 @@ double quantile(std::vector<double> values, double share) {
 }
 
 Interval mean_interval(std::span<const double> values, std::size_t draws, std::uint64_t seed) {
-  return percentiles(values, draws, seed, mean_of);
+  return percentiles(values, draws, seed, compute_mean);
 }
 
 Interval median_interval(std::span<const double> values, std::size_t draws, std::uint64_t seed) {

@@ -20,8 +20,8 @@ std::vector<std::size_t> samples_of(const Trial& trial, Phase phase) {
   return out;
 }
 
-std::vector<double> signal_of(const Trial& trial, const std::vector<std::size_t>& rows,
-                              std::size_t taxel) {
+std::vector<double> extract_signal(const Trial& trial, const std::vector<std::size_t>& rows,
+                                   std::size_t taxel) {
   std::vector<double> out;
   out.reserve(rows.size());
   for (const std::size_t r : rows) out.push_back(trial.row(r)[taxel]);
@@ -107,11 +107,11 @@ Result<Response> response_of(const Trial& trial, double rate_hz, double speed_mp
   // a bin of white noise of variance v has 2 v / n
   const double share = 2 * static_cast<double>(bins.count()) / static_cast<double>(motion.size());
   for (std::size_t taxel = 0; taxel < trial.taxels; ++taxel) {
-    const std::vector<double> moving = signal_of(trial, motion, taxel);
+    const std::vector<double> moving = extract_signal(trial, motion, taxel);
     saturated += static_cast<std::size_t>(std::ranges::count_if(
         moving, [&](double value) { return value <= lowest || value >= highest; }));
     out.signal_counts2 += band_power(spectrum, moving, bins, scratch) / taxels;
-    out.noise_counts2 += share * noise_variance(signal_of(trial, press, taxel)) / taxels;
+    out.noise_counts2 += share * noise_variance(extract_signal(trial, press, taxel)) / taxels;
   }
   // a silent signal is as good as one far below the noise
   out.snr_db = 10 * std::log10(std::max(out.signal_counts2 / out.noise_counts2, 1e-6));

@@ -7,30 +7,30 @@
 
 #include "classifier/base/random.hpp"
 #include "classifier/features/windows.hpp"
-#include "classifier/vote/learner_answer.hpp"
+#include "classifier/vote/learner_prediction.hpp"
 
 namespace weft::classifier {
 namespace {
 
 constexpr std::size_t draws = 1000;
 
-Status check_answers(std::span<const double> said, std::span<const double> right,
+Status check_answers(std::span<const double> stated, std::span<const double> right,
                      std::size_t recordings, std::size_t bins) {
   constexpr const char* where = "calibration_error_interval";
-  if (bins == 0 || said.empty())
+  if (bins == 0 || stated.empty())
     return fail(
         {.code = Errc::invalid_argument,
          .where = where,
          .what = "nothing to compare",
          .expected = "at least one answer and one bin",
-         .got = std::to_string(said.size()) + " answers, " + std::to_string(bins) + " bins"});
-  if (right.size() != said.size() || recordings != said.size())
+         .got = std::to_string(stated.size()) + " answers, " + std::to_string(bins) + " bins"});
+  if (right.size() != stated.size() || recordings != stated.size())
     return fail({.code = Errc::invalid_argument,
                  .where = where,
                  .what = "sizes disagree",
-                 .expected = std::to_string(said.size()) + " outcomes and recordings",
+                 .expected = std::to_string(stated.size()) + " outcomes and recordings",
                  .got = std::to_string(right.size()) + " and " + std::to_string(recordings)});
-  for (const auto list : {said, right})
+  for (const auto list : {stated, right})
     for (const double p : list)
       if (!(p >= 0.0 && p <= 1.0))
         return fail({.code = Errc::range,
@@ -43,17 +43,17 @@ Status check_answers(std::span<const double> said, std::span<const double> right
 
 // What one recording adds to each bin.
 struct BinSums {
-  std::vector<double> said_less_right;
+  std::vector<double> stated_minus_right;
   double answers = 0.0;
 };
 
-std::vector<BinSums> by_recording(std::span<const double> said, std::span<const double> right,
+std::vector<BinSums> by_recording(std::span<const double> stated, std::span<const double> right,
                                   std::span<const std::string> recording, std::size_t bins) {
   std::map<std::string, BinSums> sums;
-  for (std::size_t i = 0; i < said.size(); ++i) {
+  for (std::size_t i = 0; i < stated.size(); ++i) {
     BinSums& one = sums[recording[i]];
-    one.said_less_right.resize(bins);
-    one.said_less_right[reliability_bin(said[i], bins)] += said[i] - right[i];
+    one.stated_minus_right.resize(bins);
+    one.stated_minus_right[reliability_bin(stated[i], bins)] += stated[i] - right[i];
     one.answers += 1.0;
   }
   std::vector<BinSums> out;
@@ -67,7 +67,7 @@ double error_of_draw(const std::vector<BinSums>& recordings, std::size_t bins,
   double answers = 0.0;
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     const BinSums& one = recordings[engine() % recordings.size()];
-    for (std::size_t b = 0; b < bins; ++b) sum[b] += one.said_less_right[b];
+    for (std::size_t b = 0; b < bins; ++b) sum[b] += one.stated_minus_right[b];
     answers += one.answers;
   }
   double error = 0.0;
@@ -79,18 +79,19 @@ double error_of_draw(const std::vector<BinSums>& recordings, std::size_t bins,
 
 Status CalibrationTally::add(const FeatureMatrix& matrix, const Split& split,
                              const TrainedLearner& learner, const TrainOptions& options) {
-  const auto aids = learn_aids(learner, take_rows(matrix, split.train), options);
-  if (!aids) return pass(aids.error());
-  if (!*aids) return {};
+  const auto postprocessing =
+      fit_postprocessing(learner, select_rows(matrix, split.train), options);
+  if (!postprocessing) return pass(postprocessing.error());
+  if (!*postprocessing) return {};
   for (const std::size_t r : split.test) {
-    const auto said = answer(learner, *aids, matrix.values.row(r));
-    if (!said) return pass(said.error(), matrix.files[r]);
+    const auto stated = predict(learner, *postprocessing, matrix.values.row(r));
+    if (!stated) return pass(stated.error(), matrix.files[r]);
     std::vector<double> p(labels_.size());
-    for (std::size_t k = 0; k < said->probability.size(); ++k)
-      p[place_of(labels_, learner.labels()[k])] = said->probability[k];
+    for (std::size_t k = 0; k < stated->probability.size(); ++k)
+      p[find_place(labels_, learner.labels()[k])] = stated->probability[k];
     probability_.push_back(std::move(p));
-    answer_.push_back(place_of(labels_, learner.labels()[said->ballot.winner]));
-    truth_.push_back(place_of(labels_, matrix.labels[r]));
+    answer_.push_back(find_place(labels_, learner.labels()[stated->ballot.winner]));
+    truth_.push_back(find_place(labels_, matrix.labels[r]));
     recording_.push_back(recording_of(matrix.files[r], r));
     split_.push_back(sizes_.size());
   }
@@ -98,14 +99,14 @@ Status CalibrationTally::add(const FeatureMatrix& matrix, const Split& split,
   return {};
 }
 
-std::vector<BinCheck> CalibrationTally::check_bins(std::span<const double> said,
+std::vector<BinCheck> CalibrationTally::check_bins(std::span<const double> stated,
                                                    std::span<const double> right,
                                                    std::size_t bins) const {
   const SplitSizes sizes = mean_sizes(sizes_);
   std::vector<std::vector<SplitShare>> shares(bins, std::vector<SplitShare>(sizes_.size()));
   std::vector<std::set<std::string>> recordings(bins);
-  for (std::size_t i = 0; i < said.size(); ++i) {
-    const std::size_t bin = reliability_bin(said[i], bins);
+  for (std::size_t i = 0; i < stated.size(); ++i) {
+    const std::size_t bin = reliability_bin(stated[i], bins);
     recordings[bin].insert(recording_[i]);
     shares[bin][split_[i]].part += right[i];
     shares[bin][split_[i]].whole += 1.0;
@@ -118,30 +119,30 @@ std::vector<BinCheck> CalibrationTally::check_bins(std::span<const double> said,
 
 Result<CalibrationCheck> CalibrationTally::finish(std::size_t bins) const {
   Matrix probability(probability_.size(), labels_.size());
-  std::vector<double> said, right;
+  std::vector<double> stated, right;
   for (std::size_t i = 0; i < probability_.size(); ++i) {
     std::copy(probability_[i].begin(), probability_[i].end(), probability.row(i).begin());
-    said.push_back(probability_[i][answer_[i]]);
+    stated.push_back(probability_[i][answer_[i]]);
     right.push_back(answer_[i] == truth_[i] ? 1.0 : 0.0);
   }
   auto figures = reliability(probability, answer_, truth_, bins);
   if (!figures) return pass(figures.error());
-  auto interval = calibration_error_interval(said, right, recording_, bins);
+  auto interval = calibration_error_interval(stated, right, recording_, bins);
   if (!interval) return pass(interval.error());
   std::vector<std::string> distinct = recording_;
   std::sort(distinct.begin(), distinct.end());
   distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
-  return CalibrationCheck{std::move(*figures), check_bins(said, right, bins), distinct.size(),
+  return CalibrationCheck{std::move(*figures), check_bins(stated, right, bins), distinct.size(),
                           std::move(*interval)};
 }
 
-Result<Interval> calibration_error_interval(std::span<const double> said,
+Result<Interval> calibration_error_interval(std::span<const double> stated,
                                             std::span<const double> right,
                                             std::span<const std::string> recording,
                                             std::size_t bins) {
-  if (auto ok = check_answers(said, right, recording.size(), bins); !ok) return pass(ok.error());
+  if (auto ok = check_answers(stated, right, recording.size(), bins); !ok) return pass(ok.error());
   Interval out{0.0, 1.0, "bootstrap of whole recordings, percentiles of 1000 draws"};
-  const std::vector<BinSums> recordings = by_recording(said, right, recording, bins);
+  const std::vector<BinSums> recordings = by_recording(stated, right, recording, bins);
   RandomEngine engine(1);
   std::vector<double> errors;
   for (std::size_t d = 0; d < draws; ++d) errors.push_back(error_of_draw(recordings, bins, engine));

@@ -50,7 +50,7 @@ class CalibrationTally {
 
  private:
   // What the splits say of each bin.
-  [[nodiscard]] std::vector<BinCheck> check_bins(std::span<const double> said,
+  [[nodiscard]] std::vector<BinCheck> check_bins(std::span<const double> stated,
                                                  std::span<const double> right,
                                                  std::size_t bins) const;
 
@@ -63,9 +63,9 @@ class CalibrationTally {
 };
 
 /// Error of each draw of recordings: 2.5 % and 97.5 % of 1000 draws with replacement, fixed seed.
-/// `said` and `right` (0 or 1) per answer; answers of one `recording` are drawn together. Refuses
+/// `stated` and `right` (0 or 1) per answer; answers of one `recording` are drawn together. Refuses
 /// no answers, no bins, sizes that disagree, a value outside [0, 1].
-Result<Interval> calibration_error_interval(std::span<const double> said,
+Result<Interval> calibration_error_interval(std::span<const double> stated,
                                             std::span<const double> right,
                                             std::span<const std::string> recording,
                                             std::size_t bins);

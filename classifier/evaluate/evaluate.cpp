@@ -51,9 +51,10 @@ std::vector<std::string> sorted_labels(const FeatureMatrix& matrix, const Split&
 
 // One trial at a time on the calling thread, as the paper times it. `answer`: class of a feature
 // vector.
-template <class Answer>
-Result<std::vector<std::size_t>> answers_of(const Answer& answer, const FeatureMatrix& matrix,
-                                            const std::vector<std::size_t>& rows) {
+template <class Predict>
+Result<std::vector<std::size_t>> collect_predictions(const Predict& answer,
+                                                     const FeatureMatrix& matrix,
+                                                     const std::vector<std::size_t>& rows) {
   std::vector<std::size_t> out;
   for (const std::size_t r : rows) {
     const Result<std::size_t> winner = answer(matrix.values.row(r));
@@ -72,8 +73,8 @@ double count_answers(const FeatureMatrix& matrix, const Split& split,
   for (std::size_t i = 0; i < answers.size(); ++i) {
     const std::string& truth = matrix.labels[split.test[i]];
     correct += own[answers[i]] == truth ? 1 : 0;
-    answers[i] = place_of(out.confusion.labels, own[answers[i]]);
-    ++out.confusion.at(place_of(out.confusion.labels, truth), answers[i]);
+    answers[i] = find_place(out.confusion.labels, own[answers[i]]);
+    ++out.confusion.at(find_place(out.confusion.labels, truth), answers[i]);
   }
   out.answers.push_back(std::move(answers));
   return static_cast<double>(correct) / static_cast<double>(split.test.size());
@@ -86,10 +87,10 @@ void summarise(std::span<const Split> splits, Scores& out) {
     train_s.push_back(s.train_s);
     test_s.push_back(s.test_s_per_sample);
   }
-  out.accuracy = mean_of(accuracy);
-  out.deviation = deviation_of(accuracy);
-  out.train_s = mean_of(train_s);
-  out.test_s_per_sample = mean_of(test_s);
+  out.accuracy = compute_mean(accuracy);
+  out.deviation = compute_deviation(accuracy);
+  out.train_s = compute_mean(train_s);
+  out.test_s_per_sample = compute_mean(test_s);
   out.ci95 = split_interval(accuracy, mean_sizes(splits));
 }
 
@@ -108,28 +109,28 @@ Result<Confusion> empty_confusion(const FeatureMatrix& matrix, std::span<const S
 }
 
 // Trains and tests on every split. `train_on` gives something trained on a matrix, `answer` its
-// class of a feature vector, `keep` takes it over afterwards, with its split.
-template <class TrainOn, class Answer, class Keep>
+// class of a feature vector, `sink` takes it over afterwards, with its split.
+template <class TrainOn, class Predict, class Sink>
 Result<Scores> over_splits(const FeatureMatrix& matrix, std::span<const Split> splits,
                            const SecondsNow& seconds_now, const TrainOn& train_on,
-                           const Answer& answer, const Keep& keep) {
+                           const Predict& answer, const Sink& sink) {
   const auto now = [&] { return seconds_now ? seconds_now() : 0.0; };
   auto confusion = empty_confusion(matrix, splits);
   if (!confusion) return pass(confusion.error());
   Scores out{std::move(*confusion), {}, {}, 0, 0, {}, 0, 0};
   for (const Split& split : splits) {
     const double start = now();
-    auto trained = train_on(take_rows(matrix, split.train));
+    auto trained = train_on(select_rows(matrix, split.train));
     if (!trained) return pass(trained.error());
     const double ready = now();
-    auto answers =
-        answers_of([&](auto features) { return answer(*trained, features); }, matrix, split.test);
+    auto answers = collect_predictions([&](auto features) { return answer(*trained, features); },
+                                       matrix, split.test);
     if (!answers) return pass(answers.error());
     const double tested = now();
     const double accuracy = count_answers(matrix, split, std::move(*answers), out);
     out.splits.push_back(
         {accuracy, ready - start, (tested - ready) / static_cast<double>(split.test.size())});
-    if (auto ok = keep(std::move(*trained), split); !ok) return pass(ok.error());
+    if (auto ok = sink(std::move(*trained), split); !ok) return pass(ok.error());
   }
   summarise(splits, out);
   return out;

@@ -46,7 +46,7 @@ Result<PermutationResult> permuted(const FeatureMatrix& matrix, std::uint64_t se
     out.trials += evaluation->confusion.total();
     matches += blind_matches(evaluation->confusion);
   }
-  out.mean = mean_of(out.accuracy);
+  out.mean = compute_mean(out.accuracy);
   out.chance = matches / static_cast<double>(out.trials);
   return out;
 }

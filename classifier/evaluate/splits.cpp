@@ -185,14 +185,14 @@ std::vector<NeverTested> never_tested(std::span<const Split> splits,
   std::set<std::string> tested;
   for (const Split& split : splits)
     for (const std::size_t r : split.test) tested.insert(labels[r]);
-  std::map<std::string, std::set<std::string>> recordings_of, groups_of;
+  std::map<std::string, std::set<std::string>> extract_recordings, groups_of;
   for (std::size_t r = 0; r < labels.size(); ++r) {
     if (tested.contains(labels[r])) continue;
-    recordings_of[labels[r]].insert(recording_of(files[r], r));
+    extract_recordings[labels[r]].insert(recording_of(files[r], r));
     groups_of[labels[r]].insert(groups[r]);
   }
   std::vector<NeverTested> out;
-  for (const auto& [label, own] : recordings_of) {
+  for (const auto& [label, own] : extract_recordings) {
     const std::set<std::string>& in = groups_of[label];
     out.push_back({label, own.size(), in.size() == 1 ? *in.begin() : std::string()});
   }

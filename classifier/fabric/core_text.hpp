@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "classifier/base/line_text.hpp"
+#include "classifier/base/line_io.hpp"
 #include "classifier/fabric/core.hpp"
 #include "protocols/base/result.hpp"
 

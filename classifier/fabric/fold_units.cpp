@@ -23,10 +23,11 @@ std::vector<std::size_t> row_units(const FeatureMatrix& matrix, FoldUnit kind) {
   return out;
 }
 
-Classes classes_of(const FeatureMatrix& matrix) {
+Classes find_classes(const FeatureMatrix& matrix) {
   const std::set<std::string> distinct(matrix.labels.begin(), matrix.labels.end());
   Classes out{{distinct.begin(), distinct.end()}, {}};
-  for (const std::string& label : matrix.labels) out.of_row.push_back(place_of(out.labels, label));
+  for (const std::string& label : matrix.labels)
+    out.of_row.push_back(find_place(out.labels, label));
   return out;
 }
 
@@ -70,7 +71,7 @@ std::vector<std::size_t> units_at(const UnitLevels& levels, std::span<const std:
 }
 
 LabelUnits units_by_label(const FeatureMatrix& matrix, FoldUnit kind) {
-  const Classes classes = classes_of(matrix);
+  const Classes classes = find_classes(matrix);
   const UnitLevels levels = unit_levels(matrix, kind);
   LabelUnits out;
   for (const auto& rows : rows_by_class(classes.of_row))

@@ -21,7 +21,7 @@ struct Classes {
   std::vector<std::string> labels;  ///< sorted
   std::vector<std::size_t> of_row;
 };
-Classes classes_of(const FeatureMatrix& matrix);
+Classes find_classes(const FeatureMatrix& matrix);
 /// Row numbers of every class, ascending.
 std::vector<std::vector<std::size_t>> rows_by_class(std::span<const std::size_t> of_row);
 

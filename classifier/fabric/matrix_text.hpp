@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <string_view>
 
-#include "classifier/base/line_text.hpp"
+#include "classifier/base/line_io.hpp"
 #include "classifier/base/matrix.hpp"
 #include "classifier/learn/scaler.hpp"
 

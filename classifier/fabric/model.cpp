@@ -15,7 +15,7 @@
 namespace weft::classifier {
 namespace {
 
-std::vector<std::string> labels_of(const RowsOfLabel& rows) {
+std::vector<std::string> collect_labels(const RowsOfLabel& rows) {
   std::vector<std::string> out;
   for (const auto& entry : rows) out.push_back(entry.first);
   return out;
@@ -119,10 +119,11 @@ GridScore FabricModel::cross_validation() const {
   return sum;
 }
 
-Result<std::vector<FabricCore>> train_cores(const FeatureMatrix& matrix, const TrainOptions& asked,
-                                            std::size_t first, std::size_t stride) {
+Result<std::vector<FabricCore>> train_cores(const FeatureMatrix& matrix,
+                                            const TrainOptions& requested, std::size_t first,
+                                            std::size_t stride) {
   const RowsOfLabel rows = rows_by_label(matrix);
-  const std::vector<std::string> labels = labels_of(rows);
+  const std::vector<std::string> labels = collect_labels(rows);
   std::vector<std::size_t> size;
   for (const auto& entry : rows) size.push_back(entry.second.size());
   std::ranges::sort(size, std::greater<>());
@@ -131,8 +132,8 @@ Result<std::vector<FabricCore>> train_cores(const FeatureMatrix& matrix, const T
   if (auto ok = check_square_memory(std::accumulate(size.begin(), size.end(), std::size_t{0}), 1.6);
       !ok)
     return pass(ok.error());
-  TrainOptions options = asked;
-  options.tie = resolved(asked.tie, labels.size());
+  TrainOptions options = requested;
+  options.tie = resolved(requested.tie, labels.size());
   std::vector<Pair> pairs;
   const std::vector<Pair> all = all_pairs(labels.size());
   for (std::size_t i = first; i < all.size(); i += stride) pairs.push_back(all[i]);
@@ -163,7 +164,7 @@ Result<FabricModel> train(const FeatureMatrix& matrix, const TrainOptions& optio
   if (auto ok = check(matrix); !ok) return pass(ok.error());
   if (auto ok = check(options); !ok) return pass(ok.error());
   if (auto ok = check_labels(matrix.labels); !ok) return pass(ok.error());
-  std::vector<std::string> labels = labels_of(rows_by_label(matrix));
+  std::vector<std::string> labels = collect_labels(rows_by_label(matrix));
   auto cores = trainer(options);
   if (!cores) return pass(cores.error());
   const std::size_t pairs = pair_count(labels.size());

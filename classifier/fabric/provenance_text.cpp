@@ -6,7 +6,7 @@
 namespace weft::classifier {
 namespace {
 
-constexpr std::array<std::string_view, 3> bench_words{"unknown", "simulated", "real"};
+constexpr std::array<std::string_view, 3> bench_names{"unknown", "simulated", "real"};
 constexpr std::size_t most_labels = 10'000;
 
 }  // namespace
@@ -20,7 +20,7 @@ void write_provenance(LineWriter& out, const Provenance& provenance) {
 
 Provenance read_provenance(LineReader& in) {
   Provenance provenance;
-  provenance.bench = bench_words[word(in, "bench", bench_words)];
+  provenance.bench = bench_names[word(in, "bench", bench_names)];
   provenance.dataset_sha256 = in.text("dataset_sha256");
   provenance.software_version = in.text("software");
   provenance.training = in.text("training");

@@ -8,14 +8,14 @@
 #include <string_view>
 #include <vector>
 
-#include "classifier/base/line_text.hpp"
+#include "classifier/base/line_io.hpp"
 #include "classifier/fabric/provenance.hpp"
 
 namespace weft::classifier {
 
 /// Of the words of an enumeration, in the order of its enumerators.
 template <std::size_t n, class Enum>
-std::string_view word_of(const std::array<std::string_view, n>& words, Enum value) {
+std::string_view name_in(const std::array<std::string_view, n>& words, Enum value) {
   return words[static_cast<std::size_t>(value)];
 }
 

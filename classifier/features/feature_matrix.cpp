@@ -109,7 +109,7 @@ Result<FeatureMatrix> build_feature_matrix(std::span<const Trial> trials,
   return out;
 }
 
-std::size_t place_of(std::span<const std::string> sorted, const std::string& label) {
+std::size_t find_place(std::span<const std::string> sorted, const std::string& label) {
   return static_cast<std::size_t>(std::ranges::lower_bound(sorted, label) - sorted.begin());
 }
 
@@ -126,7 +126,7 @@ void append_columns(const FeatureMatrix& part, const std::string& prefix, Featur
   whole.files = part.files;
 }
 
-FeatureMatrix take_rows(const FeatureMatrix& matrix, std::span<const std::size_t> rows) {
+FeatureMatrix select_rows(const FeatureMatrix& matrix, std::span<const std::size_t> rows) {
   FeatureMatrix out;
   out.names = matrix.names;
   out.values = matrix.values.take(rows);

@@ -44,13 +44,13 @@ Result<FeatureMatrix> build_feature_matrix(std::span<const Trial> trials,
                                            std::size_t threads = 0);
 
 /// Place of a label in the sorted list of all, which has it.
-std::size_t place_of(std::span<const std::string> sorted, const std::string& label);
+std::size_t find_place(std::span<const std::string> sorted, const std::string& label);
 
 /// The columns of `part`, their names after `prefix`, behind those of `whole`, which is empty or
 /// has the same rows; labels, groups and files become those of `part`.
 void append_columns(const FeatureMatrix& part, const std::string& prefix, FeatureMatrix& whole);
 
 /// The named rows, in the order given.
-FeatureMatrix take_rows(const FeatureMatrix& matrix, std::span<const std::size_t> rows);
+FeatureMatrix select_rows(const FeatureMatrix& matrix, std::span<const std::size_t> rows);
 
 }  // namespace weft::classifier

@@ -115,7 +115,7 @@ PhaseSet FeatureStream::phases() const {
 }
 
 // Over all taxels and all frames; absent when the phase is.
-std::optional<double> FeatureStream::mean_of(const PadSum& phase) const {
+std::optional<double> FeatureStream::compute_mean(const PadSum& phase) const {
   if (phase.frames == 0) return std::nullopt;
   return std::accumulate(phase.sum.begin(), phase.sum.end(), 0.0) /
          static_cast<double>(phase.frames * taxels_);
@@ -123,11 +123,11 @@ std::optional<double> FeatureStream::mean_of(const PadSum& phase) const {
 
 FeatureStream::Lead FeatureStream::lead() const {
   Lead out;
-  const auto press = mean_of(press_);
+  const auto press = compute_mean(press_);
   if (!press) return out;
   out.value[out.count++] = *press;
-  if (const auto rest = mean_of(rest_)) out.value[out.count++] = *rest - *press;
-  if (const auto end = mean_of(end_)) out.value[out.count++] = *press - *end;
+  if (const auto rest = compute_mean(rest_)) out.value[out.count++] = *rest - *press;
+  if (const auto end = compute_mean(end_)) out.value[out.count++] = *press - *end;
   return out;
 }
 

@@ -67,7 +67,7 @@ class FeatureStream {
     std::size_t count = 0;
   };
   [[nodiscard]] Lead lead() const;
-  [[nodiscard]] std::optional<double> mean_of(const PadSum& phase) const;
+  [[nodiscard]] std::optional<double> compute_mean(const PadSum& phase) const;
   [[nodiscard]] Status check_finite() const;
 
   std::size_t taxels_;

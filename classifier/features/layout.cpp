@@ -11,7 +11,7 @@ struct BlockText {
   std::string_view unit;
 };
 
-BlockText text_of(Block block) {
+BlockText format_text(Block block) {
   switch (block) {
     case Block::mean_p:
       return {"mean.P", "F_mean^P", "count"};
@@ -48,12 +48,12 @@ BlockText text_of(Block block) {
 }
 
 FeatureInfo whole_pad(Block block) {
-  const BlockText text = text_of(block);
+  const BlockText text = format_text(block);
   return {std::string(text.name), std::string(text.symbol), block, 0, text.unit};
 }
 
 FeatureInfo one_taxel(Block block, std::size_t taxel) {
-  const BlockText text = text_of(block);
+  const BlockText text = format_text(block);
   const std::string number = std::to_string(taxel);
   return {std::string(text.name) + ".M." + number, std::string(text.symbol) + "^M." + number, block,
           taxel, text.unit};

@@ -60,7 +60,7 @@ inline Scaling scaling_of(const double* top, std::size_t signals) {
 /// its own over plain numbers: only so do compilers take roots of all lanes at once, in sources
 /// that are compiled with -fno-math-errno.
 template <std::size_t signals>
-WEFT_INLINE void take_roots(double* rows, std::size_t count, const PowerOfTwo& scale) {
+WEFT_INLINE void compute_roots(double* rows, std::size_t count, const PowerOfTwo& scale) {
   PowerOfTwo by = scale;
   for (std::size_t k = 0; k < signals; ++k) by.first[k] *= 0.5;
   for (std::size_t r = 0; r < count; ++r, rows += signals) {

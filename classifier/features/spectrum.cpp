@@ -103,7 +103,7 @@ WEFT_INLINE void join_signals(const Job& job, double* x) {
 
 // Squares of 2A and 2B take the place of Z_k, which no later k needs.
 template <class V>
-WEFT_INLINE void take_squares(double* x, std::size_t length) {
+WEFT_INLINE void compute_squares(double* x, std::size_t length) {
   for (std::size_t k = 0; k <= length / 2; ++k)
     put(x + k * step<V>,
         squares_of(get<V>(x + k * step<V>), get<V>(x + (k == 0 ? 0 : length - k) * step<V>)));
@@ -133,7 +133,7 @@ WEFT_INLINE void transform_by(const Job& job, const PowerOfTwo& scale, double* x
   join_signals<V, R>(job, x);
 }
 
-// Term by term, for the shortest signals; four times the squares, as take_squares().
+// Term by term, for the shortest signals; four times the squares, as compute_squares().
 template <class V>
 WEFT_INLINE void transform_directly(const Job& job, const PowerOfTwo& scale, double* x) {
   const Signals<V> signals(job, scale);
@@ -162,12 +162,12 @@ WEFT_INLINE const double* magnitudes_of(const Job& job, double* x, Convolve conv
   const Scaling scaling = scaling_of(job.largest, step<V>);
   if (job.length <= most_direct) {
     transform_directly<V>(job, scaling.in, x);
-    take_roots<step<V>>(x, job.length / 2 + 1, scaling.out);
+    compute_roots<step<V>>(x, job.length / 2 + 1, scaling.out);
     return x;
   }
   if (job.place != nullptr) {
     double* const out = transform_plainly<V>(job, scaling.in, x, forward);
-    take_roots<step<V>>(out, job.length / 2 + 1, scaling.out);
+    compute_roots<step<V>>(out, job.length / 2 + 1, scaling.out);
     return out;
   }
   switch (job.radix) {
@@ -183,8 +183,8 @@ WEFT_INLINE const double* magnitudes_of(const Job& job, double* x, Convolve conv
     default:
       transform_by<V, 7>(job, scaling.in, x, convolve);
   }
-  take_squares<V>(x, job.length);
-  take_roots<step<V>>(x, job.length / 2 + 1, scaling.out);
+  compute_squares<V>(x, job.length);
+  compute_roots<step<V>>(x, job.length / 2 + 1, scaling.out);
   return x;
 }
 

@@ -172,7 +172,7 @@ struct Shape {
 
 // Roots in a loop of their own over plain numbers: only so do compilers take them side by side.
 template <class V>
-WEFT_INLINE void take_roots_with(const Shape& of, PerTaxel& norm, PerTaxel& skew) {
+WEFT_INLINE void compute_roots_with(const Shape& of, PerTaxel& norm, PerTaxel& skew) {
   const bool of_signal = of.options.skew == SkewOf::signal, rms = of.options.norm == Norm::rms;
   const PerTaxel& second = of_signal ? of.p.second : of.p.peak_second;
   alignas(64) PerTaxel square{}, m2{};
@@ -194,7 +194,7 @@ WEFT_INLINE void shape_with(const Shape& of, TaxelBlock::Features& out) {
   PerTaxel &var = at<Block::var>(out), &kurt = at<Block::kurt>(out), &skew = at<Block::skew>(out);
   PerTaxel &range = at<Block::range>(out), &m5 = at<Block::m5>(out), &sh = at<Block::sh>(out);
   PerTaxel& hfrq = at<Block::hfrq>(out);
-  take_roots_with<V>(of, at<Block::norm>(out), skew);
+  compute_roots_with<V>(of, at<Block::norm>(out), skew);
   const V zero = all<V>(0.0), three = all<V>(kurtosis_of_normal);
   for (std::size_t k = 0; k < row_of<V>; k += lanes_of<V>) {
     const V mean = load<V>(&p.mean[k]), second = load<V>(&p.second[k]), m2 = second / n;

@@ -41,9 +41,9 @@ struct Trained {
 DecisionRule answer_of(LinearRule rule, std::vector<std::string> names) {
   return [rule = std::move(rule),
           names = std::move(names)](std::span<const double> features) -> Result<std::string> {
-    const auto said = rule.classify(features);
-    if (!said) return pass(said.error());
-    return names[*said];
+    const auto predicted = rule.classify(features);
+    if (!predicted) return pass(predicted.error());
+    return names[*predicted];
   };
 }
 
@@ -64,15 +64,15 @@ Result<Trained> train_learner_rule(const FeatureMatrix& matrix, Rule rule) {
   auto trained = train_recipe(matrix, {.learner = learner_of(rule)}, {});
   if (!trained) return pass(trained.error());
   return Trained{[own = std::move(*trained)](std::span<const double> f) -> Result<std::string> {
-                   const auto said = own.classify(f);
-                   if (!said) return pass(said.error());
-                   return own.labels()[*said];
+                   const auto predicted = own.classify(f);
+                   if (!predicted) return pass(predicted.error());
+                   return own.labels()[*predicted];
                  },
                  0, true};
 }
 
 Result<Trained> train_rule(const FeatureMatrix& matrix, Rule rule) {
-  Classes classes = classes_of(matrix.labels);
+  Classes classes = find_classes(matrix.labels);
   if (rule == Rule::kesler || rule == Rule::kesler_zscore) {
     KeslerOptions options;
     options.scaling = rule == Rule::kesler ? FeatureScaling::none : FeatureScaling::zscore;
@@ -116,7 +116,7 @@ Result<Rounds> test_rounds(Experiment experiment, std::span<const std::string> l
                  .what = "every imprint needs a class and an object",
                  .expected = std::to_string(labels.size()),
                  .got = std::to_string(objects.size())});
-  const Rounds of_class = rows_by(classes_of(labels)), of_object = rows_by(classes_of(objects));
+  const Rounds of_class = rows_by(find_classes(labels)), of_object = rows_by(find_classes(objects));
   for (const auto& rows : of_object)
     for (const std::size_t r : rows)
       if (labels[r] != labels[rows.front()])
@@ -154,7 +154,7 @@ Result<Rounds> test_rounds(Experiment experiment, std::span<const std::string> l
 }
 
 Status check_rounds(const Rounds& rounds, std::span<const std::string> labels) {
-  const Rounds of_class = rows_by(classes_of(labels));
+  const Rounds of_class = rows_by(find_classes(labels));
   for (const auto& aside : rounds)
     for (const auto& rows : of_class) {
       const auto left = std::ranges::count_if(
@@ -177,16 +177,16 @@ Result<ExperimentOutcome> run_experiment(const FeatureMatrix& matrix, Experiment
     return pass(ok.error(), to_string(experiment));
   ExperimentOutcome out;
   for (const auto& aside : *rounds) {
-    const auto trained = train_rule(take_rows(matrix, others(matrix.size(), aside)), rule);
+    const auto trained = train_rule(select_rows(matrix, others(matrix.size(), aside)), rule);
     if (!trained) return pass(trained.error(), to_string(experiment));
     out.most_rounds = std::max(out.most_rounds, trained->rounds);
     out.converged = trained->converged;
     if (!out.converged) break;
     for (const std::size_t r : aside) {
-      const auto said = trained->answer(matrix.values.row(r));
-      if (!said) return pass(said.error(), matrix.files[r]);
+      const auto predicted = trained->answer(matrix.values.row(r));
+      if (!predicted) return pass(predicted.error(), matrix.files[r]);
       ++out.total;
-      if (*said == matrix.labels[r])
+      if (*predicted == matrix.labels[r])
         ++out.correct;
       else
         out.wrong.push_back(r);

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 
-#include "classifier/base/sealed_text.hpp"
+#include "classifier/base/checksummed_text.hpp"
 #include "classifier/fabric/provenance_text.hpp"
-#include "classifier/model/learnt_text.hpp"
-#include "classifier/vote/learner_answer.hpp"
+#include "classifier/model/model_io.hpp"
+#include "classifier/vote/learner_prediction.hpp"
 
 namespace weft::classifier::imprint {
 namespace {
@@ -15,10 +15,10 @@ constexpr std::size_t most_bits = 52;  // beyond it a double has no room for eve
 constexpr std::size_t most_scales = 1000;
 
 // Words of the options, in the order of their enumerators.
-constexpr std::array<std::string_view, 2> form_words{"10", "7"};
-constexpr std::array<std::string_view, 2> noise_words{"gradient", "literal"};
-constexpr std::array<std::string_view, 2> orientation_words{"circular", "linear"};
-constexpr std::array<std::string_view, 2> laws_words{"3", "5"};
+constexpr std::array<std::string_view, 2> form_names{"10", "7"};
+constexpr std::array<std::string_view, 2> noise_names{"gradient", "literal"};
+constexpr std::array<std::string_view, 2> orientation_names{"circular", "linear"};
+constexpr std::array<std::string_view, 2> laws_names{"3", "5"};
 
 void write_grid(LineWriter& out, const TaxelGrid& grid) {
   out.count("rows", grid.rows);
@@ -40,14 +40,14 @@ void write_plan(LineWriter& out, const FeaturePlan& plan) {
   out.count("scales", plan.scales ? plan.scales->sigmas.size() : 0);
   if (plan.scales) {
     out.numbers("sigmas", plan.scales->sigmas);
-    out.text("form", word_of(form_words, plan.scales->form));
-    out.text("noise", word_of(noise_words, plan.scales->noise));
-    out.text("orientation", word_of(orientation_words, plan.scales->orientation));
+    out.text("form", name_in(form_names, plan.scales->form));
+    out.text("noise", name_in(noise_names, plan.scales->noise));
+    out.text("orientation", name_in(orientation_names, plan.scales->orientation));
     out.number("edges_low", plan.scales->thresholds.low);
     out.number("edges_high", plan.scales->thresholds.high);
   }
   out.count("laws", plan.laws.size());
-  for (const LawsSize size : plan.laws) out.text("laws_size", word_of(laws_words, size));
+  for (const LawsSize size : plan.laws) out.text("laws_size", name_in(laws_names, size));
 }
 
 FeaturePlan read_plan(LineReader& in) {
@@ -55,14 +55,14 @@ FeaturePlan read_plan(LineReader& in) {
   if (const std::size_t scales = in.count("scales", 0, most_scales); scales > 0) {
     ScaleOptions& own = out.scales.emplace();
     own.sigmas = in.numbers("sigmas", scales);
-    own.form = static_cast<Form>(word(in, "form", form_words));
-    own.noise = static_cast<NoiseForm>(word(in, "noise", noise_words));
-    own.orientation = static_cast<OrientationSpread>(word(in, "orientation", orientation_words));
+    own.form = static_cast<Form>(word(in, "form", form_names));
+    own.noise = static_cast<NoiseForm>(word(in, "noise", noise_names));
+    own.orientation = static_cast<OrientationSpread>(word(in, "orientation", orientation_names));
     own.thresholds.low = in.not_negative("edges_low");
     own.thresholds.high = in.not_negative("edges_high");
   }
-  for (std::size_t left = in.count("laws", 0, laws_words.size()); in.ok() && left > 0; --left)
-    out.laws.push_back(static_cast<LawsSize>(word(in, "laws_size", laws_words)));
+  for (std::size_t left = in.count("laws", 0, laws_names.size()); in.ok() && left > 0; --left)
+    out.laws.push_back(static_cast<LawsSize>(word(in, "laws_size", laws_names)));
   return out;
 }
 
@@ -81,13 +81,13 @@ Result<ImprintModel> read_body(std::string_view body) {
                  .what = "no imprint has the features that the file describes",
                  .expected = features.error().expected,
                  .got = features.error().got});
-  auto learnt = read_learnt(in, head, std::move(labels), features->names());
+  auto parts = read_model_parts(in, head, std::move(labels), features->names());
   in.finish();
-  if (!in.ok() || !learnt) return pass(in.status().error());
+  if (!in.ok() || !parts) return pass(in.status().error());
   return ImprintModel{std::move(provenance),
                       {grid, std::move(plan)},
-                      std::move(learnt->learner),
-                      std::move(learnt->aids)};
+                      std::move(parts->learner),
+                      std::move(parts->postprocessing)};
 }
 
 }  // namespace
@@ -102,31 +102,31 @@ Status save_imprint_model(const ImprintModel& model, std::ostream& out) {
   write_provenance(text, model.provenance);
   write_grid(text, model.setup.grid);
   write_plan(text, model.setup.features);
-  write_learnt(text, model.learner, model.aids);
-  return write_sealed(imprint_model_header, text.str(), out);
+  write_model_parts(text, model.learner, model.postprocessing);
+  return write_checksummed(imprint_model_header, text.str(), out);
 }
 
 Result<ImprintModel> load_imprint_model(std::istream& in) {
-  const auto body = read_sealed(imprint_model_header, "not a model of imprints", in);
+  const auto body = read_checksummed(imprint_model_header, "not a model of imprints", in);
   if (!body) return pass(body.error());
   return read_body(*body);
 }
 
-Result<std::vector<Answer>> classify_imprints(const ImprintModel& model, const TaxelGrid& grid,
-                                              std::span<const Imprint> imprints,
-                                              const VoteOptions& options) {
+Result<std::vector<Prediction>> classify_imprints(const ImprintModel& model, const TaxelGrid& grid,
+                                                  std::span<const Imprint> imprints,
+                                                  const VoteOptions& options) {
   if (!is_same_grid(model.setup.grid, grid))
     return fail({.code = Errc::invalid_argument,
                  .what = "the model was trained for another array",
-                 .expected = words_of(model.setup.grid),
-                 .got = words_of(grid)});
+                 .expected = format_grid(model.setup.grid),
+                 .got = format_grid(grid)});
   for (const Imprint& imprint : imprints)
     if (auto ok = check_imprint(model.setup.grid, imprint); !ok) return pass(ok.error());
   const auto matrix = build_matrix(imprints, model.setup.features);
   if (!matrix) return pass(matrix.error());
-  std::vector<Answer> out;
+  std::vector<Prediction> out;
   for (std::size_t r = 0; r < matrix->size(); ++r) {
-    auto one = answer(model.learner, model.aids, matrix->values.row(r), options);
+    auto one = predict(model.learner, model.postprocessing, matrix->values.row(r), options);
     if (!one) return pass(one.error(), matrix->files[r]);
     out.push_back(std::move(*one));
   }

@@ -13,7 +13,7 @@
 #include "classifier/fabric/provenance.hpp"
 #include "classifier/imprint/imprint_set.hpp"
 #include "classifier/imprint/taxel_grid.hpp"
-#include "classifier/vote/aids.hpp"
+#include "classifier/vote/postprocessing.hpp"
 #include "classifier/vote/vote.hpp"
 
 namespace weft::classifier::imprint {
@@ -28,7 +28,8 @@ struct ImprintModel {
   Provenance provenance;
   ImprintSetup setup;
   TrainedLearner learner;
-  std::optional<VoteAids> aids = {};  ///< absent: no probability, nothing refused
+  std::optional<VotePostprocessing> postprocessing =
+      {};  ///< absent: no probability, nothing refused
 };
 
 /// First line of every file.
@@ -42,9 +43,9 @@ Status save_imprint_model(const ImprintModel& model, std::ostream& out);
 Result<ImprintModel> load_imprint_model(std::istream& in);
 
 /// One answer per imprint, which come from `grid`. Refuses another array than the training had, as
-/// is_same_grid() and check_imprint() say, and what build_matrix() and answer() refuse.
-Result<std::vector<Answer>> classify_imprints(const ImprintModel& model, const TaxelGrid& grid,
-                                              std::span<const Imprint> imprints,
-                                              const VoteOptions& options = {});
+/// is_same_grid() and check_imprint() say, and what build_matrix() and predict() refuse.
+Result<std::vector<Prediction>> classify_imprints(const ImprintModel& model, const TaxelGrid& grid,
+                                                  std::span<const Imprint> imprints,
+                                                  const VoteOptions& options = {});
 
 }  // namespace weft::classifier::imprint

@@ -44,7 +44,7 @@ Result<FeatureMatrix> build_matrix(std::span<const Imprint> imprints, const Scal
   return build_matrix(imprints, FeaturePlan{options, {}}, threads);
 }
 
-Classes classes_of(std::span<const std::string> labels) {
+Classes find_classes(std::span<const std::string> labels) {
   Classes out;
   for (const std::string& label : labels) {
     const auto at = std::find(out.names.begin(), out.names.end(), label);
@@ -54,7 +54,7 @@ Classes classes_of(std::span<const std::string> labels) {
   return out;
 }
 
-FeatureMatrix take_columns(const FeatureMatrix& matrix, std::span<const std::size_t> columns) {
+FeatureMatrix select_columns(const FeatureMatrix& matrix, std::span<const std::size_t> columns) {
   FeatureMatrix out{
       {}, Matrix(matrix.size(), columns.size()), matrix.labels, matrix.groups, matrix.files};
   for (std::size_t k = 0; k < columns.size(); ++k) {

@@ -31,9 +31,9 @@ struct Classes {
   std::vector<std::string> names;
   std::vector<std::size_t> of_row;
 };
-Classes classes_of(std::span<const std::string> labels);
+Classes find_classes(std::span<const std::string> labels);
 
 /// The named columns, in the order given.
-FeatureMatrix take_columns(const FeatureMatrix& matrix, std::span<const std::size_t> columns);
+FeatureMatrix select_columns(const FeatureMatrix& matrix, std::span<const std::size_t> columns);
 
 }  // namespace weft::classifier::imprint

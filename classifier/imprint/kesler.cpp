@@ -27,10 +27,10 @@ std::size_t one_round(const Matrix& rows, std::span<const std::size_t> of_row, d
                       Matrix& weight) {
   std::size_t mistakes = 0;
   for (std::size_t r = 0; r < rows.rows(); ++r) {
-    const std::size_t taken_for = answer(weight, rows.row(r));
-    if (taken_for == of_row[r]) continue;
+    const std::size_t predicted_as = answer(weight, rows.row(r));
+    if (predicted_as == of_row[r]) continue;
     add(weight.row(of_row[r]), c, rows.row(r));
-    add(weight.row(taken_for), -c, rows.row(r));
+    add(weight.row(predicted_as), -c, rows.row(r));
     ++mistakes;
   }
   return mistakes;

@@ -12,7 +12,7 @@ struct Vector {
   std::vector<double> weights;
 };
 
-std::vector<Vector> vectors_of(LawsSize size) {
+std::vector<Vector> make_vectors(LawsSize size) {
   if (size == LawsSize::three) return {{"L3", {1, 2, 1}}, {"E3", {-1, 0, 1}}, {"S3", {-1, 2, -1}}};
   return {{"L5", {1, 4, 6, 4, 1}},
           {"E5", {-1, -2, 0, 2, 1}},
@@ -46,7 +46,7 @@ double mean_along(const Image& image, std::span<const double> weights) {
 
 std::vector<std::string> laws_names(LawsSize size) {
   std::vector<std::string> out;
-  const auto vectors = vectors_of(size);
+  const auto vectors = make_vectors(size);
   for (const Vector& a : vectors)
     for (const Vector& b : vectors)
       if (&a != &vectors.front() || &b != &vectors.front())
@@ -56,7 +56,7 @@ std::vector<std::string> laws_names(LawsSize size) {
 
 Result<std::vector<double>> laws_energy(const Image& image, LawsSize size) {
   if (auto ok = check(image); !ok) return pass(ok.error());
-  const auto vectors = vectors_of(size);
+  const auto vectors = make_vectors(size);
   const std::size_t width = vectors.front().weights.size();
   std::vector<double> out;
   if (image.rows() < width || image.cols() < width) {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "protocols/base/number_words.hpp"
+#include "protocols/base/number_text.hpp"
 
 namespace weft::classifier::imprint {
 
@@ -32,7 +32,7 @@ Status check_training(const Matrix& rows, std::span<const std::size_t> of_row,
                    .where = "training",
                    .what = "a feature has no usable value",
                    .expected = "a finite value up to 1e100",
-                   .got = number_words(value)});
+                   .got = format_number(value)});
   return {};
 }
 

@@ -76,8 +76,8 @@ Result<std::vector<ScaleScore>> search_scales(std::span<const Imprint> imprints,
   std::vector<std::optional<Result<ExperimentOutcome>>> outcomes(subsets.size());
   const std::size_t width = matrix->names.size() / count;
   parallel_for(subsets.size(), options.threads, [&](std::size_t i) {
-    outcomes[i] = run_experiment(take_columns(*matrix, columns_of(subsets[i], width)),
-                                 options.judge, options.rule);
+    outcomes[i] = run_experiment(select_columns(*matrix, columns_of(subsets[i], width)),
+                                 options.evaluated_by, options.rule);
   });
   std::vector<ScaleScore> out;
   for (std::size_t i = 0; i < subsets.size(); ++i) {

@@ -16,7 +16,7 @@ struct ScaleSearchOptions {
   std::size_t most_scales = 3;
   Form form = Form::full;
   Rule rule = Rule::least_squares;
-  Experiment judge = Experiment::object_of_all;  ///< an object that was never seen
+  Experiment evaluated_by = Experiment::object_of_all;  ///< an object that was never seen
   std::size_t threads = 0;
 };
 

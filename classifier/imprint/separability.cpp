@@ -106,16 +106,18 @@ void shrink(const Hull& hull, std::vector<std::size_t>& corral, VectorXd& share)
       if (goal(i) <= least_weight && share(i) > goal(i))
         step = std::min(step, share(i) / (share(i) - goal(i)));
     share = (1.0 - step) * share + step * goal;
-    std::vector<std::size_t> kept;
-    std::vector<double> kept_share;
+    std::vector<std::size_t> retained;
+    std::vector<double> retained_share;
     for (Index i = 0; i < share.size(); ++i)
       if (share(i) > least_weight) {
-        kept.push_back(corral[static_cast<std::size_t>(i)]);
-        kept_share.push_back(share(i));
+        retained.push_back(corral[static_cast<std::size_t>(i)]);
+        retained_share.push_back(share(i));
       }
-    if (kept.size() == corral.size() || kept.empty()) return;  // rounding: nothing left to drop
-    corral = std::move(kept);
-    share = Eigen::Map<const VectorXd>(kept_share.data(), static_cast<Index>(kept_share.size()));
+    if (retained.size() == corral.size() || retained.empty())
+      return;  // rounding: nothing left to drop
+    corral = std::move(retained);
+    share = Eigen::Map<const VectorXd>(retained_share.data(),
+                                       static_cast<Index>(retained_share.size()));
     share /= share.sum();
   }
 }

@@ -7,7 +7,7 @@
 namespace weft::classifier::imprint {
 namespace {
 
-enum State : std::uint8_t { nothing, candidate, kept };
+enum State : std::uint8_t { nothing, candidate, retained };
 
 constexpr double rounding = 1e-12;       // of the amplitude: no noise at all
 constexpr double flat_threshold = 1e-9;  // of the amplitude, where there is no noise
@@ -55,7 +55,7 @@ const std::vector<EdgeTaxel>& StepEdges::find(const Gradient& gradient, double n
       if (!is_ridge(strength, static_cast<std::ptrdiff_t>(i), stride, along_x[i], along_y[i]))
         continue;
       const bool strong = strength[i] >= high;
-      state_[i] = strong ? kept : candidate;
+      state_[i] = strong ? retained : candidate;
       if (strong) open_.push_back(i);
     }
   while (!open_.empty()) {  // candidates are never on the border: every neighbour exists
@@ -64,12 +64,12 @@ const std::vector<EdgeTaxel>& StepEdges::find(const Gradient& gradient, double n
     for (const std::size_t line : {i - cols, i, i + cols})
       for (const std::size_t near : {line - 1, line, line + 1}) {
         if (state_[near] != candidate) continue;
-        state_[near] = kept;
+        state_[near] = retained;
         open_.push_back(near);
       }
   }
   for (std::size_t i = 0; i < state_.size(); ++i)
-    if (state_[i] == kept)
+    if (state_[i] == retained)
       edges_.push_back({static_cast<std::uint32_t>(i / cols), static_cast<std::uint32_t>(i % cols),
                         along_x[i], along_y[i], strength[i]});
   return edges_;

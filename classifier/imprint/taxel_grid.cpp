@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "protocols/base/number_words.hpp"
+#include "protocols/base/number_text.hpp"
 
 namespace weft::classifier::imprint {
 namespace {
@@ -27,7 +27,7 @@ bool is_same_grid(const TaxelGrid& a, const TaxelGrid& b) {
   return std::abs(a.pitch_m / b.pitch_m - 1.0) <= largest_pitch_difference;
 }
 
-std::string words_of(const TaxelGrid& grid) {
+std::string format_grid(const TaxelGrid& grid) {
   return std::to_string(grid.rows) + " x " + std::to_string(grid.cols) + " taxels, " +
          (grid.pitch_m == 0.0 ? "pitch not known" : millimetres(grid.pitch_m) + " apart") + ", " +
          (grid.count_bits == 0 ? "bits of a count not known"
@@ -41,7 +41,7 @@ Status check_imprint(const TaxelGrid& grid, const Imprint& imprint) {
         {.code = Errc::invalid_argument,
          .where = imprint.file,
          .what = "the imprint is of another array",
-         .expected = words_of(grid),
+         .expected = format_grid(grid),
          .got = std::to_string(image.rows()) + " x " + std::to_string(image.cols()) + " taxels"});
   if (grid.count_bits == 0) return {};
   const double highest = std::exp2(static_cast<double>(grid.count_bits)) - 1.0;
@@ -51,8 +51,8 @@ Status check_imprint(const TaxelGrid& grid, const Imprint& imprint) {
   return fail({.code = Errc::invalid_argument,
                .where = imprint.file,
                .what = "the imprint has a count that its array cannot give",
-               .expected = words_of(grid),
-               .got = number_words(*beyond)});
+               .expected = format_grid(grid),
+               .got = format_number(*beyond)});
 }
 
 }  // namespace weft::classifier::imprint

@@ -20,7 +20,7 @@ struct TaxelGrid {
 bool is_same_grid(const TaxelGrid& a, const TaxelGrid& b);
 
 /// "32 x 32 taxels, 0.281 mm apart, counts of 7 bits".
-std::string words_of(const TaxelGrid& grid);
+std::string format_grid(const TaxelGrid& grid);
 
 /// Refuses an imprint of another size, and where the bits are known one with a count that they do
 /// not hold.

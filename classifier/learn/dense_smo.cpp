@@ -316,11 +316,11 @@ void DenseSmo::finish() {
   std::size_t free = 0;
   for (std::size_t i = 0; i < n_; ++i) {
     const double g = -v_[i];
-    const bool may_rise = up_[i] == 0.0, is_free = may_rise && low_[i] == 0.0;
+    const bool can_rise = up_[i] == 0.0, is_free = can_rise && low_[i] == 0.0;
     free += is_free ? 1 : 0;
     sum += is_free ? g : 0.0;
-    upper = std::min(upper, may_rise && !is_free ? g : infinity);
-    lower = std::max(lower, may_rise ? -infinity : g);
+    upper = std::min(upper, can_rise && !is_free ? g : infinity);
+    lower = std::max(lower, can_rise ? -infinity : g);
   }
   bias_ = free > 0 ? sum / static_cast<double>(free) : (upper + lower) / 2.0;
   for (std::size_t i = 0; i < n_; ++i) {

@@ -35,9 +35,9 @@ Units units_of(std::span<const int> sign, std::span<const std::size_t> unit) {
 // then the fewest in all. Units of both classes go first and so to different folds; a class with at
 // most one of them then finds folds without it. Hence a class of two or more units is in two or
 // more folds, and every training part has both classes.
-class Dealer {
+class Assigner {
  public:
-  explicit Dealer(std::size_t folds) : held_(folds) {}
+  explicit Assigner(std::size_t folds) : held_(folds) {}
 
   void deal(const std::vector<std::size_t>& units, bool positive, bool negative) {
     for (const std::size_t u : units) {
@@ -98,12 +98,12 @@ std::vector<Fold> stratified_folds(std::span<const int> sign, std::span<const st
   if (k < 2) return stratified_folds(sign, numbers_below(sign.size()), folds, seed);
   RandomEngine engine(seed);
   for (auto* list : {&units.positive, &units.negative, &units.mixed}) shuffle(*list, engine);
-  Dealer dealer(k);
-  dealer.deal(units.mixed, true, true);
-  dealer.deal(units.positive, true, false);
-  dealer.deal(units.negative, false, true);
+  Assigner assigner(k);
+  assigner.deal(units.mixed, true, true);
+  assigner.deal(units.positive, true, false);
+  assigner.deal(units.negative, false, true);
   std::vector<std::size_t> fold_of_row;
-  for (const std::size_t u : unit) fold_of_row.push_back(dealer.fold_of(u));
+  for (const std::size_t u : unit) fold_of_row.push_back(assigner.fold_of(u));
   std::vector<Fold> out = gather(fold_of_row, k);
   if (!large_enough(out)) out = leave_one_out(unit);
   if (!large_enough(out)) out = leave_one_out(numbers_below(sign.size()));

@@ -8,7 +8,7 @@ namespace {
 
 thread_local std::size_t iterations = 0;
 
-void keep_iterations(const char* text) {
+void capture_iterations(const char* text) {
   constexpr std::string_view words = "#iter = ";
   const std::string_view line(text);
   const std::size_t at = line.find(words);
@@ -20,7 +20,7 @@ void keep_iterations(const char* text) {
 
 void silence_libsvm() {
   static const bool done = [] {
-    svm_set_print_string_function(&keep_iterations);
+    svm_set_print_string_function(&capture_iterations);
     return true;
   }();
   static_cast<void>(done);

@@ -14,7 +14,7 @@
 namespace weft::classifier {
 
 /// What the model says of a slide so far.
-struct LiveAnswer {
+struct LivePrediction {
   double slide_s = 0;               ///< of phase M that it has seen, by the nominal sample rate
   std::size_t winner = 0;           ///< index into the learner's labels()
   std::vector<double> probability;  ///< per label; empty where the model has no aids
@@ -28,7 +28,7 @@ struct StopRule {
 };
 
 /// A vote without probability, and one for a stranger, is never sure.
-bool is_sure(const StopRule& rule, const LiveAnswer& answer);
+bool is_sure(const StopRule& rule, const LivePrediction& answer);
 
 /// Feeds frames to the streaming features and asks each stage of the model when its time has come.
 /// A look costs one evaluation of Table I, its tables the first time, and one answer; all other
@@ -42,13 +42,13 @@ class LiveVoter {
   void restart();
   /// One frame, `counts` [taxels]. An answer where a look was due. Refuses what the features and
   /// the model refuse.
-  Result<std::optional<LiveAnswer>> add(Phase phase, std::span<const double> counts);
+  Result<std::optional<LivePrediction>> add(Phase phase, std::span<const double> counts);
 
   [[nodiscard]] const StagedModel& model() const { return *model_; }
 
  private:
-  [[nodiscard]] bool takes(Phase phase) const;
-  Result<LiveAnswer> look();
+  [[nodiscard]] bool consumes(Phase phase) const;
+  Result<LivePrediction> check();
 
   std::shared_ptr<const StagedModel> model_;
   FeatureStream stream_;

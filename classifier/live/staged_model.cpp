@@ -9,8 +9,8 @@
 #include <ostream>
 #include <sstream>
 
-#include "classifier/base/line_text.hpp"
-#include "classifier/base/sealed_text.hpp"
+#include "classifier/base/checksummed_text.hpp"
+#include "classifier/base/line_io.hpp"
 #include "classifier/baseline/fold_report.hpp"
 #include "classifier/fabric/pair_problem.hpp"
 
@@ -53,13 +53,13 @@ Result<StoredModel> train_stage(const std::vector<Trial>& slides, double sample_
   if (!matrix) return pass(matrix.error());
   auto trained = train_learner(*matrix, options.learner, options.training);
   if (!trained) return pass(trained.error());
-  auto aids = learn_aids(trained->trained, *matrix, options.training);
-  if (!aids) return pass(aids.error());
+  auto postprocessing = fit_postprocessing(trained->trained, *matrix, options.training);
+  if (!postprocessing) return pass(postprocessing.error());
   Provenance provenance = options.provenance;
   const FoldReport folds = fold_report(*matrix, options.learner, options.training);
-  if (!folds.as_asked()) provenance.training += ", folds of this stage: " + words_of(folds);
+  if (!folds.as_requested()) provenance.training += ", folds of this stage: " + format_folds(folds);
   return StoredModel{std::move(trained->trained), std::move(setup), std::move(provenance),
-                     std::move(*aids)};
+                     std::move(*postprocessing)};
 }
 
 Status has_rate(const FeatureSetup& setup, double sample_rate_hz) {
@@ -103,13 +103,13 @@ struct Opening {
   std::vector<Stage> stages;
 };
 
-constexpr std::string_view live_header_word = "weft-live-model ";
-constexpr std::string_view last_word = "\ncrc32 ";
+constexpr std::string_view live_header_keyword = "weft-live-model ";
+constexpr std::string_view last_keyword = "\ncrc32 ";
 
 /// Refuses another kind of file, or another version.
 Status is_live_model(std::string_view text) {
   const std::string_view first = text.substr(0, text.find('\n'));
-  if (!first.starts_with(live_header_word))
+  if (!first.starts_with(live_header_keyword))
     return fail({.code = Errc::parse,
                  .what = "not a model for live votes",
                  .expected = staged_file_header,
@@ -144,13 +144,13 @@ Result<Opening> read_opening(std::string_view body) {
 }
 
 /// Takes it off the front, checksum and all.
-Result<Opening> take_opening(std::string_view& text) {
+Result<Opening> pop_opening(std::string_view& text) {
   if (Status ok = is_live_model(text); !ok) return pass(ok.error());
-  const std::size_t last = text.find(last_word);
+  const std::size_t last = text.find(last_keyword);
   const std::size_t end = last == std::string_view::npos ? last : text.find('\n', last + 1);
   if (end == std::string_view::npos) return cut_short();
   const std::size_t header_bytes = std::string_view(staged_file_header).size() + 1;
-  const auto body = unsealed(text.substr(0, end + 1), header_bytes);
+  const auto body = check_checksum(text.substr(0, end + 1), header_bytes);
   if (!body) return pass(body.error(), "live model");
   text.remove_prefix(end + 1);
   return read_opening(*body);
@@ -220,8 +220,8 @@ Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_ra
     if (!enough_of_each(long_enough, slides)) break;
     auto model = train_stage(long_enough, sample_rate_hz, options);
     if (!model) return pass(model.error(), std::to_string(seconds) + " s of slide");
-    const bool knew = !out.stages.empty() && out.stages.back().model.aids;
-    if (knew && !model->aids) break;  // what is sure so far must not be less so later
+    const bool knew = !out.stages.empty() && out.stages.back().model.postprocessing;
+    if (knew && !model->postprocessing) break;  // what is sure so far must not be less so later
     out.stages.push_back({frames, std::move(*model)});
   }
   if (!out.stages.empty()) return out;
@@ -243,7 +243,7 @@ Status save_staged(const StagedModel& model, std::ostream& out) {
     opening.counts("stage", std::array{stage.motion_frames, text.view().size()});
     models += text.view();
   }
-  out << sealed(staged_file_header, opening.str()) << models;
+  out << with_checksum(staged_file_header, opening.str()) << models;
   if (!out.flush()) return fail({.code = Errc::io, .what = "cannot write the model"});
   return {};
 }
@@ -252,7 +252,7 @@ Result<StagedModel> load_staged(std::istream& in) {
   const std::string whole{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   if (in.bad()) return fail({.code = Errc::io, .what = "cannot read the model"});
   std::string_view text = whole;
-  const auto opening = take_opening(text);
+  const auto opening = pop_opening(text);
   if (!opening) return pass(opening.error());
   StagedModel out{opening->sample_rate_hz, {}};
   for (const Opening::Stage& one : opening->stages) {
@@ -271,7 +271,7 @@ Result<StagedHead> load_staged_head(std::istream& in) {
   in.read(held.data(), static_cast<std::streamsize>(held.size()));
   if (in.bad()) return fail({.code = Errc::io, .what = "cannot read the model"});
   std::string_view text = std::string_view(held).substr(0, static_cast<std::size_t>(in.gcount()));
-  const auto opening = take_opening(text);
+  const auto opening = pop_opening(text);
   if (!opening) return pass(opening.error());
   auto first = load_model_head(text);
   if (!first) return pass(first.error());

@@ -55,10 +55,10 @@ struct StagedOptions {
 
 /// A stage learns from the slides that are as long as it, aids included; there are as many stages
 /// as have two such slides of every label, and as can say a probability where the first can (two
-/// labels with three such slides, see learn_aids()). Each is of the fewest frames that last as long
-/// as stage_seconds() says: at 37 Hz the first has 19, 0.514 s. Refuses a sample rate that is not
-/// positive, what check_labels() refuses, slides of which none is half a second long, and what
-/// training refuses.
+/// labels with three such slides, see fit_postprocessing()). Each is of the fewest frames that last
+/// as long as stage_seconds() says: at 37 Hz the first has 19, 0.514 s. Refuses a sample rate that
+/// is not positive, what check_labels() refuses, slides of which none is half a second long, and
+/// what training refuses.
 Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_rate_hz,
                                  const StagedOptions& options);
 

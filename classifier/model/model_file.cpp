@@ -8,22 +8,22 @@
 #include <ostream>
 #include <string_view>
 
-#include "classifier/base/line_text.hpp"
+#include "classifier/base/checksummed_text.hpp"
+#include "classifier/base/line_io.hpp"
 #include "classifier/base/parallel.hpp"
-#include "classifier/base/sealed_text.hpp"
 #include "classifier/fabric/provenance_text.hpp"
-#include "classifier/model/learnt_text.hpp"
+#include "classifier/model/model_io.hpp"
 
 namespace weft::classifier {
 namespace {
 
-constexpr std::string_view header_word = "weft-fabric-model ";
+constexpr std::string_view header_keyword = "weft-fabric-model ";
 constexpr std::size_t most_taxels = 100'000;
 
 // Words of the options, in the order of their enumerators.
-constexpr std::array<std::string_view, 2> skew_words{"peaks", "signal"};
-constexpr std::array<std::string_view, 2> norm_words{"l2", "rms"};
-constexpr std::array<std::string_view, 2> spectrum_words{"amplitude", "magnitude"};
+constexpr std::array<std::string_view, 2> skew_names{"peaks", "signal"};
+constexpr std::array<std::string_view, 2> norm_names{"l2", "rms"};
+constexpr std::array<std::string_view, 2> spectrum_names{"amplitude", "magnitude"};
 
 std::string phase_letters(PhaseSet phases) {
   std::string out;
@@ -39,9 +39,9 @@ std::string phase_letters(PhaseSet phases) {
 void write_setup(LineWriter& out, const FeatureSetup& setup) {
   out.count("taxels", setup.taxels);
   out.text("phases", phase_letters(setup.phases));
-  out.text("skew", word_of(skew_words, setup.options.skew));
-  out.text("norm", word_of(norm_words, setup.options.norm));
-  out.text("spectrum", word_of(spectrum_words, setup.options.spectrum));
+  out.text("skew", name_in(skew_names, setup.options.skew));
+  out.text("norm", name_in(norm_names, setup.options.norm));
+  out.text("spectrum", name_in(spectrum_names, setup.options.spectrum));
   out.number("mode_bin_counts", setup.options.mode_bin_counts);
   out.number("window_s", setup.window_s);
   out.number("window_step_s", setup.window_step_s);
@@ -69,9 +69,9 @@ FeatureSetup read_setup(LineReader& in) {
   const auto phases = phases_from(letters);
   if (!phases) in.refuse("unknown phases", "letters of SPME", letters);
   setup.phases = phases.value_or(PhaseSet{});
-  setup.options.skew = static_cast<SkewOf>(word(in, "skew", skew_words));
-  setup.options.norm = static_cast<Norm>(word(in, "norm", norm_words));
-  setup.options.spectrum = static_cast<SpectrumScale>(word(in, "spectrum", spectrum_words));
+  setup.options.skew = static_cast<SkewOf>(word(in, "skew", skew_names));
+  setup.options.norm = static_cast<Norm>(word(in, "norm", norm_names));
+  setup.options.spectrum = static_cast<SpectrumScale>(word(in, "spectrum", spectrum_names));
   setup.options.mode_bin_counts = in.positive("mode_bin_counts");
   setup.window_s = in.not_negative("window_s");
   setup.window_step_s = in.not_negative("window_step_s");
@@ -93,12 +93,12 @@ Result<StoredModel> read_body(std::string_view body, HeadReader head_reader) {
     in.refuse("more taxels than the file has features for",
               "at most " + std::to_string(body.size() / 12), std::to_string(setup.taxels));
   if (!in.ok()) return pass(in.status().error());
-  auto learnt =
-      read_learnt(in, head, std::move(labels), FeatureLayout(setup.taxels, setup.phases).names());
+  auto parts = read_model_parts(in, head, std::move(labels),
+                                FeatureLayout(setup.taxels, setup.phases).names());
   in.finish();
   if (!in.ok()) return pass(in.status().error());
-  return StoredModel{std::move(learnt->learner), std::move(setup), std::move(provenance),
-                     std::move(learnt->aids)};
+  return StoredModel{std::move(parts->learner), std::move(setup), std::move(provenance),
+                     std::move(parts->postprocessing)};
 }
 
 struct Body {
@@ -116,7 +116,7 @@ HeadReader head_reader_of(std::string_view header) {
 
 // What follows the header.
 Result<Body> after_header(std::string_view text) {
-  if (!text.starts_with(header_word))
+  if (!text.starts_with(header_keyword))
     return fail({.code = Errc::parse,
                  .what = "not a model file",
                  .expected = model_file_header,
@@ -136,14 +136,14 @@ Result<Body> after_header(std::string_view text) {
 Result<Body> body_of(std::string_view text) {
   const Result<Body> rest = after_header(text);
   if (!rest) return rest;
-  const Result<std::string_view> body = unsealed(text, text.size() - rest->text.size());
+  const Result<std::string_view> body = check_checksum(text, text.size() - rest->text.size());
   if (!body) return pass(body.error());
   return Body{*body, rest->head};
 }
 
 // [trials x features] of trials that the model may take; one extractor a thread.
-Result<Matrix> features_of(const FeatureSetup& setup, std::span<const Trial> trials,
-                           std::size_t threads) {
+Result<Matrix> compute_features(const FeatureSetup& setup, std::span<const Trial> trials,
+                                std::size_t threads) {
   for (const Trial& trial : trials)
     if (auto ok = check_trial(setup, trial); !ok) return pass(ok.error());
   Matrix out(trials.size(), FeatureLayout(setup.taxels, setup.phases).size());
@@ -172,8 +172,8 @@ Status save_model(const StoredModel& stored, std::ostream& out) {
   LineWriter text;
   write_provenance(text, stored.provenance);
   write_setup(text, stored.setup);
-  write_learnt(text, learner, stored.aids);
-  return write_sealed(model_file_header, text.str(), out);
+  write_model_parts(text, learner, stored.postprocessing);
+  return write_checksummed(model_file_header, text.str(), out);
 }
 
 Result<StoredModel> load_model(std::istream& in) {
@@ -210,16 +210,16 @@ Status check_trial(const FeatureSetup& setup, const Trial& trial) {
   return {};
 }
 
-Result<std::vector<Answer>> classify(const StoredModel& stored, std::span<const Trial> trials,
-                                     const VoteOptions& options, std::size_t threads) {
-  const auto features = features_of(stored.setup, trials, threads);
+Result<std::vector<Prediction>> classify(const StoredModel& stored, std::span<const Trial> trials,
+                                         const VoteOptions& options, std::size_t threads) {
+  const auto features = compute_features(stored.setup, trials, threads);
   if (!features) return pass(features.error());
-  auto said = answers(stored.learner, stored.aids, *features, options, threads);
-  std::vector<Answer> out;
-  out.reserve(said.size());
-  for (std::size_t i = 0; i < said.size(); ++i) {
-    if (!said[i]) return pass(said[i].error(), trials[i].file);
-    out.push_back(std::move(*said[i]));
+  auto predicted = predict_all(stored.learner, stored.postprocessing, *features, options, threads);
+  std::vector<Prediction> out;
+  out.reserve(predicted.size());
+  for (std::size_t i = 0; i < predicted.size(); ++i) {
+    if (!predicted[i]) return pass(predicted[i].error(), trials[i].file);
+    out.push_back(std::move(*predicted[i]));
   }
   return out;
 }

@@ -12,7 +12,7 @@
 #include "classifier/baseline/learner.hpp"
 #include "classifier/fabric/provenance.hpp"
 #include "classifier/features/extract.hpp"
-#include "classifier/vote/learner_answer.hpp"
+#include "classifier/vote/learner_prediction.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {
@@ -32,7 +32,8 @@ struct StoredModel {
   TrainedLearner learner;
   FeatureSetup setup;
   Provenance provenance;
-  std::optional<VoteAids> aids = {};  ///< absent: no probability, no short-list, nothing refused
+  std::optional<VotePostprocessing> postprocessing =
+      {};  ///< absent: no probability, no short-list, nothing refused
 };
 
 /// First line of every file.
@@ -66,7 +67,7 @@ Status check_trial(const FeatureSetup& setup, const Trial& trial);
 
 /// The answers on such trials, without Ballot::decision. Refuses, by name, a trial that
 /// check_trial() refuses, or whose features or answer cannot be had.
-Result<std::vector<Answer>> classify(const StoredModel& stored, std::span<const Trial> trials,
-                                     const VoteOptions& options = {}, std::size_t threads = 0);
+Result<std::vector<Prediction>> classify(const StoredModel& stored, std::span<const Trial> trials,
+                                         const VoteOptions& options = {}, std::size_t threads = 0);
 
 }  // namespace weft::classifier

@@ -44,12 +44,13 @@ PcaBasis pca_basis(const Matrix& rows, std::size_t cap) {
   const Spectrum s = decompose(z);
   const double total = s.square.sum();
   if (!(total > 0.0)) return {Matrix(1, rows.cols()), {1.0}};
-  std::size_t kept = 0;
+  std::size_t retained = 0;
   const std::size_t most = std::min(cap, static_cast<std::size_t>(s.square.size()));
-  while (kept < most && s.square(static_cast<Eigen::Index>(kept)) > 1e-14 * s.square(0)) ++kept;
-  PcaBasis out{Matrix(kept, rows.cols()), {}};
+  while (retained < most && s.square(static_cast<Eigen::Index>(retained)) > 1e-14 * s.square(0))
+    ++retained;
+  PcaBasis out{Matrix(retained, rows.cols()), {}};
   double sum = 0.0;
-  for (std::size_t k = 0; k < kept; ++k) {
+  for (std::size_t k = 0; k < retained; ++k) {
     const auto at = static_cast<Eigen::Index>(k);
     store_axis(s.right.col(at), out.axes, k);
     sum += s.square(at);

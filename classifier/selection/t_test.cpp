@@ -137,13 +137,14 @@ Rows rows_of(const Matrix& rows, std::span<const std::size_t> which, std::span<c
 // Up to this many are kept in order by insertion, which most columns of many do not reach.
 constexpr std::size_t few = 64;
 
-std::vector<std::size_t> rank_many(std::span<const double> t, std::size_t kept) {
+std::vector<std::size_t> rank_many(std::span<const double> t, std::size_t retained) {
   std::vector<std::pair<double, std::size_t>> merit;  // -|t| and column: smallest first
   merit.reserve(t.size());
   for (std::size_t k = 0; k < t.size(); ++k) merit.emplace_back(-std::abs(t[k]), k);
-  std::partial_sort(merit.begin(), merit.begin() + static_cast<std::ptrdiff_t>(kept), merit.end());
-  std::vector<std::size_t> order(kept);
-  for (std::size_t k = 0; k < kept; ++k) order[k] = merit[k].second;
+  std::partial_sort(merit.begin(), merit.begin() + static_cast<std::ptrdiff_t>(retained),
+                    merit.end());
+  std::vector<std::size_t> order(retained);
+  for (std::size_t k = 0; k < retained; ++k) order[k] = merit[k].second;
   return order;
 }
 
@@ -176,21 +177,21 @@ WelchTest welch_statistics(const Matrix& rows, std::span<const std::size_t> whic
 }
 
 std::vector<std::size_t> rank_by_t(std::span<const double> t, std::size_t most) {
-  const std::size_t kept = std::min(most, t.size());
-  if (kept > few) return rank_many(t, kept);
+  const std::size_t retained = std::min(most, t.size());
+  if (retained > few) return rank_many(t, retained);
   std::array<double, few + 1> merit;  // |t|, falling
-  std::vector<std::size_t> order(kept + 1);
+  std::vector<std::size_t> order(retained + 1);
   std::size_t have = 0;
   for (std::size_t k = 0; k < t.size(); ++k) {
     const double m = std::abs(t[k]);
-    if (have == kept && (kept == 0 || !(m > merit[kept - 1]))) continue;
+    if (have == retained && (retained == 0 || !(m > merit[retained - 1]))) continue;
     std::size_t at = have;
     for (; at > 0 && m > merit[at - 1]; --at) merit[at] = merit[at - 1], order[at] = order[at - 1];
     merit[at] = m;
     order[at] = k;
-    have = std::min(have + 1, kept);
+    have = std::min(have + 1, retained);
   }
-  order.resize(kept);
+  order.resize(retained);
   return order;
 }
 

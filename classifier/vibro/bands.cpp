@@ -38,8 +38,8 @@ void BandSums::add(const double* magnitudes, std::size_t frames) {
   }
 }
 
-BandFigures BandSums::figures() const {
-  BandFigures out{};
+BandFeatures BandSums::figures() const {
+  BandFeatures out{};
   for (std::size_t b = 0; b < band_count; ++b) {
     const auto n = static_cast<double>(level_db_[b].size());
     double mean = 0.0, squares = 0.0;

@@ -10,7 +10,7 @@ namespace weft::classifier::vibro {
 
 inline constexpr std::size_t band_count = 16;
 /// Of every band the mean over the frames of its power in dB, then of every band the deviation.
-using BandFigures = std::array<double, 2 * band_count>;
+using BandFeatures = std::array<double, 2 * band_count>;
 
 /// First bin of every band and one behind the last: from bin 2 on, each as much wider than the one
 /// below as makes sixteen of them, at least one bin wide. Bands beyond the last bin are empty.
@@ -23,7 +23,7 @@ class BandSums {
   /// `magnitudes` [bins x 16], of which the first `frames` are frames.
   void add(const double* magnitudes, std::size_t frames);
   /// At least one frame was added. An empty band stands at the least power, -100 dB.
-  [[nodiscard]] BandFigures figures() const;
+  [[nodiscard]] BandFeatures figures() const;
 
  private:
   std::array<std::size_t, band_count + 1> edges_;

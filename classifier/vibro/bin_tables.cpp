@@ -7,7 +7,7 @@
 namespace weft::classifier::vibro {
 namespace {
 
-constexpr double no_say = 1e-13;  // of the weight of the nearest class
+constexpr double least_share = 1e-13;  // of the weight of the nearest class
 
 // A bin's weights, class by class.
 using Row = std::array<double, pitch_classes>;
@@ -36,7 +36,7 @@ BinTables::BinTables(double rate_hz, std::size_t length) : bins(length / 2 + 1) 
   std::vector<Row> rows(bins);
   for (std::size_t k = 0; k < bins; ++k) {
     for (std::size_t c = 0; c < pitch_classes; ++c) rows[k][c] = weights[c * bins + k];
-    if (outside(rows[k], first_near(rows[k])) > no_say * *std::ranges::max_element(rows[k]))
+    if (outside(rows[k], first_near(rows[k])) > least_share * *std::ranges::max_element(rows[k]))
       wide_bins = k + 1;
   }
   for (std::size_t k = 0; k < wide_bins; ++k)

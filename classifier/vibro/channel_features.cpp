@@ -5,8 +5,8 @@
 #include <string>
 
 #include "classifier/features/feature_stream.hpp"
-#include "classifier/vibro/level_figures.hpp"
-#include "protocols/base/number_words.hpp"
+#include "classifier/vibro/level_features.hpp"
+#include "protocols/base/number_text.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
@@ -18,7 +18,7 @@ constexpr std::array<std::string_view, figure_count> figure_names = {
     "MEAN",     "STD",       "MAD",     "RMSE",       "CHROMA",
     "CENTROID", "BANDWIDTH", "ROLLOFF", "PERCEPTUAL", "ZCR"};
 
-double& at(ChannelFigures& figures, Figure which) {
+double& at(ChannelFeatures& figures, FrameFeature which) {
   return figures[static_cast<std::size_t>(which)];
 }
 
@@ -47,7 +47,7 @@ tl::unexpected<Error> overflowed(std::string_view feature, std::span<const doubl
   return fail({.code = Errc::range,
                .where = std::string(feature),
                .what = "samples are so large that the feature is not finite",
-               .got = "magnitude " + number_words(largest)});
+               .got = "magnitude " + format_number(largest)});
 }
 
 // Sums over frames, each of `hops` hops, the first centred on sample 0; hops beyond the ends are
@@ -90,7 +90,7 @@ double mean_crossing_rate(FrameSize size, std::span<const double> samples,
 
 }  // namespace
 
-std::string_view to_string(Figure figure) {
+std::string_view to_string(FrameFeature figure) {
   return figure_names[static_cast<std::size_t>(figure)];
 }
 
@@ -98,14 +98,14 @@ ChannelExtractor::Tools& ChannelExtractor::tools_for(FrameSize size) {
   return tools_.try_emplace(size.length, rate_hz_, size).first->second;
 }
 
-void ChannelExtractor::moments(std::span<const double> samples, ChannelFigures& out) {
+void ChannelExtractor::moments(std::span<const double> samples, ChannelFeatures& out) {
   const auto n = static_cast<double>(samples.size());
   const double mean = sum_of(samples) / n;
-  at(out, Figure::mean) = mean;
-  at(out, Figure::std) = std::sqrt(sum_of_squares(samples, mean) / n);
+  at(out, FrameFeature::mean) = mean;
+  at(out, FrameFeature::std) = std::sqrt(sum_of_squares(samples, mean) / n);
   deviation_.resize(samples.size());
   deviations(samples, median_.median(samples), deviation_.data());
-  at(out, Figure::mad) = median_.median(deviation_);
+  at(out, FrameFeature::mad) = median_.median(deviation_);
 
   const FrameSize size = FrameSize::of(samples.size());
   hop_squares_.clear();
@@ -115,13 +115,13 @@ void ChannelExtractor::moments(std::span<const double> samples, ChannelFigures& 
     hop_squares_.push_back(sum_of_squares(samples.subspan(from, to - from)));
     hop_crossings_.push_back(changes_of_sign(samples.subspan(from - before, to - from + before)));
   }
-  at(out, Figure::rmse) = mean_rms(size, samples.size(), hop_squares_);
-  at(out, Figure::zcr) = mean_crossing_rate(size, samples, hop_crossings_);
+  at(out, FrameFeature::rmse) = mean_rms(size, samples.size(), hop_squares_);
+  at(out, FrameFeature::zcr) = mean_crossing_rate(size, samples, hop_crossings_);
 }
 
 /// Fills `spectra_`, `sums_` and, where given, `bands`; returns the power of the loudest bin.
 double ChannelExtractor::transform(std::span<const double> samples, Tools& tools, bool chroma,
-                                   BandFigures* bands) {
+                                   BandFeatures* bands) {
   constexpr std::size_t lanes = ShortTimeSpectrum::lanes;
   const std::size_t frames = tools.frames.size().count(samples.size());
   const std::size_t block = tools.frames.bins() * lanes;
@@ -141,42 +141,42 @@ double ChannelExtractor::transform(std::span<const double> samples, Tools& tools
   return loudest;
 }
 
-void ChannelExtractor::spectral(std::span<const double> samples, bool chroma, ChannelFigures& out,
-                                BandFigures* bands) {
+void ChannelExtractor::spectral(std::span<const double> samples, bool chroma, ChannelFeatures& out,
+                                BandFeatures* bands) {
   constexpr std::size_t lanes = ShortTimeSpectrum::lanes;
   Tools& tools = tools_for(FrameSize::of(samples.size()));
   const double loudest = transform(samples, tools, chroma, bands);
   const std::size_t frames = tools.frames.size().count(samples.size());
   const std::size_t block = tools.frames.bins() * lanes;
   double decibels = 0.0;
-  std::size_t heard = 0;
+  std::size_t frame_count = 0;
   const double floor = std::max(least_power, loudest * deepest_share);
   for (std::size_t first = 0; first < frames; first += lanes) {
-    const FrameFigures f = frame_figures(spectra_.data() + first / lanes * block,
-                                         sums_[first / lanes], tools.bins, floor);
+    const FrameFeatures f = frame_features(spectra_.data() + first / lanes * block,
+                                           sums_[first / lanes], tools.bins, floor);
     for (std::size_t i = 0; i < std::min(lanes, frames - first); ++i) {
-      heard += f.silent[i] ? 0 : 1;
-      at(out, Figure::centroid) += f.centroid_hz[i];
-      at(out, Figure::bandwidth) += f.bandwidth_hz[i];
-      at(out, Figure::rolloff) += f.rolloff_hz[i];
-      at(out, Figure::chroma) += f.chroma[i];
+      frame_count += f.silent[i] ? 0 : 1;
+      at(out, FrameFeature::centroid) += f.centroid_hz[i];
+      at(out, FrameFeature::bandwidth) += f.bandwidth_hz[i];
+      at(out, FrameFeature::rolloff) += f.rolloff_hz[i];
+      at(out, FrameFeature::chroma) += f.chroma[i];
       decibels += f.decibels[i];
     }
   }
   const auto count = static_cast<double>(frames);
-  const auto audible = static_cast<double>(std::max<std::size_t>(heard, 1));
-  at(out, Figure::centroid) /= audible;
-  at(out, Figure::bandwidth) /= audible;
-  at(out, Figure::rolloff) /= count;
-  at(out, Figure::chroma) /= count;
-  at(out, Figure::perceptual) =
+  const auto audible = static_cast<double>(std::max<std::size_t>(frame_count, 1));
+  at(out, FrameFeature::centroid) /= audible;
+  at(out, FrameFeature::bandwidth) /= audible;
+  at(out, FrameFeature::rolloff) /= count;
+  at(out, FrameFeature::chroma) /= count;
+  at(out, FrameFeature::perceptual) =
       tools.bins.mean_a_weighting_db + decibels / (count * static_cast<double>(tools.bins.bins));
 }
 
-Result<ChannelFigures> ChannelExtractor::figures(std::span<const double> samples, bool chroma,
-                                                 BandFigures* bands) {
+Result<ChannelFeatures> ChannelExtractor::figures(std::span<const double> samples, bool chroma,
+                                                  BandFeatures* bands) {
   if (auto ok = check_samples(samples); !ok) return pass(ok.error());
-  ChannelFigures out{};
+  ChannelFeatures out{};
   moments(samples, out);
   spectral(samples, chroma, out, bands);
   for (std::size_t k = 0; k < out.size(); ++k)

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "classifier/vibro/bands.hpp"
-#include "classifier/vibro/frame_figures.hpp"
+#include "classifier/vibro/frame_features.hpp"
 #include "classifier/vibro/median.hpp"
 #include "classifier/vibro/short_time.hpp"
 #include "classifier/vibro/whole_spectrum.hpp"
@@ -18,7 +18,7 @@
 namespace weft::classifier::vibro {
 
 /// "Texture Classification Based on Sound and Vibro-Tactile Data" (2023), section 2.3.2.
-enum class Figure {
+enum class FrameFeature {
   mean,
   std,         ///< deviation, biased
   mad,         ///< median absolute deviation about the median, not scaled (S2)
@@ -31,10 +31,10 @@ enum class Figure {
   zcr,         ///< mean over the frames of sign changes per sample
 };
 inline constexpr std::size_t figure_count = 10;
-using ChannelFigures = std::array<double, figure_count>;
+using ChannelFeatures = std::array<double, figure_count>;
 
 /// "MEAN", "STD" ... "ZCR", in the order of the enumeration.
-std::string_view to_string(Figure figure);
+std::string_view to_string(FrameFeature figure);
 
 /// Computes the figures of windows of one rate, with one short-time spectrum for all of them. Keeps
 /// its tables for the window lengths that it has seen. Not for two threads at once.
@@ -50,8 +50,8 @@ class ChannelExtractor {
   /// left 0 without `chroma`, which saves a twelfth; `bands`, where given, is filled from the same
   /// spectrum. Refuses no samples, too many, one that is not finite (named), and samples so large
   /// that a figure is not finite.
-  Result<ChannelFigures> figures(std::span<const double> samples, bool chroma = true,
-                                 BandFigures* bands = nullptr);
+  Result<ChannelFeatures> figures(std::span<const double> samples, bool chroma = true,
+                                  BandFeatures* bands = nullptr);
   /// Mean one-sided amplitude of the window's transform, mean removed, without DC (S6); 0 of one
   /// sample. Refuses the same.
   Result<double> mean_amplitude(std::span<const double> samples);
@@ -64,10 +64,10 @@ class ChannelExtractor {
   };
 
   Tools& tools_for(FrameSize size);
-  void moments(std::span<const double> samples, ChannelFigures& out);
-  double transform(std::span<const double> samples, Tools& tools, bool chroma, BandFigures* bands);
-  void spectral(std::span<const double> samples, bool chroma, ChannelFigures& out,
-                BandFigures* bands);
+  void moments(std::span<const double> samples, ChannelFeatures& out);
+  double transform(std::span<const double> samples, Tools& tools, bool chroma, BandFeatures* bands);
+  void spectral(std::span<const double> samples, bool chroma, ChannelFeatures& out,
+                BandFeatures* bands);
 
   double rate_hz_;
   std::map<std::size_t, Tools> tools_;  // by frame length

@@ -70,7 +70,7 @@ Result<WindowExtractor> WindowExtractor::make(std::vector<Channel> channels, Fea
 WindowExtractor::WindowExtractor(std::vector<Channel> channels, FeatureChoice choice)
     : channels_(std::move(channels)),
       choice_(choice),
-      figures_(figures_of(choice.family)),
+      figures_(features_of_family(choice.family)),
       columns_(columns_of(channels_, choice)) {
   for (const Channel& c : channels_) extractors_.emplace_back(c.rate_hz);
 }
@@ -90,12 +90,13 @@ void WindowExtractor::append(std::size_t channel, std::span<const double> values
 Status WindowExtractor::append(std::size_t channel, std::span<const double> samples) {
   const bool bands = has_bands(choice_.family);
   if (figures_.empty() && !bands) return {};
-  const bool chroma = std::find(figures_.begin(), figures_.end(), Figure::chroma) != figures_.end();
-  BandFigures in_bands{};
+  const bool chroma =
+      std::find(figures_.begin(), figures_.end(), FrameFeature::chroma) != figures_.end();
+  BandFeatures in_bands{};
   const auto all = extractors_[channel].figures(samples, chroma, bands ? &in_bands : nullptr);
   if (!all) return pass(all.error(), channels_[channel].name);
   std::vector<double> own;
-  for (const Figure f : figures_) own.push_back((*all)[static_cast<std::size_t>(f)]);
+  for (const FrameFeature f : figures_) own.push_back((*all)[static_cast<std::size_t>(f)]);
   append(channel, own, features_);
   if (bands) append(channel, in_bands, bands_);
   return {};

@@ -34,7 +34,7 @@ class WindowExtractor {
 
   std::vector<Channel> channels_;
   FeatureChoice choice_;
-  std::vector<Figure> figures_;
+  std::vector<FrameFeature> figures_;
   std::vector<Column> columns_;
   std::vector<ChannelExtractor> extractors_;
   std::vector<double> features_, bands_;

@@ -20,21 +20,21 @@ constexpr NameTable<Family, 7> families = {{
 constexpr NameTable<Combine, 2> combinations = {
     {{Combine::mean, "mean"}, {Combine::concat, "concat"}}};
 
-std::string unit_of(Figure figure, const std::string& sample_unit) {
+std::string unit_of(FrameFeature figure, const std::string& sample_unit) {
   switch (figure) {
-    case Figure::mean:
-    case Figure::std:
-    case Figure::mad:
-    case Figure::rmse:
+    case FrameFeature::mean:
+    case FrameFeature::std:
+    case FrameFeature::mad:
+    case FrameFeature::rmse:
       return sample_unit;
-    case Figure::centroid:
-    case Figure::bandwidth:
-    case Figure::rolloff:
+    case FrameFeature::centroid:
+    case FrameFeature::bandwidth:
+    case FrameFeature::rolloff:
       return "Hz";
-    case Figure::perceptual:
+    case FrameFeature::perceptual:
       return "dB";
-    case Figure::chroma:
-    case Figure::zcr:
+    case FrameFeature::chroma:
+    case FrameFeature::zcr:
       break;
   }
   return "1";
@@ -55,7 +55,7 @@ bool same_sensor(const std::vector<Channel>& a, const std::vector<Channel>& b) {
   });
 }
 
-std::string words_of(const std::vector<Channel>& channels) {
+std::string format_channels(const std::vector<Channel>& channels) {
   std::string out;
   for (const Channel& c : channels)
     out += (out.empty() ? "" : ", ") + c.name + " " + std::to_string(c.rate_hz) + " Hz [" + c.unit +
@@ -76,17 +76,19 @@ Result<Combine> combine_from(std::string_view text) {
   return value_from(combinations, text, "unknown way to combine channels", name_list(combinations));
 }
 
-std::vector<Figure> figures_of(Family family) {
+std::vector<FrameFeature> features_of_family(Family family) {
   switch (family) {
     case Family::smmrp:
     case Family::smmrpfft:
-      return {Figure::mean, Figure::std, Figure::mad, Figure::rmse, Figure::perceptual};
+      return {FrameFeature::mean, FrameFeature::std, FrameFeature::mad, FrameFeature::rmse,
+              FrameFeature::perceptual};
     case Family::smmrp10:
     case Family::all:
     case Family::wide:
-      return {Figure::mean,       Figure::std,      Figure::mad,       Figure::rmse,
-              Figure::chroma,     Figure::centroid, Figure::bandwidth, Figure::rolloff,
-              Figure::perceptual, Figure::zcr};
+      return {FrameFeature::mean,      FrameFeature::std,     FrameFeature::mad,
+              FrameFeature::rmse,      FrameFeature::chroma,  FrameFeature::centroid,
+              FrameFeature::bandwidth, FrameFeature::rolloff, FrameFeature::perceptual,
+              FrameFeature::zcr};
     case Family::fft:
     case Family::bands:
       break;
@@ -105,13 +107,13 @@ bool has_bands(Family family) {
 
 std::vector<Column> columns_of(const std::vector<Channel>& channels, FeatureChoice choice) {
   std::vector<Column> out;
-  const auto figures = figures_of(choice.family);
+  const auto figures = features_of_family(choice.family);
   if (choice.combine == Combine::mean) {
-    for (const Figure f : figures)
+    for (const FrameFeature f : figures)
       out.push_back({std::string(to_string(f)), unit_of(f, common_unit(channels))});
   } else {
     for (const Channel& c : channels)
-      for (const Figure f : figures)
+      for (const FrameFeature f : figures)
         out.push_back({std::string(to_string(f)) + "." + c.name, unit_of(f, c.unit)});
   }
   if (has_fft(choice.family))

@@ -26,7 +26,7 @@ inline constexpr double clock_tolerance = 2e-4;
 bool same_sensor(const std::vector<Channel>& a, const std::vector<Channel>& b);
 
 /// "S 8000.000000 Hz [Pa], X 200.000000 Hz [m/s2]", for messages.
-std::string words_of(const std::vector<Channel>& channels);
+std::string format_channels(const std::vector<Channel>& channels);
 
 enum class Family {
   smmrp,     ///< the five that the paper kept: MEAN, STD, MAD, RMSE, PERCEPTUAL
@@ -60,7 +60,7 @@ struct Column {
 };
 
 /// The figures of a family, in their order; none of `fft`.
-std::vector<Figure> figures_of(Family family);
+std::vector<FrameFeature> features_of_family(Family family);
 bool has_fft(Family family);
 bool has_bands(Family family);
 /// Figures (channel by channel with concat), then FFT channel by channel, then bands as figures.

@@ -6,19 +6,19 @@
 
 #include "classifier/base/interval.hpp"
 #include "classifier/base/random.hpp"
-#include "classifier/vibro/assess.hpp"
+#include "classifier/vibro/cross_validation.hpp"
 #include "classifier/vibro/learn/tree.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
 
-Result<double> accuracy_of(const Pipeline& pipeline, const Matrix& rows,
-                           std::span<const std::size_t> of_row) {
+Result<double> measure_accuracy(const Pipeline& pipeline, const Matrix& rows,
+                                std::span<const std::size_t> of_row) {
   std::size_t right = 0;
   for (std::size_t r = 0; r < rows.rows(); ++r) {
-    const auto said = pipeline.classify(rows.row(r));
-    if (!said) return pass(said.error(), "row " + std::to_string(r));
-    right += *said == of_row[r] ? 1 : 0;
+    const auto predicted = pipeline.classify(rows.row(r));
+    if (!predicted) return pass(predicted.error(), "row " + std::to_string(r));
+    right += *predicted == of_row[r] ? 1 : 0;
   }
   return static_cast<double>(right) / static_cast<double>(rows.rows());
 }
@@ -94,13 +94,13 @@ WindowSet with_columns(const WindowSet& windows, std::span<const std::size_t> co
 Status add_reached(const WindowSet& windows, const Split& split, const PipelineOptions& options,
                    std::vector<std::size_t> columns, Reached& out) {
   const auto got =
-      assess(with_columns(windows, columns), std::span<const Split>(&split, 1), options);
+      cross_validate(with_columns(windows, columns), std::span<const Split>(&split, 1), options);
   if (!got) return pass(got.error());
   out.split_accuracy.push_back(got->accuracy);
   const auto n = static_cast<double>(out.split_accuracy.size());
   out.accuracy += (got->accuracy - out.accuracy) / n;
   out.f_score += (got->f_score - out.f_score) / n;
-  out.kept.push_back(std::move(columns));
+  out.retained.push_back(std::move(columns));
   return {};
 }
 
@@ -112,23 +112,23 @@ Result<std::vector<Importance>> permutation_importance(const Pipeline& pipeline,
   if (rows.rows() == 0 || of_row.size() != rows.rows() || repeats == 0)
     return fail({.code = Errc::invalid_argument,
                  .what = "importance needs rows with a class each, and a repeat"});
-  const auto whole = accuracy_of(pipeline, rows, of_row);
+  const auto whole = measure_accuracy(pipeline, rows, of_row);
   if (!whole) return pass(whole.error());
   RandomEngine engine(seed);
   std::vector<Importance> out;
-  Matrix dealt = rows;
+  Matrix assigned = rows;
   for (std::size_t f = 0; f < rows.cols(); ++f) {
     std::vector<double> column, lost;
     for (std::size_t r = 0; r < rows.rows(); ++r) column.push_back(rows(r, f));
     for (std::size_t i = 0; i < repeats; ++i) {
       shuffle(column, engine);
-      for (std::size_t r = 0; r < rows.rows(); ++r) dealt(r, f) = column[r];
-      const auto left = accuracy_of(pipeline, dealt, of_row);
+      for (std::size_t r = 0; r < rows.rows(); ++r) assigned(r, f) = column[r];
+      const auto left = measure_accuracy(pipeline, assigned, of_row);
       if (!left) return pass(left.error());
       lost.push_back(*whole - *left);
     }
-    for (std::size_t r = 0; r < rows.rows(); ++r) dealt(r, f) = rows(r, f);
-    out.push_back({mean_of(lost), deviation_of(lost)});
+    for (std::size_t r = 0; r < rows.rows(); ++r) assigned(r, f) = rows(r, f);
+    out.push_back({compute_mean(lost), compute_deviation(lost)});
   }
   return out;
 }

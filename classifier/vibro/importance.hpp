@@ -37,8 +37,8 @@ struct Weighed {
   std::vector<double> forest;  ///< of the training windows, mean over the splits; its sum is 1
 };
 
-/// `repeats` times on every split; `options` as for assess(), its forest's seed and trees too.
-/// Refuses no splits, and what its parts refuse.
+/// `repeats` times on every split; `options` as for cross_validate(), its forest's seed and trees
+/// too. Refuses no splits, and what its parts refuse.
 Result<Weighed> weigh_features(const WindowSet& windows, std::span<const Split> splits,
                                const PipelineOptions& options, std::size_t repeats);
 
@@ -47,7 +47,7 @@ struct Reached {
   double accuracy = 0.0;  ///< mean over the splits
   double f_score = 0.0;   ///< macro, mean over the splits
   std::vector<double> split_accuracy{};
-  std::vector<std::vector<std::size_t>> kept{};  ///< columns, per split
+  std::vector<std::vector<std::size_t>> retained{};  ///< columns, per split
 };
 
 /// On every split the `count` columns that matter most to the training windows alone are selected,

@@ -202,7 +202,7 @@ struct Bounds {
 // Bounds with few values between them, the one of the rank among those; or all those that are equal
 // to it.
 template <class T>
-Bounds<T> bounds_of(std::span<const T> values, std::size_t rank) {
+Bounds<T> find_bounds(std::span<const T> values, std::size_t rank) {
   const Sides<T> all = part(values, -Wide<T>::infinity);
   Bounds<T> bounds{.low = all.least, .high = all.most, .up_to = values.size()};
   for (std::size_t round = 0; bounds.low < bounds.high && bounds.within() > few; ++round) {
@@ -234,13 +234,13 @@ double after(std::span<const double> values, double v) {
 MedianFinder::Pair MedianFinder::ranked(std::span<const double> values, std::size_t rank) {
   rounded_.resize(values.size());
   round_all(values.data(), values.size(), rounded_.data());
-  const auto near = bounds_of(std::span<const float>(rounded_), rank);
+  const auto near = find_bounds(std::span<const float>(rounded_), rank);
   picked_.clear();
   std::size_t before = near.before;
   if (near.within() <= most_alike) {
     pick(rounded_.data(), values.data(), values.size(), near.low, near.high, picked_);
   } else {
-    const auto bounds = bounds_of(values, rank);
+    const auto bounds = find_bounds(values, rank);
     if (bounds.low == bounds.high)
       return {bounds.low, rank + 1 < bounds.up_to ? bounds.low : after(values, bounds.low)};
     pick(values.data(), values.data(), values.size(), bounds.low, bounds.high, picked_);

@@ -168,7 +168,7 @@ void add_shared(const WindowSet& windows, const Split& split, double rate_hz,
 
 }  // namespace
 
-Leak leak_of(const WindowSet& windows, const std::vector<Split>& splits) {
+Leak measure_leak(const WindowSet& windows, const std::vector<Split>& splits) {
   std::vector<double> share;
   for (const Split& split : splits) {
     std::vector<double> own(split.test.size(), 0.0);

@@ -54,6 +54,6 @@ struct Leak {
   double largest = 0.0;  ///< 0: no sample of a test window is in a training window
   double windows = 0.0;  ///< share of the test windows of which anything was seen
 };
-Leak leak_of(const WindowSet& windows, const std::vector<Split>& splits);
+Leak measure_leak(const WindowSet& windows, const std::vector<Split>& splits);
 
 }  // namespace weft::classifier::vibro

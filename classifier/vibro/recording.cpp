@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "classifier/base/random.hpp"
-#include "protocols/base/number_words.hpp"
+#include "protocols/base/number_text.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
@@ -17,7 +17,8 @@ std::size_t last_tick(double to_s) {
 
 // Behind the last sample of part `b` of `blocks`, by channel: where the next one begins, or the
 // recording ends.
-std::vector<std::size_t> ends_of(const Recording& recording, std::size_t b, std::size_t blocks) {
+std::vector<std::size_t> compute_block_ends(const Recording& recording, std::size_t b,
+                                            std::size_t blocks) {
   const double end_s =
       recording.duration_s() / static_cast<double>(blocks) * static_cast<double>(b + 1);
   std::vector<std::size_t> out;
@@ -65,8 +66,8 @@ Result<WindowView> window_at(const Recording& recording, double start_s, double 
       return fail({.code = Errc::range,
                    .where = recording.file + ": " + recording.channels[c].name,
                    .what = "the window holds no sample of the channel",
-                   .expected = "half a sample or more at " + number_words(rate) + " Hz",
-                   .got = number_words(window_s) + " s"});
+                   .expected = "half a sample or more at " + format_number(rate) + " Hz",
+                   .got = format_number(window_s) + " s"});
     if (first > own.size() || count > own.size() - first)
       return fail({.code = Errc::range,
                    .where = recording.file + ": " + recording.channels[c].name,
@@ -88,7 +89,7 @@ std::vector<Place> random_places(const Recording& recording, double window_s, st
   const double duration_s = recording.duration_s();
   if (duration_s + 1e-9 < window_s) return all;
   const std::size_t last = last_tick(duration_s - window_s);
-  const std::vector<std::size_t> ends = ends_of(recording, 0, 1);
+  const std::vector<std::size_t> ends = compute_block_ends(recording, 0, 1);
   for (std::size_t t = 0; t <= last; ++t) {
     const double start_s = static_cast<double>(t) * window_tick_s;
     if (lies_before(recording, start_s, window_s, ends)) all.push_back({start_s, 0});
@@ -105,7 +106,7 @@ std::vector<Place> block_places(const Recording& recording, double window_s, std
   const double length = recording.duration_s() / static_cast<double>(blocks);
   for (std::size_t b = 0; b < blocks; ++b) {
     const double begin = length * static_cast<double>(b);
-    const std::vector<std::size_t> ends = ends_of(recording, b, blocks);
+    const std::vector<std::size_t> ends = compute_block_ends(recording, b, blocks);
     for (std::size_t i = 0;; ++i) {
       const double start = begin + static_cast<double>(i) * step_s;
       if (start + window_s > begin + length + 1e-9) break;

@@ -4,7 +4,7 @@
 #include <iterator>
 #include <set>
 
-#include "classifier/base/sealed_text.hpp"
+#include "classifier/base/checksummed_text.hpp"
 #include "classifier/fabric/provenance_text.hpp"
 #include "classifier/vibro/protocol.hpp"
 
@@ -36,7 +36,7 @@ void write_setup(LineWriter& out, const RecordingSetup& setup) {
 
 // A word of an enumeration.
 template <class Value>
-Value read_word(LineReader& in, std::string_view keyword, Result<Value> (*from)(std::string_view),
+Value read_name(LineReader& in, std::string_view keyword, Result<Value> (*from)(std::string_view),
                 Value otherwise) {
   const std::string text = in.text(keyword);
   const Result<Value> value = from(text);
@@ -53,8 +53,8 @@ RecordingSetup read_setup(LineReader& in) {
     channel.unit = in.text("unit");
     out.channels.push_back(std::move(channel));
   }
-  out.features.family = read_word(in, "family", family_from, Family::smmrpfft);
-  out.features.combine = read_word(in, "combine", combine_from, Combine::mean);
+  out.features.family = read_name(in, "family", family_from, Family::smmrpfft);
+  out.features.combine = read_name(in, "combine", combine_from, Combine::mean);
   out.window_s = in.positive("window_s");
   out.step_s = in.positive("step_s");
   return out;
@@ -65,7 +65,7 @@ Result<RecordingModel> read_body(std::string_view body) {
   Provenance provenance = read_provenance(in);
   RecordingSetup setup = read_setup(in);
   std::vector<std::string> labels = read_labels(in);
-  const Method method = read_word(in, "method", method_from, Method::lda);
+  const Method method = read_name(in, "method", method_from, Method::lda);
   if (!in.ok()) return pass(in.status().error());
   const std::size_t columns = columns_of(setup.channels, setup.features).size();
   auto pipeline = Pipeline::read(in, method, columns, labels.size());
@@ -121,11 +121,11 @@ Status save_recording_model(const RecordingModel& model, std::ostream& out) {
   write_labels(text, model.labels);
   text.text("method", to_string(model.method));
   model.pipeline.write(text);
-  return write_sealed(recording_model_header, text.str(), out);
+  return write_checksummed(recording_model_header, text.str(), out);
 }
 
 Result<RecordingModel> load_recording_model(std::istream& in) {
-  const auto body = read_sealed(recording_model_header, "not a model of recordings", in);
+  const auto body = read_checksummed(recording_model_header, "not a model of recordings", in);
   if (!body) return pass(body.error());
   return read_body(*body);
 }
@@ -138,8 +138,8 @@ Result<std::vector<RecordingAnswer>> classify_recordings(const RecordingModel& m
       return fail({.code = Errc::invalid_argument,
                    .where = recording.file,
                    .what = "the model was trained for another sensor",
-                   .expected = words_of(setup.channels),
-                   .got = words_of(recording.channels)});
+                   .expected = format_channels(setup.channels),
+                   .got = format_channels(recording.channels)});
   const auto windows =
       cut_and_extract(recordings, setup.window_s, places_in(setup), setup.features);
   if (!windows) return pass(windows.error());

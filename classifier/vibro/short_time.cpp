@@ -172,7 +172,7 @@ void gather(const Job& job, const PowerOfTwo& scale, const double* x, const BinT
           put(to + k * lanes,
               fourier::squares_of(get<Lanes>(x + place[k] * step),
                                   get<Lanes>(x + place[(length - k) % length] * step)));
-        take_roots<lanes>(to + from * lanes, end - from, scale);
+        compute_roots<lanes>(to + from * lanes, end - from, scale);
       },
       to, out);
 }

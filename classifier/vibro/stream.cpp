@@ -39,11 +39,11 @@ Status WindowStream::add(std::size_t channel, std::span<const double> samples) {
   if (const std::size_t bad = first_not_finite(samples); bad < samples.size())
     return fail({.code = Errc::invalid_argument,
                  .where = extractor_.channels()[channel].name + ": sample " +
-                          std::to_string(own.dropped + own.kept.size() + bad),
+                          std::to_string(own.dropped + own.retained.size() + bad),
                  .what = "sample is not finite",
                  .expected = "a finite number",
                  .got = std::to_string(samples[bad])});
-  own.kept.insert(own.kept.end(), samples.begin(), samples.end());
+  own.retained.insert(own.retained.end(), samples.begin(), samples.end());
   return {};
 }
 
@@ -56,12 +56,14 @@ Result<std::optional<std::span<const double>>> WindowStream::next() {
     const std::size_t count = samples_in(timing_.window_s, rate);
     Waiting& own = waiting_[c];
     // What no later window needs goes before the window is looked at, never after.
-    const std::size_t past = std::min(std::max(first, own.dropped) - own.dropped, own.kept.size());
-    own.kept.erase(own.kept.begin(), own.kept.begin() + static_cast<std::ptrdiff_t>(past));
+    const std::size_t past =
+        std::min(std::max(first, own.dropped) - own.dropped, own.retained.size());
+    own.retained.erase(own.retained.begin(),
+                       own.retained.begin() + static_cast<std::ptrdiff_t>(past));
     own.dropped += past;
-    if (own.dropped < first || own.kept.size() < count)
+    if (own.dropped < first || own.retained.size() < count)
       return std::optional<std::span<const double>>();
-    window.push_back(std::span<const double>(own.kept).first(count));
+    window.push_back(std::span<const double>(own.retained).first(count));
   }
   const auto row = extractor_.features(window);
   if (!row) return pass(row.error(), "window " + std::to_string(taken_));

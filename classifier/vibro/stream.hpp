@@ -43,7 +43,7 @@ class WindowStream {
   std::size_t taken_ = 0;
   struct Waiting {
     std::size_t dropped = 0;  // samples before the first one kept
-    std::vector<double> kept;
+    std::vector<double> retained;
   };
   std::vector<Waiting> waiting_;
 };

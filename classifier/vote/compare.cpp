@@ -16,14 +16,14 @@ Status check_part(const FabricModel& model, const FeatureMatrix& matrix) {
                .hint = "Same sensor, same phases, same order"});
 }
 
-struct Answers {
+struct Predictions {
   std::vector<std::size_t> winner;
   std::size_t cores = 0;
 };
 
-Result<Answers> answer_all(const FabricModel& model, const FeatureMatrix& matrix,
-                           const VoteOptions& options) {
-  Answers out;
+Result<Predictions> answer_all(const FabricModel& model, const FeatureMatrix& matrix,
+                               const VoteOptions& options) {
+  Predictions out;
   out.winner.reserve(matrix.size());
   for (std::size_t r = 0; r < matrix.size(); ++r) {
     const auto ballot = vote(model, matrix.values.row(r), options);
@@ -34,8 +34,8 @@ Result<Answers> answer_all(const FabricModel& model, const FeatureMatrix& matrix
   return out;
 }
 
-VoteCost cost_of(VoteKind kind, const Answers& answers, std::span<const std::size_t> truth,
-                 std::span<const std::size_t> majority, double seconds) {
+VoteCost measure_cost(VoteKind kind, const Predictions& answers, std::span<const std::size_t> truth,
+                      std::span<const std::size_t> majority, double seconds) {
   VoteCost out;
   out.kind = kind;
   out.trials = truth.size();
@@ -70,7 +70,7 @@ Result<std::vector<VoteCost>> compare_votes(const FabricModel& model, const Clas
     if (!answers) return pass(answers.error());
     const double seconds = now() - start;
     if (kind == VoteKind::majority) majority = answers->winner;
-    out.push_back(cost_of(kind, *answers, *truth, majority, seconds));
+    out.push_back(measure_cost(kind, *answers, *truth, majority, seconds));
   }
   return out;
 }

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "classifier/vote/aids.hpp"
 #include "classifier/vote/class_profile.hpp"
 #include "classifier/vote/cross_decisions.hpp"
+#include "classifier/vote/postprocessing.hpp"
 
 namespace weft::classifier {
 namespace {
@@ -30,7 +30,7 @@ struct Scores {
 };
 
 // P(unknown > known) + P(equal) / 2.
-double separation_of(Scores& scores) {
+double measure_separation(Scores& scores) {
   std::sort(scores.known.begin(), scores.known.end());
   double sum = 0.0;
   for (const double u : scores.unknown) {
@@ -47,25 +47,25 @@ class Campaign {
     for (std::size_t k = 0; k < reject_kinds; ++k) figures_[k].kind = static_cast<RejectKind>(k);
   }
 
-  Status show(const FabricModel& model, VoteAids aids, const FeatureMatrix& test,
-              const std::string& left_out) {
-    for (RejectFigures& f : figures_) f.left_out.push_back({left_out, 0, 0});
+  Status show(const FabricModel& model, VotePostprocessing postprocessing,
+              const FeatureMatrix& test, const std::string& left_out) {
+    for (RejectRates& f : figures_) f.left_out.push_back({left_out, 0, 0});
     for (std::size_t r = 0; r < test.size(); ++r) {
-      const auto said = answer(model, aids, test.values.row(r));
-      if (!said) return pass(said.error(), test.files[r]);
-      const bool right = model.labels()[said->ballot.winner] == test.labels[r];
+      const auto predicted = predict(model, postprocessing, test.values.row(r));
+      if (!predicted) return pass(predicted.error(), test.files[r]);
+      const bool right = model.labels()[predicted->ballot.winner] == test.labels[r];
       for (std::size_t k = 0; k < reject_kinds; ++k) {
-        aids.reject.kind = static_cast<RejectKind>(k);
-        count(k, said->novelty[k], aids.reject.refuses(said->novelty), test.labels[r] == left_out,
-              right);
+        postprocessing.reject.kind = static_cast<RejectKind>(k);
+        count(k, predicted->novelty[k], postprocessing.reject.refuses(predicted->novelty),
+              test.labels[r] == left_out, right);
       }
     }
     return {};
   }
 
-  std::array<RejectFigures, reject_kinds> finish() {
+  std::array<RejectRates, reject_kinds> finish() {
     for (std::size_t k = 0; k < reject_kinds; ++k) {
-      RejectFigures& f = figures_[k];
+      RejectRates& f = figures_[k];
       Scores& s = scores_[k];
       std::size_t accepted = 0;
       for (const LeftOut& one : f.left_out) accepted += one.accepted;
@@ -73,10 +73,11 @@ class Campaign {
       f.false_accept = static_cast<double>(accepted) / static_cast<double>(s.unknown.size());
       f.false_accept_ci95 = wilson_interval(accepted, s.unknown.size());
       f.false_reject = static_cast<double>(s.refused) / known;
-      const std::size_t kept = s.known.size() - s.refused;
+      const std::size_t retained = s.known.size() - s.refused;
       f.right_of_accepted =
-          kept == 0 ? 0.0 : static_cast<double>(s.accepted_right) / static_cast<double>(kept);
-      f.separation = separation_of(s);
+          retained == 0 ? 0.0
+                        : static_cast<double>(s.accepted_right) / static_cast<double>(retained);
+      f.separation = measure_separation(s);
     }
     return figures_;
   }
@@ -94,7 +95,7 @@ class Campaign {
     }
   }
 
-  std::array<RejectFigures, reject_kinds> figures_;
+  std::array<RejectRates, reject_kinds> figures_;
   std::array<Scores, reject_kinds> scores_;
 };
 
@@ -110,10 +111,10 @@ FabricModel without_label(const FabricModel& model, std::size_t label_index) {
   return {std::move(labels), model.feature_names(), model.reduction(), std::move(cores)};
 }
 
-Result<std::array<RejectFigures, reject_kinds>> measure_reject(const FeatureMatrix& train_part,
-                                                               const FeatureMatrix& test_part,
-                                                               const TrainOptions& options,
-                                                               double false_reject) {
+Result<std::array<RejectRates, reject_kinds>> measure_reject(const FeatureMatrix& train_part,
+                                                             const FeatureMatrix& test_part,
+                                                             const TrainOptions& options,
+                                                             double false_reject) {
   const auto model = train(train_part, options);
   if (!model) return pass(model.error());
   if (model->labels().size() < 3)
@@ -135,10 +136,11 @@ Result<std::array<RejectFigures, reject_kinds>> measure_reject(const FeatureMatr
     for (std::size_t r = 0; r < train_part.size(); ++r)
       if (held_out->own[r] != u) rows.push_back(r);
     const FabricModel rest = without_label(*model, u);
-    auto aids = learn_aids(rest, take_rows(train_part, rows), without(*held_out, u, rows), options,
-                           false_reject);
-    if (!aids) return pass(aids.error());
-    if (auto ok = campaign.show(rest, std::move(*aids), test_part, model->labels()[u]); !ok)
+    auto postprocessing = fit_postprocessing(rest, select_rows(train_part, rows),
+                                             without(*held_out, u, rows), options, false_reject);
+    if (!postprocessing) return pass(postprocessing.error());
+    if (auto ok = campaign.show(rest, std::move(*postprocessing), test_part, model->labels()[u]);
+        !ok)
       return pass(ok.error());
   }
   return campaign.finish();

@@ -23,7 +23,7 @@ struct LeftOut {
 };
 
 /// One reject rule over all fabrics left out in turn.
-struct RejectFigures {
+struct RejectRates {
   RejectKind kind = RejectKind::neighbour;
   std::vector<LeftOut> left_out;   ///< one per fabric
   double false_accept = 0.0;       ///< accepted unknown trials / unknown trials
@@ -37,12 +37,12 @@ struct RejectFigures {
 
 /// Thresholds are learnt on `train` without the fabric, figures counted on `test`. Cores know two
 /// fabrics only, so leaving one out means leaving its cores out; nothing is trained again but on
-/// the folds. Refuses what train() and learn_aids() refuse, fewer than three labels, test labels
-/// that were not trained, and no test rows.
-Result<std::array<RejectFigures, reject_kinds>> measure_reject(const FeatureMatrix& train_part,
-                                                               const FeatureMatrix& test_part,
-                                                               const TrainOptions& options,
-                                                               double false_reject = 0.05);
+/// the folds. Refuses what train() and fit_postprocessing() refuse, fewer than three labels, test
+/// labels that were not trained, and no test rows.
+Result<std::array<RejectRates, reject_kinds>> measure_reject(const FeatureMatrix& train_part,
+                                                             const FeatureMatrix& test_part,
+                                                             const TrainOptions& options,
+                                                             double false_reject = 0.05);
 
 /// The model as it would be without a fabric; `label_index` below labels().size(), at least three
 /// labels.

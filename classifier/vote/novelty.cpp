@@ -25,8 +25,8 @@ struct Rows {
 
 // Distance of row `at` to the nearest row of its class, of another unit than its own and than
 // `without`; infinite when there is none.
-double radius_of(const Matrix& trial, std::span<const double> deviation, const Rows& rows,
-                 std::size_t at, std::size_t without) {
+double compute_radius(const Matrix& trial, std::span<const double> deviation, const Rows& rows,
+                      std::size_t at, std::size_t without) {
   std::vector<std::size_t> others;
   for (std::size_t j = 0; j < rows.own.size(); ++j)
     if (rows.own[j] == rows.own[at] && rows.unit[j] != rows.unit[at] && rows.unit[j] != without)
@@ -99,7 +99,7 @@ RejectRule fit_reject(const FeatureMatrix& matrix, const ClassProfile& profile,
   std::vector<double> to_mean(own.size());
   out.radius.resize(own.size());
   parallel_for(own.size(), threads, [&](std::size_t r) {
-    out.radius[r] = radius_of(out.trial, profile.deviation, rows, r, unit[r]);
+    out.radius[r] = compute_radius(out.trial, profile.deviation, rows, r, unit[r]);
     to_mean[r] = distance_to_rest(out.trial, profile.deviation, rows, r);
   });
   fill_unusable(out.radius, own, profile.classes());
@@ -128,7 +128,7 @@ Novelty training_novelty(const RejectRule& rule, const ClassProfile& profile,
   std::size_t nearest = row;
   for (std::size_t j = 0; j < to_trial.size(); ++j)
     if (unit[j] != unit[row] && (nearest == row || to_trial[j] < to_trial[nearest])) nearest = j;
-  double radius = radius_of(rule.trial, profile.deviation, rows, nearest, unit[row]);
+  double radius = compute_radius(rule.trial, profile.deviation, rows, nearest, unit[row]);
   if (!usable(radius)) radius = rule.radius[nearest];
   double to_mean =
       winner == own[row] ? distance_to_rest(rule.trial, profile.deviation, rows, row) : infinite;

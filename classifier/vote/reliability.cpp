@@ -62,8 +62,8 @@ void finish(Reliability& out) {
 
 }  // namespace
 
-std::size_t reliability_bin(double said, std::size_t bins) {
-  return std::min(bins - 1, static_cast<std::size_t>(said * static_cast<double>(bins)));
+std::size_t reliability_bin(double stated, std::size_t bins) {
+  return std::min(bins - 1, static_cast<std::size_t>(stated * static_cast<double>(bins)));
 }
 
 Result<Reliability> reliability(const Matrix& probability, std::span<const std::size_t> answer,
@@ -77,10 +77,10 @@ Result<Reliability> reliability(const Matrix& probability, std::span<const std::
         {static_cast<double>(b) / width, static_cast<double>(b + 1) / width, 0, 0, 0});
   for (std::size_t r = 0; r < out.trials; ++r) {
     const auto p = probability.row(r);
-    const double said = p[answer[r]];
-    ReliabilityBin& bin = out.bins[reliability_bin(said, bins)];
+    const double stated = p[answer[r]];
+    ReliabilityBin& bin = out.bins[reliability_bin(stated, bins)];
     ++bin.count;
-    bin.predicted += said;
+    bin.predicted += stated;
     bin.observed += answer[r] == truth[r] ? 1.0 : 0.0;
     out.brier += squared_error(p, truth[r]);
     out.log_loss -= std::log(std::max(p[truth[r]], 1e-12));

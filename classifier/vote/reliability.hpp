@@ -29,8 +29,8 @@ struct Reliability {
   std::size_t trials = 0;
 };
 
-/// Of `bins` equal widths the one that holds `said`, 0 to 1.
-std::size_t reliability_bin(double said, std::size_t bins);
+/// Of `bins` equal widths the one that holds `stated`, 0 to 1.
+std::size_t reliability_bin(double stated, std::size_t bins);
 
 /// `probability` [trials x classes], each in [0, 1]; `answer` and `truth` are columns of it.
 /// Refuses sizes that disagree, no trials, no bins, a column beyond the last, a value outside [0,

@@ -33,7 +33,7 @@ void AlignRun::cycle() {
   const Duration since_last = now - std::exchange(last_cycle_, now);
   ++cycles_;
   if (guarded(since_last)) {
-    actions_.look_at_all();
+    actions_.check_all();
   }
   if (result_) return;
   actions_.poll(cycles_);
@@ -51,11 +51,11 @@ bool AlignRun::guarded(Duration since_last) {
     tripped = true;
     dispatch(recipes::Fault{*error});
   }
-  if (const auto guard = actions_.look_at_guards({deadline_, since_last, {}, zero_moves})) {
+  if (const auto guard = actions_.check_guards({deadline_, since_last, {}, zero_moves})) {
     tripped = true;
     dispatch(recipes::GuardTripped{*guard});
   }
-  if (tripped && retreating) actions_.look_at_motion();
+  if (tripped && retreating) actions_.check_motion();
   return !tripped;
 }
 
@@ -90,16 +90,16 @@ Result<AlignSummary> run_alignment(const AlignRequest& request) {
   if (!plan) return pass(plan.error(), request.rig.string());
   auto session = open_session({rig, request.rig, limits, request.seed});
   if (!session) return pass(session.error());
-  const auto stop_asked = [&] { return request.stop != nullptr && request.stop->load(); };
+  const auto stop_requested = [&] { return request.stop != nullptr && request.stop->load(); };
   const DeviceLog log((*session)->bench(), (*session)->loop(), request.device_log);
-  if (Status up = bring_up(**session, stop_asked); !up) return pass(up.error());
+  if (Status up = bring_up(**session, stop_requested); !up) return pass(up.error());
   AlignRun run(*plan, (*session)->loop(), (*session)->bench());
   run.start();
-  recipes::Ticket told = 0;
+  recipes::Ticket reported = 0;
   bool stopping = false;
   (*session)->run_until([&] {
-    if (stop_asked() && !std::exchange(stopping, true)) run.request(recipes::AbortRequested{});
-    if (request.moved_on && std::exchange(told, run.state().ticket) != run.state().ticket)
+    if (stop_requested() && !std::exchange(stopping, true)) run.request(recipes::AbortRequested{});
+    if (request.moved_on && std::exchange(reported, run.state().ticket) != run.state().ticket)
       request.moved_on(run.state());
     return run.result().has_value();
   });

@@ -10,7 +10,7 @@
 #include "daemon/campaign/bench_actions.hpp"
 #include "daemon/campaign/bench_session.hpp"
 #include "daemon/campaign/device_log.hpp"
-#include "daemon/campaign/event_line.hpp"
+#include "daemon/campaign/event_queue.hpp"
 #include "recipes/alignment/alignment.hpp"
 
 namespace weft::daemon {
@@ -47,7 +47,7 @@ class AlignRun {
   BenchActions actions_;
   Duration period_;
   recipes::AlignState state_;
-  EventLine<recipes::Event> events_;
+  EventQueue<recipes::Event> events_;
   std::optional<recipes::AlignDone> result_;
   std::uint64_t cycles_ = 0;
   TimePoint last_cycle_;
@@ -62,7 +62,7 @@ struct AlignRequest {
   recipes::AlignSettings settings;
   std::uint64_t seed = 1;  ///< of a simulated bench's sensors
   PluginSettings plugins = {};
-  std::function<void(const DeviceLogLine&)> device_log = {};
+  std::function<void(const DeviceLogEntry&)> device_log = {};
   std::function<void(const recipes::AlignState&)> moved_on = {};  ///< after each step
   const std::atomic<bool>* stop = nullptr;                        ///< set: abort, the probe up
 };

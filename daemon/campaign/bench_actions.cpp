@@ -76,10 +76,11 @@ recipes::WatchLimits watch_limits(const recipes::RigLimits& rig) {
 
 }  // namespace
 
-BenchActions::BenchActions(const recipes::RigLimits& limits, Loop& loop, Bench& bench, Tell tell)
+BenchActions::BenchActions(const recipes::RigLimits& limits, Loop& loop, Bench& bench,
+                           EventSink on_event)
     : loop_(&loop),
       bench_(&bench),
-      tell_(std::move(tell)),
+      on_event_(std::move(on_event)),
       period_(from_seconds(1.0 / limits.cycle_hz)),
       guard_limits_(guard_limits(limits)),
       watch_(watch_limits(limits)) {}
@@ -87,7 +88,7 @@ BenchActions::BenchActions(const recipes::RigLimits& limits, Loop& loop, Bench& 
 std::uint32_t BenchActions::command(StageAxis axis, const Command& command) {
   const Result<std::uint32_t> id = bench_->stage(axis).driver().command(command);
   if (id) return *id;
-  tell_(recipes::Fault{Error(id.error()).in(bench_->stage(axis).entry().name)});
+  on_event_(recipes::Fault{Error(id.error()).in(bench_->stage(axis).entry().name)});
   return 0;
 }
 
@@ -96,7 +97,7 @@ void BenchActions::drive(StageAxis axis, double velocity) {
   watch_.driven(axis, velocity, recipes::servo_horizon, loop_->now());
 }
 
-void BenchActions::stand_still(StageAxis axis) {
+void BenchActions::set_still(StageAxis axis) {
   watch_.released(axis, loop_->now());
   Driver& driver = bench_->stage(axis).driver();
   if (!driver.command(ServoCommand{0, recipes::servo_horizon})) driver.stop();
@@ -114,7 +115,7 @@ void BenchActions::begin(const recipes::MoveTo& order) {
 }
 
 void BenchActions::begin(const recipes::BiasSensors& order) {
-  bench_->take_zero({});
+  bench_->set_zero({});
   biasing_ = Biasing{.ticket = order.ticket};
   send_bias();
 }
@@ -124,7 +125,7 @@ void BenchActions::send_bias() {
   biasing_->sent_at = loop_->now();
   ++biasing_->times;
   if (const auto sent = sensor.driver().command(BiasCommand{}); !sent)
-    tell_(recipes::Fault{Error(sent.error()).in(sensor.entry().name)});
+    on_event_(recipes::Fault{Error(sent.error()).in(sensor.entry().name)});
 }
 
 void BenchActions::begin(const recipes::Descend& order) {
@@ -136,23 +137,23 @@ void BenchActions::stop() {
   motion_.reset();
   descent_.reset();
   biasing_.reset();
-  for (const StageAxis axis : recipes::all_axes) stand_still(axis);
+  for (const StageAxis axis : recipes::all_axes) set_still(axis);
 }
 
-void BenchActions::look_at_all() {
-  look_at_motion();
-  look_at_descent();
-  look_at_bias();
+void BenchActions::check_all() {
+  check_motion();
+  check_descent();
+  check_bias();
 }
 
-void BenchActions::look_at_motion() {
+void BenchActions::check_motion() {
   if (!motion_) return;
   const Snapshot& seen = bench_->snapshot();
   const auto lost = [this](const Awaited& awaited) {
     return awaited.move_id == 0 || bench_->stage(awaited.axis).fault_seen().has_value();
   };
   if (std::any_of(motion_->moves.begin(), motion_->moves.end(), lost))
-    return tell_(recipes::MotionLost{std::exchange(motion_, {})->ticket});
+    return on_event_(recipes::MotionLost{std::exchange(motion_, {})->ticket});
   const bool all_there =
       std::all_of(motion_->moves.begin(), motion_->moves.end(), [&](const Awaited& awaited) {
         return seen.stage[recipes::index(awaited.axis)].move_id == awaited.move_id;
@@ -161,12 +162,12 @@ void BenchActions::look_at_motion() {
   const recipes::Ticket ticket = motion_->ticket;
   for (const Awaited& awaited : motion_->moves) watch_.released(awaited.axis, loop_->now());
   motion_.reset();
-  tell_(recipes::MotionDone{ticket});
+  on_event_(recipes::MotionDone{ticket});
 }
 
 // The way down is a velocity that ends by itself, sent again in each cycle: a host that dies on the
 // way must not leave a stage that goes on into the plate (docs/adr/0002).
-void BenchActions::look_at_descent() {
+void BenchActions::check_descent() {
   if (!descent_) return;
   const Snapshot& seen = bench_->snapshot();
   const StageSample& z = seen.stage[recipes::index(StageAxis::z)];
@@ -175,16 +176,16 @@ void BenchActions::look_at_descent() {
   if (!touched && z.position < descent_->target_z_m)
     return drive(StageAxis::z, descent_->speed_mps);
   descent_.reset();
-  stand_still(StageAxis::z);
+  set_still(StageAxis::z);
   touched_z_m_ = z.position;
   if (touched)
-    tell_(recipes::ContactFound{ticket, z.position});
+    on_event_(recipes::ContactFound{ticket, z.position});
   else
-    tell_(recipes::MotionDone{ticket});
+    on_event_(recipes::MotionDone{ticket});
 }
 
 // A cycle's mean is looked at, in which a bad reading shows however many good ones follow it.
-void BenchActions::look_at_bias() {
+void BenchActions::check_bias() {
   if (!biasing_) return;
   const Snapshot& seen = bench_->snapshot();
   if (seen.wrench_recent.readings == 0 || *seen.wrench_at <= biasing_->sent_at) return;
@@ -203,10 +204,10 @@ void BenchActions::look_at_bias() {
   if (biasing_->quiet.readings < bias_readings ||
       *seen.wrench_at - *biasing_->quiet_since < bias_time)
     return;
-  bench_->take_zero(biasing_->quiet.mean());
+  bench_->set_zero(biasing_->quiet.mean());
   const recipes::Ticket ticket = biasing_->ticket;
   biasing_.reset();
-  tell_(recipes::Biased{ticket});
+  on_event_(recipes::Biased{ticket});
 }
 
 std::optional<Error> BenchActions::still_awaited() const {
@@ -234,15 +235,15 @@ BenchActions::ZWay BenchActions::z_way(double from, double target) const {
 
 // Under the force loop z makes its way by what it feels, and the cloth keeps the probe. Told to
 // stop or to turn, z goes on for a moment: both may be while it comes back.
-void BenchActions::look_at_z_way(recipes::WatchInput& watched, TimePoint now) {
+void BenchActions::check_z_motion(recipes::WatchInput& watched, TimePoint now) {
   const ZWay way = motion_ ? motion_->z_way : ZWay::none;
-  if (descent_ || way == ZWay::down) may_land_until_ = now + z_comes_to_rest;
-  if (way == ZWay::off_the_cloth) may_lift_until_ = now + z_comes_to_rest;
-  watched.may_land = now <= may_land_until_;
-  watched.may_lift = now <= may_lift_until_;
+  if (descent_ || way == ZWay::down) can_land_until_ = now + z_comes_to_rest;
+  if (way == ZWay::off_the_cloth) can_lift_until_ = now + z_comes_to_rest;
+  watched.can_land = now <= can_land_until_;
+  watched.can_lift = now <= can_lift_until_;
 }
 
-std::optional<recipes::GuardTrip> BenchActions::look_at_guards(const GuardContext& context) {
+std::optional<recipes::GuardTrip> BenchActions::check_guards(const GuardContext& context) {
   const Snapshot& seen = bench_->snapshot();
   const TimePoint now = loop_->now();
   recipes::GuardReadings readings;
@@ -258,7 +259,7 @@ std::optional<recipes::GuardTrip> BenchActions::look_at_guards(const GuardContex
   readings.free_bytes = context.free_bytes;
   recipes::WatchInput watched = newest();
   watched.zero_moves = context.zero_moves;
-  look_at_z_way(watched, now);
+  check_z_motion(watched, now);
   readings.history = watch_.step(watched, now);
   return recipes::evaluate(guard_limits_, readings, now);
 }

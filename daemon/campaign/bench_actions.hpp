@@ -25,8 +25,8 @@ struct GuardContext {
 /// of what it answers; a command that a driver refuses is told as a Fault.
 class BenchActions {
  public:
-  using Tell = std::function<void(recipes::Event)>;
-  BenchActions(const recipes::RigLimits& limits, Loop& loop, Bench& bench, Tell tell);
+  using EventSink = std::function<void(recipes::Event)>;
+  BenchActions(const recipes::RigLimits& limits, Loop& loop, Bench& bench, EventSink on_event);
 
   void begin(const recipes::MoveTo& order);
   void begin(const recipes::BiasSensors& order);
@@ -36,24 +36,24 @@ class BenchActions {
   void stop();
 
   /// One cycle's look at what is under way.
-  void look_at_all();
-  void look_at_motion();
+  void check_all();
+  void check_motion();
   /// What the engine's step still waits for and what was seen of it, for who gives up; nothing
   /// where that is not known.
   [[nodiscard]] std::optional<Error> still_awaited() const;
   /// What trips a guard in this cycle, if anything.
-  std::optional<recipes::GuardTrip> look_at_guards(const GuardContext& context);
+  std::optional<recipes::GuardTrip> check_guards(const GuardContext& context);
 
   /// A velocity that ends by itself after recipes::servo_horizon, whatever the rate of the cycle.
   void drive(StageAxis axis, double velocity);
-  void stand_still(StageAxis axis);
+  void set_still(StageAxis axis);
   /// Ends a cycle: asks z for a reading in every one and the other stages once in a row of stage
   /// positions. What the sensors say from now on is the next cycle's.
   void poll(std::uint64_t cycle);
 
  private:
-  void look_at_descent();
-  void look_at_bias();
+  void check_descent();
+  void check_bias();
 
   /// A motion command under way and the number that confirms it.
   struct Awaited {
@@ -81,16 +81,16 @@ class BenchActions {
   [[nodiscard]] recipes::WatchInput newest() const;
   [[nodiscard]] ZWay z_way(double from, double target) const;
   /// Whether the probe may land, or be lifted off, by where z goes or went a moment ago.
-  void look_at_z_way(recipes::WatchInput& watched, TimePoint now);
+  void check_z_motion(recipes::WatchInput& watched, TimePoint now);
 
   Loop* loop_;
   Bench* bench_;
-  Tell tell_;
+  EventSink on_event_;
   Duration period_{};
   recipes::GuardLimits guard_limits_;
   recipes::GuardWatch watch_;
   std::optional<double> touched_z_m_;  ///< at the end of the last way down
-  TimePoint may_land_until_{}, may_lift_until_{};
+  TimePoint can_land_until_{}, can_lift_until_{};
   std::optional<Motion> motion_;
   std::optional<recipes::Descend> descent_;
   std::optional<Biasing> biasing_;

@@ -25,7 +25,9 @@ constexpr double rounding = 1e-9;
 
 /// The same of several devices is told once.
 void add_once(Diagnostic found, std::vector<Diagnostic>& problems) {
-  const auto same = [&](const Diagnostic& told) { return to_string(told) == to_string(found); };
+  const auto same = [&](const Diagnostic& reported) {
+    return to_string(reported) == to_string(found);
+  };
   if (std::ranges::none_of(problems, same)) problems.push_back(std::move(found));
 }
 
@@ -132,39 +134,40 @@ void mount_fabrics(const Plan& plan, sim::Rig& bench, std::vector<Diagnostic>& p
 }
 
 /// All of check_bench(), where there is a plan, or all of check_rig().
-BenchFindings look_at(const recipes::RigLimits& limits, const RigFile& rig,
-                      const std::filesystem::path& rig_path, PluginDrivers plugins,
-                      const Plan* plan) {
+BenchProblems inspect_bench(const recipes::RigLimits& limits, const RigFile& rig,
+                            const std::filesystem::path& rig_path, PluginDrivers plugins,
+                            const Plan* plan) {
   constexpr std::uint64_t any_seed = 1;
   const std::uint64_t seed = plan == nullptr ? any_seed : plan->seed;
-  BenchFindings findings;
-  check_devices(limits, rig, plugins, findings.rig);
-  if (rig.mode == BenchMode::real) return findings;
+  BenchProblems found_problems;
+  check_devices(limits, rig, plugins, found_problems.rig);
+  if (rig.mode == BenchMode::real) return found_problems;
   const Result<std::string> fabrics = read_fabrics(rig, rig_path);
   if (!fabrics) {
-    findings.rig.push_back(diagnostic(fabrics.error(), "/simulation/fabrics"));
-    return findings;
+    found_problems.rig.push_back(diagnostic(fabrics.error(), "/simulation/fabrics"));
+    return found_problems;
   }
   const auto emulated = sim::Rig::create(rig.text, *fabrics, seed);
   if (!emulated) {
     const bool in_table = emulated.error().where.starts_with("fabrics");
-    findings.rig.push_back(diagnostic(
+    found_problems.rig.push_back(diagnostic(
         emulated.error(), in_table ? "/simulation/fabrics" : pointer_in(emulated.error().where)));
-    return findings;
+    return found_problems;
   }
   if (const Status same = same_rates(rig, limits, **emulated); !same)
-    findings.rig.push_back(diagnostic(same.error(), same.error().where));
-  if (plan != nullptr) mount_fabrics(*plan, **emulated, findings.recipe);
-  if (!findings.rig.empty() || !findings.recipe.empty()) return findings;
-  if (rig.mode == BenchMode::emulated) return findings;
+    found_problems.rig.push_back(diagnostic(same.error(), same.error().where));
+  if (plan != nullptr) mount_fabrics(*plan, **emulated, found_problems.recipe);
+  if (!found_problems.rig.empty() || !found_problems.recipe.empty()) return found_problems;
+  if (rig.mode == BenchMode::emulated) return found_problems;
   if (plugins == PluginDrivers::unread &&
       std::ranges::any_of(rig.devices,
                           [&](const DeviceEntry& d) { return is_of_plugin(rig, d.driver); }))
-    return findings;
+    return found_problems;
   // What is left shows when all is put together: a device without emulator, for example.
   const auto bench = SimulatedBench::create(rig, *fabrics, seed);
-  if (!bench) findings.rig.push_back(diagnostic(bench.error(), pointer_in(bench.error().where)));
-  return findings;
+  if (!bench)
+    found_problems.rig.push_back(diagnostic(bench.error(), pointer_in(bench.error().where)));
+  return found_problems;
 }
 
 }  // namespace
@@ -179,14 +182,14 @@ std::string pointer_in(const std::string& where) {
   return at == std::string::npos ? std::string() : where.substr(at + 2);
 }
 
-BenchFindings check_bench(const Plan& plan, const RigFile& rig,
+BenchProblems check_bench(const Plan& plan, const RigFile& rig,
                           const std::filesystem::path& rig_path, PluginDrivers plugins) {
-  return look_at(plan.limits, rig, rig_path, plugins, &plan);
+  return inspect_bench(plan.limits, rig, rig_path, plugins, &plan);
 }
 
 std::vector<Diagnostic> check_rig(const OpenedRig& rig, const std::filesystem::path& rig_path,
                                   PluginDrivers plugins) {
-  return look_at(rig.limits, rig.file, rig_path, plugins, nullptr).rig;
+  return inspect_bench(rig.limits, rig.file, rig_path, plugins, nullptr).rig;
 }
 
 Status check_rig_file(const std::filesystem::path& path) {

@@ -10,7 +10,7 @@
 namespace weft::daemon {
 
 /// Findings with pointers into the rig file or into the recipe.
-struct BenchFindings {
+struct BenchProblems {
   std::vector<recipes::Diagnostic> rig;
   std::vector<recipes::Diagnostic> recipe;
 };
@@ -27,7 +27,7 @@ enum class PluginDrivers { built, unread };
 /// Builds every driver and emulator of `rig` without moving them, compares the limits that the plan
 /// was made for with what the stages' drivers allow, and puts a patch of every fabric of the plan
 /// on the plate of the dry bench. All problems at once.
-BenchFindings check_bench(const recipes::Plan& plan, const RigFile& rig,
+BenchProblems check_bench(const recipes::Plan& plan, const RigFile& rig,
                           const std::filesystem::path& rig_path,
                           PluginDrivers plugins = PluginDrivers::built);
 /// What of that needs no plan.

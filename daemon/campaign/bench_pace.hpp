@@ -21,8 +21,8 @@ constexpr bool is_pace(double times) {
 /// One run's side. A bench that fell behind (it was held, or cannot go so fast) does not catch up.
 class PaceKeeper {
  public:
-  /// `asked` outlives it; null: as fast as it can.
-  explicit PaceKeeper(const BenchPace* asked) : asked_(asked) {}
+  /// `requested` outlives it; null: as fast as it can.
+  explicit PaceKeeper(const BenchPace* requested) : requested_(requested) {}
 
   /// How far the bench is ahead of its pace, and so how long it ought to wait; zero or more.
   std::chrono::nanoseconds ahead(TimePoint bench, std::chrono::nanoseconds wall);
@@ -33,7 +33,7 @@ class PaceKeeper {
     std::chrono::nanoseconds wall;
   };
 
-  const BenchPace* asked_;
+  const BenchPace* requested_;
   double pace_ = 0;
   std::optional<Since> since_;
 };

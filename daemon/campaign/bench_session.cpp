@@ -11,7 +11,7 @@
 namespace weft::daemon {
 namespace {
 
-Status befallen(sim::Rig& rig, const FaultOrder& order, TimePoint now) {
+Status apply_fault(sim::Rig& rig, const FaultOrder& order, TimePoint now) {
   if (!order.ends) return rig.inject(order.json, now);
   const auto end = nlohmann::json::parse(order.json);
   return rig.clear_faults(end.at("device").get<std::string>(), end.at("fault").get<std::string>());
@@ -26,8 +26,8 @@ class SimulatedSession final : public BenchSession {
   void mount(std::string_view fabric, std::uint64_t patch_seed, MountDone done) override {
     done(simulated_->rig->mount(fabric, patch_seed, simulated_->loop.now()));
   }
-  void befall(const FaultOrder& order) override {
-    order.told(befallen(*simulated_->rig, order, simulated_->loop.now()));
+  void inject_fault(const FaultOrder& order) override {
+    order.callback(apply_fault(*simulated_->rig, order, simulated_->loop.now()));
   }
   sim::Rig* plant() override { return simulated_->rig.get(); }
   [[nodiscard]] SessionLoad load() const override {
@@ -77,9 +77,9 @@ class PortSession final : public BenchSession {
     done(
         {});  // by a person, who was asked before and has confirmed it: check_recipe() sees to that
   }
-  void befall(const FaultOrder& order) override {
-    if (!console_) return BenchSession::befall(order);
-    console_->befall(order.json, order.ends, order.told);
+  void inject_fault(const FaultOrder& order) override {
+    if (!console_) return BenchSession::inject_fault(order);
+    console_->inject_fault(order.json, order.ends, order.callback);
   }
   [[nodiscard]] std::string advice() const override { return real_time_.advice(); }
 
@@ -111,18 +111,18 @@ Result<std::unique_ptr<BenchSession>> simulated_session(const SessionRequest& re
 
 }  // namespace
 
-void BenchSession::befall(const FaultOrder& order) {
-  order.told(fail({.code = Errc::unsupported,
-                   .where = "bench",
-                   .what = "nothing lets faults befall a real bench"}));
+void BenchSession::inject_fault(const FaultOrder& order) {
+  order.callback(fail({.code = Errc::unsupported,
+                       .where = "bench",
+                       .what = "nothing lets faults befall a real bench"}));
 }
 
-Status bring_up(BenchSession& session, const StopAsked& stop_asked) {
+Status bring_up(BenchSession& session, const StopRequested& stop_requested) {
   std::optional<Status> up;
   session.bench().bring_up([&up](Status outcome) { up = std::move(outcome); });
-  session.run_until([&] { return up.has_value() || stop_asked(); });
+  session.run_until([&] { return up.has_value() || stop_requested(); });
   if (up) return *up;
-  if (stop_asked())
+  if (stop_requested())
     return fail(
         {.code = Errc::wrong_state, .where = "bench", .what = "stopped while the bench came up"});
   return fail({.code = Errc::timeout, .where = "bench", .what = "the bench fell silent"});

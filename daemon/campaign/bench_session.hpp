@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/base/file/stop_asked.hpp"
+#include "daemon/base/file/stop_requested.hpp"
 #include "daemon/campaign/run_orders.hpp"
 #include "daemon/campaign/supervisor.hpp"
 #include "daemon/hardware/rig/bench.hpp"
@@ -34,7 +34,7 @@ class BenchSession {
   virtual void mount(std::string_view fabric, std::uint64_t patch_seed, MountDone done) = 0;
   /// Lets a fault befall an emulated device, or ends some. Told: unsupported, of a real bench;
   /// sim::Rig::inject()'s and clear_faults()'s.
-  virtual void befall(const FaultOrder& order);
+  virtual void inject_fault(const FaultOrder& order);
   [[nodiscard]] virtual SessionLoad load() const { return {}; }
   /// Whether its time is the world's: then nothing may hold the loop up.
   [[nodiscard]] virtual bool real_time() const { return false; }
@@ -53,7 +53,7 @@ struct SessionRequest {
 
 /// Opens and homes. Errors: the bench's; wrong_state when it was stopped; timeout, when the bench
 /// fell silent.
-Status bring_up(BenchSession& session, const StopAsked& stop_asked);
+Status bring_up(BenchSession& session, const StopRequested& stop_requested);
 
 /// Makes devices and links; nothing has been said to a device yet.
 /// Errors: what the rig file, its cloth table or a port refuse.

@@ -24,7 +24,7 @@ bool signalled(const CampaignHooks& hooks) {
   return hooks.stop != nullptr && hooks.stop->load(std::memory_order_relaxed);
 }
 
-bool stop_asked(const CampaignHooks& hooks) {
+bool stop_requested(const CampaignHooks& hooks) {
   return signalled(hooks) || (hooks.orders != nullptr && hooks.orders->ends_run());
 }
 
@@ -42,37 +42,37 @@ class Run {
         keeper_(hooks.pace) {}
 
   Status bring_up() {
-    Status up = daemon::bring_up(*session_, [this] { return stop_asked(*hooks_); });
+    Status up = daemon::bring_up(*session_, [this] { return stop_requested(*hooks_); });
     brought_up_ = session_->loop().now();
     return up;
   }
 
   /// What is on record of trials that are not run again.
-  struct Past {
+  struct History {
     recipes::Start from;
     std::size_t complete = 0, rejected = 0, ended_early = 0;
-    std::size_t played_again = 0;  ///< trials that a simulated bench does once more, unrecorded
+    std::size_t replayed = 0;  ///< trials that a simulated bench does once more, unrecorded
   };
-  static Past past_of(const std::optional<Resumption>& before) {
-    Past out;
+  static History make_history(const std::optional<ResumePlan>& before) {
+    History out;
     if (!before) return out;
-    if (before->plays_again) {
-      out.played_again = before->first_trial;
+    if (before->is_replayed) {
+      out.replayed = before->first_trial;
       return out;
     }
     out.from = {before->first_trial, before->rejected};
-    out.complete = before->past.complete();
-    out.rejected = before->past.rejected();
-    out.ended_early = before->past.ended_early();
+    out.complete = before->history.complete();
+    out.rejected = before->history.rejected();
+    out.ended_early = before->history.ended_early();
     return out;
   }
 
-  CampaignSummary execute(Recorder& recorder, const Past& past) {
-    pace_.emplace(*plan_, past.from.first_trial, session_->real_time(), steady_wall_now());
-    complete_ = past.complete;
-    rejected_ = past.rejected;
-    if (hooks_->onlooker != nullptr) hooks_->onlooker->begin();
-    ended_early_ = past.ended_early;
+  CampaignSummary execute(Recorder& recorder, const History& history) {
+    pace_.emplace(*plan_, history.from.first_trial, session_->real_time(), steady_wall_now());
+    complete_ = history.complete;
+    rejected_ = history.rejected;
+    if (hooks_->frame_sampler != nullptr) hooks_->frame_sampler->begin();
+    ended_early_ = history.ended_early;
     TrialRecording recording(recorder, *plan_);
     log_.journal_to(&recording);
     SupervisorHooks hooks;
@@ -83,23 +83,23 @@ class Run {
     hooks.trial_done = [&](const recipes::TrialDone& done, const ForceTally& force) {
       const bool whole = done.outcome == recipes::Outcome::complete && !done.ended_early;
       errors_.trial_done(done.trial, whole, session_->loop().now(), recording.sampled());
-      tell(done, force, recording);
+      notify(done, force, recording);
     };
     hooks.trial_begun = [this](std::size_t trial) { live_.begin(trial); };
     hooks.sensed = [&](const Sample& sample, Phase phase) {
-      if (hooks_->onlooker != nullptr) hooks_->onlooker->hear(sample);
+      if (hooks_->frame_sampler != nullptr) hooks_->frame_sampler->on_sample(sample);
       vote(sample, phase, recording);
     };
     hooks.slid_enough = [this] { return live_.slid_enough(); };
     Supervisor supervisor(*plan_, session_->loop(), session_->bench(), recording, std::move(hooks));
-    supervisor.start(past.from);
+    supervisor.start(history.from);
     session_->run_until([&] {
       if (signalled(*hooks_) && !std::exchange(stopping_, true)) abort(supervisor, recording);
-      pass_over(supervisor, past.played_again);
-      tell_step(supervisor);
-      if (supervisor.state().trial >= past.played_again) go_on_in_sight();
-      take_faults(supervisor, recording, past.played_again);
-      obey(supervisor, recording, past.played_again);
+      skip_completed_prompts(supervisor, history.replayed);
+      publish_step(supervisor);
+      if (supervisor.state().trial >= history.replayed) publish_live_frame();
+      apply_pending_faults(supervisor, recording, history.replayed);
+      apply_pending_orders(supervisor, recording, history.replayed);
       return supervisor.result().has_value();
     });
     log_.journal_to(nullptr);
@@ -107,7 +107,7 @@ class Run {
   }
 
   /// Plays some trials again; the run is over, and nothing of it changes.
-  Status look_at_errors(Recorder& recorder, CampaignSummary& summary) const {
+  Status estimate_simulation_error(Recorder& recorder, CampaignSummary& summary) const {
     const auto began = steady_wall_now();
     summary.simulation.errors = errors_.errors();
     summary.time.error_check_s = seconds_since(began);
@@ -117,22 +117,22 @@ class Run {
 
  private:
   // What people were asked before trials that are on record, they have done.
-  void pass_over(Supervisor& supervisor, std::size_t played_again) {
-    while (supervisor.asked() != nullptr && supervisor.state().trial < played_again) {
-      pace_->passed_over(supervisor.asked()->ask);
-      supervisor.request(recipes::OperatorConfirmed{supervisor.asked()->ticket});
+  void skip_completed_prompts(Supervisor& supervisor, std::size_t replayed) {
+    while (supervisor.requested() != nullptr && supervisor.state().trial < replayed) {
+      pace_->skip_prompt(supervisor.requested()->prompt);
+      supervisor.request(recipes::OperatorConfirmed{supervisor.requested()->ticket});
     }
   }
 
   // What is only played again is no news, and nobody waits for it.
-  void go_on_in_sight() {
-    if (hooks_->onlooker != nullptr)
-      hooks_->onlooker->show(session_->bench().snapshot(), session_->loop().now());
-    keep_pace();
+  void publish_live_frame() {
+    if (hooks_->frame_sampler != nullptr)
+      hooks_->frame_sampler->show(session_->bench().snapshot(), session_->loop().now());
+    throttle();
   }
 
   // An order ends the wait: it is obeyed at the time that the bench has come to.
-  void keep_pace() {
+  void throttle() {
     constexpr std::chrono::milliseconds shortest{1}, longest{100};
     if (hooks_->orders == nullptr || session_->plant() == nullptr) return;
     while (!signalled(*hooks_)) {
@@ -144,88 +144,91 @@ class Run {
   }
 
   // A clock that jumps to the next timer would jump over a pause: there the orders are waited for.
-  void obey(Supervisor& supervisor, TrialRecording& recording, std::size_t played_again) {
+  void apply_pending_orders(Supervisor& supervisor, TrialRecording& recording,
+                            std::size_t replayed) {
     if (hooks_->orders == nullptr) return;
-    constexpr std::chrono::milliseconds between_looks{100};
+    constexpr std::chrono::milliseconds poll_interval{100};
     const recipes::Step step = supervisor.state().step;
-    const bool stands = step == recipes::Step::held || step == recipes::Step::awaiting_operator;
-    if (stands && session_->plant() != nullptr)
-      while (!signalled(*hooks_) && !hooks_->orders->wait(between_looks))
-        take_faults(supervisor, recording, played_again);
+    const bool is_waiting = step == recipes::Step::held || step == recipes::Step::awaiting_operator;
+    if (is_waiting && session_->plant() != nullptr)
+      while (!signalled(*hooks_) && !hooks_->orders->wait(poll_interval))
+        apply_pending_faults(supervisor, recording, replayed);
     while (const auto given = hooks_->orders->take()) {
-      note(*given, supervisor, recording);
+      apply_order(*given, supervisor, recording);
       supervisor.request(event_of(*given));
     }
   }
 
   // While the past is played again they wait: it had none.
-  void take_faults(const Supervisor& supervisor, TrialRecording& recording,
-                   std::size_t played_again) {
-    while (hooks_->orders != nullptr && supervisor.state().trial >= played_again) {
-      auto given = hooks_->orders->take_fault();
+  void apply_pending_faults(const Supervisor& supervisor, TrialRecording& recording,
+                            std::size_t replayed) {
+    while (hooks_->orders != nullptr && supervisor.state().trial >= replayed) {
+      auto given = hooks_->orders->next_fault();
       if (!given) return;
-      const auto tell = given->told;
-      given->told = [this, tell, &recording,
-                     line = json{{"fault", json::parse(given->json)},
-                                 {"ends", given->ends},
-                                 {"by", given->by}}](const Status& done) {
+      const auto notify = given->callback;
+      given->callback = [this, notify, &recording,
+                         line = json{{"fault", json::parse(given->json)},
+                                     {"ends", given->ends},
+                                     {"by", given->by}}](const Status& done) {
         if (done) recording.journal(session_->loop().now(), fault_kind, line.dump());
-        tell(done);
+        notify(done);
       };
-      session_->befall(*given);
+      session_->inject_fault(*given);
     }
   }
 
-  void note(const GivenOrder& given, const Supervisor& supervisor, TrialRecording& recording) {
+  void apply_order(const GivenOrder& given, const Supervisor& supervisor,
+                   TrialRecording& recording) {
     json line{{"order", to_string(given.order)}, {"by", given.by}};
-    const recipes::AskOperator* const asked = supervisor.asked();
-    if (given.order == Order::confirm && asked != nullptr && asked->ticket == given.confirms) {
-      line["trial"] = asked->ask.trial;
-      line["text"] = asked->ask.text;
-      pace_->confirmed(asked->ask);
+    const recipes::PromptOperator* const requested = supervisor.requested();
+    if (given.order == Order::confirm && requested != nullptr &&
+        requested->ticket == given.confirms) {
+      line["trial"] = requested->prompt.trial;
+      line["text"] = requested->prompt.text;
+      pace_->confirmed(requested->prompt);
     }
     recording.journal(session_->loop().now(), "order", line.dump());
   }
 
-  void tell_step(const Supervisor& supervisor) {
+  void publish_step(const Supervisor& supervisor) {
     const recipes::State& state = supervisor.state();
-    const recipes::AskOperator* const asked = supervisor.asked();
-    if (state.step == last_step_ && (asked == nullptr || state.ticket == last_asked_)) return;
+    const recipes::PromptOperator* const requested = supervisor.requested();
+    if (state.step == last_step_ && (requested == nullptr || state.ticket == last_polled_)) return;
     last_step_ = state.step;
-    last_asked_ = state.ticket;
+    last_polled_ = state.ticket;
     pace_->step(state, steady_wall_now());
     if (!hooks_->moment) return;
     const recipes::TrialSpec& spec = plan_->trials[std::min(state.trial, plan_->trials.size() - 1)];
-    RunMoment moment{state.trial,
-                     plan_->trials.size(),
-                     state.step,
-                     plan_->fabrics[spec.fabric],
-                     plan_->explorations[spec.exploration].name,
-                     spec.repetition,
-                     to_seconds(session_->loop().now())};
-    if (asked != nullptr)
-      moment.asked = *asked;
+    RunStatusUpdate moment{state.trial,
+                           plan_->trials.size(),
+                           state.step,
+                           plan_->fabrics[spec.fabric],
+                           plan_->explorations[spec.exploration].name,
+                           spec.repetition,
+                           to_seconds(session_->loop().now())};
+    if (requested != nullptr)
+      moment.requested = *requested;
     else
-      look_ahead(state, moment);
+      find_next_prompt(state, moment);
     hooks_->moment(moment);
   }
 
-  void look_ahead(const recipes::State& state, RunMoment& moment) {
+  void find_next_prompt(const recipes::State& state, RunStatusUpdate& moment) {
     const bool held = state.step == recipes::Step::held;
-    moment.next_ask = pace_->next_ask(held ? state.trial : state.trial + 1);
-    if (!moment.next_ask) return;
-    moment.next_ask_in_s =
-        pace_->machine_until_s(state.trial, moment.next_ask->trial, steady_wall_now());
+    moment.next_prompt = pace_->next_prompt(held ? state.trial : state.trial + 1);
+    if (!moment.next_prompt) return;
+    moment.next_prompt_in_s =
+        pace_->machine_until_s(state.trial, moment.next_prompt->trial, steady_wall_now());
   }
 
   // A vote that cannot be had is no fault of the trial: it goes on to its whole length.
   void vote(const Sample& sample, Phase phase, TrialRecording& recording) {
-    const auto told = live_.hear(sample, phase);
-    if (!told)
+    const auto callback = live_.on_sample(sample, phase);
+    if (!callback)
       return recording.journal(session_->loop().now(), "live_vote_error",
-                               json{{"error", to_string(told.error())}}.dump());
-    if (!*told) return;
-    const VoteMoment& vote = **told;
+                               json{{"error", to_string(callback.error())}}.dump());
+    if (!*callback) return;
+    const LiveVoteUpdate& vote = **callback;
     if (vote.ends_slide)
       recording.journal(session_->loop().now(), "slide_ends_early",
                         json{{"trial", vote.trial},
@@ -241,7 +244,7 @@ class Run {
     supervisor.request(recipes::AbortRequested{});
   }
 
-  void tell(const recipes::TrialDone& done, const ForceTally& force, TrialRecording& recording) {
+  void notify(const recipes::TrialDone& done, const ForceTally& force, TrialRecording& recording) {
     const recipes::TrialSpec& spec = plan_->trials[done.trial];
     const bool again = done.outcome == recipes::Outcome::rejected;
     complete_ += done.outcome == recipes::Outcome::complete ? 1 : 0;
@@ -257,7 +260,7 @@ class Run {
     TrialProgress line;
     line.done = done.trial + (is_over ? 1 : 0);
     line.error = done.error;
-    line.takes_rejected = rejected_;
+    line.attempts_rejected = rejected_;
     line.planned = plan_->trials.size();
     line.fabric = plan_->fabrics[spec.fabric];
     line.exploration = plan_->explorations[spec.exploration].name;
@@ -280,7 +283,7 @@ class Run {
     s.error = done ? done->error : std::nullopt;
     s.trials_planned = plan_->trials.size();
     s.trials_complete = complete_;
-    s.takes_rejected = rejected_;
+    s.attempts_rejected = rejected_;
     s.trials_ended_early = ended_early_;
     fail_where_trials_lack(s);
     s.forecast_s = plan_->forecast.duration_s;
@@ -300,11 +303,11 @@ class Run {
   const CampaignHooks* hooks_;
   DeviceLog log_;
   ErrorCheck errors_;
-  LiveWatch live_;
+  LiveClassifier live_;
   PaceKeeper keeper_;
   bool stopping_ = false;
   recipes::Step last_step_ = recipes::Step::ready;
-  recipes::Ticket last_asked_ = 0;
+  recipes::Ticket last_polled_ = 0;
   std::optional<RunPace> pace_;  ///< once it has begun
   std::size_t complete_ = 0;
   std::size_t rejected_ = 0;  ///< takes
@@ -314,30 +317,30 @@ class Run {
 };
 
 /// The campaign that the folder holds, where it is to be gone on with.
-Result<std::optional<Resumption>> past_of(const CampaignRequest& request,
-                                          const std::filesystem::path& campaign,
-                                          const SettledRequest& settled,
-                                          const CampaignHooks& hooks) {
+Result<std::optional<ResumePlan>> make_history(const CampaignRequest& request,
+                                               const std::filesystem::path& campaign,
+                                               const SettledRequest& settled,
+                                               const CampaignHooks& hooks) {
   if (request.resume)
-    return resumption(campaign, settled.checked, settled.rig.mode, request.accept_whole,
-                      [&hooks] { return stop_asked(hooks); });
+    return resume_plan(campaign, settled.checked, settled.rig.mode, request.accept_whole,
+                       [&hooks] { return stop_requested(hooks); });
   Status free = Recorder::refuse_existing(campaign);
-  if (free) free = no_end_is_there(request.out);
+  if (free) free = require_no_existing_dataset(request.out);
   if (!free) return pass(free.error());
-  return std::optional<Resumption>{};
+  return std::optional<ResumePlan>{};
 }
 
 /// The end of the campaign's file, which nobody writes to from here on.
 Status finished(Recorder recorder, const Run& run, TimePoint now, CampaignSummary& summary) {
-  Status ok = recorder.go_on(now);
-  if (ok) ok = run.look_at_errors(recorder, summary);
+  Status ok = recorder.resume_recording(now);
+  if (ok) ok = run.estimate_simulation_error(recorder, summary);
   if (ok) ok = recorder.finish();
   return ok;
 }
 
 }  // namespace
 
-std::string ended_early_words(const CampaignSummary& summary) {
+std::string format_ended_early(const CampaignSummary& summary) {
   if (summary.trials_ended_early == 0) return {};
   return ", " + std::to_string(summary.trials_ended_early) +
          " of them with slides that ended early, which are in no data set";
@@ -348,7 +351,7 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   if (!settled) return pass(settled.error());
   const CheckedRequest& checked = settled->checked;
   RigFile& rig = settled->rig;
-  if (checked.plan.forecast.asks > 0 && hooks.orders == nullptr)
+  if (checked.plan.forecast.prompts > 0 && hooks.orders == nullptr)
     return fail({.code = Errc::unsupported,
                  .where = request.recipe.string(),
                  .what = "the recipe asks for people, and nobody can confirm here"});
@@ -359,31 +362,31 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   const std::filesystem::path campaign_file = request.out / campaign_file_name;
   const auto folder = prepare_folder(request.out, disk_forecast(checked.plan));
   if (!folder) return pass(folder.error());
-  const auto past = past_of(request, campaign_file, *settled, hooks);
-  if (!past) return pass(past.error());
-  if (*past && (*past)->only_concludes)
-    return concluded(request.out, checked.plan, rig, (*past)->past);
-  if (*past && ((*past)->only_hands_over || (*past)->only_tells))
-    return certified_summary(request.out, checked.plan, rig, (*past)->past);
+  const auto history = make_history(request, campaign_file, *settled, hooks);
+  if (!history) return pass(history.error());
+  if (*history && (*history)->only_concludes)
+    return concluded(request.out, checked.plan, rig, (*history)->history);
+  if (*history && ((*history)->only_runs_handover || (*history)->only_reports))
+    return certified_summary(request.out, checked.plan, rig, (*history)->history);
   if (const std::string advice = (*session)->advice(); !advice.empty() && hooks.device_log)
     hooks.device_log({{}, LogLevel::warning, "bench", advice});
   Run run(checked, **session, hooks, request.error_check);
-  if (hooks.rig_taken)
-    if (Status taken = hooks.rig_taken(); !taken) return pass(taken.error());
+  if (hooks.rig_acquired)
+    if (Status taken = hooks.rig_acquired(); !taken) return pass(taken.error());
   if (Status up = run.bring_up(); !up) return pass(up.error());
-  Result<Recorder> recorder = *past ? reopened(campaign_file, **past, **session)
-                                    : created(campaign_file, checked, **session, rig);
+  Result<Recorder> recorder = *history ? reopened(campaign_file, **history, **session)
+                                       : created(campaign_file, checked, **session, rig);
   if (!recorder) return pass(recorder.error());
-  CampaignSummary summary = run.execute(*recorder, Run::past_of(*past));
+  CampaignSummary summary = run.execute(*recorder, Run::make_history(*history));
   summary.simulation = std::move(settled->simulation);
-  Status kept = finished(std::move(*recorder), run, (*session)->loop().now(), summary);
+  Status saved = finished(std::move(*recorder), run, (*session)->loop().now(), summary);
   summary.wall_s = seconds_since(began) - summary.time.error_check_s;
   summary.bench = rig.bench;
   summary.level = rig.plant_level;
   summary.campaign_file = campaign_file;
-  summary.wants_hand_over = checked.plan.hand_over.has_value();
-  if (kept) kept = conclude(request.out, summary);
-  if (!kept) without_dataset(request.out, kept.error(), summary);
+  summary.has_handover = checked.plan.handover.has_value();
+  if (saved) saved = conclude(request.out, summary);
+  if (!saved) without_dataset(request.out, saved.error(), summary);
   return summary;
 }
 

@@ -11,8 +11,8 @@
 #include "daemon/campaign/bench_pace.hpp"
 #include "daemon/campaign/bench_session.hpp"
 #include "daemon/campaign/device_log.hpp"
-#include "daemon/campaign/live_watch.hpp"
-#include "daemon/campaign/onlooker.hpp"
+#include "daemon/campaign/live_classifier.hpp"
+#include "daemon/campaign/live_frame_sampler.hpp"
 #include "daemon/campaign/run_orders.hpp"
 #include "daemon/campaign/simulation.hpp"
 #include "daemon/campaign/trial_recording.hpp"
@@ -27,7 +27,7 @@ struct CampaignRequest {
   std::filesystem::path rig;
   std::filesystem::path out;  ///< folder for campaign.sqlite and dataset.h5; made when missing
   std::optional<std::uint64_t> seed;  ///< in place of the recipe's
-  FidelityAsked fidelity = {};
+  FidelityRequest fidelity = {};
   bool error_check = true;      ///< simulate some trials again, more finely, when all are done
   PluginSettings plugins = {};  ///< beside those that the rig file names
   /// Goes on with the campaign that `out` holds; begins it where nothing is on record yet.
@@ -44,7 +44,7 @@ struct CampaignRequest {
 };
 
 /// Where the wall time of the run went, estimated by sampling [s].
-struct TimeShare {
+struct WallTimeBreakdown {
   double plant_and_emulators_s = 0;
   double drivers_and_control_s = 0;
   double recorder_s = 0;
@@ -60,10 +60,10 @@ struct TrialProgress {
   std::string exploration;
   std::uint32_t repetition = 0;
   recipes::Outcome outcome = recipes::Outcome::complete;
-  std::optional<Error> error;      ///< why it is not complete
-  std::size_t takes_rejected = 0;  ///< of the campaign so far
-  double force_rms_error_n = 0;    ///< phase M
-  double virtual_s = 0;            ///< of the campaign so far
+  std::optional<Error> error;         ///< why it is not complete
+  std::size_t attempts_rejected = 0;  ///< of the campaign so far
+  double force_rms_error_n = 0;       ///< phase M
+  double virtual_s = 0;               ///< of the campaign so far
   double wall_s = 0;
   double wall_left_s = 0;  ///< by the mean of the trials done, and people's time
 };
@@ -83,27 +83,27 @@ struct CampaignSummary {
   std::size_t trials_planned = 0;
   std::size_t trials_complete = 0;  ///< those whose slide ended early among them
   std::size_t trials_ended_early = 0;
-  std::size_t takes_rejected = 0;  ///< bad ones, kept beside the good ones that followed
-  double forecast_s = 0;           ///< of the plan
-  double virtual_s = 0;            ///< time on the bench's clock
+  std::size_t attempts_rejected = 0;  ///< bad ones, kept beside the good ones that followed
+  double forecast_s = 0;              ///< of the plan
+  double virtual_s = 0;               ///< time on the bench's clock
   double bring_up_s = 0;  ///< the part of it that opening and homing took; not in the forecast
   double wall_s = 0;      ///< bringing up, running and recording; export apart
   ForceTally force;       ///< phase M of all complete trials
   std::string dataset_sha256;
   std::filesystem::path campaign_file;
   std::filesystem::path dataset_file;
-  TimeShare time;
-  std::uint64_t events = 0;      ///< callbacks of the virtual loop
-  bool wants_hand_over = false;  ///< its recipe does
+  WallTimeBreakdown time;
+  std::uint64_t events = 0;   ///< callbacks of the virtual loop
+  bool has_handover = false;  ///< its recipe does
 };
 
 /// ", 12 of them with slides that ended early, which are in no data set", or nothing.
-std::string ended_early_words(const CampaignSummary& summary);
+std::string format_ended_early(const CampaignSummary& summary);
 
 using ProgressSink = std::function<void(const TrialProgress&)>;
 
 /// Where a run is.
-struct RunMoment {
+struct RunStatusUpdate {
   std::size_t trial = 0;  ///< of `planned`
   std::size_t planned = 0;
   recipes::Step step = recipes::Step::ready;
@@ -112,10 +112,10 @@ struct RunMoment {
   std::uint32_t repetition = 0;
   double virtual_s = 0;  ///< on the bench's clock
   /// What a person is asked for now; its ticket goes back with Order::confirm.
-  std::optional<recipes::AskOperator> asked = {};
+  std::optional<recipes::PromptOperator> requested = {};
   /// The next that a person will be asked for, where nothing is asked now.
-  std::optional<recipes::OperatorAsk> next_ask = {};
-  std::optional<double> next_ask_in_s = {};  ///< of wall time, where that can be told
+  std::optional<recipes::StepPrompt> next_prompt = {};
+  std::optional<double> next_prompt_in_s = {};  ///< of wall time, where that can be told
 };
 
 /// What a caller wants to hear of a run, and how it ends one. Each may be left empty.
@@ -130,21 +130,21 @@ struct CampaignHooks {
   RunOrders* orders = nullptr;
   /// Before anything is said to a device, on the run's thread. A run that ends without it has left
   /// the rig as it was. Where it fails nothing is said, and the run ends with its error.
-  std::function<Status()> rig_taken;
+  std::function<Status()> rig_acquired;
   /// At each change of the engine's step, on the run's thread.
-  std::function<void(const RunMoment&)> moment;
+  std::function<void(const RunStatusUpdate&)> moment;
   /// Every live vote of a recipe that has one, likewise.
-  std::function<void(const VoteMoment&)> vote = {};
+  std::function<void(const LiveVoteUpdate&)> vote = {};
   /// Once the recipe is checked, likewise; nothing has moved.
   std::function<void(const recipes::Plan&)> planned = {};
   /// Shown what the bench senses, where somebody looks.
-  Onlooker* onlooker = nullptr;
+  LiveFrameSampler* frame_sampler = nullptr;
   /// Of a simulated bench; kept only where there are `orders`, which end a wait.
   const BenchPace* pace = nullptr;
 };
 
 /// The recipe's text: the request's, or that of its file. Errors: read_text_file()'s.
-Result<std::string> recipe_text_of(const CampaignRequest& request);
+Result<std::string> load_recipe_text(const CampaignRequest& request);
 
 /// Plan and rig of a request, everything refused that can be refused. The error lists all problems.
 struct CheckedRequest {

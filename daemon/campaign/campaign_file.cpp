@@ -47,7 +47,7 @@ Status record_devices(Recorder& recorder, const Bench& bench, DriverCatalog& dri
   return {};
 }
 
-CampaignHeader header_of(const CheckedRequest& checked, const RigFile& rig) {
+CampaignHeader make_header(const CheckedRequest& checked, const RigFile& rig) {
   const recipes::Plan& plan = checked.plan;
   CampaignHeader header;
   header.info.kind = rig.bench;
@@ -100,7 +100,7 @@ Result<Recorder> created(const std::filesystem::path& file, const CheckedRequest
   if (!aside) return pass(aside.error());
   if (!aside->empty())
     if (Status ok = forget_end(file.parent_path()); !ok) return pass(ok.error());
-  Result<Recorder> recorder = Recorder::create(file, header_of(checked, rig));
+  Result<Recorder> recorder = Recorder::create(file, make_header(checked, rig));
   if (!recorder) return recorder;
   if (session.real_time()) recorder->write_behind();
   if (Status ok = record_clock(*recorder, session.loop()); !ok) return pass(ok.error());
@@ -117,17 +117,17 @@ Result<Recorder> created(const std::filesystem::path& file, const CheckedRequest
   return recorder;
 }
 
-Result<Recorder> reopened(const std::filesystem::path& file, const Resumption& how,
+Result<Recorder> reopened(const std::filesystem::path& file, const ResumePlan& how,
                           BenchSession& session) {
-  if (Status same = same_devices(how.past.info.devices, session.bench()); !same)
+  if (Status same = same_devices(how.history.info.devices, session.bench()); !same)
     return pass(same.error());
   Result<Recorder> recorder = Recorder::resume(
-      file, how.past, {how.first_trial, how.plays_again, [folder = file.parent_path()] {
-                         return forget_end(folder);
-                       }});
-  if (!recorder || recorder->plays_again()) return recorder;
+      file, how.history, {how.first_trial, how.is_replayed, [folder = file.parent_path()] {
+                            return forget_end(folder);
+                          }});
+  if (!recorder || recorder->is_replayed()) return recorder;
   if (session.real_time()) recorder->write_behind();
-  if (Status ok = recorder->go_on(session.loop().now()); !ok) return pass(ok.error());
+  if (Status ok = recorder->resume_recording(session.loop().now()); !ok) return pass(ok.error());
   if (Status ok = record_clock(*recorder, session.loop()); !ok) return pass(ok.error());
   return recorder;
 }
@@ -165,8 +165,8 @@ void fail_where_trials_lack(CampaignSummary& summary) {
 namespace {
 
 /// What the file says; nobody has looked at the rig.
-CampaignSummary summary_of(const std::filesystem::path& folder, const recipes::Plan& plan,
-                           const RigFile& rig, const CampaignPast& past) {
+CampaignSummary make_summary(const std::filesystem::path& folder, const recipes::Plan& plan,
+                             const RigFile& rig, const CampaignHistory& history) {
   CampaignSummary summary;
   summary.cleanup = recipes::Cleanup::skipped;
   summary.rig = recipes::RigFact::unknown;
@@ -174,13 +174,13 @@ CampaignSummary summary_of(const std::filesystem::path& folder, const recipes::P
   summary.bench = rig.bench;
   summary.level = rig.plant_level;
   summary.trials_planned = plan.trials.size();
-  summary.trials_complete = past.complete();
-  summary.takes_rejected = past.rejected();
-  summary.trials_ended_early = past.ended_early();
+  summary.trials_complete = history.complete();
+  summary.attempts_rejected = history.rejected();
+  summary.trials_ended_early = history.ended_early();
   fail_where_trials_lack(summary);
   summary.forecast_s = plan.forecast.duration_s;
   summary.campaign_file = folder / campaign_file_name;
-  summary.wants_hand_over = plan.hand_over.has_value();
+  summary.has_handover = plan.handover.has_value();
   return summary;
 }
 
@@ -194,18 +194,18 @@ Status folded_in(const std::filesystem::path& campaign) {
 }  // namespace
 
 CampaignSummary concluded(const std::filesystem::path& folder, const recipes::Plan& plan,
-                          const RigFile& rig, const CampaignPast& past) {
-  CampaignSummary summary = summary_of(folder, plan, rig, past);
-  Status kept = folded_in(summary.campaign_file);
-  if (kept) kept = conclude(folder, summary);
-  if (!kept) without_dataset(folder, kept.error(), summary);
+                          const RigFile& rig, const CampaignHistory& history) {
+  CampaignSummary summary = make_summary(folder, plan, rig, history);
+  Status saved = folded_in(summary.campaign_file);
+  if (saved) saved = conclude(folder, summary);
+  if (!saved) without_dataset(folder, saved.error(), summary);
   return summary;
 }
 
 Result<CampaignSummary> certified_summary(const std::filesystem::path& folder,
                                           const recipes::Plan& plan, const RigFile& rig,
-                                          const CampaignPast& past) {
-  CampaignSummary summary = summary_of(folder, plan, rig, past);
+                                          const CampaignHistory& history) {
+  CampaignSummary summary = make_summary(folder, plan, rig, history);
   const auto certificate = read_certificate(folder);
   if (!certificate) return pass(certificate.error());
   if (*certificate) summary.dataset_sha256 = (*certificate)->dataset_sha256;

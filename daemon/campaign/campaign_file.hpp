@@ -15,7 +15,7 @@ Result<Recorder> created(const std::filesystem::path& file, const CheckedRequest
                          BenchSession& session, const RigFile& rig);
 
 /// The one on record, when the bench that came up is its own. Errors: same_devices()'s.
-Result<Recorder> reopened(const std::filesystem::path& file, const Resumption& how,
+Result<Recorder> reopened(const std::filesystem::path& file, const ResumePlan& how,
                           BenchSession& session);
 
 /// Takes away what is of an end that is none any more: the certificate, and the data set, which is
@@ -37,11 +37,11 @@ void fail_where_trials_lack(CampaignSummary& summary);
 /// Of a campaign whose every trial is on record, but which was not concluded. Where that cannot be
 /// now either, `dataset_error` says why.
 CampaignSummary concluded(const std::filesystem::path& folder, const recipes::Plan& plan,
-                          const RigFile& rig, const CampaignPast& past);
+                          const RigFile& rig, const CampaignHistory& history);
 
 /// Of one that came to its end before. Errors: read_certificate()'s.
 Result<CampaignSummary> certified_summary(const std::filesystem::path& folder,
                                           const recipes::Plan& plan, const RigFile& rig,
-                                          const CampaignPast& past);
+                                          const CampaignHistory& history);
 
 }  // namespace weft::daemon

@@ -4,7 +4,7 @@
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/preflight.hpp"
-#include "daemon/hardware/rig/level_file.hpp"
+#include "daemon/hardware/rig/plate_tilt_file.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -47,7 +47,7 @@ Result<CheckedRequest> check_recipe_and_rig(const CampaignRequest& request) {
   if (!rig_text) return pass(rig_text.error());
   Result<recipes::RigLimits> limits = recipes::parse_rig_limits(*rig_text);
   if (!limits) return pass(limits.error(), request.rig.string());
-  Result<std::string> recipe = recipe_text_of(request);
+  Result<std::string> recipe = load_recipe_text(request);
   if (!recipe) return pass(recipe.error());
   recipes::CheckReport report = recipes::check_recipe(*recipe, *limits, request.seed);
   if (!report.plan)
@@ -65,11 +65,11 @@ Status check_its_bench(const CampaignRequest& request, const CheckedRequest& che
   use_plugins(*rig, request.rig, request.plugins);
   const auto bench = preflight_bench(request, checked.plan, *rig, PluginDrivers::unread);
   if (!bench) return pass(bench.error());
-  if (const auto& problems = bench->findings.rig; !problems.empty())
+  if (const auto& problems = bench->found_problems.rig; !problems.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = request.rig.string(),
                  .what = all_problems(problems)});
-  if (const auto& problems = bench->findings.recipe; !problems.empty())
+  if (const auto& problems = bench->found_problems.recipe; !problems.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = request.recipe.string(),
                  .what = all_problems(problems)});
@@ -78,7 +78,7 @@ Status check_its_bench(const CampaignRequest& request, const CheckedRequest& che
 
 }  // namespace
 
-Result<std::string> recipe_text_of(const CampaignRequest& request) {
+Result<std::string> load_recipe_text(const CampaignRequest& request) {
   if (request.recipe_text) return *request.recipe_text;
   return read_text_file(request.recipe, recipes::max_recipe_bytes);
 }
@@ -104,7 +104,7 @@ Result<CheckedRequest> check_quickly(const CampaignRequest& request) {
 std::uint64_t disk_forecast(const recipes::Plan& plan) {
   const recipes::RigLimits& limits = plan.limits;
   RecordingForecast forecast;
-  forecast.trials = static_cast<std::uint32_t>(plan.trials.size()) * recipes::most_takes(plan);
+  forecast.trials = static_cast<std::uint32_t>(plan.trials.size()) * recipes::most_attempts(plan);
   forecast.trial_duration_s = plan.forecast.trials_s() / static_cast<double>(plan.trials.size());
   forecast.taxels = limits.taxels;
   forecast.axes = recipes::axis_count;

@@ -7,7 +7,7 @@ namespace {
 
 using nlohmann::json;
 
-void journal(TrialRecording& recording, const DeviceLogLine& line) {
+void journal(TrialRecording& recording, const DeviceLogEntry& line) {
   const json payload{{"device", line.device},
                      {"level", line.level == LogLevel::error ? "error" : "warning"},
                      {"text", line.text}};
@@ -30,18 +30,18 @@ DeviceLog::~DeviceLog() {
   bench_->on_log({});
 }
 
-void DeviceLog::take(DeviceLogLine line) {
+void DeviceLog::take(DeviceLogEntry line) {
   if (sink_) sink_(line);
   if (recording_ != nullptr) return journal(*recording_, line);
-  if (kept_.size() < most_kept) return kept_.push_back(std::move(line));
-  ++not_kept_;
+  if (entries_.size() < most_stored) return entries_.push_back(std::move(line));
+  ++dropped_;
 }
 
 void DeviceLog::journal_to(TrialRecording* recording) {
   recording_ = recording;
   if (recording_ == nullptr) return;
-  for (const DeviceLogLine& line : std::exchange(kept_, {})) journal(*recording_, line);
-  if (const std::size_t lost = std::exchange(not_kept_, 0); lost > 0)
+  for (const DeviceLogEntry& line : std::exchange(entries_, {})) journal(*recording_, line);
+  if (const std::size_t lost = std::exchange(dropped_, 0); lost > 0)
     recording_->journal({}, "device_log_cut", json{{"lines", lost}}.dump());
 }
 

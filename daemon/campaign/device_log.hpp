@@ -10,20 +10,20 @@
 
 namespace weft::daemon {
 
-struct DeviceLogLine {
+struct DeviceLogEntry {
   TimePoint time;  ///< on the bench's clock
   LogLevel level = LogLevel::warning;
   std::string device;
   std::string text;
 };
-using DeviceLogSink = std::function<void(const DeviceLogLine&)>;
+using DeviceLogSink = std::function<void(const DeviceLogEntry&)>;
 
 /// Listens to all devices of a bench, which outlives it. Each warning and error goes to the sink at
 /// once, and to the journal (kind "device_log") as soon as there is one: lines from before are
-/// kept, up to `most_kept`, and how many more there were is journalled too.
+/// kept, up to `most_stored`, and how many more there were is journalled too.
 class DeviceLog {
  public:
-  static constexpr std::size_t most_kept = 256;
+  static constexpr std::size_t most_stored = 256;
 
   DeviceLog(Bench& bench, Loop& loop, DeviceLogSink sink);
   ~DeviceLog();
@@ -34,13 +34,13 @@ class DeviceLog {
   void journal_to(TrialRecording* recording);
 
  private:
-  void take(DeviceLogLine line);
+  void take(DeviceLogEntry line);
 
   Bench* bench_;
   DeviceLogSink sink_;
   TrialRecording* recording_ = nullptr;
-  std::vector<DeviceLogLine> kept_;
-  std::size_t not_kept_ = 0;
+  std::vector<DeviceLogEntry> entries_;
+  std::size_t dropped_ = 0;
 };
 
 }  // namespace weft::daemon

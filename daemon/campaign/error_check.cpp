@@ -36,27 +36,27 @@ void ErrorCheck::patch_follows() {
   if (rig_ == nullptr) return;
   const bool all_seen = fabrics_.size() >= plan_->fabrics.size() &&
                         explorations_.size() >= plan_->explorations.size();
-  rig_->keep_motion(!all_seen && kept_.size() < most_trials);
+  rig_->record_motion(!all_seen && trials_.size() < most_trials);
 }
 
 void ErrorCheck::trial_done(std::size_t trial, bool complete, TimePoint now,
                             const std::vector<TimePoint>& sampled) {
   if (rig_ == nullptr) return;
-  auto motion = rig_->take_motion(now);
+  auto motion = rig_->extract_motion(now);
   if (!motion || !complete) return;
   const recipes::TrialSpec& spec = plan_->trials[trial];
   const bool new_fabric = fabrics_.insert(spec.fabric).second;
   const bool new_exploration = explorations_.insert(spec.exploration).second;
-  if (new_fabric || new_exploration) kept_.push_back({trial, std::move(*motion), sampled});
+  if (new_fabric || new_exploration) trials_.push_back({trial, std::move(*motion), sampled});
 }
 
 std::vector<SimulationError> ErrorCheck::errors() const {
   std::vector<SimulationError> out;
-  for (const Kept& kept : kept_) {
-    const auto found = rig_->run_errors(kept.motion, kept.sampled);
+  for (const StoredTrial& stored : trials_) {
+    const auto found = rig_->run_errors(stored.motion, stored.sampled);
     out.resize(found.size());
     for (std::size_t i = 0; i < found.size(); ++i)
-      merge(found[i], plan_->fabrics[plan_->trials[kept.trial].fabric], out[i]);
+      merge(found[i], plan_->fabrics[plan_->trials[stored.trial].fabric], out[i]);
   }
   return out;
 }

@@ -31,7 +31,7 @@ class ErrorCheck {
   [[nodiscard]] std::vector<SimulationError> errors() const;
 
  private:
-  struct Kept {
+  struct StoredTrial {
     std::size_t trial;
     sim::BenchMotion motion;
     std::vector<TimePoint> sampled;
@@ -39,7 +39,7 @@ class ErrorCheck {
   sim::Rig* rig_;
   const recipes::Plan* plan_;
   std::set<std::size_t> fabrics_, explorations_;  ///< of the kept trials
-  std::vector<Kept> kept_;
+  std::vector<StoredTrial> trials_;
 };
 
 }  // namespace weft::daemon

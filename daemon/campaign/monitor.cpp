@@ -35,7 +35,7 @@ namespace {
 
 using namespace protocols::apt;
 
-constexpr int look_ms = 50;
+constexpr int poll_ms = 50;
 // A monitor that was itself kept waiting for so long has seen nothing, and starts again.
 constexpr std::chrono::milliseconds own_stall{200};
 // Over the control loop's 10: a loop that spins must not keep it from running.
@@ -114,24 +114,24 @@ void send(const EmergencyStop& stop) {
   ::close(port);
 }
 
-enum class Seen { nothing, farewell, end };
+enum class HostSignal { nothing, farewell, end };
 
 /// Waits a little for the host's end of the pipe.
-Seen look(int line, int wait_ms) {
+HostSignal poll_host(int line, int wait_ms) {
   pollfd end{line, POLLIN, 0};
-  if (::poll(&end, 1, wait_ms) <= 0) return Seen::nothing;
+  if (::poll(&end, 1, wait_ms) <= 0) return HostSignal::nothing;
   char byte = 0;
-  return ::read(line, &byte, 1) == 1 && byte == goodbye ? Seen::farewell : Seen::end;
+  return ::read(line, &byte, 1) == 1 && byte == goodbye ? HostSignal::farewell : HostSignal::end;
 }
 
 /// Keeps standard input, output and error and this end of the pipe, and returns it. Whatever else
 /// the host had open stays the host's alone: a lock of a folder is let go and a client's connection
 /// ends when the host closes it, not when the monitor goes.
-int keep_only(int line) {
-  constexpr int kept = STDERR_FILENO + 1;
-  if (line != kept) ::dup2(line, kept);
-  ::close_range(kept + 1, ~0U, 0);
-  return kept;
+int close_all_except(int line) {
+  constexpr int log_fd = STDERR_FILENO + 1;
+  if (line != log_fd) ::dup2(line, log_fd);
+  ::close_range(log_fd + 1, ~0U, 0);
+  return log_fd;
 }
 
 void become_monitor() {
@@ -144,20 +144,20 @@ void become_monitor() {
 
 /// The monitor's life. True when the host died, or was killed because it hung.
 template <class Shared>
-bool host_is_lost(const Shared& shared, int line, pid_t host, Duration patience) {
+bool host_is_lost(const Shared& shared, int line, pid_t host, Duration max_wait) {
   std::uint64_t beats = 0;
   auto beaten = steady_wall_now();
   for (auto last = beaten;;) {
-    const Seen seen = look(line, look_ms);
-    if (seen != Seen::nothing) return seen == Seen::end && shared.watched;
+    const HostSignal seen = poll_host(line, poll_ms);
+    if (seen != HostSignal::nothing) return seen == HostSignal::end && shared.watched;
     const auto now = steady_wall_now();
-    const bool kept_waiting = now - last > own_stall;
+    const bool was_suspended = now - last > own_stall;
     last = now;
     const std::uint64_t present = shared.beats;
-    if (kept_waiting || present != std::exchange(beats, present) || !shared.watched) beaten = now;
-    if (now - beaten < patience) continue;
+    if (was_suspended || present != std::exchange(beats, present) || !shared.watched) beaten = now;
+    if (now - beaten < max_wait) continue;
     ::kill(host, SIGKILL);
-    while (look(line, look_ms) == Seen::nothing) {
+    while (poll_host(line, poll_ms) == HostSignal::nothing) {
     }
     return true;
   }
@@ -174,7 +174,7 @@ std::vector<EmergencyStop> emergency_stops(const RigFile& rig) {
 }
 
 Result<std::unique_ptr<Monitor>> Monitor::start(std::vector<EmergencyStop> stops,
-                                                Duration patience) {
+                                                Duration max_wait) {
   const auto failed = [](const char* what) {
     return fail({.code = Errc::io,
                  .where = "monitor",
@@ -192,9 +192,9 @@ Result<std::unique_ptr<Monitor>> Monitor::start(std::vector<EmergencyStop> stops
   if (child < 0) return failed("the monitor could not be started");
   if (child == 0) {
     ::close(line[1]);  // or its end would never be heard
-    const int host_line = keep_only(line[0]);
+    const int host_line = close_all_except(line[0]);
     become_monitor();
-    if (host_is_lost(*shared, host_line, host, patience))
+    if (host_is_lost(*shared, host_line, host, max_wait))
       for (const EmergencyStop& stop : stops) send(stop);
     ::_exit(0);
   }

@@ -26,17 +26,17 @@ struct EmergencyStop {
 /// which may take a while.
 std::vector<EmergencyStop> emergency_stops(const RigFile& rig);
 
-/// Thread-bound. While watched, the loop owes a beat within `patience`. If none comes the monitor
+/// Thread-bound. While watched, the loop owes a beat within `max_wait`. If none comes the monitor
 /// kills this process, and then, as when this process died by itself, sends every stop.
 class Monitor {
  public:
-  static constexpr Duration default_patience = std::chrono::seconds(2);
+  static constexpr Duration default_timeout = std::chrono::seconds(2);
 
   /// Forks: call it before the bench has ports or a real-time priority. Threads of a daemon may be
   /// there: the monitor keeps none of their descriptors and waits for none of their locks.
   /// Errors: io.
   static Result<std::unique_ptr<Monitor>> start(std::vector<EmergencyStop> stops,
-                                                Duration patience = default_patience);
+                                                Duration max_wait = default_timeout);
   /// Sends the monitor away; nothing is stopped.
   ~Monitor();
   Monitor(const Monitor&) = delete;

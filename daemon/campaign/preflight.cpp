@@ -1,6 +1,6 @@
 #include "daemon/campaign/preflight.hpp"
 
-#include "daemon/campaign/live_watch.hpp"
+#include "daemon/campaign/live_classifier.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -23,15 +23,15 @@ Result<BenchPreflight> preflight_bench(const CampaignRequest& request, const rec
   settled->drivers = rig.drivers;
   BenchPreflight out{chosen ? chosen->note : SimulationNote{},
                      check_bench(plan, *settled, request.rig, plugins)};
-  if (!chosen && out.findings.rig.empty())
-    out.findings.rig.push_back(diagnostic(chosen.error(), pointer_in(chosen.error().where)));
+  if (!chosen && out.found_problems.rig.empty())
+    out.found_problems.rig.push_back(diagnostic(chosen.error(), pointer_in(chosen.error().where)));
   return out;
 }
 
 Result<Preflight> preflight(const CampaignRequest& request, PluginDrivers plugins) {
   const auto opened = open_rig(request.rig, request.plugins);
   if (!opened) return pass(opened.error());
-  Result<std::string> text = recipe_text_of(request);
+  Result<std::string> text = load_recipe_text(request);
   if (!text) return pass(text.error());
   recipes::CheckReport checked = recipes::check_recipe(*text, opened->limits, request.seed);
   Preflight out{std::move(*text), std::move(checked.plan), {}, {}, std::move(checked.warnings)};
@@ -43,8 +43,8 @@ Result<Preflight> preflight(const CampaignRequest& request, PluginDrivers plugin
   auto bench = preflight_bench(request, *out.plan, opened->file, plugins);
   if (!bench) return pass(bench.error());
   out.simulation = std::move(bench->simulation);
-  add(request.recipe, bench->findings.recipe, out.problems);
-  add(request.rig, bench->findings.rig, out.problems);
+  add(request.recipe, bench->found_problems.recipe, out.problems);
+  add(request.rig, bench->found_problems.rig, out.problems);
   return out;
 }
 

@@ -29,7 +29,7 @@ Result<Preflight> preflight(const CampaignRequest& request,
 /// The bench of a request as a plan finds it, its fidelity chosen; `rig`: its file, with drivers.
 struct BenchPreflight {
   SimulationNote simulation;
-  BenchFindings findings;
+  BenchProblems found_problems;
 };
 /// Errors: what keeps the settled rig file from being read.
 Result<BenchPreflight> preflight_bench(const CampaignRequest& request, const recipes::Plan& plan,

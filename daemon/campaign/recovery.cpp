@@ -27,20 +27,21 @@ std::string counted(std::size_t trials) {
 }
 
 /// The campaign, where there is something in it that can be kept.
-Result<CampaignPast> worth_keeping(const fs::path& folder, const StopAsked& stop_asked) {
+Result<CampaignHistory> load_partial_history(const fs::path& folder,
+                                             const StopRequested& stop_requested) {
   if (!has_campaign(folder))
     return fail({.code = Errc::not_found,
                  .where = folder.string(),
                  .what = "nothing is on record",
                  .hint = "Discard the run, or go on with it"});
-  if (Status ok = holds(campaign_in(folder), stop_asked); !ok) return pass(ok.error());
-  auto past = load_past(campaign_in(folder));
-  if (!past) return past;
-  if (past->progress.discarded)
+  if (Status ok = holds(campaign_in(folder), stop_requested); !ok) return pass(ok.error());
+  auto history = load_history(campaign_in(folder));
+  if (!history) return history;
+  if (history->progress.discarded)
     return fail({.code = Errc::wrong_state,
                  .where = folder.string(),
                  .what = "the campaign was discarded"});
-  if (past->complete() > past->ended_early()) return past;
+  if (history->complete() > history->ended_early()) return history;
   return fail({.code = Errc::wrong_state,
                .where = folder.string(),
                .what = "no trial is complete, so there is nothing to keep",
@@ -68,16 +69,16 @@ Result<ResumePreview> preview_discard(const fs::path& folder) {
     out.will.push_back("end the run as aborted: nothing is on record");
     return out;
   }
-  const auto past = load_past(campaign_in(folder));
-  if (past) {
-    out.planned = past->progress.planned;
-    out.complete = past->complete();
+  const auto history = load_history(campaign_in(folder));
+  if (history) {
+    out.planned = history->progress.planned;
+    out.complete = history->complete();
     out.left = out.planned - out.complete;
     out.will.push_back("mark the campaign file as discarded: its " + counted(out.complete) +
                        " stay in it, and no data set is made of them");
     out.will.push_back("write its certificate");
   } else {
-    out.will.push_back("leave the campaign file as it is: " + to_string(past.error()));
+    out.will.push_back("leave the campaign file as it is: " + to_string(history.error()));
   }
   out.will.push_back("end the run as aborted");
   out.will.push_back("leave the rig as it stands: nothing moves");
@@ -92,12 +93,13 @@ Status discard_campaign(const fs::path& folder, std::string_view by) {
   return write_certificate(campaign_in(folder), {});
 }
 
-Result<ResumePreview> preview_keep_partial(const fs::path& folder, const StopAsked& stop_asked) {
-  const auto past = worth_keeping(folder, stop_asked);
-  if (!past) return pass(past.error());
+Result<ResumePreview> preview_keep_partial(const fs::path& folder,
+                                           const StopRequested& stop_requested) {
+  const auto history = load_partial_history(folder, stop_requested);
+  if (!history) return pass(history.error());
   ResumePreview out;
-  out.planned = past->progress.planned;
-  out.complete = past->complete();
+  out.planned = history->progress.planned;
+  out.complete = history->complete();
   out.left = out.planned - out.complete;
   out.will.push_back("end the campaign where it is: " + std::to_string(out.complete) + " of " +
                      counted(out.planned) + " complete");
@@ -108,21 +110,21 @@ Result<ResumePreview> preview_keep_partial(const fs::path& folder, const StopAsk
 }
 
 Result<CampaignSummary> keep_partial(const fs::path& folder, std::string_view by,
-                                     const StopAsked& stop_asked) {
-  const auto past = worth_keeping(folder, stop_asked);
-  if (!past) return pass(past.error());
+                                     const StopRequested& stop_requested) {
+  const auto history = load_partial_history(folder, stop_requested);
+  if (!history) return pass(history.error());
   const auto lock = FolderLock::take(folder);
   if (!lock) return pass(lock.error());
   CampaignSummary out;
-  out.name = past->info.name;
-  out.bench = past->info.kind;
+  out.name = history->info.name;
+  out.bench = history->info.kind;
   out.outcome = recipes::Outcome::interrupted;
   out.cleanup = recipes::Cleanup::skipped;
   out.rig = recipes::RigFact::unknown;
-  out.trials_planned = past->progress.planned;
-  out.trials_complete = past->complete();
-  out.trials_ended_early = past->ended_early();
-  out.takes_rejected = past->rejected();
+  out.trials_planned = history->progress.planned;
+  out.trials_complete = history->complete();
+  out.trials_ended_early = history->ended_early();
+  out.attempts_rejected = history->rejected();
   out.campaign_file = campaign_in(folder);
   const json payload{
       {"by", by}, {"complete", out.trials_complete}, {"planned", out.trials_planned}};

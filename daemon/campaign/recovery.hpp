@@ -22,11 +22,11 @@ Status discard_campaign(const std::filesystem::path& folder, std::string_view by
 /// What keep_partial() would do. Errors: not_found, when nothing is on record; wrong_state, when no
 /// trial is complete; corrupt, when the file does not hold.
 Result<ResumePreview> preview_keep_partial(const std::filesystem::path& folder,
-                                           const StopAsked& stop_asked = {});
+                                           const StopRequested& stop_requested = {});
 
 /// Ends the campaign of a folder where it is: a data set of its complete trials and a certificate
 /// that says how many were planned. Errors: as preview_keep_partial(), and discard_campaign()'s.
 Result<CampaignSummary> keep_partial(const std::filesystem::path& folder, std::string_view by,
-                                     const StopAsked& stop_asked = {});
+                                     const StopRequested& stop_requested = {});
 
 }  // namespace weft::daemon

@@ -7,7 +7,7 @@
 #include "daemon/base/file/sha256.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
-#include "daemon/storage/certificate/hand_over_file.hpp"
+#include "daemon/storage/certificate/handover_file.hpp"
 #include "daemon/storage/certificate/verify.hpp"
 #include "daemon/storage/recorder/campaign_folder.hpp"
 #include "daemon/storage/recorder/log_check.hpp"
@@ -28,17 +28,17 @@ Status same_text(const char* what, const std::string& recorded, const std::strin
                .hint = "Go on with the same one, or begin a new campaign"});
 }
 
-Status same_request(const CampaignPast& past, const CheckedRequest& checked) {
-  const DatasetInfo& info = past.info;
+Status same_request(const CampaignHistory& history, const CheckedRequest& checked) {
+  const DatasetInfo& info = history.info;
   Status same = same_text("recipe", info.recipe_sha256, sha256_hex(checked.recipe_text));
   if (same) same = same_text("rig file", info.rig_sha256, sha256_hex(checked.rig_text));
   if (same) same = same_text("seed", std::to_string(info.seed), std::to_string(checked.plan.seed));
-  if (same && past.progress.planned != checked.plan.trials.size())
+  if (same && history.progress.planned != checked.plan.trials.size())
     return fail({.code = Errc::corrupt,
                  .where = "resume",
                  .what = "the file and the recipe disagree on the number of trials",
                  .expected = std::to_string(checked.plan.trials.size()),
-                 .got = std::to_string(past.progress.planned)});
+                 .got = std::to_string(history.progress.planned)});
   return same;
 }
 
@@ -83,23 +83,24 @@ Status add_moves(const recipes::Plan& plan, std::size_t index, std::vector<std::
 }
 
 /// People first: `begins` where nobody knows what lies on the plate.
-void add_asks(const recipes::Plan& plan, std::size_t trial, bool begins,
-              std::vector<std::string>& will) {
+void add_prompts(const recipes::Plan& plan, std::size_t trial, bool begins,
+                 std::vector<std::string>& will) {
   for (auto step = recipes::due_step(plan, trial, 0, begins); step;
        step = recipes::due_step(plan, trial, *step + 1, begins))
-    will.push_back("wait until a person confirms: " + recipes::ask_of(plan, trial, *step).text);
+    will.push_back("wait until a person confirms: " +
+                   recipes::step_prompt(plan, trial, *step).text);
 }
 
 bool carries_on(const recipes::Plan& plan) {
   return plan.on_trial_failure == recipes::OnTrialFailure::carry_on;
 }
 
-bool is_all_on_record(const CampaignPast& past, const recipes::Plan& plan) {
-  return past.first_left(carries_on(plan)) >= past.progress.planned;
+bool is_all_on_record(const CampaignHistory& history, const recipes::Plan& plan) {
+  return history.first_left(carries_on(plan)) >= history.progress.planned;
 }
 
-bool is_over(const CampaignPast& past, const recipes::Plan& plan) {
-  return past.progress.finished && is_all_on_record(past, plan);
+bool is_over(const CampaignHistory& history, const recipes::Plan& plan) {
+  return history.progress.finished && is_all_on_record(history, plan);
 }
 
 bool is_certified(const std::filesystem::path& folder) {
@@ -109,7 +110,7 @@ bool is_certified(const std::filesystem::path& folder) {
 
 }  // namespace
 
-Status no_end_is_there(const std::filesystem::path& folder) {
+Status require_no_existing_dataset(const std::filesystem::path& folder) {
   std::error_code unseen;
   for (const char* name : {certificate_file_name, dataset_file_name})
     if (std::filesystem::exists(folder / name, unseen))
@@ -120,11 +121,11 @@ Status no_end_is_there(const std::filesystem::path& folder) {
   return {};
 }
 
-Status holds(const std::filesystem::path& campaign, const StopAsked& stop_asked) {
-  const auto report = verify(campaign, stop_asked);
+Status holds(const std::filesystem::path& campaign, const StopRequested& stop_requested) {
+  const auto report = verify(campaign, stop_requested);
   if (!report) return pass(report.error());
   if (report->holds()) return {};
-  const VerifyFinding& first = report->findings.front();
+  const VerifyProblem& first = report->found_problems.front();
   return fail({.code = Errc::corrupt,
                .where = first.where,
                .what = "the campaign is not as it was recorded: " + first.what,
@@ -134,8 +135,8 @@ Status holds(const std::filesystem::path& campaign, const StopAsked& stop_asked)
 bool is_anything_left(const CampaignRequest& request) {
   const std::filesystem::path campaign = request.out / campaign_file_name;
   const auto checked = check_request(request);
-  const auto past = load_past(campaign);
-  return !checked || !past || !is_over(*past, checked->plan) || !is_certified(request.out);
+  const auto history = load_history(campaign);
+  return !checked || !history || !is_over(*history, checked->plan) || !is_certified(request.out);
 }
 
 std::string certified_dataset(const std::filesystem::path& folder) {
@@ -143,55 +144,58 @@ std::string certified_dataset(const std::filesystem::path& folder) {
   return certificate && *certificate ? (*certificate)->dataset_sha256 : "";
 }
 
-bool is_handed_over(const std::filesystem::path& folder) {
+bool is_handover_done(const std::filesystem::path& folder) {
   std::error_code unseen;
-  return std::filesystem::exists(folder / hand_over_folder_name, unseen);
+  return std::filesystem::exists(folder / handover_folder_name, unseen);
 }
 
 Result<bool> is_only_end_left(const std::filesystem::path& folder) {
-  const auto past = load_past(folder / campaign_file_name);
-  if (!past) return pass(past.error());
-  constexpr bool last_may_have_failed = true;
-  return past->first_left(last_may_have_failed) >= past->progress.planned && !is_certified(folder);
+  const auto history = load_history(folder / campaign_file_name);
+  if (!history) return pass(history.error());
+  constexpr bool last_can_have_failed = true;
+  return history->first_left(last_can_have_failed) >= history->progress.planned &&
+         !is_certified(folder);
 }
 
-Result<std::optional<Resumption>> resumption(const std::filesystem::path& campaign,
-                                             const CheckedRequest& checked, BenchMode mode,
-                                             bool accept_whole, const StopAsked& stop_asked) {
+Result<std::optional<ResumePlan>> resume_plan(const std::filesystem::path& campaign,
+                                              const CheckedRequest& checked, BenchMode mode,
+                                              bool accept_whole,
+                                              const StopRequested& stop_requested) {
   std::error_code ignored;
   const auto log = read_log(campaign);
   if (!log) return pass(log.error());
   const bool nothing = log->bytes == 0 && !std::filesystem::exists(campaign, ignored);
   if (nothing || is_blank_campaign(campaign)) {
-    if (Status ok = no_end_is_there(campaign.parent_path()); !ok) return pass(ok.error());
-    return std::optional<Resumption>{};
+    if (Status ok = require_no_existing_dataset(campaign.parent_path()); !ok)
+      return pass(ok.error());
+    return std::optional<ResumePlan>{};
   }
-  if (Status ok = holds(campaign, stop_asked); !ok) return pass(ok.error());
-  auto past = load_past(campaign);
-  if (!past) return pass(past.error());
-  if (past->progress.discarded)
+  if (Status ok = holds(campaign, stop_requested); !ok) return pass(ok.error());
+  auto history = load_history(campaign);
+  if (!history) return pass(history.error());
+  if (history->progress.discarded)
     return fail({.code = Errc::wrong_state,
                  .where = campaign.string(),
                  .what = "the campaign was discarded"});
-  if (Status same = same_request(*past, checked); !same) return pass(same.error());
-  if (past->attempts.empty()) return std::optional<Resumption>{};  // no trial has begun
+  if (Status same = same_request(*history, checked); !same) return pass(same.error());
+  if (history->attempts.empty()) return std::optional<ResumePlan>{};  // no trial has begun
   if (Status same = same_models(campaign, checked); !same) return pass(same.error());
-  Resumption out;
-  out.first_trial = past->first_left(carries_on(checked.plan));
-  out.rejected = past->rejected_of(out.first_trial);
-  out.plays_again = mode == BenchMode::simulated && !past->disturbed;
-  const bool over = is_over(*past, checked.plan);
+  ResumePlan out;
+  out.first_trial = history->first_left(carries_on(checked.plan));
+  out.rejected = history->rejected_of(out.first_trial);
+  out.is_replayed = mode == BenchMode::simulated && !history->disturbed;
+  const bool over = is_over(*history, checked.plan);
   out.only_concludes =
-      is_all_on_record(*past, checked.plan) && !(over && is_certified(campaign.parent_path()));
-  out.only_hands_over = over && !out.only_concludes && checked.plan.hand_over &&
-                        past->complete() == past->progress.planned &&
-                        !is_handed_over(campaign.parent_path());
-  out.only_tells = over && !out.only_concludes && !out.only_hands_over;
-  if (out.only_tells && !accept_whole)
+      is_all_on_record(*history, checked.plan) && !(over && is_certified(campaign.parent_path()));
+  out.only_runs_handover = over && !out.only_concludes && checked.plan.handover &&
+                           history->complete() == history->progress.planned &&
+                           !is_handover_done(campaign.parent_path());
+  out.only_reports = over && !out.only_concludes && !out.only_runs_handover;
+  if (out.only_reports && !accept_whole)
     return fail({.code = Errc::wrong_state,
                  .where = campaign.string(),
                  .what = "nothing is left: the campaign came to its end"});
-  out.past = std::move(*past);
+  out.history = std::move(*history);
   return std::optional(std::move(out));
 }
 
@@ -212,27 +216,28 @@ Status same_devices(const std::vector<DeviceInfo>& recorded, const Bench& bench)
   return {};
 }
 
-Result<ResumePreview> preview_resume(const CampaignRequest& request, const StopAsked& stop_asked) {
+Result<ResumePreview> preview_resume(const CampaignRequest& request,
+                                     const StopRequested& stop_requested) {
   auto settled = settled_request(request);
   if (!settled) return pass(settled.error());
   const recipes::Plan& plan = settled->checked.plan;
-  auto found = resumption(request.out / campaign_file_name, settled->checked, settled->rig.mode,
-                          request.accept_whole, stop_asked);
+  auto found = resume_plan(request.out / campaign_file_name, settled->checked, settled->rig.mode,
+                           request.accept_whole, stop_requested);
   if (!found) return pass(found.error());
   ResumePreview out;
   out.planned = plan.trials.size();
   const std::size_t first = *found ? (*found)->first_trial : 0;
-  out.complete = *found ? (*found)->past.complete() : 0;
+  out.complete = *found ? (*found)->history.complete() : 0;
   out.left = out.planned - first;
   if (*found && (*found)->only_concludes) {
     out.will.push_back("write the data set and the certificate: every trial is on record");
     return out;
   }
-  if (*found && (*found)->only_hands_over) {
+  if (*found && (*found)->only_runs_handover) {
     out.will.push_back("hand the campaign over, as its recipe asks: it is complete and certified");
     return out;
   }
-  if (*found && (*found)->only_tells) {
+  if (*found && (*found)->only_reports) {
     out.will.push_back("say that the campaign came to its end: it is on record and certified");
     return out;
   }
@@ -242,12 +247,12 @@ Result<ResumePreview> preview_resume(const CampaignRequest& request, const StopA
   out.will.push_back("open and home " + std::to_string(settled->rig.devices.size()) +
                      " devices, z first" +
                      (*found ? ", and compare them with those on record" : ""));
-  if (*found && (*found)->plays_again && first > 0)
+  if (*found && (*found)->is_replayed && first > 0)
     out.will.push_back(
         "play the " + std::to_string(first) +
         " trials before again on the simulated bench, each compared with its record");
-  out.will.push_back("go on with " + recipes::trial_words(plan, first));
-  add_asks(plan, first, !*found || !(*found)->plays_again, out.will);
+  out.will.push_back("go on with " + recipes::format_trial(plan, first));
+  add_prompts(plan, first, !*found || !(*found)->is_replayed, out.will);
   if (Status ok = add_moves(plan, first, out.will); !ok) return pass(ok.error());
   if (out.left > 1)
     out.will.push_back("then the " + std::to_string(out.left - 1) + " trials after it");

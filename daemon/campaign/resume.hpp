@@ -9,47 +9,47 @@
 #include <string>
 #include <vector>
 
-#include "daemon/base/file/stop_asked.hpp"
+#include "daemon/base/file/stop_requested.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/hardware/rig/bench.hpp"
-#include "daemon/storage/recorder/campaign_past.hpp"
+#include "daemon/storage/recorder/campaign_history.hpp"
 
 namespace weft::daemon {
 
 /// What going on means for one file.
-struct Resumption {
-  CampaignPast past;
+struct ResumePlan {
+  CampaignHistory history;
   std::uint32_t first_trial = 0;  ///< of the plan; its size when none is left
   std::uint32_t rejected = 0;     ///< takes of it that were bad: kill or not, they count
   /// A simulated bench died with its process: it is made again by playing the trials of the past,
   /// each compared with what is on record, so that the rest comes out as if nothing had happened.
-  bool plays_again = false;
+  bool is_replayed = false;
   /// Every trial is recorded; the file's end, data set and certificate are missing, or some of
   /// them. Nothing moves.
   bool only_concludes = false;
   /// It came to its end, all of it complete, and its recipe's hand-over is not there. Nothing
   /// moves, nothing is written: who runs campaigns hands them over.
-  bool only_hands_over = false;
+  bool only_runs_handover = false;
   /// It came to its end, certified, and nothing is left to do, though trials of it may have failed.
   /// Nothing moves, nothing is written.
-  bool only_tells = false;
+  bool only_reports = false;
 };
 
 /// Nothing when the folder holds no campaign, or one of which nothing was written yet: it begins
 /// then like any other. Errors: corrupt, when the file does not hold; wrong_state with what
 /// differs, when recipe, rig or seed are not the file's; wrong_state, when nothing is left to do
 /// and not `accept_whole`, or it was discarded.
-Result<std::optional<Resumption>> resumption(const std::filesystem::path& campaign,
-                                             const CheckedRequest& checked, BenchMode mode,
-                                             bool accept_whole = false,
-                                             const StopAsked& stop_asked = {});
+Result<std::optional<ResumePlan>> resume_plan(const std::filesystem::path& campaign,
+                                              const CheckedRequest& checked, BenchMode mode,
+                                              bool accept_whole = false,
+                                              const StopRequested& stop_requested = {});
 
 /// Refuses a folder with what a campaign leaves at its end, and no campaign: one that began there
 /// would take the place of that data set, and be judged by that certificate. Errors: corrupt.
-Status no_end_is_there(const std::filesystem::path& folder);
+Status require_no_existing_dataset(const std::filesystem::path& folder);
 
 /// The campaign's folder is what was recorded. Errors: verify()'s; corrupt, with the first finding.
-Status holds(const std::filesystem::path& campaign, const StopAsked& stop_asked);
+Status holds(const std::filesystem::path& campaign, const StopRequested& stop_requested);
 
 /// Whether the folder's campaign may be gone on with by what its file says, which is not verified.
 /// True as well where that cannot be read: somebody may put right what keeps it from it.
@@ -59,10 +59,10 @@ bool is_anything_left(const CampaignRequest& request);
 std::string certified_dataset(const std::filesystem::path& folder);
 
 /// A hand-over that was begun is there whole, or there is none: this asks no more than which.
-bool is_handed_over(const std::filesystem::path& folder);
+bool is_handover_done(const std::filesystem::path& folder);
 
 /// By the folder's file alone, whatever recipe and rig file are now: every trial is on record, the
-/// last of them may have failed; data set and certificate are missing. Errors: load_past()'s.
+/// last of them may have failed; data set and certificate are missing. Errors: load_history()'s.
 Result<bool> is_only_end_left(const std::filesystem::path& folder);
 
 /// The bench that came up is the one on record. Errors: wrong_state, naming the device.
@@ -73,8 +73,8 @@ struct ResumePreview {
   std::size_t planned = 0, complete = 0, left = 0;  ///< trials
   std::vector<std::string> will;
 };
-/// Errors: check_request()'s and resumption()'s.
+/// Errors: check_request()'s and resume_plan()'s.
 Result<ResumePreview> preview_resume(const CampaignRequest& request,
-                                     const StopAsked& stop_asked = {});
+                                     const StopRequested& stop_requested = {});
 
 }  // namespace weft::daemon

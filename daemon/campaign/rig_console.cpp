@@ -36,7 +36,7 @@ void RigConsole::mount(std::string_view fabric, std::uint64_t patch_seed, Answer
        std::move(done));
 }
 
-void RigConsole::befall(std::string_view fault_json, bool ends, Answer done) {
+void RigConsole::inject_fault(std::string_view fault_json, bool ends, Answer done) {
   json order = json::parse(fault_json);
   order["order"] = ends ? "clear" : "fault";
   send(order.dump(), std::move(done));

@@ -20,7 +20,7 @@ class RigConsole {
   void mount(std::string_view fabric, std::uint64_t patch_seed, Answer answer);
   /// Lets a fault befall a device, or ends some: `fault_json` as FaultOrder has it. Errors told:
   /// likewise.
-  void befall(std::string_view fault_json, bool ends, Answer answer);
+  void inject_fault(std::string_view fault_json, bool ends, Answer answer);
 
  private:
   void send(const std::string& order, Answer answer);

@@ -59,7 +59,7 @@ void RunOrders::give(FaultOrder order) {
   any_fault_ = true;
 }
 
-std::optional<FaultOrder> RunOrders::take_fault() {
+std::optional<FaultOrder> RunOrders::next_fault() {
   if (!any_fault_.load(std::memory_order_relaxed)) return std::nullopt;
   const std::lock_guard lock(mutex_);
   FaultOrder first = std::move(faults_.front());

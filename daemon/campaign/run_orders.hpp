@@ -30,7 +30,7 @@ struct FaultOrder {
   std::string json;   ///< an entry of `simulation.faults`; of an end "device" and "fault", or ""
   bool ends = false;  ///< those faults of the device
   std::string by;
-  std::function<void(const Status&)> told;  ///< what came of it; on any thread
+  std::function<void(const Status&)> callback;  ///< what came of it; on any thread
 };
 
 /// The engine's event for it.
@@ -43,7 +43,7 @@ class RunOrders {
   void give(FaultOrder order);
   /// The next one. Costs one load of an atomic when there is none.
   std::optional<GivenOrder> take();
-  std::optional<FaultOrder> take_fault();
+  std::optional<FaultOrder> next_fault();
   /// True when there is an order, false when none came in time. For a run whose clock does not pass
   /// by itself.
   bool wait(std::chrono::milliseconds most);

@@ -11,38 +11,39 @@ double seconds(RunPace::Clock time) {
 
 }  // namespace
 
-RunPace::RunPace(const recipes::Plan& plan, std::size_t first_trial, bool keeps_time, Clock begun)
+RunPace::RunPace(const recipes::Plan& plan, std::size_t first_trial, bool runs_in_real_time,
+                 Clock begun)
     : plan_(&plan),
       first_(first_trial),
       done_(first_trial),
-      keeps_time_(keeps_time),
+      runs_in_real_time_(runs_in_real_time),
       begun_(begun),
       people_left_s_(recipes::people_forecast(plan, first_trial).people_s) {}
 
 void RunPace::step(const recipes::State& state, Clock now) {
   const bool with_people = state.step == recipes::Step::awaiting_operator;
-  const bool stands = with_people || state.step == recipes::Step::held;
+  const bool is_waiting = with_people || state.step == recipes::Step::held;
   if (since_) {
     idle_ += now - *since_;
     if (for_people_) worked_s_ += seconds(now - *since_);
   }
-  since_ = stands ? std::optional(now) : std::nullopt;
+  since_ = is_waiting ? std::optional(now) : std::nullopt;
   for_people_ = with_people;
 }
 
-void RunPace::confirmed(const recipes::OperatorAsk& ask) {
-  estimated_s_ += ask.people_s;
-  passed_over(ask);
+void RunPace::confirmed(const recipes::StepPrompt& prompt) {
+  estimated_s_ += prompt.people_s;
+  skip_prompt(prompt);
 }
 
-void RunPace::passed_over(const recipes::OperatorAsk& ask) {
-  people_left_s_ = std::max(0.0, people_left_s_ - ask.people_s);
+void RunPace::skip_prompt(const recipes::StepPrompt& prompt) {
+  people_left_s_ = std::max(0.0, people_left_s_ - prompt.people_s);
 }
 
 std::optional<double> RunPace::trial_s(Clock now) const {
   const Clock idle = idle_ + (since_ ? now - *since_ : Clock{});
   if (done_ > first_) return seconds(now - begun_ - idle) / static_cast<double>(done_ - first_);
-  if (keeps_time_) return recipes::machine_s(*plan_, 0, 1);
+  if (runs_in_real_time_) return recipes::machine_s(*plan_, 0, 1);
   return std::nullopt;
 }
 
@@ -50,12 +51,12 @@ std::optional<double> RunPace::trial_s(Clock now) const {
 double RunPace::left_s(Clock now) const {
   const double pace = estimated_s_ > 0 ? worked_s_ / estimated_s_ : 1;
   return trial_s(now).value_or(0) * static_cast<double>(plan_->trials.size() - done_) +
-         people_left_s_ * pace + (keeps_time_ ? plan_->forecast.finally_s : 0);
+         people_left_s_ * pace + (runs_in_real_time_ ? plan_->forecast.finally_s : 0);
 }
 
-const std::optional<recipes::OperatorAsk>& RunPace::next_ask(std::size_t from) {
-  if (!looked_ || (next_ && next_->trial < from)) next_ = recipes::next_ask(*plan_, from);
-  looked_ = true;
+const std::optional<recipes::StepPrompt>& RunPace::next_prompt(std::size_t from) {
+  if (!has_next_ || (next_ && next_->trial < from)) next_ = recipes::next_prompt(*plan_, from);
+  has_next_ = true;
   return next_;
 }
 

@@ -13,22 +13,23 @@ namespace weft::daemon {
 class RunPace {
  public:
   using Clock = std::chrono::nanoseconds;
-  /// `keeps_time`: the bench takes as long as the forecast says, which a simulated one does not.
-  RunPace(const recipes::Plan& plan, std::size_t first_trial, bool keeps_time, Clock begun);
+  /// `runs_in_real_time`: the bench takes as long as the forecast says, which a simulated one does
+  /// not.
+  RunPace(const recipes::Plan& plan, std::size_t first_trial, bool runs_in_real_time, Clock begun);
 
   /// The engine is in this step; call at each change.
   void step(const recipes::State& state, Clock now);
   /// A person has confirmed.
-  void confirmed(const recipes::OperatorAsk& ask);
+  void confirmed(const recipes::StepPrompt& prompt);
   /// It was confirmed in another life of the campaign.
-  void passed_over(const recipes::OperatorAsk& ask);
+  void skip_prompt(const recipes::StepPrompt& prompt);
   void trial_ended(std::size_t done) { done_ = done; }
 
   /// Of the trials that are not done yet, of the people that they need, and of what is done finally
   /// after a success where the bench keeps time [s].
   [[nodiscard]] double left_s(Clock now) const;
   /// The next ask before a trial from `from` on, which never falls; nothing where none is left.
-  [[nodiscard]] const std::optional<recipes::OperatorAsk>& next_ask(std::size_t from);
+  [[nodiscard]] const std::optional<recipes::StepPrompt>& next_prompt(std::size_t from);
   /// How long the machine takes until that [s]; nothing as long as it cannot be told.
   [[nodiscard]] std::optional<double> machine_until_s(std::size_t from, std::size_t to,
                                                       Clock now) const;
@@ -38,7 +39,7 @@ class RunPace {
 
   const recipes::Plan* plan_;
   std::size_t first_, done_;
-  bool keeps_time_;
+  bool runs_in_real_time_;
   Clock begun_;
   Clock idle_{};                ///< held or with people so far
   std::optional<Clock> since_;  ///< it stands, or somebody works
@@ -46,8 +47,8 @@ class RunPace {
   double people_left_s_ = 0;    ///< by the recipe
   double worked_s_ = 0;         ///< people, so far
   double estimated_s_ = 0;      ///< what the recipe says of that
-  bool looked_ = false;
-  std::optional<recipes::OperatorAsk> next_;
+  bool has_next_ = false;
+  std::optional<recipes::StepPrompt> next_;
 };
 
 }  // namespace weft::daemon

@@ -29,7 +29,7 @@ void Supervisor::cycle() {
   const Duration since_last = now - std::exchange(last_cycle_, now);
   ++cycles_;
   if (guarded(since_last)) {
-    actions_.look_at_all();
+    actions_.check_all();
     if (state_.step == recipes::Step::sliding && hooks_.slid_enough && hooks_.slid_enough())
       dispatch(recipes::EndSlide{});
     regulate(since_last);
@@ -50,7 +50,7 @@ bool Supervisor::guarded(Duration since_last) {
   const std::size_t events = trips_;
   if (const Error* error = bench_->fault()) trip(recipes::Fault{*error});
   if (recording_->error()) trip(recipes::Fault{*recording_->error()});
-  if (const auto guard = actions_.look_at_guards(guard_context(since_last))) {
+  if (const auto guard = actions_.check_guards(guard_context(since_last))) {
     const bool at_leisure = guard->action == recipes::GuardAction::finish_trial;
     if (at_leisure)
       dispatch(recipes::GuardTripped{*guard});
@@ -58,7 +58,7 @@ bool Supervisor::guarded(Duration since_last) {
       trip(recipes::GuardTripped{*guard});
   }
   if (trips_ == events) return true;
-  if (retreating) actions_.look_at_motion();
+  if (retreating) actions_.check_motion();
   return false;
 }
 

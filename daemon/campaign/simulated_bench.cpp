@@ -16,8 +16,9 @@ constexpr Duration link_latency = std::chrono::milliseconds(1);
 double records_per_sample(const DeviceEntry& device) {
   const auto config = nlohmann::json::parse(device.config_json, nullptr, false);
   const auto average = nlohmann::json::json_pointer("/average");
-  const bool told = config.is_object() && config.contains(average) && config[average].is_number();
-  return told ? config[average].get<double>() : 1;
+  const bool has_average =
+      config.is_object() && config.contains(average) && config[average].is_number();
+  return has_average ? config[average].get<double>() : 1;
 }
 
 }  // namespace
@@ -55,15 +56,15 @@ Status same_rates(const RigFile& rig, const recipes::RigLimits& limits, const si
     const DeviceEntry& device = rig.devices[i];
     const std::optional<double> sent_hz = emulated.stream_rate_hz(device.name);
     if (!sent_hz) continue;
-    const double told_hz =
+    const double average_hz =
         (device.role == "wrench" ? limits.wrench_rate_hz : limits.taxel_rate_hz) *
         records_per_sample(device);
-    if (std::abs(told_hz - *sent_hz) <= tolerance * *sent_hz) continue;
+    if (std::abs(average_hz - *sent_hz) <= tolerance * *sent_hz) continue;
     return fail({.code = Errc::invalid_argument,
                  .where = "/devices/" + std::to_string(i) + "/config/rate_hz",
                  .what = "driver and emulator disagree on the rate",
                  .expected = std::to_string(*sent_hz) + " Hz, as the emulator sends",
-                 .got = std::to_string(told_hz) + " Hz",
+                 .got = std::to_string(average_hz) + " Hz",
                  .hint = "Change one of them"});
   }
   return {};

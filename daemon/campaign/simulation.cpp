@@ -11,13 +11,14 @@ namespace {
 using nlohmann::json;
 
 /// A force that is held asks for the loop's traces in the data, unless somebody says otherwise.
-sim::SimulationWish wish_of(const recipes::Plan& plan, const FidelityAsked& asked) {
-  sim::SimulationWish wish{{}, {}, asked.accuracy_n, asked.times_real_time};
+sim::SimulationRequest simulation_request(const recipes::Plan& plan,
+                                          const FidelityRequest& requested) {
+  sim::SimulationRequest request{{}, {}, requested.accuracy_n, requested.times_real_time};
   for (const recipes::Exploration& exploration : plan.explorations)
     for (const recipes::PhaseStep& step : exploration.phases)
-      if (step.force_n > 0) wish.set_points_n.push_back(step.force_n);
-  if (!wish.set_points_n.empty()) wish.traits.push_back(sim::Trait::regulated_force);
-  return wish;
+      if (step.force_n > 0) request.set_points_n.push_back(step.force_n);
+  if (!request.set_points_n.empty()) request.traits.push_back(sim::Trait::regulated_force);
+  return request;
 }
 
 Result<sim::FidelityTable> read_table(const RigFile& rig, const std::filesystem::path& rig_path) {
@@ -96,8 +97,9 @@ bool simulated_here(const RigFile& rig) {
 
 Result<ChosenSimulation> choose_simulation(const RigFile& rig,
                                            const std::filesystem::path& rig_path,
-                                           const recipes::Plan& plan, const FidelityAsked& asked) {
-  const bool knob = asked.accuracy_n || asked.times_real_time;
+                                           const recipes::Plan& plan,
+                                           const FidelityRequest& requested) {
+  const bool knob = requested.accuracy_n || requested.times_real_time;
   if (!simulated_here(rig)) {
     if (!knob) return ChosenSimulation{{}, rig.text};
     return fail({.code = Errc::unsupported,
@@ -112,7 +114,8 @@ Result<ChosenSimulation> choose_simulation(const RigFile& rig,
     if (!read) return pass(read.error());
     table = std::move(*read);
   }
-  auto chosen = sim::choose_simulation(rig.text, wish_of(plan, asked), table ? &*table : nullptr);
+  auto chosen = sim::choose_simulation(rig.text, simulation_request(plan, requested),
+                                       table ? &*table : nullptr);
   if (!chosen) return pass(chosen.error());
   return ChosenSimulation{{to_string(chosen->setting),
                            std::string(to_string(chosen->setting.level)),

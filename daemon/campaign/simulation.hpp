@@ -13,7 +13,7 @@
 namespace weft::daemon {
 
 /// `--accuracy` and `--budget`.
-struct FidelityAsked {
+struct FidelityRequest {
   std::optional<double> accuracy_n{};       ///< largest error of the force
   std::optional<double> times_real_time{};  ///< least speed of the plant
 };
@@ -46,7 +46,8 @@ struct ChosenSimulation {
 /// Errors: what sim::choose_simulation refuses, with a place in the rig file.
 Result<ChosenSimulation> choose_simulation(const RigFile& rig,
                                            const std::filesystem::path& rig_path,
-                                           const recipes::Plan& plan, const FidelityAsked& asked);
+                                           const recipes::Plan& plan,
+                                           const FidelityRequest& requested);
 
 /// For the campaign's journal.
 std::string to_json(const SimulationNote& note);

@@ -48,12 +48,12 @@ void Supervisor::dispatch(recipes::Event event) {
   });
 }
 
-const recipes::AskOperator* Supervisor::asked() const {
-  return state_.step == recipes::Step::awaiting_operator ? &asked_ : nullptr;
+const recipes::PromptOperator* Supervisor::requested() const {
+  return state_.step == recipes::Step::awaiting_operator ? &requested_ : nullptr;
 }
 
-void Supervisor::carry_out(const recipes::AskOperator& effect) {
-  asked_ = effect;
+void Supervisor::carry_out(const recipes::PromptOperator& effect) {
+  requested_ = effect;
 }
 
 void Supervisor::carry_out(const recipes::TrialBegin& effect) {
@@ -91,13 +91,13 @@ void Supervisor::carry_out(const recipes::HoldForce& effect) {
 
 void Supervisor::carry_out(const recipes::ReleaseForce&) {
   if (!std::exchange(regulation_, {})) return;
-  actions_.stand_still(StageAxis::z);
+  actions_.set_still(StageAxis::z);
 }
 
 void Supervisor::carry_out(const recipes::SetPhase& effect) {
   recording_->set_phase(effect.phase, loop_->now());
   if (effect.phase == Phase::none && recording_->trial_bad())
-    dispatch(recipes::TakeRejected{*recording_->trial_bad()});
+    dispatch(recipes::AttemptRejected{*recording_->trial_bad()});
 }
 
 void Supervisor::carry_out(const recipes::ArmTimer& effect) {

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "daemon/campaign/bench_actions.hpp"
-#include "daemon/campaign/event_line.hpp"
+#include "daemon/campaign/event_queue.hpp"
 #include "daemon/campaign/trial_recording.hpp"
 #include "recipes/control/force_loop.hpp"
 #include "recipes/engine/engine.hpp"
@@ -46,12 +46,12 @@ class Supervisor {
   [[nodiscard]] const std::optional<recipes::CampaignDone>& result() const { return result_; }
   [[nodiscard]] const recipes::State& state() const { return state_; }
   /// What a person is asked for now; null when nothing is.
-  [[nodiscard]] const recipes::AskOperator* asked() const;
+  [[nodiscard]] const recipes::PromptOperator* requested() const;
 
  private:
   // supervisor.cpp: events and effects
   void dispatch(recipes::Event event);
-  void carry_out(const recipes::AskOperator& effect);
+  void carry_out(const recipes::PromptOperator& effect);
   void carry_out(const recipes::TrialBegin& effect);
   void carry_out(const recipes::MountFabric& effect);
   void carry_out(const recipes::MoveTo& effect);
@@ -86,8 +86,8 @@ class Supervisor {
   TrialRecording* recording_;
   SupervisorHooks hooks_;
   recipes::State state_;
-  EventLine<recipes::Event> events_;
-  recipes::AskOperator asked_;
+  EventQueue<recipes::Event> events_;
+  recipes::PromptOperator requested_;
   std::optional<recipes::CampaignDone> result_;
 
   BenchActions actions_;

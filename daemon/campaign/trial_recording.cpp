@@ -62,7 +62,7 @@ void TrialRecording::begin(std::size_t trial, TimePoint now) {
   trial_force_ = {};
   trial_bad_.reset();
   sampled_.clear();
-  if (judge_) judge_->begin();
+  if (quality_check_) quality_check_->begin();
   const recipes::TrialSpec& planned = plan_->trials[trial];
   TrialSpec spec;
   spec.index = static_cast<std::uint32_t>(planned.index);
@@ -79,11 +79,11 @@ void TrialRecording::begin(std::size_t trial, TimePoint now) {
 void TrialRecording::sensor(const Sample& sample, std::string_view device) {
   if (phase_ == Phase::none) return;
   const Stamp stamp{sample.host, sample.sequence, sample.lost, device};
-  if (judge_) judge_->look(sample);
+  if (quality_check_) quality_check_->check(sample);
   if (const auto* shaken = std::get_if<AccelerationSample>(&sample.value)) {
     write([&] { return recorder_->acceleration(stamp, *shaken); });
-  } else if (const auto* heard = std::get_if<SoundSample>(&sample.value)) {
-    write([&] { return recorder_->sound(stamp, *heard); });
+  } else if (const auto* received = std::get_if<SoundSample>(&sample.value)) {
+    write([&] { return recorder_->sound(stamp, *received); });
   } else if (const auto* taxels = std::get_if<TaxelSample>(&sample.value)) {
     sampled_.push_back(sample.host);
     write([&] { return recorder_->taxel(stamp, *taxels, phase_); });
@@ -106,19 +106,19 @@ void TrialRecording::stages(const Snapshot& snapshot, TimePoint now) {
 TrialRecording::TrialRecording(Recorder& recorder, const recipes::Plan& plan)
     : recorder_(&recorder), plan_(&plan) {
   if (plan.repeat_bad)
-    judge_.emplace(*plan.repeat_bad, plan.limits.taxel_rate_hz, plan.limits.wrench_rate_hz);
+    quality_check_.emplace(*plan.repeat_bad, plan.limits.taxel_rate_hz, plan.limits.wrench_rate_hz);
 }
 
 void TrialRecording::set_phase(Phase phase, TimePoint now) {
-  if (judge_ && phase_ != Phase::none && phase == Phase::none) judge_->pause(now);
-  if (judge_ && phase_ == Phase::none && phase != Phase::none) judge_->resume(now);
+  if (quality_check_ && phase_ != Phase::none && phase == Phase::none) quality_check_->pause(now);
+  if (quality_check_ && phase_ == Phase::none && phase != Phase::none) quality_check_->resume(now);
   const bool whole = phase_ == Phase::end && phase == Phase::none;
   phase_ = phase;
-  if (whole && judge_ && !trial_bad_)
-    trial_bad_ =
-        judge_->verdict(trial_force_.samples == 0 ? 1.0
-                                                  : static_cast<double>(trial_force_.in_band) /
-                                                        static_cast<double>(trial_force_.samples));
+  if (whole && quality_check_ && !trial_bad_)
+    trial_bad_ = quality_check_->verdict(trial_force_.samples == 0
+                                             ? 1.0
+                                             : static_cast<double>(trial_force_.in_band) /
+                                                   static_cast<double>(trial_force_.samples));
 }
 
 void TrialRecording::end(recipes::Outcome outcome, bool ended_early, TimePoint now) {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "daemon/campaign/take_judge.hpp"
+#include "daemon/campaign/attempt_quality.hpp"
 #include "daemon/hardware/rig/bench.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
 #include "recipes/engine/engine.hpp"
@@ -65,7 +65,7 @@ class TrialRecording {
   std::size_t trial_ = 0;
   std::map<std::size_t, std::uint32_t> attempts_;  ///< of each trial so far
   std::uint32_t stage_sequence_ = 0;
-  std::optional<TakeJudge> judge_;
+  std::optional<AttemptQualityCheck> quality_check_;
   std::optional<Error> trial_bad_;
   ForceTally trial_force_;
   ForceTally campaign_force_;

@@ -46,10 +46,10 @@ class LineTaxels final : public DriverBase {
   void received(ByteView bytes, TimePoint arrival) override {
     for (const std::uint8_t byte : bytes) {
       if (byte != '\n' && line_.size() < 200) line_ += static_cast<char>(byte);
-      if (byte == '\n') take_line(std::exchange(line_, {}), arrival);
+      if (byte == '\n') on_line(std::exchange(line_, {}), arrival);
     }
   }
-  void take_line(const std::string& line, TimePoint arrival) {
+  void on_line(const std::string& line, TimePoint arrival) {
     if (state() == DriverState::closed) return greet(line);
     std::array<std::uint32_t, 17> numbers{};
     if (!read_numbers(line, numbers)) return host().log(LogLevel::warning, "unreadable: " + line);

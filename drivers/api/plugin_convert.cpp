@@ -5,7 +5,7 @@
 namespace weft::plugin {
 namespace {
 
-std::string text_of(const char* text) {
+std::string to_text(const char* text) {
   return text == nullptr ? std::string() : std::string(text);
 }
 
@@ -99,18 +99,18 @@ struct ToC {
 
 weft_error_v1 c_error(const Error& error) {
   return {sizeof(weft_error_v1),  static_cast<std::int32_t>(error.code),
-          error.what.c_str(),  error.where.c_str(),
+          error.what.c_str(),     error.where.c_str(),
           error.expected.c_str(), error.got.c_str(),
           error.hint.c_str()};
 }
 
 Error error_of(const weft_error_v1& error) {
   return {.code = code_of(error.code),
-          .where = text_of(error.where),
-          .what = text_of(error.message),
-          .expected = text_of(error.expected),
-          .got = text_of(error.got),
-          .hint = text_of(error.hint)};
+          .where = to_text(error.where),
+          .what = to_text(error.message),
+          .expected = to_text(error.expected),
+          .got = to_text(error.got),
+          .hint = to_text(error.hint)};
 }
 
 weft_command_v1 c_command(const Command& command) {
@@ -161,10 +161,10 @@ Result<Sample> sample_of(const weft_sample_v1& sample) {
 DeviceIdentity identity_of(const weft_identity_v1& identity) {
   DeviceIdentity out;
   for (std::uint32_t i = 0; i < identity.reported_count; ++i)
-    out.reported.emplace_back(text_of(identity.reported[i].key),
-                              text_of(identity.reported[i].text));
+    out.reported.emplace_back(to_text(identity.reported[i].key),
+                              to_text(identity.reported[i].text));
   for (std::uint32_t i = 0; i < identity.scale_count; ++i)
-    out.scale.emplace_back(text_of(identity.scale[i].key), identity.scale[i].value);
+    out.scale.emplace_back(to_text(identity.scale[i].key), identity.scale[i].value);
   return out;
 }
 

@@ -42,7 +42,7 @@ class Timer {
 class Watchdog {
  public:
   Watchdog(Loop& loop, Loop::Callback expired)
-      : loop_(&loop), expired_(std::move(expired)), timer_(loop, [this] { look(); }) {}
+      : loop_(&loop), expired_(std::move(expired)), timer_(loop, [this] { poll(); }) {}
 
   /// Something must come within `limit` from now.
   void expect_within(Duration limit) {
@@ -63,7 +63,7 @@ class Watchdog {
   }
 
  private:
-  void look() {
+  void poll() {
     if (!waiting_) return;
     if (deadline_ > loop_->now()) return wake_at_deadline();
     waiting_ = false;

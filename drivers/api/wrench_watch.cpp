@@ -19,14 +19,14 @@ void WrenchWatch::restart() {
   rate_.drop();
 }
 
-std::optional<Error> WrenchWatch::look(const std::array<double, 6>& counts, std::uint32_t lost,
-                                       TimePoint arrival) {
-  if (auto stuck = look_for_stuck(counts, arrival)) return stuck;
-  return look_at_rate(lost, arrival);
+std::optional<Error> WrenchWatch::check(const std::array<double, 6>& counts, std::uint32_t lost,
+                                        TimePoint arrival) {
+  if (auto stuck = check_stuck(counts, arrival)) return stuck;
+  return check_rate(lost, arrival);
 }
 
-std::optional<Error> WrenchWatch::look_for_stuck(const std::array<double, 6>& counts,
-                                                 TimePoint arrival) {
+std::optional<Error> WrenchWatch::check_stuck(const std::array<double, 6>& counts,
+                                              TimePoint arrival) {
   const bool same = last_ == counts;
   last_ = counts;
   if (!same) {
@@ -44,7 +44,7 @@ std::optional<Error> WrenchWatch::look_for_stuck(const std::array<double, 6>& co
                .hint = "Switch the sensor off and on; stuck_after_s 0 is for one without noise"};
 }
 
-std::optional<Error> WrenchWatch::look_at_rate(std::uint32_t lost, TimePoint arrival) {
+std::optional<Error> WrenchWatch::check_rate(std::uint32_t lost, TimePoint arrival) {
   if (!window_from_) {
     window_from_ = arrival;
     in_window_ = 0;

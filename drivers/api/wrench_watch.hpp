@@ -26,12 +26,12 @@ class WrenchWatch {
   void restart();
   /// `counts`: of the six components or gauges. `lost`: records missing before this one.
   /// Errors: device.
-  std::optional<Error> look(const std::array<double, 6>& counts, std::uint32_t lost,
-                            TimePoint arrival);
+  std::optional<Error> check(const std::array<double, 6>& counts, std::uint32_t lost,
+                             TimePoint arrival);
 
  private:
-  std::optional<Error> look_for_stuck(const std::array<double, 6>& counts, TimePoint arrival);
-  std::optional<Error> look_at_rate(std::uint32_t lost, TimePoint arrival);
+  std::optional<Error> check_stuck(const std::array<double, 6>& counts, TimePoint arrival);
+  std::optional<Error> check_rate(std::uint32_t lost, TimePoint arrival);
 
   WrenchWatchSettings settings_;
   std::optional<std::array<double, 6>> last_;

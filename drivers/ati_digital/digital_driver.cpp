@@ -49,7 +49,7 @@ Status DigitalDriver::arm() noexcept {
   if (phase_ != Phase::idle)
     return fail({.code = Errc::wrong_state, .what = "arm is refused: arming is under way"});
   phase_ = Phase::starting;
-  ask(Vendor{Function::vendor_stream, start_stream}, &DigitalDriver::on_started);
+  send_request(Vendor{Function::vendor_stream, start_stream}, &DigitalDriver::on_started);
   if (!attached()) return fail({.code = Errc::io, .what = "the link refused the start request"});
   return {};
 }
@@ -87,22 +87,23 @@ void DigitalDriver::end() {
   phase_ = Phase::idle;
   exchange_.cancel();
   stale_.stop();
-  Bytes last_words(Exchange::jam_bytes, 0);
+  Bytes jam(Exchange::jam_bytes, 0);
   if (std::exchange(unlocked_, false))
-    append_rtu(last_words, settings_.slave, Request(Vendor{Function::vendor_lock, lock}));
-  send_last(last_words);
+    append_rtu(jam, settings_.slave, Request(Vendor{Function::vendor_lock, lock}));
+  send_last(jam);
 }
 
 void DigitalDriver::received(ByteView bytes, TimePoint arrival) {
   arrival_ = arrival;
   if (phase_ == Phase::streaming)
-    take_stream(bytes, arrival);
+    on_stream(bytes, arrival);
   else if (phase_ != Phase::idle)
     exchange_.received(bytes);
 }
 
-void DigitalDriver::ask(const Request& request, void (DigitalDriver::*then)(const Reply&)) {
-  exchange_.ask(request, [this, then](const Result<Reply>& reply) {
+void DigitalDriver::send_request(const Request& request,
+                                 void (DigitalDriver::*then)(const Reply&)) {
+  exchange_.send_request(request, [this, then](const Result<Reply>& reply) {
     if (!reply) return raise(reply.error());
     (this->*then)(*reply);
   });
@@ -110,7 +111,7 @@ void DigitalDriver::ask(const Request& request, void (DigitalDriver::*then)(cons
 
 void DigitalDriver::on_hushed(const Status& status) {
   if (!status) return raise(status.error());
-  ask(Read{Function::read_holding, holding::status, 1}, &DigitalDriver::on_status);
+  send_request(Read{Function::read_holding, holding::status, 1}, &DigitalDriver::on_status);
 }
 
 void DigitalDriver::on_status(const Reply& reply) {
@@ -123,21 +124,22 @@ void DigitalDriver::on_status(const Reply& reply) {
                   .got = std::to_string(status_word_) + " (" + status_text(status_word_) + ")",
                   .hint = "Switch it off and on; look at its cable"});
   if (status_word_ != 0) host().log(LogLevel::warning, "the sensor's watchdog has restarted it");
-  ask_piece();
+  request_piece();
 }
 
-void DigitalDriver::ask_piece() {
+void DigitalDriver::request_piece() {
   std::size_t piece = 0, read = 0;
   while (read < registers_.size()) read += calibration_pieces[piece++];
   const auto address =
       static_cast<std::uint16_t>(calibration_address(settings_.calibration) + read);
-  ask(Read{Function::read_holding, address, calibration_pieces[piece]}, &DigitalDriver::on_piece);
+  send_request(Read{Function::read_holding, address, calibration_pieces[piece]},
+               &DigitalDriver::on_piece);
 }
 
 void DigitalDriver::on_piece(const Reply& reply) {
   const auto piece = registers_of(reply);
   registers_.insert(registers_.end(), piece.begin(), piece.end());
-  if (registers_.size() < calibration_registers) return ask_piece();
+  if (registers_.size() < calibration_registers) return request_piece();
   on_calibration();
 }
 
@@ -159,19 +161,20 @@ void DigitalDriver::on_calibration() {
             WriteMany{holding::active_gain, Registers(calibration_.gain)},
             Vendor{Function::vendor_lock, unlock}};
   unlocked_ = true;
-  ask_setup();
+  request_setup();
 }
 
-void DigitalDriver::ask_setup() {
-  if (!setup_.empty()) return ask(setup_.back(), &DigitalDriver::on_setup);
+void DigitalDriver::request_setup() {
+  if (!setup_.empty()) return send_request(setup_.back(), &DigitalDriver::on_setup);
   unlocked_ = false;
-  ask(Read{Function::read_holding, holding::active_gain, 2 * gauges}, &DigitalDriver::on_read_back);
+  send_request(Read{Function::read_holding, holding::active_gain, 2 * gauges},
+               &DigitalDriver::on_read_back);
 }
 
 void DigitalDriver::on_setup(const Reply& reply) {
   if (!accepted(reply)) return;
   setup_.pop_back();
-  ask_setup();
+  request_setup();
 }
 
 /// Faults the driver when a vendor function is answered with a refusal.
@@ -217,10 +220,10 @@ void DigitalDriver::on_started(const Reply& reply) {
   sequence_ = 0;
   damage_reported_ = stream_.resynchronisations();
   stale_.expect_within(std::max(settings_.stale_after, settings_.reply_timeout));
-  take_stream(exchange_.rest(), arrival_);
+  on_stream(exchange_.rest(), arrival_);
 }
 
-void DigitalDriver::take_stream(ByteView bytes, TimePoint arrival) {
+void DigitalDriver::on_stream(ByteView bytes, TimePoint arrival) {
   stream_.push(bytes);
   StreamRecord record;
   std::uint32_t lost = 0;
@@ -238,7 +241,7 @@ void DigitalDriver::on_record(const StreamRecord& record, std::uint32_t lost, Ti
 void DigitalDriver::on_mean(TimePoint arrival) {
   const std::array<double, 6> gauges = mean_.counts();
   const Sample sample = to_sample(arrival);
-  if (auto wrong = watch_.look(gauges, sample.lost, arrival)) return raise(*wrong);
+  if (auto wrong = watch_.check(gauges, sample.lost, arrival)) return raise(*wrong);
   if (state() == DriverState::open) enter(LifecycleEvent::armed);
   if (state() == DriverState::armed) host().publish(sample);
 }

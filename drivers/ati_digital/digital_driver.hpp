@@ -43,19 +43,19 @@ class DigitalDriver final : public DriverBase {
   void received(ByteView bytes, TimePoint arrival) override;
   void make_safe() noexcept override;
 
-  void ask(const Request& request, void (DigitalDriver::*then)(const Reply&));
+  void send_request(const Request& request, void (DigitalDriver::*then)(const Reply&));
   void on_hushed(const Status& status);
   void on_status(const Reply& reply);
-  void ask_piece();
+  void request_piece();
   void on_piece(const Reply& reply);
   void on_calibration();
-  void ask_setup();
+  void request_setup();
   void on_setup(const Reply& reply);
   void on_read_back(const Reply& reply);
   void on_started(const Reply& reply);
   bool accepted(const Reply& reply);
 
-  void take_stream(ByteView bytes, TimePoint arrival);
+  void on_stream(ByteView bytes, TimePoint arrival);
   void on_record(const protocols::ati_digital::StreamRecord& record, std::uint32_t lost,
                  TimePoint arrival);
   void on_mean(TimePoint arrival);

@@ -44,17 +44,17 @@ void Exchange::hush(Quiet done) {
 void Exchange::jam() {
   static constexpr std::array<std::uint8_t, jam_bytes> zeros{};
   ++hushes_;
-  heard_ = false;
+  received_ = false;
   quiet_.start(quiet_time);
   send_(zeros);
 }
 
 void Exchange::on_quiet_time() {
-  if (heard_ && hushes_ < most_hushes) return jam();
+  if (received_ && hushes_ < most_hushes) return jam();
   const Quiet done = std::exchange(quiet_done_, {});
   splitter_.clear();
   if (!done) return;
-  if (!heard_) return done({});
+  if (!received_) return done({});
   done(fail({.code = Errc::timeout,
              .what = "the sensor does not stop sending",
              .expected = "a quiet line",
@@ -62,7 +62,7 @@ void Exchange::on_quiet_time() {
              .hint = "Is it the right port, and does its speed agree with the sensor's?"}));
 }
 
-void Exchange::ask(const modbus::Request& request, Done done) {
+void Exchange::send_request(const modbus::Request& request, Done done) {
   request_ = request;
   done_ = std::move(done);
   tries_ = 0;
@@ -87,7 +87,7 @@ void Exchange::cancel() {
 }
 
 void Exchange::received(ByteView bytes) {
-  if (quiet_.pending()) heard_ = true;
+  if (quiet_.pending()) received_ = true;
   if (quiet_.pending() || !done_) return;
   splitter_.push(bytes);
   while (done_ && !quiet_.pending()) {

@@ -28,7 +28,7 @@ class Exchange {
   void hush(Quiet done);
   /// The reply is of the request's kind and not an exception. Errors: timeout, after a few tries
   /// with a hush() before each repetition; device, when the sensor refuses, with its reason.
-  void ask(const protocols::modbus::Request& request, Done done);
+  void send_request(const protocols::modbus::Request& request, Done done);
   void cancel();
 
   void received(ByteView bytes);
@@ -58,7 +58,7 @@ class Exchange {
   Quiet quiet_done_;
   int tries_ = 0;
   int hushes_ = 0;
-  bool heard_ = false;  ///< anything since the line was to be quiet
+  bool received_ = false;  ///< anything since the line was to be quiet
   Timer quiet_;
   Timer reply_;
 };

@@ -37,16 +37,16 @@ Status NetftDriver::open() noexcept {
   pages_.reset();
   opening_tries_ = 1;
   Link* http = host().http();
-  if (http == nullptr) return ask_for_one();
+  if (http == nullptr) return request_next();
   opening_.start(settings_.reply_timeout * max_opening_tries);
-  if (Status asked = reader_.read(*http); !asked) {
-    raise(asked.error());
-    return asked;
+  if (Status sent = reader_.read(*http); !sent) {
+    raise(sent.error());
+    return sent;
   }
   return {};
 }
 
-Status NetftDriver::ask_for_one() {
+Status NetftDriver::request_next() {
   opening_.start(settings_.reply_timeout);
   if (!request(RequestCommand::start_realtime, 1))
     return fail({.code = Errc::io, .what = "the link refused the opening request"});
@@ -58,7 +58,7 @@ void NetftDriver::on_pages(const Result<BoxPages>& pages) {
   if (!pages) return raise(pages.error());
   if (Status same = agree(*pages); !same) return raise(same.error());
   pages_ = *pages;
-  static_cast<void>(ask_for_one());
+  static_cast<void>(request_next());
 }
 
 /// Takes what the configuration leaves open from the box's pages, and refuses what differs.
@@ -73,12 +73,12 @@ Status NetftDriver::agree(const BoxPages& pages) {
     return fail({.code = Errc::device_settings,
                  .what = "the box's RDT interface is switched off",
                  .hint = "Switch it on on the box's page Communications"});
-  const auto differ = [&](const char* key, double configured, double told) {
+  const auto differ = [&](const char* key, double configured, double device_value) {
     return fail({.code = Errc::device_settings,
                  .where = key,
                  .what = "the box has another scale than the rig file",
                  .expected = std::to_string(configured),
-                 .got = std::to_string(told),
+                 .got = std::to_string(device_value),
                  .hint = hint});
   };
   const double n = *force / page.counts_per_force, nm = *torque / page.counts_per_torque;
@@ -203,7 +203,7 @@ void NetftDriver::on_record(const Record& record, TimePoint arrival) {
     return on_late_record(record);
   late_in_a_row_ = 0;
   stale_.expect_within(settings_.stale_after);
-  if (auto wrong = watch_.look(counts_of(record), step.lost, arrival)) return raise(*wrong);
+  if (auto wrong = watch_.check(counts_of(record), step.lost, arrival)) return raise(*wrong);
   if (state() == DriverState::open) enter(LifecycleEvent::armed);
   if (state() == DriverState::armed) host().publish(to_sample(record, step.lost, arrival));
 }

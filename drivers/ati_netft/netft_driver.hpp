@@ -31,7 +31,7 @@ class NetftDriver final : public DriverBase {
   void received(ByteView datagram, TimePoint arrival) override;
   void make_safe() noexcept override;
 
-  Status ask_for_one();
+  Status request_next();
   void on_pages(const Result<BoxPages>& pages);
   Status agree(const BoxPages& pages);
   [[nodiscard]] DeviceIdentity identity() const;

@@ -9,7 +9,7 @@ Status PageReader::read(Link& link) {
   at_calibration_ = false;
   link.on_receive([this](ByteView bytes, TimePoint) { received(bytes); });
   link.on_closed([this](const Error& why) { finish(pass(why, "the settings page")); });
-  return ask(settings_path);
+  return send_request(settings_path);
 }
 
 void PageReader::let_go() {
@@ -19,7 +19,7 @@ void PageReader::let_go() {
   link_ = nullptr;
 }
 
-Status PageReader::ask(std::string_view path) {
+Status PageReader::send_request(std::string_view path) {
   reply_.clear();
   const std::string request = http_get(path, "netft");
   return link_->write({reinterpret_cast<const std::uint8_t*>(request.data()), request.size()});
@@ -38,7 +38,7 @@ void PageReader::received(ByteView bytes) {
   if (!page) return finish(pass(page.error(), settings_path));
   pages_.settings = std::move(*page);
   at_calibration_ = true;
-  if (Status asked = ask(calibration_path); !asked) finish(pass(asked.error()));
+  if (Status sent = send_request(calibration_path); !sent) finish(pass(sent.error()));
 }
 
 void PageReader::finish(Result<BoxPages> outcome) {

@@ -29,7 +29,7 @@ class PageReader {
   [[nodiscard]] bool reading() const { return link_ != nullptr; }
 
  private:
-  Status ask(std::string_view path);
+  Status send_request(std::string_view path);
   void received(ByteView bytes);
   void finish(Result<BoxPages> outcome);
 

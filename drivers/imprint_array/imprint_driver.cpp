@@ -14,7 +14,7 @@ constexpr double rate_tolerance = 1e-3;
 /// So many scans of another part may be under way when a part has been asked for anew.
 constexpr int most_foreign_scans = 3;
 
-std::string text_of(const imprint::Window& window) {
+std::string format_text(const imprint::Window& window) {
   return std::to_string(window.rows) + " x " + std::to_string(window.cols) + " from row " +
          std::to_string(window.first_row) + ", column " + std::to_string(window.first_col);
 }
@@ -63,43 +63,46 @@ void ImprintDriver::received(ByteView bytes, TimePoint arrival) {
 }
 
 void ImprintDriver::on_description() {
-  const imprint::Description& told = frame_.description;
+  const imprint::Description& description_seen = frame_.description;
   if (description_) {
-    if (*description_ == told) return;
+    if (*description_ == description_seen) return;
     return raise({.code = Errc::device_restarted,
                   .what = "the array describes itself in another way than at first",
                   .expected = "serial " + std::to_string(description_->serial) + ", the same array",
-                  .got = "serial " + std::to_string(told.serial),
+                  .got = "serial " + std::to_string(description_seen.serial),
                   .hint = "Was it replaced or set up anew? Open it again"});
   }
-  if (const auto wrong = unfit(told)) return raise(*wrong);
-  const auto window = window_on(settings_, told.rows, told.cols);
+  if (const auto wrong = unfit(description_seen)) return raise(*wrong);
+  const auto window = window_on(settings_, description_seen.rows, description_seen.cols);
   if (!window) return raise(window.error());
-  description_ = told;
+  description_ = description_seen;
   window_ = *window;
   silence_.expect_within(settings_.reply_timeout);
-  ask_for_window();
+  request_window();
 }
 
-std::optional<Error> ImprintDriver::unfit(const imprint::Description& told) const {
-  if (settings_.serial != 0 && settings_.serial != told.serial)
+std::optional<Error> ImprintDriver::unfit(const imprint::Description& description_seen) const {
+  if (settings_.serial != 0 && settings_.serial != description_seen.serial)
     return Error{.code = Errc::device_identity,
                  .where = "/serial",
                  .what = "another serial number than configured",
                  .expected = std::to_string(settings_.serial),
-                 .got = std::to_string(told.serial),
+                 .got = std::to_string(description_seen.serial),
                  .hint = "Correct the rig file, or look which array is on this port"};
-  if (told.bits < 1 || told.bits > 7 || told.full_scale_pa == 0 || told.period_us == 0 ||
-      told.rows == 0 || told.cols == 0 || told.rows > imprint::max_side ||
-      told.cols > imprint::max_side)
+  if (description_seen.bits < 1 || description_seen.bits > 7 ||
+      description_seen.full_scale_pa == 0 || description_seen.period_us == 0 ||
+      description_seen.rows == 0 || description_seen.cols == 0 ||
+      description_seen.rows > imprint::max_side || description_seen.cols > imprint::max_side)
     return Error{.code = Errc::device_data,
                  .what = "the array describes itself as nothing that can be",
                  .expected = "1 to 7 bits, a full scale, a period, 1 to 128 rows and columns",
-                 .got = std::to_string(told.bits) + " bits, " + std::to_string(told.full_scale_pa) +
-                        " Pa, " + std::to_string(told.period_us) + " us, " +
-                        std::to_string(told.rows) + " x " + std::to_string(told.cols),
+                 .got = std::to_string(description_seen.bits) + " bits, " +
+                        std::to_string(description_seen.full_scale_pa) + " Pa, " +
+                        std::to_string(description_seen.period_us) + " us, " +
+                        std::to_string(description_seen.rows) + " x " +
+                        std::to_string(description_seen.cols),
                  .hint = "Is its firmware the right one?"};
-  const double rate_hz = 1e6 / told.period_us;
+  const double rate_hz = 1e6 / description_seen.period_us;
   if (std::abs(rate_hz - settings_.rate_hz) <= rate_tolerance * settings_.rate_hz)
     return std::nullopt;
   return Error{.code = Errc::device_settings,
@@ -110,7 +113,7 @@ std::optional<Error> ImprintDriver::unfit(const imprint::Description& told) cons
                .hint = "Correct the rig file, or the array's settings"};
 }
 
-void ImprintDriver::ask_for_window() {
+void ImprintDriver::request_window() {
   imprint::Frame request;
   request.kind = imprint::Kind::request;
   request.sequence = requests_++;
@@ -125,7 +128,7 @@ void ImprintDriver::on_scan(TimePoint arrival) {
   foreign_scans_ = 0;
   const std::uint32_t lost = count_lost();
   if (!advance()) return;
-  if (auto wrong = watch_.look(frame_, lost, arrival)) return raise(*wrong);
+  if (auto wrong = watch_.check(frame_, lost, arrival)) return raise(*wrong);
   publish(lost, arrival);
 }
 
@@ -135,10 +138,10 @@ void ImprintDriver::on_foreign_scan() {
     return raise({.code = Errc::device_refused,
                   .where = "/rows",
                   .what = "the array scans another part than it was asked for",
-                  .expected = text_of(window_),
-                  .got = text_of(frame_.window),
+                  .expected = format_text(window_),
+                  .got = format_text(frame_.window),
                   .hint = "Is another program talking to it?"});
-  if (state() != DriverState::closed) ask_for_window();
+  if (state() != DriverState::closed) request_window();
 }
 
 /// The line keeps the order: an older number is an array that has begun anew.
@@ -157,7 +160,7 @@ std::uint32_t ImprintDriver::count_lost() {
 bool ImprintDriver::advance() {
   if (state() == DriverState::closed) {
     silence_.stop();
-    tell_identity();
+    report_identity();
     enter(LifecycleEvent::opened);
     return false;
   }
@@ -174,23 +177,23 @@ void ImprintDriver::publish(std::uint32_t lost, TimePoint arrival) {
                   TaxelSample{std::span(counts_).first(taxels.size()), 0, 0, frame_.device_us}});
 }
 
-void ImprintDriver::tell_identity() {
-  const imprint::Description& told = *description_;
+void ImprintDriver::report_identity() {
+  const imprint::Description& description_seen = *description_;
   const auto text = [](auto number) { return std::to_string(number); };
-  const auto& firmware = told.firmware;
+  const auto& firmware = description_seen.firmware;
   DeviceIdentity identity;
   identity.reported = {
-      {"serial", text(told.serial)},
+      {"serial", text(description_seen.serial)},
       {"firmware", text(firmware[0]) + "." + text(firmware[1]) + "." + text(firmware[2])},
-      {"array", text(told.rows) + " x " + text(told.cols)},
+      {"array", text(description_seen.rows) + " x " + text(description_seen.cols)},
       {"rows", text(window_.rows)},
       {"cols", text(window_.cols)},
       {"first_row", text(window_.first_row)},
       {"first_col", text(window_.first_col)},
-      {"bits", text(told.bits)},
-      {"spacing_um", text(told.spacing_um)}};
-  const double highest = (1U << told.bits) - 1;
-  identity.scale = {{"pa_per_count", told.full_scale_pa / highest}};
+      {"bits", text(description_seen.bits)},
+      {"spacing_um", text(description_seen.spacing_um)}};
+  const double highest = (1U << description_seen.bits) - 1;
+  identity.scale = {{"pa_per_count", description_seen.full_scale_pa / highest}};
   host().identified(identity);
 }
 
@@ -199,7 +202,7 @@ void ImprintDriver::on_silence() {
   raise({.code = Errc::timeout,
          .what = described ? "no scan came from the imprint array"
                            : "no description came from the imprint array",
-         .expected = described ? "scans of " + text_of(window_) : "one each second",
+         .expected = described ? "scans of " + format_text(window_) : "one each second",
          .got = "silence",
          .hint = state() == DriverState::closed ? "Check the port and the array's power" : ""});
 }

@@ -30,14 +30,15 @@ class ImprintDriver final : public ListeningDriver {
   void forget_bytes() noexcept override;
 
   void on_description();
-  [[nodiscard]] std::optional<Error> unfit(const protocols::imprint::Description& told) const;
+  [[nodiscard]] std::optional<Error> unfit(
+      const protocols::imprint::Description& description_seen) const;
   void on_scan(TimePoint arrival);
   void on_foreign_scan();
-  void ask_for_window();
+  void request_window();
   std::uint32_t count_lost();
   bool advance();
   void publish(std::uint32_t lost, TimePoint arrival);
-  void tell_identity();
+  void report_identity();
   void on_silence();
 
   ImprintSettings settings_;

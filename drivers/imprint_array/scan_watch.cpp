@@ -22,8 +22,8 @@ void ScanWatch::begin(const imprint::Frame& scan, TimePoint arrival) {
   expected_scans_ = 0;
 }
 
-std::optional<Error> ScanWatch::look(const imprint::Frame& scan, std::uint32_t lost,
-                                     TimePoint arrival) {
+std::optional<Error> ScanWatch::check(const imprint::Frame& scan, std::uint32_t lost,
+                                      TimePoint arrival) {
   if (window_ <= Duration::zero()) return std::nullopt;
   if (!from_) {
     rate_.drop();
@@ -35,12 +35,12 @@ std::optional<Error> ScanWatch::look(const imprint::Frame& scan, std::uint32_t l
   expected_scans_ += 1.0 + lost;
   if (!changed_) changed_ = !std::equal(scan.taxels().begin(), scan.taxels().end(), first_.begin());
   if (scans_ < least_scans || arrival - *from_ < window_) return std::nullopt;
-  auto wrong = judge(scan, to_seconds(arrival - *from_));
+  auto wrong = evaluate(scan, to_seconds(arrival - *from_));
   begin(scan, arrival);
   return wrong;
 }
 
-std::optional<Error> ScanWatch::judge(const imprint::Frame& scan, double seconds) {
+std::optional<Error> ScanWatch::evaluate(const imprint::Frame& scan, double seconds) {
   if (!changed_ && scan.taxels().size() >= least_taxels)
     return Error{.code = Errc::device_data,
                  .what = "the scans are frozen: no taxel changes",

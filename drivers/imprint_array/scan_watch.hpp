@@ -19,12 +19,13 @@ class ScanWatch {
 
   void restart() { from_.reset(); }
   /// `lost`: scans missing before this one. Errors: device.
-  std::optional<Error> look(const protocols::imprint::Frame& scan, std::uint32_t lost,
-                            TimePoint arrival);
+  std::optional<Error> check(const protocols::imprint::Frame& scan, std::uint32_t lost,
+                             TimePoint arrival);
 
  private:
   void begin(const protocols::imprint::Frame& scan, TimePoint arrival);
-  [[nodiscard]] std::optional<Error> judge(const protocols::imprint::Frame& scan, double seconds);
+  [[nodiscard]] std::optional<Error> evaluate(const protocols::imprint::Frame& scan,
+                                              double seconds);
 
   double rate_hz_;
   Duration window_;

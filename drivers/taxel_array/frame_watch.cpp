@@ -34,8 +34,8 @@ void FrameWatch::begin(const taxel::Frame& frame, TimePoint arrival) {
   expected_frames_ = 0;
 }
 
-std::optional<Error> FrameWatch::look(const taxel::Frame& frame, std::uint32_t lost,
-                                      TimePoint arrival) {
+std::optional<Error> FrameWatch::check(const taxel::Frame& frame, std::uint32_t lost,
+                                       TimePoint arrival) {
   if (window_ <= Duration::zero()) return std::nullopt;
   if (!from_) {
     rate_.drop();
@@ -53,19 +53,19 @@ std::optional<Error> FrameWatch::look(const taxel::Frame& frame, std::uint32_t l
   }
   last_ = frame.counts;
   if (frames_ < least_frames || arrival - *from_ < window_) return std::nullopt;
-  auto wrong = judge(frame, to_seconds(arrival - *from_));
+  auto wrong = evaluate(frame, to_seconds(arrival - *from_));
   begin(frame, arrival);
   return wrong;
 }
 
-std::optional<Error> FrameWatch::judge(const taxel::Frame& frame, double seconds) {
-  if (auto wrong = judge_still(frame)) return wrong;
-  if (auto wrong = judge_noise(frame)) return wrong;
-  if (auto wrong = judge_rate(seconds)) return wrong;
-  return judge_clock(frame, seconds);
+std::optional<Error> FrameWatch::evaluate(const taxel::Frame& frame, double seconds) {
+  if (auto wrong = check_still(frame)) return wrong;
+  if (auto wrong = check_noise(frame)) return wrong;
+  if (auto wrong = check_rate(seconds)) return wrong;
+  return check_clock_drift(frame, seconds);
 }
 
-std::optional<Error> FrameWatch::judge_still(const taxel::Frame& frame) const {
+std::optional<Error> FrameWatch::check_still(const taxel::Frame& frame) const {
   std::size_t still = 0, which = 0;
   for (std::size_t i = 0; i < frame.taxel_count; ++i) {
     if (changes_[i].steps != 0) continue;
@@ -83,7 +83,7 @@ std::optional<Error> FrameWatch::judge_still(const taxel::Frame& frame) const {
                "the noise that taxels have", "always " + std::to_string(at) + " counts", hint);
 }
 
-std::optional<Error> FrameWatch::judge_noise(const taxel::Frame& frame) const {
+std::optional<Error> FrameWatch::check_noise(const taxel::Frame& frame) const {
   std::array<double, taxel::max_taxels> paths{};
   for (std::size_t i = 0; i < frame.taxel_count; ++i)
     paths[i] = (changes_[i].path - changes_[i].largest) / frames_;
@@ -100,7 +100,7 @@ std::optional<Error> FrameWatch::judge_noise(const taxel::Frame& frame) const {
   return std::nullopt;
 }
 
-std::optional<Error> FrameWatch::judge_rate(double seconds) {
+std::optional<Error> FrameWatch::check_rate(double seconds) {
   const double seen_hz = expected_frames_ / seconds;
   if (!rate_.confirmed(seen_hz, rate_hz_)) return std::nullopt;
   return fault("the array sends at another rate than configured",
@@ -108,7 +108,7 @@ std::optional<Error> FrameWatch::judge_rate(double seconds) {
                "Correct rate_hz in the rig file, or look at the sensor's settings");
 }
 
-std::optional<Error> FrameWatch::judge_clock(const taxel::Frame& frame, double seconds) {
+std::optional<Error> FrameWatch::check_clock_drift(const taxel::Frame& frame, double seconds) {
   if (!has_clock_) return std::nullopt;
   const double device_s = static_cast<std::uint32_t>(frame.device_us - first_us_) * 1e-6;
   return check_clock(clock_, device_s, seconds);

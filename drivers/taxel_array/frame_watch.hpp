@@ -21,8 +21,8 @@ class FrameWatch {
 
   void restart() { from_.reset(); }
   /// `lost`: frames missing before this one. Errors: device, naming the taxel.
-  std::optional<Error> look(const protocols::taxel::Frame& frame, std::uint32_t lost,
-                            TimePoint arrival);
+  std::optional<Error> check(const protocols::taxel::Frame& frame, std::uint32_t lost,
+                             TimePoint arrival);
 
  private:
   using Counts = std::array<std::uint16_t, protocols::taxel::max_taxels>;
@@ -33,12 +33,12 @@ class FrameWatch {
   };
 
   void begin(const protocols::taxel::Frame& frame, TimePoint arrival);
-  [[nodiscard]] std::optional<Error> judge(const protocols::taxel::Frame& frame, double seconds);
-  [[nodiscard]] std::optional<Error> judge_still(const protocols::taxel::Frame& frame) const;
-  [[nodiscard]] std::optional<Error> judge_noise(const protocols::taxel::Frame& frame) const;
-  [[nodiscard]] std::optional<Error> judge_rate(double seconds);
-  [[nodiscard]] std::optional<Error> judge_clock(const protocols::taxel::Frame& frame,
-                                                 double seconds);
+  [[nodiscard]] std::optional<Error> evaluate(const protocols::taxel::Frame& frame, double seconds);
+  [[nodiscard]] std::optional<Error> check_still(const protocols::taxel::Frame& frame) const;
+  [[nodiscard]] std::optional<Error> check_noise(const protocols::taxel::Frame& frame) const;
+  [[nodiscard]] std::optional<Error> check_rate(double seconds);
+  [[nodiscard]] std::optional<Error> check_clock_drift(const protocols::taxel::Frame& frame,
+                                                       double seconds);
 
   double rate_hz_;
   Duration window_;

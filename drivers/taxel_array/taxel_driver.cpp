@@ -54,10 +54,10 @@ void TaxelDriver::forget_bytes() noexcept {
 
 void TaxelDriver::received(ByteView bytes, TimePoint arrival) {
   const bool stream = settings_.form == TaxelForm::weft;
-  count_damaged(stream ? take_stream(bytes, arrival) : take_datagram(bytes, arrival), arrival);
+  count_damaged(stream ? on_stream(bytes, arrival) : on_datagram(bytes, arrival), arrival);
 }
 
-std::uint64_t TaxelDriver::take_stream(ByteView bytes, TimePoint arrival) {
+std::uint64_t TaxelDriver::on_stream(ByteView bytes, TimePoint arrival) {
   const std::uint64_t before = splitter_.crc_errors();
   splitter_.push(bytes);
   while (attached() && splitter_.next(frame_)) on_frame(arrival);
@@ -65,7 +65,7 @@ std::uint64_t TaxelDriver::take_stream(ByteView bytes, TimePoint arrival) {
 }
 
 // The gateway sends no number: the driver counts, and cannot see what got lost.
-std::uint64_t TaxelDriver::take_datagram(ByteView datagram, TimePoint arrival) {
+std::uint64_t TaxelDriver::on_datagram(ByteView datagram, TimePoint arrival) {
   const Result<taxel::cpm::Counts> counts = taxel::cpm::decode_datagram(datagram);
   if (!counts) return 1;
   std::copy(counts->begin(), counts->end(), frame_.counts.begin());
@@ -86,7 +86,7 @@ void TaxelDriver::on_frame(TimePoint arrival) {
   }
   const std::optional<std::uint32_t> lost = count_lost();
   if (!lost || !advance() || state() != DriverState::armed) return;
-  if (auto wrong = watch_.look(frame_, *lost, arrival)) return raise(*wrong);
+  if (auto wrong = watch_.check(frame_, *lost, arrival)) return raise(*wrong);
   publish(*lost, arrival);
 }
 

@@ -26,8 +26,8 @@ class TaxelDriver final : public ListeningDriver {
   void forget_bytes() noexcept override;
 
   /// How many damaged frames or datagrams there were.
-  std::uint64_t take_stream(ByteView bytes, TimePoint arrival);
-  std::uint64_t take_datagram(ByteView datagram, TimePoint arrival);
+  std::uint64_t on_stream(ByteView bytes, TimePoint arrival);
+  std::uint64_t on_datagram(ByteView datagram, TimePoint arrival);
   void on_frame(TimePoint arrival);
   std::optional<std::uint32_t> count_lost();
   bool came_late();

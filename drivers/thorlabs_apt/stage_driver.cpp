@@ -190,19 +190,19 @@ Result<std::int32_t> StageDriver::speed_counts(double speed) const {
                .got = settings_.with_unit(speed) + "/s"});
 }
 
-bool StageDriver::stands() const {
+bool StageDriver::is_still() const {
   return motion_.kind == MotionKind::none && stops_under_way_ == 0 &&
          (last_.status_bits & status::any_motion) == 0;
 }
 
 // Several commands may have gone out while it brakes, so that the last one's speed says nothing.
 Braking StageDriver::braking() const {
-  if (stands()) return {};
+  if (is_still()) return {};
   return drivers::braking(fastest_, settings_.acceleration, now() - last_at_ + command_latency);
 }
 
 void StageDriver::note_speed(double speed) {
-  fastest_ = stands() ? speed : std::max(fastest_, speed);
+  fastest_ = is_still() ? speed : std::max(fastest_, speed);
 }
 
 std::uint32_t StageDriver::begin(MotionKind kind, std::int32_t target_counts, Duration limit) {
@@ -290,7 +290,7 @@ void StageDriver::on_reply_timeout() {
          .got = "silence"});
 }
 
-std::string StageDriver::target_words() const {
+std::string StageDriver::format_target() const {
   return motion_.kind == MotionKind::home ? std::string()
                                           : settings_.with_unit(to_si(motion_.target_counts));
 }
@@ -299,7 +299,7 @@ void StageDriver::on_motion_timeout() {
   raise({.code = Errc::timeout,
          .what =
              motion_.kind == MotionKind::home ? "homing took too long" : "the motion took too long",
-         .expected = target_words(),
+         .expected = format_target(),
          .got = settings_.with_unit(to_si(last_.position_counts))});
 }
 
@@ -307,7 +307,7 @@ void StageDriver::on_watch() {
   if (now() - motion_.progress_at > stall_limit) {
     raise({.code = Errc::device_motion,
            .what = "the stage does not move",
-           .expected = target_words(),
+           .expected = format_target(),
            .got = settings_.with_unit(to_si(last_.position_counts)),
            .hint = "Look for an obstacle, and at the limit switches"});
     return;

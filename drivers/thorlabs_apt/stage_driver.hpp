@@ -40,7 +40,7 @@ class StageDriver final : public DriverBase {
   void end_motion();
   bool end_servo();
   /// Nothing moves it, by its status and by what it was sent since.
-  [[nodiscard]] bool stands() const;
+  [[nodiscard]] bool is_still() const;
   /// Before it heeds a command of now.
   [[nodiscard]] Braking braking() const;
   void note_speed(double speed);
@@ -60,8 +60,8 @@ class StageDriver final : public DriverBase {
   void on_limit_switches(const protocols::apt::Message& message);
   void on_velocity(const protocols::apt::Message& message);
   bool finish_arming(const StageReading& reading);
-  void confirm(bool device_says_at_rest, TimePoint arrival);
-  void judge_rest(bool arrived, TimePoint arrival);
+  void confirm(bool device_is_at_rest, TimePoint arrival);
+  void check_rest(bool arrived, TimePoint arrival);
   void confirm_home();
   void publish(TimePoint arrival);
   void acknowledge();
@@ -82,7 +82,7 @@ class StageDriver final : public DriverBase {
   void cancel_timers();
 
   /// Where the motion goes; empty for homing, which ends at a switch.
-  [[nodiscard]] std::string target_words() const;
+  [[nodiscard]] std::string format_target() const;
   [[nodiscard]] double to_si(std::int32_t counts) const {
     return counts / settings_.scale.counts_per_unit;
   }

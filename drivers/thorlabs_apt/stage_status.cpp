@@ -112,24 +112,24 @@ void StageDriver::on_limit_switches(const Message& message) {
 }
 
 void StageDriver::on_velocity(const Message& message) {
-  const auto told = decode_body<VelocityParams>(message.data);
-  if (!told || !arming_) return;
-  const auto refuse = [this](const std::string& what, std::int32_t sent, std::int32_t kept) {
+  const auto device_params = decode_body<VelocityParams>(message.data);
+  if (!device_params || !arming_) return;
+  const auto refuse = [this](const std::string& what, std::int32_t sent, std::int32_t stored) {
     raise({.code = Errc::device_refused,
            .what = "the controller did not take the rig file's " + what,
            .expected = std::to_string(sent) + " counts",
-           .got = std::to_string(kept) + " counts",
+           .got = std::to_string(stored) + " counts",
            .hint = "Lower the " + what + " in the rig file to what the controller allows"});
   };
   // A controller that computes in units of its own may round: by a count, or by more of the counts
   // of a speed, of which there are hundreds of millions.
-  const auto differ = [](double sent, double kept) {
-    return std::abs(sent - kept) > std::max(1.0, read_back_tolerance * sent);
+  const auto differ = [](double sent, double stored) {
+    return std::abs(sent - stored) > std::max(1.0, read_back_tolerance * sent);
   };
-  if (differ(velocity_counts_, told->maximum_velocity_counts))
-    return refuse("speed", velocity_counts_, told->maximum_velocity_counts);
-  if (differ(settings_.acceleration_counts, told->acceleration_counts))
-    refuse("acceleration", settings_.acceleration_counts, told->acceleration_counts);
+  if (differ(velocity_counts_, device_params->maximum_velocity_counts))
+    return refuse("speed", velocity_counts_, device_params->maximum_velocity_counts);
+  if (differ(settings_.acceleration_counts, device_params->acceleration_counts))
+    refuse("acceleration", settings_.acceleration_counts, device_params->acceleration_counts);
 }
 
 void StageDriver::on_rich_response(const Message& message) {
@@ -230,15 +230,15 @@ bool StageDriver::finish_arming(const StageReading& reading) {
 }
 
 /// Done needs evidence: the device's own report, and a position that agrees.
-void StageDriver::confirm(bool device_says_at_rest, TimePoint arrival) {
+void StageDriver::confirm(bool device_is_at_rest, TimePoint arrival) {
   const bool arrived = motion_.at_target(last_.position_counts, settings_.in_position_counts);
-  if (motion_.kind == MotionKind::servo && device_says_at_rest && arrived) motion_ = {};
-  if (!device_says_at_rest) {
+  if (motion_.kind == MotionKind::servo && device_is_at_rest && arrived) motion_ = {};
+  if (!device_is_at_rest) {
     motion_.silent_since.reset();
     motion_.away_since.reset();
     return;
   }
-  if (motion_.kind == MotionKind::move) judge_rest(arrived, arrival);
+  if (motion_.kind == MotionKind::move) check_rest(arrived, arrival);
   if (!attached() || !motion_.reported) return;
   if (motion_.kind == MotionKind::home) return confirm_home();
   if (!arrived) return;
@@ -248,7 +248,7 @@ void StageDriver::confirm(bool device_says_at_rest, TimePoint arrival) {
 
 /// A move whose stage is at rest. The message of its end may have got lost; the status that says so
 /// again and again has not.
-void StageDriver::judge_rest(bool arrived, TimePoint arrival) {
+void StageDriver::check_rest(bool arrived, TimePoint arrival) {
   std::optional<TimePoint>& since = arrived ? motion_.silent_since : motion_.away_since;
   (arrived ? motion_.away_since : motion_.silent_since).reset();
   if (arrived == motion_.reported) {

@@ -24,7 +24,7 @@ class BlockOrder {
   Step observe(const protocols::vibro::Frame& block) {
     const std::int32_t back_us = seen_ ? static_cast<std::int32_t>(last_us_ - block.device_us) : 0;
     const bool far_back = back_us > latest_us;
-    const int restart_after = back_us < 0 ? run_while_clock_goes_on : run_with_clock_back;
+    const int restart_after = back_us < 0 ? run_while_clock_runs : run_with_clock_back;
     const SequenceStep step = sequence_.observe(block.sequence);
     const bool older =
         step.event == SequenceEvent::out_of_order || step.event == SequenceEvent::duplicate;
@@ -40,7 +40,7 @@ class BlockOrder {
 
  private:
   static constexpr std::int32_t latest_us = 2'000'000;
-  static constexpr int run_while_clock_goes_on = 3;
+  static constexpr int run_while_clock_runs = 3;
   static constexpr int run_with_clock_back = 10;
 
   /// How many late blocks came right before, each the next of the one before.

@@ -42,8 +42,8 @@ void BlockWatch::note(const vibro::Frame& block) {
     if (block.values[i] != first_values_[i % axes]) changed_[i % axes] = true;
 }
 
-std::optional<Error> BlockWatch::look(const vibro::Frame& block, std::uint32_t lost,
-                                      TimePoint arrival) {
+std::optional<Error> BlockWatch::check(const vibro::Frame& block, std::uint32_t lost,
+                                       TimePoint arrival) {
   if (window_ <= Duration::zero()) return std::nullopt;
   if (!from_) {
     rate_.drop();
@@ -56,19 +56,19 @@ std::optional<Error> BlockWatch::look(const vibro::Frame& block, std::uint32_t l
   expected_blocks_ += 1.0 + lost;
   note(block);
   if (blocks_ < least_blocks || arrival - *from_ < window_) return std::nullopt;
-  auto found = judge(block, to_seconds(arrival - *from_));
+  auto found = evaluate(block, to_seconds(arrival - *from_));
   begin(block, arrival);
   return found;
 }
 
-std::optional<Error> BlockWatch::judge(const vibro::Frame& block, double seconds) {
-  if (auto found = judge_still(block)) return found;
-  if (auto found = judge_rate(seconds)) return found;
-  return judge_clock(block, seconds);
+std::optional<Error> BlockWatch::evaluate(const vibro::Frame& block, double seconds) {
+  if (auto found = check_still(block)) return found;
+  if (auto found = check_rate(seconds)) return found;
+  return check_clock_drift(block, seconds);
 }
 
 /// Every such sensor has noise of about a count: an axis that never changes is not measured.
-std::optional<Error> BlockWatch::judge_still(const vibro::Frame& block) const {
+std::optional<Error> BlockWatch::check_still(const vibro::Frame& block) const {
   for (std::size_t axis = 0; axis < vibro::values_per_reading(block.kind); ++axis) {
     if (changed_[axis]) continue;
     const int at = first_values_[axis];
@@ -82,7 +82,7 @@ std::optional<Error> BlockWatch::judge_still(const vibro::Frame& block) const {
   return std::nullopt;
 }
 
-std::optional<Error> BlockWatch::judge_rate(double seconds) {
+std::optional<Error> BlockWatch::check_rate(double seconds) {
   const double seen_hz = expected_blocks_ / seconds;
   if (!rate_.confirmed(seen_hz, blocks_hz_)) return std::nullopt;
   return wrong("the sensor sends at another rate than it says",
@@ -90,7 +90,7 @@ std::optional<Error> BlockWatch::judge_rate(double seconds) {
                "Look at the sensor's settings and its line");
 }
 
-std::optional<Error> BlockWatch::judge_clock(const vibro::Frame& block, double seconds) {
+std::optional<Error> BlockWatch::check_clock_drift(const vibro::Frame& block, double seconds) {
   const double device_s = static_cast<std::uint32_t>(block.device_us - first_us_) * 1e-6;
   return check_clock(clock_, device_s, seconds);
 }

@@ -23,17 +23,17 @@ class BlockWatch {
 
   void restart() { from_.reset(); }
   /// `lost`: blocks missing before this one. Errors: device, naming the axis.
-  std::optional<Error> look(const protocols::vibro::Frame& block, std::uint32_t lost,
-                            TimePoint arrival);
+  std::optional<Error> check(const protocols::vibro::Frame& block, std::uint32_t lost,
+                             TimePoint arrival);
 
  private:
   void begin(const protocols::vibro::Frame& block, TimePoint arrival);
   void note(const protocols::vibro::Frame& block);
-  [[nodiscard]] std::optional<Error> judge(const protocols::vibro::Frame& block, double seconds);
-  [[nodiscard]] std::optional<Error> judge_still(const protocols::vibro::Frame& block) const;
-  [[nodiscard]] std::optional<Error> judge_rate(double seconds);
-  [[nodiscard]] std::optional<Error> judge_clock(const protocols::vibro::Frame& block,
-                                                 double seconds);
+  [[nodiscard]] std::optional<Error> evaluate(const protocols::vibro::Frame& block, double seconds);
+  [[nodiscard]] std::optional<Error> check_still(const protocols::vibro::Frame& block) const;
+  [[nodiscard]] std::optional<Error> check_rate(double seconds);
+  [[nodiscard]] std::optional<Error> check_clock_drift(const protocols::vibro::Frame& block,
+                                                       double seconds);
 
   Duration window_;
   double blocks_hz_;

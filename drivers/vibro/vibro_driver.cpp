@@ -48,7 +48,7 @@ Status VibroDriver::open() noexcept {
   description_.reset();
   for (Channel* channel : {&acceleration_, &sound_}) {
     channel->order.reset();
-    channel->late_told = false;
+    channel->late_reported = false;
   }
   silence_.expect_within(settings_.reply_timeout);
   return {};
@@ -96,64 +96,68 @@ void VibroDriver::on_description() {
          .got = "serial " + std::to_string(frame_.description.serial),
          .hint = "Was it replaced or set up anew? Open it again"});
   }
-  const vibro::Description& told = frame_.description;
-  if (settings_.serial != 0 && settings_.serial != told.serial)
+  const vibro::Description& description_seen = frame_.description;
+  if (settings_.serial != 0 && settings_.serial != description_seen.serial)
     return raise({.code = Errc::device_identity,
                   .where = "/serial",
                   .what = "another serial number than configured",
                   .expected = std::to_string(settings_.serial),
-                  .got = std::to_string(told.serial),
+                  .got = std::to_string(description_seen.serial),
                   .hint = "Correct the rig file, or look which sensor is on this port"});
-  if (auto wrong = unfit(acceleration_, told.acceleration)) return raise(*wrong);
-  if (auto wrong = unfit(sound_, told.sound)) return raise(*wrong);
-  description_ = told;
-  learn(acceleration_, told.acceleration);
-  learn(sound_, told.sound);
+  if (auto wrong = unfit(acceleration_, description_seen.acceleration)) return raise(*wrong);
+  if (auto wrong = unfit(sound_, description_seen.sound)) return raise(*wrong);
+  description_ = description_seen;
+  learn(acceleration_, description_seen.acceleration);
+  learn(sound_, description_seen.sound);
   silence_.stop();
-  tell_identity();
+  report_identity();
   enter(LifecycleEvent::opened);
 }
 
 /// Why a configured channel cannot be used as the sensor describes it.
 std::optional<Error> VibroDriver::unfit(const Channel& channel,
-                                        const vibro::ChannelDescription& told) const {
+                                        const vibro::ChannelDescription& description_seen) const {
   if (!channel.wanted()) return std::nullopt;
   const std::string noun = noun_of(channel.kind), key = rate_key(channel.kind);
-  if (told.rate_mhz == 0)
+  if (description_seen.rate_mhz == 0)
     return Error{.code = Errc::device_settings,
                  .where = key,
                  .what = "the sensor has no channel for " + noun,
                  .hint = "A rate of 0 in the rig file leaves it out"};
-  if (std::abs(rate_of(told) - channel.rate_hz) > rate_tolerance * channel.rate_hz)
+  if (std::abs(rate_of(description_seen) - channel.rate_hz) > rate_tolerance * channel.rate_hz)
     return Error{.code = Errc::device_settings,
                  .where = key,
                  .what = "the sensor sends " + noun + " at another rate than configured",
                  .expected = std::to_string(channel.rate_hz) + " Hz",
-                 .got = std::to_string(rate_of(told)) + " Hz",
+                 .got = std::to_string(rate_of(description_seen)) + " Hz",
                  .hint = "Correct the rig file, or the sensor's settings"};
-  const std::size_t values = told.block_readings * vibro::values_per_reading(channel.kind);
-  if (told.range_micro == 0 || told.full_scale_counts == 0 || values == 0 ||
+  const std::size_t values =
+      description_seen.block_readings * vibro::values_per_reading(channel.kind);
+  if (description_seen.range_micro == 0 || description_seen.full_scale_counts == 0 || values == 0 ||
       values > vibro::max_values)
     return Error{.code = Errc::device_data,
                  .what = "the sensor describes its channel for " + noun + " as nothing that can be",
                  .expected = "a range, counts at full scale, 1 to 1536 values in a block",
-                 .got = "range " + std::to_string(told.range_micro) + "e-6, full scale " +
-                        std::to_string(told.full_scale_counts) + ", " +
-                        std::to_string(told.block_readings) + " readings in a block",
+                 .got = "range " + std::to_string(description_seen.range_micro) +
+                        "e-6, full scale " + std::to_string(description_seen.full_scale_counts) +
+                        ", " + std::to_string(description_seen.block_readings) +
+                        " readings in a block",
                  .hint = "Is its firmware the right one?"};
   return std::nullopt;
 }
 
-void VibroDriver::learn(Channel& channel, const vibro::ChannelDescription& told) {
-  channel.described = told;
+void VibroDriver::learn(Channel& channel, const vibro::ChannelDescription& description_seen) {
+  channel.described = description_seen;
   if (!channel.wanted()) return;
-  channel.unit_per_count = told.range_micro / micro / told.full_scale_counts;
+  channel.unit_per_count =
+      description_seen.range_micro / micro / description_seen.full_scale_counts;
   channel.largest_count =
-      std::min<int>(told.full_scale_counts, std::numeric_limits<std::int16_t>::max());
-  channel.watch = {settings_.watch, rate_of(told) / told.block_readings, channel.largest_count};
+      std::min<int>(description_seen.full_scale_counts, std::numeric_limits<std::int16_t>::max());
+  channel.watch = {settings_.watch, rate_of(description_seen) / description_seen.block_readings,
+                   channel.largest_count};
 }
 
-void VibroDriver::tell_identity() {
+void VibroDriver::report_identity() {
   const auto& firmware = description_->firmware;
   DeviceIdentity identity;
   identity.reported = {
@@ -184,7 +188,7 @@ void VibroDriver::on_block(Channel& channel, TimePoint arrival) {
                   .got = std::to_string(frame_.value_count)});
   const BlockOrder::Step step = channel.order.observe(frame_);
   if (step.verdict == BlockOrder::Verdict::late) {
-    if (!std::exchange(channel.late_told, true))
+    if (!std::exchange(channel.late_reported, true))
       host().log(LogLevel::warning, std::string("a block of ") + noun_of(channel.kind) +
                                         " came twice or late and was dropped");
     return;
@@ -195,7 +199,7 @@ void VibroDriver::on_block(Channel& channel, TimePoint arrival) {
                                       " jumped back: it has restarted");
   }
   if (!advance(channel)) return;
-  if (auto wrong = channel.watch.look(frame_, step.lost, arrival)) return raise(*wrong);
+  if (auto wrong = channel.watch.check(frame_, step.lost, arrival)) return raise(*wrong);
   publish(channel, step.lost, arrival);
 }
 

@@ -37,7 +37,7 @@ class VibroDriver final : public ListeningDriver {
     BlockWatch watch{{}, 1, 1};
     Watchdog silence;
     bool came = false;  ///< a block since arming began
-    bool late_told = false;
+    bool late_reported = false;
   };
 
   void received(ByteView bytes, TimePoint arrival) override;
@@ -48,10 +48,10 @@ class VibroDriver final : public ListeningDriver {
 
   void on_frame(TimePoint arrival);
   void on_description();
-  [[nodiscard]] std::optional<Error> unfit(const Channel& channel,
-                                           const protocols::vibro::ChannelDescription& told) const;
-  void learn(Channel& channel, const protocols::vibro::ChannelDescription& told);
-  void tell_identity();
+  [[nodiscard]] std::optional<Error> unfit(
+      const Channel& channel, const protocols::vibro::ChannelDescription& description_seen) const;
+  void learn(Channel& channel, const protocols::vibro::ChannelDescription& description_seen);
+  void report_identity();
   void on_block(Channel& channel, TimePoint arrival);
   bool advance(Channel& channel);
   void publish(const Channel& channel, std::uint32_t lost, TimePoint arrival);

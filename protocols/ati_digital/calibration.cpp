@@ -41,11 +41,11 @@ class RegisterWriter {
  public:
   explicit RegisterWriter(CalibrationRegisters& out) : out_(&out) {}
   void word(std::uint16_t value) { (*out_)[at_++] = value; }
-  void long_word(std::uint32_t value) {
+  void put_u32(std::uint32_t value) {
     word(static_cast<std::uint16_t>(value >> 16));
     word(static_cast<std::uint16_t>(value));
   }
-  void number(float value) { long_word(std::bit_cast<std::uint32_t>(value)); }
+  void number(float value) { put_u32(std::bit_cast<std::uint32_t>(value)); }
   void text(const std::string& text, std::size_t size) {
     const auto at = [&](std::size_t i) {
       return i < text.size() ? static_cast<std::uint8_t>(text[i]) : std::uint8_t{0};
@@ -64,11 +64,11 @@ class RegisterReader {
  public:
   explicit RegisterReader(std::span<const std::uint16_t> registers) : registers_(registers) {}
   std::uint16_t word() { return registers_[at_++]; }
-  std::uint32_t long_word() {
+  std::uint32_t put_u32() {
     const std::uint32_t high = word();
     return high << 16 | word();
   }
-  float number() { return std::bit_cast<float>(long_word()); }
+  float number() { return std::bit_cast<float>(put_u32()); }
   /// Up to the first zero, without blanks at the end; only what can be printed.
   std::string text(std::size_t size) {
     std::string out;
@@ -117,8 +117,8 @@ CalibrationRegisters encode(const Calibration& calibration) {
     for (const float value : row) writer.number(value);
   writer.word(static_cast<std::uint16_t>(calibration.force_unit << 8 | calibration.torque_unit));
   for (const float rating : calibration.max_rating) writer.number(rating);
-  writer.long_word(static_cast<std::uint32_t>(calibration.counts_per_force));
-  writer.long_word(static_cast<std::uint32_t>(calibration.counts_per_torque));
+  writer.put_u32(static_cast<std::uint32_t>(calibration.counts_per_force));
+  writer.put_u32(static_cast<std::uint32_t>(calibration.counts_per_torque));
   for (const std::uint16_t gain : calibration.gain) writer.word(gain);
   for (const std::uint16_t offset : calibration.offset) writer.word(offset);
   return out;
@@ -142,8 +142,8 @@ Result<Calibration> decode_calibration(std::span<const std::uint16_t> registers)
   out.force_unit = static_cast<std::uint8_t>(units >> 8);
   out.torque_unit = static_cast<std::uint8_t>(units);
   for (float& rating : out.max_rating) rating = reader.number();
-  out.counts_per_force = static_cast<std::int32_t>(reader.long_word());
-  out.counts_per_torque = static_cast<std::int32_t>(reader.long_word());
+  out.counts_per_force = static_cast<std::int32_t>(reader.put_u32());
+  out.counts_per_torque = static_cast<std::int32_t>(reader.put_u32());
   for (std::uint16_t& gain : out.gain) gain = reader.word();
   for (std::uint16_t& offset : out.offset) offset = reader.word();
   return out;

@@ -95,8 +95,8 @@ bool StreamSplitter::next(StreamRecord& record, std::uint32_t& lost) {
 bool StreamSplitter::find_step() {
   const ByteView bytes = buffer_.view();
   if (damaged_here_) {
-    if (bytes.size() < (1 + records_to_go_on) * record_size) return false;
-    if (goes_on_behind_damage()) return true;
+    if (bytes.size() < (1 + records_to_resume) * record_size) return false;
+    if (continues_behind_damage()) return true;
   }
   constexpr std::size_t needed = (records_to_agree + 1) * record_size;
   std::size_t at = 0;
@@ -111,10 +111,11 @@ bool StreamSplitter::find_step() {
 }
 
 /// Drops the record that failed, when those behind it tell that nothing else is missing.
-bool StreamSplitter::goes_on_behind_damage() {
+bool StreamSplitter::continues_behind_damage() {
   damaged_here_ = false;
   const ByteView behind = buffer_.view().subspan(record_size);
-  if (records_in_row(behind, records_to_go_on) < records_to_go_on || distance(behind) > near_counts)
+  if (records_in_row(behind, records_to_resume) < records_to_resume ||
+      distance(behind) > near_counts)
     return false;
   drop(record_size);
   return in_step_ = true;

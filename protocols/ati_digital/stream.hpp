@@ -28,7 +28,7 @@ void append(Bytes& out, const StreamRecord& record);
 std::optional<StreamRecord> decode_record(ByteView bytes);
 
 /// Finds the records in the stream. While in step each record's sum is checked. When one fails and
-/// `records_to_go_on` behind it hold, the first of them near the last good one, it was damaged in
+/// `records_to_resume` behind it hold, the first of them near the last good one, it was damaged in
 /// its place and is dropped. Otherwise the records that follow are looked for at all 13 phases: one
 /// is taken when `records_to_agree` of its sums in a row hold, and no other phase's do. The sums of
 /// a load that does not change at all can hold at several phases for ever: after
@@ -38,7 +38,7 @@ std::optional<StreamRecord> decode_record(ByteView bytes);
 class StreamSplitter {
  public:
   static constexpr std::size_t capacity = 65536;
-  static constexpr std::size_t records_to_go_on = 3;
+  static constexpr std::size_t records_to_resume = 3;
   /// Sum over the gauges. Bytes of another phase are anything up to 65535 each.
   static constexpr int near_counts = 6 * 1000;
   static constexpr std::size_t records_to_agree = 4;
@@ -62,7 +62,7 @@ class StreamSplitter {
 
  private:
   bool find_step();
-  bool goes_on_behind_damage();
+  bool continues_behind_damage();
   [[nodiscard]] std::optional<std::size_t> begin_of_step(ByteView bytes) const;
   [[nodiscard]] int distance(ByteView record) const;
   void drop(std::size_t bytes);

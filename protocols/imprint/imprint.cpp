@@ -18,7 +18,7 @@ struct Head {
 };
 
 /// The head of a frame, where these are one: right check value, a kind, a body that it may have.
-std::optional<Head> head_of(ByteView head) {
+std::optional<Head> decode_head(ByteView head) {
   LittleReader check(head.subspan(head_check_at, 2));
   if (check.read<std::uint16_t>() != crc16_ccitt(head.subspan(2, head_check_at - 2)))
     return std::nullopt;
@@ -140,7 +140,7 @@ bool Splitter::next(Frame& frame) {
       skip(0);
       continue;
     }
-    const std::optional<Head> head = head_of(bytes.first(head_size));
+    const std::optional<Head> head = decode_head(bytes.first(head_size));
     if (!head) {
       skip(1);
       continue;

@@ -117,7 +117,7 @@ std::optional<std::size_t> RtuSplitter::frame_size(ByteView bytes) const {
 
 /// Of bytes that begin no frame of a known length to this slave: whether a request begins there
 /// that only its CRC tells.
-bool RtuSplitter::may_begin_here(ByteView bytes) const {
+bool RtuSplitter::can_begin_here(ByteView bytes) const {
   if (!in_step_ || bytes.size() < 2) return false;
   if (bytes[0] == all_slaves && slave_ != all_slaves) return bytes[1] == 0x06 || bytes[1] == 0x10;
   return bytes[0] == slave_ && bytes[1] > 0 && bytes[1] < 0x80;
@@ -147,7 +147,7 @@ std::optional<RtuSplitter::Span> RtuSplitter::first_whole(ByteView bytes) const 
 std::optional<ByteView> RtuSplitter::next() {
   for (ByteView bytes = buffer_.view(); !bytes.empty(); bytes = buffer_.view()) {
     const std::optional<std::size_t> size = frame_size(bytes);
-    if (size == no_frame && may_begin_here(bytes)) {
+    if (size == no_frame && can_begin_here(bytes)) {
       if (const std::optional<Span> frame = first_whole(bytes)) return take(bytes, *frame);
       if (bytes.size() < longest_frame) return std::nullopt;
     }

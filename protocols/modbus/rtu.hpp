@@ -54,7 +54,7 @@ class RtuSplitter {
     std::size_t at, end;
   };
   [[nodiscard]] std::optional<std::size_t> frame_size(ByteView bytes) const;
-  [[nodiscard]] bool may_begin_here(ByteView bytes) const;
+  [[nodiscard]] bool can_begin_here(ByteView bytes) const;
   [[nodiscard]] std::optional<Span> first_whole(ByteView bytes) const;
   ByteView take(ByteView bytes, Span frame);
   void skip(std::size_t count);

@@ -6,7 +6,7 @@
 namespace weft::protocols::rdt {
 namespace {
 
-constexpr std::uint16_t first_word = 0x1234;
+constexpr std::uint16_t first_value = 0x1234;
 constexpr std::size_t mask_at = 16;
 constexpr std::uint16_t bias_bit = 1, clear_latch_bit = 2;
 
@@ -74,7 +74,7 @@ Result<BigReader> reply_reader(ByteView bytes, std::size_t size) {
                  .got = std::to_string(bytes.size())});
   BigReader reader(bytes);
   const auto word = reader.read<std::uint16_t>();
-  if (word != first_word)
+  if (word != first_value)
     return fail({.code = Errc::parse,
                  .what = "a reply of the command port does not begin with 0x1234",
                  .expected = "4660",
@@ -113,20 +113,20 @@ Result<CommandRequest> decode_command(ByteView bytes) {
 
 void append(Bytes& out, const FtReply& reply) {
   BigWriter writer(out);
-  writer.write(first_word).write(reply.status);
+  writer.write(first_value).write(reply.status);
   for (const std::int16_t counts : reply.counts) writer.write(counts);
 }
 
 void append(Bytes& out, const CalibrationReply& reply) {
   BigWriter writer(out);
-  writer.write(first_word).write(reply.force_unit).write(reply.torque_unit);
+  writer.write(first_value).write(reply.force_unit).write(reply.torque_unit);
   writer.write(reply.counts_per_force).write(reply.counts_per_torque);
   for (const std::uint16_t factor : reply.scale) writer.write(factor);
 }
 
 void append(Bytes& out, const WriteReply& reply) {
   BigWriter(out)
-      .write(first_word)
+      .write(first_value)
       .write(static_cast<std::uint8_t>(reply.command))
       .write(reply.error);
 }

@@ -5,15 +5,15 @@
 namespace weft::protocols::taxel::cpm {
 namespace {
 
-constexpr std::size_t words_per_frame = 4;
+constexpr std::size_t values_per_frame = 4;
 constexpr std::uint8_t all_parts = 0x0F;
 
-void put_word(CanFrame& frame, std::size_t index, std::uint16_t word) {
+void put_u16(CanFrame& frame, std::size_t index, std::uint16_t word) {
   frame.data[2 * index] = static_cast<std::uint8_t>(word);
   frame.data[2 * index + 1] = static_cast<std::uint8_t>(word >> 8);
 }
 
-std::uint16_t word_at(const CanFrame& frame, std::size_t index) {
+std::uint16_t u16_at_index(const CanFrame& frame, std::size_t index) {
   return static_cast<std::uint16_t>(frame.data[2 * index] | frame.data[2 * index + 1] << 8);
 }
 
@@ -45,14 +45,14 @@ Result<Counts> decode_datagram(ByteView datagram) {
 std::array<CanFrame, 5> encode_can(const Scan& scan) {
   std::array<CanFrame, 5> frames{};
   for (std::size_t i = 0; i < taxels; ++i)
-    put_word(frames[i / words_per_frame], i % words_per_frame,
-             scan.counts[taxel_at_wire_position[i]]);
+    put_u16(frames[i / values_per_frame], i % values_per_frame,
+            scan.counts[taxel_at_wire_position[i]]);
   for (std::size_t part = 0; part < can_taxel_ids.size(); ++part)
     frames[part].id = can_taxel_ids[part];
   frames[4].id = can_proximity_id;
   frames[4].length = 4;
-  put_word(frames[4], 0, scan.proximity1_counts);
-  put_word(frames[4], 1, scan.proximity2_counts);
+  put_u16(frames[4], 0, scan.proximity1_counts);
+  put_u16(frames[4], 1, scan.proximity2_counts);
   return frames;
 }
 
@@ -70,8 +70,8 @@ void CanAssembler::store(const CanFrame& frame, std::size_t part) {
     parts_seen_ = 0;
   }
   parts_seen_ = static_cast<std::uint8_t>(parts_seen_ | bit);
-  for (std::size_t i = 0; i < words_per_frame; ++i)
-    scan_.counts[taxel_at_wire_position[part * words_per_frame + i]] = word_at(frame, i);
+  for (std::size_t i = 0; i < values_per_frame; ++i)
+    scan_.counts[taxel_at_wire_position[part * values_per_frame + i]] = u16_at_index(frame, i);
 }
 
 std::optional<Scan> CanAssembler::finish(const CanFrame& frame) {
@@ -81,8 +81,8 @@ std::optional<Scan> CanAssembler::finish(const CanFrame& frame) {
     ++incomplete_scans_;
     return std::nullopt;
   }
-  scan_.proximity1_counts = word_at(frame, 0);
-  scan_.proximity2_counts = word_at(frame, 1);
+  scan_.proximity1_counts = u16_at_index(frame, 0);
+  scan_.proximity2_counts = u16_at_index(frame, 1);
   return scan_;
 }
 

@@ -175,12 +175,12 @@ class Aligner {
     state_.last_z_m = z_m;
     ++state_.point;
     if (state_.point < plan_.points_m.size()) return lift(z_m - step_rise_m() - hover_m);
-    judge_round();
+    check_round();
   }
 
   /// The round is over: the plane, and whether it is level.
-  void judge_round() {
-    const Result<TiltFound> found = look_at_plane();
+  void check_round() {
+    const Result<TiltFound> found = evaluate_plane();
     if (!found) return give_up(found.error());
     state_.rounds.push_back(*found);
     if (found->lean_rad <= plan_.tolerance_rad) return retract();
@@ -190,7 +190,7 @@ class Aligner {
     lift(top_z_m());
   }
 
-  Result<TiltFound> look_at_plane() {
+  Result<TiltFound> evaluate_plane() {
     const Result<PlaneFit> plane = fit_plane(state_.touches, plan_.resolution_m);
     if (!plane) return pass(plane.error());
     if (plane->residual_worst_m > plan_.largest_residual_m)
@@ -200,7 +200,7 @@ class Aligner {
                    .expected = "touches within " + in_um(plan_.largest_residual_m) + " of one",
                    .got = in_um(plane->residual_worst_m),
                    .hint = "Clean plate and probe, take the cloth off, tighten the plate"});
-    return tilt_of(*plane, state_.tilts);
+    return compute_tilt(*plane, state_.tilts);
   }
 
   void lift(double z_m) {
@@ -353,7 +353,7 @@ std::string_view to_string(AlignStep step) {
   return names[static_cast<std::size_t>(step)];
 }
 
-Result<TiltFound> tilt_of(const PlaneFit& plane, const Tilts& stages) {
+Result<TiltFound> compute_tilt(const PlaneFit& plane, const Tilts& stages) {
   const Result<Tilts> level = tilts_along(plane.normal());
   if (!level) return pass(level.error());
   TiltFound found;

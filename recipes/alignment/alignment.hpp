@@ -35,7 +35,7 @@ struct TiltFound {
 };
 
 /// Compares a plane with where the rotary stages stand. Errors: those of tilts_along().
-Result<TiltFound> tilt_of(const PlaneFit& plane, const Tilts& stages);
+Result<TiltFound> compute_tilt(const PlaneFit& plane, const Tilts& stages);
 
 /// The machine has ended, with the three facts of a campaign.
 struct AlignDone {

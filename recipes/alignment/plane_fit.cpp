@@ -27,7 +27,7 @@ bool usable(const TouchPoint& p) {
          std::isfinite(p.height_m);
 }
 
-PlaneFit mean_of(std::span<const TouchPoint> points) {
+PlaneFit compute_mean(std::span<const TouchPoint> points) {
   PlaneFit fit;
   fit.points = points.size();
   const double share = 1 / static_cast<double>(points.size());
@@ -55,8 +55,8 @@ Moments moments_about(const PlaneFit& mean, std::span<const TouchPoint> points) 
 }
 
 /// Residuals of the finished plane, and from them the slopes' spread.
-void judge(PlaneFit& fit, std::span<const TouchPoint> points, const Moments& m,
-           double resolution_m) {
+void check_fit(PlaneFit& fit, std::span<const TouchPoint> points, const Moments& m,
+               double resolution_m) {
   double sum = 0;
   for (const TouchPoint& p : points) {
     const double residual = p.height_m - fit.height_at(p.contact_m);
@@ -84,7 +84,7 @@ Result<PlaneFit> fit_plane(std::span<const TouchPoint> points, double resolution
                  .where = "alignment",
                  .what = "the touches are not usable",
                  .expected = "finite positions"});
-  PlaneFit fit = mean_of(points);
+  PlaneFit fit = compute_mean(points);
   const Moments m = moments_about(fit, points);
   if (!(m.width_share() > least_width_share * least_width_share) || !std::isfinite(m.xx + m.yy))
     return fail({.code = Errc::invalid_argument,
@@ -93,7 +93,7 @@ Result<PlaneFit> fit_plane(std::span<const TouchPoint> points, double resolution
                  .expected = "points that span a plane"});
   fit.slope_x = (m.xh * m.yy - m.yh * m.xy) / m.determinant();
   fit.slope_y = (m.yh * m.xx - m.xh * m.xy) / m.determinant();
-  judge(fit, points, m, resolution_m);
+  check_fit(fit, points, m, resolution_m);
   return fit;
 }
 

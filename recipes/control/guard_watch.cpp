@@ -97,25 +97,25 @@ void GuardWatch::integrate(Axis axis, TimePoint now) {
   Plan& plan = plans_[index(axis)];
   const double elapsed_s = to_seconds(now - plan.since);
   const double driven_s = std::clamp(to_seconds(plan.until - plan.since), 0.0, elapsed_s);
-  const double kept = std::exp(-elapsed_s / driven_memory_s);
+  const double retained = std::exp(-elapsed_s / driven_memory_s);
   const double acceleration = limits_.max_acceleration[index(axis)];
   const Ramped driven = ramped(plan.pace, plan.speed, acceleration, driven_s);
   const Ramped stopping = ramped(driven.pace, 0, acceleration, elapsed_s - driven_s);
   plan.pace = stopping.pace;
-  plan.lead = plan.lead * kept + driven.way + stopping.way;
-  plan.peak_speed = std::max(plan.peak_speed * kept, driven_s > 0 ? std::abs(plan.speed) : 0);
-  plan.past_speed *= kept;
+  plan.lead = plan.lead * retained + driven.way + stopping.way;
+  plan.peak_speed = std::max(plan.peak_speed * retained, driven_s > 0 ? std::abs(plan.speed) : 0);
+  plan.past_speed *= retained;
   plan.since = now;
 }
 
 GuardHistory GuardWatch::step(const WatchInput& input, TimePoint now) {
-  look_at_wrench(input);
-  look_at_taxels(input);
+  check_wrench(input);
+  check_taxels(input);
   seen_.too_fast.reset();
   seen_.not_following.reset();
   for (const Axis axis : all_axes) {
     const double position = input.position[axis];
-    if (const auto at = input.stage_at[index(axis)]) look_at_speed(axis, position, *at);
+    if (const auto at = input.stage_at[index(axis)]) check_speed(axis, position, *at);
     const double away = lag(axis, position, now);
     if (away <= lag_allowed(axis)) continue;
     seen_.not_following = axis;
@@ -124,7 +124,7 @@ GuardHistory GuardWatch::step(const WatchInput& input, TimePoint now) {
   return seen_;
 }
 
-void GuardWatch::look_at_wrench(const WatchInput& input) {
+void GuardWatch::check_wrench(const WatchInput& input) {
   if (!input.wrench_at || (wrench_ && wrench_->at == *input.wrench_at)) return;
   const Reading now{joined(input), *input.wrench_at};
   if (!wrench_ || wrench_->value != now.value) wrench_changed_ = now.at;
@@ -144,11 +144,11 @@ void GuardWatch::look_at_wrench(const WatchInput& input) {
 bool GuardWatch::is_landing(const Reading& now, const WatchInput& input) const {
   const auto step = [&](std::size_t i) { return now.value[i] - believed_->value[i]; };
   const double load_n = step(2);
-  return (load_n > 0 ? input.may_land : input.may_lift) && std::abs(load_n) <= limits_.landing_n &&
+  return (load_n > 0 ? input.can_land : input.can_lift) && std::abs(load_n) <= limits_.landing_n &&
          std::hypot(step(0), step(1)) <= limits_.wrench_jump_n;
 }
 
-void GuardWatch::look_at_taxels(const WatchInput& input) {
+void GuardWatch::check_taxels(const WatchInput& input) {
   if (!input.taxels_at || *input.taxels_at == taxels_at_) return;
   if (taxels_ != input.taxel_digest) taxels_changed_ = *input.taxels_at;
   taxels_ = input.taxel_digest;
@@ -158,7 +158,7 @@ void GuardWatch::look_at_taxels(const WatchInput& input) {
 
 // A bucket with a leak: reports that come late fill it for a moment, a stage that runs away for
 // good.
-void GuardWatch::look_at_speed(Axis axis, double position, TimePoint at) {
+void GuardWatch::check_speed(Axis axis, double position, TimePoint at) {
   const std::size_t i = index(axis);
   const double top = limits_.max_speed[i];
   std::optional<Reading>& last = stage_[i];

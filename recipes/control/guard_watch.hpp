@@ -29,8 +29,8 @@ struct WatchInput {
   Joints position;
   std::array<std::optional<TimePoint>, axis_count> stage_at{};
   bool zero_moves = false;  ///< the sensor is taking its zero: its readings may jump
-  bool may_land = false;    ///< z goes down: the probe may come to lie on the cloth
-  bool may_lift = false;    ///< z goes up off the cloth, and the probe may leave it
+  bool can_land = false;    ///< z goes down: the probe may come to lie on the cloth
+  bool can_lift = false;    ///< z goes up off the cloth, and the probe may leave it
 };
 
 class GuardWatch {
@@ -65,11 +65,11 @@ class GuardWatch {
     TimePoint at{};
   };
 
-  void look_at_wrench(const WatchInput& input);
+  void check_wrench(const WatchInput& input);
   /// The cloth has taken the probe's weight over, or given it back.
   [[nodiscard]] bool is_landing(const Reading& now, const WatchInput& input) const;
-  void look_at_taxels(const WatchInput& input);
-  void look_at_speed(Axis axis, double position, TimePoint at);
+  void check_taxels(const WatchInput& input);
+  void check_speed(Axis axis, double position, TimePoint at);
   void integrate(Axis axis, TimePoint now);
   [[nodiscard]] double lag(Axis axis, double position, TimePoint now);
   [[nodiscard]] double lag_allowed(Axis axis) const;

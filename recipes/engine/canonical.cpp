@@ -77,11 +77,11 @@ json normal(const Finally& finally) {
           {"budget_s", finally.budget_s}};
 }
 
-json normal(const HandOver& hand_over) {
-  json out{{"learner", hand_over.learner},
-           {"groups", hand_over.groups},
-           {"at_most_s", hand_over.at_most_s}};
-  if (hand_over.from != HandOverFrom::taxels) out["from"] = to_string(hand_over.from);
+json normal(const Handover& handover) {
+  json out{{"learner", handover.learner},
+           {"groups", handover.groups},
+           {"at_most_s", handover.at_most_s}};
+  if (handover.from != HandoverSource::taxels) out["from"] = to_string(handover.from);
   return out;
 }
 
@@ -142,7 +142,7 @@ std::string canonical_json(const StatedRecipe& stated) {
   for (const OperatorStep& step : stated.operator_steps)
     document["operator_steps"].push_back(normal(step, stated.fabrics));
   if (!is_empty(stated.finally)) document["finally"] = normal(stated.finally);
-  if (stated.hand_over) document["hand_over"] = normal(*stated.hand_over);
+  if (stated.handover) document["hand_over"] = normal(*stated.handover);
   if (stated.sweep) {
     document["sweep"] = normal(*stated.sweep);
     document.erase("repetitions");

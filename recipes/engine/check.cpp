@@ -26,10 +26,10 @@ void check_trial_count(const StatedRecipe& stated, Problems& problems) {
 
 /// On a real bench a person puts the cloth on the plate: that is asked for each fabric that the
 /// recipe's own steps say nothing of. Returns whether there was one.
-bool ask_for_mounts(Plan& plan) {
+bool add_mount_steps(Plan& plan) {
   OperatorStep mount{OperatorStep::Before::fabric, {}, "Mount {fabric}, then confirm.", 60};
   for (std::size_t fabric = 0; fabric < plan.fabrics.size(); ++fabric)
-    if (!asks_before(plan, fabric)) mount.fabrics.push_back(fabric);
+    if (!has_prompt_before(plan, fabric)) mount.fabrics.push_back(fabric);
   if (mount.fabrics.empty()) return false;
   plan.operator_steps.push_back(std::move(mount));
   return true;
@@ -52,7 +52,7 @@ Plan make_plan(StatedRecipe stated, const RigLimits& limits, std::string canonic
   plan.repeat_bad = stated.repeat_bad;
   plan.operator_steps = std::move(stated.operator_steps);
   plan.finally = std::move(stated.finally);
-  plan.hand_over = std::move(stated.hand_over);
+  plan.handover = std::move(stated.handover);
   plan.sweep = std::move(stated.sweep);
   plan.mount_timeout_s = stated.mount_timeout_s;
   plan.limits = limits;
@@ -73,10 +73,10 @@ std::vector<Diagnostic> warnings_about(const Plan& plan) {
     warnings.push_back(
         {"/fabrics", "the rig names no fabrics, so these names were not checked", "", "", ""});
   const std::size_t once = plan.fabrics.size() * plan.operator_steps.size();
-  if (plan.forecast.asks > once)
+  if (plan.forecast.prompts > once)
     warnings.push_back({"/operator_steps", "fabrics are changed more often than once",
                         std::to_string(once) + " times",
-                        std::to_string(plan.forecast.asks) + " times",
+                        std::to_string(plan.forecast.prompts) + " times",
                         "a blocked order asks once for each fabric"});
   for (const auto& more : {warnings_about_budget(plan.finally), warnings_about_sweep(plan)})
     warnings.insert(warnings.end(), more.begin(), more.end());
@@ -100,7 +100,7 @@ CheckReport check_recipe(std::string_view recipe_json, const RigLimits& limits,
   spread_sweep(stated, limits, problems);
   if (!problems.empty()) return {std::nullopt, problems.take(), {}};
   Plan plan = make_plan(std::move(stated), limits, std::move(canonical));
-  const bool adds_mounts = limits.bench == "real" && ask_for_mounts(plan);
+  const bool adds_mounts = limits.bench == "real" && add_mount_steps(plan);
   plan.forecast = forecast(plan);
   std::vector<Diagnostic> warnings = warnings_about(plan);
   if (adds_mounts)

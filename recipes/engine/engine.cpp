@@ -100,8 +100,8 @@ void Machine::on(const TimerExpired& event) {
   }
 }
 
-void Machine::on(const TakeRejected& event) {
-  if (plan_.repeat_bad && state_.step == Step::retracting) state_.bad_take = event.why;
+void Machine::on(const AttemptRejected& event) {
+  if (plan_.repeat_bad && state_.step == Step::retracting) state_.bad_attempt = event.why;
 }
 
 void Machine::on(const EndSlide&) {

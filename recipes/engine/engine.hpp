@@ -36,9 +36,9 @@ using Ticket = std::uint32_t;
 // ---- effects: what the daemon is asked to do ----
 
 /// Ask a person for this; answer OperatorConfirmed when it is done.
-struct AskOperator {
+struct PromptOperator {
   Ticket ticket = 0;
-  OperatorAsk ask;
+  StepPrompt prompt;
 };
 /// A trial begins. Everything up to TrialDone belongs to it.
 struct TrialBegin {
@@ -127,7 +127,7 @@ struct CampaignDone {
 };
 
 using Effect =
-    std::variant<AskOperator, TrialBegin, MountFabric, MoveTo, BiasSensors, Descend, HoldForce,
+    std::variant<PromptOperator, TrialBegin, MountFabric, MoveTo, BiasSensors, Descend, HoldForce,
                  ReleaseForce, SetPhase, ArmTimer, StopMotion, TrialDone, CampaignDone>;
 
 // ---- events: what the daemon reports ----
@@ -138,7 +138,7 @@ struct Start {
   std::size_t first_trial = 0;
   std::uint32_t rejected = 0;  ///< takes of that trial so far
 };
-/// The person has done what AskOperator asked for.
+/// The person has done what PromptOperator asked for.
 struct OperatorConfirmed {
   Ticket ticket = 0;
 };
@@ -169,7 +169,7 @@ struct TimerExpired {
 };
 /// What was recorded of the trial under way is bad. It is taken again once the probe is up, as
 /// often as the recipe allows; then it has failed.
-struct TakeRejected {
+struct AttemptRejected {
   Error why;
 };
 /// The slide has told enough: it ends here as at the end of its path, and the trial goes on with
@@ -199,7 +199,7 @@ struct HaltRequested {};
 
 using Event =
     std::variant<Start, OperatorConfirmed, Mounted, Biased, MotionDone, MotionLost, ContactFound,
-                 ForceSettled, TimerExpired, TakeRejected, EndSlide, Fault, GuardTripped,
+                 ForceSettled, TimerExpired, AttemptRejected, EndSlide, Fault, GuardTripped,
                  PauseRequested, ResumeRequested, StopRequested, AbortRequested, HaltRequested>;
 
 // ---- state ----
@@ -245,7 +245,7 @@ struct State {
   bool ended_early = false;              ///< the slide was, by EndSlide
   bool repeats = false;                  ///< the trial was cut short for a pause and is run again
   std::uint32_t rejected = 0;            ///< takes of the trial so far
-  std::optional<Error> bad_take;         ///< why the take under way is one
+  std::optional<Error> bad_attempt;      ///< why the take under way is one
   std::optional<Outcome> trial_outcome;  ///< set when the trial is cut short
   std::optional<Error> trial_error;
   std::optional<Outcome> campaign_outcome;  ///< set when the campaign ends after this trial

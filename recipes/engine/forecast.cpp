@@ -78,7 +78,7 @@ void widen_by_parks(std::array<Range, axis_count>& envelope, const std::vector<L
   }
 }
 
-std::array<Range, axis_count> envelope_of(const Plan& plan) {
+std::array<Range, axis_count> compute_envelope(const Plan& plan) {
   constexpr double inf = std::numeric_limits<double>::infinity();
   std::array<Range, axis_count> envelope;
   envelope.fill({inf, -inf});
@@ -184,9 +184,9 @@ Forecast forecast(const Plan& plan) {
     out.mounts += i == 0 || plan.trials[i].fabric != plan.trials[i - 1].fabric ? 1 : 0;
   const PeopleForecast people = people_forecast(plan);
   out.people_s = people.people_s;
-  out.asks = people.asks;
+  out.prompts = people.prompts;
   out.bytes = static_cast<std::uint64_t>(total_recorded_s * bytes_per_second(plan.limits));
-  out.envelope = envelope_of(plan);
+  out.envelope = compute_envelope(plan);
   for (const Axis axis : all_axes) {
     const Range& travel = plan.limits.geometry.travel[index(axis)];
     const Range& used = out.envelope[index(axis)];

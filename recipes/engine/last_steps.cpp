@@ -16,7 +16,7 @@ const std::vector<LastStep>& steps_after(const Finally& finally, Outcome campaig
   return campaign == Outcome::failed ? finally.on_fault : finally.on_stop;
 }
 
-std::vector<AxisMove> moves_of(const Plan& plan, const LastStep& step) {
+std::vector<AxisMove> list_moves(const Plan& plan, const LastStep& step) {
   const auto* const park = std::get_if<ParkStep>(&step);
   if (park == nullptr) return {};
   const double speed = plan.approach.transfer_speed_mps;
@@ -32,7 +32,7 @@ double duration_s(const Plan& plan, const LastStep& step) {
 
 std::vector<Diagnostic> warnings_about_budget(const Finally& finally) {
   std::vector<Diagnostic> out;
-  const auto look = [&](const char* cause, const std::vector<LastStep>& steps) {
+  const auto check_steps = [&](const char* cause, const std::vector<LastStep>& steps) {
     double waits_s = 0;
     for (const LastStep& step : steps)
       if (const auto* const wait = std::get_if<WaitStep>(&step)) waits_s += wait->duration_s;
@@ -42,9 +42,9 @@ std::vector<Diagnostic> warnings_about_budget(const Finally& finally) {
                      "less than " + std::to_string(finally.budget_s) + " s",
                      std::to_string(waits_s) + " s", "raise budget_s or shorten the waits"});
   };
-  look("on_success", finally.on_success);
-  look("on_stop", finally.on_stop);
-  look("on_fault", finally.on_fault);
+  check_steps("on_success", finally.on_success);
+  check_steps("on_stop", finally.on_stop);
+  check_steps("on_fault", finally.on_fault);
   return out;
 }
 

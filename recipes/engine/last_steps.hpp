@@ -12,7 +12,7 @@ bool is_empty(const Finally& finally);
 const std::vector<LastStep>& steps_after(const Finally& finally, Outcome campaign);
 
 /// The moves of a park, none of a wait; z stays where it is.
-std::vector<AxisMove> moves_of(const Plan& plan, const LastStep& step);
+std::vector<AxisMove> list_moves(const Plan& plan, const LastStep& step);
 
 /// How long the step takes [s]: a wait exactly, a park at most.
 double duration_s(const Plan& plan, const LastStep& step);

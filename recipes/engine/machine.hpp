@@ -35,7 +35,7 @@ class Machine {
   void on(const ForceSettled& event);
   /// A recorded phase ends by its timer; any other step has failed to end by itself.
   void on(const TimerExpired& event);
-  void on(const TakeRejected& event);
+  void on(const AttemptRejected& event);
   // The axes come to rest while z goes back up, as in a trial that is cut short.
   void on(const EndSlide&);
   void on(const Fault& event);
@@ -50,7 +50,7 @@ class Machine {
 
   /// What a person is asked for comes first; `up_first` where the stages may have been touched.
   void begin_trial(bool up_first);
-  void ask(std::size_t operator_step);
+  void prompt_operator(std::size_t operator_step);
   void clear();
   void mount();
   void position();

@@ -31,7 +31,7 @@ void Machine::give_up_retreat() {
 }
 
 void Machine::end_trial(Cleanup cleanup) {
-  const Outcome outcome = judged(plan_, state_, place());
+  const Outcome outcome = evaluated(plan_, state_, place());
   const bool cut = std::exchange(state_.repeats, false) && outcome == Outcome::stopped;
   const bool again = cut || outcome == Outcome::rejected;
   const bool early = std::exchange(state_.ended_early, false) && outcome == Outcome::complete;
@@ -75,7 +75,7 @@ void Machine::next_last_step() {
   if (left_s <= 0) return last_step_timed_out();
   const LastStep& next = steps[state_.last_step++];
   enter(Step::concluding, std::min(left_s, duration_s(plan_, next)));
-  if (auto moves = moves_of(plan_, next); !moves.empty()) move(std::move(moves));
+  if (auto moves = list_moves(plan_, next); !moves.empty()) move(std::move(moves));
 }
 
 void Machine::last_step_timed_out() {

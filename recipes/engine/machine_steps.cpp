@@ -32,15 +32,15 @@ bool is_recording(Step step) {
 void Machine::begin_trial(bool up_first) {
   const bool begins = state_.trial == state_.first_trial;
   if (const auto due = due_step(plan_, state_.trial, state_.operator_step, begins))
-    return ask(*due);
+    return prompt_operator(*due);
   emit(TrialBegin{state_.trial});
   up_first ? clear() : mount();
 }
 
-void Machine::ask(std::size_t operator_step) {
+void Machine::prompt_operator(std::size_t operator_step) {
   state_.operator_step = operator_step;
   enter(Step::awaiting_operator, to_seconds(longest_hold));
-  emit(AskOperator{state_.ticket, ask_of(plan_, state_.trial, operator_step)});
+  emit(PromptOperator{state_.ticket, step_prompt(plan_, state_.trial, operator_step)});
 }
 
 void Machine::clear() {
@@ -148,7 +148,7 @@ void Machine::close_phase() {
 }
 
 std::string Machine::place() const {
-  return trial_words(plan_, state_.trial) + ": " + std::string(to_string(state_.step));
+  return format_trial(plan_, state_.trial) + ": " + std::string(to_string(state_.step));
 }
 
 }  // namespace weft::recipes

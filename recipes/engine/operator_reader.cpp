@@ -38,8 +38,8 @@ std::string read_text(ObjectReader& reader, Problems& problems) {
   return text;
 }
 
-std::optional<std::size_t> place_of(const json& value, const std::string& place,
-                                    const std::vector<std::string>& known, Problems& problems) {
+std::optional<std::size_t> find_place(const json& value, const std::string& place,
+                                      const std::vector<std::string>& known, Problems& problems) {
   const std::string name = value.is_string() ? value.get<std::string>() : "";
   const auto found = std::find(known.begin(), known.end(), name);
   if (!name.empty() && found != known.end()) return static_cast<std::size_t>(found - known.begin());
@@ -58,7 +58,7 @@ void read_only_fabrics(ObjectReader& reader, const std::vector<std::string>& kno
   if (list->empty())
     return problems.add({place, "there is no fabric", "at least one, or no \"fabrics\"", "0", ""});
   for (std::size_t i = 0; i < list->size(); ++i) {
-    const auto fabric = place_of((*list)[i], child(place, i), known, problems);
+    const auto fabric = find_place((*list)[i], child(place, i), known, problems);
     if (!fabric) continue;
     if (std::find(step.fabrics.begin(), step.fabrics.end(), *fabric) != step.fabrics.end())
       problems.add({child(place, i), "the fabric is listed twice", "", known[*fabric], ""});

@@ -32,25 +32,25 @@ std::optional<std::size_t> due_step(const Plan& plan, std::size_t trial, std::si
   return std::nullopt;
 }
 
-bool asks_before(const Plan& plan, std::size_t fabric) {
+bool has_prompt_before(const Plan& plan, std::size_t fabric) {
   return std::ranges::any_of(plan.operator_steps, [&](const OperatorStep& step) {
     return step.before == OperatorStep::Before::fabric && is_for(step, fabric);
   });
 }
 
-OperatorAsk ask_of(const Plan& plan, std::size_t trial, std::size_t step) {
-  const OperatorStep& asked = plan.operator_steps[step];
+StepPrompt step_prompt(const Plan& plan, std::size_t trial, std::size_t step) {
+  const OperatorStep& requested = plan.operator_steps[step];
   const std::size_t fabric = plan.trials[trial].fabric;
-  OperatorAsk out{trial, step, asked.text, asked.people_s};
+  StepPrompt out{trial, step, requested.text, requested.people_s};
   replace_all(out.text, fabric_mark, plan.fabrics[fabric]);
   replace_all(out.text, number_mark, std::to_string(fabric + 1));
   return out;
 }
 
-std::optional<OperatorAsk> next_ask(const Plan& plan, std::size_t from) {
+std::optional<StepPrompt> next_prompt(const Plan& plan, std::size_t from) {
   if (plan.operator_steps.empty()) return std::nullopt;
   for (std::size_t trial = from; trial < plan.trials.size(); ++trial)
-    if (const auto step = due_step(plan, trial, 0, false)) return ask_of(plan, trial, *step);
+    if (const auto step = due_step(plan, trial, 0, false)) return step_prompt(plan, trial, *step);
   return std::nullopt;
 }
 
@@ -65,7 +65,7 @@ PeopleForecast people_forecast(const Plan& plan, std::size_t from) {
   for (std::size_t trial = from; trial < plan.trials.size(); ++trial)
     for (auto step = due_step(plan, trial, 0, false); step;
          step = due_step(plan, trial, *step + 1, false)) {
-      ++out.asks;
+      ++out.prompts;
       out.people_s += plan.operator_steps[*step].people_s;
     }
   return out;

@@ -10,7 +10,7 @@
 namespace weft::recipes {
 
 /// Asked of a person before a trial.
-struct OperatorAsk {
+struct StepPrompt {
   std::size_t trial = 0;  ///< into Plan::trials
   std::size_t step = 0;   ///< into Plan::operator_steps
   std::string text;       ///< for people, the fabric in its place
@@ -23,19 +23,19 @@ std::optional<std::size_t> due_step(const Plan& plan, std::size_t trial, std::si
                                     bool begins);
 
 /// Whether some step is due whenever this fabric comes.
-bool asks_before(const Plan& plan, std::size_t fabric);
+bool has_prompt_before(const Plan& plan, std::size_t fabric);
 
-OperatorAsk ask_of(const Plan& plan, std::size_t trial, std::size_t step);
+StepPrompt step_prompt(const Plan& plan, std::size_t trial, std::size_t step);
 
 /// The first ask before a trial from `from` on, where the campaign began with the first one;
 /// nothing when people are needed no more.
-std::optional<OperatorAsk> next_ask(const Plan& plan, std::size_t from);
+std::optional<StepPrompt> next_prompt(const Plan& plan, std::size_t from);
 
 /// Machine time between the begin of two trials, by the mean of the forecast [s].
 double machine_s(const Plan& plan, std::size_t from, std::size_t to);
 
 struct PeopleForecast {
-  std::size_t asks = 0;
+  std::size_t prompts = 0;
   double people_s = 0;
 };
 /// Of all asks before trials from `from` on, where the campaign began with the first one.

@@ -35,7 +35,7 @@ const std::vector<Vec2>& Exploration::path_m() const {
   return slides() ? step(Phase::motion).path_m : none;
 }
 
-std::string trial_words(const Plan& plan, std::size_t trial) {
+std::string format_trial(const Plan& plan, std::size_t trial) {
   const TrialSpec& spec = plan.trials[trial];
   return "trial " + std::to_string(spec.index + 1) + " (" + plan.fabrics[spec.fabric] + ", " +
          plan.explorations[spec.exploration].name + ", repetition " +

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "protocols/base/phase.hpp"
-#include "recipes/engine/hand_over.hpp"
+#include "recipes/engine/handover.hpp"
 #include "recipes/engine/rig_limits.hpp"
 #include "recipes/engine/sweep.hpp"
 #include "recipes/kinematics/kinematics.hpp"
@@ -131,11 +131,11 @@ struct Finally {
 
 /// What the campaign will take, worked out before anything moves.
 struct Forecast {
-  double duration_s = 0;   ///< of the machine; people's time is beside it
-  double finally_s = 0;    ///< of that, what is done once no trial is left of a complete campaign
-  double people_s = 0;     ///< for all operator steps
-  std::size_t asks = 0;    ///< how often people are asked
-  std::size_t mounts = 0;  ///< how often a cloth is put on the plate
+  double duration_s = 0;    ///< of the machine; people's time is beside it
+  double finally_s = 0;     ///< of that, what is done once no trial is left of a complete campaign
+  double people_s = 0;      ///< for all operator steps
+  std::size_t prompts = 0;  ///< how often people are asked
+  std::size_t mounts = 0;   ///< how often a cloth is put on the plate
   [[nodiscard]] double total_s() const { return duration_s + people_s; }
   [[nodiscard]] double trials_s() const { return duration_s - finally_s; }
   std::uint64_t bytes = 0;                   ///< recorded samples, before compression
@@ -157,9 +157,9 @@ struct Plan {
   std::optional<RepeatBad> repeat_bad;  ///< none: no repetition is judged
   std::vector<OperatorStep> operator_steps;
   Finally finally;
-  std::optional<HandOver> hand_over;  ///< none: the data set is all there is
-  std::optional<Sweep> sweep;         ///< none: every exploration as the recipe states it
-  double mount_timeout_s = 600;       ///< a person may have to change the cloth
+  std::optional<Handover> handover;  ///< none: the data set is all there is
+  std::optional<Sweep> sweep;        ///< none: every exploration as the recipe states it
+  double mount_timeout_s = 600;      ///< a person may have to change the cloth
   RigLimits limits;
   Forecast forecast;
   /// The recipe in normal form (sorted keys, SI units, defaults filled in): hash this for
@@ -169,10 +169,10 @@ struct Plan {
 
 /// "trial 3 (denim, M2, repetition 1)", counted from 1 as people do, for sentences. `trial` is
 /// below the number of trials.
-std::string trial_words(const Plan& plan, std::size_t trial);
+std::string format_trial(const Plan& plan, std::size_t trial);
 
 /// How many takes there are of a repetition at most.
-inline std::uint32_t most_takes(const Plan& plan) {
+inline std::uint32_t most_attempts(const Plan& plan) {
   return 1 + (plan.repeat_bad ? plan.repeat_bad->at_most : 0);
 }
 

@@ -173,7 +173,7 @@ void check_imprints(const StatedRecipe& stated, const RigLimits& limits, Problem
   if (limits.imprint_array && stated.repeat_bad)
     problems.add({"/repeat_bad", "an imprint array's taxels stand still under an object that does",
                   "no repeat_bad on this rig", "", "Look at the imprints instead"});
-  if (!stated.hand_over || stated.hand_over->from != HandOverFrom::imprints) return;
+  if (!stated.handover || stated.handover->from != HandoverSource::imprints) return;
   const std::string place = "/hand_over/from";
   for (const StatedExploration& e : stated.explorations)
     if (e.exploration.slides())
@@ -194,7 +194,7 @@ void check_imprints(const StatedRecipe& stated, const RigLimits& limits, Problem
 }
 
 /// Before the order is read: an order without a seed of its own draws from this one.
-void take_seed(std::optional<std::uint64_t> seed, StatedRecipe& stated, Problems& problems) {
+void read_seed(std::optional<std::uint64_t> seed, StatedRecipe& stated, Problems& problems) {
   if (!seed) return;
   stated.seed = *seed;
   if (*seed > static_cast<std::uint64_t>(largest_seed))
@@ -209,7 +209,7 @@ StatedRecipe read_recipe(const json& document, const RigLimits& limits,
   StatedRecipe stated;
   ObjectReader recipe(document, "", problems);
   read_scalars(recipe, stated);
-  take_seed(seed, stated, problems);
+  read_seed(seed, stated, problems);
   read_fabrics(recipe, limits, stated, problems);
   stated.class_of = read_classes(recipe, stated.fabrics, problems);
   read_order(recipe, stated, problems);
@@ -218,9 +218,9 @@ StatedRecipe read_recipe(const json& document, const RigLimits& limits,
   read_repeat_bad(recipe, stated, problems);
   read_operator_steps(recipe, stated, problems);
   stated.finally = read_finally(recipe, limits, problems);
-  stated.hand_over =
-      read_hand_over(recipe, stated.fabrics.size(), stated.repetitions,
-                     limits.acceleration_rate_hz > 0 || limits.sound_rate_hz > 0, problems);
+  stated.handover =
+      read_handover(recipe, stated.fabrics.size(), stated.repetitions,
+                    limits.acceleration_rate_hz > 0 || limits.sound_rate_hz > 0, problems);
   read_explorations(recipe, limits, stated, problems);
   read_sweep(recipe, limits, stated, problems);
   check_imprints(stated, limits, problems);

@@ -44,7 +44,7 @@ struct StatedRecipe {
   std::optional<RepeatBad> repeat_bad;
   std::vector<OperatorStep> operator_steps;
   Finally finally;
-  std::optional<HandOver> hand_over;
+  std::optional<Handover> handover;
   std::optional<Sweep> sweep;
   double mount_timeout_s = 600;
 };

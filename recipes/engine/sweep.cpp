@@ -6,18 +6,18 @@
 namespace weft::recipes {
 namespace {
 
-struct KindWords {
+struct KindNames {
   std::string_view name, plain, unit, file_unit;
   double per_si;
 };
 
 /// In the order of the enumeration.
-constexpr std::array kinds{KindWords{"force_n", "force", " N", "N", 1},
-                           KindWords{"speed_mps", "speed", " mm/s", "mm_s", 1e3},
-                           KindWords{"press_s", "press", " s", "s", 1},
-                           KindWords{"stroke_m", "stroke", " mm", "mm", 1e3}};
+constexpr std::array kinds{KindNames{"force_n", "force", " N", "N", 1},
+                           KindNames{"speed_mps", "speed", " mm/s", "mm_s", 1e3},
+                           KindNames{"press_s", "press", " s", "s", 1},
+                           KindNames{"stroke_m", "stroke", " mm", "mm", 1e3}};
 
-const KindWords& words_of(FactorKind kind) {
+const KindNames& names_of(FactorKind kind) {
   return kinds.at(static_cast<std::size_t>(kind));
 }
 
@@ -25,26 +25,26 @@ const KindWords& words_of(FactorKind kind) {
 std::string number(FactorKind kind, double si) {
   std::array<char, 32> digits{};
   const auto [end, error] =
-      std::to_chars(digits.data(), digits.data() + digits.size(), si * words_of(kind).per_si,
+      std::to_chars(digits.data(), digits.data() + digits.size(), si * names_of(kind).per_si,
                     std::chars_format::general, 6);
   return {digits.data(), end};
 }
 
 std::string factor_text(const Factor& factor) {
-  std::string out(words_of(factor.kind).plain);
+  std::string out(names_of(factor.kind).plain);
   for (std::size_t i = 0; i < factor.values.size(); ++i)
     out += (i == 0 ? " " : ", ") + number(factor.kind, factor.values[i]);
-  return out + std::string(words_of(factor.kind).unit);
+  return out + std::string(names_of(factor.kind).unit);
 }
 
 }  // namespace
 
 std::string_view factor_name(FactorKind kind) {
-  return words_of(kind).name;
+  return names_of(kind).name;
 }
 
-std::string factor_words(FactorKind kind, double si) {
-  return number(kind, si) + std::string(words_of(kind).file_unit);
+std::string format_factor(FactorKind kind, double si) {
+  return number(kind, si) + std::string(names_of(kind).file_unit);
 }
 
 std::uint64_t Sweep::full_cells() const {

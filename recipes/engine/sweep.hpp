@@ -22,7 +22,7 @@ enum class FactorKind : std::uint8_t {
 /// "force_n", "speed_mps", "press_s", "stroke_m".
 std::string_view factor_name(FactorKind kind);
 /// A value as people read it and file names hold it: "3.5N", "0.5mm_s", "6s", "40mm".
-std::string factor_words(FactorKind kind, double si);
+std::string format_factor(FactorKind kind, double si);
 
 struct Factor {
   FactorKind kind = FactorKind::force;

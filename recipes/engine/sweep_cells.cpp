@@ -43,7 +43,7 @@ StatedExploration in_cell(const StatedExploration& base, const Sweep& sweep,
     const Factor& factor = sweep.factors[i];
     const double value = factor.values[cell[i]];
     set(factor.kind, value, out.exploration);
-    out.exploration.name += "-" + factor_words(factor.kind, value);
+    out.exploration.name += "-" + format_factor(factor.kind, value);
     if (factor.kind == FactorKind::stroke) out.path_pointer = factor.pointers[cell[i]];
   }
   return out;
@@ -87,7 +87,7 @@ void spread_sweep(StatedRecipe& stated, const RigLimits& limits, Problems& probl
   if (!stated.sweep) return;
   Sweep& sweep = *stated.sweep;
   std::vector<StatedExploration> spread;
-  std::set<std::string> told;  // a stroke that is too long is told once, not in every cell
+  std::set<std::string> reported;  // a stroke that is too long is told once, not in every cell
   for (const StatedExploration& base : stated.explorations) {
     sweep.explorations.push_back(base.exploration.name);
     for (const std::vector<std::size_t>& cell : sweep.cells) {
@@ -95,7 +95,7 @@ void spread_sweep(StatedRecipe& stated, const RigLimits& limits, Problems& probl
       Problems found;
       place_on_plate(spread.back(), limits, found);
       if (varies(sweep, FactorKind::stroke)) check_legs(spread.back(), found);
-      if (!found.empty() && told.insert(spread.back().path_pointer).second)
+      if (!found.empty() && reported.insert(spread.back().path_pointer).second)
         for (Diagnostic& one : found.take()) problems.add(std::move(one));
     }
     check_names(base.pointer, std::span(spread).last(sweep.cells.size()), problems);

@@ -157,7 +157,7 @@ class SweepReader {
       const std::string at = child(place, i);
       const auto si = read_value(list[i], at, known);
       if (!si) continue;
-      if (!seen.insert(factor_words(known.kind, *si)).second) {
+      if (!seen.insert(format_factor(known.kind, *si)).second) {
         problems_.add({at, "the value is listed twice", "every value once", brief(list[i]),
                        "use \"replicates\" to do every cell more often"});
         continue;
@@ -229,28 +229,29 @@ class SweepReader {
       return;
     }
     const auto rows = model_rows(sweep_.factors, sweep_.fraction->model);
-    const std::size_t kept = kept_cells();
-    if (kept < rows.front().size())
+    const std::size_t count = count_cells();
+    if (count < rows.front().size())
       return problems_.add({place + "/design/cell_fraction",
                             "too few cells are left to fit the model that they are chosen for",
                             "at least " + std::to_string(rows.front().size()) + " cells",
-                            std::to_string(kept) + " of " + std::to_string(all.size()),
+                            std::to_string(count) + " of " + std::to_string(all.size()),
                             "raise the fraction, or set \"model\" to \"linear\""});
-    const Subset subset = d_optimal(rows, kept);
+    const Subset subset = d_optimal(rows, count);
     sweep_.d_efficiency = subset.d_efficiency;
     for (const std::size_t row : subset.rows) sweep_.cells.push_back(all[row]);
   }
 
-  [[nodiscard]] std::size_t kept_cells() const {
+  [[nodiscard]] std::size_t count_cells() const {
     const auto all = static_cast<double>(sweep_.full_cells());
     const double share = sweep_.fraction ? sweep_.fraction->share : 1;
     return static_cast<std::size_t>(std::llround(share * all));
   }
 
   bool check_counts(const std::string& place) {
-    const double trials = static_cast<double>(stated_.fabrics.size()) *
-                          static_cast<double>(stated_.explorations.size()) * sweep_.replicates *
-                          static_cast<double>(sweep_.fraction ? kept_cells() : sweep_.full_cells());
+    const double trials =
+        static_cast<double>(stated_.fabrics.size()) *
+        static_cast<double>(stated_.explorations.size()) * sweep_.replicates *
+        static_cast<double>(sweep_.fraction ? count_cells() : sweep_.full_cells());
     if (trials > static_cast<double>(max_trials)) {
       problems_.add({place, "the sweep has too many trials",
                      "at most " + std::to_string(max_trials), json(trials).dump(),
@@ -264,7 +265,7 @@ class SweepReader {
                      "give fewer values"});
       return false;
     }
-    const std::uint64_t cells = sweep_.fraction ? kept_cells() : sweep_.full_cells();
+    const std::uint64_t cells = sweep_.fraction ? count_cells() : sweep_.full_cells();
     const std::uint64_t explorations = stated_.explorations.size() * cells;
     if (explorations <= most_cells) return true;
     problems_.add({place, "the explorations and cells are too many together",

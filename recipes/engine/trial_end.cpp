@@ -6,11 +6,11 @@
 
 namespace weft::recipes {
 
-Outcome judged(const Plan& plan, State& state, const std::string& place) {
+Outcome evaluated(const Plan& plan, State& state, const std::string& place) {
   const Outcome outcome = state.trial_outcome.value_or(Outcome::complete);
-  std::optional<Error> bad = std::exchange(state.bad_take, {});
+  std::optional<Error> bad = std::exchange(state.bad_attempt, {});
   if (outcome != Outcome::complete || !bad) return outcome;
-  if (++state.rejected < most_takes(plan)) {
+  if (++state.rejected < most_attempts(plan)) {
     state.trial_error = std::move(bad);
     return Outcome::rejected;
   }

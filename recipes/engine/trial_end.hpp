@@ -11,7 +11,7 @@ namespace weft::recipes {
 
 /// How the trial under way has ended. One that came to its end with a bad record is taken again, or
 /// has failed at last; `place` says where, for people.
-Outcome judged(const Plan& plan, State& state, const std::string& place);
+Outcome evaluated(const Plan& plan, State& state, const std::string& place);
 
 /// How the campaign ends before a trial is run again, or nothing when it goes on.
 std::optional<Outcome> end_before_repeat(const State& state);

@@ -38,7 +38,7 @@ class SweptTrials {
     const bool by_replicate = sweep_.block_by == BlockBy::replicate;
     if (by_replicate)
       for (std::uint32_t r = 1; r <= sweep_.replicates; ++r)
-        for (const std::size_t f : order_of(stated_.fabrics.size())) add_block(f, r);
+        for (const std::size_t f : make_order(stated_.fabrics.size())) add_block(f, r);
     else
       for (std::size_t f = 0; f < stated_.fabrics.size(); ++f)
         for (std::uint32_t r = 1; r <= sweep_.replicates; ++r) add_block(f, r);
@@ -47,7 +47,7 @@ class SweptTrials {
   }
 
  private:
-  std::vector<std::size_t> order_of(std::size_t count) {
+  std::vector<std::size_t> make_order(std::size_t count) {
     std::vector<std::size_t> order(count);
     std::iota(order.begin(), order.end(), std::size_t{0});
     if (sweep_.randomised) shuffle(order, state_);
@@ -55,7 +55,7 @@ class SweptTrials {
   }
 
   void add_block(std::size_t fabric, std::uint32_t replicate) {
-    for (const std::size_t e : order_of(stated_.explorations.size()))
+    for (const std::size_t e : make_order(stated_.explorations.size()))
       trials_.push_back(trial_of(stated_, fabric, e, replicate));
   }
 

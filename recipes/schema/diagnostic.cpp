@@ -9,7 +9,7 @@
 namespace weft::recipes {
 namespace {
 
-constexpr std::size_t most_findings = 200;
+constexpr std::size_t most_problems = 200;
 constexpr std::size_t longest_quote = 64;
 
 char upper(char c) {
@@ -50,7 +50,7 @@ std::string to_string(const Diagnostic& diagnostic) {
 
 void Problems::add(Diagnostic diagnostic) {
   if (!diagnostic.hint.empty()) diagnostic.hint[0] = upper(diagnostic.hint[0]);
-  if (list_.size() < most_findings)
+  if (list_.size() < most_problems)
     list_.push_back(std::move(diagnostic));
   else
     ++left_out_;

@@ -21,17 +21,17 @@ std::string line_and_column(std::string_view text, std::size_t at) {
          std::to_string(before.size() - line_start + 1);
 }
 
-bool in_word(char c) {
+bool is_word_char(char c) {
   return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '+';
 }
 
 /// The run of letters and signs around `at`; empty, but at its place, when there is none.
-std::string_view word_at(std::string_view text, std::size_t at) {
+std::string_view text_at_position(std::string_view text, std::size_t at) {
   at = std::min(at, text.size());
   std::size_t begin = at;
-  while (begin > 0 && in_word(text[begin - 1])) --begin;
+  while (begin > 0 && is_word_char(text[begin - 1])) --begin;
   std::size_t end = at;
-  while (end < text.size() && in_word(text[end])) ++end;
+  while (end < text.size() && is_word_char(text[end])) ++end;
   return text.substr(begin, end - begin);
 }
 
@@ -70,7 +70,7 @@ class Builder final : public nlohmann::json_sax<json> {
 
   bool parse_error(std::size_t position, const std::string&,
                    const nlohmann::detail::exception& error) override {
-    const std::string_view word = word_at(text_, position > 0 ? position - 1 : 0);
+    const std::string_view word = text_at_position(text_, position > 0 ? position - 1 : 0);
     const std::string place =
         line_and_column(text_, static_cast<std::size_t>(word.data() - text_.data()));
     if (error.id == number_overflow)

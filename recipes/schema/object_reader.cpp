@@ -28,7 +28,7 @@ bool whole(const json& value) {
   return number == std::floor(number) && std::abs(number) <= largest_exact_integer;
 }
 
-bool is_unit_word(std::string_view word) {
+bool is_unit_name(std::string_view word) {
   static const std::vector<std::string_view> words{
       "N",  "n",  "kN", "mN",  "gf",   "kgf",  "m",  "mm",  "cm",  "um",  "km",  "in",
       "s",  "ms", "us", "min", "h",    "mps",  "g",  "kg",  "Hz",  "hz",  "deg", "rad",
@@ -45,7 +45,7 @@ bool is_wrong_unit_of(std::string_view stem, std::string_view key) {
     if (rest.front() != '_') return false;
     rest.remove_prefix(1);
     const std::string_view word = rest.substr(0, rest.find('_'));
-    if (!is_unit_word(word)) return false;
+    if (!is_unit_name(word)) return false;
     rest.remove_prefix(word.size());
   }
   return true;

@@ -95,28 +95,28 @@ AptParameters::AptParameters(const StageModel& model) {
   limits.reverse_hardware = model.reverse_limit;
   if (model.axis == Axis::rotary) limits.soft_mode |= 0x80;
   const ChannelCounts backlash{1, or_zero(position_to_counts(model.scale, model.backlash))};
-  kept_ = {{MessageId::set_velparams, bytes_of(velocity_of(model))},
-           {MessageId::set_jogparams, bytes_of(jog_of(model))},
-           {MessageId::set_limswitchparams, bytes_of(limits)},
-           {MessageId::set_homeparams, bytes_of(homing_of(model))},
-           {MessageId::set_genmoveparams, bytes_of(backlash)},
-           {MessageId::set_moverelparams, bytes_of(ChannelCounts{})},
-           {MessageId::set_moveabsparams, bytes_of(ChannelCounts{})},
-           {MessageId::set_powerparams, bytes_of(PowerParams{1, 15, 30})},
-           {MessageId::set_bowindex, bytes_of(BowIndex{})},
-           {MessageId::set_avmodes, blank(4)},
-           {MessageId::set_potparams, bytes_of(slider_of(model))},
-           {MessageId::set_buttonparams, bytes_of(ButtonParams{1, 1, 0, 0, 2000, 2000})},
-           {MessageId::set_dcpidparams, pid_of_prm1_z8()},
-           {MessageId::set_kcubemmiparams, bytes_of(panel_of(model))},
-           {MessageId::set_kcubetrigconfig, blank(12)},
-           {MessageId::set_kcubepostrig, blank(34)},
-           {MessageId::set_loopparams, blank(36)}};
+  stored_ = {{MessageId::set_velparams, bytes_of(velocity_of(model))},
+             {MessageId::set_jogparams, bytes_of(jog_of(model))},
+             {MessageId::set_limswitchparams, bytes_of(limits)},
+             {MessageId::set_homeparams, bytes_of(homing_of(model))},
+             {MessageId::set_genmoveparams, bytes_of(backlash)},
+             {MessageId::set_moverelparams, bytes_of(ChannelCounts{})},
+             {MessageId::set_moveabsparams, bytes_of(ChannelCounts{})},
+             {MessageId::set_powerparams, bytes_of(PowerParams{1, 15, 30})},
+             {MessageId::set_bowindex, bytes_of(BowIndex{})},
+             {MessageId::set_avmodes, blank(4)},
+             {MessageId::set_potparams, bytes_of(slider_of(model))},
+             {MessageId::set_buttonparams, bytes_of(ButtonParams{1, 1, 0, 0, 2000, 2000})},
+             {MessageId::set_dcpidparams, pid_of_prm1_z8()},
+             {MessageId::set_kcubemmiparams, bytes_of(panel_of(model))},
+             {MessageId::set_kcubetrigconfig, blank(12)},
+             {MessageId::set_kcubepostrig, blank(34)},
+             {MessageId::set_loopparams, blank(36)}};
 }
 
 AptParameters::Answer AptParameters::handle(const Message& message) {
-  for (auto& [set, body] : kept_) {
-    if (message.id == plus(set, 1)) return {Outcome::asked, plus(set, 2), &body};
+  for (auto& [set, body] : stored_) {
+    if (message.id == plus(set, 1)) return {Outcome::is_request, plus(set, 2), &body};
     if (message.id != set) continue;
     const auto documented = documented_data_size(set);
     const bool fits = documented ? message.data.size() == *documented : !message.data.empty();

@@ -13,10 +13,10 @@ class AptParameters {
   explicit AptParameters(const protocols::apt::StageModel& model);
 
   enum class Outcome : std::uint8_t {
-    unknown,  ///< no parameter message
-    taken,    ///< a SET
-    refused,  ///< a SET whose body has another length than documented
-    asked     ///< a REQ: answer with `reply`
+    unknown,    ///< no parameter message
+    taken,      ///< a SET
+    refused,    ///< a SET whose body has another length than documented
+    is_request  ///< a REQ: answer with `reply`
   };
   struct Answer {
     Outcome outcome = Outcome::unknown;
@@ -26,10 +26,10 @@ class AptParameters {
   Answer handle(const protocols::apt::Message& message);
 
   /// By the id of the SET message. There must be one: all that have a struct are there.
-  [[nodiscard]] const Bytes& body(protocols::apt::MessageId set) const { return kept_.at(set); }
+  [[nodiscard]] const Bytes& body(protocols::apt::MessageId set) const { return stored_.at(set); }
 
  private:
-  std::map<protocols::apt::MessageId, Bytes> kept_;  ///< by the id of the SET message
+  std::map<protocols::apt::MessageId, Bytes> stored_;  ///< by the id of the SET message
 };
 
 }  // namespace weft::sim

@@ -17,7 +17,7 @@ using namespace protocols::apt;
 constexpr Duration update_period = std::chrono::milliseconds(100);  // APT16: 10 Hz
 /// The rest of a message is not waited for longer, counted from its beginning: its host has gone,
 /// or its length was damaged.
-constexpr Duration half_message_kept = std::chrono::milliseconds(500);
+constexpr Duration partial_message_timeout = std::chrono::milliseconds(500);
 constexpr std::uint16_t kcube_hardware_type = 16;  // K-cubes; no source [E]
 constexpr std::uint16_t card_hardware_type = 44;
 constexpr std::uint16_t rack_hardware_type = 45;
@@ -29,10 +29,14 @@ const StageModel& model_of(const AptStageParams& params) {
 
 }  // namespace
 
-AptStageEmulator::AptStageEmulator(const AptStageParams& params, BenchWorld& world, TimePoint now)
-    : params_(params), world_(&world), parameters_(model_of(params)), enabled_(params.enabled) {
+AptStageEmulator::AptStageEmulator(const AptStageParams& params, BenchPlant& bench_plant,
+                                   TimePoint now)
+    : params_(params),
+      bench_plant_(&bench_plant),
+      parameters_(model_of(params)),
+      enabled_(params.enabled) {
   if (params_.bay) unit_ = static_cast<std::uint8_t>(address::bay_first + *params_.bay);
-  world_->stage(params_.axis, now).stop(0, now);
+  bench_plant_->stage(params_.axis, now).stop(0, now);
   zero_ = lossy_from_ = stage().position(now);
 }
 
@@ -41,19 +45,19 @@ bool AptStageEmulator::servo() const {
 }
 
 const Stage& AptStageEmulator::stage() const {
-  return static_cast<const BenchWorld*>(world_)->stage(params_.axis);
+  return static_cast<const BenchPlant*>(bench_plant_)->stage(params_.axis);
 }
 
 void AptStageEmulator::receive(ByteView bytes, TimePoint now, ByteSink& out) {
   wake(now, out);
-  if (begun_ && now - *begun_ > half_message_kept) splitter_.clear();
+  if (begun_ && now - *begun_ > partial_message_timeout) splitter_.clear();
   if (!splitter_.in_progress()) begun_ = now;
   splitter_.push(bytes);
   while (splitter_.next(message_)) {
     begun_ = now;
     handle(message_, now, out);
   }
-  suffer_motion(now, out);
+  apply_motion_faults(now, out);
 }
 
 void AptStageEmulator::meet_new_host() {
@@ -81,7 +85,7 @@ std::optional<TimePoint> AptStageEmulator::next_wakeup() const {
 
 void AptStageEmulator::wake(TimePoint now, ByteSink& out) {
   self_ = unit_;
-  suffer_motion(now, out);
+  apply_motion_faults(now, out);
   for (auto at = next_wakeup(); at && *at <= now; at = next_wakeup()) {
     if (end_awaited() && stage().end() <= *at) {
       finish_motion(*at, out);
@@ -98,7 +102,7 @@ void AptStageEmulator::wake(TimePoint now, ByteSink& out) {
 /// Counts a message that nobody asked for. Silent without acknowledgements fall those that list it,
 /// and the BSC, which lists none: there only a host that begins anew helps
 /// (docs/reference/device-facts.md, APT conversation). Its cards are named SCC.
-bool AptStageEmulator::may_speak_unasked() {
+bool AptStageEmulator::can_send_unsolicited() {
   const bool falls_silent =
       servo() || params_.model.starts_with("BSC") || params_.model.starts_with("SCC");
   if (!falls_silent || params_.silent_after == 0) return true;
@@ -108,13 +112,13 @@ bool AptStageEmulator::may_speak_unasked() {
 }
 
 void AptStageEmulator::send_update(TimePoint now, ByteSink& out) {
-  if (suffers(FaultKind::silent_status, now) != nullptr || !may_speak_unasked()) return;
+  if (active_fault(FaultKind::silent_status, now) != nullptr || !can_send_unsolicited()) return;
   reply_status(servo() ? MessageId::get_dcstatusupdate : MessageId::get_statusupdate, now, out);
 }
 
 /// Ends of moves are status messages too: a servo that is not acknowledged keeps them to itself.
 void AptStageEmulator::send_end(MessageId id, TimePoint now, ByteSink& out) {
-  if (servo() && !may_speak_unasked()) return;
+  if (servo() && !can_send_unsolicited()) return;
   reply_status(id, now, out);
 }
 
@@ -183,11 +187,11 @@ bool AptStageEmulator::handle_system(const Message& message, TimePoint now, Byte
 }
 
 bool AptStageEmulator::handle_status(const Message& message, TimePoint now, ByteSink& out) {
-  const bool asks =
+  const bool requests =
       message.id == MessageId::req_statusbits ||
       message.id == (servo() ? MessageId::req_dcstatusupdate : MessageId::req_statusupdate);
-  if (asks && suffers(FaultKind::silent_status, now) != nullptr) return true;
-  if (asks && suffers(FaultKind::wrong_reply, now) != nullptr) {
+  if (requests && active_fault(FaultKind::silent_status, now) != nullptr) return true;
+  if (requests && active_fault(FaultKind::wrong_reply, now) != nullptr) {
     reply(MessageId::get_poscounter, ChannelCounts{1, counter(now)}, out);
     return true;
   }
@@ -195,7 +199,7 @@ bool AptStageEmulator::handle_status(const Message& message, TimePoint now, Byte
     if (servo()) unacknowledged_ = 0;
     return servo();
   }
-  if (!asks) return false;
+  if (!requests) return false;
   if (message.id == MessageId::req_statusbits)
     reply(MessageId::get_statusbits, StatusBits{1, status_bits(now)}, out);
   else
@@ -230,13 +234,13 @@ bool AptStageEmulator::handle_counters(const Message& message, TimePoint now, By
 
 bool AptStageEmulator::handle_parameters(const Message& message, ByteSink& out) {
   const AptParameters::Answer answer = parameters_.handle(message);
-  if (answer.outcome == AptParameters::Outcome::asked) {
+  if (answer.outcome == AptParameters::Outcome::is_request) {
     buffer_.clear();
     append_long_header(buffer_, answer.reply, answer.body->size(), {host_, self_});
     buffer_.insert(buffer_.end(), answer.body->begin(), answer.body->end());
     out(buffer_);
   }
-  return answer.outcome == AptParameters::Outcome::asked ||
+  return answer.outcome == AptParameters::Outcome::is_request ||
          answer.outcome == AptParameters::Outcome::taken;
 }
 
@@ -270,7 +274,7 @@ void AptStageEmulator::reply_info(TimePoint now, ByteSink& out) {
   const bool of_rack = params_.bay && self_ == address::rack;
   HardwareInfo info;
   info.serial = params_.serial;
-  if (const Fault* wrong = suffers(FaultKind::wrong_serial, now))
+  if (const Fault* wrong = active_fault(FaultKind::wrong_serial, now))
     info.serial += static_cast<std::int32_t>(wrong->amount);
   info.model = Text<8>::from(params_.model);
   info.hardware_type = of_rack       ? rack_hardware_type

@@ -8,7 +8,7 @@
 
 #include "protocols/apt/apt.hpp"
 #include "sim/devices/apt_parameters.hpp"
-#include "sim/devices/bench_world.hpp"
+#include "sim/devices/bench_plant.hpp"
 #include "sim/devices/emulator.hpp"
 
 namespace weft::sim {
@@ -39,8 +39,8 @@ struct AptStageParams {
 
 class AptStageEmulator final : public Emulator {
  public:
-  /// Powered on: not homed, counter at zero wherever the carriage is. `world` outlives it.
-  AptStageEmulator(const AptStageParams& params, BenchWorld& world, TimePoint now);
+  /// Powered on: not homed, counter at zero wherever the carriage is. `bench_plant` outlives it.
+  AptStageEmulator(const AptStageParams& params, BenchPlant& bench_plant, TimePoint now);
 
   void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
@@ -76,7 +76,7 @@ class AptStageEmulator final : public Emulator {
   void reply_info(TimePoint now, ByteSink& out);
   void send_update(TimePoint now, ByteSink& out);
   void send_end(MessageId id, TimePoint now, ByteSink& out);
-  bool may_speak_unasked();
+  bool can_send_unsolicited();
   void forget_host();
 
   // motion
@@ -90,9 +90,9 @@ class AptStageEmulator final : public Emulator {
                          TimePoint now);
   void stop(const Message& message, TimePoint now);
   void finish_motion(TimePoint at, ByteSink& out);
-  void tell_end(MessageId id, TimePoint at, ByteSink& out);
-  void suffer_motion(TimePoint now, ByteSink& out);
-  void suffer_stall(TimePoint now);
+  void send_end_of_motion(MessageId id, TimePoint at, ByteSink& out);
+  void apply_motion_faults(TimePoint now, ByteSink& out);
+  void apply_stall_faults(TimePoint now);
   [[nodiscard]] bool end_awaited() const { return motion_ != Motion::none && !held_ && !hung_; }
   [[nodiscard]] MotionLimits limits() const;
   [[nodiscard]] MotionLimits jog_limits() const;
@@ -116,7 +116,7 @@ class AptStageEmulator final : public Emulator {
   [[nodiscard]] const Stage& stage() const;
 
   AptStageParams params_;
-  BenchWorld* world_;
+  BenchPlant* bench_plant_;
   AptParameters parameters_;
   protocols::apt::Splitter splitter_{protocols::apt::LineEnd::controller};
   std::optional<TimePoint> begun_;  ///< when the message in progress began to come

@@ -20,8 +20,8 @@ constexpr double on_home_switch = 0.1;
 constexpr std::uint8_t forward = 1, reverse = 2;
 
 /// Jerk limit in units/s^3: 2^(index - 1) from 1 to 18, none at 0 (LTS manual 16275-D02, p. 37).
-double bow_value(const Bytes& kept) {
-  const auto body = decode_body<BowIndex>(kept);
+double bow_value(const Bytes& stored_bytes) {
+  const auto body = decode_body<BowIndex>(stored_bytes);
   if (!body || body->index == 0) return 0;
   return std::ldexp(1.0, std::min<int>(body->index, highest_bow) - 1);
 }
@@ -118,7 +118,7 @@ bool AptStageEmulator::handle_motion(const Message& message, TimePoint now, Byte
 
 void AptStageEmulator::home(TimePoint now, ByteSink& out) {
   if (!enabled_) return;
-  if (suffers(FaultKind::false_home, now) != nullptr) {
+  if (active_fault(FaultKind::false_home, now) != nullptr) {
     homed_ = true;
     return reply_short(MessageId::move_homed, 1, 0, out);
   }
@@ -138,7 +138,7 @@ void AptStageEmulator::home_to(double target, Motion leg, TimePoint now) {
   goal_ = target;
   goal_limits_ = home_limits();
   runs_to_low_end_ = on_low_end_ = false;
-  world_->stage(params_.axis, now).move_to(goal_, goal_limits_, now);
+  bench_plant_->stage(params_.axis, now).move_to(goal_, goal_limits_, now);
   motion_ = leg;
 }
 
@@ -183,19 +183,19 @@ void AptStageEmulator::plan(double target, const MotionLimits& limits, TimePoint
   lost_ = counted - at;
   lossy_from_ = at;
   steps_per_way_ = 1;
-  if (const Fault* far = suffers(FaultKind::overshoot, now))
+  if (const Fault* far = active_fault(FaultKind::overshoot, now))
     target += std::copysign(far->amount * si_per_unit(*params_.stage), target - counted);
-  if (const Fault* lossy = suffers(FaultKind::lost_steps, now))
+  if (const Fault* lossy = active_fault(FaultKind::lost_steps, now))
     steps_per_way_ = 1 / (1 - std::clamp(lossy->amount, 0.0, 0.99));
   goal_ = steps_per_way_ == 1 ? target - lost_ : at + (target - counted) / steps_per_way_;
   goal_limits_ = limits;
-  world_->stage(params_.axis, now).move_to(goal_, limits, now);
+  bench_plant_->stage(params_.axis, now).move_to(goal_, limits, now);
   runs_to_low_end_ = on_low_end_ = false;
 }
 
 void AptStageEmulator::stop(const Message& message, TimePoint now) {
   const bool immediate = message.param2 == static_cast<std::uint8_t>(StopMode::immediate);
-  world_->stage(params_.axis, now).stop(immediate ? 0 : limits().acceleration, now);
+  bench_plant_->stage(params_.axis, now).stop(immediate ? 0 : limits().acceleration, now);
   held_ = hung_ = false;
   motion_ = Motion::stopping;
 }
@@ -203,7 +203,7 @@ void AptStageEmulator::stop(const Message& message, TimePoint now) {
 void AptStageEmulator::finish_motion(TimePoint at, ByteSink& out) {
   const Motion ended = motion_;
   if (ended == Motion::home_run_off) return home_to(home_position(), Motion::home, at);
-  if (ended == Motion::home && suffers(FaultKind::never_homes, at) != nullptr) {
+  if (ended == Motion::home && active_fault(FaultKind::never_homes, at) != nullptr) {
     hung_ = true;
     return;
   }
@@ -215,44 +215,44 @@ void AptStageEmulator::finish_motion(TimePoint at, ByteSink& out) {
     return;
   }
   on_low_end_ = runs_to_low_end_ && stage().position(at) <= stage().params().low;
-  tell_end(ended == Motion::stopping ? MessageId::move_stopped : MessageId::move_completed, at,
-           out);
+  send_end_of_motion(
+      ended == Motion::stopping ? MessageId::move_stopped : MessageId::move_completed, at, out);
 }
 
-void AptStageEmulator::tell_end(MessageId id, TimePoint at, ByteSink& out) {
-  if (!end_messages_ || suffers(FaultKind::no_completion, at) != nullptr) return;
-  if (const Fault* late = suffers(FaultKind::late_completion, at))
+void AptStageEmulator::send_end_of_motion(MessageId id, TimePoint at, ByteSink& out) {
+  if (!end_messages_ || active_fault(FaultKind::no_completion, at) != nullptr) return;
+  if (const Fault* late = active_fault(FaultKind::late_completion, at))
     late_end_ = LateEnd{at + from_seconds(late->amount), id};
   else
     send_end(id, at, out);
 }
 
 /// Faults that begin, end or go on while the stage moves.
-void AptStageEmulator::suffer_motion(TimePoint now, ByteSink& out) {
-  if (hung_ && suffers(FaultKind::never_homes, now) == nullptr) hung_ = false;
-  suffer_stall(now);
-  if (suffers(FaultKind::encoder_frozen, now) == nullptr)
+void AptStageEmulator::apply_motion_faults(TimePoint now, ByteSink& out) {
+  if (hung_ && active_fault(FaultKind::never_homes, now) == nullptr) hung_ = false;
+  apply_stall_faults(now);
+  if (active_fault(FaultKind::encoder_frozen, now) == nullptr)
     frozen_counter_.reset();
   else if (!frozen_counter_)
     frozen_counter_ = counter(now);
-  const bool dead = suffers(FaultKind::disabled, now) != nullptr;
+  const bool dead = active_fault(FaultKind::disabled, now) != nullptr;
   if (dead) enabled_ = false;
-  const bool stopped = dead || suffers(FaultKind::limit_switch, now) != nullptr;
+  const bool stopped = dead || active_fault(FaultKind::limit_switch, now) != nullptr;
   if (!stopped || motion_ == Motion::none) return;
-  world_->stage(params_.axis, now).stop(0, now);
+  bench_plant_->stage(params_.axis, now).stop(0, now);
   held_ = hung_ = false;
   motion_ = Motion::none;
-  if (!dead) tell_end(MessageId::move_stopped, now, out);
+  if (!dead) send_end_of_motion(MessageId::move_stopped, now, out);
 }
 
-void AptStageEmulator::suffer_stall(TimePoint now) {
-  const bool stalled = suffers(FaultKind::motor_stall, now) != nullptr;
+void AptStageEmulator::apply_stall_faults(TimePoint now) {
+  const bool stalled = active_fault(FaultKind::motor_stall, now) != nullptr;
   if (stalled && motion_ != Motion::none && motion_ != Motion::stopping) {
-    world_->stage(params_.axis, now).stop(0, now);
+    bench_plant_->stage(params_.axis, now).stop(0, now);
     held_ = true;
   } else if (held_ && !stalled) {
     held_ = false;
-    world_->stage(params_.axis, now).move_to(goal_, goal_limits_, now);
+    bench_plant_->stage(params_.axis, now).move_to(goal_, goal_limits_, now);
   }
 }
 

@@ -11,8 +11,8 @@ std::uint32_t AptStageEmulator::status_bits(TimePoint now) const {
   std::uint32_t bits = status::motor_connected | motion_bits(now) | limit_bits(now);
   if (enabled_) bits |= status::channel_enabled;
   if (homed_) bits |= status::homed;
-  if (suffers(FaultKind::motion_error, now) != nullptr) bits |= status::motion_error;
-  if (suffers(FaultKind::over_temperature, now) != nullptr) bits |= status::over_temperature;
+  if (active_fault(FaultKind::motion_error, now) != nullptr) bits |= status::motion_error;
+  if (active_fault(FaultKind::over_temperature, now) != nullptr) bits |= status::over_temperature;
   return bits;
 }
 
@@ -42,7 +42,7 @@ std::uint32_t AptStageEmulator::motion_bits(TimePoint now) const {
 std::uint32_t AptStageEmulator::limit_bits(TimePoint now) const {
   const double at = stage().position(now);
   const bool linear = params_.stage->axis == Axis::linear;
-  const bool made = suffers(FaultKind::limit_switch, now) != nullptr;
+  const bool made = active_fault(FaultKind::limit_switch, now) != nullptr;
   std::uint32_t bits = 0;
   if (made || (linear && at >= stage().params().high)) bits |= status::forward_limit;
   if (linear && on_low_end_) bits |= status::reverse_limit;

@@ -17,7 +17,7 @@ using protocols::modbus::Reply;
 /// an operating system may hold back the second half of a write for longer.
 constexpr Duration silence = std::chrono::milliseconds(20);
 /// Silence means nothing on TCP; the rest of a request is not waited for longer.
-constexpr Duration half_request_kept = std::chrono::milliseconds(500);
+constexpr Duration partial_request_timeout = std::chrono::milliseconds(500);
 
 /// The gauges' converter is what limits and quantises here.
 FtSensorParams unlimited(FtSensorParams params) {
@@ -67,10 +67,10 @@ digital::Calibration changed(digital::Calibration calibration, double factor) {
 
 }  // namespace
 
-AtiDigitalEmulator::AtiDigitalEmulator(const AtiDigitalParams& params, BenchWorld& world,
+AtiDigitalEmulator::AtiDigitalEmulator(const AtiDigitalParams& params, BenchPlant& bench_plant,
                                        std::uint64_t seed)
     : params_(params),
-      world_(&world),
+      bench_plant_(&bench_plant),
       sensor_(unlimited(params.sensor), seed),
       calibration_(mini40_calibration(params.serial, params.sensor.counts_per_n,
                                       params.sensor.counts_per_nm)),
@@ -80,15 +80,16 @@ AtiDigitalEmulator::AtiDigitalEmulator(const AtiDigitalParams& params, BenchWorl
 
 void AtiDigitalEmulator::receive(ByteView bytes, TimePoint now, ByteSink& out) {
   wake(now, out);
-  if (now - heard_ > (params_.modbus_tcp ? half_request_kept : silence)) forget_half_said();
-  heard_ = now;
+  if (now - received_at_ > (params_.modbus_tcp ? partial_request_timeout : silence))
+    discard_partial();
+  received_at_ = now;
   if (params_.modbus_tcp) return serve_tcp(bytes, now, out);
   if (!streaming_) return serve_rtu(bytes, now, out);
   jam_bytes_ += bytes.size();
   streaming_ = jam_bytes_ < digital::jam_size;
 }
 
-void AtiDigitalEmulator::forget_half_said() {
+void AtiDigitalEmulator::discard_partial() {
   rtu_.clear();
   tcp_.clear();
   jam_bytes_ = 0;
@@ -101,7 +102,7 @@ void AtiDigitalEmulator::serve_rtu(ByteView bytes, TimePoint now, ByteSink& out)
     if (rtu_.to_all()) continue;  // obeyed, and answered by nobody
     buffer_.clear();
     append_rtu(buffer_, params_.slave, reply);
-    if (struck_by(FaultKind::crc_errors, now) != nullptr) buffer_.back() ^= 0x55;
+    if (firing_fault(FaultKind::crc_errors, now) != nullptr) buffer_.back() ^= 0x55;
     out(buffer_);
   }
 }
@@ -122,7 +123,7 @@ void AtiDigitalEmulator::serve_tcp(ByteView bytes, TimePoint now, ByteSink& out)
 }
 
 Reply AtiDigitalEmulator::answer(ByteView pdu, TimePoint now) {
-  if (suffers(FaultKind::wrong_reply, now) != nullptr)
+  if (active_fault(FaultKind::wrong_reply, now) != nullptr)
     return ReadReply{Function::read_input, Registers(std::array<std::uint16_t, 1>{})};
   const Result<Request> request = decode_request(pdu);
   if (!request) return Exception{pdu.empty() ? std::uint8_t{0} : pdu[0], code_for(request.error())};
@@ -131,7 +132,7 @@ Reply AtiDigitalEmulator::answer(ByteView pdu, TimePoint now) {
     return write(w->address, std::span(&w->value, 1), *w);
   if (const auto* w = std::get_if<WriteMany>(&*request))
     return write(w->address, w->registers.view(), WroteMany{w->address, w->registers.count});
-  return obey(std::get<Vendor>(*request), now);
+  return execute_vendor_order(std::get<Vendor>(*request), now);
 }
 
 Reply AtiDigitalEmulator::read_holding(const Read& read, TimePoint now) const {
@@ -170,7 +171,7 @@ Reply AtiDigitalEmulator::write(std::uint16_t address, std::span<const std::uint
   return Exception{code_of(one ? Function::write_one : Function::write_many), *problem};
 }
 
-Reply AtiDigitalEmulator::obey(const Vendor& order, TimePoint now) {
+Reply AtiDigitalEmulator::execute_vendor_order(const Vendor& order, TimePoint now) {
   constexpr std::uint8_t refused = 0;
   if (order.function == Function::vendor_lock) {
     const bool known = order.data == digital::lock || order.data == digital::unlock;
@@ -190,7 +191,7 @@ Reply AtiDigitalEmulator::obey(const Vendor& order, TimePoint now) {
 /// What the converters say: strain times the active gain, moved by the active offset. How gain and
 /// offset act is an estimate; at the calibration's own values both do nothing.
 AtiDigitalEmulator::GaugeCounts AtiDigitalEmulator::convert(TimePoint at) {
-  FtReading reading = sensor_.read(world_->contact(at), conversion_at(at), fz_off_n(at));
+  FtReading reading = sensor_.read(bench_plant_->contact(at), conversion_at(at), fz_off_n(at));
   hold_if_stuck(reading, at);
   const double factor = calibration_factor(at);
   GaugeCounts out{};
@@ -201,21 +202,21 @@ AtiDigitalEmulator::GaugeCounts AtiDigitalEmulator::convert(TimePoint at) {
     const double moved = registers_.offset(g) - calibration_.offset[g];
     out[g] = held(gain * factor * counts + moved);
   }
-  suffer_gauges(out, at);
+  apply_gauge_faults(out, at);
   return out;
 }
 
-void AtiDigitalEmulator::suffer_gauges(GaugeCounts& gauges, TimePoint at) {
+void AtiDigitalEmulator::apply_gauge_faults(GaugeCounts& gauges, TimePoint at) {
   using Limits = std::numeric_limits<std::int16_t>;
-  if (suffers(FaultKind::saturation, at) != nullptr)
+  if (active_fault(FaultKind::saturation, at) != nullptr)
     for (const std::size_t carries_fz : {0U, 2U, 4U}) gauges[carries_fz] = Limits::max();
-  if (struck_by(FaultKind::absurd_counts, at) != nullptr) gauges.fill(Limits::min());
+  if (firing_fault(FaultKind::absurd_counts, at) != nullptr) gauges.fill(Limits::min());
 }
 
 std::uint16_t AtiDigitalEmulator::status_word(TimePoint at) const {
   constexpr int highest_bit = 13;
   std::uint16_t word = registers_.status();
-  if (const Fault* bit = suffers(FaultKind::status_bits, at))
+  if (const Fault* bit = active_fault(FaultKind::status_bits, at))
     word = static_cast<std::uint16_t>(
         word | 1U << std::clamp(static_cast<int>(bit->amount), 0, highest_bit));
   return word;
@@ -237,12 +238,12 @@ void AtiDigitalEmulator::wake(TimePoint now, ByteSink& out) {
 
 void AtiDigitalEmulator::send_record(TimePoint at, ByteSink& out) {
   const bool odd = ++sent_ % 2 == 0;
-  if (odd && suffers(FaultKind::rate_halved, at) != nullptr) return;
+  if (odd && active_fault(FaultKind::rate_halved, at) != nullptr) return;
   const digital::StreamRecord record{convert(at), status_word(at) != 0};
-  if (suffers(FaultKind::silent, at) != nullptr) return;
+  if (active_fault(FaultKind::silent, at) != nullptr) return;
   buffer_.clear();
   append(buffer_, record);
-  if (struck_by(FaultKind::crc_errors, at) != nullptr) buffer_.back() ^= 0x55;
+  if (firing_fault(FaultKind::crc_errors, at) != nullptr) buffer_.back() ^= 0x55;
   out(buffer_);
 }
 

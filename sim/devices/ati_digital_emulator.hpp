@@ -8,7 +8,7 @@
 #include "protocols/ati_digital/stream.hpp"
 #include "protocols/modbus/mbap.hpp"
 #include "protocols/modbus/rtu.hpp"
-#include "sim/devices/bench_world.hpp"
+#include "sim/devices/bench_plant.hpp"
 #include "sim/devices/digital_registers.hpp"
 #include "sim/devices/force_emulator.hpp"
 #include "sim/devices/ft_sensor.hpp"
@@ -28,13 +28,13 @@ struct AtiDigitalParams {
 
 class AtiDigitalEmulator final : public ForceEmulator {
  public:
-  /// `world` outlives the emulator.
-  AtiDigitalEmulator(const AtiDigitalParams& params, BenchWorld& world, std::uint64_t seed);
+  /// `bench_plant` outlives the emulator.
+  AtiDigitalEmulator(const AtiDigitalParams& params, BenchPlant& bench_plant, std::uint64_t seed);
 
   void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
   void wake(TimePoint now, ByteSink& out) override;
-  void meet_new_host() override { forget_half_said(); }
+  void meet_new_host() override { discard_partial(); }
 
   [[nodiscard]] bool streaming() const { return streaming_; }
 
@@ -42,7 +42,7 @@ class AtiDigitalEmulator final : public ForceEmulator {
   using Reply = protocols::modbus::Reply;
   using GaugeCounts = std::array<std::int16_t, protocols::ati_digital::gauges>;
 
-  void forget_half_said();
+  void discard_partial();
   void serve_rtu(ByteView bytes, TimePoint now, ByteSink& out);
   void serve_tcp(ByteView bytes, TimePoint now, ByteSink& out);
   [[nodiscard]] Reply answer(ByteView pdu, TimePoint now);
@@ -50,15 +50,15 @@ class AtiDigitalEmulator final : public ForceEmulator {
   [[nodiscard]] Reply read_holding(const protocols::modbus::Read& read, TimePoint now) const;
   [[nodiscard]] Reply write(std::uint16_t address, std::span<const std::uint16_t> values,
                             const Reply& done);
-  [[nodiscard]] Reply obey(const protocols::modbus::Vendor& order, TimePoint now);
+  [[nodiscard]] Reply execute_vendor_order(const protocols::modbus::Vendor& order, TimePoint now);
   [[nodiscard]] GaugeCounts convert(TimePoint at);
-  void suffer_gauges(GaugeCounts& gauges, TimePoint at);
+  void apply_gauge_faults(GaugeCounts& gauges, TimePoint at);
   [[nodiscard]] std::uint16_t status_word(TimePoint at) const;
   void send_record(TimePoint at, ByteSink& out);
   [[nodiscard]] TimePoint record_time(std::uint64_t record) const;
 
   AtiDigitalParams params_;
-  BenchWorld* world_;
+  BenchPlant* bench_plant_;
   FtSensor sensor_;
   protocols::ati_digital::Calibration calibration_;
   /// Gauge counts for counts of the wrench.
@@ -66,7 +66,7 @@ class AtiDigitalEmulator final : public ForceEmulator {
   DigitalRegisters registers_;
   protocols::modbus::RtuSplitter rtu_;
   protocols::modbus::MbapSplitter tcp_;
-  TimePoint heard_{};  ///< last bytes from the host
+  TimePoint received_at_{};  ///< last bytes from the host
   bool streaming_ = false;
   std::size_t jam_bytes_ = 0;  ///< heard while streaming
   std::uint64_t sent_ = 0;     ///< records since the stream was started

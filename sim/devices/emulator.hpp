@@ -28,16 +28,16 @@ class Emulator {
   virtual void meet_new_host() {}
 
   /// From now on the device suffers what the board says, which outlives it.
-  void suffer(FaultBoard& board) { board_ = &board; }
+  void attach_faults(FaultBoard& board) { board_ = &board; }
 
  protected:
   /// The fault that holds at `now`, or nullptr.
-  [[nodiscard]] const Fault* suffers(FaultKind kind, TimePoint now) const {
+  [[nodiscard]] const Fault* active_fault(FaultKind kind, TimePoint now) const {
     return board_ == nullptr ? nullptr : board_->active(kind, now);
   }
   /// The same, thrown for this one message or sample.
-  const Fault* struck_by(FaultKind kind, TimePoint now) {
-    return board_ == nullptr ? nullptr : board_->strikes(kind, now);
+  const Fault* firing_fault(FaultKind kind, TimePoint now) {
+    return board_ == nullptr ? nullptr : board_->fires(kind, now);
   }
   /// True the first time that this onset of a fault is seen; `done` remembers it.
   static bool once(const Fault* fault, std::optional<TimePoint>& done) {

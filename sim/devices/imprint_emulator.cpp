@@ -54,16 +54,16 @@ Result<const Imprint*> PressedFace::press(double force_n) {
   return &imprint_;
 }
 
-ImprintEmulator::ImprintEmulator(const ImprintEmulatorParams& params, BenchWorld& world,
+ImprintEmulator::ImprintEmulator(const ImprintEmulatorParams& params, BenchPlant& bench_plant,
                                  TimePoint now)
     : FrameEmulator(now, params.largest_chunk_bytes, mix(params.seed, "pieces")),
       params_(params),
-      world_(&world),
+      bench_plant_(&bench_plant),
       next_description_(now),
       next_scan_(now + Duration(params.period_ns)),
       window_(whole_array),
       face_(params.level),
-      seen_mounts_(world.mounts() - 1) {}
+      seen_mounts_(bench_plant.mounts() - 1) {}
 
 void ImprintEmulator::receive(ByteView bytes, TimePoint now, ByteSink& out) {
   wake(now, out);
@@ -80,14 +80,14 @@ std::optional<TimePoint> ImprintEmulator::next_wakeup() const {
 }
 
 void ImprintEmulator::act(TimePoint at, ByteSink& out) {
-  suffer_numbers(at);
+  apply_number_faults(at);
   if (next_description_ == at) send_description(at, out);
   if (next_scan_ == at) send_scan(at, out);
 }
 
 void ImprintEmulator::send_description(TimePoint at, ByteSink& out) {
   next_description_ += description_period;
-  if (suffers(FaultKind::silent, at) != nullptr) return;
+  if (active_fault(FaultKind::silent, at) != nullptr) return;
   imprint::Frame frame;
   frame.sequence = descriptions_++;
   frame.device_us = clock_us(at, at);
@@ -104,24 +104,25 @@ void ImprintEmulator::send_description(TimePoint at, ByteSink& out) {
 }
 
 /// What lies on the plate, where it has been changed.
-Status ImprintEmulator::look_at_plate() {
-  if (seen_mounts_ == world_->mounts()) return {};
+Status ImprintEmulator::image_plate() {
+  if (seen_mounts_ == bench_plant_->mounts()) return {};
   cover_ = {};
-  const Patch& patch = world_->patch();
+  const Patch& patch = bench_plant_->patch();
   if (Status laid = face_.lay(object_on_plate(patch.fabric), patch.seed); !laid) return laid;
-  seen_mounts_ = world_->mounts();
+  seen_mounts_ = bench_plant_->mounts();
   return {};
 }
 
 /// The taxels of the window under the force of this moment. All of them at once [E].
 Result<TaxelFrame> ImprintEmulator::read(TimePoint at) {
-  if (Status laid = look_at_plate(); !laid) return pass(laid.error());
-  const double force_n = world_->contact(at).normal_n;
+  if (Status laid = image_plate(); !laid) return pass(laid.error());
+  const double force_n = bench_plant_->contact(at).normal_n;
   Imprint part{window_.rows, window_.cols, std::vector<double>(window_.taxels()), 0, 0};
   if (force_n >= least_force_n) {
     const auto whole = face_.press(force_n);
     if (!whole) return pass(whole.error());
-    auto cut = part_of(**whole, window_.first_row, window_.first_col, window_.rows, window_.cols);
+    auto cut =
+        extract_part(**whole, window_.first_row, window_.first_col, window_.rows, window_.cols);
     if (!cut) return pass(cut.error());
     part = std::move(*cut);
   }
@@ -143,11 +144,11 @@ void ImprintEmulator::send_scan(TimePoint at, ByteSink& out) {
   std::ranges::transform(taxels->counts, frame.counts.begin(), [](std::uint16_t counts) {
     return static_cast<std::uint8_t>(std::min<std::uint16_t>(counts, imprint::highest_count));
   });
-  suffer(frame, at);
+  apply_faults(frame, at);
   send(frame, at, out);
 }
 
-void ImprintEmulator::suffer_numbers(TimePoint at) {
+void ImprintEmulator::apply_number_faults(TimePoint at) {
   sequence_ = static_cast<std::uint16_t>(sequence_ + number_jump(at));
   if (!restarts(at)) return;
   sequence_ = 0;
@@ -156,13 +157,13 @@ void ImprintEmulator::suffer_numbers(TimePoint at) {
   cover_ = {};
 }
 
-void ImprintEmulator::suffer(imprint::Frame& frame, TimePoint at) {
-  if (suffers(FaultKind::frozen_frame, at) == nullptr)
+void ImprintEmulator::apply_faults(imprint::Frame& frame, TimePoint at) {
+  if (active_fault(FaultKind::frozen_frame, at) == nullptr)
     frozen_.reset();
   else if (!frozen_)
     frozen_ = frame;
   if (frozen_ && frozen_->window == frame.window) frame.counts = frozen_->counts;
-  if (const Fault* wrong = suffers(FaultKind::wrong_count, at))
+  if (const Fault* wrong = active_fault(FaultKind::wrong_count, at))
     frame.window = {0, 0, 1,
                     static_cast<std::uint8_t>(std::clamp(wrong->amount, 1.0, double{side}))};
 }

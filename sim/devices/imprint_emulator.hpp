@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "protocols/imprint/imprint.hpp"
-#include "sim/devices/bench_world.hpp"
+#include "sim/devices/bench_plant.hpp"
 #include "sim/devices/frame_emulator.hpp"
 #include "sim/plant/imprint/half_space.hpp"
 #include "sim/plant/imprint/objects.hpp"
@@ -52,8 +52,8 @@ class PressedFace {
 
 class ImprintEmulator final : public FrameEmulator {
  public:
-  /// `world` outlives the emulator. Powered on at `now`: the first scan ends a period later.
-  ImprintEmulator(const ImprintEmulatorParams& params, BenchWorld& world, TimePoint now);
+  /// `bench_plant` outlives the emulator. Powered on at `now`: the first scan ends a period later.
+  ImprintEmulator(const ImprintEmulatorParams& params, BenchPlant& bench_plant, TimePoint now);
 
   void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
@@ -63,12 +63,12 @@ class ImprintEmulator final : public FrameEmulator {
   void send_description(TimePoint at, ByteSink& out);
   void send_scan(TimePoint at, ByteSink& out);
   [[nodiscard]] Result<TaxelFrame> read(TimePoint at);
-  [[nodiscard]] Status look_at_plate();
-  void suffer_numbers(TimePoint at);
-  void suffer(protocols::imprint::Frame& frame, TimePoint at);
+  [[nodiscard]] Status image_plate();
+  void apply_number_faults(TimePoint at);
+  void apply_faults(protocols::imprint::Frame& frame, TimePoint at);
 
   ImprintEmulatorParams params_;
-  BenchWorld* world_;
+  BenchPlant* bench_plant_;
   TimePoint next_description_, next_scan_;
   std::uint64_t scans_ = 0;  ///< since power-on
   std::uint16_t sequence_ = 0, descriptions_ = 0;

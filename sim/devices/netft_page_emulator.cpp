@@ -19,14 +19,14 @@ using Taker = void (*)(NetftSettings&, std::string_view query);
 /// The pages that set something: "/comm.cgi" sends on to "/comm.htm". That a box answers 302 is
 /// what its clients demand; where it sends to is not sourced but for comm.htm [E].
 constexpr std::string_view setter = ".cgi", shown = ".htm";
-constexpr std::array takers = {std::pair{std::string_view("/comm"), Taker{take_communication}},
-                               std::pair{std::string_view("/setting"), Taker{take_settings}},
-                               std::pair{std::string_view("/config"), Taker{take_configuration}},
-                               std::pair{std::string_view("/moncon"), Taker{take_thresholds}}};
+constexpr std::array takers = {std::pair{std::string_view("/comm"), Taker{apply_communication}},
+                               std::pair{std::string_view("/setting"), Taker{apply_settings}},
+                               std::pair{std::string_view("/config"), Taker{apply_configuration}},
+                               std::pair{std::string_view("/moncon"), Taker{apply_thresholds}}};
 constexpr std::string_view snapshot = "/rundata";
 
 /// "/comm.htm" of "/comm.cgi"; nothing where no form of the box lies there.
-std::optional<std::string> page_of(std::string_view path, std::string_view ending) {
+std::optional<std::string> find_page(std::string_view path, std::string_view ending) {
   if (!path.ends_with(ending)) return std::nullopt;
   const std::string_view name = path.substr(0, path.size() - ending.size());
   const bool known =
@@ -73,11 +73,11 @@ std::string NetftPageEmulator::page(const rdt::HttpRequest& request, TimePoint n
     return rdt::http_reply(200, xml, rdt::encode(box->page(now, configuration_in(request.query))));
   if (request.path == rdt::calibration_path)
     return rdt::http_reply(200, xml, rdt::encode(box->calibration(now)));
-  if (const auto sent_on = page_of(request.path, setter)) {
+  if (const auto sent_on = find_page(request.path, setter)) {
     take(*box, request, now);
     return rdt::http_reply(302, html, "Taken\n", *sent_on);
   }
-  if (request.path == "/" || page_of(request.path, shown))
+  if (request.path == "/" || find_page(request.path, shown))
     return rdt::http_reply(200, html, "Net F/T (emulated by Weft)\n");
   return rdt::http_reply(404, html, "No such page\n");
 }

@@ -74,7 +74,7 @@ void take(std::string& text, std::string_view query, const std::string& key, std
 
 }  // namespace
 
-void take_communication(NetftSettings& settings, std::string_view query) {
+void apply_communication(NetftSettings& settings, std::string_view query) {
   if (const auto rate_hz = number_in(query, "comrdtrate", 1.0, conversions_hz))
     settings.rate_hz = conversions_hz / std::floor(conversions_hz / *rate_hz);
   take(settings.records_per_datagram, query, "comrdtbsiz", 1, rdt::max_records_per_datagram);
@@ -83,7 +83,7 @@ void take_communication(NetftSettings& settings, std::string_view query) {
   take(settings.ethernet_ip, query, "comeipe", 0, 1);
 }
 
-void take_settings(NetftSettings& settings, std::string_view query) {
+void apply_settings(NetftSettings& settings, std::string_view query) {
   take(settings.user_filter, query, "setuserfilter", 0, 12);
   take(settings.peak_logging, query, "setpke", 0, 1);
   take(settings.active, query, "setcfgsel", 0, rdt::configurations - 1);
@@ -93,7 +93,7 @@ void take_settings(NetftSettings& settings, std::string_view query) {
          Limits::max());
 }
 
-void take_configuration(NetftSettings& settings, std::string_view query) {
+void apply_configuration(NetftSettings& settings, std::string_view query) {
   const auto id = number_in<std::size_t>(query, "cfgid", 0, rdt::configurations - 1);
   if (!id) return;
   rdt::Configuration& own = settings.configuration[*id];
@@ -113,7 +113,7 @@ void take_configuration(NetftSettings& settings, std::string_view query) {
   take(own.user_b, query, "cfgusrb", longest_user_field);
 }
 
-void take_thresholds(NetftSettings& settings, std::string_view query) {
+void apply_thresholds(NetftSettings& settings, std::string_view query) {
   take(settings.thresholds_enabled, query, "setmce", 0, 1);
   using Limits = std::numeric_limits<std::int32_t>;
   for (std::size_t i = 0; i < settings.threshold.size(); ++i) {

@@ -29,13 +29,13 @@ struct NetftSettings {
 
 /// Of /comm.cgi: comrdtrate, rounded up to the next rate that the box has; comrdtbsiz, comrdte,
 /// comrdtmsyn, comeipe. Here and below, a value outside what the box takes leaves the old one.
-void take_communication(NetftSettings& settings, std::string_view query);
+void apply_communication(NetftSettings& settings, std::string_view query);
 /// Of /setting.cgi: setuserfilter, setpke, setcfgsel, setbias0 to setbias5.
-void take_settings(NetftSettings& settings, std::string_view query);
+void apply_settings(NetftSettings& settings, std::string_view query);
 /// Of /config.cgi: cfgnam, cfgcalsel, cfgfu, cfgtu, cfgtdu, cfgtau, cfgtfx0 to cfgtfx5, cfgusra,
 /// cfgusrb, of the configuration cfgid, without which nothing is taken.
-void take_configuration(NetftSettings& settings, std::string_view query);
+void apply_configuration(NetftSettings& settings, std::string_view query);
 /// Of /moncon.cgi: setmce, and mce, mcx, mcc, mcv, mco of each threshold.
-void take_thresholds(NetftSettings& settings, std::string_view query);
+void apply_thresholds(NetftSettings& settings, std::string_view query);
 
 }  // namespace weft::sim

@@ -30,8 +30,9 @@ std::int16_t narrowed(std::int32_t counts, std::uint16_t scale) {
 
 }  // namespace
 
-RdtEmulator::RdtEmulator(const RdtEmulatorParams& params, BenchWorld& world, std::uint64_t seed)
-    : params_(params), world_(&world), sensor_(params.sensor, seed) {
+RdtEmulator::RdtEmulator(const RdtEmulatorParams& params, BenchPlant& bench_plant,
+                         std::uint64_t seed)
+    : params_(params), bench_plant_(&bench_plant), sensor_(params.sensor, seed) {
   settings_.rate_hz = params.rate_hz;
   settings_.records_per_datagram = params.records_per_datagram;
 }
@@ -95,8 +96,8 @@ void RdtEmulator::wake(TimePoint now, ByteSink& out) {
 }
 
 void RdtEmulator::sample(TimePoint at, ByteSink& out) {
-  if (++taken_ % 2 == 0 && suffers(FaultKind::rate_halved, at) != nullptr) return;
-  suffer_sequence(at);
+  if (++taken_ % 2 == 0 && active_fault(FaultKind::rate_halved, at) != nullptr) return;
+  apply_sequence_faults(at);
   ++sent_;
   const rdt::Record record = record_at(at);
   if (withheld(at)) return;
@@ -106,21 +107,21 @@ void RdtEmulator::sample(TimePoint at, ByteSink& out) {
 
 rdt::Record RdtEmulator::record_at(TimePoint at) {
   const std::uint32_t number = conversion_at(at);
-  FtReading reading = sensor_.read(world_->contact(at), number, fz_off_n(at));
-  suffer_reading(reading, at);
+  FtReading reading = sensor_.read(bench_plant_->contact(at), number, fz_off_n(at));
+  apply_reading_faults(reading, at);
   rdt::Record record;
   record.rdt_sequence = sent_;
   record.ft_sequence = number;
   if (reading.saturated) record.status = rdt::status::summary | rdt::status::saturation;
   const double fz_n = reading.counts[2] / params_.sensor.counts_per_n;
   const std::array<std::int32_t, 6> counts = transformed(reading.counts);
-  keep_peaks(counts);
+  update_peaks(counts);
   const std::uint16_t breached = breached_by(counts);
   breached_ |= breached;
   latched_ = latched_ || (params_.threshold_n > 0 && std::abs(fz_n) > params_.threshold_n) ||
              breached != 0;
   if (latched_) record.status |= rdt::status::summary | rdt::status::monitor_condition;
-  if (const Fault* bit = suffers(FaultKind::status_bits, at))
+  if (const Fault* bit = active_fault(FaultKind::status_bits, at))
     record.status |= rdt::status::summary | 1U << std::clamp(static_cast<int>(bit->amount), 0, 31);
   std::copy_n(counts.begin(), 3, record.force_counts.begin());
   std::copy_n(counts.begin() + 3, 3, record.torque_counts.begin());
@@ -132,17 +133,17 @@ std::uint16_t RdtEmulator::breached_by(const std::array<std::int32_t, 6>& counts
   unsigned out = 0;
   for (std::size_t i = 0; i < settings_.threshold.size(); ++i) {
     const rdt::Threshold& threshold = settings_.threshold[i];
-    const bool asked = (conditions_enabled_ >> i & 1) != 0;
-    const bool enabled = asked || (settings_.thresholds_enabled && threshold.enabled);
+    const bool is_request = (conditions_enabled_ >> i & 1) != 0;
+    const bool enabled = is_request || (settings_.thresholds_enabled && threshold.enabled);
     if (!enabled || threshold.axis < 0) continue;
-    const std::int32_t told = counts[static_cast<std::size_t>(threshold.axis)];
-    if (threshold.comparison > 0 ? told > threshold.counts : told < threshold.counts)
+    const std::int32_t count = counts[static_cast<std::size_t>(threshold.axis)];
+    if (threshold.comparison > 0 ? count > threshold.counts : count < threshold.counts)
       out |= 1U << i;
   }
   return static_cast<std::uint16_t>(out);
 }
 
-void RdtEmulator::keep_peaks(const std::array<std::int32_t, 6>& counts) {
+void RdtEmulator::update_peaks(const std::array<std::int32_t, 6>& counts) {
   if (!settings_.peak_logging) return;
   if (!highest_) highest_ = lowest_ = counts;
   for (std::size_t i = 0; i < counts.size(); ++i) {
@@ -171,25 +172,26 @@ std::array<std::int32_t, 6> RdtEmulator::transformed(
 }
 
 bool RdtEmulator::withheld(TimePoint at) const {
-  return suffers(FaultKind::silent, at) != nullptr || suffers(FaultKind::redirected, at) != nullptr;
+  return active_fault(FaultKind::silent, at) != nullptr ||
+         active_fault(FaultKind::redirected, at) != nullptr;
 }
 
-void RdtEmulator::suffer_sequence(TimePoint at) {
-  if (const Fault* ahead = suffers(FaultKind::sequence_jump, at); once(ahead, jumped_))
+void RdtEmulator::apply_sequence_faults(TimePoint at) {
+  if (const Fault* ahead = active_fault(FaultKind::sequence_jump, at); once(ahead, jumped_))
     sent_ += static_cast<std::uint32_t>(std::llround(ahead->amount));
-  if (const Fault* back = suffers(FaultKind::sequence_back, at); once(back, jumped_))
+  if (const Fault* back = active_fault(FaultKind::sequence_back, at); once(back, jumped_))
     sent_ -= static_cast<std::uint32_t>(std::llround(back->amount));
-  if (once(suffers(FaultKind::threshold_latch, at), latched_by_)) latched_ = true;
+  if (once(active_fault(FaultKind::threshold_latch, at), latched_by_)) latched_ = true;
 }
 
-void RdtEmulator::suffer_reading(FtReading& reading, TimePoint at) {
+void RdtEmulator::apply_reading_faults(FtReading& reading, TimePoint at) {
   if (const double factor = calibration_factor(at); factor != 1)
     for (std::int32_t& counts : reading.counts) counts = nearest_count(counts * factor);
-  if (suffers(FaultKind::saturation, at) != nullptr) {
+  if (active_fault(FaultKind::saturation, at) != nullptr) {
     reading.counts[2] = nearest_count(params_.sensor.range[2] * params_.sensor.counts_per_n);
     reading.saturated = true;
   }
-  if (struck_by(FaultKind::absurd_counts, at) != nullptr)
+  if (firing_fault(FaultKind::absurd_counts, at) != nullptr)
     reading.counts.fill(std::numeric_limits<std::int32_t>::max());
   hold_if_stuck(reading, at);
 }
@@ -286,7 +288,7 @@ void RdtEmulator::take(const NetftSettings& settings) {
 }
 
 void RdtEmulator::bias(TimePoint now) {
-  sensor_.bias(world_->contact(now), conversion_at(now), fz_off_n(now));
+  sensor_.bias(bench_plant_->contact(now), conversion_at(now), fz_off_n(now));
 }
 
 rdt::CalibrationReply RdtEmulator::calibration_reply(TimePoint now) const {
@@ -328,8 +330,8 @@ Status RdtEmulator::set_transform(const rdt::WriteTransform& write) {
 }
 
 Status RdtEmulator::set_condition(const rdt::WriteCondition& write) {
-  constexpr std::size_t told_of = 32;
-  if (write.index >= told_of || write.axis > 5 || std::abs(write.comparison) != 1)
+  constexpr std::size_t reported_conditions = 32;
+  if (write.index >= reported_conditions || write.axis > 5 || std::abs(write.comparison) != 1)
     return fail({.code = Errc::range,
                  .what = "no such threshold condition",
                  .expected = "index 0 to 31, axis 0 to 5, comparison 1 or -1"});

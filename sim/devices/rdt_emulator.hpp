@@ -10,7 +10,7 @@
 #include "protocols/rdt/page.hpp"
 #include "protocols/rdt/rdt.hpp"
 #include "protocols/rdt/tcp_command.hpp"
-#include "sim/devices/bench_world.hpp"
+#include "sim/devices/bench_plant.hpp"
 #include "sim/devices/force_emulator.hpp"
 #include "sim/devices/ft_sensor.hpp"
 #include "sim/devices/netft_settings.hpp"
@@ -29,8 +29,8 @@ struct RdtEmulatorParams {
 
 class RdtEmulator final : public ForceEmulator {
  public:
-  /// `world` outlives the emulator.
-  RdtEmulator(const RdtEmulatorParams& params, BenchWorld& world, std::uint64_t seed);
+  /// `bench_plant` outlives the emulator.
+  RdtEmulator(const RdtEmulatorParams& params, BenchPlant& bench_plant, std::uint64_t seed);
 
   void receive(ByteView datagram, TimePoint now, ByteSink& out) override;
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
@@ -65,9 +65,9 @@ class RdtEmulator final : public ForceEmulator {
   [[nodiscard]] TimePoint sample_time(std::uint64_t sample) const;
   void sample(TimePoint at, ByteSink& out);
   protocols::rdt::Record record_at(TimePoint at);
-  void suffer_reading(FtReading& reading, TimePoint at);
+  void apply_reading_faults(FtReading& reading, TimePoint at);
   [[nodiscard]] std::uint16_t breached_by(const std::array<std::int32_t, 6>& counts) const;
-  void keep_peaks(const std::array<std::int32_t, 6>& counts);
+  void update_peaks(const std::array<std::int32_t, 6>& counts);
   void reset_latch();
   [[nodiscard]] bool fits(const protocols::rdt::Configuration& configuration) const;
   [[nodiscard]] double counts_per_force(const protocols::rdt::Configuration& of,
@@ -77,12 +77,12 @@ class RdtEmulator final : public ForceEmulator {
   [[nodiscard]] std::string spelled_torque_unit(unsigned code) const;
   [[nodiscard]] std::array<std::int32_t, 6> transformed(
       const std::array<std::int32_t, 6>& counts) const;
-  void suffer_sequence(TimePoint at);
+  void apply_sequence_faults(TimePoint at);
   [[nodiscard]] bool withheld(TimePoint at) const;
   void flush(ByteSink& out);
 
   RdtEmulatorParams params_;
-  BenchWorld* world_;
+  BenchPlant* bench_plant_;
   FtSensor sensor_;
   NetftSettings settings_;
   ToolTransform transform_;               ///< of the active configuration

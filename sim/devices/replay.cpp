@@ -40,7 +40,7 @@ class Lead {
     return pose;
   }
   /// At the end of frame number `index` of the replay.
-  void look(std::size_t index, double normal_n) {
+  void sample(std::size_t index, double normal_n) {
     if (run_ == nullptr) return;
     const double wanted_n = run_->normal_n[std::min(index, run_->normal_n.size() - 1)];
     // A force loop is at work where the mount pushes; without it a stage goes where it is sent.
@@ -71,7 +71,7 @@ Replayed play(const PlantParams& params, std::uint64_t rig_seed, const BenchMoti
       out.normal_n.push_back(contact.normal_n);
       out.friction_n.push_back(contact.friction_n);
       out.counts.push_back(plant.pad_counts());
-      lead.look(out.normal_n.size() - 1, out.normal_n.back());
+      lead.sample(out.normal_n.size() - 1, out.normal_n.back());
     } else {
       plant.convert(point.stage, point.frame);
     }

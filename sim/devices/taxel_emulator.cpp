@@ -29,25 +29,26 @@ Light light_at(double height_m) {
 
 }  // namespace
 
-TaxelEmulator::TaxelEmulator(const TaxelEmulatorParams& params, BenchWorld& world, TimePoint now)
+TaxelEmulator::TaxelEmulator(const TaxelEmulatorParams& params, BenchPlant& bench_plant,
+                             TimePoint now)
     : FrameEmulator(now, params.largest_chunk_bytes, params.chunk_seed),
       params_(params),
-      world_(&world),
-      next_frame_(BenchWorld::frame_at_or_after(now)) {}
+      bench_plant_(&bench_plant),
+      next_frame_(BenchPlant::frame_at_or_after(now)) {}
 
 void TaxelEmulator::receive(ByteView, TimePoint now, ByteSink& out) {
   wake(now, out);
 }
 
 std::optional<TimePoint> TaxelEmulator::next_wakeup() const {
-  return BenchWorld::frame_start(next_frame_ + 1);
+  return BenchPlant::frame_start(next_frame_ + 1);
 }
 
 void TaxelEmulator::act(TimePoint at, ByteSink& out) {
   if (withheld(next_frame_++, at)) return;
-  suffer_numbers(at);
-  const PadFrame& scan = world_->frame(at);
-  const Light light = light_at(-world_->plant().contact().indentation_m);
+  apply_number_faults(at);
+  const PadFrame& scan = bench_plant_->frame(at);
+  const Light light = light_at(-bench_plant_->plant().contact().indentation_m);
   protocols::taxel::Frame frame;
   frame.sequence = sequence_++;
   frame.device_us = clock_us(at, at);
@@ -55,48 +56,48 @@ void TaxelEmulator::act(TimePoint at, ByteSink& out) {
   std::copy(scan.counts.begin(), scan.counts.end(), frame.counts.begin());
   frame.proximity_counts = light.proximity_counts;
   frame.ambient_counts = light.ambient_counts;
-  suffer(frame, at);
+  apply_faults(frame, at);
   if (params_.wire == TaxelWire::cpm_udp) {
     protocols::taxel::cpm::Counts counts{};
     std::copy_n(frame.counts.begin(), counts.size(), counts.begin());
     const auto datagram = protocols::taxel::cpm::encode_datagram(counts);
-    const std::size_t told = sizeof(std::uint16_t) * frame.taxel_count;
-    return out(ByteView(datagram).first(std::min(told, datagram.size())));
+    const std::size_t reported_bytes = sizeof(std::uint16_t) * frame.taxel_count;
+    return out(ByteView(datagram).first(std::min(reported_bytes, datagram.size())));
   }
   send(frame, at, out);
 }
 
-void TaxelEmulator::suffer_numbers(TimePoint at) {
+void TaxelEmulator::apply_number_faults(TimePoint at) {
   sequence_ = static_cast<std::uint16_t>(sequence_ + number_jump(at));
   if (restarts(at)) sequence_ = 0;
 }
 
-void TaxelEmulator::suffer(protocols::taxel::Frame& frame, TimePoint at) {
-  suffer_pads(frame, at);
-  if (suffers(FaultKind::frozen_frame, at) == nullptr)
+void TaxelEmulator::apply_faults(protocols::taxel::Frame& frame, TimePoint at) {
+  apply_pad_faults(frame, at);
+  if (active_fault(FaultKind::frozen_frame, at) == nullptr)
     frozen_.reset();
   else if (!frozen_)
     frozen_ = frame;
   if (frozen_) frame.counts = frozen_->counts;
-  if (const Fault* wrong = suffers(FaultKind::wrong_count, at))
+  if (const Fault* wrong = active_fault(FaultKind::wrong_count, at))
     frame.taxel_count = static_cast<std::uint8_t>(
         std::clamp(wrong->amount, 1.0, double{protocols::taxel::max_taxels}));
 }
 
-void TaxelEmulator::suffer_pads(protocols::taxel::Frame& frame, TimePoint at) {
+void TaxelEmulator::apply_pad_faults(protocols::taxel::Frame& frame, TimePoint at) {
   constexpr double noise_counts = 3000;
   const auto pad = [&](const Fault* fault) -> std::uint16_t& {
     return frame
         .counts[static_cast<std::size_t>(std::clamp(fault->amount, 0.0, double{pad_count - 1}))];
   };
-  if (const Fault* dead = suffers(FaultKind::dead_pad, at)) {
+  if (const Fault* dead = active_fault(FaultKind::dead_pad, at)) {
     if (!dead_counts_) dead_counts_ = pad(dead);
     pad(dead) = *dead_counts_;
   } else {
     dead_counts_.reset();
   }
-  if (const Fault* full = suffers(FaultKind::saturated_pad, at)) pad(full) = 0xFFFF;
-  if (const Fault* noisy = struck_by(FaultKind::noisy_pad, at))
+  if (const Fault* full = active_fault(FaultKind::saturated_pad, at)) pad(full) = 0xFFFF;
+  if (const Fault* noisy = firing_fault(FaultKind::noisy_pad, at))
     pad(noisy) = quantise(pad(noisy) + noise_counts * fault_dice().gaussian());
 }
 

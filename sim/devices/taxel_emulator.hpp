@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "protocols/taxel/taxel.hpp"
-#include "sim/devices/bench_world.hpp"
+#include "sim/devices/bench_plant.hpp"
 #include "sim/devices/frame_emulator.hpp"
 
 namespace weft::sim {
@@ -24,8 +24,9 @@ struct TaxelEmulatorParams {
 
 class TaxelEmulator final : public FrameEmulator {
  public:
-  /// `world` outlives the emulator. Powered on at `now`: the first frame is the first whole scan.
-  TaxelEmulator(const TaxelEmulatorParams& params, BenchWorld& world, TimePoint now);
+  /// `bench_plant` outlives the emulator. Powered on at `now`: the first frame is the first whole
+  /// scan.
+  TaxelEmulator(const TaxelEmulatorParams& params, BenchPlant& bench_plant, TimePoint now);
 
   /// The sensor takes no commands: bytes are ignored.
   void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
@@ -33,12 +34,12 @@ class TaxelEmulator final : public FrameEmulator {
 
  private:
   void act(TimePoint at, ByteSink& out) override;
-  void suffer(protocols::taxel::Frame& frame, TimePoint at);
-  void suffer_pads(protocols::taxel::Frame& frame, TimePoint at);
-  void suffer_numbers(TimePoint at);
+  void apply_faults(protocols::taxel::Frame& frame, TimePoint at);
+  void apply_pad_faults(protocols::taxel::Frame& frame, TimePoint at);
+  void apply_number_faults(TimePoint at);
 
   TaxelEmulatorParams params_;
-  BenchWorld* world_;
+  BenchPlant* bench_plant_;
   std::uint64_t next_frame_;
   std::uint16_t sequence_ = 0;
 

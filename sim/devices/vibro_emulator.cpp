@@ -39,10 +39,11 @@ TimePoint VibroEmulator::Channel::due() const {
   return TimePoint(Duration(static_cast<std::int64_t>(last) * params.period_ns)) + block_latency;
 }
 
-VibroEmulator::VibroEmulator(const VibroEmulatorParams& params, BenchWorld& world, TimePoint now)
+VibroEmulator::VibroEmulator(const VibroEmulatorParams& params, BenchPlant& bench_plant,
+                             TimePoint now)
     : FrameEmulator(now, params.datagrams ? 0 : params.largest_chunk_bytes, params.chunk_seed),
       params_(params),
-      world_(&world),
+      bench_plant_(&bench_plant),
       next_description_(now) {
   channels_[0].kind = vibro::Kind::acceleration;
   channels_[0].params = params.acceleration;
@@ -67,7 +68,7 @@ std::optional<TimePoint> VibroEmulator::next_wakeup() const {
 }
 
 void VibroEmulator::act(TimePoint at, ByteSink& out) {
-  suffer_numbers(at);
+  apply_number_faults(at);
   if (next_description_ == at) send_description(at, out);
   for (Channel& channel : channels_)
     if (channel.on() && channel.due() == at) send_block(channel, at, out);
@@ -75,7 +76,7 @@ void VibroEmulator::act(TimePoint at, ByteSink& out) {
 
 void VibroEmulator::send_description(TimePoint at, ByteSink& out) {
   next_description_ += description_period;
-  if (suffers(FaultKind::silent, at) != nullptr) return;
+  if (active_fault(FaultKind::silent, at) != nullptr) return;
   vibro::Frame frame;
   frame.sequence = descriptions_++;
   frame.device_us = clock_us(at, at);
@@ -89,7 +90,7 @@ void VibroEmulator::send_description(TimePoint at, ByteSink& out) {
 /// Takes what the plant has read. A gap, which a plant that is listened to does not make, would
 /// begin a new run.
 void VibroEmulator::listen(TimePoint now) {
-  const VibrationReadings readings = world_->take_vibration(now);
+  const VibrationReadings readings = bench_plant_->extract_vibration(now);
   const auto add = [](Channel& channel, std::uint64_t index, const Reading& reading) {
     if (index != channel.first_index + channel.waiting.size()) {
       channel.waiting.clear();
@@ -122,11 +123,11 @@ void VibroEmulator::send_block(Channel& channel, TimePoint at, ByteSink& out) {
   frame.sequence = channel.sequence++;
   frame.device_us = clock_us(
       TimePoint(Duration(static_cast<std::int64_t>(first) * channel.params.period_ns)), at);
-  suffer(channel, frame, at);
+  apply_faults(channel, frame, at);
   send(frame, at, out);
 }
 
-void VibroEmulator::suffer_numbers(TimePoint at) {
+void VibroEmulator::apply_number_faults(TimePoint at) {
   const std::int64_t jump = number_jump(at);
   for (Channel& channel : channels_)
     channel.sequence = static_cast<std::uint16_t>(channel.sequence + jump);
@@ -135,19 +136,19 @@ void VibroEmulator::suffer_numbers(TimePoint at) {
   next_description_ = at;
 }
 
-void VibroEmulator::suffer(Channel& channel, vibro::Frame& frame, TimePoint at) {
+void VibroEmulator::apply_faults(Channel& channel, vibro::Frame& frame, TimePoint at) {
   const std::size_t axes = vibro::values_per_reading(channel.kind);
-  if (suffers(FaultKind::frozen_frame, at) == nullptr)
+  if (active_fault(FaultKind::frozen_frame, at) == nullptr)
     channel.frozen.reset();
   else if (!channel.frozen)
     channel.frozen = {frame.values[0], frame.values[1], frame.values[2]};
   const std::int16_t full = counts_of(channel.params.range, channel.params.quantum);
-  const bool saturated = suffers(FaultKind::saturation, at) != nullptr;
+  const bool saturated = active_fault(FaultKind::saturation, at) != nullptr;
   for (std::size_t i = 0; i < frame.value_count; ++i) {
     if (channel.frozen) frame.values[i] = (*channel.frozen)[i % axes];
     if (saturated) frame.values[i] = full;
   }
-  if (const Fault* wrong = suffers(FaultKind::wrong_count, at))
+  if (const Fault* wrong = active_fault(FaultKind::wrong_count, at))
     frame.value_count = static_cast<std::uint16_t>(
         static_cast<double>(axes) *
         std::floor(std::clamp(wrong->amount, 1.0, static_cast<double>(vibro::max_values / axes))));

@@ -7,7 +7,7 @@
 #include <deque>
 
 #include "protocols/vibro/vibro.hpp"
-#include "sim/devices/bench_world.hpp"
+#include "sim/devices/bench_plant.hpp"
 #include "sim/devices/frame_emulator.hpp"
 
 namespace weft::sim {
@@ -32,9 +32,9 @@ struct VibroEmulatorParams {
 
 class VibroEmulator final : public FrameEmulator {
  public:
-  /// `world` outlives the emulator; its plant is at level L3 and samples as `params` say. Powered
-  /// on at `now`: the first block of a channel is the first whole one.
-  VibroEmulator(const VibroEmulatorParams& params, BenchWorld& world, TimePoint now);
+  /// `bench_plant` outlives the emulator; its plant is at level L3 and samples as `params` say.
+  /// Powered on at `now`: the first block of a channel is the first whole one.
+  VibroEmulator(const VibroEmulatorParams& params, BenchPlant& bench_plant, TimePoint now);
 
   /// The sensor takes no commands: bytes are ignored.
   void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
@@ -59,11 +59,11 @@ class VibroEmulator final : public FrameEmulator {
   void act(TimePoint at, ByteSink& out) override;
   void send_description(TimePoint at, ByteSink& out);
   void send_block(Channel& channel, TimePoint at, ByteSink& out);
-  void suffer(Channel& channel, protocols::vibro::Frame& frame, TimePoint at);
-  void suffer_numbers(TimePoint at);
+  void apply_faults(Channel& channel, protocols::vibro::Frame& frame, TimePoint at);
+  void apply_number_faults(TimePoint at);
 
   VibroEmulatorParams params_;
-  BenchWorld* world_;
+  BenchPlant* bench_plant_;
   TimePoint next_description_;
   std::array<Channel, 2> channels_;
   std::uint16_t descriptions_ = 0;

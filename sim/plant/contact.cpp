@@ -74,8 +74,8 @@ struct ContactModel::Balance {
     const double growth = growth_near * near_exp(std::min(s, largest_exponent) - s_near);
     if (!(model.turn_ > 0)) return with(s, growth, branch_from);
     const double moved = s - s_from;
-    const double kept = near_exp(-std::abs(moved) * model.per_length_);
-    return with(s, growth, branch_after(branch_from, moved, kept));
+    const double retained = near_exp(-std::abs(moved) * model.per_length_);
+    return with(s, growth, branch_after(branch_from, moved, retained));
   }
 
   [[nodiscard]] WEFT_SIM_INLINE Slopes slopes(double s, const Value& value) const {

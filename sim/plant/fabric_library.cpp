@@ -45,16 +45,16 @@ Status parse_lines(const json& list, const std::string& where, Structure& struct
 
 Result<Structure> parse_structure(const json& object, const std::string& where) {
   Structure structure;
-  std::string standing;
+  std::string source;
   FieldReader reader(object, where);
-  reader.text("standing", standing).ignore("note");
+  reader.text("standing", source).ignore("note");
   reader.required("isotropic_share", structure.isotropic_share, 0, 1);
   reader.required("streak_share", structure.streak_share, 0, 1);
   reader.interval("band_per_mm", structure.low_per_m, structure.high_per_m, 0.05, 5, per_m_per_mm);
   reader.number("jitter_rad", structure.jitter_rad, 0, 20);
   const json* lines = reader.child("lines");
   if (const Status status = reader.finish(); !status) return pass(status.error());
-  if (standing != "estimated")
+  if (source != "estimated")
     return fail({.code = Errc::parse,
                  .where = where + "/standing",
                  .what = "numbers without their standing",
@@ -93,7 +93,7 @@ Result<Fabric> parse_fabric(const json& object, const std::string& where,
   Fabric fabric;
   std::string structure;
   FieldReader reader(object, where);
-  reader.standing_required(sources).text("name", fabric.name).text("structure", structure);
+  reader.source_required(sources).text("name", fabric.name).text("structure", structure);
   reader.ignore("construction");
   reader.required("thickness_mm", fabric.thickness_m, 0.01, 50, m_per_mm);
   reader.required("LC", fabric.kes.linearity, 0.05, 0.95);
@@ -127,7 +127,7 @@ Result<Fabric> parse_fabric(const json& object, const std::string& where,
 
 Status parse_params(const json& object, const json& sources, MaterialParams& params) {
   FieldReader reader(object, "/parameters");
-  reader.standing_required(sources);
+  reader.source_required(sources);
   reader.pair("relaxation_base", params.relaxation_base[0], params.relaxation_base[1], 0, 0.4);
   reader.pair("relaxation_slope", params.relaxation_slope[0], params.relaxation_slope[1], 0, 0.4);
   reader.pair("relaxation_time_s", params.relaxation_time_s[0], params.relaxation_time_s[1], 1e-3,
@@ -145,7 +145,7 @@ Status parse_params(const json& object, const json& sources, MaterialParams& par
 
 Status parse_spread(const json& object, const json& sources, TrialSpread& spread) {
   FieldReader reader(object, "/trial_spread");
-  reader.standing_required(sources);
+  reader.source_required(sources);
   reader.number("lambda", spread.lambda, 0, 0.5).number("pressure", spread.pressure, 0, 0.5);
   reader.number("friction", spread.friction, 0, 0.5).number("gain", spread.gain, 0, 0.5);
   reader.number("thickness", spread.thickness, 0, 0.3);

@@ -54,13 +54,13 @@ FieldReader& FieldReader::ignore(std::string_view key) {
   return *this;
 }
 
-FieldReader& FieldReader::standing_required(const nlohmann::json& sources) {
+FieldReader& FieldReader::source_required(const nlohmann::json& sources) {
   sources_ = &sources;
   return *this;
 }
 
 /// The bare number of a value with its standing, or nullptr after a complaint.
-const nlohmann::json* FieldReader::stood(const nlohmann::json& value, std::string_view key) {
+const nlohmann::json* FieldReader::find_source(const nlohmann::json& value, std::string_view key) {
   if (sources_ == nullptr) return &value;
   const bool estimated = value.is_array() && value.size() == 2 && value[1] == "estimated";
   const bool sourced = value.is_array() && value.size() == 3 && value[1] == "sourced" &&
@@ -89,7 +89,7 @@ std::optional<double> FieldReader::finite(const nlohmann::json& value, std::stri
 FieldReader& FieldReader::number(std::string_view key, double& value, double low, double high,
                                  double to_si) {
   const nlohmann::json* found = take(key);
-  if (found != nullptr) found = stood(*found, key);
+  if (found != nullptr) found = find_source(*found, key);
   if (found == nullptr) return *this;
   if (const auto read = finite(*found, key, low, high)) value = *read * to_si;
   return *this;
@@ -136,7 +136,7 @@ FieldReader& FieldReader::text(std::string_view key, std::string& value) {
 FieldReader& FieldReader::pair(std::string_view key, double& first, double& second, double low,
                                double high, double to_si) {
   const nlohmann::json* found = take(key);
-  if (found != nullptr) found = stood(*found, key);
+  if (found != nullptr) found = find_source(*found, key);
   if (found == nullptr) return *this;
   if (!found->is_array() || found->size() != 2) {
     refuse({.code = Errc::parse,

@@ -32,7 +32,7 @@ class FieldReader {
   FieldReader& pair(std::string_view key, double& first, double& second, double low, double high,
                     double to_si = 1);
   /// Numbers are [value, "estimated"] or [value, "sourced", id] with an id in `sources`.
-  FieldReader& standing_required(const nlohmann::json& sources);
+  FieldReader& source_required(const nlohmann::json& sources);
   /// A key that somebody else reads.
   FieldReader& ignore(std::string_view key);
   /// The value at `key`, or nullptr when absent; counts as read.
@@ -47,7 +47,7 @@ class FieldReader {
   const nlohmann::json* take(std::string_view key);
   std::optional<double> finite(const nlohmann::json& value, std::string_view key, double low,
                                double high);
-  const nlohmann::json* stood(const nlohmann::json& value, std::string_view key);
+  const nlohmann::json* find_source(const nlohmann::json& value, std::string_view key);
   [[nodiscard]] std::string at(std::string_view key) const;
 
   const nlohmann::json& object_;

@@ -29,8 +29,9 @@ inline Vector2 bristle_after(const Vector2& share, const Vector2& displacement_m
   const double distance = std::sqrt(displacement_m[0] * displacement_m[0] +
                                     displacement_m[1] * displacement_m[1]);  // 0 below 1e-162 m
   if (distance <= 0) return share;
-  const double keep = nearby_exp(-distance / length_m), taken = (1 - keep) / distance;
-  return {displacement_m[0] * taken + keep * share[0], displacement_m[1] * taken + keep * share[1]};
+  const double retained = nearby_exp(-distance / length_m), taken = (1 - retained) / distance;
+  return {displacement_m[0] * taken + retained * share[0],
+          displacement_m[1] * taken + retained * share[1]};
 }
 
 }  // namespace weft::sim

@@ -13,11 +13,11 @@ struct Hysteresis {
   double length = 0.3;  ///< change of s over which 1 - 1/e of a reversal is done [E]
 };
 
-/// The branch after s has moved by `moved`: +1 loading, -1 unloading. `kept` = e^{-|moved|/length};
-/// exact for any step.
-WEFT_SIM_INLINE double branch_after(double branch, double moved, double kept) {
+/// The branch after s has moved by `moved`: +1 loading, -1 unloading. `retained` =
+/// e^{-|moved|/length}; exact for any step.
+WEFT_SIM_INLINE double branch_after(double branch, double moved, double retained) {
   const double target = moved > 0 ? 1 : -1;
-  return target + (branch - target) * kept;
+  return target + (branch - target) * retained;
 }
 
 inline double branch_factor(double branch, double eta) {

@@ -52,14 +52,14 @@ void PadBed::remember(int stage, const Pose& pose, const ContactState& before,
 }
 
 void PadBed::press(int first, int last, Values& pressure_pa) {
-  const auto asked = [&](std::size_t pad) {
+  const auto sampled = [&](std::size_t pad) {
     const int stage = static_cast<int>(pad) % pad_timing::stages;
     return stage >= first && stage < last && faces_.load_ratio[pad] > 0;
   };
   std::array<bool, pad_count> touching;
   std::size_t any = pad_count;
   for (std::size_t pad = 0; pad < pad_count; ++pad) {
-    touching[pad] = asked(pad);
+    touching[pad] = sampled(pad);
     if (touching[pad]) any = pad;
     const int stage = static_cast<int>(pad) % pad_timing::stages;
     if (stage >= first && stage < last) pressure_pa[pad] = 0;

@@ -68,17 +68,18 @@ std::uint16_t quantise(double counts) {
 }
 
 PadArray::Law PadArray::law_of(const PadParams& params) {
-  const double drift_keep = std::exp(-frame_s / params.drift_time_s);
+  const double drift_retained = std::exp(-frame_s / params.drift_time_s);
   // A kick is even in (-1, 1), of variance 1/3; thousands of them make a normal drift.
-  const double kick_counts = params.drift_counts * std::sqrt(3 * (1 - drift_keep * drift_keep));
+  const double kick_counts =
+      params.drift_counts * std::sqrt(3 * (1 - drift_retained * drift_retained));
   return {.creep = params.creep,
-          .creep_keep = std::exp(-frame_s / params.creep_time_s),
+          .creep_retained = std::exp(-frame_s / params.creep_time_s),
           .hysteresis = params.hysteresis,
           .per_hysteresis_length = 1 / Hysteresis{}.length,
           .area_f_m = plate_f_m(params),
           .dielectric_m = params.dielectric_m / params.dielectric_permittivity,
           .gap_pressure_pa = params.gap_pressure_pa,
-          .drift_keep = drift_keep,
+          .drift_retained = drift_retained,
           .drift_kick_counts = kick_counts,
           .crosstalk = params.crosstalk,
           .noise_counts = params.noise_counts};
@@ -117,9 +118,9 @@ WEFT_SIM_CLONES void PadArray::compute(const Law& law, const Sensor& sensor, con
                                        std::size_t first, std::size_t last, State& to) {
   using simd::Lanes, simd::load, simd::store;
   for (std::size_t i = first; i < last; i += simd::width) {
-    const Lanes asked = load(&pressure_pa[i]);
-    const Lanes pressure = asked <= largest_felt_pa ? asked : simd::all(largest_felt_pa);
-    const Lanes creep = pressure + (load(&from.creep_pa[i]) - pressure) * law.creep_keep;
+    const Lanes sampled = load(&pressure_pa[i]);
+    const Lanes pressure = sampled <= largest_felt_pa ? sampled : simd::all(largest_felt_pa);
+    const Lanes creep = pressure + (load(&from.creep_pa[i]) - pressure) * law.creep_retained;
     Lanes felt = pressure + law.creep * creep;
     store(&to.creep_pa[i], creep);
     Lanes level{}, branch = simd::all(-1);
@@ -127,8 +128,8 @@ WEFT_SIM_CLONES void PadArray::compute(const Law& law, const Sensor& sensor, con
       level = simd::log(1.0 + felt * (1 / level_pressure_pa));
       const Lanes moved = level - load(&from.level[i]);
       const Lanes target = moved > 0 ? simd::all(1) : simd::all(-1);
-      const Lanes keep = simd::exp(-simd::abs(moved) * law.per_hysteresis_length);
-      branch = target + (load(&from.branch[i]) - target) * keep;
+      const Lanes retained = simd::exp(-simd::abs(moved) * law.per_hysteresis_length);
+      branch = target + (load(&from.branch[i]) - target) * retained;
       felt *= (1.0 - law.hysteresis * branch) * (1 / (1 + law.hysteresis));
     }
     store(&to.level[i], level);
@@ -139,7 +140,7 @@ WEFT_SIM_CLONES void PadArray::compute(const Law& law, const Sensor& sensor, con
     const Lanes gap = load(&sensor.gap_m[i]) * law.gap_pressure_pa;
     store(&to.change_f[i],
           law.area_f_m * closing / (law.dielectric_m * closing + gap) - load(&sensor.idle_f[i]));
-    store(&to.drift_counts[i], law.drift_keep * load(&from.drift_counts[i]) +
+    store(&to.drift_counts[i], law.drift_retained * load(&from.drift_counts[i]) +
                                    law.drift_kick_counts * load(&draw.kick[i]));
   }
 }

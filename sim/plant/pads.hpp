@@ -93,9 +93,9 @@ class PadArray {
   };
   /// Constants of the conversion, worked out once.
   struct Law {
-    double creep = 0, creep_keep = 0, hysteresis = 0, per_hysteresis_length = 0;
+    double creep = 0, creep_retained = 0, hysteresis = 0, per_hysteresis_length = 0;
     double area_f_m = 0, dielectric_m = 0, gap_pressure_pa = 0;
-    double drift_keep = 0, drift_kick_counts = 0, crosstalk = 0, noise_counts = 0;
+    double drift_retained = 0, drift_kick_counts = 0, crosstalk = 0, noise_counts = 0;
   };
   static Law law_of(const PadParams& params);
   static void draw_noise(std::uint64_t seed, Draw& draw);

@@ -67,9 +67,9 @@ void Plant::mount(const Patch& patch, const Pose& pose, TimePoint now) {
 }
 
 void Plant::listen(const Patch& patch, TimePoint now) {
-  VibrationParams heard = params_.vibration;
-  heard.rubbing = with_grain(heard.rubbing, patch.grain_m);
-  auto made = SoundingContact::make(*dynamic_, heard, patch.field, patch.skew_rad,
+  VibrationParams vibration_params = params_.vibration;
+  vibration_params.rubbing = with_grain(vibration_params.rubbing, patch.grain_m);
+  auto made = SoundingContact::make(*dynamic_, vibration_params, patch.field, patch.skew_rad,
                                     mix(mix(rig_seed_, "vibration"), patch.seed), now);
   WEFT_ASSERT(made.has_value());  // check() has passed
   sounding_ = std::move(*made);
@@ -154,7 +154,7 @@ void Plant::balance_each() {
     model_.advance(contact_, gathered_.pose, relaxation_over(gathered_.dt_s - from_s));
 }
 
-VibrationReadings Plant::take_vibration() {
+VibrationReadings Plant::extract_vibration() {
   return sounding_ ? sounding_->take() : VibrationReadings{};
 }
 

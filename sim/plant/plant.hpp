@@ -59,7 +59,7 @@ class Plant {
   [[nodiscard]] ContactState peek(const Pose& pose, double dt_s) const;
   /// What accelerometer and microphone have read since this was last called; nothing below L3. The
   /// readings are kept until they are taken.
-  VibrationReadings take_vibration();
+  VibrationReadings extract_vibration();
   /// Converts the two pads of one stage of frame `frame` in the present state. Stages run from 0 to
   /// 7; counts appear with the frame's last.
   void convert(int stage, std::uint64_t frame);

@@ -25,7 +25,7 @@ struct RelaxationState {
 /// The effect of one step on the force, linear in the elastic force at its end: F = gain F_e -
 /// offset.
 struct RelaxationStep {
-  std::array<double, Relaxation::terms> keep{};      ///< e^{-dt/tau}
+  std::array<double, Relaxation::terms> retained{};  ///< e^{-dt/tau}
   std::array<double, Relaxation::terms> at_begin{};  ///< weight of F_e at the step's begin
   std::array<double, Relaxation::terms> at_end{};    ///< weight of F_e at the step's end
   double gain = 1;
@@ -37,9 +37,9 @@ struct RelaxationStep {
       const double x = dt_s / relaxation.time_s[i];
       const double decayed = -std::expm1(-x);
       const double average = x > 0 ? decayed / x : 1;  // mean of e^{-s} over the step
-      keep[i] = 1 - decayed;
+      retained[i] = 1 - decayed;
       at_end[i] = relaxation.share[i] * (1 - average);
-      at_begin[i] = relaxation.share[i] * (average - keep[i]);
+      at_begin[i] = relaxation.share[i] * (average - retained[i]);
       gain -= at_end[i];
     }
   }
@@ -47,14 +47,14 @@ struct RelaxationStep {
   [[nodiscard]] double offset_n(const RelaxationState& state) const {
     double sum = 0;
     for (std::size_t i = 0; i < Relaxation::terms; ++i)
-      sum += keep[i] * state.relaxed_n[i] + at_begin[i] * state.elastic_n;
+      sum += retained[i] * state.relaxed_n[i] + at_begin[i] * state.elastic_n;
     return sum;
   }
 
   void advance(RelaxationState& state, double elastic_n) const {
     for (std::size_t i = 0; i < Relaxation::terms; ++i) {
       const double relaxed_n =
-          keep[i] * state.relaxed_n[i] + at_begin[i] * state.elastic_n + at_end[i] * elastic_n;
+          retained[i] * state.relaxed_n[i] + at_begin[i] * state.elastic_n + at_end[i] * elastic_n;
       // A memory fades to zero and not into the denormals, where it would stay and cost.
       state.relaxed_n[i] = std::abs(relaxed_n) < faded_n ? 0 : relaxed_n;
     }

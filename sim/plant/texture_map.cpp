@@ -77,7 +77,7 @@ double TextureMap::response(double u_m, double v_m, Cursor& cursor) {
 }
 
 WEFT_SIM_CLONES void TextureMap::responses_of_four(const double* u_m, const double* v_m,
-                                                   const bool* asked, Cursor* cursors,
+                                                   const bool* sampled, Cursor* cursors,
                                                    double* out) {
   using simd::Lanes, simd::load, simd::store;
   if (field_.terms().empty()) return store(out, Lanes{1, 1, 1, 1});
@@ -97,7 +97,7 @@ WEFT_SIM_CLONES void TextureMap::responses_of_four(const double* u_m, const doub
   Lanes corners[4];
   for (std::size_t k = 0; k < simd::width; ++k) {
     Cursor& cursor = cursors[k];
-    if (!asked[k]) {
+    if (!sampled[k]) {
       for (Lanes& corner : corners) corner[k] = 1;
       continue;
     }

@@ -37,14 +37,14 @@ class TextureMap {
   /// Disc average at a point of the yarns' frame, bilinear between cells. Pads further than 100 m
   /// from the origin are held there.
   double response(double u_m, double v_m, Cursor& cursor);
-  /// The same at many points side by side, of which only those that are `asked` for make tiles.
+  /// The same at many points side by side, of which only those that are `sampled` for make tiles.
   template <std::size_t n>
   void responses(const std::array<double, n>& u_m, const std::array<double, n>& v_m,
-                 const std::array<bool, n>& asked, std::array<Cursor, n>& cursors,
+                 const std::array<bool, n>& sampled, std::array<Cursor, n>& cursors,
                  std::array<double, n>& out) {
     static_assert(n % simd::width == 0);
     for (std::size_t i = 0; i < n; i += simd::width)
-      responses_of_four(&u_m[i], &v_m[i], &asked[i], &cursors[i], &out[i]);
+      responses_of_four(&u_m[i], &v_m[i], &sampled[i], &cursors[i], &out[i]);
   }
   [[nodiscard]] std::size_t tiles() const { return tiles_.size(); }
 
@@ -57,7 +57,7 @@ class TextureMap {
     std::vector<float> cosine, sine;
   };
 
-  void responses_of_four(const double* u_m, const double* v_m, const bool* asked, Cursor* cursors,
+  void responses_of_four(const double* u_m, const double* v_m, const bool* sampled, Cursor* cursors,
                          double* out);
   const float* tile(int column, int row);
   const Strip& strip(HeightField::Axis axis, int index);

@@ -207,7 +207,7 @@ Status read_axis(const json& emulator, const std::string& where, const std::stri
   StageParams stage;
   auto params = read_stage(emulator, where, role, stage);
   if (!params) return pass(params.error());
-  config.world.stages[static_cast<std::size_t>(params->axis)] = stage;
+  config.bench_plant.stages[static_cast<std::size_t>(params->axis)] = stage;
   device.params = *params;
   return {};
 }
@@ -220,7 +220,7 @@ Status read_emulator(const json& emulator, const std::string& where, const std::
   if (kind == "ati_digital") return put(read_digital(emulator, where), device);
   if (kind == "taxel") return put(read_taxels(emulator, where), device);
   if (kind == "vibro")
-    return put(read_vibro(emulator, where, config.world.plant.vibration), device);
+    return put(read_vibro(emulator, where, config.bench_plant.plant.vibration), device);
   if (kind == "imprint") return put(read_imprint(emulator, where), device);
   return no_emulator(kind, where + "/kind");
 }

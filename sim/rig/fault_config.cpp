@@ -54,17 +54,17 @@ Result<const FaultType*> kind_for(const Fields& fields, const std::string& where
 
 std::uint8_t exposure_of(const EmulatedDevice& device) {
   if (std::holds_alternative<AptStageParams>(device.params))
-    return befalls::stage | befalls::stream;
+    return exposed::stage | exposed::stream;
   if (std::holds_alternative<AtiDigitalParams>(device.params))
-    return befalls::digital | befalls::stream;
+    return exposed::digital | exposed::stream;
   if (std::holds_alternative<RdtEmulatorParams>(device.params))
-    return befalls::force | befalls::datagram;
+    return exposed::force | exposed::datagram;
   if (const auto* vibro = std::get_if<VibroEmulatorParams>(&device.params))
-    return befalls::vibration | (vibro->datagrams ? befalls::datagram : befalls::stream);
+    return exposed::vibration | (vibro->datagrams ? exposed::datagram : exposed::stream);
   if (std::holds_alternative<ImprintEmulatorParams>(device.params))
-    return befalls::imprint | befalls::stream;
+    return exposed::imprint | exposed::stream;
   const auto& taxels = std::get<TaxelEmulatorParams>(device.params);
-  return befalls::taxels | (taxels.wire == TaxelWire::weft ? befalls::stream : befalls::datagram);
+  return exposed::taxels | (taxels.wire == TaxelWire::weft ? exposed::stream : exposed::datagram);
 }
 
 Result<DeviceFault> read_fault(const nlohmann::json& object, const std::string& where,
@@ -90,7 +90,7 @@ Result<DeviceFault> read_fault(const nlohmann::json& object, const std::string& 
                  .expected = "host or device",
                  .got = fields.towards});
   fault.to_device = fields.towards == "device";
-  if (fault.to_device && ((*type)->whom & befalls::wire) == 0)
+  if (fault.to_device && ((*type)->whom & exposed::wire) == 0)
     return fail({.code = Errc::parse,
                  .where = where + "/towards",
                  .what = "only faults of the wire have a direction"});

@@ -8,7 +8,7 @@
 
 namespace weft::sim {
 
-/// Whom of befalls:: the device of this emulator is.
+/// Whom of exposed:: the device of this emulator is.
 std::uint8_t exposure_of(const EmulatedDevice& device);
 
 /// {"device", "fault", "start_s" 0, "duration_s" (for ever), "probability" 1, "amount" (the

@@ -24,7 +24,7 @@ struct Rig::Parts {
       : config(std::move(read_config)),
         library(std::move(read_library)),
         seed(rig_seed),
-        world(config.world, rig_seed) {
+        bench_plant(config.bench_plant, rig_seed) {
     for (const EmulatedDevice& device : config.devices)
       boards.emplace(device.name, FaultBoard(mix(mix(seed, "faults"), device.name)));
     for (const DeviceFault& fault : config.faults) boards.at(fault.device).add(fault.fault);
@@ -33,7 +33,7 @@ struct Rig::Parts {
   /// Pages are asked of the box that was switched on last.
   [[nodiscard]] std::unique_ptr<Emulator> box_made(const std::string& name,
                                                    const RdtEmulatorParams& params) {
-    auto made = std::make_unique<RdtEmulator>(params, world, mix(seed, name));
+    auto made = std::make_unique<RdtEmulator>(params, bench_plant, mix(seed, name));
     boxes[name] = made.get();
     return made;
   }
@@ -58,8 +58,8 @@ struct Rig::Parts {
   [[nodiscard]] std::unique_ptr<Emulator> power_on(const EmulatedDevice& device, TimePoint now) {
     FaultBoard& board = boards.at(device.name);
     auto emulator = make(device, now);
-    emulator->suffer(board);
-    const bool datagrams = (exposure_of(device) & befalls::datagram) != 0;
+    emulator->attach_faults(board);
+    const bool datagrams = (exposure_of(device) & exposed::datagram) != 0;
     return std::make_unique<FaultyWire>(
         std::move(emulator), board,
         datagrams ? FaultyWire::Kind::datagram : FaultyWire::Kind::stream, now);
@@ -67,30 +67,30 @@ struct Rig::Parts {
 
   [[nodiscard]] std::unique_ptr<Emulator> make(const EmulatedDevice& device, TimePoint now) {
     if (const auto* stage = std::get_if<AptStageParams>(&device.params))
-      return std::make_unique<AptStageEmulator>(*stage, world, now);
+      return std::make_unique<AptStageEmulator>(*stage, bench_plant, now);
     if (const auto* box = std::get_if<RdtEmulatorParams>(&device.params))
       return box_made(device.name, *box);
     if (const auto* digital = std::get_if<AtiDigitalParams>(&device.params))
-      return std::make_unique<AtiDigitalEmulator>(*digital, world, mix(seed, device.name));
+      return std::make_unique<AtiDigitalEmulator>(*digital, bench_plant, mix(seed, device.name));
     if (const auto* vibro = std::get_if<VibroEmulatorParams>(&device.params)) {
       VibroEmulatorParams with_seed = *vibro;
       with_seed.chunk_seed = mix(seed, device.name);
-      return std::make_unique<VibroEmulator>(with_seed, world, now);
+      return std::make_unique<VibroEmulator>(with_seed, bench_plant, now);
     }
     if (const auto* array = std::get_if<ImprintEmulatorParams>(&device.params)) {
       ImprintEmulatorParams with_seed = *array;
       with_seed.seed = mix(seed, device.name);
-      return std::make_unique<ImprintEmulator>(with_seed, world, now);
+      return std::make_unique<ImprintEmulator>(with_seed, bench_plant, now);
     }
     TaxelEmulatorParams taxels = std::get<TaxelEmulatorParams>(device.params);
     taxels.chunk_seed = mix(seed, device.name);
-    return std::make_unique<TaxelEmulator>(taxels, world, now);
+    return std::make_unique<TaxelEmulator>(taxels, bench_plant, now);
   }
 
   RigConfig config;
   FabricLibrary library;
   std::uint64_t seed;
-  BenchWorld world;
+  BenchPlant bench_plant;
   std::map<std::string, FaultBoard, std::less<>> boards;  ///< one a device
   std::map<std::string, RdtEmulator*, std::less<>> boxes;
   std::map<std::string, std::shared_ptr<Attachment>, std::less<>> attached;
@@ -140,7 +140,7 @@ Status Rig::attach(std::string_view device_name, Link& device_end, Loop& loop) {
     return fail({.code = Errc::not_found,
                  .where = std::string(device_name),
                  .what = "the rig file has no such device"});
-  parts_->world.advance_to(loop.now());
+  parts_->bench_plant.advance_to(loop.now());
   const auto attachment =
       std::make_shared<Attachment>(parts_->power_on(*device, loop.now()), device_end, loop);
   parts_->attached[device->name] = attachment;
@@ -204,14 +204,14 @@ Status Rig::mount(std::string_view fabric, std::uint64_t patch_seed, TimePoint n
   const auto patch = cut_patch(*found, parts_->library.params, parts_->library.spread,
                                parts_->config.switches, patch_seed);
   if (!patch) return pass(patch.error());
-  if (Status s = check(parts_->config.world.plant, patch->material); !s)
+  if (Status s = check(parts_->config.bench_plant.plant, patch->material); !s)
     return pass(s.error(), fabric);
-  parts_->world.mount(*patch, now);
+  parts_->bench_plant.mount(*patch, now);
   return {};
 }
 
 Status Rig::unmount(TimePoint now) {
-  parts_->world.mount(bare_plate(), now);
+  parts_->bench_plant.mount(bare_plate(), now);
   return {};
 }
 
@@ -253,7 +253,7 @@ bool Rig::plugged(std::string_view device_name, TimePoint now) const {
 std::array<double, 5> Rig::stage_positions(TimePoint now) const {
   std::array<double, axis_count> out{};
   for (std::size_t axis = 0; axis < axis_count; ++axis)
-    out[axis] = parts_->world.stage(static_cast<AxisId>(axis)).position(now);
+    out[axis] = parts_->bench_plant.stage(static_cast<AxisId>(axis)).position(now);
   return out;
 }
 
@@ -276,15 +276,15 @@ std::vector<std::string> Rig::fabrics() const {
 }
 
 Truth Rig::truth(TimePoint now) {
-  const ContactState contact = parts_->world.contact(now);
+  const ContactState contact = parts_->bench_plant.contact(now);
   Truth truth{.contact_force_n = contact.normal_n,
               .indentation_m = contact.indentation_m,
               .probe_z_m = contact.probe_z_m(),
               .fabric_point_m = {contact.face_x_m(), contact.face_y_m()},
               .friction_n = contact.friction_n,
-              .pad_pressure_pa = parts_->world.plant().pad_pressures_pa()};
+              .pad_pressure_pa = parts_->bench_plant.plant().pad_pressures_pa()};
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-  const Watched& watched = parts_->config.world.plant.watched;
+  const Watched& watched = parts_->config.bench_plant.plant.watched;
   if (!watched.pads) truth.pad_pressure_pa.fill(unknown);
   if (watched.contact) return truth;
   truth.contact_force_n = truth.indentation_m = truth.probe_z_m = unknown;
@@ -292,18 +292,18 @@ Truth Rig::truth(TimePoint now) {
   return truth;
 }
 
-void Rig::keep_motion(bool keep) {
-  parts_->world.keep_motion(keep);
+void Rig::record_motion(bool on) {
+  parts_->bench_plant.record_motion(on);
 }
 
-std::optional<BenchMotion> Rig::take_motion(TimePoint now) {
-  parts_->world.advance_to(now);
-  return parts_->world.take_motion();
+std::optional<BenchMotion> Rig::extract_motion(TimePoint now) {
+  parts_->bench_plant.advance_to(now);
+  return parts_->bench_plant.extract_motion();
 }
 
 std::vector<RunError> Rig::run_errors(const BenchMotion& motion,
                                       const std::vector<TimePoint>& sampled) const {
-  return sim::run_errors(parts_->config.world.plant, parts_->seed, motion, sampled);
+  return sim::run_errors(parts_->config.bench_plant.plant, parts_->seed, motion, sampled);
 }
 
 }  // namespace weft::sim

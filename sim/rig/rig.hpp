@@ -93,9 +93,9 @@ class Rig {
   [[nodiscard]] Truth truth(TimePoint now);
 
   /// From the next mount() on, the stages' motion is kept, or not any more.
-  void keep_motion(bool keep);
+  void record_motion(bool on);
   /// The motion since the last mount(), where it was kept, up to `now`; it is kept no longer.
-  std::optional<BenchMotion> take_motion(TimePoint now);
+  std::optional<BenchMotion> extract_motion(TimePoint now);
   /// How far this rig's simulation of a motion is from finer ones (sim/devices/replay.hpp).
   /// `sampled`: when samples arrived that count; empty: all.
   [[nodiscard]] std::vector<RunError> run_errors(const BenchMotion& motion,

@@ -42,7 +42,7 @@ FtSensorParams* sensor_of(EmulatedDevice& device) {
 }
 
 Status read_plate(const json& plate, RigConfig& config) {
-  BenchGeometry& geometry = config.world.geometry;
+  BenchGeometry& geometry = config.bench_plant.geometry;
   double width_m = 0.15, depth_m = 0.15;
   json known = json::object();
   for (const char* key :
@@ -51,7 +51,7 @@ Status read_plate(const json& plate, RigConfig& config) {
   FieldReader reader(known, "/plate");
   reader.pair("origin_mm", geometry.origin_x_m, geometry.origin_y_m, -1000, 1000, m_per_mm);
   reader.pair("size_mm", width_m, depth_m, 1, 2000, m_per_mm);
-  ContactGeometry& contact = config.world.plant.geometry;
+  ContactGeometry& contact = config.bench_plant.plant.geometry;
   contact.tilt_axis_y_m = depth_m / 2;
   contact.plate_centre_x_m = width_m / 2;
   reader.required("surface_z_mm", contact.plate_z_m, -1000, 1000, m_per_mm);
@@ -69,7 +69,7 @@ Status read_plate(const json& plate, RigConfig& config) {
 Status read_footprint(const json& probe, RigConfig& config) {
   if (!probe.is_object() || !probe.contains("footprint_mm")) return {};
   const json alone{{"footprint_mm", probe["footprint_mm"]}};
-  double& half_m = config.world.plant.geometry.face_half_width_m;
+  double& half_m = config.bench_plant.plant.geometry.face_half_width_m;
   double width_m = 2 * half_m, depth_m = width_m;
   FieldReader reader(alone, "/probe");
   reader.pair("footprint_mm", width_m, depth_m, 1, 1000, m_per_mm);
@@ -80,12 +80,12 @@ Status read_footprint(const json& probe, RigConfig& config) {
 
 Status read_probe(const json& probe, RigConfig& config) {
   if (Status s = read_footprint(probe, config); !s) return s;
-  if (Status s =
-          shared_number(probe, "/probe", "mass_kg", config.world.plant.mount.mass_kg, 1e-3, 50, 1);
+  if (Status s = shared_number(probe, "/probe", "mass_kg", config.bench_plant.plant.mount.mass_kg,
+                               1e-3, 50, 1);
       !s)
     return s;
-  return shared_number(probe, "/probe", "tilt_arm_mm", config.world.geometry.probe_arm_m, 0, 10000,
-                       m_per_mm);
+  return shared_number(probe, "/probe", "tilt_arm_mm", config.bench_plant.geometry.probe_arm_m, 0,
+                       10000, m_per_mm);
 }
 
 Status read_pads(const json& object, PadParams& pads) {
@@ -175,7 +175,7 @@ Status at_level(const Error& error) {
 }
 
 Status read_level(const std::string& text, RigConfig& config) {
-  Level& level = config.world.plant.level;
+  Level& level = config.bench_plant.plant.level;
   if (text == "auto") {
     const auto least = least_level(config.scene);
     if (!least) return at_level(least.error());
@@ -210,7 +210,7 @@ Status read_chosen(const json& object, RigConfig& config) {
 
 /// The keys of `simulation` that say how it is simulated, not what.
 Status read_fidelity(FieldReader& reader, RigConfig& config) {
-  PlantParams& plant = config.world.plant;
+  PlantParams& plant = config.bench_plant.plant;
   std::string level = "auto";
   double step_s = 0;
   reader.text("level", level).number("step_us", step_s, 1, 50000, 1e-6);
@@ -248,7 +248,7 @@ Status read_faults(const json& list, RigConfig& config) {
 }
 
 Status read_simulation(const json& object, RigConfig& config) {
-  PlantParams& plant = config.world.plant;
+  PlantParams& plant = config.bench_plant.plant;
   FieldReader reader(object, "/simulation");
   reader.ignore("fabrics").ignore("fidelity").ignore("note").ignore("console");
   reader.number("mount_stiffness_n_m", plant.mount.stiffness_n_m, 1, 1e9);
@@ -295,21 +295,21 @@ void watch(RigConfig& config) {
   std::vector<Channel>& channels = config.scene.channels;
   for (const EmulatedDevice& device : config.devices)
     for (const Channel channel : channels_of(device))
-      if (!asks_for(config.scene, channel)) channels.push_back(channel);
+      if (!is_needed(config.scene, channel)) channels.push_back(channel);
   std::sort(channels.begin(), channels.end());
-  Watched& watched = config.world.plant.watched;
-  watched.pads = asks_for(config.scene, Channel::taxels);
-  watched.contact = watched.pads || asks_for(config.scene, Channel::wrench) ||
+  Watched& watched = config.bench_plant.plant.watched;
+  watched.pads = is_needed(config.scene, Channel::taxels);
+  watched.contact = watched.pads || is_needed(config.scene, Channel::wrench) ||
                     std::ranges::any_of(config.devices, is_imprint);
-  const bool vibrations =
-      asks_for(config.scene, Channel::accelerometer) || asks_for(config.scene, Channel::microphone);
+  const bool vibrations = is_needed(config.scene, Channel::accelerometer) ||
+                          is_needed(config.scene, Channel::microphone);
   if (vibrations) {
     config.scene.name = "vibrotactile";
     watched.contact = true;  // it is what they hear
   }
-  VibrationParams& vibration = config.world.plant.vibration;
-  if (!asks_for(config.scene, Channel::accelerometer)) vibration.accelerometer.reset();
-  if (!asks_for(config.scene, Channel::microphone)) vibration.microphone.reset();
+  VibrationParams& vibration = config.bench_plant.plant.vibration;
+  if (!is_needed(config.scene, Channel::accelerometer)) vibration.accelerometer.reset();
+  if (!is_needed(config.scene, Channel::microphone)) vibration.microphone.reset();
 }
 
 bool is_vibro(const EmulatedDevice& device) {

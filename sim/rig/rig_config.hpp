@@ -9,7 +9,7 @@
 #include "protocols/base/result.hpp"
 #include "sim/devices/apt_stage_emulator.hpp"
 #include "sim/devices/ati_digital_emulator.hpp"
-#include "sim/devices/bench_world.hpp"
+#include "sim/devices/bench_plant.hpp"
 #include "sim/devices/faults/fault.hpp"
 #include "sim/devices/imprint_emulator.hpp"
 #include "sim/devices/rdt_emulator.hpp"
@@ -34,7 +34,7 @@ struct DeviceFault {
 };
 
 struct RigConfig {
-  WorldParams world;
+  BenchPlantParams bench_plant;
   /// What the devices deliver, and `simulation.traits`.
   Scene scene{"of the bench", {}, {}};
   /// `simulation.level` names the level; otherwise it is the least that provides the scene.

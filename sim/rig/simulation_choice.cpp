@@ -21,21 +21,21 @@ std::string number(const char* format, double value) {
   return text.data();
 }
 
-Scene scene_of(const RigConfig& config, const SimulationWish& wish) {
+Scene make_scene(const RigConfig& config, const SimulationRequest& request) {
   Scene scene = config.scene;
   if (config.level_by_hand) return scene;
-  for (const Trait trait : wish.traits)
-    if (!asks_for(scene, trait)) scene.traits.push_back(trait);
+  for (const Trait trait : request.traits)
+    if (!is_needed(scene, trait)) scene.traits.push_back(trait);
   return scene;
 }
 
 std::string needs(const Scene& scene) {
-  return "the scene needs " + needs_of(scene);
+  return "the scene needs " + format_needs(scene);
 }
 
 /// Nobody asked for an accuracy or a speed: the level is the rig file's or the scene's.
 Result<SimulationChoice> by_scene(const RigConfig& config, const Scene& scene) {
-  SimulationChoice choice{setting_of(config.world.plant), {}, {}};
+  SimulationChoice choice{setting_of(config.bench_plant.plant), {}, {}};
   if (config.level_by_hand) {
     const bool earlier = config.chosen_setting == to_string(choice.setting);
     choice.because = earlier ? config.chosen_because : "the rig file names it";
@@ -47,27 +47,28 @@ Result<SimulationChoice> by_scene(const RigConfig& config, const Scene& scene) {
                  .where = level_place,
                  .what = least.error().what,
                  .hint = least.error().hint});
-  PlantParams plant = config.world.plant;
+  PlantParams plant = config.bench_plant.plant;
   plant.level = *least;
   choice.setting = setting_of(plant);
   choice.because = needs(scene);
   return choice;
 }
 
-std::string wished(const SimulationWish& wish, const FidelityOffer& offer) {
+std::string format_request(const SimulationRequest& request, const FidelityOffer& offer) {
   const std::string measured = number("measured %.3g mN at worst", offer.error_max_n * 1e3) +
                                number(", %.3g times real time)", offer.times_real_time);
   const std::string error =
-      wish.accuracy_n ? number(" within %.4g mN", *wish.accuracy_n * 1e3) : std::string();
-  const std::string speed =
-      wish.times_real_time ? number("%.4g times real time", *wish.times_real_time) : std::string();
-  if (!wish.accuracy_n) return "the most accurate setting at " + speed + " (" + measured;
+      request.accuracy_n ? number(" within %.4g mN", *request.accuracy_n * 1e3) : std::string();
+  const std::string speed = request.times_real_time
+                                ? number("%.4g times real time", *request.times_real_time)
+                                : std::string();
+  if (!request.accuracy_n) return "the most accurate setting at " + speed + " (" + measured;
   return "the fastest setting" + error + (speed.empty() ? "" : " and over " + speed) + " (" +
          measured;
 }
 
 Result<SimulationChoice> by_table(const RigConfig& config, const Scene& scene,
-                                  const SimulationWish& wish, const FidelityTable* table) {
+                                  const SimulationRequest& request, const FidelityTable* table) {
   if (table == nullptr)
     return fail({.code = Errc::not_found,
                  .where = "/simulation/fidelity",
@@ -75,9 +76,10 @@ Result<SimulationChoice> by_table(const RigConfig& config, const Scene& scene,
                  .expected = "a path relative to the rig file",
                  .got = "nothing",
                  .hint = "sim/fidelity.json is made by weft trade sim"});
-  FidelityWish asked{.accuracy_n = wish.accuracy_n, .times_real_time = wish.times_real_time};
-  if (config.level_by_hand) asked.level = config.world.plant.level;
-  const auto offer = choose(*table, scene, asked);
+  FidelityRequest fidelity{.accuracy_n = request.accuracy_n,
+                           .times_real_time = request.times_real_time};
+  if (config.level_by_hand) fidelity.level = config.bench_plant.plant.level;
+  const auto offer = choose(*table, scene, fidelity);
   if (!offer)
     return fail({.code = offer.error().code,
                  .where = level_place,
@@ -86,15 +88,15 @@ Result<SimulationChoice> by_table(const RigConfig& config, const Scene& scene,
                  .got = offer.error().got,
                  .hint = offer.error().hint});
   return SimulationChoice{
-      offer->setting, needs(scene) + ", and this is " + wished(wish, *offer), {}};
+      offer->setting, needs(scene) + ", and this is " + format_request(request, *offer), {}};
 }
 
 /// L0 knows one force, and no recipe's phase: all that are held must be the same.
-Status write_set_point(const RigConfig& config, const SimulationWish& wish,
+Status write_set_point(const RigConfig& config, const SimulationRequest& request,
                        ordered_json& simulation) {
-  if (config.set_point_by_hand || wish.set_points_n.empty()) return {};
+  if (config.set_point_by_hand || request.set_points_n.empty()) return {};
   const auto [least, most] =
-      std::minmax_element(wish.set_points_n.begin(), wish.set_points_n.end());
+      std::minmax_element(request.set_points_n.begin(), request.set_points_n.end());
   if (*least != *most)
     return fail({.code = Errc::unsupported,
                  .where = level_place,
@@ -114,13 +116,14 @@ void write_setting(const FidelitySetting& setting, ordered_json& simulation) {
 
 }  // namespace
 
-Result<SimulationChoice> choose_simulation(std::string_view rig_json, const SimulationWish& wish,
+Result<SimulationChoice> choose_simulation(std::string_view rig_json,
+                                           const SimulationRequest& request,
                                            const FidelityTable* table) {
   const auto config = parse_rig_config(rig_json);
   if (!config) return pass(config.error());
-  const bool knob = wish.accuracy_n || wish.times_real_time;
-  const Scene scene = scene_of(*config, wish);
-  auto choice = knob ? by_table(*config, scene, wish, table) : by_scene(*config, scene);
+  const bool knob = request.accuracy_n || request.times_real_time;
+  const Scene scene = make_scene(*config, request);
+  auto choice = knob ? by_table(*config, scene, request, table) : by_scene(*config, scene);
   if (!choice) return choice;
   choice->rig_json = rig_json;
   const bool open = knob || !config->level_by_hand;
@@ -128,7 +131,7 @@ Result<SimulationChoice> choose_simulation(std::string_view rig_json, const Simu
   auto rig = ordered_json::parse(rig_json);
   ordered_json& simulation = rig["simulation"];
   if (choice->setting.level == Level::algebraic)
-    if (Status s = write_set_point(*config, wish, simulation); !s) return pass(s.error());
+    if (Status s = write_set_point(*config, request, simulation); !s) return pass(s.error());
   if (open) {
     simulation["level"] = to_string(choice->setting.level);
     simulation["chosen"] = {{"setting", to_string(choice->setting)}, {"because", choice->because}};

@@ -12,7 +12,7 @@
 namespace weft::sim {
 
 /// What a campaign asks of the bench, beyond what its rig file says.
-struct SimulationWish {
+struct SimulationRequest {
   /// Of the recipe. They choose where the rig file leaves the level open; they are no reason to
   /// refuse a level that it names, as `simulation.traits` are.
   std::vector<Trait> traits;
@@ -34,7 +34,8 @@ struct SimulationChoice {
 /// `table` may be null where neither accuracy nor speed is asked for. A function of its arguments.
 /// Errors: what parse_rig_config and choose refuse, each with a place in the rig file; unsupported
 /// for L0 and a recipe that holds several forces.
-Result<SimulationChoice> choose_simulation(std::string_view rig_json, const SimulationWish& wish,
+Result<SimulationChoice> choose_simulation(std::string_view rig_json,
+                                           const SimulationRequest& request,
                                            const FidelityTable* table);
 
 }  // namespace weft::sim

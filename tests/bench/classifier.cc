@@ -25,8 +25,8 @@ namespace {
 
 using namespace weft;
 using namespace weft::classifier;
+using bench::compute_median;
 using bench::Figure;
-using bench::median_of;
 using bench::seconds_of;
 
 constexpr std::size_t runs = 5;
@@ -59,7 +59,7 @@ struct Set {
 
 Set split_set(std::string name, const FeatureMatrix& all) {
   const Split split = stratified_splits(all.labels, 0.4, 1, 1).value().front();
-  return {std::move(name), take_rows(all, split.train), take_rows(all, split.test)};
+  return {std::move(name), select_rows(all, split.train), select_rows(all, split.test)};
 }
 
 std::optional<Set> campaign_set() {
@@ -115,10 +115,10 @@ std::optional<double> scikit_seconds(const Set& set, std::size_t pairs) {
     out << '\n';
   }
   out.close();
-  const nlohmann::json said = run_peer("grid " + path.string() + " " + std::to_string(pairs));
-  if (!said.is_object()) return std::nullopt;
-  auto seconds = said["seconds"].get<std::vector<double>>();
-  return bench::median(seconds) * said["pairs"].get<double>();
+  const nlohmann::json reply = run_peer("grid " + path.string() + " " + std::to_string(pairs));
+  if (!reply.is_object()) return std::nullopt;
+  auto seconds = reply["seconds"].get<std::vector<double>>();
+  return bench::median(seconds) * reply["pairs"].get<double>();
 }
 
 void training(const Set& set, std::size_t scikit_pairs, std::vector<Figure>& out) {
@@ -166,11 +166,11 @@ void voting(const Set& set, std::vector<Figure>& out) {
   };
   std::size_t right = 0, row = 0;
   for (std::size_t r = 0; r < set.test.size(); ++r) right += vote(r);
-  const double each = median_of(101,
-                                [&] {
-                                  for (std::size_t i = 0; i < votes; ++i)
-                                    if (vote(row++ % set.test.size()) > 1) std::abort();
-                                }) /
+  const double each = compute_median(101,
+                                     [&] {
+                                       for (std::size_t i = 0; i < votes; ++i)
+                                         if (vote(row++ % set.test.size()) > 1) std::abort();
+                                     }) /
                       votes;
   // Each distance needs a load and two operations per input, four a cycle with eight lanes at 2.5
   // GHz; each support vector an exponential, about 3 ns.
@@ -187,7 +187,7 @@ void voting(const Set& set, std::vector<Figure>& out) {
 
 double extraction_seconds(const Trial& trial) {
   FeatureExtractor extractor;
-  return median_of(41, [&] {
+  return compute_median(41, [&] {
     if (!extractor.extract(trial)) std::abort();
   });
 }
@@ -208,9 +208,9 @@ std::optional<double> oracle_seconds(const Trial& trial) {
     out << '\n';
   }
   out.close();
-  const auto said = run_peer("extract " + path.string() + " ../shared/oracle/fabric000.py");
-  if (!said.is_object()) return std::nullopt;
-  auto seconds = said["seconds"].get<std::vector<double>>();
+  const auto reply = run_peer("extract " + path.string() + " ../shared/oracle/fabric000.py");
+  if (!reply.is_object()) return std::nullopt;
+  auto seconds = reply["seconds"].get<std::vector<double>>();
   return bench::median(seconds);
 }
 
@@ -248,7 +248,7 @@ double processor_seconds() {
 }
 
 // Processor time of one extraction, short ones many at a time.
-double cost_of(FeatureExtractor& extractor, const Trial& trial) {
+double measure_cost(FeatureExtractor& extractor, const Trial& trial) {
   const std::size_t times = 100'000 / (trial.samples() + 30) + 1;
   const double start = processor_seconds();
   for (std::size_t i = 0; i < times; ++i)
@@ -261,11 +261,11 @@ void cost_per_sample(std::size_t length, std::size_t taxels, std::vector<Figure>
   constexpr std::size_t usual = 925;
   const Trial trial = motion_of(length, taxels), m1 = motion_of(usual, taxels);
   FeatureExtractor own, other;
-  cost_of(own, trial), cost_of(other, m1);  // memory and tables
+  measure_cost(own, trial), measure_cost(other, m1);  // memory and tables
   std::vector<double> each, reference, ratio;
   for (std::size_t run = 0; run < (length < 50'000 ? 21U : 3U); ++run) {
-    each.push_back(cost_of(own, trial) / static_cast<double>(length) * 1e9);
-    reference.push_back(cost_of(other, m1) / static_cast<double>(usual) * 1e9);
+    each.push_back(measure_cost(own, trial) / static_cast<double>(length) * 1e9);
+    reference.push_back(measure_cost(other, m1) / static_cast<double>(usual) * 1e9);
     ratio.push_back(each.back() / reference.back());
   }
   out.push_back({"features per sample, " + std::to_string(taxels) + " x " + std::to_string(length),
@@ -322,7 +322,7 @@ double exponent(const std::vector<std::pair<double, double>>& points) {
 // Seconds and the note of training on all classes, two threads.
 double growth_seconds(std::size_t classes, Tie tie, std::string& note) {
   const FeatureMatrix matrix = gaussian(classes);
-  const double s = median_of(classes < 500 ? runs : 3, [&] {
+  const double s = compute_median(classes < 500 ? runs : 3, [&] {
     if (!train(matrix, {.tie = tie, .threads = 2})) std::abort();
   });
   const auto pairs = static_cast<double>(classes * (classes - 1) / 2);

@@ -35,7 +35,7 @@ nlohmann::json figure_json(const Figure& f) {
                      {"peer", f.peer},     {"peer_value", f.peer_value}, {"ratio", ratio_of(f)},
                      {"note", f.note}};
   if (!f.limit) return out;
-  out["limit"] = limit_words(f);
+  out["limit"] = format_limit(f);
   out["missed"] = missed(f);
   return out;
 }
@@ -58,7 +58,7 @@ void print_misses(const std::vector<Figure>& figures) {
     if (missed(f))
       std::printf("  MISSED %s: %s %s, ratio %s; asked: %s\n", f.figure.c_str(),
                   text(f.value).c_str(), f.unit.c_str(), text(ratio_of(f)).c_str(),
-                  limit_words(f).c_str());
+                  format_limit(f).c_str());
 }
 
 }  // namespace
@@ -70,7 +70,7 @@ bool missed(const Figure& figure) {
   return !(figure.limit->direction == Limit::Direction::at_most ? v <= bound : v >= bound);
 }
 
-std::string limit_words(const Figure& figure) {
+std::string format_limit(const Figure& figure) {
   if (!figure.limit) return {};
   const bool most = figure.limit->direction == Limit::Direction::at_most;
   const std::string bound = (most ? "at most " : "at least ") + text(figure.limit->bound);
@@ -89,7 +89,7 @@ double seconds_of(const std::function<void()>& work) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-double median_of(std::size_t count, const std::function<void()>& work) {
+double compute_median(std::size_t count, const std::function<void()>& work) {
   work();
   std::vector<double> s;
   for (std::size_t i = 0; i < count; ++i) s.push_back(seconds_of(work));

@@ -45,7 +45,7 @@ struct Figure {
 /// Whether it has a limit and is not within it; what is not a number is not.
 bool missed(const Figure& figure);
 /// "at most 20 us", "ratio at most 0.05"; empty without a limit.
-std::string limit_words(const Figure& figure);
+std::string format_limit(const Figure& figure);
 
 /// Median of an odd number of runs; the list is sorted.
 double median(std::vector<double>& values);
@@ -53,7 +53,7 @@ double median(std::vector<double>& values);
 /// Wall time of one call.
 double seconds_of(const std::function<void()>& work);
 /// Median of `count` calls after one that warms caches and tables.
-double median_of(std::size_t count, const std::function<void()>& work);
+double compute_median(std::size_t count, const std::function<void()>& work);
 
 /// The JSON that a command prints; discarded() where it prints none, or where its program or what
 /// that needs is absent.

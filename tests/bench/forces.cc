@@ -35,11 +35,11 @@ using ForceTrace = std::vector<ForcePoint>;
 /// Asks weft-rig for the truth, one question at a time.
 class TruthConsole {
  public:
-  TruthConsole(std::unique_ptr<Link> link, std::function<void(double, TimePoint)> told)
-      : link_(std::move(link)), told_(std::move(told)) {
+  TruthConsole(std::unique_ptr<Link> link, std::function<void(double, TimePoint)> reported)
+      : link_(std::move(link)), reported_(std::move(reported)) {
     link_->on_receive([this](ByteView bytes, TimePoint at) { take(bytes, at); });
   }
-  void ask() {
+  void query() {
     static const std::string order = "{\"order\": \"truth\"}\n";
     const auto* bytes = reinterpret_cast<const std::uint8_t*>(order.data());
     if (!waiting_) waiting_ = link_->write({bytes, order.size()}).has_value();
@@ -54,12 +54,12 @@ class TruthConsole {
       line_.clear();
       waiting_ = false;
       if (answer.is_object() && answer.contains("contact_force_n"))
-        told_(answer["contact_force_n"].get<double>(), at);
+        reported_(answer["contact_force_n"].get<double>(), at);
     }
   }
 
   std::unique_ptr<Link> link_;
-  std::function<void(double, TimePoint)> told_;
+  std::function<void(double, TimePoint)> reported_;
   std::string line_;
   bool waiting_ = false;
 };
@@ -106,7 +106,7 @@ class ForceRun {
     daemon::Supervisor supervisor(*plan_, session_->loop(), session_->bench(), recording, hooks);
     supervisor_ = &supervisor;
     supervisor.start();
-    look();
+    inspect();
     session_->run_until([&] { return supervisor.result().has_value(); });
     supervisor_ = nullptr;
     session_->loop().cancel(timer_);
@@ -127,12 +127,12 @@ class ForceRun {
     std::fprintf(stderr, "forces: %s\n", what.c_str());
     return false;
   }
-  void look() {
+  void inspect() {
     if (sim::Rig* plant = session_->plant())
       keep(plant->truth(session_->loop().now()).contact_force_n, session_->loop().now());
     else if (console_)
-      console_->ask();
-    timer_ = session_->loop().after(period_, [this] { look(); });
+      console_->query();
+    timer_ = session_->loop().after(period_, [this] { inspect(); });
   }
   void keep(double force_n, TimePoint at) {
     if (supervisor_ == nullptr || supervisor_->state().trial >= traces_.size()) return;

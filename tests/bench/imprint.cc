@@ -73,7 +73,7 @@ double largest_difference(std::span<const double> ours, const std::vector<double
 
 int main() {
   const auto dataset = daemon::simulate_imprints({.level = sim::Level::z});
-  const auto imprints = daemon::imprints_of(*dataset);
+  const auto imprints = daemon::extract_imprints(*dataset);
   const Image& image = (*imprints)[9].image;  // a rasp, pressed heavily: edges and extrema
   auto features = ScaleFeatures::make({.sigmas = {1, 2, 4}});
   const auto values = features->extract(image);

@@ -13,7 +13,7 @@
 
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/storage/certificate/verify.hpp"
-#include "daemon/storage/recorder/campaign_past.hpp"
+#include "daemon/storage/recorder/campaign_history.hpp"
 #include "tests/bench/figures.hpp"
 #include "tests/unit/daemon/benches/kill_points.hpp"
 
@@ -67,16 +67,17 @@ bool fails(Counts& counts, const std::string& what) {
   return false;
 }
 
-/// Goes on with what a kill left and looks at it. `told`: trials that the killed run told of.
-bool look(CampaignRequest request, const Dataset& undisturbed, std::size_t told, Counts& counts) {
+/// Goes on with what a kill left and looks at it. `reported`: trials that the killed run told of.
+bool inspect(CampaignRequest request, const Dataset& undisturbed, std::size_t reported,
+             Counts& counts) {
   const fs::path file = request.out / campaign_file_name;
-  std::size_t kept = 0;
+  std::size_t saved = 0;
   if (fs::exists(file) && !is_blank_campaign(file)) {
     const auto seen = verify(file);
     if (!seen || !seen->holds()) return fails(counts, "does not hold after the kill");
-    kept = seen->complete;
+    saved = seen->complete;
   }
-  counts.lost += told > kept ? told - kept : 0;
+  counts.lost += reported > saved ? reported - saved : 0;
   request.resume = true;
   if (!fs::exists(request.out / "certificate.json")) {
     const auto summary = run_campaign(request, {});
@@ -113,14 +114,14 @@ int main() {
     fs::remove_all(out);
     const CampaignRequest request = request_in(folder, out, trials);
     const bool by_write = ++counts.moments % 2 == 0;
-    const test::ToldTrials told;
+    const test::ReportedTrials reported;
     const std::optional<bool> killed =
-        by_write
-            ? test::killed_at(request, {1 + dice() % (40 * trials), dice() % 2 == 0}, told.hooks())
-            : killed_after(request, lasting * (dice() % 1000) / 1000, told.hooks());
+        by_write ? test::killed_at(request, {1 + dice() % (40 * trials), dice() % 2 == 0},
+                                   reported.hooks())
+                 : killed_after(request, lasting * (dice() % 1000) / 1000, reported.hooks());
     if (!killed) fails(counts, "it neither died nor came to its end");
     counts.kills += killed == true ? 1 : 0;
-    look(request, *undisturbed, told.complete(), counts);
+    inspect(request, *undisturbed, reported.complete(), counts);
   }
   fs::remove_all(folder);
   const double seconds = std::chrono::duration<double>(steady_wall_now() - began).count();

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <ctime>
 
-#include "sim/devices/bench_world.hpp"
+#include "sim/devices/bench_plant.hpp"
 #include "tests/bench/figures.hpp"
 #include "tests/bench/plant_scene.hpp"
 #include "tests/bench/shipped_fabrics.hpp"
@@ -34,8 +34,9 @@ Patch patch_of(const FabricLibrary& library, const char* name, bool texture) {
   return *cut_patch(*library.find(name), library.params, library.spread, switches, 1);
 }
 
-WorldParams world_of(Level level, const DynamicsParams& dynamics, const Patch& patch) {
-  WorldParams params;
+BenchPlantParams make_plant_params(Level level, const DynamicsParams& dynamics,
+                                   const Patch& patch) {
+  BenchPlantParams params;
   for (StageParams& stage : params.stages) stage = {.low = -0.2, .high = 0.2, .start = 0.03};
   params.stages[2].start = plate_z_m - patch.material.thickness_m - 3e-3;
   params.stages[3].start = params.stages[4].start = 0;
@@ -52,20 +53,20 @@ struct Run {
 };
 
 /// Down to 5 N, which an integral controller holds at 37 Hz while the probe slides 50 mm.
-Run regulated_slide(const WorldParams& params, const Patch& patch) {
+Run regulated_slide(const BenchPlantParams& params, const Patch& patch) {
   const double begin = cpu_s();
-  BenchWorld world(params, 1);
-  world.mount(patch, {});
+  BenchPlant bench_plant(params, 1);
+  bench_plant.mount(patch, {});
   const int ticks = static_cast<int>(37 * (6 + slide_s));
   double z_m = params.stages[2].start, squares = 0;
   TimePoint now{};
   for (int i = 0; i < ticks; ++i) {
     now += Duration(pad_timing::frame_ns);
-    const double force_n = world.contact(now).normal_n;
+    const double force_n = bench_plant.contact(now).normal_n;
     const double error_n = set_n - force_n;
     z_m += force_n > 0.1 ? std::clamp(5e-6 * error_n, -10e-6, 10e-6) : 50e-6;
-    world.stage(AxisId::z, now).move_to(z_m, {2e-3, 0.02}, now);
-    if (i == 37 * 6) world.stage(AxisId::y, now).move_to(0.03 + 0.05, {slide_mps, 0.02}, now);
+    bench_plant.stage(AxisId::z, now).move_to(z_m, {2e-3, 0.02}, now);
+    if (i == 37 * 6) bench_plant.stage(AxisId::y, now).move_to(0.03 + 0.05, {slide_mps, 0.02}, now);
     if (i >= 37 * 8) squares += error_n * error_n / (ticks - 37 * 8);
   }
   return {cpu_s() - begin, to_seconds(now - TimePoint{}), std::sqrt(squares)};
@@ -195,7 +196,7 @@ class Bench {
  public:
   void whole(const std::string& name, Level level, const DynamicsParams& dynamics,
              const Patch& patch, double target) {
-    const WorldParams params = world_of(level, dynamics, patch);
+    const BenchPlantParams params = make_plant_params(level, dynamics, patch);
     std::vector<double> factors;
     Run run;
     for (int i = 0; i < runs; ++i) {

@@ -96,8 +96,8 @@ class Scene {
     }
     plant_.advance(pose(frame_s), frame_s - sim::pad_timing::stages * slot_s);
     for (const std::uint16_t count : plant_.pad_counts()) result.counts += count;
-    const sim::VibrationReadings heard = plant_.take_vibration();
-    result.readings += heard.acceleration.size() + heard.sound.size();
+    const sim::VibrationReadings received = plant_.extract_vibration();
+    result.readings += received.acceleration.size() + received.sound.size();
     ++frame_;
   }
 

@@ -15,7 +15,7 @@
 #include <memory>
 #include <sstream>
 
-#include "sim/devices/bench_world.hpp"
+#include "sim/devices/bench_plant.hpp"
 #include "sim/devices/ft_sensor.hpp"
 #include "sim/plant/fabric_library.hpp"
 #include "sim/plant/imprint/half_space.hpp"
@@ -64,8 +64,8 @@ Patch denim() {
       cut_patch(*library.find("denim"), library.params, library.spread, MaterialSwitches{}, 1));
 }
 
-WorldParams world_of(const MovingScene& scene, const Patch& patch) {
-  WorldParams params;
+BenchPlantParams make_plant_params(const MovingScene& scene, const Patch& patch) {
+  BenchPlantParams params;
   for (StageParams& stage : params.stages) stage = {.low = -0.2, .high = 0.2, .start = 0.03};
   params.stages[2].start = plate_z_m - patch.material.thickness_m - 2e-3;
   params.stages[3].start = params.stages[4].start = 0;
@@ -83,12 +83,15 @@ WorldParams world_of(const MovingScene& scene, const Patch& patch) {
 class Sliding {
  public:
   explicit Sliding(const MovingScene& scene)
-      : wrench_(scene.wrench), sensor_({}, 1), patch_(denim()), world_(world_of(scene, patch_), 1) {
-    world_.mount(patch_, {});
+      : wrench_(scene.wrench),
+        sensor_({}, 1),
+        patch_(denim()),
+        bench_plant_(make_plant_params(scene, patch_), 1) {
+    bench_plant_.mount(patch_, {});
     const double down_m = plate_z_m - patch_.material.thickness_m + 0.62e-3;
-    world_.stage(AxisId::z, {}).move_to(down_m, {2e-3, 0.02}, {});
+    bench_plant_.stage(AxisId::z, {}).move_to(down_m, {2e-3, 0.02}, {});
     run_for(3);
-    world_.stage(AxisId::y, now_).move_to(0.05, {2e-3, 0.02}, now_);
+    bench_plant_.stage(AxisId::y, now_).move_to(0.05, {2e-3, 0.02}, now_);
     run_for(1);
   }
 
@@ -96,17 +99,17 @@ class Sliding {
   void run_for(double seconds) {
     for (int i = 0; i < static_cast<int>(100 * seconds); ++i) {
       now_ += std::chrono::milliseconds(10);
-      if (wrench_) fz_counts_ += sensor_.read(world_.contact(now_), sample_++).counts[2];
-      frames_ += world_.frame(now_).counts[5];
+      if (wrench_) fz_counts_ += sensor_.read(bench_plant_.contact(now_), sample_++).counts[2];
+      frames_ += bench_plant_.frame(now_).counts[5];
     }
   }
-  [[nodiscard]] double force_n() { return world_.contact(now_).normal_n; }
+  [[nodiscard]] double force_n() { return bench_plant_.contact(now_).normal_n; }
 
  private:
   bool wrench_;
   FtSensor sensor_;
   Patch patch_;
-  BenchWorld world_;
+  BenchPlant bench_plant_;
   TimePoint now_{};
   std::uint32_t sample_ = 0;
   std::int64_t fz_counts_ = 0, frames_ = 0;

@@ -37,7 +37,7 @@ double processor_seconds() {
 
 // Median of one call's time over `count` batches of `calls`; reading the clock costs as much as the
 // quickest answers.
-double median_of(std::size_t count, std::size_t calls, const std::function<void()>& work) {
+double compute_median(std::size_t count, std::size_t calls, const std::function<void()>& work) {
   work();  // warms caches and tables
   std::vector<double> s;
   for (std::size_t i = 0; i < count; ++i) {
@@ -91,7 +91,7 @@ void measure_features(std::vector<Figure>& figures, const nlohmann::json& peers)
         samples.push_back(noise(samples_in(window_s, c.rate_hz), engine));
       for (const auto& s : samples) window.emplace_back(s);
       auto extractor = WindowExtractor::make(channels, {Family::all, Combine::concat}).value();
-      const double own = median_of(101, 3, [&] { (void)extractor.features(window); });
+      const double own = compute_median(101, 3, [&] { (void)extractor.features(window); });
       const std::string key = source + (window_s == 1.0 ? " 1 s" : " 2 s");
       add(figures, "features of a window, " + key, own, peers, "features " + key,
           "numpy, the reference");
@@ -142,13 +142,13 @@ void measure_learners(std::vector<Figure>& figures, const Set& set, const nlohma
     PipelineOptions options{method, components, {}};
     options.learner.threads = 1;
     std::unique_ptr<Pipeline> trained;
-    const double fit = median_of(3, 1, [&] {
+    const double fit = compute_median(3, 1, [&] {
       trained = std::make_unique<Pipeline>(
           Pipeline::train({&set.train, set.of_train, classes}, options).value());
     });
     std::size_t row = 0;
-    const double answer =
-        median_of(101, 20, [&] { (void)trained->classify(set.test.row(row++ % set.test.rows())); });
+    const double answer = compute_median(
+        101, 20, [&] { (void)trained->classify(set.test.row(row++ % set.test.rows())); });
     add(figures, name + ": training, 960 rows", fit, peers, name + " fit",
         "scikit-learn or XGBoost");
     if (peers.is_object() && peers.contains(name + " fit, hist"))

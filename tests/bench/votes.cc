@@ -9,9 +9,9 @@
 #include "classifier/baseline/learner.hpp"
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/features/windows.hpp"
-#include "classifier/vote/aids.hpp"
 #include "classifier/vote/compare.hpp"
 #include "classifier/vote/measure_reject.hpp"
+#include "classifier/vote/postprocessing.hpp"
 #include "classifier/vote/reliability.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/dataset/import.hpp"
@@ -39,7 +39,7 @@ struct Set {
 std::optional<Set> set_of(std::string name, const Result<FeatureMatrix>& all,
                           const Result<Split>& split) {
   if (all && split)
-    return Set{std::move(name), take_rows(*all, split->train), take_rows(*all, split->test)};
+    return Set{std::move(name), select_rows(*all, split->train), select_rows(*all, split->test)};
   std::printf("%s left out: %s\n", name.c_str(),
               to_string(all ? split.error() : all.error()).c_str());
   return std::nullopt;
@@ -113,30 +113,32 @@ Status add_votes(const Set& set, const FabricModel& model, const ClassProfile& p
   return {};
 }
 
-Result<Reliability> reliability_of(const Set& set, const FabricModel& model, const VoteAids& aids) {
+Result<Reliability> reliability_of(const Set& set, const FabricModel& model,
+                                   const VotePostprocessing& postprocessing) {
   const auto truth = class_numbers(set.test, model.labels());
   if (!truth) return pass(truth.error());
   Matrix p(set.test.size(), model.labels().size());
   std::vector<std::size_t> winner;
   for (std::size_t r = 0; r < set.test.size(); ++r) {
-    const auto said = answer(model, aids, set.test.values.row(r));
-    if (!said) return pass(said.error(), set.test.files[r]);
-    winner.push_back(said->ballot.winner);
-    std::copy(said->probability.begin(), said->probability.end(), p.row(r).begin());
+    const auto reply = predict(model, postprocessing, set.test.values.row(r));
+    if (!reply) return pass(reply.error(), set.test.files[r]);
+    winner.push_back(reply->ballot.winner);
+    std::copy(reply->probability.begin(), reply->probability.end(), p.row(r).begin());
   }
   return reliability(p, winner, *truth);
 }
 
-Status add_calibration(const Set& set, const FabricModel& model, const VoteAids& aids,
-                       std::vector<Figure>& out) {
-  VoteAids plain = aids;
+Status add_calibration(const Set& set, const FabricModel& model,
+                       const VotePostprocessing& postprocessing, std::vector<Figure>& out) {
+  VotePostprocessing plain = postprocessing;
   plain.calibration.sharpness = 1.0;
   const auto before = reliability_of(set, model, plain);
-  const auto after = reliability_of(set, model, aids);
+  const auto after = reliability_of(set, model, postprocessing);
   if (!before || !after) return pass(before ? after.error() : before.error());
   const std::string peer = "coupling without sharpness";
   out.push_back({set.name + ": calibration error", after->calibration_error, "", peer,
-                 before->calibration_error, "sharpness " + text(aids.calibration.sharpness)});
+                 before->calibration_error,
+                 "sharpness " + text(postprocessing.calibration.sharpness)});
   out.push_back({set.name + ": Brier", after->brier, "", peer, before->brier, ""});
   out.push_back({set.name + ": log loss", after->log_loss, "nats", peer, before->log_loss, ""});
   std::printf("Reliability, %s:\n", set.name.c_str());
@@ -150,7 +152,7 @@ Status add_calibration(const Set& set, const FabricModel& model, const VoteAids&
 Status add_reject(const Set& set, const TrainOptions& options, std::vector<Figure>& out) {
   const auto rules = measure_reject(set.train, set.test, options);
   if (!rules) return pass(rules.error());
-  for (const RejectFigures& f : *rules) {
+  for (const RejectRates& f : *rules) {
     const std::string name = set.name + ": none of these by " + std::string(to_string(f.kind));
     std::string each;
     for (const LeftOut& one : f.left_out)
@@ -178,13 +180,13 @@ Status measure(const Set& plain, std::vector<Figure>& out) {
   options.cap = chosen->recipe.cap;
   const Set set{plain.name, learner.prepared(plain.train), learner.prepared(plain.test)};
   const double start = seconds_now();
-  const auto aids = learn_aids(*model, set.train, options);
-  if (!aids) return pass(aids.error(), set.name);
+  const auto postprocessing = fit_postprocessing(*model, set.train, options);
+  if (!postprocessing) return pass(postprocessing.error(), set.name);
   out.push_back({set.name + ": calibration and reject rule learnt", seconds_now() - start, "s",
                  "target", 1.0, to_string(chosen->recipe) + " cores"});
-  if (auto ok = add_votes(set, *model, aids->profile, 20, out); !ok) return ok;
-  if (auto ok = add_votes(set, *model, aids->profile, 5, out, true); !ok) return ok;
-  if (auto ok = add_calibration(set, *model, *aids, out); !ok) return ok;
+  if (auto ok = add_votes(set, *model, postprocessing->profile, 20, out); !ok) return ok;
+  if (auto ok = add_votes(set, *model, postprocessing->profile, 5, out, true); !ok) return ok;
+  if (auto ok = add_calibration(set, *model, *postprocessing, out); !ok) return ok;
   return add_reject(set, options, out);
 }
 
@@ -198,7 +200,7 @@ Status grow(std::size_t fabrics, std::vector<Figure>& out) {
   std::vector<std::size_t> some;
   const std::size_t stride = set->test.size() / 1000 + 1;
   for (std::size_t r = 0; r < set->test.size(); r += stride) some.push_back(r);
-  set->test = take_rows(set->test, some);
+  set->test = select_rows(set->test, some);
   const auto model = train(set->train, {});
   if (!model) return pass(model.error(), set->name);
   const auto profile = fit_profile(set->train, model->labels());

@@ -29,7 +29,7 @@ using Clock = std::chrono::steady_clock;
 using weft::bench::Figure;
 
 constexpr int starts = 11;
-constexpr std::size_t asked = 20'000;
+constexpr std::size_t requested = 20'000;
 constexpr std::size_t in_a_batch = 50;
 constexpr std::size_t never_reading = 10;
 constexpr double changes_hz = 20;
@@ -166,7 +166,7 @@ class Daemon {
   double ready_s_ = 0;
 };
 
-std::unique_ptr<Wire> introduced(const Daemon& daemon) {
+std::unique_ptr<Wire> open_client(const Daemon& daemon) {
   auto wire = std::make_unique<Wire>(connected(daemon.socket()));
   wire->line();
   wire->send(request(0, "session.open", R"({"client":"bench","protocol":"1.x"})"));
@@ -208,7 +208,7 @@ Latency echo_latency() {
   Latency out;
   {
     Wire wire(ends[0]);
-    out = latency_of(wire, asked);
+    out = latency_of(wire, requested);
   }
   ::waitpid(child, nullptr, 0);
   return out;
@@ -242,9 +242,9 @@ void start(const char* program, const fs::path& folder, std::vector<Figure>& fig
 }
 
 void latency(const Daemon& daemon, std::vector<Figure>& figures) {
-  const auto client = introduced(daemon);
-  latency_of(*client, asked / 10);
-  const Latency ours = latency_of(*client, asked), bare = echo_latency();
+  const auto client = open_client(daemon);
+  latency_of(*client, requested / 10);
+  const Latency ours = latency_of(*client, requested), bare = echo_latency();
   figures.push_back({"request on the Unix socket, p50", 1e6 * ours.p50_s, "us", "bare echo",
                      1e6 * bare.p50_s, "", weft::bench::at_most(50)});
   figures.push_back({"request on the Unix socket, p99", 1e6 * ours.p99_s, "us", "bare echo",
@@ -265,10 +265,10 @@ void drain(std::vector<pollfd>& readers, std::vector<std::size_t>& lines) {
 /// Takes the rig and gives it back: an event each.
 void change(Wire& maker) {
   maker.send(request(1, "lease.acquire"));
-  const std::string said = maker.line();
-  const std::size_t at = said.find("\"L-");
-  if (at == std::string::npos) give_up(said.c_str());
-  const std::string lease = said.substr(at, said.find('"', at + 1) - at + 1);
+  const std::string reply = maker.line();
+  const std::size_t at = reply.find("\"L-");
+  if (at == std::string::npos) give_up(reply.c_str());
+  const std::string lease = reply.substr(at, reply.find('"', at + 1) - at + 1);
   maker.send(request(2, "lease.release", R"({"lease":)" + lease + "}"));
   maker.line();
 }
@@ -291,12 +291,12 @@ void subscribers(const Daemon& daemon, std::vector<Figure>& figures) {
   const std::size_t count =
       std::max(number_from("WEFT_BENCH_SUBSCRIBERS", 1000), never_reading + 1);
   constexpr std::size_t runs_over = 2000;  // changes: far more events than are kept for one
-  const auto maker = introduced(daemon), other = introduced(daemon);
+  const auto maker = open_client(daemon), other = open_client(daemon);
   std::vector<std::unique_ptr<Wire>> all;
   std::vector<pollfd> readers;
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t k = 0; i == never_reading && k < runs_over; ++k) change(*maker);
-    all.push_back(introduced(daemon));
+    all.push_back(open_client(daemon));
     all.back()->send(request(1, "sub.open", R"({"topics":["*"],"mode":"every"})"));
     all.back()->line();
     if (i >= never_reading) readers.push_back({all.back()->descriptor(), POLLIN, 0});
@@ -338,19 +338,19 @@ void subscribers(const Daemon& daemon, std::vector<Figure>& figures) {
 
 void millions(const Daemon& daemon, std::vector<Figure>& figures) {
   const std::size_t count = number_from("WEFT_BENCH_REQUESTS", 10'000'000);
-  const auto client = introduced(daemon);
+  const auto client = open_client(daemon);
   std::string batch;
   for (std::size_t i = 0; i < in_a_batch; ++i) batch += request(i, "system.time");
-  const auto ask = [&](std::size_t requests) {
+  const auto query = [&](std::size_t requests) {
     for (std::size_t i = 0; i < requests / in_a_batch; ++i) {
       client->send(batch);
       client->skip(in_a_batch);
     }
   };
-  ask(count / 100);
+  query(count / 100);
   const double before_mb = daemon.resident_mb();
   const auto begin = Clock::now();
-  ask(count);
+  query(count);
   const double spent_s = seconds_since(begin);
   figures.push_back(
       {"memory after " + std::to_string(count) + " requests", daemon.resident_mb(), "MB", "before",

@@ -39,9 +39,9 @@ struct ChunkedInput {
 };
 
 /// What every splitter of numbered frames promises on any bytes. `damage_of` counts the frames that
-/// it could not use, `look_at` is shown each that it gave.
-template <class Splitter, class Frame, class DamageOf, class LookAt>
-void try_frames(const ChunkedInput& input, const DamageOf& damage_of, const LookAt& look_at) {
+/// it could not use, `inspect` is shown each that it gave.
+template <class Splitter, class Frame, class DamageOf, class Inspect>
+void try_frames(const ChunkedInput& input, const DamageOf& damage_of, const Inspect& inspect) {
   Splitter whole;
   Splitter pieces;
   const auto at_once = split<Frame>(whole, input.stream, {});
@@ -51,7 +51,7 @@ void try_frames(const ChunkedInput& input, const DamageOf& damage_of, const Look
   demand(whole.skipped_bytes() == pieces.skipped_bytes(), "any chunking skips the same bytes");
   Bytes clean;
   for (const Frame& frame : at_once) {
-    look_at(frame);
+    inspect(frame);
     append(clean, frame);
   }
   demand(clean.size() + whole.skipped_bytes() <= input.stream.size(), "no byte is counted twice");

@@ -156,7 +156,7 @@ void apply(hid_t file, const std::vector<std::string>& names, const Edit& edit) 
   }
 }
 
-std::vector<std::uint8_t> image_of(hid_t file) {
+std::vector<std::uint8_t> make_image(hid_t file) {
   H5Fflush(file, H5F_SCOPE_GLOBAL);
   const ssize_t bytes = H5Fget_file_image(file, nullptr, 0);
   if (bytes <= 0) return {};
@@ -180,7 +180,7 @@ std::vector<std::uint8_t> edited_file(Sample of, std::span<const std::uint8_t> s
   if (names.empty()) names = list_objects(file.id());
   for (; script.size() >= edit_bytes; script = script.subspan(edit_bytes))
     apply(file.id(), names, {script[0], script[1], script[2], script[3], script[4]});
-  return image_of(file.id());
+  return make_image(file.id());
 }
 
 std::vector<std::uint8_t> patched_file(Sample of, std::span<const std::uint8_t> script) {

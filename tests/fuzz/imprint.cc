@@ -8,7 +8,7 @@ namespace {
 
 using namespace protocols::imprint;
 
-void look_at(const Frame& frame) {
+void inspect(const Frame& frame) {
   if (frame.kind == Kind::description) return demand(frame.taxels().empty(), "it has no taxels");
   demand(makes_sense(frame.window), "a window within the largest array");
   for (const std::uint8_t count : frame.taxels()) demand(count <= highest_count, "seven bits");
@@ -16,7 +16,7 @@ void look_at(const Frame& frame) {
 
 void try_stream(const ChunkedInput& input) {
   try_frames<Splitter, Frame>(
-      input, [](const Splitter& splitter) { return splitter.damaged(); }, look_at);
+      input, [](const Splitter& splitter) { return splitter.damaged(); }, inspect);
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace {
 
 using classifier::imprint::Image;
 
-void look_at(const Result<Image>& image) {
+void inspect(const Result<Image>& image) {
   if (!image) return demand(!image.error().what.empty(), "an error says what is wrong");
   demand(image->rows() > 0 && image->cols() > 0, "an imprint that was read has taxels");
   if (!classifier::imprint::check(*image) || image->data().size() > 4096) return;
@@ -25,9 +25,9 @@ void look_at(const Result<Image>& image) {
 
 WEFT_FUZZ_TARGET(imprint_file) {
   const std::string text(reinterpret_cast<const char*>(data), size);
-  look_at(weft::daemon::parse_image_csv("input", text));
-  look_at(weft::daemon::parse_image_pgm("input", text));
-  look_at(weft::daemon::parse_image_npy("input", text));
+  inspect(weft::daemon::parse_image_csv("input", text));
+  inspect(weft::daemon::parse_image_pgm("input", text));
+  inspect(weft::daemon::parse_image_npy("input", text));
   return 0;
 }
 

@@ -33,11 +33,11 @@ Result<classifier::StagedHead> head_of(const std::string& text) {
 
 /// The opening and every model with a checksum that is right, and the lengths of the models too.
 std::string put_right(const std::string& text) {
-  const std::string model_word = "weft-fabric-model ";
-  std::string models, opening = text.substr(0, text.find(model_word));
+  const std::string model_keyword = "weft-fabric-model ";
+  std::string models, opening = text.substr(0, text.find(model_keyword));
   std::size_t stage = 0;
   for (std::size_t at = opening.size(); at < text.size();) {
-    const std::size_t next = std::min(text.find(model_word, at + 1), text.size());
+    const std::size_t next = std::min(text.find(model_keyword, at + 1), text.size());
     const std::string model = with_checksum(std::string_view(text).substr(at, next - at));
     stage = opening.find("\nstage ", stage);
     if (stage == std::string::npos) return text;

@@ -25,7 +25,7 @@ std::string save(const StoredModel& model) {
   return out.str();
 }
 
-void check(const StoredModel& stored, const classifier::Answer& answer) {
+void check(const StoredModel& stored, const classifier::Prediction& answer) {
   demand(answer.ballot.winner < stored.learner.labels().size(), "the winner is a label");
   for (const double f : answer.ballot.decision) demand(std::isfinite(f), "decisions are finite");
   for (const double s : answer.ballot.support) demand(std::isfinite(s), "supports are finite");
@@ -33,17 +33,18 @@ void check(const StoredModel& stored, const classifier::Answer& answer) {
     demand(p >= 0.0 && p <= 1.0, "probabilities are from 0 to 1");
 }
 
-void ask(const StoredModel& stored) {
+void query(const StoredModel& stored) {
   using classifier::VoteKind;
   const std::size_t columns = stored.learner.feature_names().size();
   for (const double value : {0.0, 1.0, -1e300, 1e300})
     for (const VoteKind kind :
          {VoteKind::majority, VoteKind::soft, VoteKind::dag, VoteKind::shortlist}) {
       const std::vector<double> features(columns, value);
-      const auto with = classifier::answer(stored.learner, stored.aids, features, {.kind = kind});
+      const auto with =
+          classifier::predict(stored.learner, stored.postprocessing, features, {.kind = kind});
       if (with) check(stored, *with);
       const auto without =
-          classifier::answer(stored.learner, std::nullopt, features, {.kind = kind});
+          classifier::predict(stored.learner, std::nullopt, features, {.kind = kind});
       if (without) check(stored, *without);
     }
 }
@@ -55,7 +56,7 @@ void try_text(const std::string& text) {
   const auto again = load(stored);
   demand(again.has_value(), "a stored model can be read");
   demand(save(*again) == stored, "a model comes back bit for bit");
-  ask(*model);
+  query(*model);
 }
 
 }  // namespace

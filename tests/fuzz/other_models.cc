@@ -7,7 +7,7 @@
 
 #include "classifier/imprint/imprint_model.hpp"
 #include "classifier/vibro/recording_model.hpp"
-#include "classifier/vote/learner_answer.hpp"
+#include "classifier/vote/learner_prediction.hpp"
 #include "tests/fuzz/checksum.hpp"
 #include "tests/fuzz/target.hpp"
 
@@ -40,10 +40,10 @@ std::string saved(const Model& model) {
   return out.str();
 }
 
-void ask(const ImprintModel& model) {
+void query(const ImprintModel& model) {
   for (const double value : {0.0, 1.0, -1e300, 1e300}) {
     const std::vector<double> features(model.learner.feature_names().size(), value);
-    const auto answer = classifier::answer(model.learner, model.aids, features);
+    const auto answer = classifier::predict(model.learner, model.postprocessing, features);
     if (!answer) continue;
     demand(answer->ballot.winner < model.learner.labels().size(), "the winner is a label");
     for (const double p : answer->probability)
@@ -51,7 +51,7 @@ void ask(const ImprintModel& model) {
   }
 }
 
-void ask(const RecordingModel& model) {
+void query(const RecordingModel& model) {
   const auto columns =
       classifier::vibro::columns_of(model.setup.channels, model.setup.features).size();
   for (const double value : {0.0, 1.0, -1e300, 1e300}) {
@@ -69,7 +69,7 @@ void try_text(const std::string& text) {
   const auto again = load(stored, kind);
   demand(again.has_value(), "a stored model can be read");
   demand(saved(*again) == stored, "a model comes back bit for bit");
-  ask(*model);
+  query(*model);
 }
 
 }  // namespace

@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/service/methods/services.hpp"
-#include "daemon/service/rpc/conversation.hpp"
 #include "daemon/service/rpc/line_buffer.hpp"
+#include "daemon/service/rpc/session.hpp"
 #include "protocols/base/bytes.hpp"
 #include "tests/fuzz/target.hpp"
 
@@ -34,10 +34,10 @@ class SmallDaemon {
                      .utc_us = [] { return std::int64_t{0}; },
                  },
                  store_),
-        hand_overs_({.post = [](const std::function<void()>&) {},
-                     .utc_us = [] { return std::int64_t{0}; },
-                     .on_changed = [](std::string_view, const HandOverFact&) {}},
-                    store_) {
+        handovers_({.post = [](const std::function<void()>&) {},
+                    .utc_us = [] { return std::int64_t{0}; },
+                    .on_changed = [](std::string_view, const HandoverStatus&) {}},
+                   store_) {
     const auto at_once = [](const auto& work, const auto&) {
       work()();
       return true;
@@ -46,7 +46,7 @@ class SmallDaemon {
         .hub = &hub_,
         .leases = &leases_,
         .run_manager = &manager_,
-        .hand_overs = &hand_overs_,
+        .handovers = &handovers_,
         .log = &store_,
         .rig = "no-rig.json",
         .rig_name = "no-rig",
@@ -55,9 +55,9 @@ class SmallDaemon {
         .epoch = "e1",
         .now = [] { return Clock(); },
         .utc_us = [] { return std::int64_t{0}; },
-        .errand = at_once,
-        .change_errand = at_once,
-        .file_errand = at_once,
+        .background = at_once,
+        .change_background = at_once,
+        .file_background = at_once,
         .files = &files_,
         .pace = &pace_,
         .sessions = &shared_.sessions,
@@ -76,42 +76,42 @@ class SmallDaemon {
     shared_.emergency_stop = [this](const rpc::Caller& caller) {
       manager_.halt(runs::RigState::Stop::emergency, caller.session);
     };
-    client_ = std::make_unique<server::Conversation>(
-        shared_, std::move(peer), "s-1", [this](std::string line) { said(std::move(line)); });
-    client_->greet();
+    client_ = std::make_unique<server::Session>(
+        shared_, std::move(peer), "s-1", [this](std::string line) { reply(std::move(line)); });
+    client_->send_hello();
   }
 
   /// In pieces as `sizes` says; false where a line is too long, which ends a connection.
-  bool hear(ByteView bytes, ByteView sizes) {
+  bool on_message(ByteView bytes, ByteView sizes) {
     server::LineBuffer lines(most_line_bytes);
     for (std::size_t piece = 0; !bytes.empty(); ++piece) {
       const std::size_t wanted =
           sizes.empty() ? bytes.size() : std::max<std::size_t>(sizes[piece % sizes.size()], 1);
       const ByteView part = bytes.first(std::min(wanted, bytes.size()));
       lines.add({reinterpret_cast<const char*>(part.data()), part.size()});
-      while (const auto line = lines.next()) hear(*line);
+      while (const auto line = lines.next()) on_message(*line);
       if (lines.overflows()) return false;
       bytes = bytes.subspan(part.size());
     }
     return true;
   }
 
-  [[nodiscard]] const std::vector<std::string>& told() const { return told_; }
+  [[nodiscard]] const std::vector<std::string>& reported() const { return reported_; }
   [[nodiscard]] bool any_result() const { return any_result_; }
 
  private:
-  void hear(const std::string& line) {
-    const std::size_t before = told_.size();
-    client_->hear(line);
+  void on_message(const std::string& line) {
+    const std::size_t before = reported_.size();
+    client_->on_message(line);
     client_->pump([] { return true; });
     const auto request = rpc::parse_request(line);
     const bool blank = line.find_first_not_of(" \t\r") == std::string::npos;
     const bool silent = blank || (request && !request->id_json);
     // what is answered later waits for a run, and there is none
-    demand(silent || told_.size() > before, "every line that asks is answered");
+    demand(silent || reported_.size() > before, "every line that asks is answered");
   }
 
-  void said(std::string line) {
+  void reply(std::string line) {
     const json message = json::parse(line, nullptr, false);
     demand(message.is_object() && message.value("jsonrpc", "") == "2.0",
            "what is said is JSON-RPC");
@@ -123,7 +123,7 @@ class SmallDaemon {
                  !error.at("data").value("kind", "").empty(),
              "an error says what is wrong");
     }
-    told_.push_back(std::move(line));
+    reported_.push_back(std::move(line));
   }
 
   server::Hub hub_;
@@ -131,18 +131,18 @@ class SmallDaemon {
   access::IdempotencyCache answered_;
   runs::RunStore store_;
   runs::RunManager manager_;
-  handover::HandoverService hand_overs_;
+  handover::HandoverService handovers_;
   api::DataFiles files_{[] { return std::chrono::nanoseconds(); }};
   BenchPace pace_ = 0;
   api::Services services_;
   rpc::Methods methods_;
   server::Shared shared_;
-  std::vector<std::string> told_;
+  std::vector<std::string> reported_;
   bool any_result_ = false;
-  std::unique_ptr<server::Conversation> client_;
+  std::unique_ptr<server::Session> client_;
 };
 
-server::Peer peer_of(std::uint8_t choice) {
+server::Peer read_peer(std::uint8_t choice) {
   using access::Role;
   constexpr std::array roles{Role::observer, Role::operator_, Role::engineer, Role::admin};
   if (choice % 5 == 4) return {false, {}, std::nullopt};  // TCP, and no token is any good
@@ -157,11 +157,11 @@ WEFT_FUZZ_TARGET(rpc_lines) {
   const weft::ByteView all(data, size);
   const weft::ByteView head = all.first(std::min(header, size));
   const weft::ByteView bytes = all.subspan(head.size());
-  const weft::daemon::server::Peer peer = peer_of(head.empty() ? 3 : head[0]);
+  const weft::daemon::server::Peer peer = read_peer(head.empty() ? 3 : head[0]);
   SmallDaemon in_pieces(peer), at_once(peer);
-  const bool all_heard = in_pieces.hear(bytes, head.empty() ? head : head.subspan(1));
-  if (all_heard && at_once.hear(bytes, {}))
-    demand(in_pieces.told() == at_once.told(), "where a read ends changes nothing");
+  const bool all_received = in_pieces.on_message(bytes, head.empty() ? head : head.subspan(1));
+  if (all_received && at_once.on_message(bytes, {}))
+    demand(in_pieces.reported() == at_once.reported(), "where a read ends changes nothing");
   demand(peer.role || !in_pieces.any_result(), "nothing is told to whoever may not ask");
   return 0;
 }

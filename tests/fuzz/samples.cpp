@@ -120,12 +120,12 @@ Result<classifier::StoredModel> sample_model(classifier::Learner learner, classi
   options.threads = 1;
   auto trained = classifier::train_recipe(matrix, {learner, options.cap, view}, options);
   if (!trained) return pass(trained.error());
-  auto aids = classifier::learn_aids(*trained, matrix, options);
-  if (!aids) return pass(aids.error());
+  auto postprocessing = classifier::fit_postprocessing(*trained, matrix, options);
+  if (!postprocessing) return pass(postprocessing.error());
   if (learner == classifier::Learner::trees) trained = two_trees_of(*trained, matrix);
   if (!trained) return pass(trained.error());
   return classifier::StoredModel{
-      std::move(*trained), setup, {"simulated", "", "0", "fuzz"}, std::move(*aids)};
+      std::move(*trained), setup, {"simulated", "", "0", "fuzz"}, std::move(*postprocessing)};
 }
 
 Result<classifier::imprint::ImprintModel> sample_imprint_model(classifier::Learner learner) {
@@ -152,10 +152,12 @@ Result<classifier::imprint::ImprintModel> sample_imprint_model(classifier::Learn
   options.threads = 1;
   auto trained = classifier::train_learner(*matrix, learner, options);
   if (!trained) return pass(trained.error());
-  auto aids = classifier::learn_aids(trained->trained, *matrix, options);
-  if (!aids) return pass(aids.error());
-  return ImprintModel{
-      {"simulated", "", "0", "fuzz"}, {grid, plan}, std::move(trained->trained), std::move(*aids)};
+  auto postprocessing = classifier::fit_postprocessing(trained->trained, *matrix, options);
+  if (!postprocessing) return pass(postprocessing.error());
+  return ImprintModel{{"simulated", "", "0", "fuzz"},
+                      {grid, plan},
+                      std::move(trained->trained),
+                      std::move(*postprocessing)};
 }
 
 Result<classifier::vibro::RecordingModel> sample_recording_model(classifier::vibro::Method method) {

@@ -8,7 +8,7 @@ namespace {
 
 using namespace protocols::vibro;
 
-void look_at(const Frame& frame) {
+void inspect(const Frame& frame) {
   if (frame.kind == Kind::description) return demand(frame.value_count == 0, "it has no values");
   demand(frame.value_count >= 1 && frame.value_count <= max_values, "1 to 1536 values");
   demand(frame.value_count % values_per_reading(frame.kind) == 0, "whole readings");
@@ -16,7 +16,7 @@ void look_at(const Frame& frame) {
 
 void try_stream(const ChunkedInput& input) {
   try_frames<Splitter, Frame>(
-      input, [](const Splitter& splitter) { return splitter.crc_errors(); }, look_at);
+      input, [](const Splitter& splitter) { return splitter.crc_errors(); }, inspect);
 }
 
 }  // namespace

@@ -4,14 +4,14 @@
     one_definition.py ROOT        checks the sources that are joined into the programs
     one_definition.py --selftest  checks that the checker refuses what it must refuse
 
-Tests are left out: each program of theirs has one room's.
+Tests are left out: each program of theirs has one layer's.
 """
 import collections
 import pathlib
 import re
 import sys
 
-ROOMS = ("classifier", "daemon", "drivers", "protocols", "recipes", "sim")
+MODULES = ("classifier", "daemon", "drivers", "protocols", "recipes", "sim")
 NO_CODE = re.compile(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"', re.S)
 # A type that is defined, and not a member of another (`struct Rig::Parts {`); namespaces; braces.
 TOKEN = re.compile(r"\bnamespace\s*([\w:]*)\s*\{"
@@ -60,7 +60,7 @@ def main():
     if sys.argv[1] == "--selftest":
         sys.exit(0 if selftest() else 1)
     root = pathlib.Path(sys.argv[1])
-    files = [path for room in ROOMS for ending in ("*.hpp", "*.cpp") for path in sorted((root / room).rglob(ending))]
+    files = [path for module in MODULES for ending in ("*.hpp", "*.cpp") for path in sorted((root / module).rglob(ending))]
     problems = check({path.relative_to(root).as_posix(): path.read_text() for path in files})
     for problem in problems:
         print(f"{problem}: give one of them another name")

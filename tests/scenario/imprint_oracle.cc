@@ -67,7 +67,7 @@ void print_experiments(const std::vector<double>& sigmas, std::string_view rule_
     options.sigmas = sigmas;
     options.form = form;
     const auto matrix = or_exit(build_matrix(imprints, options));
-    const Classes classes = classes_of(matrix.labels);
+    const Classes classes = find_classes(matrix.labels);
     const auto hull = or_exit(separability(matrix.values, classes.of_row, classes.names.size()));
     for (const Experiment experiment : all_experiments) {
       const auto out = or_exit(run_experiment(matrix, experiment, rule));

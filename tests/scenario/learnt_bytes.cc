@@ -48,7 +48,8 @@ FeatureMatrix made_matrix() {
   return expected(build_feature_matrix(trials));
 }
 
-void learnt(const std::string& name, const FeatureMatrix& matrix, const TrainedLearner& trained) {
+void print_model(const std::string& name, const FeatureMatrix& matrix,
+                 const TrainedLearner& trained) {
   LineWriter out;
   write_learner(out, trained);
   Digest digest;
@@ -74,8 +75,8 @@ int main() {
   for (const Learner learner :
        {Learner::pvalue, Learner::pca, Learner::all, Learner::lda, Learner::svc, Learner::trees})
     for (const View view : all_views())
-      learnt(std::string(to_string(learner)) + ", " + std::string(to_string(view)), matrix,
-             expected(train_recipe(matrix, {learner, 20, view}, {})));
-  learnt("best", matrix, expected(train_learner(matrix, Learner::best, {})).trained);
+      print_model(std::string(to_string(learner)) + ", " + std::string(to_string(view)), matrix,
+                  expected(train_recipe(matrix, {learner, 20, view}, {})));
+  print_model("best", matrix, expected(train_learner(matrix, Learner::best, {})).trained);
   return 0;
 }

@@ -164,10 +164,10 @@ void print_cores(const FeatureMatrix& matrix, char** argument) {
   auto [reduction, options] = setting_of(argument[2]);
   options.reduction = classifier::testing::reduction_named(reduction);
   const Split split = or_exit(grouped_split(matrix.groups, cells(argument[0]), cells(argument[1])));
-  const FeatureMatrix rows = take_rows(matrix, split.train);
+  const FeatureMatrix rows = select_rows(matrix, split.train);
   const FabricModel model = or_exit(train(rows, options));
   const std::vector<Vote> votes =
-      classifier::testing::votes_on(model, take_rows(matrix, split.test));
+      classifier::testing::votes_on(model, select_rows(matrix, split.test));
   const RowsOfLabel of_label = rows_by_label(rows);
   for (std::size_t i = 0; i < model.pairs().size(); ++i) {
     const std::string &a = model.labels()[model.pairs()[i].a],

@@ -56,10 +56,10 @@ void plant_run(const char* what, const PlantParams& params, const FabricLibrary&
       add(digest, plant.contact());
       for (const double pressure : plant.pad_pressures_pa()) digest.add(pressure);
       for (const std::uint16_t counts : plant.pad_counts()) digest.add(std::uint64_t{counts});
-      const VibrationReadings heard = plant.take_vibration();
-      for (const AccelerationReading& reading : heard.acceleration)
+      const VibrationReadings received = plant.extract_vibration();
+      for (const AccelerationReading& reading : received.acceleration)
         for (const double axis : reading.acceleration_mps2) digest.add(axis);
-      for (const SoundReading& reading : heard.sound) digest.add(reading.pressure_pa);
+      for (const SoundReading& reading : received.sound) digest.add(reading.pressure_pa);
     }
   }
   digest.print(what);

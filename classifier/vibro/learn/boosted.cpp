@@ -170,11 +170,11 @@ std::unique_ptr<Classifier> read_boosted(LineReader& in, std::size_t features,
   if (ok) ok = done(xgboost().load(handle, checked->data(), checked->size()));
   if (ok) ok = done(xgboost().set_parameter(handle, "nthread", "1"));
   auto out = std::make_unique<Boosted>(std::move(booster));
-  const std::size_t told = ok ? out->shares(std::vector<double>(features, 0.0)).size() : 0;
-  if (told != classes)
+  const std::size_t feature_count = ok ? out->shares(std::vector<double>(features, 0.0)).size() : 0;
+  if (feature_count != classes)
     in.refuse("the booster is not one of these features and labels",
               std::to_string(features) + " features, " + std::to_string(classes) + " labels",
-              ok ? std::to_string(told) + " labels" : ok.error().what.substr(0, 200));
+              ok ? std::to_string(feature_count) + " labels" : ok.error().what.substr(0, 200));
   return in.ok() ? std::move(out) : nullptr;
 }
 

@@ -46,7 +46,7 @@ const json& at(const json& in, const char* path) {
 }
 
 // Parameters are numbers written as texts.
-bool says(const json& in, const char* path, std::size_t number) {
+bool has_number(const json& in, const char* path, std::size_t number) {
   const json& value = at(in, path);
   return value.is_string() && value.get_ref<const std::string&>() == std::to_string(number);
 }
@@ -89,7 +89,7 @@ Status check_lengths(const json& tree, std::size_t nodes) {
       return refused("lists of a tree of the booster are of unlike lengths, or of no numbers",
                      std::to_string(nodes) + " numbers",
                      std::to_string(at(tree, list).size()) + " of " + (list + 1));
-  if (!says(tree, "/tree_param/num_nodes", nodes))
+  if (!has_number(tree, "/tree_param/num_nodes", nodes))
     return refused("a tree of the booster counts its nodes wrongly", std::to_string(nodes),
                    at(tree, "/tree_param/num_nodes").dump());
   return {};
@@ -147,7 +147,7 @@ Status check_tree(const json& tree, std::size_t features) {
 // Each tree adds to the class that it names.
 Status check_classes(const json& model, std::size_t trees, std::size_t classes) {
   const Numbers of_tree = whole_numbers(at(model, "/tree_info"));
-  if (of_tree.size() != trees || !says(model, "/gbtree_model_param/num_trees", trees))
+  if (of_tree.size() != trees || !has_number(model, "/gbtree_model_param/num_trees", trees))
     return refused("the booster counts its trees wrongly", std::to_string(trees),
                    std::to_string(of_tree.size()));
   for (const std::int64_t c : of_tree)
@@ -162,7 +162,7 @@ Status check_classes(const json& model, std::size_t trees, std::size_t classes) 
 Status check_rounds(const json& model, std::size_t trees, std::size_t classes) {
   constexpr std::array at_a_time = {std::size_t{1}, trees_of_forest};
   const bool known = std::ranges::any_of(at_a_time, [&](std::size_t parallel) {
-    return says(model, "/gbtree_model_param/num_parallel_tree", parallel) &&
+    return has_number(model, "/gbtree_model_param/num_parallel_tree", parallel) &&
            trees % (parallel * classes) == 0;
   });
   if (!known)
@@ -178,9 +178,9 @@ Status check_rounds(const json& model, std::size_t trees, std::size_t classes) {
 }
 
 Status check_learner(const json& learner, std::size_t features, std::size_t classes) {
-  if (!says(learner, "/learner_model_param/num_feature", features) ||
-      !says(learner, "/learner_model_param/num_class", classes) ||
-      !says(learner, "/objective/softmax_multiclass_param/num_class", classes))
+  if (!has_number(learner, "/learner_model_param/num_feature", features) ||
+      !has_number(learner, "/learner_model_param/num_class", classes) ||
+      !has_number(learner, "/objective/softmax_multiclass_param/num_class", classes))
     return refused("the booster is not one of these features and labels",
                    std::to_string(features) + " features, " + std::to_string(classes) + " labels");
   if (at(learner, "/objective/name") != "multi:softprob" ||

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "classifier/base/line_text.hpp"
+#include "classifier/base/line_io.hpp"
 #include "classifier/base/matrix.hpp"
 #include "protocols/base/result.hpp"
 

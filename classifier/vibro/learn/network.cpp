@@ -58,10 +58,10 @@ struct Moments {
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 void adam_step(float* value, const float* slope, float* first, float* second, std::size_t size,
                float rate) {
-  constexpr float keep_first = 0.9F, keep_second = 0.999F, least = 1e-8F;
+  constexpr float use_first = 0.9F, use_second = 0.999F, least = 1e-8F;
   for (std::size_t i = 0; i < size; ++i) {
-    first[i] = keep_first * first[i] + (1.0F - keep_first) * slope[i];
-    second[i] = keep_second * second[i] + (1.0F - keep_second) * slope[i] * slope[i];
+    first[i] = use_first * first[i] + (1.0F - use_first) * slope[i];
+    second[i] = use_second * second[i] + (1.0F - use_second) * slope[i] * slope[i];
     value[i] -= rate * first[i] / (std::sqrt(second[i]) + least);
   }
 }

@@ -18,7 +18,7 @@ void write_nodes(std::span<const double> features, svm_node* out) {
   out[features.size()] = {-1, 0.0};
 }
 
-double variance_of(std::span<const double> values) {
+double compute_variance(std::span<const double> values) {
   const auto n = static_cast<double>(values.size());
   const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
   double sum = 0.0;
@@ -123,7 +123,7 @@ Result<std::unique_ptr<Classifier>> fit_svm(const Training& training) {
   svm_parameter p{};
   p.svm_type = C_SVC;
   p.kernel_type = RBF;
-  const double variance = variance_of(rows.data());
+  const double variance = compute_variance(rows.data());
   p.gamma = variance > 0.0 ? 1.0 / (static_cast<double>(rows.cols()) * variance) : 1.0;
   p.cache_size = 200.0;  // MiB
   p.eps = 1e-3;

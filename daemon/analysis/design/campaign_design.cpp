@@ -35,8 +35,8 @@ std::size_t repetitions_of(const std::vector<classifier::Trial>& trials) {
   return groups.size();
 }
 
-Result<RepetitionStudy> study_of(const Dataset& dataset, const std::string& exploration,
-                                 const std::vector<classifier::Trial>& trials) {
+Result<RepetitionStudy> run_study(const Dataset& dataset, const std::string& exploration,
+                                  const std::vector<classifier::Trial>& trials) {
   const auto features = classifier::build_feature_matrix(trials);
   if (!features) return pass(features.error());
   design::CurveOptions options;
@@ -55,8 +55,8 @@ Result<RepetitionStudy> study_of(const Dataset& dataset, const std::string& expl
 
 }  // namespace
 
-DesignParts design_of(const Dataset& dataset,
-                      const std::function<void(const std::string&)>& progress) {
+DesignParts analyse_design(const Dataset& dataset,
+                           const std::function<void(const std::string&)>& progress) {
   if (!dataset.info.factors.empty()) {
     progress("the cells of the sweep");
     auto parts = sweep_parts(dataset);
@@ -66,11 +66,11 @@ DesignParts design_of(const Dataset& dataset,
   }
   DesignParts out;
   ordered_json list = ordered_json::array();
-  for (const std::string& exploration : explorations_of(dataset)) {
+  for (const std::string& exploration : list_explorations(dataset)) {
     const auto trials = complete_trials(dataset, exploration);
     if (repetitions_of(trials) < least_reported_repetitions) continue;
     progress("learning curve of " + exploration);
-    const auto study = study_of(dataset, exploration, trials);
+    const auto study = run_study(dataset, exploration, trials);
     if (study) {
       out.html += design_section(*study);
       list.push_back(design_json(*study));

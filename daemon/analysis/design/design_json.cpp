@@ -110,7 +110,7 @@ ordered_json design_json(const RepetitionStudy& study) {
             {"low", or_null(f.enough_low)},
             {"high", or_null(f.enough_high)},
             {"reached_share", f.reached_share}}},
-          {"words", repetition_words(study)}};
+          {"words", format_repetition_study(study)}};
 }
 
 }  // namespace weft::daemon

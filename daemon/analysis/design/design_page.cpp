@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "daemon/analysis/design/grid_map.hpp"
-#include "daemon/analysis/tradeoff/trade_point.hpp"
+#include "daemon/analysis/tradeoff/tradeoff_point.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/html.hpp"
 #include "daemon/pages/plot/page_parts.hpp"
@@ -35,7 +35,7 @@ std::vector<double> values_of(const SweepAnalysis& a, std::optional<std::size_t>
   return {values.begin(), values.end()};
 }
 
-std::size_t place_of(const std::vector<double>& values, double value) {
+std::size_t find_place(const std::vector<double>& values, double value) {
   return static_cast<std::size_t>(std::ranges::find(values, value) - values.begin());
 }
 
@@ -107,7 +107,7 @@ std::string map_of(const SweepAnalysis& a, const std::vector<std::size_t>& vary,
       vary.size() > 1 ? std::optional(vary[1]) : std::nullopt;
   const std::vector<double> ys = values_of(a, y_factor), xs = values_of(a, x_factor);
   GridMap map;
-  map.stamp = std::string(bench_words(a.bench)) + (slice.words.empty() ? "" : ", " + slice.words);
+  map.stamp = std::string(bench_text(a.bench)) + (slice.words.empty() ? "" : ", " + slice.words);
   map.title = std::string(quantity.title) + ", " + map.stamp;
   map.y_title = factor_title(a.factors[y_factor]);
   map.x_title = x_factor ? factor_title(a.factors[*x_factor]) : "";
@@ -119,8 +119,8 @@ std::string map_of(const SweepAnalysis& a, const std::vector<std::size_t>& vary,
     const std::vector<double>& factors = a.cells[i].factors;
     GridCell cell = quantity.of(a, i);
     cell.marked = i == a.choice.chosen;
-    map.cells[place_of(ys, factors[y_factor])][x_factor ? place_of(xs, factors[*x_factor]) : 0] =
-        std::move(cell);
+    map.cells[find_place(ys, factors[y_factor])]
+             [x_factor ? find_place(xs, factors[*x_factor]) : 0] = std::move(cell);
   }
   return "<div class=\"scroll\">" + grid_map(map) + "</div>\n";
 }
@@ -142,13 +142,13 @@ std::string maps(const SweepAnalysis& a) {
 }
 
 std::string front_figure(const SweepAnalysis& a) {
-  const std::string stamp(bench_words(a.bench));
+  const std::string stamp(bench_text(a.bench));
   ScatterPanel panel{"", "seconds on record per trial", {}};
   for (std::size_t i = 0; i < a.cells.size(); ++i) {
     const auto& cell = a.choice.cells[i];
     const bool front = std::ranges::find(a.choice.front, i) != a.choice.front.end();
     panel.points.push_back({a.cells[i].seconds.value, cell.figures.accuracy, cell.ci95.low,
-                            cell.ci95.high, 0, front, cell_words(a, i)});
+                            cell.ci95.high, 0, front, format_cell(a, i)});
   }
   const Scatter scatter{"Separability against seconds of a trial, " + stamp,
                         "separability [%]",
@@ -170,7 +170,7 @@ std::string table(const SweepAnalysis& a) {
     const SweepCell& cell = a.cells[i];
     const auto& summary = a.choice.cells[i];
     const bool front = std::ranges::find(a.choice.front, i) != a.choice.front.end();
-    out.row({escape(cell_words(a, i)), thousands(cell.trials), percent(summary.figures.accuracy),
+    out.row({escape(format_cell(a, i)), thousands(cell.trials), percent(summary.figures.accuracy),
              percent(summary.ci95.low) + " to " + percent(summary.ci95.high),
              fixed(cell.snr_db.value, 1), percent(cell.saturated_share.value, 2),
              fixed(cell.seconds.value, 1), front ? "\u25C6" : "", percent(summary.chosen_share)},
@@ -179,7 +179,7 @@ std::string table(const SweepAnalysis& a) {
   return out.finish();
 }
 
-std::string simulated_words(BenchKind kind) {
+std::string simulated_html(BenchKind kind) {
   if (kind != BenchKind::simulated) return {};
   return "<div class=\"note\"><p><b>SIMULATED.</b> The plant model made these data; no cloth was "
          "touched. What is best on it need not be best on cloth.</p></div>\n";
@@ -187,7 +187,7 @@ std::string simulated_words(BenchKind kind) {
 
 /// Each cell that is left out, and why.
 std::string left_out_list(const SweepAnalysis& a) {
-  std::istringstream lines(left_out_words(a));
+  std::istringstream lines(format_left_out(a));
   std::string items;
   for (std::string line; std::getline(lines, line);) items += "<p>" + escape(line) + "</p>\n";
   return items.empty() ? items : "<div class=\"note\">" + items + "</div>\n";
@@ -209,7 +209,7 @@ ScatterPanel curve_panel(const RepetitionStudy& study) {
 
 std::string design_section(const SweepAnalysis& a) {
   return "<section>\n<h2>Which setting: " + escape(a.exploration) + " " + bench_badge(a.bench) +
-         "</h2>\n" + simulated_words(a.bench) + "<p>" + escape(recommendation(a)) + "</p>\n" +
+         "</h2>\n" + simulated_html(a.bench) + "<p>" + escape(recommendation(a)) + "</p>\n" +
          left_out_list(a) + "<p>" + std::to_string(a.cells.size()) + " cells, " +
          std::to_string(a.fabrics.size()) + " fabrics (" + escape(joined(a.fabrics)) + "), " +
          std::to_string(a.replicates) + " replicates; learner " + escape(a.learner) +
@@ -219,7 +219,7 @@ std::string design_section(const SweepAnalysis& a) {
 }
 
 std::string design_section(const RepetitionStudy& study) {
-  const std::string stamp(bench_words(study.bench));
+  const std::string stamp(bench_text(study.bench));
   const Scatter scatter{"Accuracy against repetitions, " + stamp,
                         "accuracy [%]",
                         stamp,
@@ -227,7 +227,7 @@ std::string design_section(const RepetitionStudy& study) {
                         {curve_panel(study)}};
   const std::string of = study.exploration.empty() ? "" : ": " + study.exploration;
   return "<section>\n<h2>How many repetitions" + escape(of) + " " + bench_badge(study.bench) +
-         "</h2>\n" + simulated_words(study.bench) + "<p>" + escape(repetition_words(study)) +
+         "</h2>\n" + simulated_html(study.bench) + "<p>" + escape(format_repetition_study(study)) +
          "</p>\n" +
          figure("<div class=\"scroll\">" + scatter_figure(scatter) + "</div>\n",
                 "Learning curve, learner " + escape(study.learner) +

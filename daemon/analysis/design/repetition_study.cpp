@@ -68,10 +68,10 @@ classifier::FeatureMatrix by_repetition(const classifier::FeatureMatrix& matrix,
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < out.size(); ++i)
     if (std::ranges::binary_search(names, out.groups[i])) rows.push_back(i);
-  return classifier::take_rows(out, rows);
+  return classifier::select_rows(out, rows);
 }
 
-std::string repetition_words(const RepetitionStudy& study) {
+std::string format_repetition_study(const RepetitionStudy& study) {
   const auto& last = study.curve.points.back();
   const auto& f = study.forecast;
   std::string out = std::to_string(study.curve.repetitions) + " repetitions of " +

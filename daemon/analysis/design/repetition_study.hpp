@@ -35,6 +35,6 @@ classifier::FeatureMatrix by_repetition(const classifier::FeatureMatrix& matrix,
                                         const Dataset& dataset, const RepetitionChoice& choice);
 
 /// "20 repetitions give 93.1 % (88 to 97 %) ...", and how many are enough, in sentences.
-std::string repetition_words(const RepetitionStudy& study);
+std::string format_repetition_study(const RepetitionStudy& study);
 
 }  // namespace weft::daemon

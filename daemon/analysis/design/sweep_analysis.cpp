@@ -18,7 +18,8 @@ constexpr double lowest_count = 0, highest_count = 65535;  // ends of the array'
 constexpr std::size_t interval_resamples = 1000;
 
 CellValue mean_of_trials(const std::vector<double>& values, std::uint64_t seed) {
-  return {classifier::mean_of(values), design::mean_interval(values, interval_resamples, seed)};
+  return {classifier::compute_mean(values),
+          design::mean_interval(values, interval_resamples, seed)};
 }
 
 /// What is worked out of one cell by itself.
@@ -50,14 +51,14 @@ Status measure(const CellTrials& trials, double rate_hz, const SweepOptions& opt
                       design::median_interval(trials.seconds, interval_resamples, options.seed)};
   const auto features = classifier::build_feature_matrix(trials.trials, {}, 1);
   if (!features) return pass(features.error());
-  const auto told = design::separability(*features, options.learner, options.seed);
-  if (!told) return pass(told.error());
+  const auto separability_now = design::separability(*features, options.learner, options.seed);
+  if (!separability_now) return pass(separability_now.error());
   std::map<std::string, std::size_t> replicates;
   std::map<std::string, std::vector<design::CellTrial>> fabrics;
   for (std::size_t i = 0; i < trials.trials.size(); ++i) {
     const classifier::Trial& trial = trials.trials[i];
     const std::size_t replicate = replicates.emplace(trial.group, replicates.size()).first->second;
-    fabrics[trial.label].push_back({replicate, (*told)[i], trials.seconds[i], snr[i]});
+    fabrics[trial.label].push_back({replicate, (*separability_now)[i], trials.seconds[i], snr[i]});
   }
   for (auto& [fabric, list] : fabrics) out.weighed.fabrics.push_back(std::move(list));
   return {};
@@ -109,17 +110,17 @@ Result<SweepAnalysis> analyse(const std::string& exploration, const std::vector<
   });
   SweepAnalysis out;
   std::vector<design::WeighedCell> weighed;
-  const std::vector<std::size_t> kept = comparable(cells, outcomes, out.left_out);
-  if (kept.empty())
+  const std::vector<std::size_t> comparable_cells = comparable(cells, outcomes, out.left_out);
+  if (comparable_cells.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = exploration,
                  .what = "no cell can be analysed; of the first: " + out.left_out.front().why});
   std::set<std::string> fabrics, replicates;  // alike in all cells
-  for (const classifier::Trial& trial : cells[kept.front()].trials) {
+  for (const classifier::Trial& trial : cells[comparable_cells.front()].trials) {
     fabrics.insert(trial.label);
     replicates.insert(trial.group);
   }
-  for (const std::size_t i : kept) {
+  for (const std::size_t i : comparable_cells) {
     out.cells.push_back(std::move(outcomes[i].cell));
     weighed.push_back(std::move(outcomes[i].weighed));
   }
@@ -135,7 +136,7 @@ Result<SweepAnalysis> analyse(const std::string& exploration, const std::vector<
   return out;
 }
 
-Result<std::vector<std::string>> digests_of(std::span<const Dataset> datasets) {
+Result<std::vector<std::string>> collect_digests(std::span<const Dataset> datasets) {
   std::vector<std::string> out;
   for (const Dataset& dataset : datasets) {
     std::string digest = dataset_sha256(dataset);
@@ -157,7 +158,7 @@ Result<std::vector<SweepAnalysis>> analyse_sweep(std::span<const Dataset> datase
                                                  const SweepOptions& options) {
   const auto cells = swept_cells(datasets);
   if (!cells) return pass(cells.error());
-  const auto digests = digests_of(datasets);
+  const auto digests = collect_digests(datasets);
   if (!digests) return pass(digests.error());
   std::vector<SweepAnalysis> out;
   std::vector<std::string> without;

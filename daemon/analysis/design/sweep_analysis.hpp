@@ -74,8 +74,8 @@ Result<std::vector<SweepAnalysis>> analyse_sweep(std::span<const Dataset> datase
                                                  const SweepOptions& options);
 
 /// "5 N, 2 mm/s".
-std::string cell_words(const SweepAnalysis& analysis, std::size_t cell);
-std::string cell_words(const SweepAnalysis& analysis, const std::vector<double>& factors);
+std::string format_cell(const SweepAnalysis& analysis, std::size_t cell);
+std::string format_cell(const SweepAnalysis& analysis, const std::vector<double>& factors);
 /// A factor for people: "force [N]", and a value of it in that unit.
 std::string factor_title(std::string_view factor);
 double factor_shown(std::string_view factor, double si);
@@ -83,6 +83,6 @@ double factor_shown(std::string_view factor, double si);
 /// The recommendation and its reason, or why there is none, in sentences.
 std::string recommendation(const SweepAnalysis& analysis);
 /// A line for each cell and exploration that is left out, and why; nothing where none is.
-std::string left_out_words(const SweepAnalysis& analysis);
+std::string format_left_out(const SweepAnalysis& analysis);
 
 }  // namespace weft::daemon

@@ -21,7 +21,7 @@ tl::unexpected<Error> apart(std::string message, const DatasetInfo& info, std::s
                .hint = "Analyse them one by one"});
 }
 
-std::string rig_words(const recipes::RigLimits& rig) {
+std::string format_swept_rig(const recipes::RigLimits& rig) {
   return rig.name + ", " + rig.bench + ", " + std::to_string(rig.taxels) + " taxels";
 }
 
@@ -56,8 +56,9 @@ Status check_alike(const DatasetInfo& first, const DatasetInfo& info) {
   const auto one = swept_rig(first), other = swept_rig(info);
   if (!one) return pass(one.error());
   if (!other) return pass(other.error());
-  if (rig_words(*one) != rig_words(*other))
-    return apart("sweeps of different rigs", info, rig_words(*one), rig_words(*other));
+  if (format_swept_rig(*one) != format_swept_rig(*other))
+    return apart("sweeps of different rigs", info, format_swept_rig(*one),
+                 format_swept_rig(*other));
   if (info.devices != first.devices)
     return apart("sweeps of different devices, or of devices that are scaled otherwise", info,
                  "the same devices", {});
@@ -143,7 +144,7 @@ Shape shape_of(const CellTrials& cell) {
 }
 
 /// "wool in 2 trials instead of 3".
-std::string shape_words(const Shape& usual, const Shape& shape) {
+std::string format_shape(const Shape& usual, const Shape& shape) {
   std::set<std::string> fabrics;
   for (const Shape* one : {&usual, &shape})
     for (const auto& [fabric, count] : one->trials) fabrics.insert(fabric);
@@ -193,7 +194,7 @@ std::map<std::size_t, std::string> not_alike(std::span<const CellTrials* const> 
   std::map<std::size_t, std::string> out;
   for (std::size_t i = 0; i < cells.size(); ++i)
     if (const Shape shape = shape_of(*cells[i]); shape != usual)
-      out[i] = "it holds other trials than most cells: " + shape_words(usual, shape);
+      out[i] = "it holds other trials than most cells: " + format_shape(usual, shape);
   return out;
 }
 

@@ -2,9 +2,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "daemon/analysis/handover/learn_vibration.hpp"
+#include "daemon/analysis/handover/train_vibration.hpp"
 #include "daemon/analysis/tradeoff/measure_classifier.hpp"
-#include "daemon/analysis/tradeoff/trade_page.hpp"
+#include "daemon/analysis/tradeoff/tradeoff_page.hpp"
 #include "daemon/analysis/tradeoff/vibro_tables.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/heat_map.hpp"
@@ -17,14 +17,14 @@ namespace {
 namespace vibro = classifier::vibro;
 using nlohmann::ordered_json;
 
-constexpr std::size_t mistakes_told = 5;
+constexpr std::size_t most_mistakes = 5;
 
-std::string share_words(double share, const classifier::Interval& ci95) {
+std::string format_share(double share, const classifier::Interval& ci95) {
   return percent(share, 1) + " % (95 %: " + percent(ci95.low, 1) + " to " + percent(ci95.high, 1) +
          "; " + ci95.method + ")";
 }
 
-std::string chosen_in_turn(const vibro::Assessment& result) {
+std::string chosen_in_turn(const vibro::CrossValidation& result) {
   std::vector<std::string> out;
   for (const vibro::Method method : result.chosen) out.emplace_back(vibro::to_string(method));
   return joined(out);
@@ -50,16 +50,17 @@ ordered_json learner_json(const VibroPoint& p) {
 }
 
 std::string vibration_heading(const std::string& exploration, const RecordingSet& set,
-                              const VibrationLearnt& learnt) {
-  const ChosenLearner& best = learnt.best;
-  const vibro::Assessment& r = best.result;
+                              const VibrationTrainingResult& training_result) {
+  const ChosenLearner& best = training_result.best;
+  const vibro::CrossValidation& r = best.result;
   std::vector<std::string> channels;
   for (const vibro::Channel& c : set.recordings.front().channels)
     channels.push_back(c.name + " " + general(c.rate_hz) + " Hz [" + c.unit + "]");
   return "<header>" + bench_badge(set.kind) + "\n<h1>Sound and vibration of " + escape(set.name) +
          ", " + escape(exploration) + "</h1>\n</header>\n<dl>" +
          definition("data", std::to_string(set.recordings.size()) + " slides over " +
-                                std::to_string(learnt.materials.size()) + " textures, phase M") +
+                                std::to_string(training_result.materials.size()) +
+                                " textures, phase M") +
          definition("channels", joined(channels)) +
          definition("windows", thousands(best.windows) + " of " + general(best.window_s) +
                                    " s, one every " + general(best.step_s) + " s, " +
@@ -67,12 +68,13 @@ std::string vibration_heading(const std::string& exploration, const RecordingSet
          definition("split", "each of " + std::to_string(best.groups) +
                                  " groups of repetitions left out in turn") +
          definition("learner", "chosen without the group: " + chosen_in_turn(r)) +
-         definition("windows right", share_words(r.accuracy, r.accuracy_ci95)) +
+         definition("windows right", format_share(r.accuracy, r.accuracy_ci95)) +
          definition("slides right, by the most frequent answer of their windows",
-                    share_words(r.voted_accuracy, r.voted_ci95)) +
+                    format_share(r.voted_accuracy, r.voted_ci95)) +
          definition("macro F-score of windows", fixed(r.f_score, 3)) +
-         definition("chance",
-                    percent(1.0 / static_cast<double>(learnt.materials.size()), 1) + " %") +
+         definition(
+             "chance",
+             percent(1.0 / static_cast<double>(training_result.materials.size()), 1) + " %") +
          definition("model", "none is kept: this evaluates") + "</dl>\n";
 }
 
@@ -83,22 +85,22 @@ std::string by_material(const RecordingSet& set, const ChosenLearner& best) {
                     confusion_map(confusion, "Windows of " + general(best.window_s) + " s") +
                     "</div>",
                 "The chosen learner on repetitions left out. " +
-                    escape(worst_confusions(confusion, mistakes_told)),
+                    escape(worst_confusions(confusion, most_mistakes)),
                 bench_badge(set.kind)) +
          "</section>\n";
 }
 
 // Both protocols of "every": pictures, tables, and what the paper had.
-Result<std::string> compared_learners(const RecordingSet& set, const VibroTrade& trade) {
-  TradeReport report;
+Result<std::string> compared_learners(const RecordingSet& set, const VibroTradeoff& tradeoff) {
+  TradeoffReport report;
   report.costs = classifier_costs();
   report.costs.back().title = "window [s]";
   report.costs.back().words = "window";
-  for (const vibro::Protocol protocol : {vibro::Protocol::random, trade.honest})
-    report.sets.push_back(vibro_trade_set(trade, set, set.name, protocol));
+  for (const vibro::Protocol protocol : {vibro::Protocol::random, tradeoff.honest})
+    report.sets.push_back(vibro_tradeoff_set(tradeoff, set, set.name, protocol));
   report.tables_html = "<section>\n<h2>The paper's tables</h2>\n" +
-                       vibro_tables_html(trade, bench_badge(set.kind)) + "</section>\n";
-  auto sections = trade_sections_html(report);
+                       vibro_tables_html(tradeoff, bench_badge(set.kind)) + "</section>\n";
+  auto sections = tradeoff_sections_html(report);
   if (!sections) return sections;
   return "<section>\n<h2>F-score against time</h2>\n<p>The learners of the paper and ours by its "
          "own features: SMMRPFFT, the mean over the channels, three principal components; accuracy "
@@ -110,20 +112,21 @@ Result<std::string> compared_learners(const RecordingSet& set, const VibroTrade&
 
 }  // namespace
 
-ordered_json vibration_json(const RecordingSet& set, const VibrationLearnt& learnt) {
-  const ChosenLearner& best = learnt.best;
-  const vibro::Assessment& r = best.result;
+ordered_json vibration_json(const RecordingSet& set,
+                            const VibrationTrainingResult& training_result) {
+  const ChosenLearner& best = training_result.best;
+  const vibro::CrossValidation& r = best.result;
   ordered_json channels = ordered_json::array(), chosen = ordered_json::array(),
                points = ordered_json::array();
   for (const vibro::Channel& c : set.recordings.front().channels)
     channels.push_back({{"name", c.name}, {"rate_hz", c.rate_hz}, {"unit", c.unit}});
   for (const vibro::Method method : r.chosen) chosen.push_back(vibro::to_string(method));
-  for (const VibroPoint& p : learnt.trade.points) points.push_back(learner_json(p));
+  for (const VibroPoint& p : training_result.tradeoff.points) points.push_back(learner_json(p));
   return {{"bench", to_string(set.kind)},
           {"recordings", set.recordings.size()},
           {"channels", channels},
-          {"materials", learnt.materials},
-          {"chance", 1.0 / static_cast<double>(learnt.materials.size())},
+          {"materials", training_result.materials},
+          {"chance", 1.0 / static_cast<double>(training_result.materials.size())},
           {"best",
            {{"protocol", "groups"},
             {"groups", best.groups},
@@ -141,15 +144,16 @@ ordered_json vibration_json(const RecordingSet& set, const VibrationLearnt& lear
             {"f_score", r.f_score},
             {"labels", r.confusion.labels},
             {"confusion", r.confusion.count}}},
-          {"random_leak", learnt.trade.random_leak.median},
+          {"random_leak", training_result.tradeoff.random_leak.median},
           {"points", points}};
 }
 
 Result<std::string> vibration_html(const std::string& exploration, const RecordingSet& set,
-                                   const VibrationLearnt& learnt) {
-  std::string out = vibration_heading(exploration, set, learnt) + by_material(set, learnt.best);
-  if (!learnt.trade.points.empty()) {
-    const auto compared = compared_learners(set, learnt.trade);
+                                   const VibrationTrainingResult& training_result) {
+  std::string out =
+      vibration_heading(exploration, set, training_result) + by_material(set, training_result.best);
+  if (!training_result.tradeoff.points.empty()) {
+    const auto compared = compared_learners(set, training_result.tradeoff);
     if (!compared) return compared;
     out += *compared;
   }

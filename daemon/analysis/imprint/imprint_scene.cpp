@@ -48,8 +48,8 @@ class PressedObject {
   std::optional<sim::HalfSpace> half_space_;
 };
 
-Result<classifier::imprint::Image> image_of(const ObjectPress& press, PressedObject& object,
-                                            const ImprintSceneOptions& options) {
+Result<classifier::imprint::Image> make_image(const ObjectPress& press, PressedObject& object,
+                                              const ImprintSceneOptions& options) {
   const std::uint64_t seed = sim::mix(options.seed, press.name());
   const auto map =
       place(press.object, sim::array_side, sim::array_side, sim::taxel_spacing_m, seed);
@@ -67,7 +67,7 @@ Result<classifier::imprint::Image> image_of(const ObjectPress& press, PressedObj
   for (const double force_n : {press.force_n() * (1 + overshoot), press.force_n()}) {
     const auto whole = object.press(*map, force_n);
     if (!whole) return pass(whole.error());
-    const auto part = part_of(*whole, row, col, options.side, options.side);
+    const auto part = extract_part(*whole, row, col, options.side, options.side);
     if (!part) return pass(part.error());
     auto read = read_taxels(options.taxels, *part, cover, sim::mix(seed, "noise"));
     if (!read) return pass(read.error());
@@ -126,7 +126,7 @@ Result<Dataset> simulate_imprints(const ImprintSceneOptions& options) {
     for (std::size_t repeat = 0; repeat < options.presses; ++repeat)
       for (const bool heavy : {false, true}) {
         const ObjectPress press{object, heavy, repeat};
-        const auto image = image_of(press, *pressed, options);
+        const auto image = make_image(press, *pressed, options);
         if (!image) return pass(image.error(), press.name());
         auto done =
             append_imprint(out, *image, press.name(), std::string(to_string(object.object_class)),

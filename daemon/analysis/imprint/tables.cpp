@@ -13,7 +13,7 @@ namespace {
 namespace ci = classifier::imprint;
 using classifier::FeatureMatrix;
 
-std::string left_out_words(const ImprintTables& tables) {
+std::string format_left_out(const ImprintTables& tables) {
   std::vector<std::string> out;
   for (const auto& [experiment, why] : tables.left_out)
     out.push_back(experiment + " (" + why + ")");
@@ -21,12 +21,12 @@ std::string left_out_words(const ImprintTables& tables) {
 }
 
 // Of experiments that never ask about some imprints.
-std::string asked_words(const ImprintTables& tables) {
+std::string format_requested(const ImprintTables& tables) {
   std::string out;
-  for (std::size_t e = 0; e < tables.asked.size(); ++e)
-    if (tables.asked[e] < tables.imprints)
+  for (std::size_t e = 0; e < tables.requested.size(); ++e)
+    if (tables.requested[e] < tables.imprints)
       out += " " + std::string(ci::to_string(tables.options.experiments[e])) + " asks about " +
-             std::to_string(tables.asked[e]) + " of them.";
+             std::to_string(tables.requested[e]) + " of them.";
   return out;
 }
 
@@ -58,14 +58,14 @@ Result<std::vector<PreparedSet>> prepare_sets(std::span<const ci::Imprint> impri
 }
 
 // Why `experiment` has no meaning on these imprints, or nothing; how many it asks about.
-Result<std::optional<std::string>> cannot_ask(ci::Experiment experiment,
-                                              const std::vector<std::string>& labels,
-                                              const std::vector<std::string>& objects,
-                                              bool pressed_twice, std::size_t& asked) {
+Result<std::optional<std::string>> why_not_runnable(ci::Experiment experiment,
+                                                    const std::vector<std::string>& labels,
+                                                    const std::vector<std::string>& objects,
+                                                    bool pressed_twice, std::size_t& requested) {
   const auto rounds = ci::test_rounds(experiment, labels, objects);
   if (!rounds) return pass(rounds.error());
-  asked = 0;
-  for (const auto& aside : *rounds) asked += aside.size();
+  requested = 0;
+  for (const auto& aside : *rounds) requested += aside.size();
   const bool of_objects =
       experiment == ci::Experiment::object_of_all || experiment == ci::Experiment::object_of_class;
   // Setting such objects aside is setting imprints aside.
@@ -83,31 +83,32 @@ Status choose_experiments(std::span<const ci::Imprint> imprints,
     labels.push_back(one.label);
     objects.push_back(one.object);
   }
-  out.classes = ci::classes_of(labels).names.size();
-  out.objects = ci::classes_of(objects).names.size();
-  std::vector<ci::Experiment> kept;
+  out.classes = ci::find_classes(labels).names.size();
+  out.objects = ci::find_classes(objects).names.size();
+  std::vector<ci::Experiment> runnable;
   for (const ci::Experiment experiment : experiments) {
-    std::size_t asked = 0;
-    const auto why = cannot_ask(experiment, labels, objects, out.objects < imprints.size(), asked);
+    std::size_t requested = 0;
+    const auto why =
+        why_not_runnable(experiment, labels, objects, out.objects < imprints.size(), requested);
     if (!why) return pass(why.error());
     if (*why) {
       out.left_out.emplace_back(ci::to_string(experiment), **why);
       continue;
     }
-    kept.push_back(experiment);
-    out.asked.push_back(asked);
+    runnable.push_back(experiment);
+    out.requested.push_back(requested);
   }
-  experiments = std::move(kept);
+  experiments = std::move(runnable);
   if (!experiments.empty()) return {};
   return fail({.code = Errc::invalid_argument,
                .what = "no experiment can be made of these imprints",
                .expected = "two objects of each class, pressed twice, for all four",
-               .got = left_out_words(out),
+               .got = format_left_out(out),
                .hint = "Name the objects in the manifest's column group"});
 }
 
 Status measure_set(const TableOptions& options, PreparedSet& one) {
-  const ci::Classes classes = ci::classes_of(one.matrix.labels);
+  const ci::Classes classes = ci::find_classes(one.matrix.labels);
   // A hull of thousands of corners is walked for seconds; beyond that the answer stays open.
   const auto hull = ci::separability(one.matrix.values, classes.of_row, classes.names.size(), 3000);
   if (!hull) return pass(hull.error());
@@ -138,7 +139,7 @@ Result<ImprintTables> measure_tables(const Dataset& dataset, TableOptions option
                  .where = "tables",
                  .what = "nothing to measure",
                  .expected = "scales, experiments and rules"});
-  const auto imprints = imprints_of(dataset);
+  const auto imprints = extract_imprints(dataset);
   if (!imprints) return pass(imprints.error());
   ImprintTables out;
   if (auto ok = choose_experiments(*imprints, options.experiments, out); !ok)
@@ -187,8 +188,8 @@ std::string tables_note(const ImprintTables& tables) {
          std::to_string(tables.imprints) + " imprints of " + std::to_string(tables.objects) +
          " objects in " + std::to_string(tables.classes) + " classes" +
          (tables.bench == BenchKind::simulated ? ", SIMULATED" : "") +
-         "; \u221E: the perceptron did not converge in 1000 rounds." + asked_words(tables) +
-         (tables.left_out.empty() ? "" : " Left out: " + left_out_words(tables) + ".");
+         "; \u221E: the perceptron did not converge in 1000 rounds." + format_requested(tables) +
+         (tables.left_out.empty() ? "" : " Left out: " + format_left_out(tables) + ".");
 }
 
 }  // namespace weft::daemon

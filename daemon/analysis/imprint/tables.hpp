@@ -47,7 +47,7 @@ struct ImprintTables {
   std::string sha256;
   std::size_t imprints = 0, classes = 0, objects = 0;
   TableOptions options;
-  std::vector<std::size_t> asked;  ///< imprints that each experiment sets aside
+  std::vector<std::size_t> requested;  ///< imprints that each experiment sets aside
   /// Experiments that have no meaning on this data set, and why.
   std::vector<std::pair<std::string, std::string>> left_out;
   std::vector<FeatureSet> sets;

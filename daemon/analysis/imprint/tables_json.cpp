@@ -44,14 +44,14 @@ ordered_json tables_json(const ImprintTables& tables) {
     }
     sets.push_back(std::move(one));
   }
-  ordered_json asked = ordered_json::object(), left_out = ordered_json::object();
-  for (std::size_t e = 0; e < tables.asked.size(); ++e)
-    asked[std::string(to_string(tables.options.experiments[e]))] = tables.asked[e];
+  ordered_json requested = ordered_json::object(), left_out = ordered_json::object();
+  for (std::size_t e = 0; e < tables.requested.size(); ++e)
+    requested[std::string(to_string(tables.options.experiments[e]))] = tables.requested[e];
   for (const auto& [experiment, why] : tables.left_out) left_out[experiment] = why;
   return {{"command", "imprint tables"},     {"bench", to_string(tables.bench)},
           {"dataset", tables.dataset},       {"dataset_sha256", tables.sha256},
           {"imprints", tables.imprints},     {"classes", tables.classes},
-          {"objects", tables.objects},       {"asked", std::move(asked)},
+          {"objects", tables.objects},       {"asked", std::move(requested)},
           {"left_out", std::move(left_out)}, {"sets", std::move(sets)}};
 }
 

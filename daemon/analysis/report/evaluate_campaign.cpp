@@ -128,18 +128,18 @@ Result<std::vector<ExplorationResult>> evaluate_campaign(const Dataset& dataset,
                                                          const classifier::SecondsNow& seconds_now,
                                                          const EvaluationSink& progress) {
   if (Status ok = check(dataset); !ok) return pass(ok.error());
-  const std::vector<std::string> explorations = explorations_of(dataset);
+  const std::vector<std::string> explorations = list_explorations(dataset);
   if (explorations.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = dataset.info.name,
                  .what = "no complete trial to evaluate"});
-  EvaluationProgress told{0, explorations.size() * steps_per_exploration, {}};
+  EvaluationProgress progress_now{0, explorations.size() * steps_per_exploration, {}};
   std::vector<ExplorationResult> out;
   for (const std::string& exploration : explorations) {
     ExplorationEvaluator evaluator(options, seconds_now, [&](const std::string& what) {
-      told.what = what;
-      if (progress) progress(told);
-      ++told.step;
+      progress_now.what = what;
+      if (progress) progress(progress_now);
+      ++progress_now.step;
     });
     auto result = evaluator.run(exploration, complete_trials(dataset, exploration));
     if (!result) return pass(result.error());

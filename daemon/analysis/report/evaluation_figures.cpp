@@ -45,14 +45,14 @@ svg::Range accuracy_range(const std::vector<CurvePoint>& curve) {
       values.push_back((value.accuracy - value.deviation) * 100);
       values.push_back((value.accuracy + value.deviation) * 100);
     }
-  svg::Range out = svg::range_of(values);
+  svg::Range out = svg::find_range(values);
   out.high = std::min(out.high, 100.5);
   return out;
 }
 
 // The points of learner `k`, in pixels.
-std::vector<svg::Point> points_of(const Axes& axes, const std::vector<CurvePoint>& curve,
-                                  std::size_t k) {
+std::vector<svg::Point> make_points(const Axes& axes, const std::vector<CurvePoint>& curve,
+                                    std::size_t k) {
   std::vector<svg::Point> out;
   for (const CurvePoint& point : curve)
     out.push_back(axes.at(static_cast<double>(point.trials), point.values[k].accuracy * 100));
@@ -61,7 +61,7 @@ std::vector<svg::Point> points_of(const Axes& axes, const std::vector<CurvePoint
 
 void draw_learner(Canvas& canvas, const Axes& axes, const std::vector<CurvePoint>& curve,
                   std::size_t k) {
-  const std::vector<svg::Point> points = points_of(axes, curve, k);
+  const std::vector<svg::Point> points = make_points(axes, curve, k);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const CurveValue& value = curve[i].values[k];
     const double low = axes.y((value.accuracy - value.deviation) * 100);

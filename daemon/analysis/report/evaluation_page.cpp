@@ -120,7 +120,7 @@ std::string reliability_part(const EvaluatedLearner& learner, const EvaluationPa
       "<b>" + escape(title) + ".</b> " + thousands(check.reliability.trials) +
           " answers on test trials of " + thousands(check.recordings) +
           " recordings; nothing of it was learnt from them. Calibration error " +
-          escape(calibration_words(check)) +
+          escape(format_calibration(check)) +
           ". On the dashed line probabilities mean what they say; below it they are too "
           "bold. Intervals of bins: " +
           escape(bin_methods(check)) +
@@ -199,7 +199,7 @@ std::string bin_methods(const classifier::CalibrationCheck& check) {
   return joined(out, "; ");
 }
 
-std::string calibration_words(const classifier::CalibrationCheck& check) {
+std::string format_calibration(const classifier::CalibrationCheck& check) {
   return fixed(check.reliability.calibration_error, 3) + " (95 % " +
          fixed(check.calibration_error_ci95.low, 3) + " to " +
          fixed(check.calibration_error_ci95.high, 3) + "), Brier " +

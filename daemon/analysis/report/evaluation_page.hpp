@@ -47,6 +47,6 @@ std::vector<std::vector<std::string>> reliability_rows(const classifier::Calibra
 std::string bin_methods(const classifier::CalibrationCheck& check);
 
 /// "0.041 (0.032 to 0.060), Brier 0.12": the calibration error with its interval.
-std::string calibration_words(const classifier::CalibrationCheck& check);
+std::string format_calibration(const classifier::CalibrationCheck& check);
 
 }  // namespace weft::daemon

@@ -72,7 +72,7 @@ std::vector<double> force_values(const TrialTrace& trace, const std::optional<Fo
   return values;
 }
 
-std::string_view reduction_words(classifier::Reduction reduction) {
+std::string_view reduction_text(classifier::Reduction reduction) {
   switch (reduction) {
     case classifier::Reduction::pvalue:
       return "p-value";
@@ -113,7 +113,7 @@ void draw_accuracy(Canvas& canvas, const Axes& axes, double y, const classifier:
 std::string force_figure(const TrialTrace& trace, const std::optional<ForceTarget>& target) {
   Canvas canvas(wide, 330, "Force over time of one trial, phases shaded", "plot");
   const std::vector<double> values = force_values(trace, target);
-  Range y = svg::range_of(values, 0.06);
+  Range y = svg::find_range(values, 0.06);
   const Axes axes({58, 44, wide - 70, 236}, {0, end_of(trace)}, y);
   shade_phases(canvas, axes, trace.phases);
   axes.draw_x(canvas, "time [s]", 10);
@@ -136,7 +136,7 @@ svg::Range pad_range(const TrialTrace& trace) {
   std::vector<double> values;
   for (const Curve& pad : trace.pads)
     values.insert(values.end(), pad.value.begin(), pad.value.end());
-  return svg::range_of(values);
+  return svg::find_range(values);
 }
 
 std::string pad_figure(const TrialTrace& trace, std::size_t pad, const svg::Range& range) {
@@ -165,7 +165,7 @@ std::string accuracy_figure(const std::vector<ExplorationResult>& results) {
   for (const ExplorationResult& result : results) {
     for (const ReductionResult& r : result.reductions) {
       canvas.text({140, y + 4},
-                  result.exploration + "  " + std::string(reduction_words(r.reduction)), "row-name",
+                  result.exploration + "  " + std::string(reduction_text(r.reduction)), "row-name",
                   Anchor::end);
       const double printed = paper_accuracy(result.exploration, r.reduction);
       if (printed >= 0) canvas.diamond({axes.x(printed * 100), y}, 7, "paper-mark");

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/analysis/report/report.hpp"
-#include "daemon/analysis/report/simulation_words.hpp"
+#include "daemon/analysis/report/simulation_text.hpp"
 #include "recipes/engine/engine.hpp"
 
 namespace weft::daemon {
@@ -26,7 +26,7 @@ ordered_json confusion_json(const classifier::Confusion& confusion) {
   return {{"labels", confusion.labels}, {"count", std::move(rows)}};
 }
 
-ordered_json time_json(const TimeShare& time) {
+ordered_json time_json(const WallTimeBreakdown& time) {
   return {{"plant_and_emulators_s", time.plant_and_emulators_s},
           {"drivers_and_control_s", time.drivers_and_control_s},
           {"recorder_s", time.recorder_s},
@@ -115,7 +115,7 @@ ordered_json run_json(const CampaignSummary& run) {
   out["trials_planned"] = run.trials_planned;
   out["trials_complete"] = run.trials_complete;
   out["trials_ended_early"] = run.trials_ended_early;
-  out["takes_rejected"] = run.takes_rejected;
+  out["takes_rejected"] = run.attempts_rejected;
   out["complete"] = is_complete(run);
   out["forecast_s"] = run.forecast_s;
   out["virtual_s"] = known(run.virtual_s > 0, run.virtual_s);

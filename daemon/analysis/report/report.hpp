@@ -32,13 +32,13 @@ struct ReportInput {
   /// Of a report made afterwards: what looking at the files found. Nobody counted anything then
   /// while the run went on.
   const VerifyReport* verified = nullptr;
-  std::string trade_html = {};  ///< speed against accuracy, whole sections; may be empty
+  std::string tradeoff_html = {};  ///< speed against accuracy, whole sections; may be empty
 };
 
 /// Every planned trial is there and nothing went wrong. What is shown of any other run says so.
 bool is_complete(const CampaignSummary& run);
 /// "INCOMPLETE, 12 of 680 trials", or empty.
-std::string incomplete_words(const CampaignSummary& run);
+std::string format_incomplete(const CampaignSummary& run);
 
 /// Refuses a run and a data set that disagree on the kind of bench: every figure of a report bears
 /// the word, so it must not be in doubt. All three writers ask first.

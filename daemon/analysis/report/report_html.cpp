@@ -12,7 +12,7 @@ bool is_complete(const CampaignSummary& run) {
   return run.trials_complete == run.trials_planned && !run.error;
 }
 
-std::string incomplete_words(const CampaignSummary& run) {
+std::string format_incomplete(const CampaignSummary& run) {
   if (is_complete(run)) return {};
   if (run.trials_complete == run.trials_planned) return "ENDED BY AN ERROR";
   return "INCOMPLETE, " + thousands(run.trials_complete) + " of " + thousands(run.trials_planned) +
@@ -36,13 +36,13 @@ std::string outlook_section(const ReportInput& input) {
   return input.design.html;
 }
 
-std::string trade_section(const ReportInput& input) {
-  return input.trade_html;
+std::string tradeoff_section(const ReportInput& input) {
+  return input.tradeoff_html;
 }
 
 /// Of the pictures in parts that were made beforehand.
 std::string more_style(const ReportInput& input) {
-  if (input.design.html.empty() && input.trade_html.empty()) return {};
+  if (input.design.html.empty() && input.tradeoff_html.empty()) return {};
   return std::string(marks_style()) + std::string(scatter_style());
 }
 
@@ -56,7 +56,7 @@ std::string report_html(const ReportInput& input) {
       ") \u2013 Weft campaign report</title>\n<style>" + std::string(style_sheet()) +
       more_style(input) + paper_style(input) + "</style>\n</head>\n<body>\n<main>\n";
   for (const auto section : {heading_section, trace_section, accuracy_section, outlook_section,
-                             core_section, timing_section, trade_section, force_section,
+                             core_section, timing_section, tradeoff_section, force_section,
                              certificate_section, wall_time_section, provenance_section})
     out += section(input);
   return out + "</main>\n</body>\n</html>\n";

@@ -38,24 +38,24 @@ std::string accuracy_table(const std::vector<ExplorationResult>& results) {
   return table.finish();
 }
 
-std::string split_words(const classifier::Evaluation& e) {
+std::string format_split(const classifier::Evaluation& e) {
   return std::to_string(e.splits.size()) + (e.splits.size() == 1 ? " split" : " random splits");
 }
 
 // Simulated trials touch a fresh patch each; what that does not test is said too.
-constexpr std::string_view patch_words =
+constexpr std::string_view patch_note =
     "Every trial touches another patch of the model cloth, so no test trial repeats a training "
     "trial; all patches of a fabric share its parameters, so nothing is said about another bolt "
     "of it. ";
 
-std::string method_words(const ReportInput& input, const ExplorationResult& result,
-                         const classifier::Evaluation& e) {
+std::string format_method(const ReportInput& input, const ExplorationResult& result,
+                          const classifier::Evaluation& e) {
   const std::size_t classes = e.confusion.classes();
   std::string out = "<p>Each trial becomes " + thousands(result.features) +
                     " features; one support vector machine per pair of fabrics (" +
                     thousands(classifier::pair_count(classes)) + " cores) votes. Mean over " +
-                    split_words(e) + " of the trials into training and test part. ";
-  if (input.dataset.info.kind == BenchKind::simulated) out += patch_words;
+                    format_split(e) + " of the trials into training and test part. ";
+  if (input.dataset.info.kind == BenchKind::simulated) out += patch_note;
   if (classes > 0)
     out += "With its labels in random order the same method gets " +
            percent(result.permuted_accuracy) + " %, where chance is " +
@@ -81,7 +81,7 @@ std::string confusion_figure(const ExplorationResult& result, const std::string&
   const std::string title = "Confusion matrix " + result.exploration + ", p-value selection";
   return figure("<div class=\"scroll\">" + confusion_map(e->confusion, title) + "</div>\n",
                 "<b>" + escape(title) + ".</b> " + thousands(e->confusion.total()) +
-                    " test trials summed over " + split_words(*e) + ", " +
+                    " test trials summed over " + format_split(*e) + ", " +
                     thousands(e->confusion.correct()) +
                     " correct. Blue: right; orange: wrong; shade: root of the share of its row. " +
                     escape(worst_confusions(e->confusion, 3)),
@@ -95,7 +95,7 @@ std::string accuracy_section(const ReportInput& input) {
   const std::string badge = badge_html(input);
   const ExplorationResult& first = input.results.front();
   const classifier::Evaluation& e = first.reductions.front().evaluation;
-  std::string out = "<section>\n<h2>Which fabric was it?</h2>\n" + method_words(input, first, e);
+  std::string out = "<section>\n<h2>Which fabric was it?</h2>\n" + format_method(input, first, e);
   out += figure("<div class=\"scroll\">" + accuracy_figure(input.results) + "</div>\n",
                 "Accuracy by exploration and by how the features of a core are reduced; lines: 95 "
                 "% interval (" +

@@ -43,7 +43,7 @@ std::string table_beside_paper(const std::vector<CoreLine>& lines) {
   return table.finish();
 }
 
-std::string size_words(const std::vector<CoreLine>& lines) {
+std::string format_size(const std::vector<CoreLine>& lines) {
   std::vector<std::size_t> inputs;
   for (const CoreLine& line : lines) inputs.push_back(line.info->inputs);
   std::sort(inputs.begin(), inputs.end());
@@ -65,7 +65,7 @@ std::string core_section(const ReportInput& input) {
                   "<b>" + escape(result.exploration) +
                       ".</b> Cores of the first split (compare Table III): the paper\u2019s three "
                       "pairs, then those with the most cross-validation errors. " +
-                      size_words(lines) +
+                      format_size(lines) +
                       " Lower indices name the feature and the pad, upper ones the phase.",
                   badge_html(input));
   }

@@ -31,7 +31,7 @@ std::string force_table(const ReportInput& input, const std::vector<FabricForce>
   return table.finish();
 }
 
-std::string target_words(const std::vector<ForceTarget>& targets) {
+std::string format_targets(const std::vector<ForceTarget>& targets) {
   std::string out;
   for (const ForceTarget& t : targets)
     out += (out.empty() ? "" : "; ") + escape(t.exploration) + " " + fixed(t.force_n, 2) +
@@ -49,7 +49,7 @@ std::string force_section(const ReportInput& input) {
   std::string out = "<section>\n<h2>How well the force was held</h2>\n";
   out += figure(
       "<div class=\"scroll\">" + fabric_force_figure(fabrics, targets.front().band_n) + "</div>\n",
-      "Normal force against its set point while the probe moved (" + target_words(targets) +
+      "Normal force against its set point while the probe moved (" + format_targets(targets) +
           "). The paper prints no such figure.",
       badge);
   out +=

@@ -3,7 +3,7 @@
 #include <set>
 
 #include "daemon/analysis/report/sections.hpp"
-#include "daemon/analysis/report/simulation_words.hpp"
+#include "daemon/analysis/report/simulation_text.hpp"
 #include "daemon/base/text/format.hpp"
 #include "recipes/engine/engine.hpp"
 
@@ -94,15 +94,15 @@ std::string unfinished_note(const CampaignSummary& run) {
 }
 
 std::string rejected_note(const CampaignSummary& run) {
-  if (run.takes_rejected == 0) return {};
-  return "<div class=\"note\"><p><b>" + thousands(run.takes_rejected) +
-         (run.takes_rejected == 1 ? " take was" : " takes were") +
+  if (run.attempts_rejected == 0) return {};
+  return "<div class=\"note\"><p><b>" + thousands(run.attempts_rejected) +
+         (run.attempts_rejected == 1 ? " take was" : " takes were") +
          " bad and repeated.</b> What was recorded of them is kept in the campaign file as "
          "<code>rejected</code>; no figure here counts it.</p></div>\n";
 }
 
 std::string selection_note(const ReportInput& input) {
-  const std::string words = selection_words(input.dataset.info);
+  const std::string words = format_selection(input.dataset.info);
   if (words.empty()) return {};
   return "<div class=\"note alarm\"><p>" + escape(words) +
          " Every figure here but the trials' number is of the whole slides alone, and nothing was "
@@ -128,13 +128,13 @@ std::string lead(const ReportInput& input) {
 std::string badge_html(const ReportInput& input) {
   std::string out = "<span class=\"badge\">" + std::string(bench_of(input)) + "</span>";
   if (!is_complete(input.run))
-    out += " <span class=\"badge\">" + incomplete_words(input.run) + "</span>";
+    out += " <span class=\"badge\">" + format_incomplete(input.run) + "</span>";
   return out;
 }
 
 std::string paper_style(const ReportInput& input) {
   std::string bench(bench_of(input));
-  if (const std::string incomplete = incomplete_words(input.run); !incomplete.empty())
+  if (const std::string incomplete = format_incomplete(input.run); !incomplete.empty())
     bench += ", " + incomplete;
   return "@page{size:A4;margin:18mm 14mm 16mm;@top-left{content:" + css_text(input.run.name) +
          ";font:8pt sans-serif}@top-right{content:" + css_text(bench) +

@@ -43,18 +43,18 @@ std::string rates(const DatasetInfo& info) {
 }
 
 /// Pages that the hand-over writes after this report, by name: it stands alone.
-std::string handed_over(const Dataset& dataset) {
+std::string handover_links(const Dataset& dataset) {
   const auto recipe = nlohmann::json::parse(dataset.info.recipe_json, nullptr, false);
   if (!recipe.is_object() || !recipe.contains("hand_over") || !recipe["hand_over"].is_object())
     return {};
   const auto from = recipe["hand_over"].value("from", nlohmann::json("taxels"));
   if (from == "imprints")
     return code("handover/imprints.html") + ", " + code("handover/imprints.model") + " (imprints)";
-  const bool heard = from == "vibration";
+  const bool from_vibration = from == "vibration";
   std::string out;
-  for (const std::string& exploration : explorations_of(dataset))
+  for (const std::string& exploration : list_explorations(dataset))
     out += (out.empty() ? "" : ", ") + code("handover/" + exploration + ".html") +
-           (heard ? " (sound and vibration)" : " (model)");
+           (from_vibration ? " (sound and vibration)" : " (model)");
   return out;
 }
 
@@ -78,7 +78,7 @@ std::string provenance_section(const ReportInput& input) {
   out += item("machine", escape(input.machine));
   out += item("devices", device_list(info));
   out += item("rates", rates(info));
-  if (const std::string pages = handed_over(input.dataset); !pages.empty())
+  if (const std::string pages = handover_links(input.dataset); !pages.empty())
     out += item("evaluated on, once handed over", pages);
   out += item("lost taxel frames", thousands(lost_samples(input.dataset)));
   out += item("campaign file", code(input.run.campaign_file.filename().string()));

@@ -12,13 +12,13 @@ constexpr std::string_view phases_key =
     "motion, <b>M</b> motion at constant force, <b>E</b> resting again. Blank: between phases, "
     "while the force settles or the probe comes to rest; not part of the data set.";
 
-std::string trial_words(const TrialRecord& record) {
+std::string format_trial(const TrialRecord& record) {
   return escape(record.spec.label) + ", " + escape(record.spec.exploration) + ", repetition " +
          std::to_string(record.spec.repetition);
 }
 
 std::string force_caption(const TrialRecord& record) {
-  std::string out = "Force on the plate, " + trial_words(record) +
+  std::string out = "Force on the plate, " + format_trial(record) +
                     ": the trial whose force error is the median of its exploration";
   if (record.quality.force_rms_error_n)
     out += " (" + fixed(*record.quality.force_rms_error_n * 1e3, 1) + " mN RMS while held)";
@@ -41,7 +41,7 @@ std::string trace_section(const ReportInput& input) {
     if (exploration.empty()) exploration = record.spec.exploration;
   const auto chosen = typical_trial(dataset, exploration);
   if (!chosen) return {};
-  const TrialTrace trace = trace_of(dataset, *chosen);
+  const TrialTrace trace = extract_trace(dataset, *chosen);
   const std::string badge = badge_html(input);
   std::string out = "<section>\n<h2>One trial</h2>\n";
   if (trace.record->wrench.samples() > 0) {

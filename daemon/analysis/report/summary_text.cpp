@@ -2,7 +2,7 @@
 
 #include "daemon/analysis/report/paper.hpp"
 #include "daemon/analysis/report/report.hpp"
-#include "daemon/analysis/report/simulation_words.hpp"
+#include "daemon/analysis/report/simulation_text.hpp"
 #include "daemon/base/text/format.hpp"
 #include "recipes/engine/engine.hpp"
 
@@ -51,9 +51,9 @@ std::string run_lines(const ReportInput& input) {
   const CampaignSummary& run = input.run;
   std::string out = line(
       "trials", thousands(run.trials_complete) + " of " + thousands(run.trials_planned) + ", " +
-                    std::string(recipes::to_string(run.outcome)) + ended_early_words(run));
-  if (run.takes_rejected > 0)
-    out += line("bad takes", thousands(run.takes_rejected) + ", kept, marked and taken again");
+                    std::string(recipes::to_string(run.outcome)) + format_ended_early(run));
+  if (run.attempts_rejected > 0)
+    out += line("bad takes", thousands(run.attempts_rejected) + ", kept, marked and taken again");
   if (run.error) out += line("error", printable(to_string(*run.error)));
   out += time_lines(run);
   if (run.force.samples > 0)
@@ -118,7 +118,7 @@ std::string summary_text(const ReportInput& input) {
   const BenchKind kind = input.dataset.info.kind;
   std::string out = "\nCampaign " + printable(input.run.name) + ", " + bench_label(kind);
   if (!input.run.level.empty()) out += " (plant " + printable(input.run.level) + ")";
-  if (!is_complete(input.run)) out += ", " + incomplete_words(input.run);
+  if (!is_complete(input.run)) out += ", " + format_incomplete(input.run);
   out += "\n" + run_lines(input);
   if (input.results.empty()) return out;
   out += accuracy_lines(input.results) + "\n" + timing_lines(input.results);

@@ -13,7 +13,7 @@ double seconds(std::int64_t t_ns, std::int64_t origin_ns) {
   return static_cast<double>(t_ns - origin_ns) * 1e-9;
 }
 
-std::vector<PhaseSpan> spans_of(const classifier::Trial& trial, const TrialRecord& record) {
+std::vector<PhaseSpan> find_spans(const classifier::Trial& trial, const TrialRecord& record) {
   std::vector<PhaseSpan> spans;
   for (std::size_t i = 0; i < trial.samples(); ++i) {
     const double t = seconds(record.t_ns[i], record.t_ns.front());
@@ -74,13 +74,13 @@ std::optional<std::size_t> typical_trial(const Dataset& dataset, std::string_vie
   return candidates[static_cast<std::size_t>(with_force - candidates.begin() - 1) / 2];
 }
 
-TrialTrace trace_of(const Dataset& dataset, std::size_t trial_index) {
+TrialTrace extract_trace(const Dataset& dataset, std::size_t trial_index) {
   const classifier::Trial& trial = dataset.trials[trial_index];
   const TrialRecord& record = dataset.records[trial_index];
   TrialTrace out;
   out.record = &record;
   if (trial.samples() == 0) return out;
-  out.phases = spans_of(trial, record);
+  out.phases = find_spans(trial, record);
   for (std::size_t i = 0; i < record.wrench.samples(); ++i) {
     const double t = seconds(record.wrench.t_ns[i], record.t_ns.front());
     out.normal_n.t_s.push_back(t);

@@ -36,7 +36,7 @@ struct TrialTrace {
 /// the best nor the worst; trials without a wrench stand behind. Nothing without complete trials.
 std::optional<std::size_t> typical_trial(const Dataset& dataset, std::string_view exploration);
 
-TrialTrace trace_of(const Dataset& dataset, std::size_t trial);
+TrialTrace extract_trace(const Dataset& dataset, std::size_t trial);
 
 /// At most about 2 x `buckets` points: least and greatest value of each bucket of time, so that no
 /// peak is lost. A point that is not finite marks a pause of more than 0.15 s.

@@ -4,7 +4,7 @@
 #include <deque>
 
 #include "classifier/features/extract.hpp"
-#include "daemon/analysis/tradeoff/trade_point.hpp"
+#include "daemon/analysis/tradeoff/tradeoff_point.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -28,7 +28,7 @@ using Samples = std::vector<std::vector<double>>;
 
 std::vector<double> medians(const Samples& samples) {
   std::vector<double> out;
-  for (const auto& of_trial : samples) out.push_back(median_of(of_trial));
+  for (const auto& of_trial : samples) out.push_back(compute_median(of_trial));
   return out;
 }
 

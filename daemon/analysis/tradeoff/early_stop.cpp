@@ -5,14 +5,14 @@
 namespace weft::daemon {
 namespace {
 
-using classifier::LiveAnswer;
+using classifier::LivePrediction;
 using classifier::Trial;
 
 const Trial& slide_of(const Dataset& dataset, const Material& material, std::size_t row) {
   return dataset.trials[material.trials[row].front()];
 }
 
-Result<std::size_t> truth_of(const std::vector<std::string>& labels, const Trial& trial) {
+Result<std::size_t> find_truth(const std::vector<std::string>& labels, const Trial& trial) {
   const auto known = std::ranges::lower_bound(labels, trial.label);
   if (known != labels.end() && *known == trial.label)
     return static_cast<std::size_t>(known - labels.begin());
@@ -26,9 +26,9 @@ Result<std::size_t> truth_of(const std::vector<std::string>& labels, const Trial
 Status watch(classifier::LiveVoter& voter, const Trial& trial, WatchedSlide& out) {
   voter.restart();
   for (std::size_t i = 0; i < trial.samples(); ++i) {
-    auto look = voter.add(trial.phase[i], trial.row(i));
-    if (!look) return pass(look.error(), trial.file);
-    if (*look) out.looks.push_back(std::move(**look));
+    auto evaluation = voter.add(trial.phase[i], trial.row(i));
+    if (!evaluation) return pass(evaluation.error(), trial.file);
+    if (*evaluation) out.evaluations.push_back(std::move(**evaluation));
   }
   return {};
 }
@@ -47,7 +47,7 @@ Result<WatchedSplit> watch_slides(const Dataset& dataset, const Material& materi
   classifier::LiveVoter voter(out.model);
   for (const std::size_t row : split.test) {
     const Trial& trial = slide_of(dataset, material, row);
-    const auto truth = truth_of(out.model->last().learner.labels(), trial);
+    const auto truth = find_truth(out.model->last().learner.labels(), trial);
     if (!truth) return pass(truth.error());
     const auto answered = at_end(row);
     if (!answered) return pass(answered.error(), trial.file);
@@ -58,12 +58,13 @@ Result<WatchedSplit> watch_slides(const Dataset& dataset, const Material& materi
   return out;
 }
 
-EarlyStops judge(const WatchedSplit& split, const classifier::StopRule& rule) {
+EarlyStops evaluate_rule(const WatchedSplit& split, const classifier::StopRule& rule) {
   EarlyStops out;
   for (const WatchedSlide& slide : split.slides) {
     const auto sure = std::ranges::find_if(
-        slide.looks, [&](const LiveAnswer& look) { return classifier::is_sure(rule, look); });
-    const bool early = sure != slide.looks.end();
+        slide.evaluations,
+        [&](const LivePrediction& evaluation) { return classifier::is_sure(rule, evaluation); });
+    const bool early = sure != slide.evaluations.end();
     ++out.tested;
     out.right += (early ? sure->winner : slide.at_end) == slide.truth ? 1 : 0;
     out.stopped += early ? 1 : 0;

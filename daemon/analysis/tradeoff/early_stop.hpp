@@ -16,10 +16,10 @@ namespace weft::daemon {
 
 /// What the vote was on one slide that did not train.
 struct WatchedSlide {
-  std::size_t truth = 0;                      ///< index into the learner's labels
-  std::vector<classifier::LiveAnswer> looks;  ///< one for each stage that it came to
-  std::size_t at_end = 0;                     ///< what the whole trial is called
-  double whole_s = 0;                         ///< of phase M
+  std::size_t truth = 0;                                ///< index into the learner's labels
+  std::vector<classifier::LivePrediction> evaluations;  ///< one for each stage that it came to
+  std::size_t at_end = 0;                               ///< what the whole trial is called
+  double whole_s = 0;                                   ///< of phase M
 };
 
 /// One split: a staged model of its training part, and every test slide watched by it.
@@ -44,6 +44,6 @@ struct EarlyStops {
   std::size_t right = 0, tested = 0, stopped = 0;
   double slide_s = 0;  ///< of all together
 };
-EarlyStops judge(const WatchedSplit& split, const classifier::StopRule& rule);
+EarlyStops evaluate_rule(const WatchedSplit& split, const classifier::StopRule& rule);
 
 }  // namespace weft::daemon

@@ -18,7 +18,7 @@ using classifier::Trial;
 using Rows = std::vector<std::vector<std::size_t>>;
 using RowKey = std::tuple<std::string, std::string, std::uint32_t>;  // label, group, repetition
 
-std::vector<std::size_t> complete_of(const Dataset& dataset, const std::string& exploration) {
+std::vector<std::size_t> select_complete(const Dataset& dataset, const std::string& exploration) {
   std::vector<std::size_t> out;
   for (std::size_t i = 0; i < dataset.trials.size(); ++i)
     if (dataset.records[i].outcome == TrialOutcome::complete &&
@@ -31,12 +31,12 @@ Result<Rows> rows_of(const Dataset& dataset, const std::vector<std::string>& par
   Rows out;
   std::map<RowKey, std::vector<std::size_t>> joined_rows;
   for (const std::string& part : parts) {
-    const auto trials = complete_of(dataset, part);
+    const auto trials = select_complete(dataset, part);
     if (trials.empty())
       return fail({.code = Errc::not_found,
                    .where = dataset.info.name,
                    .what = "no complete trial has this exploration",
-                   .expected = joined(explorations_of(dataset)),
+                   .expected = joined(list_explorations(dataset)),
                    .got = part});
     std::map<RowKey, std::size_t> last;
     for (const std::size_t i : trials) {

@@ -8,9 +8,9 @@
 #include "classifier/vote/class_profile.hpp"
 #include "daemon/analysis/tradeoff/answer_timing.hpp"
 #include "daemon/analysis/tradeoff/early_stop.hpp"
-#include "daemon/analysis/tradeoff/trade_arms.hpp"
+#include "daemon/analysis/tradeoff/study_conditions.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/interval_words.hpp"
+#include "daemon/pages/plot/interval_text.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -40,7 +40,7 @@ struct Count {
 };
 
 // As classifier::evaluate() has it: the mean over the splits, and what is known of it.
-void score(const SplitPlan& plan, const std::vector<Count>& counts, TradePoint& point) {
+void score(const SplitPlan& plan, const std::vector<Count>& counts, TradeoffPoint& point) {
   std::vector<classifier::SplitSizes> sizes;
   std::vector<double> accuracy;
   for (std::size_t s = 0; s < counts.size(); ++s) {
@@ -50,7 +50,7 @@ void score(const SplitPlan& plan, const std::vector<Count>& counts, TradePoint& 
     point.tested += counts[s].tested;
     accuracy.push_back(static_cast<double>(counts[s].right) / tested);
   }
-  point.accuracy = classifier::mean_of(accuracy);
+  point.accuracy = classifier::compute_mean(accuracy);
   point.ci95 = classifier::split_interval(accuracy, mean_sizes(sizes));
   if (plan.groups_left_out) name_groups_left_out(point.ci95);
 }
@@ -60,7 +60,8 @@ std::size_t label_count(const FeatureMatrix& features) {
 }
 
 /// Answers one trial with the machine of a split.
-AnswerFunction answer_function(const TradeArm& arm, const Training& training, std::size_t split) {
+AnswerFunction answer_function(const StudyCondition& arm, const Training& training,
+                               std::size_t split) {
   const auto learner = training.learners[split];
   if (arm.vote.kind == classifier::VoteKind::majority)
     return [learner](std::span<const double> features) { return learner->classify(features); };
@@ -81,11 +82,11 @@ AnswerFunction answer_function(const TradeArm& arm, const Training& training, st
 
 class Measurement {
  public:
-  Measurement(const Dataset& dataset, const ClassifierTradeOptions& options,
-              const classifier::SecondsNow& now, const TradeProgress& progress)
+  Measurement(const Dataset& dataset, const ClassifierTradeoffOptions& options,
+              const classifier::SecondsNow& now, const TradeoffProgress& progress)
       : dataset_(&dataset), options_(&options), now_(&now), progress_(&progress) {}
 
-  Result<TradeSet> run() {
+  Result<TradeoffSet> run() {
     if (options_->timings < 5)
       return fail({.code = Errc::range,
                    .where = "timings",
@@ -97,22 +98,22 @@ class Measurement {
           {.code = Errc::invalid_argument, .where = "timings", .what = "no clock to time with"});
     if (Status ok = prepare_default(); !ok) return pass(ok.error());
     for (std::size_t i = 0; i < plan_.arms.size(); ++i) {
-      tell(i, plan_.arms[i].name);
+      on_progress(i, plan_.arms[i].name);
       if (Status ok = measure(plan_.arms[i]); !ok) return pass(ok.error(), plan_.arms[i].name);
     }
-    tell(plan_.arms.size(), "timing of answers");
+    on_progress(plan_.arms.size(), "timing of answers");
     if (Status ok = time_answers(); !ok) return pass(ok.error());
     add_facts();
     return std::move(out_);
   }
 
  private:
-  void tell(std::size_t step, const std::string& what) const {
+  void on_progress(std::size_t step, const std::string& what) const {
     if (*progress_) (*progress_)(step, plan_.arms.size() + 1, what);
   }
 
   Status prepare_default() {
-    const auto present = explorations_of(*dataset_);
+    const auto present = list_explorations(*dataset_);
     if (present.empty())
       return fail({.code = Errc::not_found,
                    .where = dataset_->info.name,
@@ -129,7 +130,7 @@ class Measurement {
                    .what = "nothing to tell apart",
                    .expected = "at least 2",
                    .got = std::to_string(labels)});
-    plan_ = plan_trade(*dataset_, base_.material, labels, exploration, *options_);
+    plan_ = plan_tradeoff(*dataset_, base_.material, labels, exploration, *options_);
     out_.bench = dataset_->info.kind;
     out_.left_out = plan_.left_out;
     if (plan_.arms.size() > 1) return {};
@@ -153,13 +154,13 @@ class Measurement {
     return out;
   }
 
-  Result<Training> train(const TradeArm& arm, const Bench& bench) const {
+  Result<Training> train(const StudyCondition& arm, const Bench& bench) const {
     const FeatureMatrix& features = bench.material.features;
     classifier::TrainOptions options = options_->training;
     options.cap = arm.cap;
     Training out;
     for (const Split& split : bench.plan.splits) {
-      const FeatureMatrix rows = classifier::take_rows(features, split.train);
+      const FeatureMatrix rows = classifier::select_rows(features, split.train);
       const double start = (*now_)();
       auto trained = classifier::train_learner(rows, arm.learner, options);
       if (!trained) return pass(trained.error());
@@ -176,9 +177,9 @@ class Measurement {
   }
 
   // The default comes first: its training is there when a vote or a speed asks for it.
-  Status measure(const TradeArm& arm) {
+  Status measure(const StudyCondition& arm) {
     if (arm.sure) return measure_stop(arm);
-    const TradeArm& standard = plan_.arms.front();
+    const StudyCondition& standard = plan_.arms.front();
     std::optional<Bench> own;
     if (!arm.same_material(standard)) {
       auto made = bench_for(arm.exploration, arm.slide_s);
@@ -199,11 +200,11 @@ class Measurement {
     return add_point(arm, bench, fresh ? *fresh : trained_);
   }
 
-  Status add_point(const TradeArm& arm, const Bench& bench, const Training& training) {
-    TradePoint point;
+  Status add_point(const StudyCondition& arm, const Bench& bench, const Training& training) {
+    TradeoffPoint point;
     point.name = arm.name;
     point.family = arm.family;
-    point.settings = settings_of(arm, *options_);
+    point.settings = list_settings(arm, *options_);
     point.bench = dataset_->info.kind;
     point.train_s = training.train_s;
     add_chosen(training, point);
@@ -238,19 +239,19 @@ class Measurement {
     return {};
   }
 
-  Status measure_stop(const TradeArm& arm) {
+  Status measure_stop(const StudyCondition& arm) {
     if (Status ok = watch_all(); !ok) return ok;
-    TradePoint point;
+    TradeoffPoint point;
     point.name = arm.name;
     point.family = arm.family;
-    point.settings = settings_of(arm, *options_);
+    point.settings = list_settings(arm, *options_);
     point.bench = dataset_->info.kind;
     point.train_s = watched_s_;
     std::vector<Count> counts;
     double slide_s = 0;
     std::size_t stopped = 0;
     for (const WatchedSplit& split : watched_) {
-      const EarlyStops ends = judge(split, {*arm.sure, least_slide_s});
+      const EarlyStops ends = evaluate_rule(split, {*arm.sure, least_slide_s});
       counts.push_back({ends.right, ends.tested});
       slide_s += ends.slide_s;
       stopped += ends.stopped;
@@ -259,13 +260,13 @@ class Measurement {
     point.contact_s = slide_s / static_cast<double>(point.tested);
     point.settings.emplace_back("ended_early_share",
                                 static_cast<double>(stopped) / static_cast<double>(point.tested));
-    add_look(point.contact_s);
+    add_evaluation(point.contact_s);
     out_.points.push_back(std::move(point));
     return {};
   }
 
   /// The look at a slide that has come as far as most come.
-  void add_look(double slide_s) {
+  void add_evaluation(double slide_s) {
     const auto model = watched_.front().model;
     std::size_t stage = 0;
     while (stage + 1 < model->stages.size() && model->slide_s(stage + 1) <= slide_s) ++stage;
@@ -274,25 +275,26 @@ class Measurement {
       for (classifier::Trial& trial : one)
         trial = classifier::begun_slide(trial, model->stages[stage].motion_frames);
     timings_.add({trials, [model, stage](std::span<const double> features) -> Result<std::size_t> {
-                    const classifier::StoredModel& asked = model->stages[stage].model;
-                    const auto said = classifier::answer(asked.learner, asked.aids, features);
-                    if (!said) return pass(said.error());
-                    return said->ballot.winner;
+                    const classifier::StoredModel& requested = model->stages[stage].model;
+                    const auto predicted =
+                        classifier::predict(requested.learner, requested.postprocessing, features);
+                    if (!predicted) return pass(predicted.error());
+                    return predicted->ballot.winner;
                   }});
   }
 
-  static void add_chosen(const Training& training, TradePoint& point) {
+  static void add_chosen(const Training& training, TradeoffPoint& point) {
     std::vector<std::string> words;
     for (const auto& [recipe, splits] : training.chosen)
       words.push_back(recipe + " (" + std::to_string(splits) + ")");
     if (!words.empty()) point.settings.emplace_back("chose", joined(words, "; "));
   }
 
-  static bool concerns(const TradeArm& arm, const Material& material, std::size_t row) {
+  static bool concerns(const StudyCondition& arm, const Material& material, std::size_t row) {
     return !arm.speed_mm_s || material.speed_mm_s[row] == arm.speed_mm_s;
   }
 
-  static std::vector<std::size_t> rows_of(const TradeArm& arm, const Material& material) {
+  static std::vector<std::size_t> rows_of(const StudyCondition& arm, const Material& material) {
     std::vector<std::size_t> out;
     for (std::size_t row = 0; row < material.slide_s.size(); ++row)
       if (concerns(arm, material, row)) out.push_back(row);
@@ -302,7 +304,7 @@ class Measurement {
   static double contact_of(const std::vector<std::size_t>& rows, const Material& material) {
     std::vector<double> slides;
     for (const std::size_t row : rows) slides.push_back(material.slide_s[row]);
-    return classifier::mean_of(slides);
+    return classifier::compute_mean(slides);
   }
 
   [[nodiscard]] std::shared_ptr<const std::vector<AnswerTrials>> timed_trials(
@@ -311,7 +313,7 @@ class Measurement {
         some_trials(*dataset_, material, rows, options_->timed_trials));
   }
 
-  Result<std::vector<Count>> count(const TradeArm& arm, const Bench& bench,
+  Result<std::vector<Count>> count(const StudyCondition& arm, const Bench& bench,
                                    const Training& training) const {
     std::vector<Count> out;
     for (std::size_t s = 0; s < bench.plan.splits.size(); ++s) {
@@ -325,7 +327,7 @@ class Measurement {
     return out;
   }
 
-  Result<Count> count_split(const TradeArm& arm, const Bench& bench, const Training& training,
+  Result<Count> count_split(const StudyCondition& arm, const Bench& bench, const Training& training,
                             std::size_t s) const {
     const FeatureMatrix& features = bench.material.features;
     const auto& labels = training.learners[s]->labels();
@@ -352,12 +354,12 @@ class Measurement {
     if (!timings) return pass(timings.error());
     for (std::size_t i = 0; i < out_.points.size(); ++i) {
       const AnswerTimes& times = (*timings)[i];
-      TradePoint& point = out_.points[i];
+      TradeoffPoint& point = out_.points[i];
       for (std::size_t k = 0; k < times.features_s.size(); ++k)
         point.timings_s.push_back(times.features_s[k] + times.vote_s[k]);
-      point.answer_s = classifier::mean_of(point.timings_s);
-      point.features_s = classifier::mean_of(times.features_s);
-      point.vote_s = classifier::mean_of(times.vote_s);
+      point.answer_s = classifier::compute_mean(point.timings_s);
+      point.features_s = classifier::compute_mean(times.features_s);
+      point.vote_s = classifier::compute_mean(times.vote_s);
     }
     return {};
   }
@@ -379,32 +381,32 @@ class Measurement {
   }
 
   const Dataset* dataset_;
-  const ClassifierTradeOptions* options_;
+  const ClassifierTradeoffOptions* options_;
   const classifier::SecondsNow* now_;
-  const TradeProgress* progress_;
+  const TradeoffProgress* progress_;
   Bench base_;
   Training trained_;  // of the default
   std::vector<WatchedSplit> watched_;
   double watched_s_ = 0;  // mean over the splits
-  TradePlan plan_;
+  TradeoffPlan plan_;
   AnswerTiming timings_;
-  TradeSet out_;
+  TradeoffSet out_;
 };
 
 }  // namespace
 
-const std::vector<TradeCost>& classifier_costs() {
-  static const std::vector<TradeCost> costs = {
+const std::vector<TradeoffCost>& classifier_costs() {
+  static const std::vector<TradeoffCost> costs = {
       {"answer_s", "time to compute one answer, features and vote, one thread", "compute time",
-       &TradePoint::answer_s},
-      {"contact_s", "seconds of sliding an answer needs", "contact", &TradePoint::contact_s}};
+       &TradeoffPoint::answer_s},
+      {"contact_s", "seconds of sliding an answer needs", "contact", &TradeoffPoint::contact_s}};
   return costs;
 }
 
-Result<TradeSet> measure_classifier_trade(const Dataset& dataset,
-                                          const ClassifierTradeOptions& options,
-                                          const classifier::SecondsNow& seconds_now,
-                                          const TradeProgress& progress) {
+Result<TradeoffSet> measure_classifier_tradeoff(const Dataset& dataset,
+                                                const ClassifierTradeoffOptions& options,
+                                                const classifier::SecondsNow& seconds_now,
+                                                const TradeoffProgress& progress) {
   return Measurement(dataset, options, seconds_now, progress).run();
 }
 

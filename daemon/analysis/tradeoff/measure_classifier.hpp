@@ -10,14 +10,14 @@
 #include "classifier/baseline/learner.hpp"
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/features/options.hpp"
-#include "daemon/analysis/tradeoff/trade_point.hpp"
+#include "daemon/analysis/tradeoff/tradeoff_point.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon {
 
 /// What may be varied.
-enum class TradeFamily {
+enum class TradeoffFamily {
   features,     ///< feature count N of the cores
   learner,      ///< kinds of cores, LDA, SVC, trees, the choice between them
   slide,        ///< first seconds of phase M
@@ -27,10 +27,10 @@ enum class TradeFamily {
   stop          ///< slides that end once a live vote is sure
 };
 /// "features", "learner" ...
-std::string_view to_string(TradeFamily family);
+std::string_view to_string(TradeoffFamily family);
 /// Refuses another word; says which one was probably meant.
-Result<TradeFamily> trade_family_from(std::string_view word);
-std::vector<TradeFamily> all_trade_families();
+Result<TradeoffFamily> tradeoff_family_from(std::string_view word);
+std::vector<TradeoffFamily> all_tradeoff_families();
 
 /// How to split a feature matrix, and how that is said to a reader.
 struct SplitPlan {
@@ -40,8 +40,8 @@ struct SplitPlan {
 };
 using SplitMaker = std::function<Result<SplitPlan>(const classifier::FeatureMatrix&)>;
 
-struct ClassifierTradeOptions {
-  std::vector<TradeFamily> vary = all_trade_families();
+struct ClassifierTradeoffOptions {
+  std::vector<TradeoffFamily> vary = all_tradeoff_families();
   classifier::Learner learner = classifier::Learner::pvalue;  ///< of the default
   classifier::TrainOptions training;                          ///< cap: the default's N
   classifier::FeatureOptions features;
@@ -52,21 +52,21 @@ struct ClassifierTradeOptions {
 };
 
 /// Before each piece of work: which one, out of how many, what.
-using TradeProgress = std::function<void(std::size_t, std::size_t, const std::string&)>;
+using TradeoffProgress = std::function<void(std::size_t, std::size_t, const std::string&)>;
 
-/// The default comes first, then the families in the order of TradeFamily. Accuracy and interval
+/// The default comes first, then the families in the order of TradeoffFamily. Accuracy and interval
 /// are those of classifier::evaluate(): the mean over the splits with split_interval(), or Wilson's
 /// of a single split.
 /// Answers (features and vote, one thread) are timed after all trainings, the points in turn in
-/// each repetition, so that a busy moment of the machine falls on all of them. The TradeSet's
+/// each repetition, so that a busy moment of the machine falls on all of them. The TradeoffSet's
 /// `dataset` and `sha256` are the caller's to fill. Refuses what training and splitting refuse,
 /// fewer than 5 timings, and options of which nothing can be varied on this data set.
-Result<TradeSet> measure_classifier_trade(const Dataset& dataset,
-                                          const ClassifierTradeOptions& options,
-                                          const classifier::SecondsNow& seconds_now,
-                                          const TradeProgress& progress = {});
+Result<TradeoffSet> measure_classifier_tradeoff(const Dataset& dataset,
+                                                const ClassifierTradeoffOptions& options,
+                                                const classifier::SecondsNow& seconds_now,
+                                                const TradeoffProgress& progress = {});
 
 /// Compute time of one answer, and seconds of sliding.
-const std::vector<TradeCost>& classifier_costs();
+const std::vector<TradeoffCost>& classifier_costs();
 
 }  // namespace weft::daemon

@@ -4,9 +4,9 @@
 #include <array>
 
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/interval_words.hpp"
-#include "daemon/pages/plot/leak_words.hpp"
-#include "daemon/pages/plot/too_short_words.hpp"
+#include "daemon/pages/plot/interval_text.hpp"
+#include "daemon/pages/plot/leak_text.hpp"
+#include "daemon/pages/plot/too_short_text.hpp"
 
 namespace weft::daemon {
 
@@ -29,7 +29,7 @@ Result<double> vibro_features_time(const std::vector<vibro::Recording>& recordin
     if (!row_features) return pass(row_features.error());
     if (i > 0) seconds.push_back(ended - begun);  // the first one makes tables
   }
-  return median_of(std::move(seconds));
+  return compute_median(std::move(seconds));
 }
 
 namespace {
@@ -52,7 +52,7 @@ bool has_sound(const RecordingSet& set) {
                              [](const auto& c) { return c.name == sound; });
 }
 
-std::array<vibro::Protocol, 2> protocols_of(const VibroTradeOptions& options) {
+std::array<vibro::Protocol, 2> protocols_of(const VibroTradeoffOptions& options) {
   return {vibro::Protocol::random, options.honest};
 }
 
@@ -73,7 +73,7 @@ struct Bed {
 
 // Each recording once, however many sources and features leave it out.
 void note_too_short(const Bed& bed, const std::vector<vibro::TooShort>& recordings,
-                    VibroTrade& out) {
+                    VibroTradeoff& out) {
   if (recordings.empty()) return;
   const vibro::ProtocolOptions& own = bed.protocol;
   auto at = std::ranges::find_if(out.too_short, [&](const VibroTooShort& one) {
@@ -88,8 +88,8 @@ void note_too_short(const Bed& bed, const std::vector<vibro::TooShort>& recordin
       at->recordings.push_back(one);
 }
 
-Status measure_bed(const Bed& bed, const VibroTradeOptions& options,
-                   const classifier::SecondsNow& now, VibroTrade& out) {
+Status measure_bed(const Bed& bed, const VibroTradeoffOptions& options,
+                   const classifier::SecondsNow& now, VibroTradeoff& out) {
   const vibro::FeatureChoice choice{bed.family, options.combine};
   const auto windows = vibro::cut_and_extract(*bed.recordings, bed.protocol.window_s,
                                               vibro::places_of(bed.protocol), choice);
@@ -102,13 +102,13 @@ Status measure_bed(const Bed& bed, const VibroTradeOptions& options,
   if (!features_s) return pass(features_s.error());
   vibro::Leak& leak =
       bed.protocol.protocol == vibro::Protocol::random ? out.random_leak : out.honest_leak;
-  const vibro::Leak own = vibro::leak_of(*windows, *splits);
+  const vibro::Leak own = vibro::measure_leak(*windows, *splits);
   if (own.median > leak.median || (own.median == leak.median && own.largest > leak.largest))
     leak = own;
   for (const vibro::Method method : options.methods) {
     if (!vibro::available(method)) continue;
-    auto got = vibro::assess(*windows, *splits,
-                             {method, options.components, options.learner, options.stop}, now);
+    auto got = vibro::cross_validate(
+        *windows, *splits, {method, options.components, options.learner, options.stop}, now);
     if (!got) return pass(got.error(), vibro::to_string(method));
     name_left_out(*got, bed.protocol.protocol);
     out.points.push_back({method, bed.family, bed.protocol.window_s, bed.source,
@@ -129,7 +129,7 @@ std::string protocol_name(vibro::Protocol protocol) {
   return protocol == vibro::Protocol::blocks ? "contiguous parts" : "whole recordings";
 }
 
-std::vector<std::string> sources_of(const RecordingSet& set) {
+std::vector<std::string> list_sources(const RecordingSet& set) {
   const std::string others = other_channels(set);
   if (!has_sound(set)) return {others};
   if (others.empty()) return {sound};
@@ -167,7 +167,7 @@ Status check_windows(const RecordingSet& set, const vibro::ProtocolOptions& prot
 
 }  // namespace
 
-Status check_vibro_trade(const RecordingSet& set, const VibroTradeOptions& options) {
+Status check_vibro_tradeoff(const RecordingSet& set, const VibroTradeoffOptions& options) {
   if (options.timings < 5)
     return fail({.code = Errc::invalid_argument,
                  .where = "--timings",
@@ -183,15 +183,16 @@ Status check_vibro_trade(const RecordingSet& set, const VibroTradeOptions& optio
   return {};
 }
 
-Result<VibroTrade> measure_vibro_trade(const RecordingSet& set, const VibroTradeOptions& options,
-                                       const classifier::SecondsNow& seconds_now,
-                                       const TradeProgress& progress) {
-  if (auto fine = check_vibro_trade(set, options); !fine) return pass(fine.error());
-  VibroTrade out;
+Result<VibroTradeoff> measure_vibro_tradeoff(const RecordingSet& set,
+                                             const VibroTradeoffOptions& options,
+                                             const classifier::SecondsNow& seconds_now,
+                                             const TradeoffProgress& progress) {
+  if (auto fine = check_vibro_tradeoff(set, options); !fine) return pass(fine.error());
+  VibroTradeoff out;
   for (const vibro::Method method : options.methods)
     if (!vibro::available(method)) out.left_out.emplace_back(vibro::to_string(method));
   out.honest = options.honest;
-  const auto sources = options.sources.empty() ? sources_of(set) : options.sources;
+  const auto sources = options.sources.empty() ? list_sources(set) : options.sources;
   const std::size_t steps = 2 * sources.size() * options.windows_s.size() * options.families.size();
   std::size_t step = 0;
   for (const std::string& source : sources) {
@@ -213,28 +214,28 @@ Result<VibroTrade> measure_vibro_trade(const RecordingSet& set, const VibroTrade
   return out;
 }
 
-TradeSet vibro_trade_set(const VibroTrade& trade, const RecordingSet& set, const std::string& file,
-                         vibro::Protocol protocol) {
+TradeoffSet vibro_tradeoff_set(const VibroTradeoff& tradeoff, const RecordingSet& set,
+                               const std::string& file, vibro::Protocol protocol) {
   constexpr double least_s = 1e-9;  // the clock's step: a time must be positive to be drawn
   const bool random = protocol == vibro::Protocol::random;
-  TradeSet out;
+  TradeoffSet out;
   out.dataset = file + (random ? ", windows at random (the paper's protocol)"
                                : ", " + protocol_name(protocol) + " left out in turn");
   out.sha256 = recordings_sha256(set);
   out.bench = set.kind;
-  const vibro::Leak& leak = random ? trade.random_leak : trade.honest_leak;
+  const vibro::Leak& leak = random ? tradeoff.random_leak : tradeoff.honest_leak;
   out.facts = {{"recordings", static_cast<double>(set.recordings.size())},
                {"leak", leak.largest == 0.0 ? "no sample of a test window is in a training window"
                                             : leak_sentence(leak)}};
-  for (const std::string& name : trade.left_out)
+  for (const std::string& name : tradeoff.left_out)
     out.left_out.emplace_back(name, "this build of Weft has no library for it");
-  for (const VibroTooShort& one : trade.too_short)
+  for (const VibroTooShort& one : tradeoff.too_short)
     if (one.protocol == protocol)
       out.left_out.emplace_back("recordings for windows of " + general(one.window_s) + " s",
-                                too_short_words(one.recordings, one.parts));
-  for (const VibroPoint& p : trade.points) {
+                                format_too_short(one.recordings, one.parts));
+  for (const VibroPoint& p : tradeoff.points) {
     if (p.protocol != protocol) continue;
-    TradePoint point;
+    TradeoffPoint point;
     point.name = point_name(p);
     point.family = vibro::to_string(p.method);
     point.settings = {{"learner", std::string(vibro::to_string(p.method))},

@@ -1,25 +1,25 @@
 #pragma once
-// `weft trade vibro`: learner x features x window x source on recordings of sound and vibration,
+// `weft tradeoff vibro`: learner x features x window x source on recordings of sound and vibration,
 // under the paper's protocol and an honest one.
 
 #include <string>
 #include <vector>
 
-#include "classifier/vibro/assess.hpp"
+#include "classifier/vibro/cross_validation.hpp"
 #include "daemon/analysis/tradeoff/measure_classifier.hpp"
-#include "daemon/analysis/tradeoff/trade_point.hpp"
-#include "daemon/base/file/stop_asked.hpp"
+#include "daemon/analysis/tradeoff/tradeoff_point.hpp"
+#include "daemon/base/file/stop_requested.hpp"
 #include "daemon/storage/recordings/recording_set.hpp"
 
 namespace weft::daemon {
 
-struct VibroTradeOptions {
+struct VibroTradeoffOptions {
   std::vector<classifier::vibro::Method> methods = classifier::vibro::all_methods();
   std::vector<classifier::vibro::Family> families = {classifier::vibro::Family::smmrp,
                                                      classifier::vibro::Family::fft,
                                                      classifier::vibro::Family::smmrpfft};
   std::vector<double> windows_s = {1.0, 2.0};
-  std::vector<std::string> sources = {};  ///< of sources_of(); empty: all
+  std::vector<std::string> sources = {};  ///< of list_sources(); empty: all
   /// What leaves whole parts out beside the paper's random windows: blocks or groups.
   classifier::vibro::Protocol honest = classifier::vibro::Protocol::blocks;
   classifier::vibro::Combine combine = classifier::vibro::Combine::mean;
@@ -28,7 +28,7 @@ struct VibroTradeOptions {
   classifier::vibro::ProtocolOptions protocol;
   classifier::vibro::MethodOptions learner;
   std::size_t timings = 101;  ///< of the features of a window, at least 5
-  StopAsked stop = {};        ///< asked before each training
+  StopRequested stop = {};    ///< asked before each training
 };
 
 /// One choice and what came of it.
@@ -38,7 +38,7 @@ struct VibroPoint {
   double window_s = 0.0;
   std::string source;  ///< "S", "XYZ", "SXYZ"
   classifier::vibro::Protocol protocol{};
-  classifier::vibro::Assessment result;
+  classifier::vibro::CrossValidation result;
   double features_s = 0.0;  ///< of one window, one thread
 };
 
@@ -50,7 +50,7 @@ struct VibroTooShort {
   std::vector<classifier::vibro::TooShort> recordings;
 };
 
-struct VibroTrade {
+struct VibroTradeoff {
   std::vector<VibroPoint> points;
   classifier::vibro::Protocol honest = classifier::vibro::Protocol::blocks;
   /// Of random windows, and of the honest protocol: of all choices the one with the largest median.
@@ -60,7 +60,7 @@ struct VibroTrade {
 };
 
 /// "S", "XYZ" and both where the recordings have sound and something else; else the one there is.
-std::vector<std::string> sources_of(const RecordingSet& set);
+std::vector<std::string> list_sources(const RecordingSet& set);
 /// The recordings with the channels of that source alone.
 std::vector<classifier::vibro::Recording> of_source(const RecordingSet& set,
                                                     const std::string& source);
@@ -79,17 +79,18 @@ Result<double> vibro_features_time(const std::vector<classifier::vibro::Recordin
 /// What can be known before anything is trained: fewer than 5 timings, what check() refuses of the
 /// set, and every window and protocol whose places, with all channels, do not give splits or cannot
 /// be cut, by the window.
-Status check_vibro_trade(const RecordingSet& set, const VibroTradeOptions& options);
+Status check_vibro_tradeoff(const RecordingSet& set, const VibroTradeoffOptions& options);
 
-/// All choices under both protocols. Refuses what check_vibro_trade(), extraction and training
+/// All choices under both protocols. Refuses what check_vibro_tradeoff(), extraction and training
 /// refuse.
-Result<VibroTrade> measure_vibro_trade(const RecordingSet& set, const VibroTradeOptions& options,
-                                       const classifier::SecondsNow& seconds_now,
-                                       const TradeProgress& progress = {});
+Result<VibroTradeoff> measure_vibro_tradeoff(const RecordingSet& set,
+                                             const VibroTradeoffOptions& options,
+                                             const classifier::SecondsNow& seconds_now,
+                                             const TradeoffProgress& progress = {});
 
 /// The choices of one protocol as a set of the trade's page: accuracy is the macro F-score. `file`:
 /// how the recordings were named.
-TradeSet vibro_trade_set(const VibroTrade& trade, const RecordingSet& set, const std::string& file,
-                         classifier::vibro::Protocol protocol);
+TradeoffSet vibro_tradeoff_set(const VibroTradeoff& tradeoff, const RecordingSet& set,
+                               const std::string& file, classifier::vibro::Protocol protocol);
 
 }  // namespace weft::daemon

@@ -7,7 +7,7 @@
 
 namespace weft::daemon {
 
-Result<std::vector<std::size_t>> pareto_front(std::span<const Bargain> choices) {
+Result<std::vector<std::size_t>> pareto_front(std::span<const TradeoffChoice> choices) {
   for (std::size_t i = 0; i < choices.size(); ++i)
     if (!std::isfinite(choices[i].gain) || !std::isfinite(choices[i].cost))
       return fail(
@@ -24,10 +24,10 @@ Result<std::vector<std::size_t>> pareto_front(std::span<const Bargain> choices) 
   std::vector<std::size_t> front;
   double most = -std::numeric_limits<double>::infinity();  // gain of all that cost less
   for (const std::size_t i : order) {
-    const Bargain& choice = choices[i];
-    const bool twin = !front.empty() && choices[front.back()].cost == choice.cost &&
-                      choices[front.back()].gain == choice.gain;
-    if (choice.gain > most || twin) front.push_back(i);
+    const TradeoffChoice& choice = choices[i];
+    const bool duplicate = !front.empty() && choices[front.back()].cost == choice.cost &&
+                           choices[front.back()].gain == choice.gain;
+    if (choice.gain > most || duplicate) front.push_back(i);
     most = std::max(most, choice.gain);
   }
   return front;

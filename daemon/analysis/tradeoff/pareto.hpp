@@ -10,7 +10,7 @@
 namespace weft::daemon {
 
 /// What a choice brings (more is better) and what it costs (less is better).
-struct Bargain {
+struct TradeoffChoice {
   double gain = 0;
   double cost = 0;
 };
@@ -20,6 +20,6 @@ struct Bargain {
 /// least as much for at most the cost, and is better in one of the two. Choices equal in both do
 /// not dominate each other, so all of them are on the front or none. Refuses a gain or cost that is
 /// not finite, by its index. O(n log n).
-Result<std::vector<std::size_t>> pareto_front(std::span<const Bargain> choices);
+Result<std::vector<std::size_t>> pareto_front(std::span<const TradeoffChoice> choices);
 
 }  // namespace weft::daemon

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "daemon/analysis/tradeoff/measure_classifier.hpp"
-#include "daemon/analysis/tradeoff/trade_page.hpp"
+#include "daemon/analysis/tradeoff/tradeoff_page.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/heat_map.hpp"
 #include "daemon/pages/plot/html.hpp"
@@ -14,12 +14,12 @@ namespace {
 
 namespace vibro = classifier::vibro;
 
-constexpr std::size_t mistakes_in_words = 5;
+constexpr std::size_t max_listed_mistakes = 5;
 constexpr double least_answer_s = 1e-9;  // the clock's step: a time must be positive to be drawn
 
-TradePoint point_of(const VibroEvaluation& evaluation, const EvaluatedMethod& method) {
-  const vibro::Assessment& r = method.result;
-  TradePoint out;
+TradeoffPoint point_of(const VibroEvaluation& evaluation, const EvaluatedMethod& method) {
+  const vibro::CrossValidation& r = method.result;
+  TradeoffPoint out;
   out.name = out.family = method.name;
   out.bench = evaluation.bench;
   out.accuracy = r.f_score;
@@ -39,14 +39,14 @@ std::string shares(const VibroEvaluation& evaluation) {
                  "recordings right [%]", "95 % interval", "of so many"},
                 1);
   for (const EvaluatedMethod& method : evaluation.methods) {
-    const vibro::Assessment& r = method.result;
+    const vibro::CrossValidation& r = method.result;
     out.row({escape(method.name), percent(r.accuracy, 2),
              percent(r.accuracy_ci95.low) + " to " + percent(r.accuracy_ci95.high),
              fixed(r.f_score, 3), percent(r.voted_accuracy, 2),
              percent(r.voted_ci95.low) + " to " + percent(r.voted_ci95.high),
              std::to_string(r.voted)});
   }
-  const vibro::Assessment& first = evaluation.methods.front().result;
+  const vibro::CrossValidation& first = evaluation.methods.front().result;
   return figure(out.finish(),
                 "Windows: " + escape(first.accuracy_ci95.method) +
                     ". A recording (with blocks, a part of one) is answered by the most frequent "
@@ -61,7 +61,7 @@ std::string confusions(const VibroEvaluation& evaluation) {
     out += figure("<div class=\"scroll\">" +
                       confusion_map(method.result.confusion, "Windows, " + method.name) + "</div>",
                   escape(method.name) + ". " +
-                      escape(worst_confusions(method.result.confusion, mistakes_in_words)),
+                      escape(worst_confusions(method.result.confusion, max_listed_mistakes)),
                   bench_badge(evaluation.bench));
   return out + "</section>\n";
 }
@@ -73,11 +73,11 @@ Result<std::string> vibro_evaluation_html(const VibroEvaluation& evaluation) {
     return fail({.code = Errc::invalid_argument,
                  .where = evaluation.dataset,
                  .what = "a page without a learner"});
-  TradeSet set{evaluation.dataset, evaluation.sha256, evaluation.bench, {}, {}, {}};
+  TradeoffSet set{evaluation.dataset, evaluation.sha256, evaluation.bench, {}, {}, {}};
   for (const auto& [name, value] : evaluation.facts) set.facts.emplace_back(name, value);
   for (const EvaluatedMethod& method : evaluation.methods)
     set.points.push_back(point_of(evaluation, method));
-  TradeReport report;
+  TradeoffReport report;
   report.costs = {classifier_costs().front()};
   report.sets = {std::move(set)};
   report.tables_html =
@@ -90,7 +90,7 @@ Result<std::string> vibro_evaluation_html(const VibroEvaluation& evaluation) {
                         "Accuracy that goes when a feature's values are dealt out at random.",
                         bench_badge(evaluation.bench)) +
                  "</section>\n");
-  const auto sections = trade_sections_html(report);
+  const auto sections = tradeoff_sections_html(report);
   if (!sections) return pass(sections.error());
   return page_around("Evaluation of " + evaluation.dataset,
                      "<header>" + bench_badge(evaluation.bench) +

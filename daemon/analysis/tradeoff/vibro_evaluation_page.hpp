@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "classifier/vibro/assess.hpp"
+#include "classifier/vibro/cross_validation.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 #include "protocols/base/result.hpp"
 
@@ -14,7 +14,7 @@ namespace weft::daemon {
 /// One learner, or the choice among several.
 struct EvaluatedMethod {
   std::string name;  ///< "kNN", "best"
-  classifier::vibro::Assessment result;
+  classifier::vibro::CrossValidation result;
 };
 
 /// Intervals of the methods are shown as they are named.

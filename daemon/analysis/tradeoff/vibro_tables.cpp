@@ -44,17 +44,17 @@ constexpr std::array paper_table_2 = {
     PaperMaterial{"sticky-fabric", 100},  PaperMaterial{"sparkle-paper-1", 95},
     PaperMaterial{"sparkle-paper-2", 92}, PaperMaterial{"toy-tire-rubber", 55}};
 
-const VibroPoint* find(const VibroTrade& trade, Method method, Family family, double window_s,
+const VibroPoint* find(const VibroTradeoff& tradeoff, Method method, Family family, double window_s,
                        const std::string& source, Protocol protocol) {
-  for (const VibroPoint& p : trade.points)
+  for (const VibroPoint& p : tradeoff.points)
     if (p.method == method && p.family == family && p.window_s == window_s && p.source == source &&
         p.protocol == protocol)
       return &p;
   return nullptr;
 }
 
-bool measured(const VibroTrade& trade, const PaperRow& row) {
-  return std::ranges::any_of(trade.points, [&](const VibroPoint& p) {
+bool measured(const VibroTradeoff& tradeoff, const PaperRow& row) {
+  return std::ranges::any_of(tradeoff.points, [&](const VibroPoint& p) {
     return p.family == row.family && p.window_s == row.window_s;
   });
 }
@@ -63,20 +63,21 @@ std::string score(const VibroPoint* p) {
   return p == nullptr ? std::string(no_value) : fixed(p->result.f_score, 2);
 }
 
-std::string table_1(const VibroTrade& trade, const std::string& source, const std::string& badge) {
+std::string table_1(const VibroTradeoff& tradeoff, const std::string& source,
+                    const std::string& badge) {
   std::vector<std::string> head = {"window", "features", "whose"};
   for (const Method m : paper_methods) head.emplace_back(vibro::to_string(m));
   HtmlTable out(head, 3);
   std::size_t rows = 0;
   for (const PaperRow& row : paper_table_1) {
-    if (!measured(trade, row)) continue;
+    if (!measured(tradeoff, row)) continue;
     ++rows;
-    for (const Protocol protocol : {Protocol::random, trade.honest}) {
+    for (const Protocol protocol : {Protocol::random, tradeoff.honest}) {
       std::vector<std::string> cells = {fixed(row.window_s, 0) + " s",
                                         std::string(vibro::to_string(row.family)),
                                         "ours, " + protocol_name(protocol)};
       for (const Method m : paper_methods)
-        cells.push_back(score(find(trade, m, row.family, row.window_s, source, protocol)));
+        cells.push_back(score(find(tradeoff, m, row.family, row.window_s, source, protocol)));
       out.row(cells);
     }
     std::vector<std::string> cells = {fixed(row.window_s, 0) + " s",
@@ -93,15 +94,16 @@ std::string table_1(const VibroTrade& trade, const std::string& source, const st
 }
 
 // Figure 4 a to d: F-score and time of an answer by learner, features (2 s) and source.
-std::string figure_4(const VibroTrade& trade, const std::string& badge) {
+std::string figure_4(const VibroTradeoff& tradeoff, const std::string& badge) {
   HtmlTable out({"learner", "features", "source", "F, " + protocol_name(Protocol::random),
-                 "F, " + protocol_name(trade.honest), "features of a window", "an answer"},
+                 "F, " + protocol_name(tradeoff.honest), "features of a window", "an answer"},
                 3);
   std::size_t rows = 0;
-  for (const VibroPoint& p : trade.points) {
+  for (const VibroPoint& p : tradeoff.points) {
     if (p.window_s != 2.0 || p.protocol != Protocol::random) continue;
     ++rows;
-    const VibroPoint* honest = find(trade, p.method, p.family, p.window_s, p.source, trade.honest);
+    const VibroPoint* honest =
+        find(tradeoff, p.method, p.family, p.window_s, p.source, tradeoff.honest);
     out.row({std::string(vibro::to_string(p.method)), std::string(vibro::to_string(p.family)),
              escape(p.source), score(&p), score(honest), duration(p.features_s),
              duration(p.result.answer_s)});
@@ -116,13 +118,13 @@ std::string figure_4(const VibroTrade& trade, const std::string& badge) {
 
 struct Material {
   std::size_t right = 0, total = 0;
-  std::map<std::string, std::size_t> taken_for;
+  std::map<std::string, std::size_t> predicted_as;
 };
 
-std::map<std::string, Material> materials(const VibroTrade& trade, const std::string& source,
+std::map<std::string, Material> materials(const VibroTradeoff& tradeoff, const std::string& source,
                                           Protocol protocol) {
   std::map<std::string, Material> out;
-  for (const VibroPoint& p : trade.points) {
+  for (const VibroPoint& p : tradeoff.points) {
     if (p.protocol != protocol || p.source != source || p.window_s != 2.0 ||
         p.family != Family::smmrpfft)
       continue;
@@ -131,7 +133,7 @@ std::map<std::string, Material> materials(const VibroTrade& trade, const std::st
       Material& own = out[c.labels[t]];
       for (std::size_t k = 0; k < c.classes(); ++k) {
         own.total += c.at(t, k);
-        (k == t ? own.right : own.taken_for[c.labels[k]]) += c.at(t, k);
+        (k == t ? own.right : own.predicted_as[c.labels[k]]) += c.at(t, k);
       }
     }
   }
@@ -141,7 +143,7 @@ std::map<std::string, Material> materials(const VibroTrade& trade, const std::st
 std::string material_cells(const Material& m) {
   const auto whole = static_cast<double>(std::max<std::size_t>(m.total, 1));
   std::string out = percent(static_cast<double>(m.right) / whole, 0);
-  for (const auto& [name, count] : m.taken_for) {
+  for (const auto& [name, count] : m.predicted_as) {
     constexpr double worth_naming = 0.03;
     const double share = static_cast<double>(count) / whole;
     if (share >= worth_naming) out += "; " + escape(name) + " " + percent(share, 0);
@@ -149,12 +151,13 @@ std::string material_cells(const Material& m) {
   return out;
 }
 
-std::string table_2(const VibroTrade& trade, const std::string& source, const std::string& badge) {
-  auto random = materials(trade, source, Protocol::random);
-  auto honest = materials(trade, source, trade.honest);
+std::string table_2(const VibroTradeoff& tradeoff, const std::string& source,
+                    const std::string& badge) {
+  auto random = materials(tradeoff, source, Protocol::random);
+  auto honest = materials(tradeoff, source, tradeoff.honest);
   if (random.empty()) return {};
   HtmlTable out(
-      {"material", "right, and taken for [%], random windows", protocol_name(trade.honest)}, 1);
+      {"material", "right, and taken for [%], random windows", protocol_name(tradeoff.honest)}, 1);
   for (auto& [name, material] : random)
     out.row({escape(name), material_cells(material), material_cells(honest[name])});
   std::string papers;
@@ -169,11 +172,12 @@ std::string table_2(const VibroTrade& trade, const std::string& source, const st
 
 }  // namespace
 
-std::string vibro_tables_html(const VibroTrade& trade, const std::string& badge_html) {
-  if (trade.points.empty()) return {};
-  const std::string source = trade.points.back().source;  // the one with most channels comes last
-  return table_1(trade, source, badge_html) + figure_4(trade, badge_html) +
-         table_2(trade, source, badge_html);
+std::string vibro_tables_html(const VibroTradeoff& tradeoff, const std::string& badge_html) {
+  if (tradeoff.points.empty()) return {};
+  const std::string source =
+      tradeoff.points.back().source;  // the one with most channels comes last
+  return table_1(tradeoff, source, badge_html) + figure_4(tradeoff, badge_html) +
+         table_2(tradeoff, source, badge_html);
 }
 
 }  // namespace weft::daemon

@@ -12,6 +12,6 @@ namespace weft::daemon {
 /// paper's where it prints one. Then Table 2: the share of right answers for each material over all
 /// learners, and what it is taken for. Of the source with most channels. `badge_html`: of the
 /// bench, on every table.
-std::string vibro_tables_html(const VibroTrade& trade, const std::string& badge_html);
+std::string vibro_tables_html(const VibroTradeoff& tradeoff, const std::string& badge_html);
 
 }  // namespace weft::daemon

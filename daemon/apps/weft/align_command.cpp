@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "daemon/apps/weft/rig_words.hpp"
+#include "daemon/apps/weft/rig_text.hpp"
 #include "daemon/apps/weft/stop_signals.hpp"
 #include "daemon/apps/weft/table.hpp"
 #include "daemon/base/text/format.hpp"
@@ -41,7 +41,7 @@ std::string align_banner(BenchKind bench) {
   return "SIMULATED: the plate is the plant model's, nothing was touched.\n";
 }
 
-std::string text_of(const AlignSummary& s) {
+std::string format_text(const AlignSummary& s) {
   std::string out = align_banner(s.bench) + "Alignment of " + s.rig_name + ": " +
                     std::string(recipes::to_string(s.done.outcome)) + ", clean-up " +
                     std::string(recipes::to_string(s.done.cleanup)) + ", rig " +
@@ -95,8 +95,8 @@ AlignRequest request_of(const AlignArgs& args, const StopSignals& signals, Conso
   AlignRequest request;
   request.rig = args.rig;
   request.seed = args.seed;
-  request.plugins = settings_of(args.plugins, console);
-  request.stop = &signals.asked();
+  request.plugins = make_settings(args.plugins, console);
+  request.stop = &signals.requested();
   recipes::AlignSettings& s = request.settings;
   s.per_side = args.per_side;
   if (args.span_mm) s.span_m = *args.span_mm * m_per_mm;
@@ -105,7 +105,7 @@ AlignRequest request_of(const AlignArgs& args, const StopSignals& signals, Conso
   s.touch_speed_mps = args.touch_speed_mm_s * m_per_mm;
   s.largest_residual_m = args.largest_residual_um * m_per_um;
   s.tolerance_rad = args.tolerance_mrad * mrad;
-  request.device_log = [&console](const DeviceLogLine& line) {
+  request.device_log = [&console](const DeviceLogEntry& line) {
     console.err << "weft: " << line.device << ": "
                 << (line.level == LogLevel::error ? "error: " : "warning: ") << line.text
                 << std::endl;
@@ -146,9 +146,9 @@ Result<int> run_align(const AlignArgs& args, Console& console) {
     return exit_signal + signals.number();
   }
   if (summary->done.error) console.err << "weft: " << to_string(*summary->done.error) << '\n';
-  if (const auto left = rig_words(summary->done.cleanup, summary->done.rig); !left.empty())
+  if (const auto left = format_rig(summary->done.cleanup, summary->done.rig); !left.empty())
     console.err << "weft: " << left << '\n';
-  print(console, text_of(*summary), json_of(*summary));
+  print(console, format_text(*summary), json_of(*summary));
   if (signals.number() != 0) return exit_signal + signals.number();
   return summary->done.outcome == recipes::Outcome::complete ? exit_ok : exit_failure;
 }

@@ -119,15 +119,15 @@ void add_commands(CLI::App& root, Commands& all) {
   add(root, all, "train", "train a model", all.train, run_train);
   add(root, all, "evaluate", "train and test on splits of a data set", all.evaluate, run_evaluate);
   add(root, all, "classify", "what a model says of a trial", all.classify, run_classify);
-  CLI::App* trade = root.add_subcommand("trade", "what accuracy costs in time, on one picture");
-  trade->fallthrough()->require_subcommand(1);
-  add(*trade, all, "classifier",
+  CLI::App* tradeoff = root.add_subcommand("trade", "what accuracy costs in time, on one picture");
+  tradeoff->fallthrough()->require_subcommand(1);
+  add(*tradeoff, all, "classifier",
       "feature count, learner, slide length, speed, exploration, vote, when to stop",
       all.trade_classifier, run_trade_classifier);
-  add(*trade, all, "vibro", "learner, features, window and source of sound and vibration",
+  add(*tradeoff, all, "vibro", "learner, features, window and source of sound and vibration",
       all.trade_vibro, run_trade_vibro);
-  add(*trade, all, "sim", "the plant's levels, integrators and steps on its scenes", all.trade_sim,
-      run_trade_sim);
+  add(*tradeoff, all, "sim", "the plant's levels, integrators and steps on its scenes",
+      all.trade_sim, run_trade_sim);
   CLI::App* design = root.add_subcommand("design", "which setting, and how many repetitions");
   design->fallthrough()->require_subcommand(1);
   add(*design, all, "analyse", "the cells of a sweep: response, separability, time, which to take",
@@ -199,7 +199,7 @@ void add_texts(CLI::App& root, Commands& all) {
   add_text("completion", "what bash completes, for `source <(weft completion)`", bash_completion);
 }
 
-bool asks_for_json(std::span<const char* const> arguments) {
+bool wants_json(std::span<const char* const> arguments) {
   for (const char* argument : arguments)
     if (std::string_view(argument) == "--json") return true;
   return false;
@@ -213,7 +213,7 @@ std::string meant(const std::string& word, const CLI::App& group) {
 }
 
 // One that nobody knows here belongs to a subcommand that was not read.
-bool takes_value(const std::string& option, const CLI::App& root, const CLI::App& group) {
+bool expects_value(const std::string& option, const CLI::App& root, const CLI::App& group) {
   const CLI::Option* known = group.get_option_no_throw(option);
   if (known == nullptr) known = root.get_option_no_throw(option);
   return option.find('=') == std::string::npos &&
@@ -231,7 +231,7 @@ std::string mistake(const CLI::App& root, std::span<const char* const> arguments
     const std::string word = argument;
     if (std::exchange(is_value, false)) continue;
     if (word.starts_with('-')) {
-      is_value = takes_value(word, root, *group);
+      is_value = expects_value(word, root, *group);
       continue;
     }
     const auto known =
@@ -252,7 +252,7 @@ std::optional<int> parse(CLI::App& root, int argc, const char* const* argv, Cons
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return root.exit(e, console.out, console.err);
     const std::span arguments(argv, static_cast<std::size_t>(argc));
-    console.json = asks_for_json(arguments);
+    console.json = wants_json(arguments);
     return report_usage(console, mistake(root, arguments, e));
   }
 }

@@ -86,13 +86,13 @@ Result<CampaignReport> write_report_to(const CampaignSummary& summary, const Dat
   const std::vector<ExplorationResult> none;
   const DesignParts design = selected || holds_imprints(dataset) || !results
                                  ? DesignParts{}
-                                 : design_of(dataset, [&console](const std::string& what) {
+                                 : analyse_design(dataset, [&console](const std::string& what) {
                                      console.err << "design: " << what << std::endl;
                                    });
   ReportInput input{summary,        dataset,           results ? *results : none,
                     machine_text(), software_commit(), design};
   input.verified = extras.verified;
-  input.trade_html = extras.trade_html;
+  input.tradeoff_html = extras.tradeoff_html;
   if (auto ok = write_report_html(input, report.html); !ok) return pass(ok.error());
   if (auto ok = write_report_json(input, report.json); !ok) return pass(ok.error());
   report.summary = summary_text(input);

@@ -23,7 +23,7 @@ struct CampaignReport {
 /// Of a report that is made afterwards.
 struct ReportExtras {
   const VerifyReport* verified = nullptr;
-  std::string trade_html = {};  ///< sections
+  std::string tradeoff_html = {};  ///< sections
 };
 
 /// Reads the data set back, classifies it over `repeats` random splits, unless slides of it ended

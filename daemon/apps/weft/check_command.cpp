@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/analysis/report/json_parts.hpp"
-#include "daemon/analysis/report/simulation_words.hpp"
+#include "daemon/analysis/report/simulation_text.hpp"
 #include "daemon/apps/weft/file_problems.hpp"
 #include "daemon/apps/weft/table.hpp"
 #include "daemon/base/text/format.hpp"
@@ -28,7 +28,7 @@ json to_json(const std::vector<Diagnostic>& list) {
 json to_json(const recipes::Forecast& forecast) {
   return {{"duration_s", forecast.duration_s},
           {"people_s", forecast.people_s},
-          {"asks", forecast.asks},
+          {"asks", forecast.prompts},
           {"mounts", forecast.mounts},
           {"total_s", forecast.total_s()},
           {"bytes", forecast.bytes},
@@ -37,42 +37,43 @@ json to_json(const recipes::Forecast& forecast) {
           {"force_max_n", forecast.force_n.max}};
 }
 
-constexpr std::size_t most_asks_told = 100;
+constexpr std::size_t max_listed_prompts = 100;
 
 /// The first that people are asked for, each with the machine's time until then.
-template <class Told>
-void for_first_asks(const Plan& plan, std::size_t most, const Told& told) {
+template <class Callback>
+void for_first_prompts(const Plan& plan, std::size_t most, const Callback& callback) {
   for (std::size_t trial = 0; most > 0; ++trial) {
-    const auto next = recipes::next_ask(plan, trial);
+    const auto next = recipes::next_prompt(plan, trial);
     if (!next) return;
     trial = next->trial;
     for (auto step = recipes::due_step(plan, trial, 0, false); step && most > 0;
          step = recipes::due_step(plan, trial, *step + 1, false), --most)
-      told(recipes::ask_of(plan, trial, *step), recipes::machine_s(plan, 0, trial));
+      callback(recipes::step_prompt(plan, trial, *step), recipes::machine_s(plan, 0, trial));
   }
 }
 
-json asks_json(const Plan& plan) {
+json prompts_json(const Plan& plan) {
   json out = json::array();
-  for_first_asks(plan, most_asks_told, [&](const recipes::OperatorAsk& ask, double after_s) {
-    out.push_back({{"trial", ask.trial},
-                   {"text", ask.text},
-                   {"people_s", ask.people_s},
-                   {"after_s", after_s}});
-  });
+  for_first_prompts(plan, max_listed_prompts,
+                    [&](const recipes::StepPrompt& prompt, double after_s) {
+                      out.push_back({{"trial", prompt.trial},
+                                     {"text", prompt.text},
+                                     {"people_s", prompt.people_s},
+                                     {"after_s", after_s}});
+                    });
   return out;
 }
 
-std::string asks_text(const Plan& plan) {
+std::string format_prompts(const Plan& plan) {
   constexpr std::size_t enough = 5;
-  if (plan.forecast.asks == 0) return {};
+  if (plan.forecast.prompts == 0) return {};
   std::string out = "People are asked:\n";
-  for_first_asks(plan, enough, [&](const recipes::OperatorAsk& ask, double after_s) {
-    out += "  after " + duration(after_s) + " of the machine's time: " + ask.text + " (" +
-           duration(ask.people_s) + ")\n";
+  for_first_prompts(plan, enough, [&](const recipes::StepPrompt& prompt, double after_s) {
+    out += "  after " + duration(after_s) + " of the machine's time: " + prompt.text + " (" +
+           duration(prompt.people_s) + ")\n";
   });
-  if (plan.forecast.asks > enough)
-    out += "  and " + std::to_string(plan.forecast.asks - enough) + " times more\n";
+  if (plan.forecast.prompts > enough)
+    out += "  and " + std::to_string(plan.forecast.prompts - enough) + " times more\n";
   return out;
 }
 
@@ -107,7 +108,7 @@ json plan_json(const CheckArgs& args, const Plan& plan, const SimulationNote& si
           {"sweep", sweep_json(plan)},
           {"simulation", json::parse(to_json(simulation))},
           {"forecast", to_json(plan.forecast)},
-          {"operator_steps", asks_json(plan)},
+          {"operator_steps", prompts_json(plan)},
           {"warnings", to_json(warnings)}};
 }
 
@@ -141,14 +142,14 @@ std::string plan_text(const Plan& plan, const SimulationNote& simulation,
                            (f.mounts == 1 ? " time" : " times")});
   facts.row({"duration",
              duration(f.total_s()) +
-                 (f.asks == 0
+                 (f.prompts == 0
                       ? ""
                       : ": " + duration(f.duration_s) + " of the machine, " + duration(f.people_s) +
-                            " of people, who are asked " + std::to_string(f.asks) + " times")});
+                            " of people, who are asked " + std::to_string(f.prompts) + " times")});
   facts.row({"samples", fixed(static_cast<double>(f.bytes) / 1e6, 1) + " MB before compression"});
   facts.row({"force", fixed(f.force_n.min, 2) + " to " + fixed(f.force_n.max, 2) + " N"});
   std::string out = "The rig can run this recipe.\n" + facts.text() + simulation_text(simulation) +
-                    asks_text(plan) + "Stage positions used:\n" + envelope_text(f);
+                    format_prompts(plan) + "Stage positions used:\n" + envelope_text(f);
   for (const Diagnostic& warning : warnings)
     out += "warning: " + recipes::to_string(warning) + "\n";
   return out;
@@ -164,8 +165,8 @@ void add_options(CLI::App& command, CheckArgs& args) {
 }
 
 Result<int> run_check(const CheckArgs& args, Console& console) {
-  CampaignRequest request{args.recipe, args.rig, {}, {}, asked_of(args.fidelity)};
-  request.plugins = settings_of(args.plugins, console);
+  CampaignRequest request{args.recipe, args.rig, {}, {}, fidelity_request(args.fidelity)};
+  request.plugins = make_settings(args.plugins, console);
   const Result<Preflight> found = preflight(request);
   if (!found) return pass(found.error());
   if (!found->problems.empty()) return refuse(found->problems, console);

@@ -5,12 +5,12 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "classifier/base/sealed_text.hpp"
+#include "classifier/base/checksummed_text.hpp"
 #include "classifier/imprint/imprint_model.hpp"
 #include "classifier/live/staged_model.hpp"
 #include "classifier/model/model_file.hpp"
 #include "classifier/vibro/recording_model.hpp"
-#include "daemon/apps/weft/answer_words.hpp"
+#include "daemon/apps/weft/answer_text.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/model_imprints.hpp"
 #include "daemon/apps/weft/model_recordings.hpp"
@@ -42,7 +42,7 @@ Result<StoredModel> open_model(const std::filesystem::path& path) {
 }
 
 // Enough of a file to know its kind; nothing of one that cannot be read.
-std::string beginning_of(const std::filesystem::path& path) {
+std::string read_beginning(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   std::string out(64, '\0');
   in.read(out.data(), static_cast<std::streamsize>(out.size()));
@@ -58,7 +58,7 @@ Result<Dataset> open_trials(const std::filesystem::path& path, std::istream* in)
 // The model's own exploration. Imported recordings name none, and are taken for what the model
 // knows; so is the only exploration of a campaign by a model of imported recordings.
 Result<std::string> exploration_for(const classifier::FeatureSetup& setup, const Dataset& dataset) {
-  const std::vector<std::string> present = explorations_of(dataset);
+  const std::vector<std::string> present = list_explorations(dataset);
   if (present.empty())
     return fail({.code = Errc::not_found, .what = "no complete trial in the data set"});
   if (std::ranges::find(present, setup.exploration) != present.end()) return setup.exploration;
@@ -80,14 +80,14 @@ Result<std::vector<Trial>> prepared(const classifier::FeatureSetup& setup, const
                     {setup.window_s, setup.window_step_s, setup.sample_period_s});
 }
 
-Result<std::vector<AnsweredTrial>> answers(const StoredModel& stored,
-                                           const std::vector<Trial>& trials,
-                                           const classifier::VoteOptions& options) {
-  auto said = classifier::classify(stored, trials, options);
-  if (!said) return pass(said.error());
-  std::vector<AnsweredTrial> out;
+Result<std::vector<PredictedTrial>> answers(const StoredModel& stored,
+                                            const std::vector<Trial>& trials,
+                                            const classifier::VoteOptions& options) {
+  auto results = classifier::classify(stored, trials, options);
+  if (!results) return pass(results.error());
+  std::vector<PredictedTrial> out;
   for (std::size_t i = 0; i < trials.size(); ++i)
-    out.push_back({trials[i].file, trials[i].label, std::move((*said)[i])});
+    out.push_back({trials[i].file, trials[i].label, std::move((*results)[i])});
   return out;
 }
 
@@ -110,17 +110,17 @@ void add_options(CLI::App& command, ClassifyArgs& args) {
   command.add_option("--shortlist", args.shortlist, "fabrics on the short-list")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str()
-      ->each([&args](const std::string&) { args.shortlist_told = true; });
+      ->each([&args](const std::string&) { args.shortlist_given = true; });
 }
 
 Result<int> run_classify(const ClassifyArgs& args, Console& console) {
-  if (args.shortlist_told && args.vote != "shortlist")
+  if (args.shortlist_given && args.vote != "shortlist")
     return fail({.code = Errc::invalid_argument,
                  .where = "--shortlist",
                  .what = "a short-list is of another kind of vote",
                  .expected = "--vote shortlist",
                  .got = "--vote " + args.vote});
-  const auto beginning = beginning_of(args.model);
+  const auto beginning = read_beginning(args.model);
   if (classifier::is_of_kind(beginning, classifier::vibro::recording_model_header))
     return run_classify_recordings(args, console);
   if (classifier::is_of_kind(beginning, classifier::imprint::imprint_model_header))
@@ -142,7 +142,7 @@ Result<int> run_classify(const ClassifyArgs& args, Console& console) {
   const auto list = answers(*stored, *trials, {*kind, args.shortlist, nullptr});
   if (!list) return pass(list.error(), args.trials.string());
   std::string text = bench_banner(dataset->info.kind) + trained_banner(stored->provenance);
-  for (const AnsweredTrial& one : *list) text += answer_line(stored->learner, one);
+  for (const PredictedTrial& one : *list) text += answer_line(stored->learner, one);
   print(console, text,
         {{"command", "classify"},
          {"model", args.model.string()},
@@ -150,7 +150,7 @@ Result<int> run_classify(const ClassifyArgs& args, Console& console) {
          {"learner", classifier::to_string(stored->learner.kind())},
          {"bench", to_string(dataset->info.kind)},
          {"vote", args.vote},
-         {"trials", answers_json(stored->learner, stored->aids.has_value(), *list)}});
+         {"trials", answers_json(stored->learner, stored->postprocessing.has_value(), *list)}});
   return exit_ok;
 }
 

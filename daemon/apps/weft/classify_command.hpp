@@ -18,7 +18,7 @@ struct ClassifyArgs {
   std::filesystem::path trials;  ///< a trial (CSV) or a data set (HDF5); "-": standard input
   std::string vote = "majority";
   std::size_t shortlist = 20;
-  bool shortlist_told = false;  ///< on the command line
+  bool shortlist_given = false;  ///< on the command line
 };
 void add_options(CLI::App& command, ClassifyArgs& args);
 Result<int> run_classify(const ClassifyArgs& args, Console& console);

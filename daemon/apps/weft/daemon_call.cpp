@@ -28,21 +28,21 @@ Result<json> call(Client& daemon, std::string_view method, const json& params) {
 
 namespace {
 
-std::string hand_over_words(const json& told) {
-  const std::string state = told.value("state", "");
+std::string format_handover(const json& reply) {
+  const std::string state = reply.value("state", "");
   if (state != "done")
     return "\n  hand-over " + state +
-           (told.value("error", json()).is_string() ? ": " + told.value("error", "") : "");
+           (reply.value("error", json()).is_string() ? ": " + reply.value("error", "") : "");
   std::string words;
-  for (const json& model : told.value("models", json::array()))
+  for (const json& model : reply.value("models", json::array()))
     words += "\n  handed over: " + model.value("model", "") + ", accuracy " +
-             percent(model.value("accuracy", 0.0), 1) + " % (" + told.value("bench", "") + ")";
+             percent(model.value("accuracy", 0.0), 1) + " % (" + reply.value("bench", "") + ")";
   return words;
 }
 
 }  // namespace
 
-std::string run_line(const json& run) {
+std::string format_run(const json& run) {
   std::string line =
       run.value("run", "") + "  " + run.value("state", "") + "  " + run.value("recipe", "");
   if (const std::string name = run.value("name", ""); !name.empty()) line += " (" + name + ")";
@@ -55,9 +55,9 @@ std::string run_line(const json& run) {
   if (run.contains("outcome"))
     line += "  " + run.value("outcome", "") + ", clean-up " + run.value("cleanup", "") + ", rig " +
             run.value("rig", "");
-  const json attention = run.value("attention", json());
-  if (attention.is_object() && attention.value("asked", false))
-    line += "\n  waits for a person: " + attention.value("text", "") + "  Then: weft confirm " +
+  const json prompt = run.value("attention", json());
+  if (prompt.is_object() && prompt.value("asked", false))
+    line += "\n  waits for a person: " + prompt.value("text", "") + "  Then: weft confirm " +
             run.value("run", "");
   if (run.contains("error")) line += "\n  " + run.value("error", "");
   if (run.contains("dataset_error")) line += "\n  not concluded: " + run.value("dataset_error", "");
@@ -66,7 +66,7 @@ std::string run_line(const json& run) {
             std::to_string(since.value("trials_planned", 0)) + " trials by now" +
             (since.value("complete", false) ? ", complete" : "") +
             ": its campaign was gone on with without the daemon";
-  if (run.contains("handover")) line += hand_over_words(run.at("handover"));
+  if (run.contains("handover")) line += format_handover(run.at("handover"));
   return line + "\n";
 }
 
@@ -82,7 +82,7 @@ Result<std::string> run_of(Client& daemon, const std::string& named) {
                .hint = "weft status lists all"});
 }
 
-Result<json> run_told(Client& daemon, const std::string& named) {
+Result<json> load_run(Client& daemon, const std::string& named) {
   const auto id = run_of(daemon, named);
   if (!id) return pass(id.error());
   return call(daemon, "run.get", {{"run", *id}});
@@ -92,7 +92,7 @@ namespace {
 
 /// The lease of this user that no connection keeps, such as the page's, whose calls are connections
 /// of their own; null where he has none. A program of his that is there may keep him out.
-Result<json> kept_by_nobody(Client& daemon) {
+Result<json> acquire_lease(Client& daemon) {
   const auto me = call(daemon, "session.whoami");
   if (!me) return pass(me.error());
   const auto held = call(daemon, "lease.list");
@@ -113,12 +113,13 @@ Result<json> kept_by_nobody(Client& daemon) {
 
 // A lease that is over by the time it is given back was looked at when the change began; one that
 // cannot be given back ends by itself. What the daemon answered stands either way.
-Result<json> under_lease(Client& daemon, const LeaseWish& wish, std::string_view method,
+Result<json> under_lease(Client& daemon, const LeaseRequest& lease_request, std::string_view method,
                          json params) {
   const auto lease =
-      call(daemon, "lease.acquire", {{"note", wish.note}, {"ttl_ms", wish.longest.count()}});
+      call(daemon, "lease.acquire",
+           {{"note", lease_request.note}, {"ttl_ms", lease_request.longest.count()}});
   if (!lease) {
-    const auto held = kept_by_nobody(daemon);
+    const auto held = acquire_lease(daemon);
     if (!held || !held->is_string()) return pass(lease.error());
     params["lease"] = *held;
     return call(daemon, method, params);
@@ -138,7 +139,7 @@ Result<int> ordered(const RunOrderArgs& args, std::string_view method, json para
   params["run"] = *id;
   const auto run = call(*daemon, method, params);
   if (!run) return pass(run.error());
-  print(console, run_line(*run), *run);
+  print(console, format_run(*run), *run);
   return exit_ok;
 }
 

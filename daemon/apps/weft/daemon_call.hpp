@@ -20,18 +20,18 @@ Result<nlohmann::json> call(client::Client& daemon, std::string_view method,
                             const nlohmann::json& params);
 
 /// A run for people, with what a person is asked for.
-std::string run_line(const nlohmann::json& run);
+std::string format_run(const nlohmann::json& run);
 /// The run that was named, or the one under way. Errors: not_found, when none is.
 Result<std::string> run_of(client::Client& daemon, const std::string& named);
 /// The same run as the daemon tells it.
-Result<nlohmann::json> run_told(client::Client& daemon, const std::string& named);
-struct LeaseWish {
+Result<nlohmann::json> load_run(client::Client& daemon, const std::string& named);
+struct LeaseRequest {
   std::string note;                          ///< what for
   std::chrono::milliseconds longest{15000};  ///< for which others are kept away if we die meanwhile
 };
 /// A change after which the rig may move, under a lease of this user that no connection keeps (the
 /// page's), else under one that is given back: what the daemon answers to it.
-Result<nlohmann::json> under_lease(client::Client& daemon, const LeaseWish& wish,
+Result<nlohmann::json> under_lease(client::Client& daemon, const LeaseRequest& lease_request,
                                    std::string_view method, nlohmann::json params);
 /// Asks for a change of that run, and prints it.
 Result<int> ordered(const RunOrderArgs& args, std::string_view method, nlohmann::json params,

@@ -36,7 +36,7 @@ std::string ready_text(const json& ready) {
 }
 
 /// What keeps a run in line that could begin, where a person's word is waited for.
-void tell_of_wait(Client& daemon, const json& run, Console& console) {
+void print_wait(Client& daemon, const json& run, Console& console) {
   if (run.value("state", "") != "queued") return;
   const auto ready = call(daemon, "system.ready");
   if (!ready) return;  // the run is in line all the same
@@ -48,8 +48,7 @@ void tell_of_wait(Client& daemon, const json& run, Console& console) {
 struct Recovered {
   std::string run, choice;
 };
-Result<int> recovered_or_told(Client& daemon, const Recovered& what, bool preview,
-                              Console& console) {
+Result<int> print_recovered(Client& daemon, const Recovered& what, bool preview, Console& console) {
   const auto left =
       call(daemon, "run.recover", {{"run", what.run}, {"choice", what.choice}, {"preview", true}});
   if (!left) return pass(left.error());
@@ -65,30 +64,30 @@ Result<int> recovered_or_told(Client& daemon, const Recovered& what, bool previe
       under_lease(daemon, {"weft recover " + what.run + " " + what.choice, std::chrono::minutes(2)},
                   "run.recover", {{"run", what.run}, {"choice", what.choice}});
   if (!run) return pass(run.error());
-  tell_of_wait(daemon, *run, console);
-  print(console, run_line(*run), *run);
+  print_wait(daemon, *run, console);
+  print(console, format_run(*run), *run);
   return exit_ok;
 }
 
 Result<int> waited(Client& daemon, const json& run, Console& console) {
   const auto ended = call(daemon, "run.wait", {{"run", run.at("run")}, {"hand_over", true}});
   if (!ended) return pass(ended.error());
-  print(console, run_line(*ended), *ended);
+  print(console, format_run(*ended), *ended);
   return ended->value("outcome", "") == "complete" ? exit_ok : exit_failure;
 }
 
-std::string hand_over_state(const json& run) {
+std::string handover_state(const json& run) {
   return run.contains("handover") ? run.at("handover").value("state", "") : "";
 }
 
 // The fourth fact about an end, where there is one and it is not known yet. A daemon that is gone
 // tells none: the hand-over goes by itself, and what is said of the run stands.
-void tell_hand_over(Client& daemon, const json& run, Console& console) {
+void print_handover(Client& daemon, const json& run, Console& console) {
   auto now = call(daemon, "run.get", {{"run", run.at("run")}});
-  if (now && (hand_over_state(*now) == "waiting" || hand_over_state(*now) == "running"))
+  if (now && (handover_state(*now) == "waiting" || handover_state(*now) == "running"))
     now = call(daemon, "run.wait", {{"run", run.at("run")}, {"hand_over", true}});
-  if (now && hand_over_state(*now) != hand_over_state(run))
-    print_line(console, run_line(*now), *now);
+  if (now && handover_state(*now) != handover_state(run))
+    print_line(console, format_run(*now), *now);
 }
 
 }  // namespace
@@ -180,7 +179,7 @@ Result<int> run_status(const StatusArgs& args, Console& console) {
   const auto runs = all_runs(*daemon);
   if (!runs) return pass(runs.error());
   std::string text = ready_text(*ready);
-  for (const json& run : *runs) text += run_line(run);
+  for (const json& run : *runs) text += format_run(run);
   print(console, text, {{"ready", *ready}, {"runs", *runs}});
   return exit_ok;
 }
@@ -193,14 +192,14 @@ Result<int> run_start(const StartArgs& args, Console& console) {
   const auto run =
       under_lease(*daemon, {"weft start " + args.recipe}, "run.start", std::move(params));
   if (!run) return pass(run.error());
-  tell_of_wait(*daemon, *run, console);
+  print_wait(*daemon, *run, console);
   if (args.wait) {
-    console.err << "weft: " << run_line(*run)
+    console.err << "weft: " << format_run(*run)
                 << "weft: it goes on without this command: weft watch " << run->value("run", "")
                 << std::endl;
     return waited(*daemon, *run, console);
   }
-  print(console, run_line(*run), *run);
+  print(console, format_run(*run), *run);
   return exit_ok;
 }
 
@@ -211,36 +210,36 @@ Result<int> run_pause(const PauseArgs& args, Console& console) {
 Result<int> run_resume(const ResumeArgs& args, Console& console) {
   auto daemon = opened(args);
   if (!daemon) return pass(daemon.error());
-  const auto run = run_told(*daemon, args.run);
+  const auto run = load_run(*daemon, args.run);
   if (!run) return pass(run.error());
   const std::string id = run->at("run").get<std::string>();
   if (run->value("state", "") != "interrupted" && !args.preview)
     return ordered(args, "run.resume", json::object(), console);
-  return recovered_or_told(*daemon, {id, "resume"}, args.preview, console);
+  return print_recovered(*daemon, {id, "resume"}, args.preview, console);
 }
 
 Result<int> run_recover(const RecoverArgs& args, Console& console) {
   auto daemon = opened(args);
   if (!daemon) return pass(daemon.error());
-  return recovered_or_told(*daemon, {args.run, args.choice}, args.preview, console);
+  return print_recovered(*daemon, {args.run, args.choice}, args.preview, console);
 }
 
 Result<int> run_confirm(const ConfirmArgs& args, Console& console) {
   auto daemon = opened(args);
   if (!daemon) return pass(daemon.error());
-  const auto run = run_told(*daemon, args.run);
+  const auto run = load_run(*daemon, args.run);
   if (!run) return pass(run.error());
   const std::string id = run->at("run").get<std::string>();
-  const json attention = run->value("attention", json());
-  if (!attention.is_object() || !attention.value("asked", false))
+  const json prompt = run->value("attention", json());
+  if (!prompt.is_object() || !prompt.value("asked", false))
     return fail({.code = Errc::wrong_state,
                  .where = id,
                  .what = "the run waits for nobody",
                  .got = run->value("state", "")});
-  const auto gone_on = call(*daemon, "run.confirm", {{"run", id}, {"step", attention.at("step")}});
-  if (!gone_on) return pass(gone_on.error());
-  console.err << "weft: done: " << attention.value("text", "") << '\n';
-  print(console, run_line(*gone_on), *gone_on);
+  const auto confirmed = call(*daemon, "run.confirm", {{"run", id}, {"step", prompt.at("step")}});
+  if (!confirmed) return pass(confirmed.error());
+  console.err << "weft: done: " << prompt.value("text", "") << '\n';
+  print(console, format_run(*confirmed), *confirmed);
   return exit_ok;
 }
 
@@ -297,19 +296,19 @@ Result<int> run_watch(const WatchArgs& args, Console& console) {
   if (!opened) return pass(opened.error());
   json run = opened->at("snapshot").value("run:" + *id, json());
   if (run.is_null()) {
-    const auto told = run_told(*daemon, *id);  // refuses what is no run
-    if (!told) return pass(told.error());
-    run = *told;
+    const auto reply = load_run(*daemon, *id);  // refuses what is no run
+    if (!reply) return pass(reply.error());
+    run = *reply;
   }
-  tell_of_wait(*daemon, run, console);
+  print_wait(*daemon, run, console);
   for (;;) {
-    print_line(console, run_line(run), run);
+    print_line(console, format_run(run), run);
     if (run.contains("outcome")) break;
     const auto event = daemon->next_event();
     if (!event) return pass(event.error());
     run.merge_patch(json::parse(*event).at("delta"));
   }
-  tell_hand_over(*daemon, run, console);
+  print_handover(*daemon, run, console);
   return run.value("outcome", "") == "complete" ? exit_ok : exit_failure;
 }
 
@@ -319,7 +318,7 @@ Result<int> run_log(const LogArgs& args, Console& console) {
   const auto log = call(*daemon, "log.tail", {{"run", args.run}, {"most", args.most}});
   if (!log) return pass(log.error());
   if (log->at("lines").empty() && !args.run.empty())
-    if (const auto told = run_told(*daemon, args.run); !told) return pass(told.error());
+    if (const auto reply = load_run(*daemon, args.run); !reply) return pass(reply.error());
   std::string text;
   for (const json& line : log->at("lines"))
     text += utc_text(line.value("t_us", std::int64_t{0})) + "  " + line.value("run", "") + "  " +

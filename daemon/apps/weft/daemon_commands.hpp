@@ -8,7 +8,7 @@
 #include <string>
 
 #include "daemon/apps/weft/console.hpp"
-#include "daemon/apps/weft/which_daemon.hpp"
+#include "daemon/apps/weft/daemon_address.hpp"
 
 namespace CLI {
 class App;

@@ -83,7 +83,7 @@ std::string info_text(const std::filesystem::path& file, const Dataset& dataset,
   facts.row({"trials", thousands(dataset.trials.size()) + " of " +
                            std::to_string(counts.label.size()) + " labels, " +
                            thousands(counts.samples) + " samples"});
-  if (const auto imprints = imprints_of(dataset); imprints && !imprints->empty())
+  if (const auto imprints = extract_imprints(dataset); imprints && !imprints->empty())
     facts.row({"imprints", std::to_string(imprints->front().image.rows()) + " x " +
                                std::to_string(imprints->front().image.cols()) + " taxels"});
   else if (!dataset.trials.empty())

@@ -7,7 +7,7 @@
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/recorder/log_check.hpp"
-#include "daemon/storage/recorder/whole_log.hpp"
+#include "daemon/storage/recorder/wal_integrity.hpp"
 #include "daemon/storage/recordings/recording_set.hpp"
 
 namespace weft::daemon::cli {
@@ -49,7 +49,7 @@ Result<Dataset> open_dataset(const std::filesystem::path& path) {
 
 Result<CampaignContents> open_campaign(const std::filesystem::path& path, CampaignLog log) {
   if (log == CampaignLog::whole)
-    if (Status whole = whole_log(path); !whole) return pass(whole.error(), path.string());
+    if (Status whole = check_wal(path); !whole) return pass(whole.error(), path.string());
   const Result<CampaignProgress> progress = load_progress(path);
   if (!progress) return pass(progress.error());
   CampaignLoadOptions options;

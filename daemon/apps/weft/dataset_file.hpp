@@ -23,7 +23,7 @@ struct CampaignContents {
 };
 /// Whether what lies before the damage of its log is better than nothing.
 enum class CampaignLog { whole, as_far_as_it_goes };
-/// Errors: whole_log()'s, where the log has to be; load_campaign()'s.
+/// Errors: check_wal()'s, where the log has to be; load_campaign()'s.
 Result<CampaignContents> open_campaign(const std::filesystem::path& path,
                                        CampaignLog log = CampaignLog::whole);
 

@@ -24,7 +24,7 @@ std::string cells_text(const SweepAnalysis& a) {
       {"cell", "told right", "95 % interval", "signal/noise", "saturated", "seconds", "chosen in"});
   for (std::size_t i = 0; i < a.cells.size(); ++i) {
     const auto& cell = a.choice.cells[i];
-    table.row({(i == a.choice.chosen ? "> " : "") + cell_words(a, i),
+    table.row({(i == a.choice.chosen ? "> " : "") + format_cell(a, i),
                percent(cell.figures.accuracy) + " %",
                percent(cell.ci95.low) + " to " + percent(cell.ci95.high),
                fixed(a.cells[i].snr_db.value, 1) + " dB",
@@ -36,10 +36,10 @@ std::string cells_text(const SweepAnalysis& a) {
 
 std::string analysis_text(const SweepAnalysis& a) {
   std::vector<std::string> on;
-  for (const std::size_t i : a.choice.front) on.push_back(cell_words(a, i));
+  for (const std::size_t i : a.choice.front) on.push_back(format_cell(a, i));
   return bench_banner(a.bench) + a.exploration + ", " + std::to_string(a.fabrics.size()) +
          " fabrics, " + std::to_string(a.replicates) + " replicates\n" + cells_text(a) +
-         left_out_words(a) + "Front of separability against seconds: " + joined(on, "; ") + "\n" +
+         format_left_out(a) + "Front of separability against seconds: " + joined(on, "; ") + "\n" +
          wrapped(recommendation(a), "");
 }
 
@@ -62,7 +62,7 @@ std::string curve_text(const RepetitionStudy& study) {
   for (const auto& p : study.curve.points)
     table.row({std::to_string(p.repetitions), percent(p.accuracy) + " %",
                percent(p.ci95.low) + " to " + percent(p.ci95.high)});
-  return bench_banner(study.bench) + table.text() + wrapped(repetition_words(study), "");
+  return bench_banner(study.bench) + table.text() + wrapped(format_repetition_study(study), "");
 }
 
 }  // namespace
@@ -151,7 +151,7 @@ void add_options(CLI::App& command, DesignRepetitionsArgs& args) {
       ->check(CLI::Range(100, 1'000'000))
       ->capture_default_str();
   command.add_option("--seed", args.seed, "of draws and resamples")->capture_default_str();
-  note_given(command, args.trials.given);
+  record_given(command, args.trials.given);
 }
 
 Result<int> run_design_repetitions(const DesignRepetitionsArgs& args, Console& console) {

@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-std::string_view bench_word(BenchMode mode) {
+std::string_view bench_mode_text(BenchMode mode) {
   if (mode == BenchMode::simulated) return "simulated";
   return mode == BenchMode::emulated ? "emulated" : "real";
 }
@@ -49,11 +49,11 @@ std::string count_text(const DoctorReport& report) {
          number(report.count(Severity::warning), "warning") + "\n";
 }
 
-std::string text_of(const DoctorReport& report) {
+std::string format_text(const DoctorReport& report) {
   Table table(Align::left);
-  for (const Finding& finding : report.findings) {
-    table.row({std::string(to_string(finding.severity)), finding.subject, finding.what});
-    if (!finding.hint.empty()) table.row({"", "", "-> " + finding.hint});
+  for (const Diagnosis& diagnosis : report.found_problems) {
+    table.row({std::string(to_string(diagnosis.severity)), diagnosis.subject, diagnosis.what});
+    if (!diagnosis.hint.empty()) table.row({"", "", "-> " + diagnosis.hint});
   }
   return bench_sentence(report) + table.text() + ports_text(report.ports) + count_text(report);
 }
@@ -90,13 +90,13 @@ json port_json(const SerialPortSeen& port) {
 json json_of(const DoctorReport& report) {
   json out{{"command", "doctor"},
            {"rig", report.rig_name},
-           {"bench", bench_word(report.mode)},
+           {"bench", bench_mode_text(report.mode)},
            {"problems", report.count(Severity::problem)},
            {"warnings", report.count(Severity::warning)}};
   out["devices"] = json::array();
   for (const DeviceReport& device : report.devices) out["devices"].push_back(device_json(device));
   out["findings"] = json::array();
-  for (const Finding& f : report.findings)
+  for (const Diagnosis& f : report.found_problems)
     out["findings"].push_back({{"severity", to_string(f.severity)},
                                {"subject", f.subject},
                                {"what", f.what},
@@ -120,9 +120,9 @@ void add_options(CLI::App& command, DoctorArgs& args) {
 
 Result<int> run_doctor(const DoctorArgs& args, Console& console) {
   const Result<DoctorReport> report =
-      examine({args.rig, args.out, args.listen_s, settings_of(args.plugins, console)});
+      examine({args.rig, args.out, args.listen_s, make_settings(args.plugins, console)});
   if (!report) return pass(report.error());
-  print(console, text_of(*report), json_of(*report));
+  print(console, format_text(*report), json_of(*report));
   return report->count(Severity::problem) == 0 ? exit_ok : exit_failure;
 }
 

@@ -3,15 +3,15 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "classifier/evaluate/open_set_check.hpp"
 #include "classifier/evaluate/permutation.hpp"
-#include "classifier/evaluate/stranger_check.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/evaluate_text.hpp"
 #include "daemon/apps/weft/number_range.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/interval_words.hpp"
+#include "daemon/pages/plot/interval_text.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -25,7 +25,7 @@ Status add_permuted(const EvaluateArgs& args, const ChosenTrials& chosen,
   text += "Labels in random order:\n";
   for (const Outcome& outcome : outcomes) {
     const auto permuted =
-        classifier::evaluate_permuted(chosen.features, outcome.learner, options_of(args),
+        classifier::evaluate_permuted(chosen.features, outcome.learner, make_options(args),
                                       {args.train_fraction, args.permute_labels, 1});
     if (!permuted) return pass(permuted.error(), args.dataset.string());
     const std::string name = outcome.name();
@@ -41,23 +41,23 @@ Status add_permuted(const EvaluateArgs& args, const ChosenTrials& chosen,
 }
 
 // How often a fabric that was left out is taken for another, beside every outcome.
-Status add_strangers(const EvaluateArgs& args, const ChosenTrials& chosen, const Measured& measured,
-                     std::string& text, json& out) {
+Status add_unknown_labels(const EvaluateArgs& args, const ChosenTrials& chosen,
+                          const Measured& measured, std::string& text, json& out) {
   if (!args.none_of_these) return {};
   text += "None of these, every fabric left out of the training in turn:\n";
   for (const Outcome& outcome : measured.outcomes) {
-    const auto found = classifier::check_strangers(chosen.features, measured.splits,
-                                                   outcome.evaluation.recipes, options_of(args));
+    const auto found = classifier::check_open_set(chosen.features, measured.splits,
+                                                  outcome.evaluation.recipes, make_options(args));
     if (!found) return pass(found.error(), args.dataset.string());
-    json strangers = json::array();
+    json unknown_labels = json::array();
     std::size_t trials = 0, answers = 0;
-    for (const classifier::Stranger& one : found->strangers) {
+    for (const classifier::UnknownLabel& one : found->unknown_labels) {
       trials += one.trials;
       answers += one.answers;
-      strangers.push_back({{"label", one.label},
-                           {"trials", one.trials},
-                           {"answers", one.answers},
-                           {"accepted", one.accepted}});
+      unknown_labels.push_back({{"label", one.label},
+                                {"trials", one.trials},
+                                {"answers", one.answers},
+                                {"accepted", one.accepted}});
     }
     classifier::Interval ci = found->false_accept_ci95;
     if (args.leave_one_group_out) name_groups_left_out(ci);
@@ -65,7 +65,7 @@ Status add_strangers(const EvaluateArgs& args, const ChosenTrials& chosen, const
                                                        {"ci95", {ci.low, ci.high}},
                                                        {"ci95_method", ci.method},
                                                        {"false_reject", found->false_reject},
-                                                       {"strangers", strangers},
+                                                       {"strangers", unknown_labels},
                                                        {"not_measured", found->not_measured}};
     text += "  " + outcome.name() + " takes " + percent(found->false_accept, 1) + " % (" +
             percent(ci.low, 1) + " to " + percent(ci.high, 1) + ") of " + thousands(trials) +
@@ -90,7 +90,7 @@ Status write_page(const EvaluateArgs& args, const ChosenTrials& chosen, const Me
                         is_choice(outcome.learner) ? chosen_text(outcome.evaluation) : ""});
   const EvaluationPage page{chosen.dataset.info.kind,
                             args.dataset.filename().string(),
-                            facts_of(args, chosen, measured),
+                            list_facts(args, chosen, measured),
                             seconds_of_features(args.trials, chosen, steady_wall_seconds),
                             learners,
                             measured.groups,
@@ -160,11 +160,11 @@ void add_options(CLI::App& command, EvaluateArgs& args) {
   add_level_option(command, args.trials);
   add_train_options(command, args.training);
   add_recording_options(command, args.recordings);
-  note_given(command, args.trials.given);
+  record_given(command, args.trials.given);
 }
 
-Result<std::vector<classifier::Split>> splits_of(const EvaluateArgs& args,
-                                                 const classifier::FeatureMatrix& features) {
+Result<std::vector<classifier::Split>> make_splits(const EvaluateArgs& args,
+                                                   const classifier::FeatureMatrix& features) {
   if (!args.train_groups.empty()) {
     auto split = classifier::grouped_split(features.groups, args.train_groups, args.test_groups);
     if (!split) return pass(split.error());
@@ -201,7 +201,8 @@ Result<int> run_evaluate(const EvaluateArgs& args, Console& console) {
   json out = report_json(args, *chosen, *measured);
   if (Status ok = add_permuted(args, *chosen, measured->outcomes, text, out); !ok)
     return pass(ok.error());
-  if (Status ok = add_strangers(args, *chosen, *measured, text, out); !ok) return pass(ok.error());
+  if (Status ok = add_unknown_labels(args, *chosen, *measured, text, out); !ok)
+    return pass(ok.error());
   print(console, text, out);
   return exit_ok;
 }

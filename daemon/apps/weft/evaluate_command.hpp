@@ -36,8 +36,8 @@ void add_options(CLI::App& command, EvaluateArgs& args);
 
 /// One split by groups, one for each group left out, or `repeats` random ones. Refuses random
 /// splits of windows: windows of one recording would be on both sides.
-Result<std::vector<classifier::Split>> splits_of(const EvaluateArgs& args,
-                                                 const classifier::FeatureMatrix& features);
+Result<std::vector<classifier::Split>> make_splits(const EvaluateArgs& args,
+                                                   const classifier::FeatureMatrix& features);
 
 Result<int> run_evaluate(const EvaluateArgs& args, Console& console);
 

@@ -24,7 +24,7 @@ std::vector<std::string> named(const std::vector<std::string>& names,
 // The five by which the paper went on, of its ten figures.
 std::vector<std::string> papers_choice() {
   std::vector<std::string> out;
-  for (const vibro::Figure figure : vibro::figures_of(vibro::Family::smmrp))
+  for (const vibro::FrameFeature figure : vibro::features_of_family(vibro::Family::smmrp))
     out.emplace_back(vibro::to_string(figure));
   return out;
 }
@@ -44,12 +44,12 @@ std::vector<std::size_t> papers_columns(const std::vector<std::string>& names) {
 }
 
 // "STD 5, MEAN 4": how often each was kept.
-std::string kept_words(const vibro::Reached& reached, const std::vector<std::string>& names) {
+std::string format_selected(const vibro::Reached& reached, const std::vector<std::string>& names) {
   std::vector<std::pair<std::size_t, std::size_t>> times;  // and column
   for (std::size_t f = 0; f < names.size(); ++f) {
     std::size_t n = 0;
-    for (const auto& kept : reached.kept)
-      n += std::find(kept.begin(), kept.end(), f) != kept.end() ? 1 : 0;
+    for (const auto& retained : reached.retained)
+      n += std::find(retained.begin(), retained.end(), f) != retained.end() ? 1 : 0;
     if (n > 0) times.emplace_back(n, f);
   }
   std::stable_sort(times.begin(), times.end(),
@@ -60,17 +60,17 @@ std::string kept_words(const vibro::Reached& reached, const std::vector<std::str
 }
 
 json reached_json(const vibro::Reached& reached, const std::vector<std::string>& names) {
-  json kept = json::array();
-  for (const auto& columns : reached.kept) kept.push_back(named(names, columns));
+  json retained = json::array();
+  for (const auto& columns : reached.retained) retained.push_back(named(names, columns));
   return {{"accuracy", reached.accuracy},
           {"accuracy_of_splits", reached.split_accuracy},
           {"f_score", reached.f_score},
-          {"columns", kept}};
+          {"columns", retained}};
 }
 
 void add_row(const std::string& what, const std::string& key, const vibro::Reached& reached,
              const std::vector<std::string>& names, Table& table, json& out) {
-  table.row({what, std::to_string(reached.kept.front().size()), percent(reached.accuracy, 2),
+  table.row({what, std::to_string(reached.retained.front().size()), percent(reached.accuracy, 2),
              fixed(reached.f_score, 3)});
   out[key] = reached_json(reached, names);
 }
@@ -83,7 +83,7 @@ Result<std::string> compare_selection(const vibro::WindowSet& windows,
                                       json& out) {
   const std::vector<std::string>& names = windows.matrix.names;
   const auto selected =
-      vibro::reach_by_selection(windows, splits, protocol, options, features_kept, repeats);
+      vibro::reach_by_selection(windows, splits, protocol, options, features_selected, repeats);
   if (!selected) return pass(selected.error());
   Table table;
   table.row({"trained with", "columns", "windows %", "F-score"});
@@ -98,7 +98,7 @@ Result<std::string> compare_selection(const vibro::WindowSet& windows,
   if (!all) return pass(all.error());
   add_row("all", "all", *all, names, table, out);
   return "Selected by permutation within the training windows of each split, " +
-         std::to_string(splits.size()) + " of them: " + kept_words(*selected, names) + "\n" +
+         std::to_string(splits.size()) + " of them: " + format_selected(*selected, names) + "\n" +
          table.text();
 }
 
@@ -114,10 +114,11 @@ Result<std::string> add_importance(const vibro::WindowSet& windows,
   std::vector<vibro::Importance> by_forest;
   for (const double share : weighed->forest) by_forest.push_back({share, 0.0});
   const auto order = vibro::most_important(weighed->permutation, names.size(), weighed->forest);
-  std::vector<std::string> kept;  // of those that cost something
+  std::vector<std::string> retained;  // of those that cost something
   for (const std::size_t f : order)
-    if (kept.size() < features_kept && weighed->permutation[f].mean > 0.0) kept.push_back(names[f]);
-  const auto grown = named(names, vibro::most_important(by_forest, features_kept));
+    if (retained.size() < features_selected && weighed->permutation[f].mean > 0.0)
+      retained.push_back(names[f]);
+  const auto grown = named(names, vibro::most_important(by_forest, features_selected));
   Table table;
   table.row({"feature", "permuted, accuracy lost %", "+-", "share in a forest %"});
   json features = json::array();
@@ -131,13 +132,13 @@ Result<std::string> add_importance(const vibro::WindowSet& windows,
                         {"forest", weighed->forest[f]}});
   }
   const std::string learner(vibro::to_string(options.method));
-  out = {{"learner", learner},       {"repeats", repeats},   {"features", features},
-         {"most_permutation", kept}, {"most_forest", grown}, {"paper", papers_choice()}};
+  out = {{"learner", learner},           {"repeats", repeats},   {"features", features},
+         {"most_permutation", retained}, {"most_forest", grown}, {"paper", papers_choice()}};
   const auto compared = compare_selection(windows, splits, protocol, options, repeats, out);
   if (!compared) return pass(compared.error());
   return "Importance by " + learner + ", values of a feature dealt out at random " +
          std::to_string(repeats) + " times among the test windows of each split:\n" + table.text() +
-         "  most by permutation " + (kept.empty() ? "none costs accuracy" : joined(kept)) +
+         "  most by permutation " + (retained.empty() ? "none costs accuracy" : joined(retained)) +
          "\n  most in a forest    " + joined(grown) + "\n  the paper kept      " +
          joined(papers_choice()) + "\n" + *compared;
 }

@@ -11,7 +11,7 @@
 namespace weft::daemon::cli {
 
 /// How many features the paper kept of its ten.
-inline constexpr std::size_t features_kept = 5;
+inline constexpr std::size_t features_selected = 5;
 
 /// Weighs the columns of `windows` on the splits, and adds to `json` and the text it gives back
 /// what came out: permutation of test windows by `options.method`, and a forest of training

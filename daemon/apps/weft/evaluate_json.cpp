@@ -121,12 +121,12 @@ json never_tested_json(const std::vector<classifier::NeverTested>& labels) {
   return out;
 }
 
-json twins_json(const classifier::Twins& twins) {
-  return {{"tested", twins.tested},
-          {"found", twins.found},
-          {"contradicting", twins.contradicting},
-          {"test", twins.test},
-          {"train", twins.train}};
+json duplicates_json(const classifier::DuplicateRows& duplicates) {
+  return {{"tested", duplicates.tested},
+          {"found", duplicates.found},
+          {"contradicting", duplicates.contradicting},
+          {"test", duplicates.test},
+          {"train", duplicates.train}};
 }
 
 json too_short_json(const std::vector<classifier::vibro::TooShort>& recordings) {
@@ -162,7 +162,7 @@ json report_json(const EvaluateArgs& args, const ChosenTrials& chosen, const Mea
            {"train_rows", splits.front().train.size()},
            {"test_rows", splits.front().test.size()},
            {"never_tested", never_tested_json(measured.never_tested)},
-           {"twins", twins_json(measured.twins)},
+           {"twins", duplicates_json(measured.duplicates)},
            {"motion_samples", {chosen.motion.shortest, chosen.motion.longest}},
            {"training", describe(args.training)},
            {"results", results}};

@@ -4,11 +4,11 @@
 #include <map>
 
 #include "classifier/baseline/fold_report.hpp"
-#include "classifier/evaluate/stranger_check.hpp"
+#include "classifier/evaluate/open_set_check.hpp"
 #include "daemon/apps/weft/imprint_features.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/interval_words.hpp"
+#include "daemon/pages/plot/interval_text.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -21,14 +21,14 @@ bool needs_folds(Learner learner, bool calibration) {
   return calibration || (learner != Learner::lda && learner != Learner::trees);
 }
 
-std::map<std::string, std::size_t> folds_of(const EvaluateArgs& args, Learner learner,
-                                            const classifier::FeatureMatrix& features,
-                                            const std::vector<classifier::Split>& splits) {
+std::map<std::string, std::size_t> count_folds(const EvaluateArgs& args, Learner learner,
+                                               const classifier::FeatureMatrix& features,
+                                               const std::vector<classifier::Split>& splits) {
   std::map<std::string, std::size_t> out;
   for (const classifier::Split& split : splits) {
     const classifier::FoldReport report =
-        fold_report(take_rows(features, split.train), learner, options_of(args));
-    if (!report.as_asked()) ++out[words_of(report)];
+        fold_report(select_rows(features, split.train), learner, make_options(args));
+    if (!report.as_requested()) ++out[format_folds(report)];
   }
   return out;
 }
@@ -40,7 +40,7 @@ Result<std::vector<Outcome>> evaluate_all(const EvaluateArgs& args,
                                           bool calibration) {
   std::vector<Outcome> out;
   for (const Learner learner : learners) {
-    auto evaluation = classifier::evaluate(features, splits, learner, options_of(args),
+    auto evaluation = classifier::evaluate(features, splits, learner, make_options(args),
                                            steady_wall_seconds, calibration);
     if (!evaluation) return pass(evaluation.error(), args.dataset.string());
     if (args.leave_one_group_out) name_groups_left_out(*evaluation);
@@ -90,11 +90,11 @@ classifier::Interval curve_interval(const EvaluateArgs& args, const classifier::
   return out;
 }
 
-Result<std::vector<CurvePoint>> curve_of(const EvaluateArgs& args,
-                                         const std::vector<Learner>& learners,
-                                         const classifier::FeatureMatrix& features,
-                                         const std::vector<classifier::Split>& splits,
-                                         const ThinSplits& thin) {
+Result<std::vector<CurvePoint>> measure_curve(const EvaluateArgs& args,
+                                              const std::vector<Learner>& learners,
+                                              const classifier::FeatureMatrix& features,
+                                              const std::vector<classifier::Split>& splits,
+                                              const ThinSplits& thin) {
   std::vector<CurvePoint> out;
   for (const auto& [trials, drawn] : thin) {
     const auto outcomes = evaluate_all(args, learners, features, drawn, false);
@@ -112,7 +112,7 @@ Result<std::vector<CurvePoint>> curve_of(const EvaluateArgs& args,
 }  // namespace
 
 // "every" leaves cores-best out: best tries the same candidates and three more kinds.
-Result<std::vector<Learner>> learners_of(const std::vector<std::string>& words) {
+Result<std::vector<Learner>> parse_learners(const std::vector<std::string>& words) {
   std::vector<Learner> out;
   for (const std::string& word : words) {
     if (word == "every") {
@@ -127,7 +127,7 @@ Result<std::vector<Learner>> learners_of(const std::vector<std::string>& words) 
   return out;
 }
 
-classifier::TrainOptions options_of(const EvaluateArgs& args) {
+classifier::TrainOptions make_options(const EvaluateArgs& args) {
   return train_options(args.training, classifier::Reduction::pvalue);
 }
 
@@ -136,9 +136,9 @@ bool is_choice(Learner learner) {
 }
 
 Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen) {
-  const auto learners = learners_of(args.learners);
+  const auto learners = parse_learners(args.learners);
   if (!learners) return pass(learners.error());
-  auto splits = splits_of(args, chosen.features);
+  auto splits = make_splits(args, chosen.features);
   if (!splits) return pass(splits.error());
   const auto thin = thin_splits(args, chosen.features, *splits);
   if (!thin) return pass(thin.error());
@@ -148,16 +148,16 @@ Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen) {
   Measured out{std::move(*splits), {}, {}, {}, {}, {}};
   out.never_tested = classifier::never_tested(out.splits, chosen.features.labels,
                                               chosen.features.groups, chosen.features.files);
-  out.twins = classifier::twins_of(chosen.features, out.splits);
+  out.duplicates = classifier::find_duplicates(chosen.features, out.splits);
   const bool calibration = args.calibration || !args.report.empty();
   auto outcomes = evaluate_all(args, *learners, chosen.features, out.splits, calibration);
   if (!outcomes) return pass(outcomes.error());
   out.outcomes = std::move(*outcomes);
   for (Outcome& outcome : out.outcomes)
     if (needs_folds(outcome.learner, calibration || args.none_of_these))
-      outcome.folds = folds_of(args, outcome.learner, chosen.features, out.splits);
+      outcome.folds = count_folds(args, outcome.learner, chosen.features, out.splits);
   if (args.leave_one_group_out) out.groups = by_group(chosen.features, out);
-  auto curve = curve_of(args, *learners, chosen.features, out.splits, *thin);
+  auto curve = measure_curve(args, *learners, chosen.features, out.splits, *thin);
   if (!curve) return pass(curve.error());
   out.curve = std::move(*curve);
   return out;

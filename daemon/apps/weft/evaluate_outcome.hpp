@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "classifier/evaluate/duplicate_rows.hpp"
 #include "classifier/evaluate/evaluate.hpp"
-#include "classifier/evaluate/twins.hpp"
 #include "daemon/analysis/report/evaluation_page.hpp"
 #include "daemon/apps/weft/evaluate_command.hpp"
 
@@ -28,18 +28,18 @@ struct Measured {
   std::vector<GroupLeftOut> groups;  ///< with --leave-one-group-out
   std::vector<CurvePoint> curve;     ///< with --learning-curve, by rising number of trials
   std::vector<classifier::NeverTested> never_tested;  ///< labels that no split tests
-  classifier::Twins twins;  ///< test trials that are copies of training trials
+  classifier::DuplicateRows duplicates;  ///< test trials that are copies of training trials
 };
 
 /// Of the words of --learner; "every" is all but cores-best.
-Result<std::vector<classifier::Learner>> learners_of(const std::vector<std::string>& words);
+Result<std::vector<classifier::Learner>> parse_learners(const std::vector<std::string>& words);
 
 /// best or cores-best.
 bool is_choice(classifier::Learner learner);
 
-classifier::TrainOptions options_of(const EvaluateArgs& args);
+classifier::TrainOptions make_options(const EvaluateArgs& args);
 
-/// Refuses what splits_of(), evaluate() and thinned() refuse, and with --none-of-these what
+/// Refuses what make_splits(), evaluate() and thinned() refuse, and with --none-of-these what
 /// check_labels_can_be_left_out() does; but for what a training alone can tell, before the first.
 Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen);
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "classifier/vibro/assess.hpp"
+#include "classifier/vibro/cross_validation.hpp"
 #include "daemon/analysis/tradeoff/measure_vibro.hpp"
 #include "daemon/analysis/tradeoff/vibro_evaluation_page.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
@@ -17,9 +17,9 @@
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/interval_words.hpp"
-#include "daemon/pages/plot/leak_words.hpp"
-#include "daemon/pages/plot/too_short_words.hpp"
+#include "daemon/pages/plot/interval_text.hpp"
+#include "daemon/pages/plot/leak_text.hpp"
+#include "daemon/pages/plot/too_short_text.hpp"
 #include "daemon/storage/recordings/recording_set.hpp"
 
 namespace weft::daemon::cli {
@@ -65,10 +65,10 @@ DataKind kind_of(vibro::Protocol protocol) {
   return DataKind::whole_recordings;
 }
 
-Result<RecordingsPlan> plan_of(const EvaluateArgs& args) {
+Result<RecordingsPlan> make_plan(const EvaluateArgs& args) {
   const RecordingChoice& choice = args.recordings;
   RecordingsPlan out;
-  const auto features = features_of(choice);
+  const auto features = parse_feature_choice(choice);
   if (!features) return pass(features.error());
   const auto protocol = vibro::protocol_from(choice.protocol);
   if (!protocol) return pass(protocol.error(), "--protocol");
@@ -92,7 +92,7 @@ Result<RecordingsPlan> plan_of(const EvaluateArgs& args) {
   return out;
 }
 
-std::string words_of(const RecordingsPlan& plan) {
+std::string format_plan(const RecordingsPlan& plan) {
   const vibro::ProtocolOptions& p = plan.protocol;
   const std::string windows = general(p.window_s) + " s windows";
   if (p.protocol == vibro::Protocol::random)
@@ -111,10 +111,10 @@ std::size_t parts_of(const RecordingsPlan& plan) {
   return plan.protocol.protocol == vibro::Protocol::blocks ? plan.protocol.blocks : 1;
 }
 
-std::string leak_words(const vibro::Leak& leak, const classifier::Twins& twins) {
+std::string format_leak(const vibro::Leak& leak, const classifier::DuplicateRows& duplicates) {
   std::string out;
   if (leak.largest > 0.0) out += "LEAK: " + leak_sentence(leak) + "; the figures are too good.\n";
-  if (twins.found > 0) out += "LEAK: " + twins_words(twins, "windows") + ".\n";
+  if (duplicates.found > 0) out += "LEAK: " + format_duplicates(duplicates, "windows") + ".\n";
   return out.empty() ? "No sample of a test window is in a training window.\n" : out;
 }
 
@@ -122,7 +122,7 @@ json interval_json(const classifier::Interval& interval) {
   return {{"low", interval.low}, {"high", interval.high}, {"method", interval.method}};
 }
 
-json method_json(const vibro::Assessment& a) {
+json method_json(const vibro::CrossValidation& a) {
   json chosen = json::array();
   for (const vibro::Method m : a.chosen) chosen.push_back(vibro::to_string(m));
   return {{"accuracy", a.accuracy},
@@ -143,7 +143,7 @@ json method_json(const vibro::Assessment& a) {
           {"recordings_ci95", interval_json(a.voted_ci95)}};
 }
 
-std::vector<std::string> method_row(const std::string& name, const vibro::Assessment& a) {
+std::vector<std::string> method_row(const std::string& name, const vibro::CrossValidation& a) {
   std::string chosen;
   for (const vibro::Method m : a.chosen)
     chosen += (chosen.empty() ? "" : ",") + std::string(vibro::to_string(m));
@@ -158,8 +158,8 @@ std::vector<std::string> method_row(const std::string& name, const vibro::Assess
 }
 
 // Notes what came of one learner.
-void note(const std::string& name, const RecordingsPlan& plan, vibro::Assessment got, Table& table,
-          json& results, std::vector<EvaluatedMethod>& all) {
+void add_method(const std::string& name, const RecordingsPlan& plan, vibro::CrossValidation got,
+                Table& table, json& results, std::vector<EvaluatedMethod>& all) {
   name_left_out(got, plan.protocol.protocol);
   table.row(method_row(name, got));
   results[name] = method_json(got);
@@ -180,15 +180,16 @@ Status measure_all(const RecordingsPlan& plan, const vibro::WindowSet& windows,
     }
     vibro::PipelineOptions options = plan.pipeline;
     options.method = method;
-    auto got = vibro::assess(windows, splits, options, steady_wall_seconds);
+    auto got = vibro::cross_validate(windows, splits, options, steady_wall_seconds);
     if (!got) return pass(got.error());
-    note(name, plan, std::move(*got), table, results, all);
+    add_method(name, plan, std::move(*got), table, results, all);
   }
   if (!plan.best) return {};
-  auto got = vibro::assess_chosen(windows, splits, plan.protocol.protocol, vibro::quick_methods(),
-                                  plan.pipeline, steady_wall_seconds);
+  auto got =
+      vibro::cross_validate_chosen(windows, splits, plan.protocol.protocol, vibro::quick_methods(),
+                                   plan.pipeline, steady_wall_seconds);
   if (!got) return pass(got.error());
-  note("best", plan, std::move(*got), table, results, all);
+  add_method("best", plan, std::move(*got), table, results, all);
   return {};
 }
 
@@ -205,7 +206,7 @@ Result<std::string> weigh(const EvaluateArgs& args, const RecordingsPlan& plan,
 
 }  // namespace
 
-Result<vibro::FeatureChoice> features_of(const RecordingChoice& choice) {
+Result<vibro::FeatureChoice> parse_feature_choice(const RecordingChoice& choice) {
   const auto family = vibro::family_from(choice.features);
   if (!family) return pass(family.error(), "--features");
   const auto combine = vibro::combine_from(choice.combine);
@@ -286,7 +287,7 @@ struct Windows {
   std::vector<classifier::Split> splits;
   vibro::Leak leak;
   std::vector<classifier::NeverTested> never_tested;  ///< labels of which no recording tests
-  classifier::Twins twins;                            ///< test windows of copies of what trains
+  classifier::DuplicateRows duplicates;               ///< test windows of copies of what trains
   double features_s_each = 0;                         ///< as vibro_features_time() tells
 };
 
@@ -301,15 +302,15 @@ Result<Windows> cut_windows(const RecordingSet& set, const RecordingsPlan& plan)
   if (!windows) return pass(windows.error());
   auto splits = vibro::split_windows(*windows, plan.protocol);
   if (!splits) return pass(splits.error());
-  const vibro::Leak leak = vibro::leak_of(*windows, *splits);
+  const vibro::Leak leak = vibro::measure_leak(*windows, *splits);
   const auto each_s = vibro_features_time(set.recordings, *windows, plan.features, features_timed,
                                           steady_wall_seconds);
   if (!each_s) return pass(each_s.error());
   const classifier::FeatureMatrix& matrix = windows->matrix;
   auto never = classifier::never_tested(*splits, matrix.labels, matrix.groups, matrix.files);
-  classifier::Twins twins = classifier::twins_of(matrix, *splits);
-  return Windows{std::move(*windows), std::move(*splits), leak,
-                 std::move(never),    std::move(twins),   *each_s};
+  classifier::DuplicateRows duplicates = classifier::find_duplicates(matrix, *splits);
+  return Windows{std::move(*windows), std::move(*splits),    leak,
+                 std::move(never),    std::move(duplicates), *each_s};
 }
 
 Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const RecordingSet& set,
@@ -317,12 +318,12 @@ Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const Re
                   std::vector<EvaluatedMethod> measured, const std::string& weighed) {
   std::vector<std::pair<std::string, std::string>> facts = {
       {"data", what},
-      {"protocol", words_of(plan)},
-      {"leak", leak_words(windows.leak, windows.twins)}};
+      {"protocol", format_plan(plan)},
+      {"leak", format_leak(windows.leak, windows.duplicates)}};
   if (!windows.set.too_short.empty())
-    facts.emplace_back("left out", too_short_words(windows.set.too_short, parts_of(plan)));
+    facts.emplace_back("left out", format_too_short(windows.set.too_short, parts_of(plan)));
   if (!windows.never_tested.empty())
-    facts.emplace_back("never tested", never_tested_words(windows.never_tested, "recordings"));
+    facts.emplace_back("never tested", format_never_tested(windows.never_tested, "recordings"));
   const auto page = vibro_evaluation_html(
       {set.kind, args.dataset.filename().string(), recordings_sha256(set), std::move(facts),
        plan.protocol.window_s, windows.features_s_each, std::move(measured), weighed});
@@ -331,13 +332,13 @@ Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const Re
 }
 
 /// What a reader of the table has to know first, a line each.
-std::string warnings_of(const RecordingsPlan& plan, const Windows& windows) {
+std::string format_warnings(const RecordingsPlan& plan, const Windows& windows) {
   std::string out;
   if (!windows.set.too_short.empty())
-    out += too_short_words(windows.set.too_short, parts_of(plan)) + "\n";
+    out += format_too_short(windows.set.too_short, parts_of(plan)) + "\n";
   if (!windows.never_tested.empty())
-    out += "never tested: " + never_tested_words(windows.never_tested, "recordings") + "\n";
-  return out + leak_words(windows.leak, windows.twins);
+    out += "never tested: " + format_never_tested(windows.never_tested, "recordings") + "\n";
+  return out + format_leak(windows.leak, windows.duplicates);
 }
 
 }  // namespace
@@ -347,7 +348,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
     if (Status ok = check_output(args.dataset, args.report); !ok) return pass(ok.error());
   const auto set = open_recordings(args.dataset, args.trials.exploration, false);
   if (!set) return pass(set.error());
-  const auto plan = plan_of(args);
+  const auto plan = make_plan(args);
   if (!plan) return pass(plan.error());
   const auto windows = cut_windows(*set, *plan);
   if (!windows) return pass(windows.error(), args.dataset.string());
@@ -370,8 +371,8 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
                            " columns of " + std::string(vibro::to_string(plan->features.family));
   const std::string text = bench_banner(set->kind) + args.dataset.string() + " (" +
                            std::string(to_string(set->kind)) + "): " + what + "\n" +
-                           words_of(*plan) + "\n" + warnings_of(*plan, *windows) + table.text() +
-                           *weighed;
+                           format_plan(*plan) + "\n" + format_warnings(*plan, *windows) +
+                           table.text() + *weighed;
   if (!args.report.empty())
     if (Status ok = write_page(args, *plan, *set, *windows, what, std::move(measured), *weighed);
         !ok)
@@ -384,10 +385,10 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
          {"dataset_sha256", recordings_sha256(*set)},
          {"bench", to_string(set->kind)},
          {"protocol", vibro::to_string(plan->protocol.protocol)},
-         {"protocol_words", words_of(*plan)},
+         {"protocol_words", format_plan(*plan)},
          {"window_s", plan->protocol.window_s},
          {"leak", leak_json(windows->leak)},
-         {"twins", twins_json(windows->twins)},
+         {"twins", duplicates_json(windows->duplicates)},
          {"never_tested", never_tested_json(windows->never_tested)},
          {"features", vibro::to_string(plan->features.family)},
          {"combine", vibro::to_string(plan->features.combine)},

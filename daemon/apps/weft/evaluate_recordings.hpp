@@ -35,7 +35,7 @@ void add_recording_options(CLI::App& command, RecordingChoice& choice);
 /// Those of them that say how recordings become rows of features.
 void add_recording_feature_options(CLI::App& command, RecordingChoice& choice);
 /// What they say. Refuses names that are not known.
-Result<classifier::vibro::FeatureChoice> features_of(const RecordingChoice& choice);
+Result<classifier::vibro::FeatureChoice> parse_feature_choice(const RecordingChoice& choice);
 
 /// Whether the file, or what was asked for, is about recordings: a file of them, or a data set
 /// with --method or --importance.

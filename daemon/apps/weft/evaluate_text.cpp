@@ -78,7 +78,7 @@ std::string calibration_text(const std::vector<Outcome>& outcomes) {
     for (const auto& row : reliability_rows(check)) table.row(row);
     out += "Reliability of " + outcome.name() + ", " + thousands(check.reliability.trials) +
            " answers on test trials of " + thousands(check.recordings) +
-           " recordings: calibration error " + calibration_words(check) + "\n" + table.text() +
+           " recordings: calibration error " + format_calibration(check) + "\n" + table.text() +
            "  interval: " + bin_methods(check) + "\n";
   }
   return out;
@@ -116,8 +116,8 @@ std::string curve_text(const std::vector<CurvePoint>& curve) {
 
 }  // namespace
 
-std::string never_tested_words(const std::vector<classifier::NeverTested>& labels,
-                               std::string_view recordings) {
+std::string format_never_tested(const std::vector<classifier::NeverTested>& labels,
+                                std::string_view recordings) {
   std::vector<std::string> out;
   for (const classifier::NeverTested& one : labels)
     out.push_back(one.label + " (" + std::to_string(one.recordings) + " " +
@@ -126,14 +126,16 @@ std::string never_tested_words(const std::vector<classifier::NeverTested>& label
   return joined(out);
 }
 
-std::string twins_words(const classifier::Twins& twins, std::string_view rows) {
+std::string format_duplicates(const classifier::DuplicateRows& duplicates, std::string_view rows) {
   const std::string what(rows);
-  const std::string found = thousands(twins.found) + " of " + thousands(twins.tested) +
+  const std::string found = thousands(duplicates.found) + " of " + thousands(duplicates.tested) +
                             " tests are of " + what +
-                            " with the same features as a training one (" + twins.test + " as " +
-                            twins.train + "), as copies of one recording have; ";
-  if (twins.contradicting == 0) return found + "the figures are too good";
-  return found + (twins.contradicting == twins.found ? "all" : thousands(twins.contradicting)) +
+                            " with the same features as a training one (" + duplicates.test +
+                            " as " + duplicates.train + "), as copies of one recording have; ";
+  if (duplicates.contradicting == 0) return found + "the figures are too good";
+  return found +
+         (duplicates.contradicting == duplicates.found ? "all"
+                                                       : thousands(duplicates.contradicting)) +
          " of them have another label there: the labels contradict each other, one of them is "
          "wrong";
 }
@@ -142,7 +144,7 @@ namespace {
 
 // The paper's slides last equally long; features of others know how long they lasted (AMB-3), and
 // with the rms norm too: Sh and Hfrq are of the spectrum, which has more bins the longer it is.
-std::string motion_words(const MotionLengths& motion) {
+std::string format_motion(const MotionLengths& motion) {
   constexpr double alike = 1.05;
   if (static_cast<double>(motion.longest) <= alike * static_cast<double>(motion.shortest))
     return {};
@@ -154,9 +156,9 @@ std::string motion_words(const MotionLengths& motion) {
 
 }  // namespace
 
-std::vector<std::pair<std::string, std::string>> facts_of(const EvaluateArgs& args,
-                                                          const ChosenTrials& chosen,
-                                                          const Measured& measured) {
+std::vector<std::pair<std::string, std::string>> list_facts(const EvaluateArgs& args,
+                                                            const ChosenTrials& chosen,
+                                                            const Measured& measured) {
   const std::size_t labels = measured.outcomes.front().evaluation.confusion.classes();
   const bool windows = args.trials.window_s != 0.0;
   const std::string bench(to_string(chosen.dataset.info.kind));
@@ -169,13 +171,13 @@ std::vector<std::pair<std::string, std::string>> facts_of(const EvaluateArgs& ar
                        std::to_string(chosen.setup.taxels) + " taxels" +
                        (args.trials.remove_level.empty() ? "" : ", level removed")},
       {"split", split_text(args, measured.splits)}};
-  if (const std::string words = motion_words(chosen.motion); !words.empty())
+  if (const std::string words = format_motion(chosen.motion); !words.empty())
     out.emplace_back("motion", words);
   if (!measured.never_tested.empty())
-    out.emplace_back("never tested", never_tested_words(measured.never_tested, "trials"));
-  if (measured.twins.found > 0)
-    out.emplace_back(
-        "LEAK", twins_words(measured.twins, args.trials.window_s != 0.0 ? "windows" : "trials"));
+    out.emplace_back("never tested", format_never_tested(measured.never_tested, "trials"));
+  if (measured.duplicates.found > 0)
+    out.emplace_back("LEAK", format_duplicates(measured.duplicates,
+                                               args.trials.window_s != 0.0 ? "windows" : "trials"));
   out.emplace_back("training", describe(args.training));
   return out;
 }
@@ -183,7 +185,7 @@ std::vector<std::pair<std::string, std::string>> facts_of(const EvaluateArgs& ar
 std::string report_text(const EvaluateArgs& args, const ChosenTrials& chosen,
                         const Measured& measured) {
   Table facts(Align::left);
-  for (const auto& [name, value] : facts_of(args, chosen, measured)) facts.row({name, value});
+  for (const auto& [name, value] : list_facts(args, chosen, measured)) facts.row({name, value});
   std::string out = bench_banner(chosen.dataset.info) + facts.text() +
                     accuracy_table(measured.outcomes) + folds_text(measured) +
                     simple_wins_text(measured.outcomes);

@@ -13,23 +13,23 @@
 namespace weft::daemon::cli {
 
 /// "silk (3 trials, in group g0 alone)", separated by commas; `recordings` is what they are called.
-std::string never_tested_words(const std::vector<classifier::NeverTested>& labels,
-                               std::string_view recordings);
+std::string format_never_tested(const std::vector<classifier::NeverTested>& labels,
+                                std::string_view recordings);
 /// [{label, recordings, group}]; group is null where it is not one alone.
 nlohmann::json never_tested_json(const std::vector<classifier::NeverTested>& labels);
 
 /// What is wrong with figures of test rows ("trials", "windows") that training has seen, where any
 /// were.
-std::string twins_words(const classifier::Twins& twins, std::string_view rows);
-nlohmann::json twins_json(const classifier::Twins& twins);
+std::string format_duplicates(const classifier::DuplicateRows& duplicates, std::string_view rows);
+nlohmann::json duplicates_json(const classifier::DuplicateRows& duplicates);
 
 /// The files of recordings into which no window fits.
 nlohmann::json too_short_json(const std::vector<classifier::vibro::TooShort>& recordings);
 
 /// What stands above every table: data, features, split, labels that it never tests, training.
-std::vector<std::pair<std::string, std::string>> facts_of(const EvaluateArgs& args,
-                                                          const ChosenTrials& chosen,
-                                                          const Measured& measured);
+std::vector<std::pair<std::string, std::string>> list_facts(const EvaluateArgs& args,
+                                                            const ChosenTrials& chosen,
+                                                            const Measured& measured);
 
 /// Plain text, ends with a newline.
 std::string report_text(const EvaluateArgs& args, const ChosenTrials& chosen,

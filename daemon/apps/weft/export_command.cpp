@@ -11,7 +11,7 @@ namespace {
 
 using nlohmann::json;
 
-std::string text_of(const ExportedFile& made, const std::filesystem::path& file) {
+std::string format_text(const ExportedFile& made, const std::filesystem::path& file) {
   Table facts(Align::left);
   facts.row({"file", file.string()});
   facts.row({"trials", std::to_string(made.trials) + " of " + std::to_string(made.planned)});
@@ -50,7 +50,7 @@ Result<int> run_campaign_export(const CampaignExportArgs& args, Console& console
   const auto made = export_campaign(args.folder, {format, args.exploration});
   if (!made) return pass(made.error());
   const auto file = args.folder / export_folder_name / made->name;
-  print(console, text_of(*made, file),
+  print(console, format_text(*made, file),
         {{"command", "export"},
          {"file", file.string()},
          {"format", to_string(format)},

@@ -53,7 +53,7 @@ void add_options(CLI::App& command, FeaturesArgs& args) {
   command.add_option("-o,--output", args.out, "table to write (CSV)")->required();
   add_trial_options(command, args.trials);
   add_level_option(command, args.trials);
-  note_given(command, args.trials.given);
+  record_given(command, args.trials.given);
 }
 
 Result<int> run_features(const FeaturesArgs& args, Console& console) {

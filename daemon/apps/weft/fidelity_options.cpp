@@ -37,7 +37,7 @@ void add_options(CLI::App& command, FidelityArgs& args) {
       ->check(problem_of(sim::parse_times_real_time));
 }
 
-FidelityAsked asked_of(const FidelityArgs& args) {
+FidelityRequest fidelity_request(const FidelityArgs& args) {
   return {read(args.accuracy, sim::parse_accuracy_n),
           read(args.budget, sim::parse_times_real_time)};
 }

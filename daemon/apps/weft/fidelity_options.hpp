@@ -17,6 +17,6 @@ struct FidelityArgs {
 /// A text that cannot be read is refused with the command line.
 void add_options(CLI::App& command, FidelityArgs& args);
 
-FidelityAsked asked_of(const FidelityArgs& args);
+FidelityRequest fidelity_request(const FidelityArgs& args);
 
 }  // namespace weft::daemon::cli

@@ -50,7 +50,7 @@ std::vector<std::string> imprint_groups(const Dataset& dataset,
 
 Result<classifier::FeatureMatrix> imprint_features(const Dataset& dataset,
                                                    const ci::FeaturePlan& plan) {
-  const auto imprints = imprints_of(dataset);
+  const auto imprints = extract_imprints(dataset);
   if (!imprints) return pass(imprints.error());
   auto out = ci::build_matrix(*imprints, plan);
   if (!out) return pass(out.error());
@@ -61,7 +61,7 @@ Result<classifier::FeatureMatrix> imprint_features(const Dataset& dataset,
 double seconds_of_imprint_features(const Dataset& dataset, const ci::FeaturePlan& plan,
                                    const classifier::SecondsNow& seconds_now) {
   constexpr std::size_t timed = 16;
-  const auto imprints = imprints_of(dataset);
+  const auto imprints = extract_imprints(dataset);
   auto features = ci::PlannedFeatures::make(plan);
   if (!imprints || !features || imprints->empty()) return 0.0;
   const std::size_t count = std::min(timed, imprints->size());

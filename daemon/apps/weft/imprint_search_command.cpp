@@ -22,7 +22,7 @@ namespace ci = classifier::imprint;
 /// The imprints to learn from.
 Result<std::vector<ci::Imprint>> imprints_to_search(const ImprintSearchArgs& args,
                                                     const Dataset& dataset) {
-  auto all = imprints_of(dataset);
+  auto all = extract_imprints(dataset);
   if (!all) return pass(all.error(), args.dataset.string());
   if (args.groups.empty()) return all;
   const std::vector<std::string> groups = imprint_groups(dataset, *all);
@@ -47,8 +47,8 @@ Result<ci::ScaleSearchOptions> search_options(const ImprintSearchArgs& args) {
   out.form = args.form == "10" ? ci::Form::full : ci::Form::brief;
   out.rule = *std::ranges::find_if(ci::all_rules,
                                    [&](ci::Rule rule) { return to_string(rule) == args.rule; });
-  out.judge = *std::ranges::find_if(ci::all_experiments,
-                                    [&](ci::Experiment e) { return to_string(e) == args.judge; });
+  out.evaluated_by = *std::ranges::find_if(
+      ci::all_experiments, [&](ci::Experiment e) { return to_string(e) == args.evaluated_by; });
   return out;
 }
 
@@ -78,7 +78,7 @@ void add_options(CLI::App& command, ImprintSearchArgs& args) {
   command.add_option("--rule", args.rule, "what learns")
       ->check(CLI::IsMember(names(ci::all_rules)))
       ->capture_default_str();
-  command.add_option("--judge", args.judge, "what is set aside in turn")
+  command.add_option("--judge", args.evaluated_by, "what is set aside in turn")
       ->check(CLI::IsMember(names(ci::all_experiments)))
       ->capture_default_str();
   command.add_option("--shown", args.shown, "best sets to show")
@@ -114,13 +114,13 @@ Result<int> run_imprint_search(const ImprintSearchArgs& args, Console& console) 
   print(console,
         bench_banner(dataset->info.kind) + "Best of " + std::to_string(ranked->size()) +
             " sets of scales on " + std::to_string(imprints->size()) + " imprints, " + args.rule +
-            ", " + args.judge + ", " + args.form + " features a scale\n" + table.text(),
+            ", " + args.evaluated_by + ", " + args.form + " features a scale\n" + table.text(),
         {{"command", "imprint search"},
          {"bench", to_string(dataset->info.kind)},
          {"imprints", imprints->size()},
          {"sets", ranked->size()},
          {"rule", args.rule},
-         {"judge", args.judge},
+         {"judge", args.evaluated_by},
          {"features", args.form},
          {"best", best}});
   return exit_ok;

@@ -20,7 +20,7 @@ struct ImprintSearchArgs {
   std::size_t most_scales = 3;
   std::string form = "10";
   std::string rule = "least-squares";
-  std::string judge = "2/N";
+  std::string evaluated_by = "2/N";
   std::size_t shown = 10;
 };
 void add_options(CLI::App& command, ImprintSearchArgs& args);

@@ -37,7 +37,7 @@ struct OptionRow {
 };
 
 // A slide may have been heard: then its sound and vibration can be asked about.
-constexpr Instead if_heard{for_slides, "--method with it"};
+constexpr Instead if_vibration{for_slides, "--method with it"};
 
 const std::vector<OptionRow>& options_by_kind() {
   static const std::vector<OptionRow> rows = {
@@ -86,20 +86,20 @@ const std::vector<OptionRow>& options_by_kind() {
       {"--tie", for_fabrics},
       {"--method", for_recordings},
       {"--importance", for_recordings},
-      {"--features", for_recordings, {{for_imprints, "--imprint-features"}, if_heard}},
-      {"--combine", for_recordings, {if_heard}},
-      {"--components", for_recordings, {if_heard}},
+      {"--features", for_recordings, {{for_imprints, "--imprint-features"}, if_vibration}},
+      {"--combine", for_recordings, {if_vibration}},
+      {"--components", for_recordings, {if_vibration}},
       {"--step-s",
        for_even_steps,
        {{for_slides, "--window-step-s"}, {for_random, "--per-recording"}}},
-      {"--protocol", for_cut, {if_heard}},
-      {"--blocks", bit(DataKind::parts), {if_heard}},
-      {"--per-recording", for_random, {if_heard}},
+      {"--protocol", for_cut, {if_vibration}},
+      {"--blocks", bit(DataKind::parts), {if_vibration}},
+      {"--per-recording", for_random, {if_vibration}},
   };
   return rows;
 }
 
-std::string_view words_of(DataKind kind) {
+std::string_view describe_kind(DataKind kind) {
   switch (kind) {
     case DataKind::slides:
       return "slides over a tactile array";
@@ -117,7 +117,7 @@ std::string_view words_of(DataKind kind) {
 
 }  // namespace
 
-void note_given(CLI::App& command, GivenOptions& given) {
+void record_given(CLI::App& command, GivenOptions& given) {
   for (CLI::Option* option : command.get_options())
     option->each([&given, name = option->get_name()](const std::string&) { given.insert(name); });
 }
@@ -138,7 +138,7 @@ Status check_given(const GivenOptions& given, DataKind kind) {
   if (!hint.empty()) hint.front() = 'F';
   return fail({.code = Errc::invalid_argument,
                .where = joined(refused),
-               .what = "not for " + std::string(words_of(kind)),
+               .what = "not for " + std::string(describe_kind(kind)),
                .hint = hint});
 }
 

@@ -28,7 +28,7 @@ using GivenOptions = std::set<std::string>;
 
 /// Has every option that `command` has by now note its name in `given` when it is typed. `given`
 /// must stay where it is.
-void note_given(CLI::App& command, GivenOptions& given);
+void record_given(CLI::App& command, GivenOptions& given);
 
 /// Errors: invalid_argument, one for all options that say nothing about this kind (where: their
 /// names), with what to take for them where there is something. An option that nothing is known of

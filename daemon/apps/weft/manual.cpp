@@ -63,7 +63,7 @@ std::string paragraph(const CLI::Option& option) {
   return ".TP\n" + head + "\n" + roff(option.get_description()) + "\n";
 }
 
-std::string options_of(const CLI::App& app) {
+std::string list_options(const CLI::App& app) {
   std::string out;
   for (const CLI::Option* option : app.get_options())
     if (app.get_parent() == nullptr || option != app.get_help_ptr()) out += paragraph(*option);
@@ -72,11 +72,11 @@ std::string options_of(const CLI::App& app) {
 
 std::string section(const CLI::App& app) {
   return ".SS " + roff(path_of(app)) + "\n" + synopsis(app) + "\n.PP\n" +
-         roff(app.get_description()) + ".\n" + options_of(app);
+         roff(app.get_description()) + ".\n" + list_options(app);
 }
 
 // What a shell may put next: commands and flags, those of the root everywhere.
-std::string words_of(const CLI::App& app, const CLI::App& root) {
+std::string describe_command(const CLI::App& app, const CLI::App& root) {
   std::vector<std::string> words;
   for (const CLI::App* command : commands_of(app)) words.push_back(command->get_name());
   for (const CLI::Option* option : app.get_options())
@@ -93,7 +93,7 @@ std::string manual_page(const CLI::App& root) {
   const std::string name = root.get_name();
   std::string out = ".TH " + roff(name) + " 1 \"\" \"Weft\" \"User Commands\"\n.SH NAME\n" +
                     roff(name) + " \\- " + roff(root.get_description()) + "\n.SH SYNOPSIS\n" +
-                    synopsis(root) + "\n.SH OPTIONS\n" + options_of(root);
+                    synopsis(root) + "\n.SH OPTIONS\n" + list_options(root);
   const std::vector<const CLI::App*> commands = commands_of(root);
   if (!commands.empty()) out += ".SH COMMANDS\n";
   for (const CLI::App* command : commands)
@@ -107,7 +107,7 @@ std::string bash_completion(const CLI::App& root) {
   const std::string name = root.get_name();
   std::string cases;
   for_each_command(root, [&](const CLI::App& app) {
-    cases += "    '" + path_of(app) + "') words='" + words_of(app, root) + "' ;;\n";
+    cases += "    '" + path_of(app) + "') words='" + describe_command(app, root) + "' ;;\n";
   });
   return "# bash completion of " + name + ", made by `" + name + " completion`\n_" + name +
          "() {\n"

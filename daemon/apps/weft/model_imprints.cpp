@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "classifier/imprint/imprint_model.hpp"
-#include "daemon/apps/weft/answer_words.hpp"
+#include "daemon/apps/weft/answer_text.hpp"
 #include "daemon/apps/weft/classify_command.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/standard_input.hpp"
@@ -17,28 +17,28 @@ namespace {
 
 namespace ci = classifier::imprint;
 
-struct AskedImprints {
+struct LoadedImprints {
   BenchKind bench = BenchKind::unknown;
   ci::TaxelGrid grid;
   std::vector<ci::Imprint> imprints;
 };
 
-Result<AskedImprints> of_image(const std::filesystem::path& path) {
+Result<LoadedImprints> of_image(const std::filesystem::path& path) {
   auto image = read_image(path);
   if (!image) return pass(image.error());
   const ci::TaxelGrid grid{image->rows(), image->cols()};
-  return AskedImprints{BenchKind::unknown, grid, {{std::move(*image), path.string(), {}, {}}}};
+  return LoadedImprints{BenchKind::unknown, grid, {{std::move(*image), path.string(), {}, {}}}};
 }
 
-Result<AskedImprints> asked_imprints(const std::filesystem::path& path, std::istream* in) {
+Result<LoadedImprints> load_imprints(const std::filesystem::path& path, std::istream* in) {
   if (path != "-" && path.extension() != ".h5") return of_image(path);
   const auto dataset = path == "-" ? trials_from(in) : open_dataset(path);
   if (!dataset) return pass(dataset.error());
-  auto imprints = imprints_of(*dataset);
+  auto imprints = extract_imprints(*dataset);
   if (!imprints) return pass(imprints.error());
-  const auto grid = grid_of(*dataset, *imprints);
+  const auto grid = find_grid(*dataset, *imprints);
   if (!grid) return pass(grid.error());
-  return AskedImprints{dataset->info.kind, *grid, std::move(*imprints)};
+  return LoadedImprints{dataset->info.kind, *grid, std::move(*imprints)};
 }
 
 }  // namespace
@@ -49,15 +49,15 @@ Result<int> run_classify_imprints(const ClassifyArgs& args, Console& console) {
   std::ifstream in(args.model, std::ios::binary);
   const auto model = ci::load_imprint_model(in);
   if (!model) return pass(model.error(), args.model.string());
-  const auto asked = asked_imprints(args.trials, console.in);
-  if (!asked) return pass(asked.error(), args.trials.string());
-  const auto answers =
-      ci::classify_imprints(*model, asked->grid, asked->imprints, {*kind, args.shortlist, nullptr});
+  const auto loaded = load_imprints(args.trials, console.in);
+  if (!loaded) return pass(loaded.error(), args.trials.string());
+  const auto answers = ci::classify_imprints(*model, loaded->grid, loaded->imprints,
+                                             {*kind, args.shortlist, nullptr});
   if (!answers) return pass(answers.error(), args.trials.string());
-  std::string text = bench_banner(asked->bench) + trained_banner(model->provenance);
-  std::vector<AnsweredTrial> list;
+  std::string text = bench_banner(loaded->bench) + trained_banner(model->provenance);
+  std::vector<PredictedTrial> list;
   for (std::size_t i = 0; i < answers->size(); ++i) {
-    list.push_back({asked->imprints[i].file, asked->imprints[i].label, (*answers)[i]});
+    list.push_back({loaded->imprints[i].file, loaded->imprints[i].label, (*answers)[i]});
     text += answer_line(model->learner, list.back());
   }
   print(console, text,
@@ -66,9 +66,9 @@ Result<int> run_classify_imprints(const ClassifyArgs& args, Console& console) {
          {"model", args.model.string()},
          {"model_bench", model->provenance.bench},
          {"learner", classifier::to_string(model->learner.kind())},
-         {"bench", to_string(asked->bench)},
+         {"bench", to_string(loaded->bench)},
          {"vote", args.vote},
-         {"imprints", answers_json(model->learner, model->aids.has_value(), list)}});
+         {"imprints", answers_json(model->learner, model->postprocessing.has_value(), list)}});
   return exit_ok;
 }
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "classifier/vibro/recording_model.hpp"
-#include "daemon/apps/weft/answer_words.hpp"
+#include "daemon/apps/weft/answer_text.hpp"
 #include "daemon/apps/weft/classify_command.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/evaluate_recordings.hpp"
@@ -18,7 +18,7 @@
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/base/version/software_version.hpp"
-#include "daemon/pages/plot/too_short_words.hpp"
+#include "daemon/pages/plot/too_short_text.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -41,7 +41,7 @@ Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
                  .what = "a model has one learner",
                  .expected = "one name",
                  .got = joined(choice.methods, ",")});
-  const auto features = features_of(choice);
+  const auto features = parse_feature_choice(choice);
   if (!features) return pass(features.error());
   const auto method = vibro::method_from(choice.methods.empty() ? "LDA" : choice.methods.front());
   if (!method) return pass(method.error(), "--method");
@@ -57,7 +57,7 @@ Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
   return out;
 }
 
-std::string words_of(const RecordingPlan& plan, const std::string& exploration) {
+std::string format_plan(const RecordingPlan& plan, const std::string& exploration) {
   return std::string(vibro::to_string(plan.pipeline.method)) + ", " +
          std::string(vibro::to_string(plan.setup.features.family)) + " " +
          std::string(vibro::to_string(plan.setup.features.combine)) + ", " +
@@ -87,10 +87,10 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   const auto plan = plan_for(args, *set);
   if (!plan) return pass(plan.error());
   const double began_s = steady_wall_seconds();
-  const auto model =
-      vibro::train_recording_model(set->recordings, plan->setup, plan->pipeline,
-                                   {std::string(to_string(set->kind)), recordings_sha256(*set),
-                                    software_version(), words_of(*plan, args.trials.exploration)});
+  const auto model = vibro::train_recording_model(
+      set->recordings, plan->setup, plan->pipeline,
+      {std::string(to_string(set->kind)), recordings_sha256(*set), software_version(),
+       format_plan(*plan, args.trials.exploration)});
   if (!model) return pass(model.error(), args.dataset.string());
   const double train_s = steady_wall_seconds() - began_s;
   const auto too_short = vibro::too_short_for(plan->setup, set->recordings);
@@ -100,9 +100,9 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());
   print(console,
         bench_banner(set->kind) + args.out.string() + ": " + std::to_string(model->labels.size()) +
-            " textures, " + words_of(*plan, args.trials.exploration) + ", trained on " +
+            " textures, " + format_plan(*plan, args.trials.exploration) + ", trained on " +
             std::to_string(trained) + " recordings in " + duration(train_s) + "\n" +
-            (too_short.empty() ? "" : "  " + too_short_words(too_short) + "\n"),
+            (too_short.empty() ? "" : "  " + format_too_short(too_short) + "\n"),
         {{"command", "train"},
          {"kind", "recordings"},
          {"file", args.out.string()},

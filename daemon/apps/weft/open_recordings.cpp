@@ -9,7 +9,7 @@ Result<RecordingSet> open_all_recordings(const std::filesystem::path& path) {
   if (is_recordings_file(path)) return read_recordings(path);
   const auto dataset = open_dataset(path);
   if (!dataset) return pass(dataset.error());
-  auto out = recordings_of(*dataset);
+  auto out = extract_recordings(*dataset);
   if (!out) return pass(out.error(), path.string());
   return out;
 }
@@ -32,9 +32,9 @@ Result<RecordingSet> open_recordings(const std::filesystem::path& path,
   }
   const auto dataset = open_dataset(path);
   if (!dataset) return pass(dataset.error());
-  const auto chosen = exploration_of(*dataset, exploration, one_exploration);
+  const auto chosen = find_exploration(*dataset, exploration, one_exploration);
   if (!chosen) return pass(chosen.error(), path.string());
-  auto out = recordings_of(*dataset, *chosen);
+  auto out = extract_recordings(*dataset, *chosen);
   if (!out) return pass(out.error(), path.string());
   return out;
 }

@@ -24,7 +24,7 @@ void add_options(CLI::App& command, PluginArgs& args) {
                    "leave out the drivers that are built in: for a plugin of the same name");
 }
 
-PluginSettings settings_of(const PluginArgs& args, const Console& console) {
+PluginSettings make_settings(const PluginArgs& args, const Console& console) {
   PluginSettings settings;
   settings.folders = args.folders;
   settings.builtins = !args.only;

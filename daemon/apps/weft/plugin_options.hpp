@@ -21,6 +21,6 @@ void add_options(CLI::App& command, PluginArgs& args);
 
 /// The folders of the command line, then those of WEFT_PLUGIN_PATH, separated by colons. A plugin
 /// that hangs ends the process with exit_failure after the sentence (and the object of --json).
-PluginSettings settings_of(const PluginArgs& args, const Console& console);
+PluginSettings make_settings(const PluginArgs& args, const Console& console);
 
 }  // namespace weft::daemon::cli

@@ -13,13 +13,13 @@ using nlohmann::json;
 std::string queue_text(const json& queue) {
   const json by = queue.value("paused_by", json());
   std::string text = by.is_string() ? "paused by " + by.get<std::string>() + "\n" : "";
-  for (const json& run : queue.at("runs")) text += run_line(run);
+  for (const json& run : queue.at("runs")) text += format_run(run);
   return text.empty() ? "nobody waits\n" : text;
 }
 
 /// Asks, and prints what the queue is then.
-Result<int> queue_asked(const SocketArgs& args, std::string_view method, const json& params,
-                        Console& console) {
+Result<int> call_queue(const SocketArgs& args, std::string_view method, const json& params,
+                       Console& console) {
   auto daemon = opened(args);
   if (!daemon) return pass(daemon.error());
   const auto queue = call(*daemon, method, params);
@@ -60,7 +60,7 @@ void add_options(CLI::App& command, QueueStartArgs& args) {
 }
 
 Result<int> run_queue_list(const QueueListArgs& args, Console& console) {
-  return queue_asked(args, "queue.list", json::object(), console);
+  return call_queue(args, "queue.list", json::object(), console);
 }
 
 Result<int> run_queue_add(const QueueAddArgs& args, Console& console) {
@@ -72,20 +72,20 @@ Result<int> run_queue_add(const QueueAddArgs& args, Console& console) {
   const auto run =
       under_lease(*daemon, {"weft queue add " + args.recipe}, "queue.add", std::move(params));
   if (!run) return pass(run.error());
-  print(console, run_line(*run), *run);
+  print(console, format_run(*run), *run);
   return exit_ok;
 }
 
 Result<int> run_queue_remove(const QueueRemoveArgs& args, Console& console) {
-  return queue_asked(args, "queue.remove", {{"run", args.run}}, console);
+  return call_queue(args, "queue.remove", {{"run", args.run}}, console);
 }
 
 Result<int> run_queue_move(const QueueMoveArgs& args, Console& console) {
-  return queue_asked(args, "queue.move", {{"run", args.run}, {"place", args.place}}, console);
+  return call_queue(args, "queue.move", {{"run", args.run}, {"place", args.place}}, console);
 }
 
 Result<int> run_queue_pause(const QueuePauseArgs& args, Console& console) {
-  return queue_asked(args, "queue.pause", json::object(), console);
+  return call_queue(args, "queue.pause", json::object(), console);
 }
 
 Result<int> run_queue_start(const QueueStartArgs& args, Console& console) {

@@ -14,7 +14,7 @@
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/certificate/verify_json.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
-#include "daemon/storage/recorder/campaign_past.hpp"
+#include "daemon/storage/recorder/campaign_history.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -27,7 +27,7 @@ bool out_of_plan(const CampaignSummary& summary) {
 }
 
 /// Somebody ended it before its plan was done: the last order that does so counts.
-void note_order(const JournalEntry& entry, recipes::Outcome& outcome) {
+void apply_journal_order(const JournalEntry& entry, recipes::Outcome& outcome) {
   if (entry.kind == "stop_requested") outcome = recipes::Outcome::aborted;
   if (entry.kind != "order") return;
   const auto payload = nlohmann::json::parse(entry.payload_json, nullptr, false);
@@ -43,7 +43,7 @@ Status add_journal(const fs::path& campaign, CampaignSummary& summary) {
   if (!journal) return pass(journal.error());
   for (const JournalEntry& entry : *journal) {
     summary.virtual_s = std::max(summary.virtual_s, to_seconds(entry.time));
-    if (out_of_plan(summary)) note_order(entry, summary.outcome);
+    if (out_of_plan(summary)) apply_journal_order(entry, summary.outcome);
     if (entry.kind != "simulation") continue;
     auto note = simulation_note_from(entry.payload_json);
     if (!note) return pass(note.error(), campaign.string());
@@ -62,21 +62,21 @@ void add_force(const Dataset& dataset, ForceTally& all) {
 }
 
 /// Of the files. Whether somebody cleaned up and how the rig stands is not in them.
-Result<CampaignSummary> summary_of(const fs::path& folder, const VerifyReport& verified,
-                                   const Dataset& dataset) {
+Result<CampaignSummary> load_summary(const fs::path& folder, const VerifyReport& verified,
+                                     const Dataset& dataset) {
   CampaignSummary out;
   out.campaign_file = folder / campaign_file_name;
   out.dataset_file = folder / dataset_file_name;
-  const auto past = load_past(out.campaign_file);
-  if (!past) return pass(past.error());
-  out.name = past->info.name;
-  out.bench = past->info.kind;
+  const auto history = load_history(out.campaign_file);
+  if (!history) return pass(history.error());
+  out.name = history->info.name;
+  out.bench = history->info.kind;
   out.cleanup = recipes::Cleanup::skipped;
   out.rig = recipes::RigFact::unknown;
-  out.trials_planned = past->progress.planned;
-  out.trials_complete = past->complete();
-  out.trials_ended_early = past->ended_early();
-  out.takes_rejected = past->rejected();
+  out.trials_planned = history->progress.planned;
+  out.trials_complete = history->complete();
+  out.trials_ended_early = history->ended_early();
+  out.attempts_rejected = history->rejected();
   out.dataset_sha256 = verified.dataset_sha256;
   if (out.trials_complete < out.trials_planned)
     out.outcome = verified.finished ? recipes::Outcome::failed : recipes::Outcome::interrupted;
@@ -87,21 +87,21 @@ Result<CampaignSummary> summary_of(const fs::path& folder, const VerifyReport& v
 }
 
 /// Imprints, sweeps and slides that ended early have pages and commands of their own.
-bool trades(const ReportArgs& args, const Dataset& dataset) {
-  return !args.no_trade && dataset.info.ended_early.empty() && !holds_imprints(dataset) &&
-         dataset.info.factors.empty() && explorations_of(dataset).size() > 0;
+bool tradeoffs(const ReportArgs& args, const Dataset& dataset) {
+  return !args.no_tradeoff && dataset.info.ended_early.empty() && !holds_imprints(dataset) &&
+         dataset.info.factors.empty() && list_explorations(dataset).size() > 0;
 }
 
-Result<std::string> trade_sections(const ReportArgs& args, const CampaignSummary& summary,
-                                   Console& console) {
+Result<std::string> tradeoff_sections(const ReportArgs& args, const CampaignSummary& summary,
+                                      Console& console) {
   TradeClassifierArgs how;
   how.datasets = {summary.dataset_file};
   how.vary = args.vary;
-  how.splits = args.trade_splits;
+  how.splits = args.tradeoff_splits;
   std::string text;
-  const auto report = measured_trade(how, console, text);
+  const auto report = measured_tradeoff(how, console, text);
   if (!report) return pass(report.error());
-  auto sections = trade_sections_html(*report);
+  auto sections = tradeoff_sections_html(*report);
   if (!sections) return sections;
   return "<section>\n<h2>Speed against accuracy</h2>\n<p>" + std::string(report->timing) +
          ".</p>\n</section>\n" + *sections;
@@ -150,10 +150,10 @@ void add_options(CLI::App& command, ReportArgs& args) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->capture_default_str();
-  command.add_option("--trade-splits", args.trade_splits, "random splits of that")
+  command.add_option("--trade-splits", args.tradeoff_splits, "random splits of that")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
-  command.add_flag("--no-trade", args.no_trade, "leave speed against accuracy out");
+  command.add_flag("--no-trade", args.no_tradeoff, "leave speed against accuracy out");
   command
       .add_option("--fidelity", args.fidelity,
                   "table of weft trade sim, such as sim/fidelity.json: what the plant's fidelity "
@@ -167,31 +167,31 @@ Result<int> run_report(const ReportArgs& args, Console& console) {
   if (!verified) return pass(verified.error());
   const auto dataset = open_dataset(args.folder / dataset_file_name);
   if (!dataset) return pass(dataset.error());
-  const auto summary = summary_of(args.folder, *verified, *dataset);
+  const auto summary = load_summary(args.folder, *verified, *dataset);
   if (!summary) return pass(summary.error());
   ReportExtras extras{&*verified, {}};
-  if (trades(args, *dataset)) {
-    auto sections = trade_sections(args, *summary, console);
+  if (tradeoffs(args, *dataset)) {
+    auto sections = tradeoff_sections(args, *summary, console);
     const bool is_whole = summary->outcome == recipes::Outcome::complete;
     if (!sections && is_whole) return pass(sections.error());
     if (sections)
-      extras.trade_html = std::move(*sections);
+      extras.tradeoff_html = std::move(*sections);
     else  // too few trials to split, perhaps
       console.err << "speed against accuracy is left out: " << to_string(sections.error()) << '\n';
   }
   const auto fidelity = fidelity_section(args, *summary);
   if (!fidelity) return pass(fidelity.error());
-  extras.trade_html += *fidelity;
+  extras.tradeoff_html += *fidelity;
   const auto report = write_report_to(*summary, *dataset, args.out, args.repeats, extras, console);
   if (!report) return pass(report.error());
   if (report->not_classified)
     console.err << "not classified: " << to_string(*report->not_classified) << std::endl;
-  nlohmann::json told{{"command", "report"},
-                      {"bench", to_string(summary->bench)},
-                      {"report_html", report->html.string()},
-                      {"report_json", report->json.string()},
-                      {"verified", verify_json(*verified)}};
-  print(console, report->summary + "Report: " + report->html.string() + "\n", told);
+  nlohmann::json summary_json{{"command", "report"},
+                              {"bench", to_string(summary->bench)},
+                              {"report_html", report->html.string()},
+                              {"report_json", report->json.string()},
+                              {"verified", verify_json(*verified)}};
+  print(console, report->summary + "Report: " + report->html.string() + "\n", summary_json);
   return verified->holds() ? exit_ok : exit_failure;
 }
 

@@ -18,8 +18,8 @@ struct ReportArgs {
   std::filesystem::path out;     ///< page; its JSON document goes beside it
   std::size_t repeats = 30;      ///< random splits, as of weft run
   std::vector<std::string> vary{"features", "learner", "slide"};  ///< of the classifier's trade
-  bool no_trade = false;
-  std::size_t trade_splits = 5;
+  bool no_tradeoff = false;
+  std::size_t tradeoff_splits = 5;
   std::filesystem::path fidelity;  ///< table of weft trade sim; empty: no such section
 };
 void add_options(CLI::App& command, ReportArgs& args);

@@ -7,16 +7,16 @@
 
 #include "daemon/analysis/report/json_parts.hpp"
 #include "daemon/analysis/report/report.hpp"
-#include "daemon/analysis/report/simulation_words.hpp"
+#include "daemon/analysis/report/simulation_text.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"
+#include "daemon/apps/weft/console_prompt.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/embedded_daemon.hpp"
 #include "daemon/apps/weft/file_problems.hpp"
 #include "daemon/apps/weft/number_range.hpp"
-#include "daemon/apps/weft/operator_prompt.hpp"
-#include "daemon/apps/weft/own_daemon.hpp"
 #include "daemon/apps/weft/progress.hpp"
-#include "daemon/apps/weft/rig_words.hpp"
-#include "daemon/apps/weft/run_hand_over.hpp"
+#include "daemon/apps/weft/rig_text.hpp"
+#include "daemon/apps/weft/run_handover.hpp"
 #include "daemon/apps/weft/stop_signals.hpp"
 #include "daemon/apps/weft/table.hpp"
 #include "daemon/apps/weft/train_options.hpp"
@@ -48,9 +48,9 @@ json summary_json(const CampaignSummary& s) {
 std::string summary_text(const CampaignSummary& s) {
   Table facts(Align::left);
   facts.row({"trials", std::to_string(s.trials_complete) + " of " +
-                           std::to_string(s.trials_planned) + " complete" + ended_early_words(s)});
-  if (s.takes_rejected > 0)
-    facts.row({"bad takes", std::to_string(s.takes_rejected) + ", kept and taken again"});
+                           std::to_string(s.trials_planned) + " complete" + format_ended_early(s)});
+  if (s.attempts_rejected > 0)
+    facts.row({"bad takes", std::to_string(s.attempts_rejected) + ", kept and taken again"});
   if (s.virtual_s > 0) facts.row({"bench time", duration(s.virtual_s)});
   facts.row({"wall time", duration(s.wall_s)});
   if (s.force.samples > 0)
@@ -61,7 +61,7 @@ std::string summary_text(const CampaignSummary& s) {
     facts.row({"sha256", s.dataset_sha256});
   }
   std::string out = bench_banner(s.bench) + "Campaign " + s.name +
-                    (is_complete(s) ? "" : ", " + incomplete_words(s)) + "\n" + facts.text();
+                    (is_complete(s) ? "" : ", " + format_incomplete(s)) + "\n" + facts.text();
   if (s.error) out += "  first problem: " + to_string(*s.error) + "\n";
   return out + simulation_text(s.simulation);
 }
@@ -89,9 +89,9 @@ CampaignRequest request_of(const RunArgs& args, Console& console) {
           args.rig,
           args.out,
           args.seed,
-          asked_of(args.fidelity),
+          fidelity_request(args.fidelity),
           args.error_check,
-          settings_of(args.plugins, console),
+          make_settings(args.plugins, console),
           args.resume,
           args.level,
           std::chrono::seconds(std::llround(args.level_max_age_h * 3600))};
@@ -113,39 +113,39 @@ json preview_json(const ResumePreview& preview) {
 }
 
 /// Both are told, where there are both.
-template <class Told>
-std::function<void(const Told&)> both(std::function<void(const Told&)> one,
-                                      std::function<void(const Told&)> other) {
+template <class Callback>
+std::function<void(const Callback&)> both(std::function<void(const Callback&)> one,
+                                          std::function<void(const Callback&)> other) {
   if (!other) return one;
-  return [one = std::move(one), other = std::move(other)](const Told& told) {
-    one(told);
-    other(told);
+  return [one = std::move(one), other = std::move(other)](const Callback& print_vote) {
+    one(print_vote);
+    other(print_vote);
   };
 }
 
 /// The campaign as the terminal shows and ends it, beside what its daemon asks of it by `hooks`.
-/// `asks`: the recipe has operator steps.
-Ran run_until_stopped(const RunArgs& args, bool asks, Console& console) {
+/// `prompts`: the recipe has operator steps.
+Ran run_until_stopped(const RunArgs& args, bool prompts, Console& console) {
   ProgressPrinter progress(console.err, console.terminal);
   const StopSignals signals;
   const CampaignRequest request = request_of(args, console);
   const Campaign campaign = [&](CampaignHooks hooks) {
     RunOrders own_orders;
-    std::optional<OperatorPrompt> people;
+    std::optional<ConsolePrompt> people;
     hooks.progress = both<TrialProgress>([&](const auto& line) { progress(line); }, hooks.progress);
-    hooks.device_log = [&](const DeviceLogLine& line) {
+    hooks.device_log = [&](const DeviceLogEntry& line) {
       progress.finish();
       console.err << "weft: " << line.device << ": "
                   << (line.level == LogLevel::error ? "error: " : "warning: ") << line.text
                   << std::endl;
     };
-    hooks.stop = &signals.asked();
+    hooks.stop = &signals.requested();
     if (hooks.orders == nullptr) hooks.orders = &own_orders;
-    if (asks) {
+    if (prompts) {
       people.emplace(args.yes ? -1 : console.keyboard, console.err, *hooks.orders);
-      hooks.moment = both<RunMoment>(
-          [&](const RunMoment& moment) {
-            if (moment.asked) progress.finish();
+      hooks.moment = both<RunStatusUpdate>(
+          [&](const RunStatusUpdate& moment) {
+            if (moment.requested) progress.finish();
             people->moment(moment);
           },
           hooks.moment);
@@ -184,8 +184,7 @@ int unconcluded(const CampaignSummary& s, Console& console) {
 /// Classifies and reports what is complete. What is missing costs the exit status, not the data.
 Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, Console& console) {
   const int recorded = is_complete(summary) ? exit_ok : exit_failure;
-  if (!args.evaluate && is_complete(summary) && summary.wants_hand_over &&
-      !is_handed_over(args.out))
+  if (!args.evaluate && is_complete(summary) && summary.has_handover && !is_handover_done(args.out))
     console.err << "weft: the campaign was not handed over, as its recipe asks, for --no-evaluate "
                    "was given; the same command with --resume in its place does it\n";
   if (!args.evaluate || summary.trials_complete == summary.trials_ended_early) {
@@ -195,7 +194,7 @@ Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, Consol
   const Result<CampaignReport> report = write_report(summary, args.out, args.repeats, console);
   if (!report) return pass(report.error());
   if (!is_complete(summary))
-    console.err << "weft: the campaign is not complete (" << incomplete_words(summary)
+    console.err << "weft: the campaign is not complete (" << format_incomplete(summary)
                 << "); the report is of the complete trials\n";
   if (report->not_classified)
     console.err << "weft: the campaign was not classified, its data are kept in "
@@ -205,14 +204,14 @@ Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, Consol
     console.err << "weft: the campaign was not classified: slides of it ended early, and the whole "
                    "ones are those that the vote was unsure of; weft evaluate does it all the "
                    "same\n";
-  const auto handed = hand_over_of(summary, args.out, console);
-  if (handed && handed->failed)
+  const auto result = handover_of_run(summary, args.out, console);
+  if (result && result->failed)
     console.err << "weft: the campaign was not handed over, its data are kept in "
-                << summary.dataset_file.string() << ": " << to_string(*handed->failed) << '\n';
+                << summary.dataset_file.string() << ": " << to_string(*result->failed) << '\n';
   json out = report_json(summary, *report);
-  if (handed) out["handover"] = json_of(*handed);
-  print(console, report_text(*report) + (handed ? text_of(*handed) : ""), out);
-  return report->not_classified || (handed && handed->failed) ? exit_failure : recorded;
+  if (result) out["handover"] = json_of(*result);
+  print(console, report_text(*report) + (result ? format_text(*result) : ""), out);
+  return report->not_classified || (result && result->failed) ? exit_failure : recorded;
 }
 
 }  // namespace
@@ -252,7 +251,7 @@ void add_options(CLI::App& command, RunArgs& args) {
 }
 
 Result<int> run_run(const RunArgs& args, Console& console) {
-  const ReadersMayGo to_the_end;
+  const IgnoreBrokenPipe to_the_end;
   if (auto ok = refuse_inputs_as_outputs(args); !ok) return pass(ok.error());
   const Result<Preflight> found = preflight(request_of(args, console));
   if (!found) return pass(found.error());
@@ -271,23 +270,23 @@ Result<int> run_run(const RunArgs& args, Console& console) {
     }
     console.err << preview_text(*preview);
   }
-  const bool asks = found->plan->forecast.asks > 0;
-  if (asks && !args.yes && console.keyboard < 0)
+  const bool prompts = found->plan->forecast.prompts > 0;
+  if (prompts && !args.yes && console.keyboard < 0)
     return fail(
         {.code = Errc::unsupported,
          .where = "operator_steps",
          .what = "the recipe asks for people, and standard input is no terminal",
          .expected = "a terminal, or --yes",
-         .got = std::to_string(found->plan->forecast.asks) + " requests",
+         .got = std::to_string(found->plan->forecast.prompts) + " requests",
          .hint =
              "With weftd people confirm by weft confirm; --yes is for a bench that needs nobody"});
-  const auto [summary, signal] = run_until_stopped(args, asks, console);
+  const auto [summary, signal] = run_until_stopped(args, prompts, console);
   if (!summary && signal == 0) return pass(summary.error());
   if (!summary) {
     report(console, summary.error());
     return exit_signal + signal;
   }
-  if (const std::string left = rig_words(summary->cleanup, summary->rig); !left.empty())
+  if (const std::string left = format_rig(summary->cleanup, summary->rig); !left.empty())
     console.err << "weft: " << left << std::endl;
   if (summary->dataset_error)
     console.err << "weft: the campaign was not concluded, what is on record is kept in "

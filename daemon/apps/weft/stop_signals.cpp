@@ -4,7 +4,7 @@ namespace weft::daemon::cli {
 namespace {
 
 // A signal handler reaches nothing but what is static.
-std::atomic<bool> stop_asked{false};
+std::atomic<bool> stop_requested{false};
 std::atomic<int> stop_number{0};
 std::atomic<bool> hung_up{false};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
@@ -12,12 +12,12 @@ static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_alw
 extern "C" void on_stop_signal(int number) {
   if (number == SIGHUP) {  // no person's word: one that follows is the first
     hung_up.store(true);
-    stop_asked.store(true);
+    stop_requested.store(true);
     return;
   }
   int none = 0;
   const bool first = stop_number.compare_exchange_strong(none, number);
-  stop_asked.store(true);
+  stop_requested.store(true);
   signal(SIGINT, SIG_DFL);
   signal(SIGTERM, SIG_DFL);
   if (!first) raise(number);  // two threads were told at once; it ends when this one returns
@@ -39,18 +39,18 @@ void install(int number, struct sigaction& before) {
 
 }  // namespace
 
-ReadersMayGo::ReadersMayGo() {
+IgnoreBrokenPipe::IgnoreBrokenPipe() {
   struct sigaction ignored {};
   ignored.sa_handler = SIG_IGN;
   sigaction(SIGPIPE, &ignored, &before_);
 }
 
-ReadersMayGo::~ReadersMayGo() {
+IgnoreBrokenPipe::~IgnoreBrokenPipe() {
   sigaction(SIGPIPE, &before_, nullptr);
 }
 
 StopSignals::StopSignals() {
-  stop_asked.store(false);
+  stop_requested.store(false);
   stop_number.store(0);
   hung_up.store(false);
   install(SIGINT, before_interrupt_);
@@ -64,13 +64,13 @@ StopSignals::~StopSignals() {
   sigaction(SIGHUP, &before_hangup_, nullptr);
 }
 
-const std::atomic<bool>& StopSignals::asked() const {
-  return stop_asked;
+const std::atomic<bool>& StopSignals::requested() const {
+  return stop_requested;
 }
 
 int StopSignals::number() const {
-  const int asked = stop_number.load();
-  return asked == 0 && hung_up.load() ? SIGHUP : asked;
+  const int requested = stop_number.load();
+  return requested == 0 && hung_up.load() ? SIGHUP : requested;
 }
 
 }  // namespace weft::daemon::cli

@@ -10,20 +10,21 @@ namespace weft::daemon::cli {
 
 /// While it lives, who reads what is printed may go, as `| head` does: writing fails then, where it
 /// would have ended the process and left the probe where it is.
-class ReadersMayGo {
+class IgnoreBrokenPipe {
  public:
-  ReadersMayGo();
-  ~ReadersMayGo();  ///< puts the action back that was there before
-  ReadersMayGo(const ReadersMayGo&) = delete;
-  ReadersMayGo& operator=(const ReadersMayGo&) = delete;
+  IgnoreBrokenPipe();
+  ~IgnoreBrokenPipe();  ///< puts the action back that was there before
+  IgnoreBrokenPipe(const IgnoreBrokenPipe&) = delete;
+  IgnoreBrokenPipe& operator=(const IgnoreBrokenPipe&) = delete;
 
  private:
   struct sigaction before_ {};
 };
 
-/// While it lives, the first SIGINT, SIGTERM or SIGHUP sets asked(), and the first two then have
-/// their default effect again; of a closed terminal the kernel and the shell both tell, so SIGHUP
-/// never ends the process. A signal that was ignored, as by nohup, stays ignored. One at a time.
+/// While it lives, the first SIGINT, SIGTERM or SIGHUP sets requested(), and the first two then
+/// have their default effect again; of a closed terminal the kernel and the shell both tell, so
+/// SIGHUP never ends the process. A signal that was ignored, as by nohup, stays ignored. One at a
+/// time.
 class StopSignals {
  public:
   StopSignals();
@@ -31,7 +32,7 @@ class StopSignals {
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
 
-  [[nodiscard]] const std::atomic<bool>& asked() const;
+  [[nodiscard]] const std::atomic<bool>& requested() const;
   /// The signal that came, or 0.
   [[nodiscard]] int number() const;
 
@@ -39,7 +40,7 @@ class StopSignals {
   struct sigaction before_interrupt_ {};
   struct sigaction before_terminate_ {};
   struct sigaction before_hangup_ {};
-  ReadersMayGo readers_may_go_;
+  IgnoreBrokenPipe ignore_broken_pipe_;
 };
 
 }  // namespace weft::daemon::cli

@@ -8,7 +8,7 @@ namespace weft::daemon::cli {
 namespace {
 
 // Characters, not bytes: continuation bytes of UTF-8 take no room on the screen.
-std::size_t width_of(const std::string& text) {
+std::size_t text_width(const std::string& text) {
   return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
     return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;
   }));
@@ -24,13 +24,13 @@ std::string Table::text(const std::string& indent) const {
   std::vector<std::size_t> width;
   for (const auto& row : rows_) {
     width.resize(std::max(width.size(), row.size()));
-    for (std::size_t k = 0; k < row.size(); ++k) width[k] = std::max(width[k], width_of(row[k]));
+    for (std::size_t k = 0; k < row.size(); ++k) width[k] = std::max(width[k], text_width(row[k]));
   }
   std::string out;
   for (const auto& row : rows_) {
     std::string line = indent;
     for (std::size_t k = 0; k < row.size(); ++k) {
-      const std::string padding(width[k] - width_of(row[k]), ' ');
+      const std::string padding(width[k] - text_width(row[k]), ' ');
       const bool left = k == 0 || others_ == Align::left;
       line += (k == 0 ? "" : "  ") + (left ? row[k] + padding : padding + row[k]);
     }

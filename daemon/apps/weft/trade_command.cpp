@@ -6,7 +6,7 @@
 #include <ostream>
 
 #include "daemon/analysis/tradeoff/measure_classifier.hpp"
-#include "daemon/analysis/tradeoff/trade_page.hpp"
+#include "daemon/analysis/tradeoff/tradeoff_page.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/number_range.hpp"
@@ -22,7 +22,7 @@ namespace {
 constexpr double paper_fraction = 0.4;  // Khan et al. 2016: 8 of 20 trials train
 
 std::string family_problem(const std::string& word) {
-  const auto family = trade_family_from(word);
+  const auto family = tradeoff_family_from(word);
   return family ? std::string() : to_string(family.error());
 }
 
@@ -53,7 +53,7 @@ EvaluateArgs split_args(const TradeClassifierArgs& args, const Dataset& dataset)
   return out;
 }
 
-std::string split_words(const EvaluateArgs& args, std::size_t splits) {
+std::string format_split(const EvaluateArgs& args, std::size_t splits) {
   if (args.leave_one_group_out)
     return std::to_string(splits) + " groups left out in turn, all others train";
   if (args.train_fraction > 0)
@@ -67,19 +67,19 @@ SplitMaker split_maker(const TradeClassifierArgs& args, const Dataset& dataset) 
   const EvaluateArgs how = split_args(args, dataset);
   const std::size_t most = args.splits;
   return [how, most](const classifier::FeatureMatrix& features) -> Result<SplitPlan> {
-    auto splits = splits_of(how, features);
+    auto splits = make_splits(how, features);
     if (!splits) return pass(splits.error());
     if (splits->size() > most) splits->resize(most);
-    std::string words = split_words(how, splits->size());
+    std::string words = format_split(how, splits->size());
     return SplitPlan{std::move(*splits), std::move(words), how.leave_one_group_out};
   };
 }
 
-Result<ClassifierTradeOptions> options_of(const TradeClassifierArgs& args) {
-  ClassifierTradeOptions out;
+Result<ClassifierTradeoffOptions> make_options(const TradeClassifierArgs& args) {
+  ClassifierTradeoffOptions out;
   if (!args.vary.empty()) out.vary.clear();
   for (const std::string& word : args.vary) {
-    const auto family = trade_family_from(word);
+    const auto family = tradeoff_family_from(word);
     if (!family) return pass(family.error(), "--vary");
     out.vary.push_back(*family);
   }
@@ -93,23 +93,23 @@ Result<ClassifierTradeOptions> options_of(const TradeClassifierArgs& args) {
   return out;
 }
 
-Result<TradeSet> measure(const TradeClassifierArgs& args, ClassifierTradeOptions options,
-                         const std::filesystem::path& path, Console& console) {
+Result<TradeoffSet> measure(const TradeClassifierArgs& args, ClassifierTradeoffOptions options,
+                            const std::filesystem::path& path, Console& console) {
   const Result<Dataset> dataset = open_dataset(path);
   if (!dataset) return pass(dataset.error());
   options.split = split_maker(args, *dataset);
   const auto progress = [&](std::size_t step, std::size_t steps, const std::string& what) {
     console.err << "trade " << step + 1 << "/" << steps << ": " << what << std::endl;
   };
-  auto set = measure_classifier_trade(*dataset, options, steady_wall_seconds, progress);
+  auto set = measure_classifier_tradeoff(*dataset, options, steady_wall_seconds, progress);
   if (!set) return pass(set.error(), path.string());
   set->dataset = path.string();
   set->sha256 = dataset_sha256(*dataset);
   return set;
 }
 
-TradeReport empty_report(const TradeClassifierArgs& args) {
-  TradeReport out;
+TradeoffReport empty_report(const TradeClassifierArgs& args) {
+  TradeoffReport out;
   out.title = "Classifier: accuracy against time";
   out.command = "trade classifier";
   out.costs = classifier_costs();
@@ -136,20 +136,20 @@ TradeReport empty_report(const TradeClassifierArgs& args) {
   return out;
 }
 
-Result<std::string> set_text(const TradeSet& set, const std::vector<TradeCost>& costs) {
+Result<std::string> set_text(const TradeoffSet& set, const std::vector<TradeoffCost>& costs) {
   Table table;
   std::vector<std::string> head{"choice", "accuracy %", "95 % interval",
                                 "answer", "sliding",    "training"};
   std::vector<std::vector<std::size_t>> fronts;
-  for (const TradeCost& cost : costs) {
-    auto front = front_of(set, cost);
+  for (const TradeoffCost& cost : costs) {
+    auto front = find_front(set, cost);
     if (!front) return pass(front.error(), set.dataset);
     fronts.push_back(std::move(*front));
     head.push_back("front: " + cost.words);
   }
   table.row(head);
   for (std::size_t i = 0; i < set.points.size(); ++i) {
-    const TradePoint& p = set.points[i];
+    const TradeoffPoint& p = set.points[i];
     std::vector<std::string> row{p.name,
                                  percent(p.accuracy, 2),
                                  percent(p.ci95.low, 2) + " to " + percent(p.ci95.high, 2),
@@ -166,9 +166,9 @@ Result<std::string> set_text(const TradeSet& set, const std::vector<TradeCost>& 
   return out;
 }
 
-Status write(const TradeClassifierArgs& args, const TradeReport& report,
+Status write(const TradeClassifierArgs& args, const TradeoffReport& report,
              const nlohmann::ordered_json& data) {
-  const auto page = trade_html(report);
+  const auto page = tradeoff_html(report);
   if (!page) return pass(page.error());
   if (Status ok = write_text_file(args.out, *page); !ok || args.data.empty()) return ok;
   const std::string text =
@@ -226,11 +226,11 @@ void add_options(CLI::App& command, TradeClassifierArgs& args) {
   add_train_options(command, args.training);
 }
 
-Result<TradeReport> measured_trade(const TradeClassifierArgs& args, Console& console,
-                                   std::string& text) {
-  const auto options = options_of(args);
+Result<TradeoffReport> measured_tradeoff(const TradeClassifierArgs& args, Console& console,
+                                         std::string& text) {
+  const auto options = make_options(args);
   if (!options) return pass(options.error());
-  TradeReport report = empty_report(args);
+  TradeoffReport report = empty_report(args);
   for (const auto& path : args.datasets) {
     auto set = measure(args, *options, path, console);
     if (!set) return pass(set.error());
@@ -246,9 +246,9 @@ Result<int> run_trade_classifier(const TradeClassifierArgs& args, Console& conso
   const Output outputs[] = {{"page", args.out}, {"data", args.data}};
   if (Status ok = check_outputs(args.datasets, outputs); !ok) return pass(ok.error());
   std::string text;
-  const auto report = measured_trade(args, console, text);
+  const auto report = measured_tradeoff(args, console, text);
   if (!report) return pass(report.error());
-  const auto data = trade_json(*report);
+  const auto data = tradeoff_json(*report);
   if (!data) return pass(data.error());
   if (Status ok = write(args, *report, *data); !ok) return pass(ok.error());
   print(console, text + "page: " + args.out.string() + "\n", nlohmann::json(*data));

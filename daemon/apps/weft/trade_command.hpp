@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/analysis/tradeoff/trade_page.hpp"
+#include "daemon/analysis/tradeoff/tradeoff_page.hpp"
 #include "daemon/apps/weft/console.hpp"
 #include "daemon/apps/weft/evaluate_command.hpp"
 
@@ -30,8 +30,8 @@ struct TradeClassifierArgs {
 void add_options(CLI::App& command, TradeClassifierArgs& args);
 
 /// What it measures; `text` gets its tables, for a terminal.
-Result<TradeReport> measured_trade(const TradeClassifierArgs& args, Console& console,
-                                   std::string& text);
+Result<TradeoffReport> measured_tradeoff(const TradeClassifierArgs& args, Console& console,
+                                         std::string& text);
 Result<int> run_trade_classifier(const TradeClassifierArgs& args, Console& console);
 
 }  // namespace weft::daemon::cli

@@ -25,7 +25,7 @@ using Progress = std::function<void(const std::string&)>;
 constexpr const char* no_scene = "none";
 constexpr double quick_slide_s = 2;
 
-Result<std::string> text_of(const std::filesystem::path& path) {
+Result<std::string> read_text(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::stringstream text;
   if (!(text << file.rdbuf()))
@@ -37,8 +37,8 @@ Result<std::string> text_of(const std::filesystem::path& path) {
   return text.str();
 }
 
-Result<sim::FabricLibrary> library_of(const TradeSimArgs& args) {
-  const auto text = text_of(args.fabrics);
+Result<sim::FabricLibrary> load_library(const TradeSimArgs& args) {
+  const auto text = read_text(args.fabrics);
   if (!text) return pass(text.error(), "--fabrics");
   auto library = sim::parse_fabrics(*text);
   if (!library) return pass(library.error(), args.fabrics.string());
@@ -64,8 +64,9 @@ Status check_files(const TradeSimArgs& args) {
                .hint = "Leave out --scenes or --table"});
 }
 
-Result<SimTradeOptions> options_of(const TradeSimArgs& args, const sim::FabricLibrary& library) {
-  SimTradeOptions out;
+Result<SimTradeoffOptions> make_options(const TradeSimArgs& args,
+                                        const sim::FabricLibrary& library) {
+  SimTradeoffOptions out;
   out.scenes = scenes_of(args);
   out.timings = args.timings;
   out.quick = args.quick;
@@ -76,7 +77,7 @@ Result<SimTradeOptions> options_of(const TradeSimArgs& args, const sim::FabricLi
     if (!scene) return pass(scene.error());
     scenes.push_back(std::move(*scene));
   }
-  const auto text = text_of(args.reference);
+  const auto text = read_text(args.reference);
   if (!text) return pass(text.error(), "--reference");
   auto references = read_references(*text, scenes);
   if (!references) return pass(references.error(), args.reference.string());
@@ -100,7 +101,7 @@ std::string command_text(const TradeSimArgs& args) {
   return out;
 }
 
-std::string text_of(const SimSceneResult& scene) {
+std::string read_text(const SimSceneResult& scene) {
   Table table;
   table.row({"setting", "force error", "rms", "of the step", "pads LSB rms", "x real time",
              "median", "front"});
@@ -120,7 +121,7 @@ std::string text_of(const SimSceneResult& scene) {
   return out + "\n";
 }
 
-std::string text_of(const DownstreamResult& result) {
+std::string read_text(const DownstreamResult& result) {
   Table table;
   std::vector<std::string> head{"channels", "learner", "swatches"};
   for (const std::string& level : result.levels) head.push_back("trained " + level);
@@ -156,19 +157,19 @@ Result<DownstreamResult> downstream(const TradeSimArgs& args, const sim::FabricL
   return measure_downstream(library, options, progress);
 }
 
-Status write(const TradeSimArgs& args, const SimTradeReport& report) {
+Status write(const TradeSimArgs& args, const SimTradeoffReport& report) {
   const auto text = [](const nlohmann::ordered_json& object, int indent) {
     return object.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
   };
-  if (Status ok = write_text_file(args.out, sim_trade_html(report)); !ok) return ok;
+  if (Status ok = write_text_file(args.out, sim_tradeoff_html(report)); !ok) return ok;
   if (!args.data.empty())
-    if (Status ok = write_text_file(args.data, text(sim_trade_json(report), 2)); !ok) return ok;
+    if (Status ok = write_text_file(args.data, text(sim_tradeoff_json(report), 2)); !ok) return ok;
   if (args.table.empty()) return {};
   return write_text_file(args.table, text(fidelity_table_json(report), 1));
 }
 
-SimTradeReport empty_report(const TradeSimArgs& args) {
-  SimTradeReport out;
+SimTradeoffReport empty_report(const TradeSimArgs& args) {
+  SimTradeoffReport out;
   out.command = command_text(args);
   out.timing = "processor time of this process, best and median of " +
                std::to_string(args.timings) +
@@ -212,17 +213,17 @@ void add_options(CLI::App& command, TradeSimArgs& args) {
 
 Result<int> run_trade_sim(const TradeSimArgs& args, Console& console) {
   if (Status ok = check_files(args); !ok) return pass(ok.error());
-  const auto library = library_of(args);
+  const auto library = load_library(args);
   if (!library) return pass(library.error());
-  const auto options = options_of(args, *library);
+  const auto options = make_options(args, *library);
   if (!options) return pass(options.error());
-  SimTradeReport report = empty_report(args);
+  SimTradeoffReport report = empty_report(args);
   report.load = load_text();
   const Progress progress = [&](const std::string& what) {
     console.err << "trade: " << what << std::endl;
   };
   if (!options->scenes.empty()) {
-    auto scenes = measure_sim_trade(*library, *options, process_cpu_seconds, progress);
+    auto scenes = measure_sim_tradeoff(*library, *options, process_cpu_seconds, progress);
     if (!scenes) return pass(scenes.error());
     report.scenes = std::move(*scenes);
   }
@@ -234,10 +235,10 @@ Result<int> run_trade_sim(const TradeSimArgs& args, Console& console) {
   report.load += " at the beginning, " + load_text() + " at the end (one-minute average)";
   if (Status ok = write(args, report); !ok) return pass(ok.error());
   std::string text;
-  for (const SimSceneResult& scene : report.scenes) text += text_of(scene);
-  if (report.downstream) text += text_of(*report.downstream);
+  for (const SimSceneResult& scene : report.scenes) text += read_text(scene);
+  if (report.downstream) text += read_text(*report.downstream);
   print(console, text + "page: " + args.out.string() + "\n",
-        nlohmann::json(sim_trade_json(report)));
+        nlohmann::json(sim_tradeoff_json(report)));
   return exit_ok;
 }
 

@@ -5,7 +5,7 @@
 #include <ostream>
 
 #include "daemon/analysis/tradeoff/measure_vibro.hpp"
-#include "daemon/analysis/tradeoff/trade_page.hpp"
+#include "daemon/analysis/tradeoff/tradeoff_page.hpp"
 #include "daemon/analysis/tradeoff/vibro_tables.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
@@ -25,8 +25,8 @@ namespace {
 
 namespace vibro = classifier::vibro;
 
-Result<VibroTradeOptions> vibro_options(const TradeVibroArgs& args) {
-  VibroTradeOptions out;
+Result<VibroTradeoffOptions> vibro_options(const TradeVibroArgs& args) {
+  VibroTradeoffOptions out;
   if (!args.methods.empty()) out.methods.clear();
   for (const std::string& word : args.methods) {
     const auto method = vibro::method_from(word);
@@ -57,19 +57,19 @@ struct NamedSet {
 
 // All of them before the first is measured, which takes long.
 Result<std::vector<NamedSet>> checked_sets(const TradeVibroArgs& args,
-                                           const VibroTradeOptions& options) {
+                                           const VibroTradeoffOptions& options) {
   std::vector<NamedSet> out;
   for (const std::filesystem::path& path : args.datasets) {
     auto set = open_recordings(path, args.exploration, false);
     if (!set) return pass(set.error());
-    if (auto ok = check_vibro_trade(*set, options); !ok) return pass(ok.error(), path.string());
+    if (auto ok = check_vibro_tradeoff(*set, options); !ok) return pass(ok.error(), path.string());
     out.push_back({path.string(), std::move(*set)});
   }
   return out;
 }
 
-TradeReport vibro_report(const TradeVibroArgs& args) {
-  TradeReport out;
+TradeoffReport vibro_report(const TradeVibroArgs& args) {
+  TradeoffReport out;
   out.title = "Sound and vibration: F-score against time";
   out.command = "trade vibro";
   out.costs = classifier_costs();
@@ -94,12 +94,12 @@ TradeReport vibro_report(const TradeVibroArgs& args) {
 }
 
 // The best of each learner, with its time, under each protocol.
-std::string vibro_summary(const TradeSet& set) {
+std::string vibro_summary(const TradeoffSet& set) {
   Table table;
   table.row({"best of", "choice", "F-score", "95 % interval", "answer"});
-  for (const std::string& learner : families_of(std::span(&set, 1))) {
-    const TradePoint* best = nullptr;
-    for (const TradePoint& p : set.points)
+  for (const std::string& learner : list_families(std::span(&set, 1))) {
+    const TradeoffPoint* best = nullptr;
+    for (const TradeoffPoint& p : set.points)
       if (p.family == learner && (best == nullptr || p.accuracy > best->accuracy)) best = &p;
     table.row({learner, best->name, fixed(best->accuracy, 3),
                fixed(best->ci95.low, 3) + " to " + fixed(best->ci95.high, 3),
@@ -108,8 +108,8 @@ std::string vibro_summary(const TradeSet& set) {
   std::string left_out;
   for (const auto& [what, why] : set.left_out)
     left_out += "  left out: " + what + ", " + why + "\n";
-  return bench_banner(set.bench) + set.dataset + "\n  " + daemon::text_of(set.facts.back()) + "\n" +
-         left_out + table.text();
+  return bench_banner(set.bench) + set.dataset + "\n  " + daemon::format_text(set.facts.back()) +
+         "\n" + left_out + table.text();
 }
 
 }  // namespace
@@ -161,7 +161,7 @@ Result<int> run_trade_vibro(const TradeVibroArgs& args, Console& console) {
   if (Status ok = check_outputs(args.datasets, outputs); !ok) return pass(ok.error());
   const auto options = vibro_options(args);
   if (!options) return pass(options.error());
-  TradeReport report = vibro_report(args);
+  TradeoffReport report = vibro_report(args);
   std::string text;
   const auto progress = [&](std::size_t step, std::size_t steps, const std::string& what) {
     console.err << "trade " << step + 1 << "/" << steps << ": " << what << std::endl;
@@ -169,19 +169,19 @@ Result<int> run_trade_vibro(const TradeVibroArgs& args, Console& console) {
   const auto sets = checked_sets(args, *options);
   if (!sets) return pass(sets.error());
   for (const auto& [path, set] : *sets) {
-    const auto trade = measure_vibro_trade(set, *options, steady_wall_seconds, progress);
-    if (!trade) return pass(trade.error(), path);
+    const auto tradeoff = measure_vibro_tradeoff(set, *options, steady_wall_seconds, progress);
+    if (!tradeoff) return pass(tradeoff.error(), path);
     for (const vibro::Protocol protocol : {vibro::Protocol::random, vibro::Protocol::blocks}) {
-      report.sets.push_back(vibro_trade_set(*trade, set, path, protocol));
+      report.sets.push_back(vibro_tradeoff_set(*tradeoff, set, path, protocol));
       text += vibro_summary(report.sets.back());
     }
-    if (const auto tables = vibro_tables_html(*trade, bench_badge(set.kind)); !tables.empty())
+    if (const auto tables = vibro_tables_html(*tradeoff, bench_badge(set.kind)); !tables.empty())
       report.tables_html += "<section>\n<h2>The paper's tables, " + escape(path) + "</h2>\n" +
                             tables + "</section>\n";
   }
-  const auto page = trade_html(report);
+  const auto page = tradeoff_html(report);
   if (!page) return pass(page.error());
-  const auto data = trade_json(report);
+  const auto data = tradeoff_json(report);
   if (!data) return pass(data.error());
   if (Status ok = write_text_file(args.out, *page); !ok) return pass(ok.error());
   if (!args.data.empty())

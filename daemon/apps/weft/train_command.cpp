@@ -16,7 +16,7 @@
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/base/version/software_version.hpp"
-#include "daemon/campaign/live_watch.hpp"
+#include "daemon/campaign/live_classifier.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
 
 namespace weft::daemon::cli {
@@ -58,9 +58,9 @@ json folds_json(const classifier::FoldReport& report) {
 // Of a data set of imprints; nothing of fabrics.
 Result<std::optional<ci::ImprintSetup>> imprint_setup(const ChosenTrials& chosen) {
   if (!chosen.imprint_plan) return std::nullopt;
-  const auto imprints = imprints_of(chosen.dataset);
+  const auto imprints = extract_imprints(chosen.dataset);
   if (!imprints) return pass(imprints.error());
-  const auto grid = grid_of(chosen.dataset, *imprints);
+  const auto grid = find_grid(chosen.dataset, *imprints);
   if (!grid) return pass(grid.error());
   return ci::ImprintSetup{*grid, *chosen.imprint_plan};
 }
@@ -69,8 +69,8 @@ Result<std::optional<ci::ImprintSetup>> imprint_setup(const ChosenTrials& chosen
 Status write_model(const Trained& trained, std::ostream& out) {
   const StoredModel& model = trained.model;
   if (!trained.imprints) return classifier::save_model(model, out);
-  return ci::save_imprint_model({model.provenance, *trained.imprints, model.learner, model.aids},
-                                out);
+  return ci::save_imprint_model(
+      {model.provenance, *trained.imprints, model.learner, model.postprocessing}, out);
 }
 
 json summary_json(const TrainArgs& args, const DatasetInfo& info, const Trained& trained) {
@@ -89,13 +89,13 @@ json summary_json(const TrainArgs& args, const DatasetInfo& info, const Trained&
            {"features", stored.learner.feature_names().size()},
            {"taxels", stored.setup.taxels},
            {"unconverged", trained.options.unconverged->load()},
-           {"calibrated", stored.aids.has_value()},
+           {"calibrated", stored.postprocessing.has_value()},
            {"train_s", trained.train_s},
            {"calibrate_s", trained.calibrate_s}};
-  if (!trained.folds.as_asked()) out["folds"] = folds_json(trained.folds);
+  if (!trained.folds.as_requested()) out["folds"] = folds_json(trained.folds);
   if (trained.imprints) {
     out["kind"] = "imprints";
-    out["array"] = ci::words_of(trained.imprints->grid);
+    out["array"] = ci::format_grid(trained.imprints->grid);
   }
   if (!trained.scores.empty()) out["candidates"] = candidates_json(trained.scores);
   if (const classifier::FabricModel* model = stored.learner.cores()) {
@@ -107,38 +107,39 @@ json summary_json(const TrainArgs& args, const DatasetInfo& info, const Trained&
   return out;
 }
 
-std::string machine_words(const StoredModel& stored, const classifier::Recipe& recipe) {
+std::string format_machine(const StoredModel& stored, const classifier::Recipe& recipe) {
   const classifier::FabricModel* model = stored.learner.cores();
   return (model == nullptr ? "" : std::to_string(model->cores().size()) + " cores, ") +
          to_string(recipe);
 }
 
 // What no fold had a say in, where there were none.
-std::string untested_words(const Trained& trained) {
+std::string format_untested(const Trained& trained) {
   if (!trained.folds.none) return {};
   std::string out = "; not tested";
   if (!trained.scores.empty()) out += ", the simplest learner taken";
   const auto* svc = std::get_if<classifier::MultiClassSvc>(&trained.model.learner.machine());
   if (svc != nullptr) out += ", C " + general(svc->c()) + ", gamma " + general(svc->gamma());
-  if (!trained.model.aids) out += ", not calibrated: no probability, no \"none of these\"";
+  if (!trained.model.postprocessing)
+    out += ", not calibrated: no probability, no \"none of these\"";
   return out;
 }
 
 std::string folds_line(const Trained& trained) {
-  if (trained.folds.as_asked()) return {};
-  return "  folds: " + words_of(trained.folds) + untested_words(trained) + "\n";
+  if (trained.folds.as_requested()) return {};
+  return "  folds: " + format_folds(trained.folds) + format_untested(trained) + "\n";
 }
 
 std::string summary_text(const TrainArgs& args, const Trained& trained) {
   const StoredModel& stored = trained.model;
-  std::string out = args.out.string() + ": " + std::to_string(stored.learner.labels().size()) +
-                    (trained.imprints ? " classes of imprints, " : " fabrics, ") +
-                    machine_words(stored, trained.recipe) + ", trained on " +
-                    std::to_string(trained.rows) + " feature vectors of " +
-                    std::to_string(stored.learner.feature_names().size()) + " in " +
-                    duration(trained.train_s) +
-                    (stored.aids ? ", calibrated in " + duration(trained.calibrate_s) : "") + "\n" +
-                    folds_line(trained);
+  std::string out =
+      args.out.string() + ": " + std::to_string(stored.learner.labels().size()) +
+      (trained.imprints ? " classes of imprints, " : " fabrics, ") +
+      format_machine(stored, trained.recipe) + ", trained on " + std::to_string(trained.rows) +
+      " feature vectors of " + std::to_string(stored.learner.feature_names().size()) + " in " +
+      duration(trained.train_s) +
+      (stored.postprocessing ? ", calibrated in " + duration(trained.calibrate_s) : "") + "\n" +
+      folds_line(trained);
   if (!trained.scores.empty() && !trained.folds.none) {
     const std::size_t rounds = trained.scores.front().rounds;
     out += "  errors in cross-validation" +
@@ -178,7 +179,7 @@ void add_options(CLI::App& command, TrainArgs& args) {
       ->expected(1)
       ->group(recordings_group);
   add_recording_feature_options(command, args.recordings);
-  note_given(command, args.trials.given);
+  record_given(command, args.trials.given);
 }
 
 namespace {
@@ -191,9 +192,10 @@ std::string stages_text(const TrainArgs& args, const classifier::StagedModel& mo
   return args.out.string() + ": " + std::to_string(model.last().learner.labels().size()) +
          " fabrics, votes after " + joined(lengths) + " s of slide, trained on " +
          std::to_string(slides) + " slides in " + duration(train_s) + "\n" +
-         (model.last().aids ? ""
-                            : "  not calibrated, so never sure: fewer than two labels have three "
-                              "slides\n");
+         (model.last().postprocessing
+              ? ""
+              : "  not calibrated, so never sure: fewer than two labels have three "
+                "slides\n");
 }
 
 json stages_json(const TrainArgs& args, const DatasetInfo& info,
@@ -204,7 +206,7 @@ json stages_json(const TrainArgs& args, const DatasetInfo& info,
     stages.push_back({{"slide_s", model.slide_s(i)},
                       {"learner", classifier::to_string(model.stages[i].model.learner.kind())},
                       {"training", model.stages[i].model.provenance.training},
-                      {"calibrated", model.stages[i].model.aids.has_value()}});
+                      {"calibrated", model.stages[i].model.postprocessing.has_value()}});
   const StoredModel& last = model.last();
   return {{"command", "train"},
           {"live", true},
@@ -294,17 +296,17 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
   auto trained = trainer(*chosen, *learner, options);
   if (!trained) return pass(trained.error(), args.dataset.string());
   const double train_s = steady_wall_seconds() - began_s;
-  auto aids = classifier::learn_aids(trained->trained, chosen->features, options);
-  if (!aids) return pass(aids.error(), args.dataset.string());
+  auto postprocessing = classifier::fit_postprocessing(trained->trained, chosen->features, options);
+  if (!postprocessing) return pass(postprocessing.error(), args.dataset.string());
   const double calibrate_s = steady_wall_seconds() - began_s - train_s;
   const BenchKind kind = chosen->dataset.info.kind;
   classifier::FoldReport folds = fold_report(chosen->features, *learner, options);
   const std::string how =
-      describe(args.training, trained->trained.labels().size(), words_of(folds));
+      describe(args.training, trained->trained.labels().size(), format_folds(folds));
   const Trained done{{std::move(trained->trained),
                       std::move(chosen->setup),
                       {std::string(to_string(kind)), chosen->sha256, software_version(), how},
-                      std::move(*aids)},
+                      std::move(*postprocessing)},
                      std::move(*imprints),
                      trained->recipe,
                      std::move(trained->scores),

@@ -21,7 +21,7 @@ using classifier::Trial;
 
 // Whether each combination of the factors of a sweep is one exploration: a cell, told by its
 // columns.
-bool factors_tell(const Dataset& dataset) {
+bool has_varied_factors(const Dataset& dataset) {
   std::map<std::vector<double>, std::string> exploration;
   for (const TrialRecord& record : dataset.records) {
     const auto at = exploration.emplace(record.spec.factors, record.spec.exploration).first;
@@ -32,14 +32,15 @@ bool factors_tell(const Dataset& dataset) {
 
 }  // namespace
 
-Result<std::optional<std::string>> exploration_of(const Dataset& dataset, const std::string& wanted,
-                                                  bool one_exploration) {
-  const std::vector<std::string> present = explorations_of(dataset);
+Result<std::optional<std::string>> find_exploration(const Dataset& dataset,
+                                                    const std::string& wanted,
+                                                    bool one_exploration) {
+  const std::vector<std::string> present = list_explorations(dataset);
   if (present.empty())
     return fail({.code = Errc::not_found, .what = "no complete trial in the data set"});
   if (wanted.empty()) {
     if (present.size() == 1) return present.front();
-    if (!one_exploration && factors_tell(dataset)) return std::nullopt;
+    if (!one_exploration && has_varied_factors(dataset)) return std::nullopt;
     return fail({.code = Errc::invalid_argument,
                  .what = "the data set holds several explorations",
                  .got = joined(present),
@@ -63,8 +64,8 @@ Result<std::optional<std::string>> exploration_of(const Dataset& dataset, const 
 
 namespace {
 
-classifier::FeatureSetup setup_of(const TrialSelection& chosen, const TrialChoice& choice,
-                                  double period_s) {
+classifier::FeatureSetup make_setup(const TrialSelection& chosen, const TrialChoice& choice,
+                                    double period_s) {
   classifier::FeatureSetup setup;
   setup.taxels = chosen.trials.front().taxels;
   setup.phases = classifier::phases_of(chosen.trials.front());
@@ -146,8 +147,8 @@ double sample_period_s(const Dataset& dataset) {
 
 namespace {
 
-std::vector<std::size_t> chosen_of(const Dataset& dataset,
-                                   const std::optional<std::string>& exploration) {
+std::vector<std::size_t> select_chosen(const Dataset& dataset,
+                                       const std::optional<std::string>& exploration) {
   std::vector<std::size_t> out;
   for (std::size_t i = 0; i < dataset.records.size(); ++i) {
     const TrialRecord& record = dataset.records[i];
@@ -157,18 +158,18 @@ std::vector<std::size_t> chosen_of(const Dataset& dataset,
   return out;
 }
 
-std::string rate_words(double period_s) {
+std::string format_rate(double period_s) {
   return std::to_string(period_s) + " s (" + fixed(1 / period_s, 2) + " Hz)";
 }
 
 // Windows of one length, and a model, are of one rate: what the trials have in common.
 Status one_rate(const Dataset& dataset, const std::optional<std::string>& exploration) {
-  const std::vector<std::size_t> trials = chosen_of(dataset, exploration);
+  const std::vector<std::size_t> trials = select_chosen(dataset, exploration);
   std::vector<std::vector<std::int64_t>> times;
   for (const std::size_t i : trials) times.push_back(motion_times(dataset, i));
   const double period_s = common_period_s(times);
   const auto odd = std::ranges::find_if_not(
-      trials, [&](std::size_t i) { return may_have_period(motion_times(dataset, i), period_s); });
+      trials, [&](std::size_t i) { return can_have_period(motion_times(dataset, i), period_s); });
   if (odd == trials.end() || period_s == 0.0) return {};
   const auto own_s = [&](std::size_t i) {
     return sampled_time(motion_times(dataset, i)).period_s();
@@ -192,21 +193,21 @@ Status one_rate(const Dataset& dataset, const std::optional<std::string>& explor
 Status check_rate(const Dataset& dataset, const std::optional<std::string>& exploration,
                   double period_s) {
   if (period_s == 0.0) return {};  // not known
-  for (const std::size_t i : chosen_of(dataset, exploration)) {
+  for (const std::size_t i : select_chosen(dataset, exploration)) {
     const std::vector<std::int64_t> t_ns = motion_times(dataset, i);
-    if (may_have_period(t_ns, period_s)) continue;
+    if (can_have_period(t_ns, period_s)) continue;
     return fail({.code = Errc::invalid_argument,
                  .where = dataset.trials[i].file,
                  .what = "recorded at another rate than the training trials",
-                 .expected = rate_words(period_s),
-                 .got = rate_words(sampled_time(t_ns).period_s())});
+                 .expected = format_rate(period_s),
+                 .got = format_rate(sampled_time(t_ns).period_s())});
   }
   return {};
 }
 
 Result<TrialSelection> choose_trials(const Dataset& dataset, const TrialChoice& choice,
                                      bool one_exploration) {
-  const auto exploration = exploration_of(dataset, choice.exploration, one_exploration);
+  const auto exploration = find_exploration(dataset, choice.exploration, one_exploration);
   if (!exploration) return pass(exploration.error());
   if (one_exploration || choice.window_s != 0.0)
     if (Status same = one_rate(dataset, *exploration); !same) return pass(same.error());
@@ -238,8 +239,9 @@ Result<std::vector<Trial>> in_windows(std::vector<Trial> strokes,
 
 namespace {
 
-Result<classifier::FeatureMatrix> features_of(std::vector<Trial> trials, const TrialChoice& choice,
-                                              const classifier::FeatureOptions& options) {
+Result<classifier::FeatureMatrix> compute_features(std::vector<Trial> trials,
+                                                   const TrialChoice& choice,
+                                                   const classifier::FeatureOptions& options) {
   for (Trial& trial : trials)
     if (auto ok = remove_level(trial, choice); !ok) return pass(ok.error());
   return classifier::build_feature_matrix(trials, options);
@@ -275,7 +277,7 @@ Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice, boo
       return fail({.code = Errc::not_found,
                    .where = "--exploration",
                    .what = "no trial has this exploration",
-                   .expected = joined(explorations_of(dataset)),
+                   .expected = joined(list_explorations(dataset)),
                    .got = name});
     if (one_exploration)
       if (Status same = one_rate(dataset, name); !same) return pass(same.error());
@@ -293,8 +295,8 @@ Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice, boo
     TrialSelection selection{choice.exploration, 0, {}};
     for (const auto& entry : trials.front())
       selection.trials.push_back(dataset.trials[trials[p].at(entry.first)]);
-    out.setup = setup_of(selection, choice, sample_period_s(dataset));
-    const auto features = features_of(std::move(selection.trials), choice, out.setup.options);
+    out.setup = make_setup(selection, choice, sample_period_s(dataset));
+    const auto features = compute_features(std::move(selection.trials), choice, out.setup.options);
     if (!features) return pass(features.error());
     append_columns(*features, parts[p] + ":", out.features);
   }
@@ -304,7 +306,7 @@ Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice, boo
   return out;
 }
 
-MotionLengths lengths_of(const std::vector<Trial>& strokes) {
+MotionLengths measure_lengths(const std::vector<Trial>& strokes) {
   std::vector<std::size_t> samples;
   for (const Trial& stroke : strokes) samples.push_back(stroke.motion_samples());
   const auto [shortest, longest] = std::ranges::minmax(samples);
@@ -319,7 +321,7 @@ Result<ChosenTrials> load_imprints(Dataset dataset, const TrialChoice& choice) {
   if (!features) return pass(features.error());
   ChosenTrials out;
   out.imprint_plan = std::move(*plan);
-  const auto imprints = imprints_of(dataset);
+  const auto imprints = extract_imprints(dataset);
   if (!imprints) return pass(imprints.error());
   const classifier::imprint::Image& first = imprints->front().image;
   out.setup.taxels = first.rows() * first.cols();  // a trial of imprints is a row of them wide
@@ -334,12 +336,12 @@ Result<ChosenTrials> load_imprints(Dataset dataset, const TrialChoice& choice) {
 }  // namespace
 
 Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialChoice& choice,
-                                 bool one_exploration, bool may_join) {
+                                 bool one_exploration, bool can_join) {
   Result<Dataset> dataset = open_dataset(path);
   if (!dataset) return pass(dataset.error());
   if (auto ok = check_given(choice.given, kind_of(*dataset)); !ok)
     return pass(ok.error(), path.string());
-  if (may_join && choice.exploration.find('+') != std::string::npos) {
+  if (can_join && choice.exploration.find('+') != std::string::npos) {
     auto out = load_joined(std::move(*dataset), choice, one_exploration);
     if (!out) return pass(out.error(), path.string());
     return out;
@@ -353,9 +355,9 @@ Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialC
   if (!chosen) return pass(chosen.error(), path.string());
   ChosenTrials out;
   out.strokes = chosen->strokes;
-  out.setup = setup_of(*chosen, choice, sample_period_s(*dataset));
-  if (choice.window_s == 0.0) out.motion = lengths_of(chosen->trials);
-  auto features = features_of(std::move(chosen->trials), choice, out.setup.options);
+  out.setup = make_setup(*chosen, choice, sample_period_s(*dataset));
+  if (choice.window_s == 0.0) out.motion = measure_lengths(chosen->trials);
+  auto features = compute_features(std::move(chosen->trials), choice, out.setup.options);
   if (!features) return pass(features.error(), path.string());
   out.features = std::move(*features);
   out.sha256 = dataset_sha256(*dataset);
@@ -376,7 +378,7 @@ std::string bench_banner(BenchKind kind) {
 }
 
 std::string bench_banner(const DatasetInfo& info) {
-  const std::string selected = selection_words(info);
+  const std::string selected = format_selection(info);
   return bench_banner(info.kind) + (selected.empty() ? "" : selected + "\n");
 }
 

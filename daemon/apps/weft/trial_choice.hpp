@@ -63,11 +63,12 @@ struct TrialSelection {
 /// The exploration that `wanted` means; empty: the only one there is. Nothing: all, cells of a
 /// sweep (not in `one_exploration` mode). Refuses one that is not there, and several of them
 /// without a name: M1 and M2 are different experiments.
-Result<std::optional<std::string>> exploration_of(const Dataset& dataset, const std::string& wanted,
-                                                  bool one_exploration);
+Result<std::optional<std::string>> find_exploration(const Dataset& dataset,
+                                                    const std::string& wanted,
+                                                    bool one_exploration);
 
 /// Complete trials of the exploration that `choice` names, or of the only one there is, cut into
-/// windows where asked for; refuses what exploration_of() refuses.
+/// windows where asked for; refuses what find_exploration() refuses.
 Result<TrialSelection> choose_trials(const Dataset& dataset, const TrialChoice& choice,
                                      bool one_exploration);
 
@@ -84,10 +85,10 @@ Status remove_level(classifier::Trial& trial, const TrialChoice& choice);
 
 /// Reads `path`, chooses and extracts. An exploration such as "M1+M2" puts the features of both
 /// side by side, "M1:range.M.4": a row for every label, group and repetition that has one complete
-/// trial of each. Only with `may_join`, for commands that make no model, and only whole strokes.
+/// trial of each. Only with `can_join`, for commands that make no model, and only whole strokes.
 /// Refuses what check_given() refuses of the kind that the file turns out to hold.
 Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialChoice& choice,
-                                 bool one_exploration, bool may_join = false);
+                                 bool one_exploration, bool can_join = false);
 
 /// Slides, or imprints.
 DataKind kind_of(const Dataset& dataset);
@@ -96,13 +97,13 @@ DataKind kind_of(const Dataset& dataset);
 double sample_period_s(const Dataset& dataset);
 
 /// Refuses a trial (of `exploration`, or of all) that is of another rate than those of a model,
-/// whose sample period is `period_s` (0: not known), as may_have_period() tells.
+/// whose sample period is `period_s` (0: not known), as can_have_period() tells.
 Status check_rate(const Dataset& dataset, const std::optional<std::string>& exploration,
                   double period_s);
 
 /// "SIMULATED data ..." or "" for real data: every text with figures starts with it.
 std::string bench_banner(BenchKind kind);
-/// And with selection_words(): nobody trains on what a live vote left without being told.
+/// And with format_selection(): nobody trains on what a live vote left without being told.
 std::string bench_banner(const DatasetInfo& info);
 
 }  // namespace weft::daemon::cli

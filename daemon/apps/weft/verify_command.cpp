@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "daemon/analysis/handover/hand_over.hpp"
+#include "daemon/analysis/handover/handover.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/campaign/resume.hpp"
 #include "daemon/storage/certificate/verify_json.hpp"
@@ -24,13 +24,13 @@ std::string state_text(const VerifyReport& report) {
 
 /// A complete campaign whose recipe wants a hand-over that is not there: nothing is wrong with what
 /// was recorded, but something is missing.
-bool lacks_hand_over(const VerifyReport& report, const std::filesystem::path& path) {
+bool lacks_handover(const VerifyReport& report, const std::filesystem::path& path) {
   std::error_code unseen;
   if (!report.holds() || !report.certified || report.campaign.empty() ||
       report.complete < report.planned || !std::filesystem::is_directory(path, unseen))
     return false;
-  const auto wanted = wanted_hand_over(path);
-  return wanted && *wanted && !is_handed_over(path);
+  const auto wanted = load_handover_spec(path);
+  return wanted && *wanted && !is_handover_done(path);
 }
 
 /// Nothing of one that is as the campaign is now.
@@ -54,12 +54,12 @@ std::string export_text(const CheckedExport& one) {
 std::string verify_text(const VerifyReport& report) {
   std::string text, exports;
   for (const CheckedExport& one : report.exports) exports += export_text(one);
-  for (const VerifyFinding& finding : report.findings)
-    text += finding.where + ": " + finding.what +
-            (finding.hint.empty() ? "\n" : ". " + finding.hint + ".\n");
+  for (const VerifyProblem& problem : report.found_problems)
+    text += problem.where + ": " + problem.what +
+            (problem.hint.empty() ? "\n" : ". " + problem.hint + ".\n");
   if (!report.holds())
-    return text + "Not as recorded: " + std::to_string(report.findings.size()) +
-           (report.findings.size() == 1 ? " finding.\n" : " findings.\n");
+    return text + "Not as recorded: " + std::to_string(report.found_problems.size()) +
+           (report.found_problems.size() == 1 ? " finding.\n" : " findings.\n");
   return state_text(report) + "It holds: " +
          (report.certified ? "every byte is as certified.\n"
                            : "the files' own digests agree; there is no certificate.\n") +
@@ -78,18 +78,18 @@ void add_options(CLI::App& command, VerifyArgs& args) {
 Result<int> run_verify(const VerifyArgs& args, Console& console) {
   const auto report = verify(args.path);
   if (!report) return pass(report.error());
-  const bool lacks = lacks_hand_over(*report, args.path);
+  const bool lacks = lacks_handover(*report, args.path);
   std::string text = verify_text(*report);
   if (lacks)
     text +=
         "Its recipe asks for a hand-over, and there is none yet: weftd is about to make it, or, "
         "where nothing works in the folder any more, weft run --resume makes it up.\n";
-  json told = verify_json(*report);
-  told["command"] = "verify";
-  told["campaign_file"] = report->campaign.string();
-  told["dataset_file"] = report->dataset.string();
-  told["hand_over_missing"] = lacks;
-  print(console, text, told);
+  json reply = verify_json(*report);
+  reply["command"] = "verify";
+  reply["campaign_file"] = report->campaign.string();
+  reply["dataset_file"] = report->dataset.string();
+  reply["hand_over_missing"] = lacks;
+  print(console, text, reply);
   return report->holds() ? exit_ok : exit_failure;
 }
 

@@ -14,7 +14,7 @@ constexpr std::string_view net_ft = "ati_netft";
 /// How soon hosts see that a plug was pulled or is in again.
 constexpr Duration plug_period = std::chrono::milliseconds(10);
 
-struct Words {
+struct OrderReader {
   std::string operator()(const MemoryPort&) const { return "memory"; }
   std::string operator()(const SerialSettings& s) const { return "serial " + s.path; }
   std::string operator()(const TcpPort& p) const { return "tcp " + end(p.end); }
@@ -89,7 +89,7 @@ Result<std::unique_ptr<RigServer>> RigServer::create(RealLoop& loop, const RigFi
   if (!rig) return pass(rig.error());
   std::unique_ptr<RigServer> made(new RigServer(loop, std::move(*rig)));
   if (Status s = made->serve(file); !s) return pass(s.error());
-  made->look_at_plugs();
+  made->apply_plugs();
   return made;
 }
 
@@ -104,7 +104,7 @@ Status RigServer::serve(const RigFile& file) {
   door_ = std::move(*door);
   for (const DeviceEntry& device : file.devices)
     if (Status s = serve(device); !s) return pass(s.error(), device.name);
-  lines_.push_back("orders on tcp " + Words::end(file.console));
+  lines_.push_back("orders on tcp " + OrderReader::end(file.console));
   return {};
 }
 
@@ -122,7 +122,7 @@ Status RigServer::serve(const DeviceEntry& device) {
     auto end = serve_link(*loop_, place, redirects, whole);
     if (!end) return pass(end.error());
     ends.push_back(std::move(*end));
-    where += (where.empty() ? " on " : " and ") + std::visit(Words{}, place);
+    where += (where.empty() ? " on " : " and ") + std::visit(OrderReader{}, place);
   }
   devices_.push_back({device.name, join_links(std::move(ends)), {}});
   devices_.back().place->on_new_host(
@@ -164,19 +164,19 @@ Status RigServer::serve_clients(const Endpoint& at, ServedClients::Make make,
   auto clients = ServedClients::open(*loop_, at, std::move(make));
   if (!clients) return pass(clients.error());
   devices_.back().ports.push_back(std::move(*clients));
-  lines_.push_back(line + Words::end(at));
+  lines_.push_back(line + OrderReader::end(at));
   return {};
 }
 
 // A place that cannot be had again yet is asked for again.
-void RigServer::look_at_plugs() {
+void RigServer::apply_plugs() {
   for (const Served& device : devices_) {
     const bool in = rig_->plugged(device.name, loop_->now());
     static_cast<void>(device.place->set_plugged(in));
     for (const auto& port : device.ports) static_cast<void>(port->set_plugged(in));
   }
   loop_->after(plug_period, [this, alive = std::weak_ptr(alive_)] {
-    if (alive.lock()) look_at_plugs();
+    if (alive.lock()) apply_plugs();
   });
 }
 
@@ -201,13 +201,13 @@ void RigServer::take(std::size_t console, ByteView bytes) {
       if (line.size() < longest_order) line.push_back(static_cast<char>(byte));
       continue;
     }
-    const std::string answer = obey(std::exchange(line, {})) + "\n";
+    const std::string answer = execute_order(std::exchange(line, {})) + "\n";
     const auto* begin = reinterpret_cast<const std::uint8_t*>(answer.data());
     static_cast<void>(link->write({begin, answer.size()}));
   }
 }
 
-std::string RigServer::obey(std::string_view text) {
+std::string RigServer::execute_order(std::string_view text) {
   const json order = json::parse(text, nullptr, false);
   if (!order.is_object())
     return refused({.code = Errc::parse,

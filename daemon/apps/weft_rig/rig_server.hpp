@@ -32,7 +32,7 @@ class RigServer {
   [[nodiscard]] std::vector<std::string> lines() const;
   /// Obeys one order, a JSON object: {"order": "mount", "fabric", "patch_seed"}, {"order":
   /// "unmount"}, {"order": "truth"}. Answers {"ok": true, ...} or {"ok": false, "error": sentence}.
-  std::string obey(std::string_view order);
+  std::string execute_order(std::string_view order);
 
  private:
   RigServer(RealLoop& loop, std::unique_ptr<sim::Rig> rig) : loop_(&loop), rig_(std::move(rig)) {}
@@ -41,7 +41,7 @@ class RigServer {
   Status serve_pages(const DeviceEntry& device);
   Status serve_commands(const DeviceEntry& device);
   Status serve_clients(const Endpoint& at, ServedClients::Make make, const std::string& line);
-  void look_at_plugs();
+  void apply_plugs();
   void welcome(std::unique_ptr<Link> host);
   void take(std::size_t console, ByteView bytes);
 

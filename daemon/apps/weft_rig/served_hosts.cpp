@@ -16,7 +16,7 @@ class ManyHosts final : public TcpPlace {
 
   // Nobody there: lost, as on a wire.
   Status write(ByteView bytes) override {
-    const auto host = hosts_.find(asked_last_);
+    const auto host = hosts_.find(polled_last_);
     if (host != hosts_.end()) static_cast<void>(host->second.link->write(bytes));
     return {};
   }
@@ -32,16 +32,16 @@ class ManyHosts final : public TcpPlace {
   void take(std::size_t id, ByteView bytes, TimePoint at) {
     const auto host = hosts_.find(id);
     if (host == hosts_.end()) return;
-    Bytes& said = host->second.said;
-    said.insert(said.end(), bytes.begin(), bytes.end());
-    const std::size_t whole = whole_(said);
-    if (whole == 0 && said.size() > most_unfinished) return end_soon(id);
+    Bytes& partial = host->second.partial;
+    partial.insert(partial.end(), bytes.begin(), bytes.end());
+    const std::size_t whole = whole_(partial);
+    if (whole == 0 && partial.size() > most_unfinished) return end_soon(id);
     if (whole == 0) return;
-    const auto end = said.begin() + static_cast<std::ptrdiff_t>(whole);
-    const Bytes messages(said.begin(), end);
-    said.erase(said.begin(), end);
-    asked_last_ = id;
-    hear(messages, at);
+    const auto end = partial.begin() + static_cast<std::ptrdiff_t>(whole);
+    const Bytes messages(partial.begin(), end);
+    partial.erase(partial.begin(), end);
+    polled_last_ = id;
+    on_bytes(messages, at);
   }
   // Not from inside the link's own callback.
   void end_soon(std::size_t id) {
@@ -52,12 +52,12 @@ class ManyHosts final : public TcpPlace {
 
   struct Host {
     std::unique_ptr<Link> link;
-    Bytes said;  ///< no whole message yet
+    Bytes partial;  ///< no whole message yet
   };
   WholeMessages whole_;
   std::map<std::size_t, Host> hosts_;
   std::size_t last_host_ = 0;
-  std::size_t asked_last_ = 0;
+  std::size_t polled_last_ = 0;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 

@@ -14,7 +14,7 @@ std::string words(const Endpoint& at) {
   return at.host + ":" + std::to_string(at.port);
 }
 
-Result<asio::ip::address> address_of(const Endpoint& at) {
+Result<asio::ip::address> parse_address(const Endpoint& at) {
   asio::error_code error;
   const auto address =
       asio::ip::make_address(at.host == "localhost" ? "127.0.0.1" : at.host, error);
@@ -51,7 +51,7 @@ class NewestHost final : public TcpPlace {
   void welcome(std::unique_ptr<Link> host) override {
     host_ = std::move(host);
     if (came_) came_();
-    host_->on_receive([this](ByteView bytes, TimePoint at) { hear(bytes, at); });
+    host_->on_receive([this](ByteView bytes, TimePoint at) { on_bytes(bytes, at); });
   }
   void part_with_hosts() override { host_.reset(); }
 
@@ -157,7 +157,7 @@ struct TcpDoor::Parts : std::enable_shared_from_this<Parts> {
 
 Result<std::unique_ptr<TcpDoor>> TcpDoor::open(RealLoop& loop, const Endpoint& at,
                                                Accepted accepted, Ends ends) {
-  const auto address = address_of(at);
+  const auto address = parse_address(at);
   if (!address) return pass(address.error());
   auto parts = std::make_shared<Parts>(loop, std::move(accepted), ends);
   if (const asio::error_code error = parts->open({*address, at.port}); error)
@@ -195,7 +195,7 @@ Result<std::unique_ptr<ServedPlace>> serve_tcp(RealLoop& loop, const Endpoint& a
 
 Result<std::unique_ptr<ServedPlace>> serve_udp(RealLoop& loop, const Endpoint& at,
                                                Redirects redirects, std::uint16_t unasked) {
-  const auto address = address_of(at);
+  const auto address = parse_address(at);
   if (!address) return pass(address.error());
   udp::socket socket(loop.ports());
   const udp::endpoint place(*address, at.port);

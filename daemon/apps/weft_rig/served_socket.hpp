@@ -41,7 +41,7 @@ class TcpPlace : public ServedPlace {
   virtual void welcome(std::unique_ptr<Link> host) = 0;
   virtual void part_with_hosts() = 0;
   [[nodiscard]] RealLoop& loop() const { return *loop_; }
-  void hear(ByteView bytes, TimePoint at) const {
+  void on_bytes(ByteView bytes, TimePoint at) const {
     if (receiver_) receiver_(bytes, at);
   }
 

@@ -18,7 +18,7 @@ namespace weft::daemon {
 namespace {
 
 /// How late a host may be noticed that opens the terminal.
-constexpr Duration look_period = std::chrono::milliseconds(5);
+constexpr Duration poll_period = std::chrono::milliseconds(5);
 
 tl::unexpected<Error> no_terminal(const char* what) {
   return fail({.code = Errc::io,
@@ -55,7 +55,7 @@ Status ServedTerminal::plug_in() {
     if (receiver_) receiver_(bytes, at);
   });
   master_->on_vacant([this] { have_lost_host(); });
-  look_for_host();
+  poll_host();
   return publish();
 }
 
@@ -82,20 +82,20 @@ void ServedTerminal::have_lost_host() {
     ::ioctl(other_end, TIOCNXCL);
     ::close(other_end);
   }
-  look_for_host();
+  poll_host();
 }
 
 /// Nothing tells a master that its terminal is opened; a hang-up that is over does.
-void ServedTerminal::look_for_host() {
+void ServedTerminal::poll_host() {
   if (std::exchange(looking_, true)) return;
-  loop_->after(look_period, [this, alive = std::weak_ptr(alive_)] {
+  loop_->after(poll_period, [this, alive = std::weak_ptr(alive_)] {
     if (!alive.lock()) return;
     looking_ = false;
     if (!master_ || occupied_) return;
     pollfd port{master_port_, POLLIN, 0};
     static_cast<void>(::poll(&port, 1, 0));
     const bool vacant = (port.revents & POLLHUP) != 0;
-    if (vacant && (port.revents & POLLIN) == 0) return look_for_host();
+    if (vacant && (port.revents & POLLIN) == 0) return poll_host();
     have_host();
     master_->resume();
   });

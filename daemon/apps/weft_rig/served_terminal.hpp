@@ -36,7 +36,7 @@ class ServedTerminal final : public ServedPlace {
   [[nodiscard]] int open_other_end() const;
   void have_host();
   void have_lost_host();
-  void look_for_host();
+  void poll_host();
 
   RealLoop* loop_;
   std::string path_;  ///< of the symbolic link

@@ -38,7 +38,7 @@ Status serve(const Args& args) {
   std::cout << "SIMULATED rig " << rig->name << ", seed " << args.seed << "\n";
   for (const std::string& line : (*server)->lines()) std::cout << "  " << line << "\n";
   std::cout << "ready" << std::endl;
-  loop.run_until([&] { return signals.asked().load(std::memory_order_relaxed); });
+  loop.run_until([&] { return signals.requested().load(std::memory_order_relaxed); });
   return {};
 }
 

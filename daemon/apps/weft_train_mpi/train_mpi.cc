@@ -50,7 +50,7 @@ CoreTask unpacked(int detail) {
 }
 
 /// MPI's launcher ends all ranks when one dies; its own message names that one.
-extern "C" void say_why_it_ends(int) {
+extern "C" void on_terminate(int) {
   constexpr std::string_view text =
       "weft-train-mpi: ended by its launcher, most likely because another rank died; "
       "no model was written\n";
@@ -171,7 +171,7 @@ int follow(const Ranks& ranks, const cli::TrainArgs& args) {
 
 int run(int argc, char** argv) {
   const Ranks ranks;
-  if (ranks.root()) std::signal(SIGTERM, say_why_it_ends);
+  if (ranks.root()) std::signal(SIGTERM, on_terminate);
   cli::Console console{std::cout, std::cerr, false, false, nullptr};
   CLI::App command("weft train, shared among the ranks of an MPI job", "weft-train-mpi");
   cli::TrainArgs args;

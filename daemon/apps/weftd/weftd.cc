@@ -59,7 +59,7 @@ int main(int argc, char** argv) {
       std::cout << (tls ? ", https://" : ", http://") << host << ":" << ports.http;
     std::cout << std::endl;
   };
-  const weft::Status ended = weft::daemon::server::run_daemon(options, signals.asked(), ready);
+  const weft::Status ended = weft::daemon::server::run_daemon(options, signals.requested(), ready);
   if (ended) return 0;
   std::cerr << "weftd: " << weft::to_string(ended.error()) << std::endl;
   std::quick_exit(1);  // threads of a run that does not answer are at work yet

@@ -70,7 +70,7 @@ std::filesystem::path meant(std::filesystem::path target) {
 }
 
 /// The process N of "d.h5.partial-N", or of what it writes beside that; nothing for any other name.
-std::optional<pid_t> writer_of(const std::string& name, const std::string& target) {
+std::optional<pid_t> parse_writer(const std::string& name, const std::string& target) {
   const std::string prefix = target + partial;
   if (!name.starts_with(prefix)) return std::nullopt;
   const char* const end = name.data() + name.size();
@@ -87,7 +87,7 @@ void remove_left_behind(const std::filesystem::path& target) {
   const std::string name = target.filename().string();
   for (std::filesystem::directory_iterator at(folder_of(target), unseen), end; !unseen && at != end;
        at.increment(unseen)) {
-    const auto writer = writer_of(at->path().filename().string(), name);
+    const auto writer = parse_writer(at->path().filename().string(), name);
     std::error_code ignored;
     if (writer && ::kill(*writer, 0) != 0 && errno == ESRCH)
       std::filesystem::remove(at->path(), ignored);
@@ -114,7 +114,7 @@ Status check_target(const std::filesystem::path& target) {
                  .expected = "a file",
                  .got = "nothing"});
   const std::filesystem::path file = meant(target);
-  if (auto may = replaceable(file); !may) return may;
+  if (auto allowed = replaceable(file); !allowed) return allowed;
   const std::filesystem::path folder = folder_of(file);
   std::error_code unseen;
   if (!std::filesystem::is_directory(folder, unseen))
@@ -155,7 +155,7 @@ AtomicFile::~AtomicFile() {
 }
 
 Status AtomicFile::publish() {
-  if (Status may = replaceable(target_); !may) return may;
+  if (Status allowed = replaceable(target_); !allowed) return allowed;
   const Descriptor file(temporary_, O_RDONLY);
   if (file.ok() && mode_ && !file.set_mode(*mode_))
     return system_error("cannot set the file's mode", target_);

@@ -6,7 +6,7 @@
 
 namespace weft::daemon {
 
-void take_low_priority() {
+void set_low_priority() {
   const sched_param none{};
   if (::sched_setscheduler(0, SCHED_IDLE, &none) == 0) return;
   constexpr int least_share = 19;

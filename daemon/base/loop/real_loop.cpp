@@ -63,7 +63,7 @@ void RealLoop::run_until(const std::function<bool()>& done) {
     const TimePoint present = now();
     const std::optional<TimePoint> due = parts_->timers.next_due();
     if (due && *due <= present)
-      parts_->timers.take_next()();
+      parts_->timers.pop_next()();
     else
       parts_->wait(std::min(due.value_or(present + longest_wait), present + longest_wait));
   }

@@ -54,7 +54,7 @@ RealTimeScope::~RealTimeScope() {
   if (scheduled_) schedule(SCHED_OTHER, 0);
 }
 
-bool take_real_time_priority(int priority) {
+bool set_real_time_priority(int priority) {
   return go_first(priority) == 0;
 }
 

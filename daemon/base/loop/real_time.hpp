@@ -30,6 +30,6 @@ class RealTimeScope {
 /// Gives the calling thread SCHED_FIFO until it ends; threads and children made later do not
 /// inherit it. False where the system does not permit that: RealTimeScope::advice() has told
 /// people.
-bool take_real_time_priority(int priority);
+bool set_real_time_priority(int priority);
 
 }  // namespace weft::daemon

@@ -22,7 +22,7 @@ std::optional<TimePoint> TimerQueue::next_due() {
   return heap_.front().when;
 }
 
-Loop::Callback TimerQueue::take_next() {
+Loop::Callback TimerQueue::pop_next() {
   std::pop_heap(heap_.begin(), heap_.end(), std::greater<>{});
   auto node = callbacks_.extract(heap_.back().id);
   heap_.pop_back();

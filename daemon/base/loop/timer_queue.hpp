@@ -19,7 +19,7 @@ class TimerQueue {
   /// When the next callback is due; nothing when there is none.
   [[nodiscard]] std::optional<TimePoint> next_due();
   /// Takes the next callback out. There must be one.
-  Loop::Callback take_next();
+  Loop::Callback pop_next();
 
  private:
   struct Due {

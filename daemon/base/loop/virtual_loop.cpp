@@ -5,7 +5,7 @@ namespace weft::daemon {
 bool VirtualLoop::run_one() {
   const std::optional<TimePoint> due = timers_.next_due();
   if (!due) return false;
-  const Callback callback = timers_.take_next();
+  const Callback callback = timers_.pop_next();
   now_ = *due;
   ++events_;
   callback();

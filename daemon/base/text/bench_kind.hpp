@@ -15,6 +15,6 @@ std::string_view to_string(BenchKind kind);
 std::optional<BenchKind> bench_kind_from(std::string_view word);
 
 /// "SIMULATED", "REAL DATA" or "ORIGIN UNKNOWN".
-std::string_view bench_words(BenchKind kind);
+std::string_view bench_text(BenchKind kind);
 
 }  // namespace weft::daemon

@@ -18,7 +18,7 @@ std::string_view trimmed(std::string_view text) {
 
 /// Takes one field and the comma behind it off the front of `rest`. Nothing when a quote is not
 /// closed or is followed by anything but a comma. `more` tells whether there was a comma.
-bool take_quoted(std::string_view& rest, std::string& field, bool& more) {
+bool read_quoted(std::string_view& rest, std::string& field, bool& more) {
   field.clear();
   for (std::size_t i = 1; i < rest.size(); ++i) {
     if (rest[i] != '"') {
@@ -36,7 +36,7 @@ bool take_quoted(std::string_view& rest, std::string& field, bool& more) {
   return false;
 }
 
-void take_plain(std::string_view& rest, std::string& field, bool& more) {
+void read_plain(std::string_view& rest, std::string& field, bool& more) {
   const std::size_t comma = rest.find(',');
   field.assign(trimmed(rest.substr(0, comma)));
   more = comma != std::string_view::npos;
@@ -155,10 +155,10 @@ Status CsvReader::split(std::string_view line) {
     const std::size_t first = std::min(line.find_first_not_of(blanks), line.size());
     if (line.substr(first).starts_with('"')) {
       line.remove_prefix(first);
-      if (!take_quoted(line, fields_[count], more))
+      if (!read_quoted(line, fields_[count], more))
         return complaint("a quote that is not closed, or text behind a closing quote");
     } else {
-      take_plain(line, fields_[count], more);
+      read_plain(line, fields_[count], more);
     }
   }
   fields_.resize(count);

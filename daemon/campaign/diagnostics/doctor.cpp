@@ -33,39 +33,40 @@ void name_devices(const RigFile& rig, const recipes::RigLimits& limits, DoctorRe
 
 void examine_simulated(const RigFile& rig, const DoctorRequest& request, DoctorReport& report) {
   const auto refuse = [&](const Error& error) {
-    report.findings.push_back(problem_of("bench", error));
+    report.found_problems.push_back(problem_of("bench", error));
   };
   const Result<std::string> fabrics = read_fabrics(rig, request.rig);
   if (!fabrics) return refuse(fabrics.error());
   const auto bench = SimulatedBench::create(rig, *fabrics, 1);
   if (!bench) return refuse(bench.error());
-  std::vector<Examination::Patient> patients;
+  std::vector<BenchExamination::Patient> patients;
   for (std::size_t i = 0; i < report.devices.size(); ++i)
     patients.push_back({(*bench)->bench->devices()[i].get(), &report.devices[i]});
-  Examination((*bench)->host_time,
-              [&](const std::function<bool()>& done) { (*bench)->loop.run_until(done); },
-              std::move(patients))
+  BenchExamination((*bench)->host_time,
+                   [&](const std::function<bool()>& done) { (*bench)->loop.run_until(done); },
+                   std::move(patients))
       .run(request.listen_s);
 }
 
 /// Ports of one device that are wrong before anything is opened; true when it may be tried.
-bool port_may_be_tried(const DeviceEntry& entry, DoctorReport& report) {
+bool can_try_port(const DeviceEntry& entry, DoctorReport& report) {
   const auto* serial = std::get_if<SerialSettings>(&entry.link);
   if (serial == nullptr) return true;
-  const auto findings = check_serial(entry.name, *serial, report.ports);
-  report.findings.insert(report.findings.end(), findings.begin(), findings.end());
-  return std::ranges::none_of(findings,
-                              [](const Finding& f) { return f.severity == Severity::problem; });
+  const auto found_problems = check_serial(entry.name, *serial, report.ports);
+  report.found_problems.insert(report.found_problems.end(), found_problems.begin(),
+                               found_problems.end());
+  return std::ranges::none_of(found_problems,
+                              [](const Diagnosis& f) { return f.severity == Severity::problem; });
 }
 
-void look_for_console(RealLoop& loop, const RigFile& rig, DoctorReport& report) {
+void check_console(RealLoop& loop, const RigFile& rig, DoctorReport& report) {
   if (rig.mode != BenchMode::emulated) return;
   const auto console = open_tcp(loop, rig.console);
-  report.findings.push_back(
-      console ? Finding{Severity::ok,
-                        "weft-rig",
-                        "takes orders at " + link_text(TcpPort{rig.console}),
-                        {}}
+  report.found_problems.push_back(
+      console ? Diagnosis{Severity::ok,
+                          "weft-rig",
+                          "takes orders at " + link_text(TcpPort{rig.console}),
+                          {}}
               : problem_of("weft-rig", console.error(), "Start it: weft-rig RIG"));
 }
 
@@ -74,7 +75,7 @@ bool is_serial(const DeviceEntry& entry) {
 }
 
 /// Serial ports first, which nobody can take from a program that has them.
-std::vector<std::size_t> order_of(const RigFile& rig) {
+std::vector<std::size_t> make_order(const RigFile& rig) {
   std::vector<std::size_t> out(rig.devices.size());
   std::iota(out.begin(), out.end(), std::size_t{0});
   std::ranges::stable_partition(out, [&](std::size_t i) { return is_serial(rig.devices[i]); });
@@ -84,7 +85,7 @@ std::vector<std::size_t> order_of(const RigFile& rig) {
 /// By another program, not by a device of this rig that was given the same port.
 bool is_in_use(const RigFile& rig, const DoctorReport& report) {
   std::set<std::string> shared;
-  for (const Finding& finding : shared_ports(rig.devices)) shared.insert(finding.subject);
+  for (const Diagnosis& diagnosis : shared_ports(rig.devices)) shared.insert(diagnosis.subject);
   const auto is_refused = [&](const DeviceReport& device) {
     return device.error && device.error->code == Errc::busy && !shared.contains(device.name);
   };
@@ -97,7 +98,8 @@ bool is_in_use(const RigFile& rig, const DoctorReport& report) {
 }
 
 /// A sensor in a network streams to who asked last: from a campaign on this rig it would be taken.
-Status let_alone(const DeviceEntry& entry, const RigFile& rig, const DoctorReport& report) {
+Status require_safe_to_try(const DeviceEntry& entry, const RigFile& rig,
+                           const DoctorReport& report) {
   if (is_serial(entry) || !is_in_use(rig, report)) return {};
   return fail({.code = Errc::wrong_state,
                .what = "it was not looked at, as another program uses this rig",
@@ -106,16 +108,16 @@ Status let_alone(const DeviceEntry& entry, const RigFile& rig, const DoctorRepor
 
 void examine_ports(const RigFile& rig, const DoctorRequest& request, DoctorReport& report) {
   RealLoop loop;
-  look_for_console(loop, rig, report);
+  check_console(loop, rig, report);
   std::vector<std::unique_ptr<Device>> devices;
-  std::vector<Examination::Patient> patients;
-  for (const std::size_t i : order_of(rig)) {
+  std::vector<BenchExamination::Patient> patients;
+  for (const std::size_t i : make_order(rig)) {
     const DeviceEntry& entry = rig.devices[i];
-    if (Status free = let_alone(entry, rig, report); !free) {
+    if (Status free = require_safe_to_try(entry, rig, report); !free) {
       report.devices[i].error = free.error();
       continue;
     }
-    if (!port_may_be_tried(entry, report)) continue;
+    if (!can_try_port(entry, report)) continue;
     Result<std::unique_ptr<Link>> link = open_link(loop, entry.link);
     if (!link) {
       report.devices[i].error = link.error();
@@ -129,17 +131,17 @@ void examine_ports(const RigFile& rig, const DoctorRequest& request, DoctorRepor
     patients.push_back({device->get(), &report.devices[i]});
     devices.push_back(std::move(*device));
   }
-  Examination(
+  BenchExamination(
       loop, [&](const std::function<bool()>& done) { loop.run_until(done); }, std::move(patients))
       .run(request.listen_s);
 }
 
-void add(std::vector<Finding>& to, const std::vector<Finding>& more) {
+void add(std::vector<Diagnosis>& to, const std::vector<Diagnosis>& more) {
   to.insert(to.end(), more.begin(), more.end());
 }
 
-std::vector<Finding> unclaimed_controllers() {
-  std::vector<Finding> out;
+std::vector<Diagnosis> unclaimed_controllers() {
+  std::vector<Diagnosis> out;
   for (const std::string& serial : thorlabs_without_port("/sys/bus/usb/devices"))
     out.push_back({Severity::warning, "usb",
                    "a Thorlabs controller (" + serial + ") is connected and has no serial port",
@@ -151,7 +153,8 @@ std::vector<Finding> unclaimed_controllers() {
 }  // namespace
 
 std::size_t DoctorReport::count(Severity severity) const {
-  return static_cast<std::size_t>(std::ranges::count(findings, severity, &Finding::severity));
+  return static_cast<std::size_t>(
+      std::ranges::count(found_problems, severity, &Diagnosis::severity));
 }
 
 Result<DoctorReport> examine(const DoctorRequest& request) {
@@ -165,14 +168,14 @@ Result<DoctorReport> examine(const DoctorRequest& request) {
   name_devices(rig, limits, report);
   const bool real_time = rig.mode != BenchMode::simulated;
   if (real_time) {
-    add(report.findings, shared_ports(rig.devices));
+    add(report.found_problems, shared_ports(rig.devices));
     examine_ports(rig, request, report);
-    add(report.findings, unclaimed_controllers());
+    add(report.found_problems, unclaimed_controllers());
   } else {
     examine_simulated(rig, request, report);
   }
-  add(report.findings, judge_devices(report.devices));
-  add(report.findings, judge_machine(look_at_machine(request.data_folder), real_time));
+  add(report.found_problems, check_devices(report.devices));
+  add(report.found_problems, check_system(check_machine(request.data_folder), real_time));
   return report;
 }
 

@@ -3,8 +3,8 @@
 
 #include <filesystem>
 
-#include "daemon/campaign/diagnostics/examination.hpp"
-#include "daemon/campaign/diagnostics/finding.hpp"
+#include "daemon/campaign/diagnostics/bench_examination.hpp"
+#include "daemon/campaign/diagnostics/diagnosis.hpp"
 #include "daemon/campaign/diagnostics/port_checks.hpp"
 #include "daemon/hardware/rig/rig_file.hpp"
 
@@ -21,7 +21,7 @@ struct DoctorReport {
   std::string rig_name;
   BenchMode mode = BenchMode::simulated;
   std::vector<DeviceReport> devices;
-  std::vector<Finding> findings;
+  std::vector<Diagnosis> found_problems;
   std::vector<SerialPortSeen> ports;
 
   [[nodiscard]] std::size_t count(Severity severity) const;
@@ -32,9 +32,9 @@ struct DoctorReport {
 Result<DoctorReport> examine(const DoctorRequest& request);
 
 /// An error as a finding; its own hint unless another one is given.
-Finding problem_of(const std::string& subject, Error error, const std::string& hint = {});
+Diagnosis problem_of(const std::string& subject, Error error, const std::string& hint = {});
 
 /// What the reports of the devices mean.
-std::vector<Finding> judge_devices(const std::vector<DeviceReport>& devices);
+std::vector<Diagnosis> check_devices(const std::vector<DeviceReport>& devices);
 
 }  // namespace weft::daemon

@@ -65,7 +65,8 @@ std::string group_of(const struct stat& file) {
   return entry == nullptr ? std::to_string(file.st_gid) : std::string(entry->gr_name);
 }
 
-Finding no_permission(const std::string& device, const std::string& path, const struct stat& file) {
+Diagnosis no_permission(const std::string& device, const std::string& path,
+                        const struct stat& file) {
   const std::string name = group_of(file);
   return {
       Severity::problem, device, "no permission for " + path + ", which belongs to " + name,
@@ -97,16 +98,16 @@ std::string joined(const std::vector<std::string>& words) {
 }
 
 void check_latency_timer(const std::string& device, const fs::path& port,
-                         std::vector<Finding>& findings) {
+                         std::vector<Diagnosis>& found_problems) {
   const fs::path file = "/sys/bus/usb-serial/devices" / port.filename() / "latency_timer";
   const std::string text = first_line(file);
   int latency_ms = 0;
   std::from_chars(text.data(), text.data() + text.size(), latency_ms);
   if (latency_ms <= good_latency_ms) return;
-  findings.push_back({Severity::warning, device,
-                      "its USB chip keeps answers back for " + text + " ms",
-                      "Run `echo 1 | sudo tee " + file.string() +
-                          "`; for good a udev rule: ATTR{latency_timer}=\"1\""});
+  found_problems.push_back({Severity::warning, device,
+                            "its USB chip keeps answers back for " + text + " ms",
+                            "Run `echo 1 | sudo tee " + file.string() +
+                                "`; for good a udev rule: ATTR{latency_timer}=\"1\""});
 }
 
 }  // namespace
@@ -148,8 +149,8 @@ std::vector<std::string> thorlabs_without_port(const fs::path& usb_devices) {
   return out;
 }
 
-std::vector<Finding> check_serial(const std::string& device, const SerialSettings& settings,
-                                  const std::vector<SerialPortSeen>& present) {
+std::vector<Diagnosis> check_serial(const std::string& device, const SerialSettings& settings,
+                                    const std::vector<SerialPortSeen>& present) {
   std::error_code error;
   const fs::path port = fs::canonical(settings.path, error);
   struct stat file {};
@@ -160,12 +161,13 @@ std::vector<Finding> check_serial(const std::string& device, const SerialSetting
     return {{Severity::problem, device, settings.path + " is no port",
              "Name the device file: /dev/ttyUSB0, or better a link in /dev/serial/by-id"}};
   if (::access(port.c_str(), R_OK | W_OK) != 0) return {no_permission(device, settings.path, file)};
-  std::vector<Finding> findings;
+  std::vector<Diagnosis> found_problems;
   if (const auto others = others_with(settings); !others.empty())
-    findings.push_back({Severity::problem, device, settings.path + " is open in " + joined(others),
-                        "End it: two programs on one port each see half of the answers"});
-  check_latency_timer(device, port, findings);
-  return findings;
+    found_problems.push_back({Severity::problem, device,
+                              settings.path + " is open in " + joined(others),
+                              "End it: two programs on one port each see half of the answers"});
+  check_latency_timer(device, port, found_problems);
+  return found_problems;
 }
 
 std::vector<std::string> others_with(const SerialSettings& settings) {
@@ -175,8 +177,8 @@ std::vector<std::string> others_with(const SerialSettings& settings) {
   return error || is_pseudo ? std::vector<std::string>{} : holders(port);
 }
 
-std::vector<Finding> shared_ports(const std::vector<DeviceEntry>& devices) {
-  std::vector<Finding> out;
+std::vector<Diagnosis> shared_ports(const std::vector<DeviceEntry>& devices) {
+  std::vector<Diagnosis> out;
   std::map<std::string, std::string> owners;
   for (const DeviceEntry& device : devices) {
     const auto* serial = std::get_if<SerialSettings>(&device.link);

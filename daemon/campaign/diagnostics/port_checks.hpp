@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/campaign/diagnostics/finding.hpp"
+#include "daemon/campaign/diagnostics/diagnosis.hpp"
 #include "daemon/hardware/link/port_link.hpp"
 #include "daemon/hardware/rig/rig_file.hpp"
 
@@ -30,15 +30,15 @@ std::vector<std::string> thorlabs_without_port(const std::filesystem::path& usb_
 
 /// What can be said of a serial port before it is opened: missing, no permission, held by another
 /// program, an FTDI chip that waits too long. Empty when nothing is wrong.
-std::vector<Finding> check_serial(const std::string& device, const SerialSettings& settings,
-                                  const std::vector<SerialPortSeen>& present);
+std::vector<Diagnosis> check_serial(const std::string& device, const SerialSettings& settings,
+                                    const std::vector<SerialPortSeen>& present);
 
 /// "minicom (pid 17)" for every other program that has the port open, as far as it may be seen.
 /// None of a pseudo-terminal, of which weft-rig holds both ends.
 std::vector<std::string> others_with(const SerialSettings& settings);
 
 /// Devices of a rig that claim one port, each pair once.
-std::vector<Finding> shared_ports(const std::vector<DeviceEntry>& devices);
+std::vector<Diagnosis> shared_ports(const std::vector<DeviceEntry>& devices);
 
 /// "serial /dev/ttyUSB0 at 115200 baud", "tcp HOST:PORT", "memory".
 std::string link_text(const LinkSettings& link);

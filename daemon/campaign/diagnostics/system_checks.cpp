@@ -43,21 +43,21 @@ std::string limits_hint(const char* item, const char* value) {
          " and log in again";
 }
 
-Finding scheduling(const MachineFacts& facts) {
+Diagnosis scheduling(const MachineFacts& facts) {
   if (facts.fifo_permitted) return {Severity::ok, "scheduling", "SCHED_FIFO is permitted", {}};
   return {Severity::warning, "scheduling",
           "SCHED_FIFO is not permitted: other programs make the control loop late",
           limits_hint("rtprio", "50")};
 }
 
-Finding memory(const MachineFacts& facts) {
+Diagnosis memory(const MachineFacts& facts) {
   if (facts.memory_lockable) return {Severity::ok, "memory", "may be locked", {}};
   return {Severity::warning, "memory",
           "may not be locked: a page that was swapped out makes the control loop late",
           limits_hint("memlock", "unlimited")};
 }
 
-Finding monotonic(const MachineFacts& facts) {
+Diagnosis monotonic(const MachineFacts& facts) {
   const std::string what =
       "monotonic resolution " + std::to_string(facts.clock_resolution_ns) + " ns";
   if (facts.clock_resolution_ns <= coarse_clock_ns) return {Severity::ok, "clock", what, {}};
@@ -65,7 +65,7 @@ Finding monotonic(const MachineFacts& facts) {
           "Use a kernel with high-resolution timers"};
 }
 
-Finding wall_clock(const MachineFacts& facts) {
+Diagnosis wall_clock(const MachineFacts& facts) {
   if (!facts.clock_synchronised)
     return {Severity::ok, "wall clock", "the system does not tell whether it is synchronised", {}};
   if (*facts.clock_synchronised) return {Severity::ok, "wall clock", "is synchronised", {}};
@@ -74,7 +74,7 @@ Finding wall_clock(const MachineFacts& facts) {
           "Run `timedatectl set-ntp true`"};
 }
 
-Finding governor(const MachineFacts& facts) {
+Diagnosis governor(const MachineFacts& facts) {
   const auto slow =
       std::ranges::find_if(facts.governors, [](const auto& g) { return g != "performance"; });
   if (facts.governors.empty())
@@ -85,7 +85,7 @@ Finding governor(const MachineFacts& facts) {
           "Run `cpupower frequency-set -g performance`"};
 }
 
-Finding disk(const MachineFacts& facts) {
+Diagnosis disk(const MachineFacts& facts) {
   if (!facts.free_bytes)
     return {Severity::problem, "disk", "the folder for the data is not there", "Make it (--out)"};
   if (!facts.folder_writable)
@@ -98,7 +98,7 @@ Finding disk(const MachineFacts& facts) {
 }
 
 // Data sets, models and certificates name the commit.
-Finding software(const MachineFacts& facts) {
+Diagnosis software(const MachineFacts& facts) {
   const std::string what = "weft " + facts.software;
   if (!facts.software.ends_with(".modified")) return {Severity::ok, "software", what, {}};
   return {Severity::warning, "software",
@@ -108,7 +108,7 @@ Finding software(const MachineFacts& facts) {
 
 }  // namespace
 
-MachineFacts look_at_machine(const fs::path& data_folder) {
+MachineFacts check_machine(const fs::path& data_folder) {
   MachineFacts facts;
   {
     const RealTimeScope scope;
@@ -128,7 +128,7 @@ MachineFacts look_at_machine(const fs::path& data_folder) {
   return facts;
 }
 
-std::vector<Finding> judge_machine(const MachineFacts& facts, bool real_time) {
+std::vector<Diagnosis> check_system(const MachineFacts& facts, bool real_time) {
   if (!real_time)
     return {{Severity::ok, "time", "is virtual: nothing depends on the machine's punctuality", {}},
             disk(facts)};

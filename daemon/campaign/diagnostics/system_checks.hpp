@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/campaign/diagnostics/finding.hpp"
+#include "daemon/campaign/diagnostics/diagnosis.hpp"
 
 namespace weft::daemon {
 
@@ -23,9 +23,9 @@ struct MachineFacts {
 };
 
 /// Tries real-time priority and memory locks for a moment, and looks at the folder of the data.
-MachineFacts look_at_machine(const std::filesystem::path& data_folder);
+MachineFacts check_machine(const std::filesystem::path& data_folder);
 
 /// Findings in the order of MachineFacts. In virtual time punctuality does not matter.
-std::vector<Finding> judge_machine(const MachineFacts& facts, bool real_time);
+std::vector<Diagnosis> check_system(const MachineFacts& facts, bool real_time);
 
 }  // namespace weft::daemon

@@ -67,12 +67,12 @@ struct DescriptorLink::Port : std::enable_shared_from_this<Port> {
     gone = true;
     asio::error_code ignored;
     descriptor.close(ignored);
-    if (const Link::Closed tell = std::exchange(closed, {}))
-      tell(Error{.code = Errc::io,
-                 .where = name,
-                 .what = "the port was closed",
-                 .got = why,
-                 .hint = "Is the device on and connected?"});
+    if (const Link::Closed callback = std::exchange(closed, {}))
+      callback(Error{.code = Errc::io,
+                     .where = name,
+                     .what = "the port was closed",
+                     .got = why,
+                     .hint = "Is the device on and connected?"});
   }
 
   Status send(ByteView bytes) {

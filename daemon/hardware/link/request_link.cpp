@@ -11,7 +11,7 @@ class RequestLink final : public Link {
  public:
   RequestLink(RealLoop& loop, Endpoint far_end, std::unique_ptr<Link> first)
       : loop_(&loop), far_end_(std::move(far_end)), connection_(std::move(first)) {
-    hear();
+    read_next();
   }
 
   Status write(ByteView bytes) override {
@@ -19,7 +19,7 @@ class RequestLink final : public Link {
       auto next = open_tcp(*loop_, far_end_, again_limit);
       if (!next) return pass(next.error());
       connection_ = std::move(*next);
-      hear();
+      read_next();
     }
     return connection_->write(bytes);
   }
@@ -29,13 +29,13 @@ class RequestLink final : public Link {
  private:
   // What is called may write, which replaces the connection, or stop listening: nothing of this
   // is touched after it.
-  void hear() {
+  void read_next() {
     connection_->on_receive([this](ByteView bytes, TimePoint at) {
       if (const Receiver now = receiver_) now(bytes, at);
     });
     connection_->on_closed([this](const Error& why) {
       used_ = true;  // a server does not wait for long
-      if (const Closed tell = std::exchange(closed_, {})) tell(why);
+      if (const Closed callback = std::exchange(closed_, {})) callback(why);
     });
   }
 

@@ -7,9 +7,9 @@
 
 namespace weft::daemon {
 
-/// Whether a line that was asked for `asked` baud and reads back `got` can be used: dividers cannot
-/// make every speed; it works while both sides agree to 2 %.
-bool speed_taken(std::uint32_t asked, std::uint32_t got);
+/// Whether a line that was asked for `requested` baud and reads back `got` can be used: dividers
+/// cannot make every speed; it works while both sides agree to 2 %.
+bool speed_taken(std::uint32_t requested, std::uint32_t got);
 
 /// Sets any speed (Linux: TCSETS2 with BOTHER) and reads it back: some ports take the call and
 /// keep another speed (docs/reference/device-facts.md, Serial ports). Errors: unsupported, with

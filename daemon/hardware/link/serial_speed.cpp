@@ -11,8 +11,8 @@
 
 namespace weft::daemon {
 
-bool speed_taken(std::uint32_t asked, std::uint32_t got) {
-  return std::abs(static_cast<double>(got) / asked - 1) <= 0.02;
+bool speed_taken(std::uint32_t requested, std::uint32_t got) {
+  return std::abs(static_cast<double>(got) / requested - 1) <= 0.02;
 }
 
 Status set_line_speed(int descriptor, std::uint32_t baud) {

@@ -96,7 +96,7 @@ std::vector<std::string> DriverCatalog::names() const {
   for (const fs::path& folder : settings_.folders) {
     std::error_code error;
     for (const auto& file : fs::directory_iterator(folder, error))
-      if (const std::string name = driver_of_file(file.path()); !name.empty()) out.push_back(name);
+      if (const std::string name = load_driver(file.path()); !name.empty()) out.push_back(name);
   }
   std::sort(out.begin(), out.end());
   out.erase(std::unique(out.begin(), out.end()), out.end());
@@ -112,7 +112,7 @@ std::vector<fs::path> DriverCatalog::plugin_files() const {
     const std::size_t begin = out.size();
     for (fs::directory_iterator file(folder, error), end; !error && file != end;
          file.increment(error))
-      if (!driver_of_file(file->path()).empty()) out.push_back(file->path());
+      if (!load_driver(file->path()).empty()) out.push_back(file->path());
     std::sort(out.begin() + static_cast<std::ptrdiff_t>(begin), out.end());
   }
   return out;

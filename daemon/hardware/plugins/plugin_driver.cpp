@@ -21,20 +21,20 @@ void PluginDriver::enter(const char* function, const Call& call) {
     try {
       call();
     } catch (const std::exception& e) {
-      note_thrown(e.what());
+      record_exception(e.what());
     } catch (...) {
-      note_thrown("something that is no std::exception");
+      record_exception("something that is no std::exception");
     }
     late = turn.late();
   }
-  if (late) note_late();
+  if (late) record_late();
   --depth_;
   function_ = outer;
   if (depth_ == 0 && broken_) break_off();
 }
 
 template <class Call>
-Status PluginDriver::ask(const char* function, const Call& call) {
+Status PluginDriver::call_plugin(const char* function, const Call& call) {
   if (broken_) return pass(*broken_);
   refused_.reset();
   std::int32_t code = 0;
@@ -65,7 +65,7 @@ Result<std::unique_ptr<Driver>> PluginDriver::create(const LoadedPlugin& plugin,
                                                      PluginWatch& watch) {
   std::unique_ptr<PluginDriver> made(new PluginDriver(plugin, device, host, watch));
   const std::string config(config_json);
-  const Status ok = made->ask("create", [&] {
+  const Status ok = made->call_plugin("create", [&] {
     made->device_ = plugin.table->create(config.c_str(), &made->table_);
     return made->device_ == nullptr ? WEFT_DEVICE : 0;
   });
@@ -80,18 +80,18 @@ PluginDriver::~PluginDriver() {
 }
 
 Status PluginDriver::open() {
-  return ask("open", [&] { return plugin_.table->open(device_); });
+  return call_plugin("open", [&] { return plugin_.table->open(device_); });
 }
 
 Status PluginDriver::arm() {
-  return ask("arm", [&] { return plugin_.table->arm(device_); });
+  return call_plugin("arm", [&] { return plugin_.table->arm(device_); });
 }
 
 Result<std::uint32_t> PluginDriver::command(const Command& command) {
   const weft_command_v1 order = plugin::c_command(command);
   std::uint32_t move_id = 0;
   const Status ok =
-      ask("command", [&] { return plugin_.table->command(device_, &order, &move_id); });
+      call_plugin("command", [&] { return plugin_.table->command(device_, &order, &move_id); });
   if (!ok) return pass(ok.error());
   return move_id;
 }
@@ -104,23 +104,25 @@ void PluginDriver::close() {
   if (!broken_) enter("close", [&] { plugin_.table->close(device_); });
 }
 
-void PluginDriver::note_thrown(const std::string& what) {
-  note({.code = Errc::driver,
-        .what = "the driver's code (" + plugin_.file + ") threw an exception in " + function_,
-        .expected = "no exception",
-        .got = what,
-        .hint = "The driver is at fault: ask its author"});
+void PluginDriver::record_exception(const std::string& what) {
+  record_error(
+      {.code = Errc::driver,
+       .what = "the driver's code (" + plugin_.file + ") threw an exception in " + function_,
+       .expected = "no exception",
+       .got = what,
+       .hint = "The driver is at fault: ask its author"});
 }
 
-void PluginDriver::note_late() {
-  note({.code = Errc::driver,
-        .what = "the driver's code (" + plugin_.file + ") kept the program waiting in " + function_,
-        .expected = "less than " + std::to_string(watch_->limits().late.count()) + " ms",
-        .got = "more",
-        .hint = "A driver waits with timers, never inside a call: ask its author"});
+void PluginDriver::record_late() {
+  record_error(
+      {.code = Errc::driver,
+       .what = "the driver's code (" + plugin_.file + ") kept the program waiting in " + function_,
+       .expected = "less than " + std::to_string(watch_->limits().late.count()) + " ms",
+       .got = "more",
+       .hint = "A driver waits with timers, never inside a call: ask its author"});
 }
 
-void PluginDriver::note(Error error) {
+void PluginDriver::record_error(Error error) {
   if (!broken_) broken_ = std::move(error);
   if (depth_ == 0) break_off();
 }
@@ -232,7 +234,7 @@ struct HostTable {
     if (made) return driver.host_->publish(*made);
     Error error = made.error();
     error.what += " (" + driver.plugin_.file + ")";
-    driver.note(std::move(error));
+    driver.record_error(std::move(error));
   }
   static void identified(void* self, const weft_identity_v1* identity) noexcept {
     const auto turn = own_turn(of(self));
@@ -258,7 +260,7 @@ struct HostTable {
   static void refuse(void* self, const weft_error_v1* error) noexcept {
     of(self).refused_ = plugin::error_of(*error);
   }
-  static void threw(void* self, const char* what) noexcept { of(self).note_thrown(what); }
+  static void threw(void* self, const char* what) noexcept { of(self).record_exception(what); }
 };
 
 weft_host_v1 host_table(PluginDriver& driver) {

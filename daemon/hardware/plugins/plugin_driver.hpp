@@ -63,10 +63,10 @@ class PluginDriver final : public Driver {
   template <class Call>
   void enter(const char* function, const Call& call);
   template <class Call>
-  Status ask(const char* function, const Call& call);
-  void note_thrown(const std::string& what);
-  void note_late();
-  void note(Error error);
+  Status call_plugin(const char* function, const Call& call);
+  void record_exception(const std::string& what);
+  void record_late();
+  void record_error(Error error);
   /// Ends the device: motion and streams as far as its code still can, then no call comes to it.
   void break_off();
   void let_go();

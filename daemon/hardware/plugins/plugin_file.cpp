@@ -67,7 +67,7 @@ Status check_kind(const std::filesystem::path& file) {
                .hint = std::string(rebuild)});
 }
 
-std::string loader_words() {
+std::string loader_error_text() {
   const char* words = ::dlerror();
   return words == nullptr ? "no reason given" : words;
 }
@@ -78,7 +78,7 @@ std::string plugin_file_name(std::string_view driver) {
   return std::string(prefix) + std::string(driver) + std::string(suffix);
 }
 
-std::string driver_of_file(const std::filesystem::path& file) {
+std::string load_driver(const std::filesystem::path& file) {
   const std::string name = file.filename().string();
   const std::string_view text = name;
   if (text.size() <= prefix.size() + suffix.size() || !text.starts_with(prefix) ||
@@ -114,7 +114,7 @@ Result<LoadedPlugin> load_plugin(const std::filesystem::path& file) {
                  .where = path,
                  .what = "the plugin cannot be loaded",
                  .expected = "a shared object that loads",
-                 .got = loader_words(),
+                 .got = loader_error_text(),
                  .hint = std::string(rebuild)});
   LoadedPlugin plugin{std::shared_ptr<void>(library, [](void* open) { ::dlclose(open); }), nullptr,
                       path};
@@ -127,7 +127,7 @@ Result<LoadedPlugin> load_plugin(const std::filesystem::path& file) {
                  .got = "no such symbol",
                  .hint = "Its source needs WEFT_EXPORT_DRIVER (docs/add-a-device.md)"});
   if (Status ok = check_table(*plugin.table); !ok) return pass(ok.error(), path);
-  if (plugin.table->name != driver_of_file(path))
+  if (plugin.table->name != load_driver(path))
     return fail({.code = Errc::unsupported,
                  .where = path,
                  .what = "the file's name and the driver in it disagree",

@@ -11,7 +11,7 @@ namespace weft::daemon {
 /// "weft-driver-NAME.so"
 std::string plugin_file_name(std::string_view driver);
 /// NAME of such a file name; empty when it is another one.
-std::string driver_of_file(const std::filesystem::path& file);
+std::string load_driver(const std::filesystem::path& file);
 
 /// Refuses a table that this program cannot call; reads version and size before all else.
 /// Errors: unsupported, with what was expected and what the plugin has.

@@ -9,7 +9,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration look_period = 10ms;
+constexpr Duration poll_period = 10ms;
 constexpr Duration ready_limit = 5s;
 // The driver knows how long its stage may take and says what is wrong; this is for one that says
 // nothing at all, and longer than any home_timeout_s that a driver accepts.
@@ -74,7 +74,7 @@ Result<std::unique_ptr<Bench>> Bench::create(const RigFile& rig, Loop& loop,
 }
 
 Bench::~Bench() {
-  loop_->cancel(look_timer_);
+  loop_->cancel(poll_timer_);
   for (const auto& device : devices_) device->driver().close();
 }
 
@@ -91,10 +91,10 @@ void Bench::connect(Device& device) {
     });
   } else if (role == "wrench") {
     wrench_ = &device;
-    device.on_sample([this](const Sample& sample) { take_wrench(sample); });
+    device.on_sample([this](const Sample& sample) { on_wrench(sample); });
   } else if (role == "taxels") {
     taxels_ = &device;
-    device.on_sample([this](const Sample& sample) { take_taxels(sample); });
+    device.on_sample([this](const Sample& sample) { on_taxels(sample); });
   } else {
     device.on_sample([this, &device](const Sample& sample) {
       if (!std::holds_alternative<AccelerationSample>(sample.value) &&
@@ -105,7 +105,7 @@ void Bench::connect(Device& device) {
   }
 }
 
-void Bench::take_wrench(Sample sample) {
+void Bench::on_wrench(Sample sample) {
   auto* const wrench = std::get_if<WrenchSample>(&sample.value);
   if (wrench == nullptr) return refuse(*wrench_, sample);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -118,7 +118,7 @@ void Bench::take_wrench(Sample sample) {
   if (sensor_sink_) sensor_sink_(*wrench_, sample);
 }
 
-void Bench::take_taxels(const Sample& sample) {
+void Bench::on_taxels(const Sample& sample) {
   const auto* const frame = std::get_if<TaxelSample>(&sample.value);
   if (frame == nullptr) return refuse(*taxels_, sample);
   snapshot_.taxels_at = sample.host;
@@ -137,7 +137,7 @@ void Bench::on_log(const Device::LogSink& sink) {
 }
 
 void Bench::finish(Status outcome) {
-  loop_->cancel(look_timer_);
+  loop_->cancel(poll_timer_);
   if (const auto done = std::exchange(done_, {})) done(std::move(outcome));
 }
 
@@ -147,16 +147,16 @@ void Bench::await(std::function<bool()> ready, Duration limit, std::string what,
   then_ = std::move(then);
   awaited_ = std::move(what);
   deadline_ = loop_->now() + limit;
-  look();
+  poll();
 }
 
-void Bench::look() {
+void Bench::poll() {
   if (const Error* error = fault()) return finish(pass(*error));
   if (ready_()) return std::exchange(then_, {})();
   if (loop_->now() >= deadline_)
     return finish(fail(
         {.code = Errc::timeout, .where = "bench", .what = awaited_ + " was not reached in time"}));
-  look_timer_ = loop_->after(look_period, [this] { look(); });
+  poll_timer_ = loop_->after(poll_period, [this] { poll(); });
 }
 
 void Bench::bring_up(std::function<void(Status)> done) {
@@ -190,13 +190,13 @@ void Bench::home(std::size_t position) {
 
 // The stages that were homed first have been silent since: what follows starts from fresh readings.
 void Bench::read_all() {
-  const TimePoint asked = loop_->now();
+  const TimePoint requested = loop_->now();
   for (Device* stage : stages_)
     if (const auto sent = stage->driver().command(PollCommand{}); !sent)
       return finish(pass(sent.error(), stage->entry().name));
-  const auto fresh = [this, asked] {
+  const auto fresh = [this, requested] {
     return std::all_of(snapshot_.stage_at.begin(), snapshot_.stage_at.end(),
-                       [&](const auto& at) { return at && *at > asked; });
+                       [&](const auto& at) { return at && *at > requested; });
   };
   await(fresh, ready_limit, "a reading of every stage", [this] { finish({}); });
 }

@@ -49,7 +49,7 @@ class Bench {
   /// The readings so far have been looked at: another cycle begins.
   void begin_recent() { snapshot_.wrench_recent = {}; }
   /// What the sensor reads at its zero; taken off every sample from now on, recorded ones included.
-  void take_zero(const WrenchSample& zero) { zero_ = zero; }
+  void set_zero(const WrenchSample& zero) { zero_ = zero; }
   /// The first fault of any device.
   [[nodiscard]] const Error* fault() const;
   Device& stage(StageAxis axis) { return *stages_[recipes::index(axis)]; }
@@ -64,11 +64,11 @@ class Bench {
  private:
   explicit Bench(Loop& loop) : loop_(&loop) {}
   void connect(Device& device);
-  void take_wrench(Sample sample);
-  void take_taxels(const Sample& sample);
+  void on_wrench(Sample sample);
+  void on_taxels(const Sample& sample);
   void await(std::function<bool()> ready, Duration limit, std::string what,
              std::function<void()> then);
-  void look();
+  void poll();
   void home(std::size_t position);
   void read_all();
   void finish(Status outcome);
@@ -87,7 +87,7 @@ class Bench {
   std::function<void()> then_;
   std::string awaited_;
   TimePoint deadline_;
-  TimerId look_timer_ = 0;
+  TimerId poll_timer_ = 0;
   std::function<void(Status)> done_;
 };
 

@@ -167,7 +167,7 @@ Status links_suit(const RigFile& rig) {
   return {};
 }
 
-Result<Endpoint> console_of(const json& root) {
+Result<Endpoint> read_console(const json& root) {
   const auto pointer = "/simulation/console"_json_pointer;
   json link = root.contains(pointer) ? root[pointer] : json();
   if (!link.is_object())
@@ -253,7 +253,7 @@ Result<RigFile> from_json(const json& root) {
   rig.mode = *mode;
   rig.bench = *mode == BenchMode::real ? BenchKind::real : BenchKind::simulated;
   if (*mode == BenchMode::emulated) {
-    Result<Endpoint> console = console_of(root);
+    Result<Endpoint> console = read_console(root);
     if (!console) return pass(console.error());
     rig.console = std::move(*console);
   }
@@ -325,7 +325,7 @@ Error in_rig_file(const DeviceEntry& entry, Error error) {
   return error;
 }
 
-BenchKind bench_kind_of(const std::filesystem::path& rig) {
+BenchKind load_bench_kind(const std::filesystem::path& rig) {
   const auto text = read_text_file(rig);
   if (!text) return BenchKind::unknown;
   const auto file = parse_rig_file(*text);

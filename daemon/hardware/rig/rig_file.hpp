@@ -65,7 +65,7 @@ Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drive
 Error in_rig_file(const DeviceEntry& entry, Error error);
 
 /// What kind of data the bench of this rig file makes; unknown where the file cannot be read.
-BenchKind bench_kind_of(const std::filesystem::path& rig);
+BenchKind load_bench_kind(const std::filesystem::path& rig);
 
 /// Lets the rig's drivers also come from `settings.folders` and from the folders that the file at
 /// `rig_path` names. parse_rig_file alone knows the built-in ones only.

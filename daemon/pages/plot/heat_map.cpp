@@ -53,7 +53,7 @@ struct Mistake {
   std::size_t count;
 };
 
-std::vector<Mistake> mistakes_of(const Confusion& confusion) {
+std::vector<Mistake> list_mistakes(const Confusion& confusion) {
   std::vector<Mistake> out;
   for (std::size_t t = 0; t < confusion.classes(); ++t)
     for (std::size_t p = 0; p < confusion.classes(); ++p)
@@ -87,7 +87,7 @@ std::string confusion_map(const Confusion& confusion, std::string_view title) {
 }
 
 std::string worst_confusions(const Confusion& confusion, std::size_t count) {
-  const std::vector<Mistake> mistakes = mistakes_of(confusion);
+  const std::vector<Mistake> mistakes = list_mistakes(confusion);
   if (mistakes.empty()) return "No trial was taken for another fabric.";
   std::string out = "Most frequent: ";
   for (std::size_t i = 0; i < std::min(count, mistakes.size()); ++i) {

@@ -8,7 +8,7 @@
 namespace weft::daemon {
 
 std::string bench_badge(BenchKind kind) {
-  return "<span class=\"badge\">" + std::string(bench_words(kind)) + "</span>";
+  return "<span class=\"badge\">" + std::string(bench_text(kind)) + "</span>";
 }
 
 std::string definition(std::string_view name, std::string_view value) {

@@ -67,7 +67,7 @@ double shown(double share, bool errors) {
   return errors ? share : share * 100;
 }
 
-double width_of(const std::string& text) {
+double text_width(const std::string& text) {
   return 7.0 * static_cast<double>(text.size());
 }
 
@@ -90,12 +90,12 @@ class Names {
   explicit Names(const Box& area) : area_(area) {}
 
   void write(Canvas& canvas, Point at, const std::string& text) {
-    const Box box = place_for(at, width_of(text));
+    const Box box = place_for(at, text_width(text));
     taken_.push_back(box);
     canvas.text({box.x, box.y + 11}, text, "front-name");
   }
 
-  void keep_clear(const Box& box) { taken_.push_back(box); }
+  void reserve(const Box& box) { taken_.push_back(box); }
 
  private:
   [[nodiscard]] bool is_free(const Box& box) const {
@@ -153,7 +153,7 @@ void draw_lines(Canvas& canvas, const Axes& axes, const ScatterPanel& panel, Nam
     canvas.line({axes.area.x, y}, {right, y}, "level-line");
     const double text_y = line.below ? y + 12 : y - 4;
     canvas.text({right - 4, text_y}, line.label, "level-name", Anchor::end);
-    names.keep_clear({right - 4 - width_of(line.label), text_y - 12, width_of(line.label), 16});
+    names.reserve({right - 4 - text_width(line.label), text_y - 12, text_width(line.label), 16});
   }
 }
 
@@ -170,12 +170,12 @@ void draw_panel(Canvas& canvas, const Axes& axes, const ScatterPanel& panel) {
   for (const ScatterPoint& p : panel.points) {
     if (!has_place(p, errors)) continue;
     draw_point(canvas, axes, p);
-    names.keep_clear(around(axes.at(p.time_s, shown(p.share, errors)), p.front ? front_radius : 6));
+    names.reserve(around(axes.at(p.time_s, shown(p.share, errors)), p.front ? front_radius : 6));
     if (p.front) front.push_back(&p);
   }
   const std::vector<Point> stairs = staircase(axes, front);
   canvas.polyline(stairs, "front-line");
-  for (std::size_t k = 1; k < stairs.size(); ++k) names.keep_clear(span(stairs[k - 1], stairs[k]));
+  for (std::size_t k = 1; k < stairs.size(); ++k) names.reserve(span(stairs[k - 1], stairs[k]));
   for (const ScatterPoint* p : front) {
     const Point at = axes.at(p->time_s, shown(p->share, errors));
     canvas.diamond(at, front_radius, "front-mark");
@@ -211,7 +211,7 @@ void draw_legend(Canvas& canvas, const Scatter& scatter) {
     if (!is_present(scatter, f)) continue;
     draw_mark(canvas, {x + 5, 14}, f);
     canvas.text({x + 15, 18}, scatter.families[f], "key");
-    x += 32 + width_of(scatter.families[f]);
+    x += 32 + text_width(scatter.families[f]);
   }
   const bool has_front = std::ranges::any_of(scatter.panels, [](const ScatterPanel& panel) {
     return std::ranges::any_of(panel.points, &ScatterPoint::front);

@@ -93,7 +93,7 @@ std::string Canvas::finish() {
   return std::move(out_) + "</svg>\n";
 }
 
-Range range_of(std::span<const double> values, double margin) {
+Range find_range(std::span<const double> values, double margin) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   Range out{infinity, -infinity};
   for (const double v : values) {

@@ -55,7 +55,7 @@ struct Range {
 };
 
 /// The finite values' range, widened by `margin` of itself; never empty.
-Range range_of(std::span<const double> values, double margin = 0.05);
+Range find_range(std::span<const double> values, double margin = 0.05);
 
 /// The positive finite values' range for a logarithmic scale, widened by `margin` of its decades
 /// (by half an octave at least); {0.5, 2} without such values.

@@ -19,10 +19,10 @@ namespace {
 using asio::ip::tcp;
 using Unix = asio::local::stream_protocol;
 
-constexpr std::chrono::seconds patience{10};  // to connect and to shake hands
+constexpr std::chrono::seconds max_wait{10};  // to connect and to shake hands
 constexpr const char* hint = "Start weftd, or name its socket with --socket or WEFT_SOCKET";
 
-tl::unexpected<Error> nobody(const std::string& at, const std::string& why) {
+tl::unexpected<Error> unreachable_error(const std::string& at, const std::string& why) {
   return fail({.code = Errc::not_found,
                .where = at,
                .what = "no daemon answers",
@@ -87,7 +87,7 @@ Result<std::unique_ptr<Channel>> open_unix(const std::string& path) {
                  .what = "there is no such socket",
                  .expected = "tls://HOST:PORT or tcp://HOST:PORT",
                  .hint = "A port is named with its protocol"});
-  if (error) return nobody(path, error.message());
+  if (error) return unreachable_error(path, error.message());
   return std::make_unique<StreamChannel<Unix::socket>>(std::move(context), nullptr,
                                                        std::move(socket));
 }
@@ -113,7 +113,7 @@ Result<HostPort> split(const std::string& at, std::string_view text) {
 /// Runs what was begun, for so long; what it came to.
 asio::error_code finished(asio::io_context& context, const std::optional<asio::error_code>& done) {
   context.restart();
-  context.run_for(patience);
+  context.run_for(max_wait);
   return done.value_or(asio::error_code(asio::error::timed_out));
 }
 
@@ -122,7 +122,7 @@ Status connect(asio::io_context& context, tcp::socket& socket, const std::string
   asio::error_code error;
   tcp::resolver resolver(context);
   const auto found = resolver.resolve(to.host, to.port, error);
-  if (error) return nobody(at, error.message());
+  if (error) return unreachable_error(at, error.message());
   for (const auto& entry : found)
     if (only_here && !entry.endpoint().address().is_loopback())
       return fail({.code = Errc::invalid_argument,
@@ -134,7 +134,7 @@ Status connect(asio::io_context& context, tcp::socket& socket, const std::string
   asio::async_connect(socket, found,
                       [&done](const asio::error_code& e, const tcp::endpoint&) { done = e; });
   if (const asio::error_code outcome = finished(context, done); outcome)
-    return nobody(at, outcome.message());
+    return unreachable_error(at, outcome.message());
   socket.set_option(tcp::no_delay(true), error);
   return {};
 }

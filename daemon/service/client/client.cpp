@@ -18,7 +18,7 @@ tl::unexpected<Error> gone() {
 }
 
 /// The daemon's error as one of ours.
-tl::unexpected<Error> said_no(const json& error, std::string& kind) {
+tl::unexpected<Error> refusal_from(const json& error, std::string& kind) {
   const json data = error.value("data", json::object());
   kind = data.value("kind", "");
   return fail({.code = Errc::wrong_state,
@@ -97,7 +97,7 @@ Result<std::string> Client::call(std::string_view method, std::string_view param
     } else if (const json answers = message.value("id", json());
                answers == id || (answers.is_null() && message.contains("error"))) {
       // Without an id: the last word before the connection ends, as when a token's time is over.
-      if (message.contains("error")) return said_no(message["error"], refusal_);
+      if (message.contains("error")) return refusal_from(message["error"], refusal_);
       return message.at("result").dump();
     }
   }
@@ -112,7 +112,7 @@ Result<std::string> Client::next_event() {
     if (message.value("method", "") == "event")
       events_.push_back(message.at("params").dump());
     else if (message.contains("error"))
-      return said_no(message["error"], refusal_);
+      return refusal_from(message["error"], refusal_);
   }
   std::string first = std::move(events_.front());
   events_.pop_front();

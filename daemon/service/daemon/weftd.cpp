@@ -5,13 +5,13 @@
 #include <asio/ip/host_name.hpp>
 #include <nlohmann/json.hpp>
 
-#include "daemon/base/loop/rising_utc.hpp"
+#include "daemon/base/loop/monotonic_utc_clock.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/service/methods/rig_delta.hpp"
 #include "daemon/service/methods/services.hpp"
 #include "daemon/service/rpc/answer_store.hpp"
-#include "daemon/service/rpc/errands.hpp"
 #include "daemon/service/rpc/token_keeper.hpp"
+#include "daemon/service/rpc/worker_queue.hpp"
 #include "daemon/service/transport/http_server.hpp"
 #include "daemon/service/transport/socket_server.hpp"
 
@@ -52,8 +52,8 @@ std::string http_url(const asio::ip::address& address, std::uint16_t port, bool 
 }
 
 /// One wording for all that can be wrong with a token.
-Result<TokenOwner> owner_of(access::TokenKeeper& tokens, std::string_view token,
-                            std::int64_t utc_us) {
+Result<TokenOwner> find_token_owner(access::TokenKeeper& tokens, std::string_view token,
+                                    std::int64_t utc_us) {
   if (const auto entry = tokens.find(token, utc_us))
     return TokenOwner{access::user_of(*entry), entry->role, *entry};
   return fail({.code = Errc::wrong_state,
@@ -67,7 +67,7 @@ class Daemon final : private runs::RunObserver {
  public:
   /// `own`: where the daemon is there for that run alone; outlives it.
   static Result<std::unique_ptr<Daemon>> open(const DaemonOptions& options,
-                                              const OwnRun* own = nullptr);
+                                              const EmbeddedRun* own = nullptr);
   ~Daemon() override { ending_ = true; }
   /// Returns the run that does not answer any more, where there is one: its thread holds on to all
   /// of the daemon, which may not be destroyed under it.
@@ -90,14 +90,14 @@ class Daemon final : private runs::RunObserver {
   void on_queue_changed(const runs::RunQueue& queue, std::string_view by) override;
   void on_rig_state_changed(const runs::RigState& rig, std::string_view by) override;
   void remember_answers();
-  void look_at_tokens();
+  void check_tokens();
   void tick();
   void show_samples();
 
-  const OwnRun* own_ = nullptr;
+  const EmbeddedRun* own_ = nullptr;
   BenchPace pace_ = 0;
-  Onlooker onlooker_;
-  RisingUtc utc_;
+  LiveFrameSampler frame_sampler_;
+  MonotonicUtcClock utc_;
   access::TokenKeeper tokens_;
   Clock tokens_seen_{};         ///< when the file was looked at
   bool tokens_unread_ = false;  ///< the journal has it that the file cannot be read
@@ -115,13 +115,13 @@ class Daemon final : private runs::RunObserver {
   std::unique_ptr<TlsServer> tls_;  // before those who use it
   std::unique_ptr<SocketServer> server_;
   std::unique_ptr<HttpServer> http_;
-  std::unique_ptr<Errands> errands_, change_errands_,
-      file_errands_;                           // those below tell the server too
+  std::unique_ptr<WorkerQueue> workers_, change_workers_,
+      file_workers_;                           // those below tell the server too
   std::unique_ptr<runs::RunManager> manager_;  // gone first: its threads post to the server
-  std::unique_ptr<handover::HandoverService> hand_overs_;  // likewise, and uses the manager
+  std::unique_ptr<handover::HandoverService> handovers_;  // likewise, and uses the manager
 };
 
-Result<std::unique_ptr<Daemon>> Daemon::open(const DaemonOptions& options, const OwnRun* own) {
+Result<std::unique_ptr<Daemon>> Daemon::open(const DaemonOptions& options, const EmbeddedRun* own) {
   if (Status made = make_folder(options.data); !made) return pass(made.error());
   auto tokens = access::TokenKeeper::open(or_in(options.tokens, options.data, "tokens.json"));
   if (!tokens) return pass(tokens.error());
@@ -145,17 +145,17 @@ void Daemon::wire(const DaemonOptions& options) {
                .epoch = epoch_,
                .now = [] { return steady_wall_now(); },
                .utc_us = [this] { return utc_us(); },
-               .errand =
-                   [this](Errands::Work work, Errands::Failed failed) {
-                     return errands_->send(std::move(work), std::move(failed));
+               .background =
+                   [this](WorkerQueue::Work work, WorkerQueue::Failed failed) {
+                     return workers_->send(std::move(work), std::move(failed));
                    },
-               .change_errand =
-                   [this](Errands::Work work, Errands::Failed failed) {
-                     return change_errands_->send(std::move(work), std::move(failed));
+               .change_background =
+                   [this](WorkerQueue::Work work, WorkerQueue::Failed failed) {
+                     return change_workers_->send(std::move(work), std::move(failed));
                    },
-               .file_errand =
-                   [this](Errands::Work work, Errands::Failed failed) {
-                     return file_errands_->send(std::move(work), std::move(failed));
+               .file_background =
+                   [this](WorkerQueue::Work work, WorkerQueue::Failed failed) {
+                     return file_workers_->send(std::move(work), std::move(failed));
                    },
                .files = &files_,
                .pace = &pace_,
@@ -176,10 +176,10 @@ void Daemon::wire(const DaemonOptions& options) {
   shared_.answered = &answered_;
   shared_.epoch = services_.epoch;
   shared_.token_owner = [this](std::string_view token) {
-    return owner_of(tokens_, token, utc_us());
+    return find_token_owner(tokens_, token, utc_us());
   };
-  shared_.token_stands = [this](const TokenOwner& owner) {
-    return tokens_.stands(owner.token, utc_us());
+  shared_.is_token_valid = [this](const TokenOwner& owner) {
+    return tokens_.is_valid(owner.token, utc_us());
   };
   shared_.readiness_json = [this] { return api::readiness_json(services_); };
   shared_.halt = [this](const rpc::Caller& caller) {
@@ -190,8 +190,8 @@ void Daemon::wire(const DaemonOptions& options) {
   };
   services_.sessions = &shared_.sessions;
   shared_.now = [] { return steady_wall_now(); };
-  shared_.file = [this](std::string_view path, const Shared::FileTold& told) {
-    api::open_served_file(services_, path, told);
+  shared_.file = [this](std::string_view path, const Shared::FileCallback& callback) {
+    api::open_served_file(services_, path, callback);
   };
   api::add_methods(methods_, services_);
 }
@@ -216,7 +216,7 @@ runs::RunContext Daemon::run_context(const DaemonOptions& options) {
           .now = [] { return steady_wall_now(); },
           .utc_us = [this] { return utc_us(); },
           .observer = this,
-          .onlooker = &onlooker_,
+          .frame_sampler = &frame_sampler_,
           .pace = &pace_,
           .wall_us = [] { return utc_now().count() / 1000; },
           .perform =
@@ -243,21 +243,21 @@ Status Daemon::begin(const DaemonOptions& options) {
       shared_, {});
   if (!server) return pass(server.error());
   server_ = std::move(*server);
-  const auto post = [this](Errands::Report report) { server_->post(std::move(report)); };
-  errands_ = std::make_unique<Errands>(post);
-  change_errands_ = std::make_unique<Errands>(post);
-  file_errands_ = std::make_unique<Errands>(post);
+  const auto post = [this](WorkerQueue::Report report) { server_->post(std::move(report)); };
+  workers_ = std::make_unique<WorkerQueue>(post);
+  change_workers_ = std::make_unique<WorkerQueue>(post);
+  file_workers_ = std::make_unique<WorkerQueue>(post);
   manager_ = std::make_unique<runs::RunManager>(run_context(options), log_);
   remember_answers();
   services_.run_manager = manager_.get();
-  hand_overs_ = std::make_unique<handover::HandoverService>(
+  handovers_ = std::make_unique<handover::HandoverService>(
       handover::HandoverContext{
           .post = [this](std::function<void()> work) { server_->post(std::move(work)); },
           .utc_us = [this] { return utc_us(); },
           .on_changed = [this](std::string_view run,
-                               const HandOverFact& fact) { manager_->set_handover(run, fact); }},
+                               const HandoverStatus& fact) { manager_->set_handover(run, fact); }},
       log_);
-  services_.hand_overs = hand_overs_.get();
+  services_.handovers = handovers_.get();
   if (options.http_port) {
     auto http = HttpServer::open(server_->context(), {*options.http_port, *address, tls_.get()},
                                  shared_, {});
@@ -277,28 +277,29 @@ Status Daemon::begin(const DaemonOptions& options) {
 // What cannot be kept, for want of disk, is remembered while the daemon runs, and no request waits
 // for more.
 void Daemon::remember_answers() {
-  auto kept = answers_.answers();
+  auto stored_answers = answers_.answers();
   answered_.remember_in(
       {.utc_us = [this] { return utc_us(); },
-       .asked = [this](const access::KeptAnswer& one) { static_cast<void>(answers_.keep(one)); },
+       .requested =
+           [this](const access::StoredAnswer& one) { static_cast<void>(answers_.persist(one)); },
        .answered =
            [this](const std::string& name, const rpc::Outcome& outcome) {
-             static_cast<void>(answers_.keep_outcome(name, outcome));
+             static_cast<void>(answers_.persist_outcome(name, outcome));
            },
        .forgotten =
            [this](const std::string& name) { static_cast<void>(answers_.forget_answer(name)); }},
-      kept ? std::move(*kept) : std::vector<access::KeptAnswer>{});
+      stored_answers ? std::move(*stored_answers) : std::vector<access::StoredAnswer>{});
 }
 
 void Daemon::on_run_changed(const runs::RunView& run) {
-  nlohmann::json told = api::run_json(run);
+  nlohmann::json callback = api::run_json(run);
   // A patch that leaves something out takes nothing away: what a recovery has cleared is told.
   for (const char* const gone :
        {"outcome", "cleanup", "rig", "error", "dataset_error", "dataset_sha256", "campaign_since"})
-    if (!told.contains(gone)) told[gone] = nullptr;
-  hub_.publish("run:" + run.stored.id(), told, utc_us());
-  if (hand_overs_ && own_ == nullptr)  // `weft run` does that itself
-    hand_overs_->consider(run.stored, run.wants_hand_over);
+    if (!callback.contains(gone)) callback[gone] = nullptr;
+  hub_.publish("run:" + run.stored.id(), callback, utc_us());
+  if (handovers_ && own_ == nullptr)  // `weft run` does that itself
+    handovers_->consider(run.stored, run.has_handover);
 }
 
 void Daemon::on_vote(const runs::RunView& run) {
@@ -320,16 +321,16 @@ void Daemon::on_queue_changed(const runs::RunQueue& queue, std::string_view by) 
 // Each tick at most one frame: whoever looks on costs the run nothing more.
 void Daemon::show_samples() {
   const bool wanted = api::wants_samples(hub_);
-  onlooker_.look(wanted);
+  frame_sampler_.set_active(wanted);
   if (!wanted) return;
   const auto run = manager_->active();
-  const auto frame = onlooker_.take();
+  const auto frame = frame_sampler_.take();
   if (run && frame) api::pass_on(hub_, *frame, *run, utc_us());
 }
 
 // A token that was removed ends what it was good for, within a second; where that cannot be seen it
 // is said.
-void Daemon::look_at_tokens() {
+void Daemon::check_tokens() {
   using namespace std::chrono_literals;
   const Clock now = steady_wall_now();
   if (now - tokens_seen_ < 1s) return;
@@ -343,12 +344,12 @@ void Daemon::look_at_tokens() {
 }
 
 void Daemon::tick() {
-  look_at_tokens();
+  check_tokens();
   show_samples();
   if (http_) http_->pump();
   manager_->tick();
   for (const access::Lease& lease : leases_.expire(steady_wall_now()))
-    api::tell_expired(services_, lease);
+    api::notify_lease_expired(services_, lease);
 }
 
 std::optional<std::string> Daemon::run(const std::atomic<bool>& stop,
@@ -362,7 +363,7 @@ std::optional<std::string> Daemon::run(const std::atomic<bool>& stop,
     if (manager_->status().is_at_rest) server_->stop();
   });
   auto lost = manager_->status().unresponsive;
-  if (lost) hand_overs_->put_off();
+  if (lost) handovers_->put_off();
   return lost;
 }
 
@@ -370,8 +371,7 @@ Status Daemon::run_own() {
   const auto run = manager_->submit(own_->request, own_->check());
   if (!run) return pass(run.error());
   // Who looks on is told the end.
-  constexpr Clock to_ask_once_more = std::chrono::milliseconds(200),
-                  to_read = std::chrono::seconds(2);
+  constexpr Clock repeat_after = std::chrono::milliseconds(200), to_read = std::chrono::seconds(2);
   std::optional<Clock> since;
   server_->run([&] {
     tick();
@@ -380,7 +380,7 @@ Status Daemon::run_own() {
     if (!since) since = now;
     const Clock over = now - *since;
     if (server_->connections() == 0 || over > to_read ||
-        (over > to_ask_once_more && !server_->has_unsent()))
+        (over > repeat_after && !server_->has_unsent()))
       server_->stop();
   });
   return {};
@@ -401,7 +401,7 @@ Status run_daemon(const DaemonOptions& options, const std::atomic<bool>& stop,
                .hint = "weft status says how the rig stands, once weftd is started again"});
 }
 
-Status run_daemon_for(const DaemonOptions& options, const OwnRun& own) {
+Status run_daemon_for(const DaemonOptions& options, const EmbeddedRun& own) {
   auto daemon = Daemon::open(options, &own);
   if (!daemon) return pass(daemon.error());
   return (*daemon)->run_own();

@@ -39,7 +39,7 @@ Status run_daemon(const DaemonOptions& options, const std::atomic<bool>& stop,
                   const std::function<void(const Ports&)>& ready);
 
 /// A campaign of this process, which others may look at, hold and end meanwhile.
-struct OwnRun {
+struct EmbeddedRun {
   runs::RunRequest request;
   std::function<runs::Checked()> check;  ///< of its recipe, called once
   /// The campaign itself, called once, on a thread of its own, with what others ask for in `hooks`.
@@ -49,6 +49,6 @@ struct OwnRun {
 /// As run_daemon(), for that run alone, until it has ended; nothing of it is remembered, and `data`
 /// is where the socket is. Where the daemon could not be, that is the error, and nothing was
 /// performed.
-Status run_daemon_for(const DaemonOptions& options, const OwnRun& own);
+Status run_daemon_for(const DaemonOptions& options, const EmbeddedRun& own);
 
 }  // namespace weft::daemon::server

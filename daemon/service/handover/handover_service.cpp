@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "daemon/base/loop/caught.hpp"
+#include "daemon/base/loop/catch_as_error.hpp"
 #include "daemon/base/loop/free_memory.hpp"
 #include "daemon/base/loop/low_priority.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
@@ -21,7 +21,7 @@ std::size_t threads_in_background() {
   return std::max(1U, std::thread::hardware_concurrency() / 2);
 }
 
-tl::unexpected<Error> no_hand_over(std::string_view run) {
+tl::unexpected<Error> no_handover(std::string_view run) {
   return fail({.code = Errc::not_found,
                .where = "/params/run",
                .what = "no hand-over of such a run",
@@ -33,7 +33,7 @@ tl::unexpected<Error> no_hand_over(std::string_view run) {
 
 HandoverService::HandoverService(HandoverContext context, runs::RunStore& journal)
     : context_(std::move(context)), journal_(journal), store_(journal.database()) {
-  if (auto known = store_.hand_overs()) on_record_ = std::move(*known);
+  if (auto known = store_.handovers()) on_record_ = std::move(*known);
 }
 
 HandoverService::~HandoverService() {
@@ -47,10 +47,10 @@ void HandoverService::put_off() {
   thread_.request_stop();
   if (active_.empty()) return;
   Item& item = *find(active_);
-  item.fact.state = cancelled_by_.empty() ? HandOverState::waiting : HandOverState::cancelled;
+  item.fact.state = cancelled_by_.empty() ? HandoverState::waiting : HandoverState::cancelled;
   if (!cancelled_by_.empty()) item.fact.by = cancelled_by_;
   --item.fact.attempts;
-  static_cast<void>(store_.keep(item.run.number, item.fact));
+  static_cast<void>(store_.persist(item.run.number, item.fact));
 }
 
 HandoverService::Item* HandoverService::find(std::string_view run) {
@@ -58,55 +58,56 @@ HandoverService::Item* HandoverService::find(std::string_view run) {
   return found == items_.end() ? nullptr : &found->second;
 }
 
-std::optional<HandOverFact> HandoverService::get(std::string_view run) const {
+std::optional<HandoverStatus> HandoverService::get(std::string_view run) const {
   const auto found = items_.find(run);
-  if (found == items_.end() || found->second.fact.state == HandOverState::none) return std::nullopt;
+  if (found == items_.end() || found->second.fact.state == HandoverState::none) return std::nullopt;
   return found->second.fact;
 }
 
 void HandoverService::consider(const runs::StoredRun& run, std::optional<bool> wanted) {
   if (run.state != runs::RunState::ended || !run.has_all() || items_.contains(run.id())) return;
   const auto known = on_record_.find(run.number);
-  HandOverFact fact = known == on_record_.end() ? first_look(run, wanted) : known->second;
+  HandoverStatus fact = known == on_record_.end() ? initial_status(run, wanted) : known->second;
   const bool as_it_was = known != on_record_.end() && is_over(fact.state);
   Item& item = items_.emplace(run.id(), Item{run, fact}).first->second;
   if (!is_over(fact.state))
     return fact.attempts < most_attempts ? enqueue(item, fact.by) : give_up(item);
-  if (!as_it_was) static_cast<void>(store_.keep(run.number, fact));
-  if (fact.state != HandOverState::none) context_.on_changed(run.id(), fact);
+  if (!as_it_was) static_cast<void>(store_.persist(run.number, fact));
+  if (fact.state != HandoverState::none) context_.on_changed(run.id(), fact);
 }
 
 /// The campaign's own recipe, not that of the folder, which may have changed since. It is
 /// read here only where the run has not reported it: one that ended in another life of the daemon.
-HandOverFact HandoverService::first_look(const runs::StoredRun& run, std::optional<bool> wanted) {
-  HandOverFact fact;
+HandoverStatus HandoverService::initial_status(const runs::StoredRun& run,
+                                               std::optional<bool> wanted) {
+  HandoverStatus fact;
   fact.by = runs::by_recipe;
   if (!wanted) {
     std::error_code unseen;
     if (!std::filesystem::exists(run.folder, unseen)) return {};  // put away
-    const auto read = wanted_hand_over(run.folder);
+    const auto read = load_handover_spec(run.folder);
     if (!read) {
-      fact.state = HandOverState::failed;
+      fact.state = HandoverState::failed;
       fact.error = to_string(read.error());
       return fact;
     }
     wanted = read->has_value();
   }
-  if (*wanted) fact.state = HandOverState::waiting;
+  if (*wanted) fact.state = HandoverState::waiting;
   return fact;
 }
 
 void HandoverService::give_up(Item& item) {
-  HandOverFact fact;
-  fact.state = HandOverState::failed;
+  HandoverStatus fact;
+  fact.state = HandoverState::failed;
   fact.by = runs::after_restart;
   fact.error = "the daemon ended twice under it; handover.start tries once more";
   enter(item, std::move(fact));
 }
 
 void HandoverService::enqueue(Item& item, std::string_view by) {
-  HandOverFact fact;
-  fact.state = HandOverState::waiting;
+  HandoverStatus fact;
+  fact.state = HandoverState::waiting;
   fact.by = by;
   fact.attempts = item.fact.attempts;
   queue_.push_back(item.run.id());
@@ -114,9 +115,9 @@ void HandoverService::enqueue(Item& item, std::string_view by) {
   begin_next();
 }
 
-void HandoverService::enter(Item& item, HandOverFact fact) {
+void HandoverService::enter(Item& item, HandoverStatus fact) {
   item.fact = std::move(fact);
-  static_cast<void>(store_.keep(item.run.number, item.fact));
+  static_cast<void>(store_.persist(item.run.number, item.fact));
   const json payload{{"state", to_string(item.fact.state)}, {"error", item.fact.error}};
   static_cast<void>(
       journal_.append_journal(context_.utc_us(), item.run.id(), "hand_over", item.fact.by,
@@ -132,21 +133,21 @@ void HandoverService::begin_next() {
   active_ = queue_.front();
   queue_.pop_front();
   Item& item = *find(active_);
-  HandOverFact fact;
-  fact.state = HandOverState::running;
+  HandoverStatus fact;
+  fact.state = HandoverState::running;
   fact.by = item.fact.by;
   fact.attempts = item.fact.attempts + 1;  // on record before it can take the daemon down
   enter(item, std::move(fact));
   thread_ = std::jthread([this, id = active_, folder = item.run.folder](std::stop_token stop) {
-    take_low_priority();
-    HandOverHooks hooks;
+    set_low_priority();
+    HandoverHooks hooks;
     hooks.stop = [&stop] { return stop.stop_requested(); };
     hooks.seconds_now = steady_wall_seconds;
     hooks.threads = threads_in_background();
     hooks.progress = [this, &id](const EvaluationProgress& progress) {
       context_.post([this, id, progress] { progressed(id, progress); });
     };
-    const auto result = caught([&] { return hand_over(folder, hooks); }, "hand-over");
+    const auto result = catch_as_error([&] { return run_handover(folder, hooks); }, "hand-over");
     give_back_free_memory();
     context_.post([this, id, result] { ended(id, result); });
   });
@@ -160,17 +161,17 @@ void HandoverService::progressed(const std::string& id, const EvaluationProgress
   context_.on_changed(id, item.fact);
 }
 
-void HandoverService::ended(const std::string& id, const Result<HandedOver>& result) {
+void HandoverService::ended(const std::string& id, const Result<HandoverResult>& result) {
   Item& item = *find(id);
-  HandOverFact fact;
+  HandoverStatus fact;
   fact.by = item.fact.by;
   const std::string cancelled_by = std::exchange(cancelled_by_, {});
   if (result) {
-    fact.state = HandOverState::done;
+    fact.state = HandoverState::done;
     fact.result_json =
-        handed_over_json(*result).dump(-1, ' ', false, json::error_handler_t::replace);
+        handover_result_json(*result).dump(-1, ' ', false, json::error_handler_t::replace);
   } else {
-    fact.state = cancelled_by.empty() ? HandOverState::failed : HandOverState::cancelled;
+    fact.state = cancelled_by.empty() ? HandoverState::failed : HandoverState::cancelled;
     if (!cancelled_by.empty()) fact.by = cancelled_by;
     fact.error = to_string(result.error());
   }
@@ -182,7 +183,7 @@ void HandoverService::ended(const std::string& id, const Result<HandedOver>& res
 
 Status HandoverService::again(std::string_view run, std::string_view by) {
   Item* const item = find(run);
-  if (item == nullptr || item->fact.state == HandOverState::none) return no_hand_over(run);
+  if (item == nullptr || item->fact.state == HandoverState::none) return no_handover(run);
   if (!is_over(item->fact.state))
     return fail({.code = Errc::wrong_state,
                  .where = "/params/run",
@@ -195,7 +196,7 @@ Status HandoverService::again(std::string_view run, std::string_view by) {
 
 Status HandoverService::cancel(std::string_view run, std::string_view by) {
   Item* const item = find(run);
-  if (item == nullptr || item->fact.state == HandOverState::none) return no_hand_over(run);
+  if (item == nullptr || item->fact.state == HandoverState::none) return no_handover(run);
   if (is_over(item->fact.state))
     return fail({.code = Errc::wrong_state,
                  .where = "/params/run",
@@ -208,8 +209,8 @@ Status HandoverService::cancel(std::string_view run, std::string_view by) {
     return {};
   }
   std::erase(queue_, run);
-  HandOverFact fact;
-  fact.state = HandOverState::cancelled;
+  HandoverStatus fact;
+  fact.state = HandoverState::cancelled;
   fact.by = by;
   enter(*item, std::move(fact));
   return {};

@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/analysis/handover/hand_over.hpp"
+#include "daemon/analysis/handover/handover.hpp"
 #include "daemon/service/handover/handover_store.hpp"
 #include "daemon/service/runs/run_store.hpp"
 
@@ -22,7 +22,7 @@ namespace weft::daemon::handover {
 struct HandoverContext {
   std::function<void(std::function<void()>)> post;  ///< onto the service's thread, from any
   std::function<std::int64_t()> utc_us;
-  std::function<void(std::string_view run, const HandOverFact&)> on_changed;
+  std::function<void(std::string_view run, const HandoverStatus&)> on_changed;
 };
 
 /// Used by one thread, which `post` calls back to.
@@ -48,7 +48,7 @@ class HandoverService {
   /// disk may hang.
   void put_off();
   /// Nothing where there is none.
-  [[nodiscard]] std::optional<HandOverFact> get(std::string_view run) const;
+  [[nodiscard]] std::optional<HandoverStatus> get(std::string_view run) const;
   /// Calls back once it is over; at once where it is, or there is none; never, once `listener` is
   /// gone.
   void when_over(std::string_view run, std::function<void()> on_over,
@@ -57,26 +57,26 @@ class HandoverService {
  private:
   struct Item {
     runs::StoredRun run;
-    HandOverFact fact;
+    HandoverStatus fact;
     struct Waiting {
       std::function<void()> on_over;
       std::weak_ptr<const void> listener;
     };
     std::vector<Waiting> waiting = {};
   };
-  static HandOverFact first_look(const runs::StoredRun& run, std::optional<bool> wanted);
+  static HandoverStatus initial_status(const runs::StoredRun& run, std::optional<bool> wanted);
   void give_up(Item& item);
   void enqueue(Item& item, std::string_view by);
   void begin_next();
   void progressed(const std::string& id, const EvaluationProgress& progress);
-  void ended(const std::string& id, const Result<HandedOver>& result);
-  void enter(Item& item, HandOverFact fact);
+  void ended(const std::string& id, const Result<HandoverResult>& result);
+  void enter(Item& item, HandoverStatus fact);
   [[nodiscard]] Item* find(std::string_view run);
 
   HandoverContext context_;
   runs::RunStore& journal_;
   HandoverStore store_;
-  std::map<std::int64_t, HandOverFact> on_record_;  // of runs that were not considered yet
+  std::map<std::int64_t, HandoverStatus> on_record_;  // of runs that were not considered yet
   std::map<std::string, Item, std::less<>> items_;
   std::deque<std::string> queue_;
   std::string active_, cancelled_by_;

@@ -2,17 +2,17 @@
 
 namespace weft::daemon::handover {
 
-Result<std::map<std::int64_t, HandOverFact>> HandoverStore::hand_overs() {
+Result<std::map<std::int64_t, HandoverStatus>> HandoverStore::handovers() {
   auto query =
       database_->prepare("SELECT run, state, by, error, result_json, attempts FROM hand_over");
   if (!query) return pass(query.error());
-  std::map<std::int64_t, HandOverFact> out;
+  std::map<std::int64_t, HandoverStatus> out;
   for (;;) {
     const auto row = query->step();
     if (!row) return pass(row.error());
     if (!*row) return out;
-    HandOverFact fact;
-    const auto state = hand_over_state_from(query->text(1));
+    HandoverStatus fact;
+    const auto state = handover_state_from(query->text(1));
     if (!state)
       return fail({.code = Errc::corrupt,
                    .where = "hand_over",
@@ -27,7 +27,7 @@ Result<std::map<std::int64_t, HandOverFact>> HandoverStore::hand_overs() {
   }
 }
 
-Status HandoverStore::keep(std::int64_t run, const HandOverFact& fact) {
+Status HandoverStore::persist(std::int64_t run, const HandoverStatus& fact) {
   auto change = database_->prepare_to_write(
       "INSERT OR REPLACE INTO hand_over (run, state, by, error, result_json, attempts) VALUES "
       "(?,?,?,?,?,?)");

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <map>
 
-#include "daemon/storage/certificate/hand_over_fact.hpp"
+#include "daemon/storage/certificate/handover_status.hpp"
 #include "daemon/storage/recorder/sqlite.hpp"
 
 namespace weft::daemon::handover {
@@ -16,8 +16,8 @@ class HandoverStore {
   /// `database` outlives the store and has the table (RunStore::open()).
   explicit HandoverStore(sqlite::Database& database) : database_(&database) {}
   /// By the number of their runs.
-  [[nodiscard]] Result<std::map<std::int64_t, HandOverFact>> hand_overs();
-  Status keep(std::int64_t run, const HandOverFact& fact);
+  [[nodiscard]] Result<std::map<std::int64_t, HandoverStatus>> handovers();
+  Status persist(std::int64_t run, const HandoverStatus& fact);
 
  private:
   sqlite::Database* database_;

@@ -1,6 +1,6 @@
 #include <nlohmann/json.hpp>
 
-#include "daemon/service/methods/parts.hpp"
+#include "daemon/service/methods/helpers.hpp"
 
 namespace weft::daemon::api {
 namespace {
@@ -15,12 +15,12 @@ Outcome live(const Services& services, const Call& call) {
   if (!run) return refused(run.error());
   json out{{"run", run->stored.id()}, {"vote", nullptr}};
   if (run->vote) out["vote"] = vote_json(*run->vote);
-  return text_of(out);
+  return format_text(out);
 }
 
 }  // namespace
 
-json vote_json(const VoteMoment& vote) {
+json vote_json(const LiveVoteUpdate& vote) {
   // An array: a merge patch replaces it, so that no label of another model stays.
   json probability = nullptr;  // a model without aids knows none
   for (const auto& [label, share] : vote.probability)

@@ -6,7 +6,7 @@
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/file/sha256.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
-#include "daemon/storage/certificate/hand_over_file.hpp"
+#include "daemon/storage/certificate/handover_file.hpp"
 
 namespace weft::daemon::api {
 namespace {
@@ -31,14 +31,14 @@ Result<OpenFile> opened(const fs::path& folder, const fs::path& name) {
 }
 
 fs::path evaluation_name() {
-  return fs::path(hand_over_folder_name) / evaluation_file_name;
+  return fs::path(handover_folder_name) / evaluation_file_name;
 }
 
 fs::path exports_name() {
   return fs::path(export_folder_name) / export_list_name;
 }
 
-std::optional<OpenFile::Stamp> stamp_of(const fs::path& folder, const fs::path& name) {
+std::optional<OpenFile::Stamp> read_stamp(const fs::path& folder, const fs::path& name) {
   const auto file = opened(folder, name);
   const auto stamp = file ? file->stamp() : pass(file.error());
   return stamp ? std::optional(*stamp) : std::nullopt;
@@ -59,14 +59,16 @@ std::string in_folder(const char* folder, const std::string& name) {
 Status add_certified(const fs::path& folder, const Certificate& certificate,
                      std::vector<DataFile>& out) {
   if (Status ok = add_list(folder, certificate_file_name, out); !ok) return ok;
-  for (const FilePrint& file : certificate.files)
+  for (const FileChecksums& file : certificate.files)
     if (is_plain(file.name)) out.push_back({file.name, file.bytes, file.sha256});
-  const auto handed = listed_hand_over_files(folder);
-  if (!handed) return {};  // a damaged one is told by verify; the data are there all the same
-  for (const HandOverFile& file : *handed)
+  const auto handover_files = listed_handover_files(folder);
+  if (!handover_files)
+    return {};  // a damaged one is told by verify; the data are there all the same
+  for (const HandoverFile& file : *handover_files)
     if (is_plain(file.name))
-      out.push_back({in_folder(hand_over_folder_name, file.name), file.bytes, file.sha256});
-  if (!handed->empty()) static_cast<void>(add_list(folder, evaluation_name().string(), out));
+      out.push_back({in_folder(handover_folder_name, file.name), file.bytes, file.sha256});
+  if (!handover_files->empty())
+    static_cast<void>(add_list(folder, evaluation_name().string(), out));
   return {};
 }
 
@@ -107,13 +109,13 @@ bool DataFiles::is_settled(const Stamp& stamp) const {
   return utc_now_().count() - stamp.changed_ns > tick_ns;
 }
 
-DataFiles::Stamps DataFiles::stamps_of(const fs::path& folder) {
-  return {stamp_of(folder, certificate_file_name), stamp_of(folder, evaluation_name()),
-          stamp_of(folder, exports_name())};
+DataFiles::Stamps DataFiles::read_stamps(const fs::path& folder) {
+  return {read_stamp(folder, certificate_file_name), read_stamp(folder, evaluation_name()),
+          read_stamp(folder, exports_name())};
 }
 
 Result<std::vector<DataFile>> DataFiles::list(const fs::path& folder) {
-  const Stamps as_of = stamps_of(folder);
+  const Stamps as_of = read_stamps(folder);
   const auto known = lists_.find(folder);
   if (known != lists_.end() && known->second.as_of == as_of) return known->second.files;
   ++work_.lists_read;
@@ -123,11 +125,11 @@ Result<std::vector<DataFile>> DataFiles::list(const fs::path& folder) {
   auto files = read_lists(folder);
   if (!files) return files;
   if (lists_.size() >= most_lists) lists_.clear();
-  if (settled && stamps_of(folder) == as_of) lists_[folder] = {as_of, *files};
+  if (settled && read_stamps(folder) == as_of) lists_[folder] = {as_of, *files};
   return files;
 }
 
-Result<std::string> DataFiles::digest_of(const OpenFile& file, const Stamp& as_of) {
+Result<std::string> DataFiles::compute_digest(const OpenFile& file, const Stamp& as_of) {
   const std::pair place(as_of.device, as_of.inode);
   const auto known = hashed_.find(place);
   if (known != hashed_.end() && known->second.as_of == as_of) return known->second.sha256;
@@ -136,7 +138,7 @@ Result<std::string> DataFiles::digest_of(const OpenFile& file, const Stamp& as_o
   Bytes piece(piece_bytes);
   Sha256 hash;
   for (std::uint64_t at = 0; at < as_of.bytes; at += piece.size()) {
-    if (stop_asked_ && stop_asked_()) return pass(stopped_early("the file's digest"));
+    if (stop_requested_ && stop_requested_()) return pass(stopped_early("the file's digest"));
     piece.resize(std::min<std::uint64_t>(piece_bytes, as_of.bytes - at));
     if (Status ok = file.read(at, piece); !ok) return pass(ok.error());
     hash.update(piece);
@@ -164,7 +166,7 @@ Result<server::ServedFile> DataFiles::open(const fs::path& folder, const std::st
   if (as_of->bytes != listed->bytes)
     return not_as_listed(*listed, std::to_string(listed->bytes) + " bytes",
                          std::to_string(as_of->bytes) + " bytes");
-  const auto found = digest_of(*file, *as_of);
+  const auto found = compute_digest(*file, *as_of);
   if (!found) return pass(found.error());
   if (*found != listed->sha256) return not_as_listed(*listed, listed->sha256, *found);
   return server::ServedFile{std::make_shared<const OpenFile>(std::move(*file)), *as_of,

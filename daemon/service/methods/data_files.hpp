@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "daemon/base/file/open_file.hpp"
-#include "daemon/base/file/stop_asked.hpp"
+#include "daemon/base/file/stop_requested.hpp"
 #include "daemon/service/rpc/served_file.hpp"
 #include "daemon/storage/certificate/exports.hpp"
 #include "daemon/storage/certificate/verify.hpp"
@@ -32,9 +32,10 @@ struct DataFile {
 /// Used by one thread, which is not the server's: a list may have megabytes, a file gigabytes.
 class DataFiles {
  public:
-  /// `utc_now`: since 1970-01-01, as files have it. `stop_asked`: while a file is hashed.
-  explicit DataFiles(std::function<std::chrono::nanoseconds()> utc_now, StopAsked stop_asked = {})
-      : utc_now_(std::move(utc_now)), stop_asked_(std::move(stop_asked)) {}
+  /// `utc_now`: since 1970-01-01, as files have it. `stop_requested`: while a file is hashed.
+  explicit DataFiles(std::function<std::chrono::nanoseconds()> utc_now,
+                     StopRequested stop_requested = {})
+      : utc_now_(std::move(utc_now)), stop_requested_(std::move(stop_requested)) {}
 
   /// Of a run's folder. Errors: not_found, when the run has come to no end that was certified and
   /// nothing of it was exported; certificate_from_json()'s.
@@ -45,13 +46,13 @@ class DataFiles {
 
   /// daemon::verify() of a run's folder: a second for each 150 MB.
   Result<VerifyReport> verify(const std::filesystem::path& folder) const {
-    return daemon::verify(folder, stop_asked_);
+    return daemon::verify(folder, stop_requested_);
   }
 
   /// export_campaign() of a run's folder: seconds for hours of recording.
   Result<ExportedFile> make_export(const std::filesystem::path& folder, ExportFormat format,
                                    std::string exploration) const {
-    return export_campaign(folder, {format, std::move(exploration), stop_asked_});
+    return export_campaign(folder, {format, std::move(exploration), stop_requested_});
   }
 
   /// What has been done so far.
@@ -72,12 +73,12 @@ class DataFiles {
     Stamp as_of;
     std::string sha256;
   };
-  static Stamps stamps_of(const std::filesystem::path& folder);
+  static Stamps read_stamps(const std::filesystem::path& folder);
   [[nodiscard]] bool is_settled(const Stamp& stamp) const;
-  Result<std::string> digest_of(const server::OpenFile& file, const Stamp& as_of);
+  Result<std::string> compute_digest(const server::OpenFile& file, const Stamp& as_of);
 
   std::function<std::chrono::nanoseconds()> utc_now_;
-  StopAsked stop_asked_;
+  StopRequested stop_requested_;
   Work work_;
   std::map<std::filesystem::path, Listed> lists_;                     // by folder
   std::map<std::pair<std::uint64_t, std::uint64_t>, Hashed> hashed_;  // by device and inode

@@ -1,7 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/service/methods/data_files.hpp"
-#include "daemon/service/methods/parts.hpp"
+#include "daemon/service/methods/helpers.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/certificate/export_check.hpp"
 #include "daemon/storage/certificate/verify_json.hpp"
@@ -26,7 +26,7 @@ json data_set_json(const runs::RunView& run) {
            {"name", stored.name},       {"created_us", stored.created_us},
            {"outcome", stored.outcome}, {"dataset_sha256", digest_of(run)}};
   if (run.external_resume) one["campaign_since"] = run_json(run).at("campaign_since");
-  if (run.hand_over) one["handover"] = to_string(run.hand_over->state);
+  if (run.handover) one["handover"] = to_string(run.handover->state);
   return one;
 }
 
@@ -34,7 +34,7 @@ std::string path_of(const std::string& run, const std::string& name) {
   return std::string(server::data_path) + run + "/" + name;
 }
 
-Outcome files_told(DataFiles& known, const runs::RunView& view) {
+Outcome list_files(DataFiles& known, const runs::RunView& view) {
   const runs::StoredRun& run = view.stored;
   const auto files = known.list(run.folder);
   if (!files) return refused(files.error());
@@ -45,19 +45,19 @@ Outcome files_told(DataFiles& known, const runs::RunView& view) {
                    {"bytes", file.bytes},
                    {"sha256", file.sha256},
                    {"path", path_of(run.id(), file.name)}});
-  return text_of({{"run", run.id()},
-                  {"outcome", run.outcome},
-                  {"dataset_sha256", digest_of(view)},
-                  {"folder", run.folder.string()},
-                  {"exports", exports ? exports_json(*exports) : json::array()},
-                  {"files", std::move(out)}});
+  return format_text({{"run", run.id()},
+                      {"outcome", run.outcome},
+                      {"dataset_sha256", digest_of(view)},
+                      {"folder", run.folder.string()},
+                      {"exports", exports ? exports_json(*exports) : json::array()},
+                      {"files", std::move(out)}});
 }
 
 void files_of_run(const Services& services, const Call& call, const rpc::Responder& respond) {
   const auto run = services.run_manager->get(run_of(call));
   if (!run) return respond(refused(run.error()));
-  answer_apart(services.file_errand, respond,
-               [files = services.files, view = *run] { return files_told(*files, view); });
+  answer_in_background(services.file_background, respond,
+                       [files = services.files, view = *run] { return list_files(*files, view); });
 }
 
 /// A run that nobody writes to. Errors: not_found, wrong_state.
@@ -76,13 +76,14 @@ Result<runs::StoredRun> run_at_rest(const Services& services, const Call& call) 
 void verify_run(const Services& services, const Call& call, const rpc::Responder& respond) {
   const auto run = run_at_rest(services, call);
   if (!run) return respond(refused(run.error()));
-  answer_apart(services.file_errand, respond, [files = services.files, stored = *run]() -> Outcome {
-    const auto report = files->verify(stored.folder);
-    if (!report) return refused(report.error());
-    json out = verify_json(*report);
-    out["run"] = stored.id();
-    return text_of(out);
-  });
+  answer_in_background(services.file_background, respond,
+                       [files = services.files, stored = *run]() -> Outcome {
+                         const auto report = files->verify(stored.folder);
+                         if (!report) return refused(report.error());
+                         json out = verify_json(*report);
+                         out["run"] = stored.id();
+                         return format_text(out);
+                       });
 }
 
 Outcome exported(const DataFiles& files, const runs::StoredRun& run, ExportFormat format,
@@ -90,16 +91,16 @@ Outcome exported(const DataFiles& files, const runs::StoredRun& run, ExportForma
   const auto made = files.make_export(run.folder, format, exploration);
   if (!made) return refused(made.error());
   const std::string name = std::string(export_folder_name) + "/" + made->name;
-  return text_of({{"run", run.id()},
-                  {"format", to_string(format)},
-                  {"name", name},
-                  {"bytes", made->bytes},
-                  {"sha256", made->sha256},
-                  {"path", path_of(run.id(), name)},
-                  {"dataset_sha256", made->dataset_sha256},
-                  {"bench", made->bench},
-                  {"trials", made->trials},
-                  {"trials_planned", made->planned}});
+  return format_text({{"run", run.id()},
+                      {"format", to_string(format)},
+                      {"name", name},
+                      {"bytes", made->bytes},
+                      {"sha256", made->sha256},
+                      {"path", path_of(run.id(), name)},
+                      {"dataset_sha256", made->dataset_sha256},
+                      {"bench", made->bench},
+                      {"trials", made->trials},
+                      {"trials_planned", made->planned}});
 }
 
 void export_run(const Services& services, const Call& call, const rpc::Responder& respond) {
@@ -120,11 +121,11 @@ void export_run(const Services& services, const Call& call, const rpc::Responder
                             .what = "a data set has all explorations",
                             .expected = "with format features-csv",
                             .got = exploration.substr(0, 100)}));
-  answer_apart(services.file_errand, respond,
-               [files = services.files, stored = *run, format = *format,
-                exploration = std::move(exploration)] {
-                 return exported(*files, stored, format, exploration);
-               });
+  answer_in_background(services.file_background, respond,
+                       [files = services.files, stored = *run, format = *format,
+                        exploration = std::move(exploration)] {
+                         return exported(*files, stored, format, exploration);
+                       });
 }
 
 json devices_json(const Certificate& certificate) {
@@ -163,7 +164,7 @@ Outcome certified(const runs::StoredRun& run, std::size_t from, std::size_t most
                     .hint = "It is written when a campaign ends"});
   const Certificate& c = **read;
   json files = json::array(), early = json::array();
-  for (const FilePrint& file : c.files)
+  for (const FileChecksums& file : c.files)
     files.push_back({{"name", file.name},
                      {"bytes", file.bytes},
                      {"sha256", file.sha256},
@@ -173,22 +174,22 @@ Outcome certified(const runs::StoredRun& run, std::size_t from, std::size_t most
         {{"label", some.label}, {"exploration", some.exploration}, {"trials", some.trials}});
   json trials = trials_json(c, from, most);
   const std::size_t next = from + trials.size();
-  return text_of({{"run", run.id()},
-                  {"bench", c.bench_kind},
-                  {"name", c.name},
-                  {"seed", c.seed},
-                  {"software_version", c.software_version},
-                  {"recipe_sha256", c.recipe_sha256},
-                  {"rig_sha256", c.rig_sha256},
-                  {"dataset_sha256", c.dataset_sha256},
-                  {"trials_planned", c.trials_planned},
-                  {"attempts", c.trials.size()},
-                  {"ended_early", std::move(early)},
-                  {"devices", devices_json(c)},
-                  {"files", std::move(files)},
-                  {"path", path_of(run.id(), certificate_file_name)},
-                  {"trials", std::move(trials)},
-                  {"next", next < c.trials.size() ? json(next) : json()}});
+  return format_text({{"run", run.id()},
+                      {"bench", c.bench_kind},
+                      {"name", c.name},
+                      {"seed", c.seed},
+                      {"software_version", c.software_version},
+                      {"recipe_sha256", c.recipe_sha256},
+                      {"rig_sha256", c.rig_sha256},
+                      {"dataset_sha256", c.dataset_sha256},
+                      {"trials_planned", c.trials_planned},
+                      {"attempts", c.trials.size()},
+                      {"ended_early", std::move(early)},
+                      {"devices", devices_json(c)},
+                      {"files", std::move(files)},
+                      {"path", path_of(run.id(), certificate_file_name)},
+                      {"trials", std::move(trials)},
+                      {"next", next < c.trials.size() ? json(next) : json()}});
 }
 
 void certificate_of_run(const Services& services, const Call& call, const rpc::Responder& respond) {
@@ -204,9 +205,10 @@ void certificate_of_run(const Services& services, const Call& call, const rpc::R
                  .what = "which trials",
                  .expected = from < 0 ? "0 or more" : "1 to " + std::to_string(most_trials),
                  .got = std::to_string(from < 0 ? from : most)}));
-  answer_apart(services.file_errand, respond,
-               [stored = run->stored, from = static_cast<std::size_t>(from),
-                most = static_cast<std::size_t>(most)] { return certified(stored, from, most); });
+  answer_in_background(
+      services.file_background, respond,
+      [stored = run->stored, from = static_cast<std::size_t>(from),
+       most = static_cast<std::size_t>(most)] { return certified(stored, from, most); });
 }
 
 /// What a data set is vouched for by, and what is made of it.
@@ -283,20 +285,20 @@ void add_data_methods(rpc::Methods& methods, const Services& services) {
 }
 
 void open_served_file(const Services& services, std::string_view path,
-                      const std::function<void(const Result<server::ServedFile>&)>& told) {
+                      const std::function<void(const Result<server::ServedFile>&)>& callback) {
   const std::size_t slash = path.find('/');
   const auto run = services.run_manager->get(path.substr(0, slash));
-  if (!run) return told(pass(run.error()));
+  if (!run) return callback(pass(run.error()));
   const std::string name(slash == std::string_view::npos ? "" : path.substr(slash + 1));
-  const bool taken = services.file_errand(
-      [files = services.files, folder = run->stored.folder, name, told]() -> Services::Report {
-        return [file = files->open(folder, name), told] { told(file); };
+  const bool taken = services.file_background(
+      [files = services.files, folder = run->stored.folder, name, callback]() -> Services::Report {
+        return [file = files->open(folder, name), callback] { callback(file); };
       },
-      [told](const Error& escaped) { told(pass(escaped)); });
+      [callback](const Error& escaped) { callback(pass(escaped)); });
   if (!taken)
-    told(fail({.code = Errc::timeout,
-               .what = "too many files wait to be looked at",
-               .hint = "Ask again later"}));
+    callback(fail({.code = Errc::timeout,
+                   .what = "too many files wait to be looked at",
+                   .hint = "Ask again later"}));
 }
 
 }  // namespace weft::daemon::api

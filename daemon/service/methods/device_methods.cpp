@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/campaign/open_rig.hpp"
-#include "daemon/service/methods/parts.hpp"
+#include "daemon/service/methods/helpers.hpp"
 #include "recipes/schema/diagnostic.hpp"
 
 namespace weft::daemon::api {
@@ -50,7 +50,7 @@ Outcome listed(const Services& services) {
   const RigFile& rig = opened->file;
   json out = json::array();
   for (const DeviceEntry& device : rig.devices) out.push_back(device_json(device));
-  return text_of(
+  return format_text(
       {{"rig", services.rig_name}, {"bench", to_string(rig.bench)}, {"devices", std::move(out)}});
 }
 
@@ -80,7 +80,7 @@ Outcome described(const std::filesystem::path& file, const std::string& name) {
   out["plugin"] = driver->file.empty() ? json() : json(driver->file);
   out["config"] = stored(found->config_json);
   out["config_schema"] = stored(driver->config_schema_json);
-  return text_of(out);
+  return format_text(out);
 }
 
 }  // namespace
@@ -103,10 +103,11 @@ void add_device_methods(rpc::Methods& methods, const Services& services) {
                "config_schema: JSON Schema, draft 2020-12, with x-unit, and x-safety where a value "
                "guards somebody or something"},
               rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
-                answer_apart(s->errand, respond,
-                             [rig = s->rig, name = call.params.at("device").get<std::string>()] {
-                               return described(rig, name);
-                             });
+                answer_in_background(
+                    s->background, respond,
+                    [rig = s->rig, name = call.params.at("device").get<std::string>()] {
+                      return described(rig, name);
+                    });
               }));
 }
 

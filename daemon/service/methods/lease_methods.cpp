@@ -1,7 +1,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "daemon/service/methods/parts.hpp"
+#include "daemon/service/methods/helpers.hpp"
 
 namespace weft::daemon::api {
 namespace {
@@ -35,8 +35,8 @@ json delta_of(std::string_view what, const json& lease, bool is_held, std::strin
   return delta;
 }
 
-void tell(const Services& services, const Lease& lease, std::string_view what, json payload,
-          std::string_view who) {
+void notify(const Services& services, const Lease& lease, std::string_view what, json payload,
+            std::string_view who) {
   payload["by"] = who;
   const bool is_held = what == "acquired" || what == "renewed";
   services.hub->publish("lease:" + lease.scope, delta_of(what, payload, is_held, who),
@@ -51,17 +51,18 @@ Outcome changed(const Services& services, const Call& call, std::string_view wha
   access::Leases after = *services.leases;
   const auto lease = change(after);
   if (!lease) return refused(lease.error());
-  json told = lease_json(services, *lease);
-  told.update(more);
-  json payload = told;
+  json reply = lease_json(services, *lease);
+  reply.update(more);
+  json payload = reply;
   payload["by"] = by(call.caller);
-  if (const Status ok = services.log->append_journal(
-          services.utc_us(), "", "lease." + std::string(what), by(call.caller), text_of(payload));
+  if (const Status ok =
+          services.log->append_journal(services.utc_us(), "", "lease." + std::string(what),
+                                       by(call.caller), format_text(payload));
       !ok)
     return refused(ok.error());
   *services.leases = std::move(after);
-  tell(services, *lease, what, told, by(call.caller));
-  return text_of(told);
+  notify(services, *lease, what, reply, by(call.caller));
+  return format_text(reply);
 }
 
 /// In the journal where it adds a second or more to what is there: who renews without end does not
@@ -70,15 +71,15 @@ Outcome renew(const Services& services, const Call& call, std::chrono::milliseco
   const std::string id = call.params.at("lease").get<std::string>();
   const auto lease = services.leases->renew(id, call.caller.user, ttl, services.now());
   if (!lease) return refused(lease.error());
-  const json told = lease_json(services, *lease);
-  if (services.leases->is_to_be_noted(id))
-    services.log->persist(
-        {.journal = {{0, services.utc_us(), "", "lease.renewed", by(call.caller), text_of(told)}}});
-  tell(services, *lease, "renewed", told, by(call.caller));
-  return text_of(told);
+  const json reply = lease_json(services, *lease);
+  if (services.leases->should_journal(id))
+    services.log->persist({.journal = {{0, services.utc_us(), "", "lease.renewed", by(call.caller),
+                                        format_text(reply)}}});
+  notify(services, *lease, "renewed", reply, by(call.caller));
+  return format_text(reply);
 }
 
-milliseconds ttl_of(const Call& call) {
+milliseconds read_ttl(const Call& call) {
   return milliseconds(call.params.value("ttl_ms", std::int64_t{15000}));
 }
 
@@ -93,7 +94,7 @@ Outcome acquire(const Services& services, const Call& call) {
                     .hint = "Leave it out for this rig"});
   return changed(services, call, "acquired", [&](access::Leases& leases) {
     return leases.acquire(
-        {rig, call.caller.user, call.caller.session, call.params.value("note", ""), ttl_of(call)},
+        {rig, call.caller.user, call.caller.session, call.params.value("note", ""), read_ttl(call)},
         services.now());
   });
 }
@@ -102,17 +103,17 @@ Outcome list_leases(const Services& services) {
   json out = json::array();
   for (const Lease& lease : services.leases->all(services.now()))
     out.push_back(lease_json(services, lease));
-  return text_of({{"leases", std::move(out)}});
+  return format_text({{"leases", std::move(out)}});
 }
 
 }  // namespace
 
-void tell_expired(const Services& services, const Lease& lease) {
+void notify_lease_expired(const Services& services, const Lease& lease) {
   constexpr std::string_view who = "auto:time";
-  const json told = lease_json(services, lease);
-  services.log->persist(
-      {.journal = {{0, services.utc_us(), "", "lease.expired", std::string(who), text_of(told)}}});
-  tell(services, lease, "expired", told, who);
+  const json reply = lease_json(services, lease);
+  services.log->persist({.journal = {{0, services.utc_us(), "", "lease.expired", std::string(who),
+                                      format_text(reply)}}});
+  notify(services, lease, "expired", reply, who);
 }
 
 void add_lease_methods(rpc::Methods& methods, const Services& services) {
@@ -135,7 +136,7 @@ void add_lease_methods(rpc::Methods& methods, const Services& services) {
                {lease_param, ttl_param},
                "lease, expires_us",
                rpc::Memory::while_running},
-              [s](const Call& call) { return renew(*s, call, ttl_of(call)); });
+              [s](const Call& call) { return renew(*s, call, read_ttl(call)); });
   methods.add({"lease.release",
                "done with it",
                Role::operator_,

@@ -1,5 +1,5 @@
 #include "daemon/service/methods/services.hpp"
-#include "daemon/service/rpc/conversation.hpp"
+#include "daemon/service/rpc/session.hpp"
 
 namespace weft::daemon::api {
 
@@ -19,7 +19,7 @@ void add_methods(rpc::Methods& methods, const Services& services) {
   add_classify_methods(methods, services);
   add_data_methods(methods, services);
   add_plan_methods(methods, services);
-  add_hand_over_methods(methods, services);
+  add_handover_methods(methods, services);
   add_sim_methods(methods, services);
   add_subscription_methods(methods, services);
   add_token_methods(methods, services);

@@ -8,7 +8,7 @@
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/file/sha256.hpp"
 #include "daemon/campaign/open_rig.hpp"
-#include "daemon/service/methods/parts.hpp"
+#include "daemon/service/methods/helpers.hpp"
 #include "daemon/service/methods/recipe_difference.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
 #include "recipes/engine/forecast.hpp"
@@ -88,12 +88,12 @@ json exploration_json(const recipes::Exploration& exploration) {
           {"phases", std::move(phases)}};
 }
 
-json hand_over_plan(const recipes::Plan& plan) {
-  if (!plan.hand_over) return nullptr;
-  return {{"from", to_string(plan.hand_over->from)},
-          {"learner", plan.hand_over->learner},
-          {"groups", plan.hand_over->groups},
-          {"at_most_s", plan.hand_over->at_most_s}};
+json handover_plan(const recipes::Plan& plan) {
+  if (!plan.handover) return nullptr;
+  return {{"from", to_string(plan.handover->from)},
+          {"learner", plan.handover->learner},
+          {"groups", plan.handover->groups},
+          {"at_most_s", plan.handover->at_most_s}};
 }
 
 /// Trials `from` on, each with when it begins if all before it take what is expected.
@@ -127,7 +127,7 @@ struct PlanQuestion {
 Result<PlanQuestion> plan_question(const Services& services, const Call& call) {
   auto recipe = recipe_place(services, call, "recipe");
   if (!recipe) return pass(recipe.error());
-  const auto seed = seed_of(call);
+  const auto seed = read_seed(call);
   if (!seed) return pass(seed.error());
   const std::int64_t from = call.params.value("from", std::int64_t{0});
   const std::int64_t most = call.params.value("most", std::int64_t{100});
@@ -148,12 +148,12 @@ Result<PlanQuestion> plan_question(const Services& services, const Call& call) {
                       static_cast<std::size_t>(from), static_cast<std::size_t>(most)};
 }
 
-Outcome planned(const PlanQuestion& asked) {
-  const auto text = recipe_text(asked.recipe);
+Outcome planned(const PlanQuestion& requested) {
+  const auto text = recipe_text(requested.recipe);
   if (!text) return refused(text.error());
-  const auto rig = open_rig(asked.rig, {});
+  const auto rig = open_rig(requested.rig, {});
   if (!rig) return refused(rig.error());
-  const recipes::CheckReport report = recipes::check_recipe(*text, rig->limits, asked.seed);
+  const recipes::CheckReport report = recipes::check_recipe(*text, rig->limits, requested.seed);
   if (!report.plan) {
     const recipes::Diagnostic& first = report.problems.front();
     return refused(
@@ -168,19 +168,19 @@ Outcome planned(const PlanQuestion& asked) {
   json explorations = json::array();
   for (const recipes::Exploration& each : found.explorations)
     explorations.push_back(exploration_json(each));
-  json steps = steps_json(found, asked.from, asked.most);
-  const std::size_t next = asked.from + steps.size();
-  return text_of({{"name", found.name},
-                  {"digest", "sha256:" + sha256_hex(*text)},
-                  {"plan_digest", "sha256:" + sha256_hex(found.canonical_json)},
-                  {"trials", found.trials.size()},
-                  {"duration_s", found.forecast.duration_s},
-                  {"people_s", found.forecast.people_s},
-                  {"bytes", disk_forecast(found)},
-                  {"hand_over", hand_over_plan(found)},
-                  {"explorations", std::move(explorations)},
-                  {"steps", std::move(steps)},
-                  {"next", next < found.trials.size() ? json(next) : json()}});
+  json steps = steps_json(found, requested.from, requested.most);
+  const std::size_t next = requested.from + steps.size();
+  return format_text({{"name", found.name},
+                      {"digest", "sha256:" + sha256_hex(*text)},
+                      {"plan_digest", "sha256:" + sha256_hex(found.canonical_json)},
+                      {"trials", found.trials.size()},
+                      {"duration_s", found.forecast.duration_s},
+                      {"people_s", found.forecast.people_s},
+                      {"bytes", disk_forecast(found)},
+                      {"hand_over", handover_plan(found)},
+                      {"explorations", std::move(explorations)},
+                      {"steps", std::move(steps)},
+                      {"next", next < found.trials.size() ? json(next) : json()}});
 }
 
 /// Whether both plan the same campaign on this rig; null where one of them cannot be run on it.
@@ -205,7 +205,7 @@ struct DiffQuestion {
 
 /// Bounded in depth like every recipe: what compares two of them, and what writes the answer, goes
 /// one call deeper at each level.
-Result<json> document_of(const std::string& text, const char* param) {
+Result<json> parse_document(const std::string& text, const char* param) {
   json document;
   recipes::Problems problems;
   if (recipes::parse_json(text, {.max_bytes = recipes::max_recipe_bytes}, document, problems))
@@ -219,30 +219,31 @@ Result<json> document_of(const std::string& text, const char* param) {
                .hint = "recipe.check tells all that is wrong with it"});
 }
 
-Outcome compared(const DiffQuestion& asked) {
+Outcome compared(const DiffQuestion& requested) {
   std::array<std::string, 2> text;
   std::array<json, 2> document;
   for (std::size_t i = 0; i < 2; ++i) {
-    auto read = recipe_text(asked.sides[i].recipe);
+    auto read = recipe_text(requested.sides[i].recipe);
     if (!read) return refused(read.error());
     text[i] = std::move(*read);
-    auto parsed = document_of(text[i], asked.sides[i].param);
+    auto parsed = parse_document(text[i], requested.sides[i].param);
     if (!parsed) return refused(parsed.error());
     document[i] = std::move(*parsed);
   }
   std::size_t all = 0;
   json found = differences(document[0], document[1], most_differences, all);
-  return text_of({{"same", all == 0},
-                  {"same_campaign", same_campaign(asked.rig, text[0], text[1])},
-                  {"count", all},
-                  {"differences", std::move(found)}});
+  return format_text({{"same", all == 0},
+                      {"same_campaign", same_campaign(requested.rig, text[0], text[1])},
+                      {"count", all},
+                      {"differences", std::move(found)}});
 }
 
 // A recipe of a megabyte may plan a million trials, and a halt does not wait for them.
 void plan(const Services& services, const Call& call, const rpc::Responder& respond) {
-  const auto asked = plan_question(services, call);
-  if (!asked) return respond(refused(asked.error()));
-  answer_apart(services.errand, respond, [asked = *asked] { return planned(asked); });
+  const auto requested = plan_question(services, call);
+  if (!requested) return respond(refused(requested.error()));
+  answer_in_background(services.background, respond,
+                       [requested = *requested] { return planned(requested); });
 }
 
 void compare(const Services& services, const Call& call, const rpc::Responder& respond) {
@@ -250,10 +251,9 @@ void compare(const Services& services, const Call& call, const rpc::Responder& r
   if (!one) return respond(refused(one.error()));
   const auto other = recipe_place(services, call, "other");
   if (!other) return respond(refused(other.error()));
-  answer_apart(services.errand, respond,
-               [asked = DiffQuestion{{{{"recipe", *one}, {"other", *other}}}, services.rig}] {
-                 return compared(asked);
-               });
+  answer_in_background(services.background, respond,
+                       [requested = DiffQuestion{{{{"recipe", *one}, {"other", *other}}},
+                                                 services.rig}] { return compared(requested); });
 }
 
 }  // namespace

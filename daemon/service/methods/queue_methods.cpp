@@ -1,6 +1,6 @@
 #include <nlohmann/json.hpp>
 
-#include "daemon/service/methods/parts.hpp"
+#include "daemon/service/methods/helpers.hpp"
 
 namespace weft::daemon::api {
 namespace {
@@ -35,13 +35,13 @@ tl::expected<void, rpc::RpcError> as_known(const Services& services, const Call&
 }
 
 /// A change that moves nothing by itself.
-tl::expected<void, rpc::RpcError> may_change(const Services& services, const Call& call) {
-  if (auto free = nobody_else_holds(services, call.caller); !free) return free;
+tl::expected<void, rpc::RpcError> can_change(const Services& services, const Call& call) {
+  if (auto free = require_free_lease(services, call.caller); !free) return free;
   return as_known(services, call);
 }
 
 /// A change after which a run may begin.
-tl::expected<void, rpc::RpcError> may_begin(const Services& services, const Call& call) {
+tl::expected<void, rpc::RpcError> can_begin(const Services& services, const Call& call) {
   if (auto held = holds_lease(services, call); !held) return held;
   return as_known(services, call);
 }
@@ -72,14 +72,14 @@ Outcome list(const Services& services) {
   for (std::size_t at = 0; at < services.run_manager->queue().runs().size(); ++at)
     runs.push_back(entry_json(services, at));
   out["runs"] = std::move(runs);
-  return text_of(out);
+  return format_text(out);
 }
 
 Outcome get(const Services& services, const Call& call) {
   const auto run = services.run_manager->get(run_of(call));
   if (!run) return refused(run.error());
   const runs::RunQueue& queue = services.run_manager->queue();
-  const std::size_t at = queue.place_of(run->stored.number);
+  const std::size_t at = queue.find_place(run->stored.number);
   if (at == queue.runs().size())
     return refused({.code = Errc::wrong_state,
                     .where = "/params/run",
@@ -89,28 +89,28 @@ Outcome get(const Services& services, const Call& call) {
                     .hint = "run.get tells where it is"});
   json out = entry_json(services, at);
   out["rev"] = queue.revision();
-  return text_of(out);
+  return format_text(out);
 }
 
-tl::expected<runs::RunRequest, rpc::RpcError> wish_for_place(const Services& services,
-                                                             const Call& call) {
-  if (auto may = may_begin(services, call); !may) return tl::unexpected(may.error());
+tl::expected<runs::RunRequest, rpc::RpcError> request_for_place(const Services& services,
+                                                                const Call& call) {
+  if (auto allowed = can_begin(services, call); !allowed) return tl::unexpected(allowed.error());
   const auto at = place_in(call);
   if (!at) return refused(at.error());
-  auto wish = wish_for_run(services, call);
-  if (!wish) return refused(wish.error());
-  wish->place = *at;
-  return *wish;
+  auto run_request = request_for_run(services, call);
+  if (!run_request) return refused(run_request.error());
+  run_request->place = *at;
+  return *run_request;
 }
 
 Outcome added(const Services& services, const Call& call, const runs::Checked& checked) {
-  const auto wish = wish_for_place(services, call);
-  if (!wish) return tl::unexpected(wish.error());
-  const auto run = services.run_manager->submit(*wish, checked);
+  const auto run_request = request_for_place(services, call);
+  if (!run_request) return tl::unexpected(run_request.error());
+  const auto run = services.run_manager->submit(*run_request, checked);
   if (!run) return refused(run.error());
   json out = run_json(*services.run_manager->get(run->stored.id()));
   out["rev"] = services.run_manager->queue().revision();
-  return text_of(out);
+  return format_text(out);
 }
 
 /// What the queue is after a change.
@@ -120,16 +120,16 @@ Outcome changed(const Services& services, const Status& done) {
 }
 
 void add(const Services& services, const Call& call, const rpc::Responder& respond) {
-  const auto wish = wish_for_place(services, call);
-  if (!wish) return respond(tl::unexpected(wish.error()));
-  check_apart(services, call, respond, request_for(*wish, services.rig),
-              [s = &services](const Call& then, const runs::Checked& checked) {
-                return added(*s, then, checked);
-              });
+  const auto run_request = request_for_place(services, call);
+  if (!run_request) return respond(tl::unexpected(run_request.error()));
+  check_in_background(services, call, respond, request_for(*run_request, services.rig),
+                      [s = &services](const Call& then, const runs::Checked& checked) {
+                        return added(*s, then, checked);
+                      });
 }
 
 Outcome move(const Services& services, const Call& call) {
-  if (auto may = may_change(services, call); !may) return tl::unexpected(may.error());
+  if (auto allowed = can_change(services, call); !allowed) return tl::unexpected(allowed.error());
   const auto at = place_in(call);
   if (!at) return refused(at.error());
   const std::size_t end = services.run_manager->queue().runs().size();
@@ -165,13 +165,14 @@ void add_queue_changes(rpc::Methods& methods, const Services* s) {
                 add(*s, call, respond);
               }));
   methods.add({"queue.remove",
-               "takes a run out of the line, as run.withdraw does",
+               "takes a run out of the queue",
                Role::operator_,
                Effect::change,
                {in_line, if_rev},
                whole_queue},
               [s](const Call& call) -> Outcome {
-                if (auto may = may_change(*s, call); !may) return tl::unexpected(may.error());
+                if (auto allowed = can_change(*s, call); !allowed)
+                  return tl::unexpected(allowed.error());
                 return changed(*s, s->run_manager->remove(run_of(call), by(call.caller)));
               });
   methods.add({"queue.move",
@@ -188,7 +189,8 @@ void add_queue_changes(rpc::Methods& methods, const Services* s) {
                {if_rev},
                whole_queue},
               [s](const Call& call) -> Outcome {
-                if (auto may = may_change(*s, call); !may) return tl::unexpected(may.error());
+                if (auto allowed = can_change(*s, call); !allowed)
+                  return tl::unexpected(allowed.error());
                 return changed(*s, s->run_manager->pause_queue(by(call.caller)));
               });
   methods.add({"queue.start",
@@ -199,7 +201,8 @@ void add_queue_changes(rpc::Methods& methods, const Services* s) {
                {lease, if_rev},
                whole_queue},
               [s](const Call& call) -> Outcome {
-                if (auto may = may_begin(*s, call); !may) return tl::unexpected(may.error());
+                if (auto allowed = can_begin(*s, call); !allowed)
+                  return tl::unexpected(allowed.error());
                 return changed(*s, s->run_manager->resume_queue(by(call.caller)));
               });
 }

@@ -4,7 +4,7 @@
 #include "daemon/analysis/report/json_parts.hpp"
 #include "daemon/base/file/sha256.hpp"
 #include "daemon/campaign/preflight.hpp"
-#include "daemon/service/methods/parts.hpp"
+#include "daemon/service/methods/helpers.hpp"
 #include "daemon/service/methods/recipe_schema.hpp"
 #include "recipes/engine/operator_steps.hpp"
 
@@ -32,16 +32,16 @@ json diagnostics_json(const std::vector<recipes::Diagnostic>& list) {
 
 json plan_json(const recipes::Plan& plan) {
   json next = nullptr;
-  if (const auto ask = recipes::next_ask(plan, 0))
-    next = {{"text", ask->text},
-            {"people_s", ask->people_s},
-            {"after_s", recipes::machine_s(plan, 0, ask->trial)}};
+  if (const auto prompt = recipes::next_prompt(plan, 0))
+    next = {{"text", prompt->text},
+            {"people_s", prompt->people_s},
+            {"after_s", recipes::machine_s(plan, 0, prompt->trial)}};
   return {{"name", plan.name},
           {"trials", plan.trials.size()},
           {"fabrics", plan.fabrics},
           {"eta_s", plan.forecast.total_s()},
           {"people_s", plan.forecast.people_s},
-          {"asks", plan.forecast.asks},
+          {"asks", plan.forecast.prompts},
           {"next_attention", std::move(next)},
           {"envelope", envelope_json(plan.forecast)},
           {"force_min_n", plan.forecast.force_n.min},
@@ -60,7 +60,7 @@ Outcome list_recipes(const Services& services) {
                     .what = "cannot read the recipe folder",
                     .got = error.message()});
   std::sort(out.begin(), out.end());
-  return text_of({{"recipes", std::move(out)}});
+  return format_text({{"recipes", std::move(out)}});
 }
 
 json problems_json(const std::vector<FileProblem>& list) {
@@ -84,19 +84,18 @@ Outcome checked(const CampaignRequest& request, const std::filesystem::path& dat
     out["plan"] = plan_json(*found->plan);
     out["disk_ok"] = check_space(data, disk_forecast(*found->plan)).has_value();
   }
-  return text_of(out);
+  return format_text(out);
 }
 
 // A model may have hundreds of megabytes, and a halt does not wait for them.
 void check(const Services& services, const Call& call, const rpc::Responder& respond) {
   const auto file = recipe_file(services, call.params.at("recipe").get<std::string>());
   if (!file) return respond(refused(file.error()));
-  const auto seed = seed_of(call);
+  const auto seed = read_seed(call);
   if (!seed) return respond(refused(seed.error()));
-  answer_apart(services.errand, respond,
-               [request = CampaignRequest{*file, services.rig, {}, *seed}, data = services.data] {
-                 return checked(request, data);
-               });
+  answer_in_background(services.background, respond,
+                       [request = CampaignRequest{*file, services.rig, {}, *seed},
+                        data = services.data] { return checked(request, data); });
 }
 
 }  // namespace
@@ -105,13 +104,14 @@ void add_recipe_methods(rpc::Methods& methods, const Services& services) {
   const Services* const s = &services;
   methods.add({"recipe.list", "recipes of the daemon's folder", {}, {}, {}, "recipes"},
               [s](const Call&) { return list_recipes(*s); });
-  methods.add({"recipe.schema",
-               "JSON Schema of a recipe",
-               {},
-               {},
-               {},
-               "a JSON Schema of draft 2020-12 with x-unit"},
-              [](const Call&) -> Outcome { return text_of(json::parse(recipe_schema_json())); });
+  methods.add(
+      {"recipe.schema",
+       "JSON Schema of a recipe",
+       {},
+       {},
+       {},
+       "a JSON Schema of draft 2020-12 with x-unit"},
+      [](const Call&) -> Outcome { return format_text(json::parse(recipe_schema_json())); });
   methods.add({"recipe.check",
                "everything that would be refused, before anything moves",
                {},

@@ -7,7 +7,7 @@
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/file/sha256.hpp"
 #include "daemon/campaign/preflight.hpp"
-#include "daemon/service/methods/parts.hpp"
+#include "daemon/service/methods/helpers.hpp"
 #include "recipes/schema/diagnostic.hpp"
 
 namespace weft::daemon::api {
@@ -43,7 +43,7 @@ Result<std::string> plain_name(std::string name) {
 }
 
 /// Everything that recipe.check refuses; the first of it is told. Errors: as told.
-Result<std::size_t> trials_of(const CampaignRequest& request) {
+Result<std::size_t> count_trials(const CampaignRequest& request) {
   const auto found = preflight(request, PluginDrivers::unread);
   if (!found) return pass(found.error());
   if (found->problems.empty()) return found->plan->trials.size();
@@ -60,7 +60,7 @@ Result<std::size_t> trials_of(const CampaignRequest& request) {
 
 /// A run reads its recipe when it begins and compares it when it is gone on with: it is not changed
 /// under one that is not over. Errors: wrong_state.
-Status nobody_needs(const Services& services, const fs::path& file) {
+Status require_unused(const Services& services, const fs::path& file) {
   std::error_code unseen;
   for (const runs::RunView& run : services.run_manager->all())
     if (run.machine.state != runs::RunState::ended &&
@@ -74,7 +74,7 @@ Status nobody_needs(const Services& services, const fs::path& file) {
 }
 
 /// Errors: wrong_state, where another recipe is there than the caller knows; io.
-Result<std::string> digest_of(const fs::path& file) {
+Result<std::string> compute_digest(const fs::path& file) {
   std::error_code unseen;
   if (!fs::exists(file, unseen)) return std::string();
   const auto text = read_text_file(file, recipes::max_recipe_bytes);
@@ -102,26 +102,26 @@ Status is_as_known(const std::string& found, const std::optional<std::string>& k
 /// written has a second line, which says so.
 Outcome written(const Services& services, const Offered& offered, std::size_t trials) {
   const fs::path file = services.recipes / (offered.name + ".json");
-  const auto before = digest_of(file);
+  const auto before = compute_digest(file);
   if (!before) return refused(before.error());
   if (Status same = is_as_known(*before, offered.replaces); !same) return refused(same.error());
-  if (Status free = nobody_needs(services, file); !free) return refused(free.error());
-  const json told{{"recipe", offered.name},
-                  {"digest", "sha256:" + sha256_hex(offered.text)},
-                  {"replaced", before->empty() ? json() : json(*before)},
-                  {"trials", trials}};
+  if (Status free = require_unused(services, file); !free) return refused(free.error());
+  const json reply{{"recipe", offered.name},
+                   {"digest", "sha256:" + sha256_hex(offered.text)},
+                   {"replaced", before->empty() ? json() : json(*before)},
+                   {"trials", trials}};
   if (const Status ok = services.log->append_journal(services.utc_us(), "", "recipe.put",
-                                                     offered.by, text_of(told));
+                                                     offered.by, format_text(reply));
       !ok)
     return refused(ok.error());
   if (Status ok = write_text_file(file, offered.text); !ok) {
-    json not_put = told;
+    json not_put = reply;
     not_put["error"] = to_string(ok.error());
-    services.log->persist(
-        {.journal = {{0, services.utc_us(), "", "recipe.not_put", offered.by, text_of(not_put)}}});
+    services.log->persist({.journal = {{0, services.utc_us(), "", "recipe.not_put", offered.by,
+                                        format_text(not_put)}}});
     return refused(ok.error());
   }
-  return text_of(told);
+  return format_text(reply);
 }
 
 void put(const Services& services, const Call& call, const rpc::Responder& respond) {
@@ -134,11 +134,11 @@ void put(const Services& services, const Call& call, const rpc::Responder& respo
   Offered offered{std::move(*name), call.params.at("content").dump(2) + "\n", by(call.caller), {}};
   if (call.params.contains("if_digest")) offered.replaces = call.params.at("if_digest");
   // Its models are read whole, as for recipe.check: nobody's run waits for that.
-  const bool taken = services.errand(
+  const bool taken = services.background(
       [s = &services, offered = std::move(offered), respond]() -> Services::Report {
         CampaignRequest request{s->recipes / (offered.name + ".json"), s->rig, {}, {}};
         request.recipe_text = offered.text;
-        return [s, offered, respond, trials = trials_of(request)] {
+        return [s, offered, respond, trials = count_trials(request)] {
           respond(trials ? written(*s, offered, *trials) : refused(trials.error()));
         };
       },

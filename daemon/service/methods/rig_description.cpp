@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/campaign/open_rig.hpp"
-#include "daemon/service/methods/parts.hpp"
+#include "daemon/service/methods/helpers.hpp"
 
 namespace weft::daemon::api {
 namespace {
@@ -30,20 +30,20 @@ Outcome described(const Services& services) {
   const auto opened = open_rig(services.rig, {});
   if (!opened) return refused(opened.error());
   const RigLimits& rig = opened->limits;
-  return text_of({{"rig", services.rig_name},
-                  {"bench", rig.bench},
-                  {"simulated", rig.bench != "real"},
-                  {"force_cap_n", rig.force_cap_n},
-                  {"torque_cap_nm", rig.torque_cap_nm},
-                  {"travel", travel_of(rig.geometry)},
-                  {"plate",
-                   {{"origin", point_of(rig.geometry.origin_m)},
-                    {"size", point_of(rig.geometry.plate_size_m)},
-                    {"surface_z_m", rig.geometry.surface_z_m}}},
-                  {"footprint", point_of(rig.footprint_m)},
-                  {"clearance_m", rig.clearance_m},
-                  {"taxels", rig.taxels},
-                  {"fabrics", rig.fabrics}});
+  return format_text({{"rig", services.rig_name},
+                      {"bench", rig.bench},
+                      {"simulated", rig.bench != "real"},
+                      {"force_cap_n", rig.force_cap_n},
+                      {"torque_cap_nm", rig.torque_cap_nm},
+                      {"travel", travel_of(rig.geometry)},
+                      {"plate",
+                       {{"origin", point_of(rig.geometry.origin_m)},
+                        {"size", point_of(rig.geometry.plate_size_m)},
+                        {"surface_z_m", rig.geometry.surface_z_m}}},
+                      {"footprint", point_of(rig.footprint_m)},
+                      {"clearance_m", rig.clearance_m},
+                      {"taxels", rig.taxels},
+                      {"fabrics", rig.fabrics}});
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 #include <nlohmann/json.hpp>
 
-#include "daemon/service/methods/parts.hpp"
+#include "daemon/service/methods/helpers.hpp"
 #include "daemon/service/methods/rig_delta.hpp"
 
 namespace weft::daemon::api {
@@ -16,8 +16,8 @@ using runs::RunState;
 
 /// Of a rig that a run has.
 std::string_view fact_of(RunState state) {
-  const bool stands = state == RunState::held || state == RunState::awaiting_operator;
-  return stands ? "holding" : "moving";
+  const bool is_waiting = state == RunState::held || state == RunState::awaiting_operator;
+  return is_waiting ? "holding" : "moving";
 }
 
 /// Why it does not stand safe.
@@ -42,7 +42,7 @@ json rig_json(const runs::RunManager& manager) {
 }
 
 Outcome latched(bool emergency) {
-  return text_of({{"latched", true}, {"latch", emergency ? "estop" : "halt"}});
+  return format_text({{"latched", true}, {"latch", emergency ? "estop" : "halt"}});
 }
 
 void add_stop(rpc::Methods& methods, std::string_view name, std::string_view summary,
@@ -61,7 +61,7 @@ void add_stop(rpc::Methods& methods, std::string_view name, std::string_view sum
 
 /// An emergency stop is released by who may change the rig, not by who runs recipes on it.
 Outcome reset(const Services& services, const Call& call) {
-  if (auto free = nobody_else_holds(services, call.caller); !free)
+  if (auto free = require_free_lease(services, call.caller); !free)
     return tl::unexpected(free.error());
   if (services.run_manager->rig_state().is_emergency() && call.caller.role < Role::engineer)
     return tl::unexpected(
@@ -75,7 +75,7 @@ Outcome reset(const Services& services, const Call& call) {
   const std::string reason = call.params.at("reason").get<std::string>();
   if (const Status ok = services.run_manager->reset(reason, by(call.caller)); !ok)
     return refused(ok.error());
-  return text_of({{"latched", false}});
+  return format_text({{"latched", false}});
 }
 
 }  // namespace
@@ -101,7 +101,7 @@ void add_rig_methods(rpc::Methods& methods, const Services& services) {
                "given), left_by",
                rpc::Memory::over_restarts,
                rpc::Urgency::urgent},
-              [s](const Call&) -> Outcome { return text_of(rig_json(*s->run_manager)); });
+              [s](const Call&) -> Outcome { return format_text(rig_json(*s->run_manager)); });
   add_stop(methods, "rig.halt",
            "stops motion where it is and latches the rig, each time that it is asked for; needs no "
            "lease and no role, on the local socket no session.open",

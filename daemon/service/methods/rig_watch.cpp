@@ -6,14 +6,14 @@
 namespace weft::daemon::api {
 namespace {
 
-std::optional<std::string> fabrics_of(const std::optional<RigFile>& rig,
-                                      const std::filesystem::path& file) {
+std::optional<std::string> load_fabric_names(const std::optional<RigFile>& rig,
+                                             const std::filesystem::path& file) {
   if (!rig || rig->mode == BenchMode::real) return std::nullopt;
   auto text = read_fabrics(*rig, file);
   return text ? std::optional(std::move(*text)) : std::nullopt;
 }
 
-std::vector<std::filesystem::path> plugins_of(const std::optional<RigFile>& rig) {
+std::vector<std::filesystem::path> list_plugins(const std::optional<RigFile>& rig) {
   return rig ? rig->drivers->plugin_files() : std::vector<std::filesystem::path>();
 }
 
@@ -21,7 +21,7 @@ std::vector<std::filesystem::path> plugins_of(const std::optional<RigFile>& rig)
 
 const std::vector<std::string>& RigWatch::problems(const std::filesystem::path& file,
                                                    const std::string& text) {
-  if (text == text_ && fabrics_of(rig_, file) == fabrics_ && plugins_of(rig_) == plugins_)
+  if (text == text_ && load_fabric_names(rig_, file) == fabrics_ && list_plugins(rig_) == plugins_)
     return problems_;
   text_ = text;
   rig_.reset();
@@ -36,7 +36,7 @@ const std::vector<std::string>& RigWatch::problems(const std::filesystem::path& 
       problems_.push_back(recipes::to_string(problem));
     rig_ = std::move(opened->file);
   }
-  fabrics_ = fabrics_of(rig_, file);
+  fabrics_ = load_fabric_names(rig_, file);
   return problems_;
 }
 

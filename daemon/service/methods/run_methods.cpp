@@ -1,6 +1,6 @@
 #include <nlohmann/json.hpp>
 
-#include "daemon/service/methods/parts.hpp"
+#include "daemon/service/methods/helpers.hpp"
 
 namespace weft::daemon::api {
 namespace {
@@ -24,38 +24,38 @@ using Checked = runs::Checked;
 
 Outcome entered(const Services& services, const Call& call, const Checked& checked) {
   if (auto held = holds_lease(services, call); !held) return tl::unexpected(held.error());
-  const auto wish = wish_for_run(services, call);
-  if (!wish) return refused(wish.error());
-  const auto run = services.run_manager->submit(*wish, checked);
+  const auto run_request = request_for_run(services, call);
+  if (!run_request) return refused(run_request.error());
+  const auto run = services.run_manager->submit(*run_request, checked);
   if (!run) return refused(run.error());
-  return text_of(run_json(*run));
+  return format_text(run_json(*run));
 }
 
 void start(const Services& services, const Call& call, const rpc::Responder& respond) {
   if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
-  const auto wish = wish_for_run(services, call);
-  if (!wish) return respond(refused(wish.error()));
-  check_apart(services, call, respond, request_for(*wish, services.rig),
-              [s = &services](const Call& then, const Checked& checked) {
-                return entered(*s, then, checked);
-              });
+  const auto run_request = request_for_run(services, call);
+  if (!run_request) return respond(refused(run_request.error()));
+  check_in_background(services, call, respond, request_for(*run_request, services.rig),
+                      [s = &services](const Call& then, const Checked& checked) {
+                        return entered(*s, then, checked);
+                      });
 }
 
 Outcome ordered(const Services& services, const Call& call, Order order) {
-  if (auto free = nobody_else_holds(services, call.caller); !free)
+  if (auto free = require_free_lease(services, call.caller); !free)
     return tl::unexpected(free.error());
   const auto run = services.run_manager->order(run_of(call), order, by(call.caller));
   if (!run) return refused(run.error());
-  return text_of(run_json(*run));
+  return format_text(run_json(*run));
 }
 
 Outcome confirm(const Services& services, const Call& call) {
-  if (auto free = nobody_else_holds(services, call.caller); !free)
+  if (auto free = require_free_lease(services, call.caller); !free)
     return tl::unexpected(free.error());
   const std::string step = call.params.at("step").get<std::string>();
   const auto run = services.run_manager->confirm(run_of(call), step, by(call.caller));
   if (!run) return refused(run.error());
-  return text_of(run_json(*run));
+  return format_text(run_json(*run));
 }
 
 json preview_json(const ResumePreview& preview) {
@@ -66,31 +66,33 @@ json preview_json(const ResumePreview& preview) {
 }
 
 /// What the daemon's death interrupted goes on, with a lease.
-void go_on(const Services& services, const Call& call, const rpc::Responder& respond) {
+void resume_run(const Services& services, const Call& call, const rpc::Responder& respond) {
   if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
   const auto request = services.run_manager->request_to_recover(run_of(call));
   if (!request) return respond(refused(request.error()));
-  check_apart(services, call, respond, *request,
-              [s = &services](const Call& then, const Checked& checked) -> Outcome {
-                if (auto held = holds_lease(*s, then); !held) return tl::unexpected(held.error());
-                const auto run = s->run_manager->recover(run_of(then), by(then.caller), checked);
-                if (!run) return refused(run.error());
-                return text_of(run_json(*run));
-              });
+  check_in_background(services, call, respond, *request,
+                      [s = &services](const Call& then, const Checked& checked) -> Outcome {
+                        if (auto held = holds_lease(*s, then); !held)
+                          return tl::unexpected(held.error());
+                        const auto run =
+                            s->run_manager->recover(run_of(then), by(then.caller), checked);
+                        if (!run) return refused(run.error());
+                        return format_text(run_json(*run));
+                      });
 }
 
 /// A run that is held goes on as well.
 void resume(const Services& services, const Call& call, const rpc::Responder& respond) {
   const auto run = services.run_manager->get(run_of(call));
   if (!run) return respond(refused(run.error()));
-  if (run->machine.state == RunState::interrupted) return go_on(services, call, respond);
+  if (run->machine.state == RunState::interrupted) return resume_run(services, call, respond);
   respond(ordered(services, call, Order::resume));
 }
 
 void preview(const Services& services, const Call& call, runs::Recovery choice,
              const rpc::Responder& respond) {
   services.run_manager->preview(run_of(call), choice, [respond](const Result<ResumePreview>& left) {
-    respond(left ? Outcome(text_of(preview_json(*left))) : refused(left.error()));
+    respond(left ? Outcome(format_text(preview_json(*left))) : refused(left.error()));
   });
 }
 
@@ -113,12 +115,12 @@ void recover(const Services& services, const Call& call, const rpc::Responder& r
                             .expected = "resume, discard or keep-partial",
                             .got = wanted}));
   if (call.params.value("preview", false)) return preview(services, call, *choice, respond);
-  if (*choice == Recovery::resume) return go_on(services, call, respond);
+  if (*choice == Recovery::resume) return resume_run(services, call, respond);
   if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
-  const auto told = [respond](const Result<RunView>& run) {
-    respond(run ? Outcome(text_of(run_json(*run))) : refused(run.error()));
+  const auto reply = [respond](const Result<RunView>& run) {
+    respond(run ? Outcome(format_text(run_json(*run))) : refused(run.error()));
   };
-  services.run_manager->settle(run_of(call), *choice, by(call.caller), told);
+  services.run_manager->settle(run_of(call), *choice, by(call.caller), reply);
 }
 
 Outcome pause(const Services& services, const Call& call) {
@@ -155,11 +157,11 @@ Outcome annotate(const Services& services, const Call& call) {
   const auto run = services.run_manager->get(run_of(call));
   if (!run) return refused(run.error());
   const std::int64_t t_us = services.utc_us();
-  if (const Status ok = services.log->append_journal(t_us, run->stored.id(), "note",
-                                                     by(call.caller), text_of({{"text", text}}));
+  if (const Status ok = services.log->append_journal(
+          t_us, run->stored.id(), "note", by(call.caller), format_text({{"text", text}}));
       !ok)
     return refused(ok.error());
-  return text_of({{"run", run->stored.id()}, {"t_us", t_us}, {"text", text}});
+  return format_text({{"run", run->stored.id()}, {"t_us", t_us}, {"text", text}});
 }
 
 void add_order(rpc::Methods& methods, const Services* s, std::string_view name,
@@ -178,20 +180,20 @@ void add_order(rpc::Methods& methods, const Services* s, std::string_view name,
 void wait(const Services& services, const Call& call, const rpc::Responder& respond) {
   const std::string id = run_of(call);
   if (const auto run = services.run_manager->get(id); !run) return respond(refused(run.error()));
-  const bool hand_over_too = call.params.value("hand_over", false);
-  const auto over = [s = &services, id, respond, hand_over_too,
+  const bool also_handover = call.params.value("hand_over", false);
+  const auto over = [s = &services, id, respond, also_handover,
                      listener = call.listener](const RunView& run) {
-    if (!hand_over_too) return respond(text_of(run_json(run)));
-    const auto told = [s, id, respond] {
-      if (const auto now = s->run_manager->get(id)) respond(text_of(run_json(*now)));
+    if (!also_handover) return respond(format_text(run_json(run)));
+    const auto reply = [s, id, respond] {
+      if (const auto now = s->run_manager->get(id)) respond(format_text(run_json(*now)));
     };
-    s->hand_overs->when_over(id, told, listener);
+    s->handovers->when_over(id, reply, listener);
   };
-  services.run_manager->when_ended(id, over, call.listener);
+  services.run_manager->on_ended_call(id, over, call.listener);
 }
 
 // Into the line and out of it.
-void add_run_line(rpc::Methods& methods, const Services* s) {
+void add_run_queueing(rpc::Methods& methods, const Services* s) {
   methods.add({"run.start",
                "puts a campaign in line, with its recipe as it is now; it begins when the rig is "
                "free",
@@ -207,17 +209,17 @@ void add_run_line(rpc::Methods& methods, const Services* s) {
                 start(*s, call, respond);
               }));
   methods.add({"run.withdraw",
-               "takes a run out of the line",
+               "takes a run out of the queue: the old name of queue.remove, kept for one version",
                Role::operator_,
                Effect::change,
                {run_param},
                "the run"},
               [s](const Call& call) -> Outcome {
-                if (auto free = nobody_else_holds(*s, call.caller); !free)
+                if (auto free = require_free_lease(*s, call.caller); !free)
                   return tl::unexpected(free.error());
                 if (const Status ok = s->run_manager->remove(run_of(call), by(call.caller)); !ok)
                   return refused(ok.error());
-                return text_of(run_json(*s->run_manager->get(run_of(call))));
+                return format_text(run_json(*s->run_manager->get(run_of(call))));
               });
 }
 
@@ -298,7 +300,7 @@ void add_run_reads(rpc::Methods& methods, const Services* s) {
               [s](const Call& call) -> Outcome {
                 const auto run = s->run_manager->get(run_of(call));
                 if (!run) return refused(run.error());
-                return text_of(run_json(*run));
+                return format_text(run_json(*run));
               });
   methods.add({"run.list",
                "all runs, oldest first",
@@ -318,13 +320,13 @@ void add_run_reads(rpc::Methods& methods, const Services* s) {
           [s](const Call& call, const rpc::Responder& respond) { wait(*s, call, respond); }));
 }
 
-json attention_json(const runs::OperatorPrompt& attention) {
-  json out{{"text", attention.ask.text},
-           {"people_s", attention.ask.people_s},
-           {"trial", attention.ask.trial},
-           {"asked", !attention.step.empty()},
+json operator_prompt_json(const runs::OperatorPrompt& operator_prompt) {
+  json out{{"text", operator_prompt.prompt.text},
+           {"people_s", operator_prompt.prompt.people_s},
+           {"trial", operator_prompt.prompt.trial},
+           {"asked", !operator_prompt.step.empty()},
            {"step", nullptr}};
-  if (!attention.step.empty()) out["step"] = attention.step;
+  if (!operator_prompt.step.empty()) out["step"] = operator_prompt.step;
   return out;
 }
 
@@ -340,7 +342,7 @@ json run_json(const RunView& run) {
            {"by", run.changed_by.empty() ? "auto:daemon" : run.changed_by},
            {"created_us", stored.created_us},
            {"folder", stored.folder.string()},
-           {"takes_rejected", run.takes_rejected},
+           {"takes_rejected", run.attempts_rejected},
            {"wall_left_s", run.wall_left_s},
            {"next_attention_us", nullptr},
            {"attention", nullptr}};
@@ -350,9 +352,9 @@ json run_json(const RunView& run) {
   }
   if (!stored.bench.empty()) out["bench"] = stored.bench;
   if (!stored.recipe_sha256.empty()) out["digest"] = "sha256:" + stored.recipe_sha256;
-  if (run.attention) {
-    if (run.attention->at_us) out["next_attention_us"] = *run.attention->at_us;
-    out["attention"] = attention_json(*run.attention);
+  if (run.operator_prompt) {
+    if (run.operator_prompt->at_us) out["next_attention_us"] = *run.operator_prompt->at_us;
+    out["attention"] = operator_prompt_json(*run.operator_prompt);
   }
   if (!run.last_rejection.empty()) out["last_rejection"] = run.last_rejection;
   if (run.moment)
@@ -368,7 +370,7 @@ json run_json(const RunView& run) {
   if (!stored.recovered.empty()) out["recovered"] = stored.recovered;
   if (!stored.error.empty()) out["error"] = stored.error;
   if (!stored.dataset_error.empty()) out["dataset_error"] = stored.dataset_error;
-  if (run.hand_over) out["handover"] = hand_over_json(*run.hand_over);
+  if (run.handover) out["handover"] = handover_json(*run.handover);
   if (!stored.dataset_sha256.empty()) out["dataset_sha256"] = stored.dataset_sha256;
   if (run.external_resume)
     out["campaign_since"] = {{"trials_done", run.external_resume->trials_done},
@@ -379,7 +381,7 @@ json run_json(const RunView& run) {
 }
 
 void add_run_methods(rpc::Methods& methods, const Services& services) {
-  add_run_line(methods, &services);
+  add_run_queueing(methods, &services);
   add_run_orders(methods, &services);
   add_run_care(methods, &services);
   add_run_reads(methods, &services);

@@ -10,11 +10,11 @@
 #include <string_view>
 
 #include "daemon/campaign/bench_pace.hpp"
-#include "daemon/campaign/onlooker.hpp"
+#include "daemon/campaign/live_frame_sampler.hpp"
 #include "daemon/service/handover/handover_service.hpp"
 #include "daemon/service/methods/data_files.hpp"
 #include "daemon/service/methods/rig_watch.hpp"
-#include "daemon/service/rpc/hub.hpp"
+#include "daemon/service/rpc/event_hub.hpp"
 #include "daemon/service/rpc/leases.hpp"
 #include "daemon/service/rpc/method.hpp"
 #include "daemon/service/rpc/role.hpp"
@@ -28,7 +28,7 @@ struct Services {
   server::Hub* hub = nullptr;
   access::Leases* leases = nullptr;
   runs::RunManager* run_manager = nullptr;
-  handover::HandoverService* hand_overs = nullptr;
+  handover::HandoverService* handovers = nullptr;
   runs::RunStore* log = nullptr;
   std::filesystem::path rig;  ///< rig file
   std::shared_ptr<RigWatch> rig_watch = std::make_shared<RigWatch>();
@@ -41,13 +41,14 @@ struct Services {
   /// Long work, done on another thread; what it returns is called on the server's, or `failed`
   /// where it threw. False where too much waits already.
   using Report = std::function<void()>;
-  using Errand =
+  using BackgroundTask =
       std::function<bool(std::function<Report()> work, std::function<void(const Error&)> failed)>;
-  Errand errand;
-  Errand change_errand;  ///< likewise, of who wants a run to begin: no question makes him wait
-  Errand file_errand;    ///< on a thread of its own again, the only one that uses `files`
-  DataFiles* files = nullptr;  ///< the data sets' files
-  BenchPace* pace = nullptr;   ///< of a simulated bench
+  BackgroundTask background;
+  BackgroundTask
+      change_background;  ///< likewise, of who wants a run to begin: no question makes him wait
+  BackgroundTask file_background;  ///< on a thread of its own again, the only one that uses `files`
+  DataFiles* files = nullptr;      ///< the data sets' files
+  BenchPace* pace = nullptr;       ///< of a simulated bench
   server::Sessions* sessions = nullptr;
   /// A new token, kept. Errors: TokenFile's.
   std::function<Result<std::string>(std::string name, access::Role role, std::int64_t expires_us,
@@ -75,7 +76,7 @@ void add_rig_methods(rpc::Methods& methods, const Services& services);
 void add_classify_methods(rpc::Methods& methods, const Services& services);
 void add_data_methods(rpc::Methods& methods, const Services& services);
 void add_plan_methods(rpc::Methods& methods, const Services& services);
-void add_hand_over_methods(rpc::Methods& methods, const Services& services);
+void add_handover_methods(rpc::Methods& methods, const Services& services);
 void add_sim_methods(rpc::Methods& methods, const Services& services);
 void add_session_methods(rpc::Methods& methods, const Services& services);
 void add_recipe_put(rpc::Methods& methods, const Services& services);
@@ -86,21 +87,21 @@ void pass_on(server::Hub& hub, const LiveFrame& frame, std::string_view run, std
 /// Whether anybody listens to these.
 bool wants_samples(const server::Hub& hub);
 
-/// A file by "R-000318/dataset.h5", for a download: `told` is called once, on the server's thread.
-/// Errors: not_found; DataFiles::open()'s; timeout, when too many wait already.
+/// A file by "R-000318/dataset.h5", for a download: `callback` is called once, on the server's
+/// thread. Errors: not_found; DataFiles::open()'s; timeout, when too many wait already.
 void open_served_file(const Services& services, std::string_view path,
-                      const std::function<void(const Result<server::ServedFile>&)>& told);
+                      const std::function<void(const Result<server::ServedFile>&)>& callback);
 /// {ok, blockers: [{kind, where, hint}]}: all that keeps a run from being started now.
 std::string readiness_json(const Services& services);
 /// Its time is over: in the journal, then told.
-void tell_expired(const Services& services, const access::Lease& lease);
+void notify_lease_expired(const Services& services, const access::Lease& lease);
 /// A run for a client; also what "run:ID" events carry.
 nlohmann::json run_json(const runs::RunView& run);
 /// What "queue" events carry: the runs that wait, the next first.
 nlohmann::json queue_json(const runs::RunQueue& queue);
 /// What a run says of its hand-over.
-nlohmann::json hand_over_json(const HandOverFact& fact);
+nlohmann::json handover_json(const HandoverStatus& fact);
 /// What "vote:ID" events carry.
-nlohmann::json vote_json(const VoteMoment& vote);
+nlohmann::json vote_json(const LiveVoteUpdate& vote);
 
 }  // namespace weft::daemon::api

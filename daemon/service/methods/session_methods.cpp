@@ -2,8 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "daemon/service/methods/parts.hpp"
-#include "daemon/service/rpc/conversation.hpp"
+#include "daemon/service/methods/helpers.hpp"
+#include "daemon/service/rpc/session.hpp"
 
 namespace weft::daemon::api {
 namespace {
@@ -13,23 +13,23 @@ using rpc::Call;
 using rpc::Outcome;
 using rpc::ParamType;
 
-Outcome sessions_told(const server::Sessions& sessions) {
+Outcome list_sessions(const server::Sessions& sessions) {
   json out = json::array();
-  for (const auto& [name, conversation] : sessions.all()) {
-    if (!conversation->introduced()) continue;
-    const rpc::Caller& who = conversation->caller();
+  for (const auto& [name, client_session] : sessions.all()) {
+    if (!client_session->is_open()) continue;
+    const rpc::Caller& who = client_session->caller();
     out.push_back({{"session", name},
                    {"user", who.user},
                    {"client", who.client},
                    {"role", access::to_string(who.role)},
                    {"local", who.local},
-                   {"subscriptions", conversation->subscriptions()},
-                   {"waiting_calls", conversation->pending()}});
+                   {"subscriptions", client_session->subscriptions()},
+                   {"waiting_calls", client_session->pending()}});
   }
-  return text_of({{"sessions", std::move(out)}});
+  return format_text({{"sessions", std::move(out)}});
 }
 
-rpc::RpcError told_to(const std::string& by, const std::string& reason) {
+rpc::RpcError closed_by(const std::string& by, const std::string& reason) {
   return rpc::rpc_error(rpc::code::access + 8, "session.closed",
                         {.code = Errc::wrong_state,
                          .what = "this session was closed by " + by,
@@ -49,8 +49,8 @@ Outcome closed(const Services& services, const Call& call) {
                                           .expected = "admin",
                                           .got = std::string(access::to_string(call.caller.role)),
                                           .hint = "Leave it out to close your own"}));
-  server::Conversation* const conversation = services.sessions->find(name);
-  if (conversation == nullptr || !conversation->introduced())
+  server::Session* const client_session = services.sessions->find(name);
+  if (client_session == nullptr || !client_session->is_open())
     return refused({.code = Errc::not_found,
                     .where = "/params/session",
                     .what = "no such session",
@@ -63,13 +63,14 @@ Outcome closed(const Services& services, const Call& call) {
                     .what = "another's session is closed for a reason",
                     .expected = "a few words",
                     .got = reason});
-  const json payload{{"session", name}, {"user", conversation->caller().user}, {"reason", reason}};
+  const json payload{
+      {"session", name}, {"user", client_session->caller().user}, {"reason", reason}};
   if (const Status ok = services.log->append_journal(services.utc_us(), "", "session.closed",
-                                                     by(call.caller), text_of(payload));
+                                                     by(call.caller), format_text(payload));
       !ok)
     return refused(ok.error());
-  conversation->end(told_to(by(call.caller), reason));
-  return text_of({{"closed", name}});
+  client_session->end(closed_by(by(call.caller), reason));
+  return format_text({{"closed", name}});
 }
 
 }  // namespace
@@ -83,7 +84,7 @@ void add_session_methods(rpc::Methods& methods, const Services& services) {
                {},
                "sessions: session, user, client, role, local (through the Unix socket), "
                "subscriptions, waiting_calls"},
-              [s](const Call&) { return sessions_told(*s->sessions); });
+              [s](const Call&) { return list_sessions(*s->sessions); });
   methods.add({"session.close",
                "ends a session once its answer is sent: your own, or an admin another's with a "
                "reason; what it has started goes on, and its leases until their time is over",

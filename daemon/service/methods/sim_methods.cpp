@@ -1,7 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/campaign/open_rig.hpp"
-#include "daemon/service/methods/parts.hpp"
+#include "daemon/service/methods/helpers.hpp"
 
 namespace weft::daemon::api {
 namespace {
@@ -14,7 +14,7 @@ using rpc::Outcome;
 using rpc::ParamType;
 
 Outcome set_pace(const Services& services, const Call& call) {
-  if (auto free = nobody_else_holds(services, call.caller); !free)
+  if (auto free = require_free_lease(services, call.caller); !free)
     return tl::unexpected(free.error());
   const double pace = call.params.at("pace").get<double>();
   if (!is_pace(pace))
@@ -32,7 +32,7 @@ Outcome set_pace(const Services& services, const Call& call) {
                     .what = "the time of this rig is the world's",
                     .expected = "a simulated bench"});
   services.pace->store(pace, std::memory_order_relaxed);
-  return text_of({{"pace", pace}});
+  return format_text({{"pace", pace}});
 }
 
 /// What the emulator refuses, it refuses of the fault's own fields.
@@ -42,24 +42,25 @@ Error of_params(Error error) {
 }
 
 /// The call without what is not the fault's.
-json fault_of(const Call& call) {
+json read_fault(const Call& call) {
   json out = call.params;
   out.erase("idem");
   return out;
 }
 
-void befall(const Services& services, const Call& call, bool ends, const rpc::Responder& respond) {
-  if (auto free = nobody_else_holds(services, call.caller); !free)
+void inject_fault(const Services& services, const Call& call, bool ends,
+                  const rpc::Responder& respond) {
+  if (auto free = require_free_lease(services, call.caller); !free)
     return respond(tl::unexpected(free.error()));
-  json fault = fault_of(call);
+  json fault = read_fault(call);
   if (ends && !fault.contains("fault")) fault["fault"] = "";
   const auto run = services.run_manager->active();
   services.run_manager->inject_fault({fault.dump(), ends, by(call.caller), {}},
                                      [respond, run, fault](const Status& done) {
                                        if (!done) return respond(refused(of_params(done.error())));
-                                       json told = fault;
-                                       told["run"] = run ? json(*run) : json();
-                                       respond(text_of(told));
+                                       json reply = fault;
+                                       reply["run"] = run ? json(*run) : json();
+                                       respond(format_text(reply));
                                      });
 }
 
@@ -82,17 +83,17 @@ json force_json(const LiveFrame& frame) {
 void pass_on(server::Hub& hub, const LiveFrame& frame, std::string_view run, std::int64_t t_us) {
   constexpr double mm_per_m = 1e3;
   constexpr double deg_per_rad = 57.29577951308232;
-  const auto tell = [&](std::string_view topic, json delta) {
+  const auto notify = [&](std::string_view topic, json delta) {
     delta["run"] = run;
     delta["by"] = "auto:run";
     delta["bench_s"] = frame.bench_s;
     hub.pass_on(topic, delta, t_us);
   };
-  if (frame.wrench) tell("stream:force", force_json(frame));
+  if (frame.wrench) notify("stream:force", force_json(frame));
   if (frame.joints)
-    tell("stream:stages", {{"position_mm", of_axes(*frame.joints, true, mm_per_m)},
-                           {"angle_deg", of_axes(*frame.joints, false, deg_per_rad)}});
-  if (!frame.taxels.empty()) tell("stream:taxels", {{"counts", frame.taxels}});
+    notify("stream:stages", {{"position_mm", of_axes(*frame.joints, true, mm_per_m)},
+                             {"angle_deg", of_axes(*frame.joints, false, deg_per_rad)}});
+  if (!frame.taxels.empty()) notify("stream:taxels", {{"counts", frame.taxels}});
 }
 
 bool wants_samples(const server::Hub& hub) {
@@ -127,7 +128,7 @@ void add_sim_methods(rpc::Methods& methods, const Services& services) {
         {"towards", ParamType::text, false, "host (default) or device, of faults of the wire"}},
        "the fault, run"},
       rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
-        befall(*s, call, false, respond);
+        inject_fault(*s, call, false, respond);
       }));
   methods.add(
       {"sim.clear",
@@ -137,7 +138,7 @@ void add_sim_methods(rpc::Methods& methods, const Services& services) {
        {device_param, {"fault", ParamType::text, false, "its kind; all where it is left out"}},
        "device, fault, run"},
       rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
-        befall(*s, call, true, respond);
+        inject_fault(*s, call, true, respond);
       }));
 }
 

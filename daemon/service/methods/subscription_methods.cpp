@@ -1,7 +1,7 @@
 #include <nlohmann/json.hpp>
 
-#include "daemon/service/methods/parts.hpp"
-#include "daemon/service/rpc/conversation.hpp"
+#include "daemon/service/methods/helpers.hpp"
+#include "daemon/service/rpc/session.hpp"
 
 namespace weft::daemon::api {
 namespace {
@@ -12,7 +12,7 @@ using rpc::Outcome;
 using rpc::ParamType;
 
 /// How many events. Errors: range.
-Result<std::uint64_t> credit_of(const json& params, const char* name, std::int64_t least) {
+Result<std::uint64_t> read_credit(const json& params, const char* name, std::int64_t least) {
   constexpr auto most = static_cast<std::int64_t>(server::Subscription::most_credit);
   const auto events = params.at(name).get<std::int64_t>();
   if (events >= least && events <= most) return static_cast<std::uint64_t>(events);
@@ -23,9 +23,9 @@ Result<std::uint64_t> credit_of(const json& params, const char* name, std::int64
                .got = std::to_string(events)});
 }
 
-Result<server::Wish> wish_of(const json& params) {
+Result<server::SubscriptionRequest> read_subscription_request(const json& params) {
   constexpr std::size_t most_topics = 64;
-  server::Wish wish;
+  server::SubscriptionRequest request;
   const json& topics = params.at("topics");
   if (topics.empty() || topics.size() > most_topics)
     return fail({.code = Errc::range,
@@ -40,13 +40,13 @@ Result<server::Wish> wish_of(const json& params) {
                    .what = "a topic is a text",
                    .expected = "string",
                    .got = topic.type_name()});
-    wish.topics.push_back(topic.get<std::string>());
-    if (wish.topics.back().size() > rpc::longest_text)
+    request.topics.push_back(topic.get<std::string>());
+    if (request.topics.back().size() > rpc::longest_text)
       return fail({.code = Errc::range,
                    .where = "/params/topics",
                    .what = "no topic is so long",
                    .expected = "at most " + std::to_string(rpc::longest_text) + " bytes",
-                   .got = std::to_string(wish.topics.back().size()) + " bytes"});
+                   .got = std::to_string(request.topics.back().size()) + " bytes"});
   }
   const std::string mode = params.value("mode", "latest");
   if (mode != "latest" && mode != "every")
@@ -55,26 +55,26 @@ Result<server::Wish> wish_of(const json& params) {
                  .what = "no such mode",
                  .expected = "latest or every",
                  .got = mode});
-  wish.mode = mode == "every" ? server::Mode::every : server::Mode::latest;
-  wish.max_hz = params.value("max_hz", wish.max_hz);
+  request.mode = mode == "every" ? server::Mode::every : server::Mode::latest;
+  request.max_hz = params.value("max_hz", request.max_hz);
   constexpr double slowest_hz = 1e-3;
-  if (wish.max_hz != 0 && !(wish.max_hz >= slowest_hz && wish.max_hz <= 1000))
+  if (request.max_hz != 0 && !(request.max_hz >= slowest_hz && request.max_hz <= 1000))
     return fail({.code = Errc::range,
                  .where = "/params/max_hz",
                  .what = "rate out of range",
                  .expected = "0 or 0.001 to 1000 Hz",
-                 .got = std::to_string(wish.max_hz)});
+                 .got = std::to_string(request.max_hz)});
   if (params.contains("credit")) {
-    const auto credit = credit_of(params, "credit", 0);
+    const auto credit = read_credit(params, "credit", 0);
     if (!credit) return pass(credit.error());
-    wish.credit = *credit;
+    request.credit = *credit;
   }
-  return wish;
+  return request;
 }
 
 tl::expected<server::Opened, rpc::RpcError> opened(const Services& services, const Call& call,
-                                                   const server::Wish& wish) {
-  if (!call.params.contains("from_seq")) return services.hub->open(wish);
+                                                   const server::SubscriptionRequest& request) {
+  if (!call.params.contains("from_seq")) return services.hub->open(request);
   const std::string epoch = call.params.value("epoch", services.epoch);
   const auto from = call.params.at("from_seq").get<std::int64_t>();
   if (epoch != services.epoch || from < 0)
@@ -86,25 +86,24 @@ tl::expected<server::Opened, rpc::RpcError> opened(const Services& services, con
                                           .got = epoch,
                                           .hint = "Leave from_seq out to get a snapshot"},
                                          true));
-  return services.hub->replay(wish, static_cast<std::uint64_t>(from));
+  return services.hub->replay(request, static_cast<std::uint64_t>(from));
 }
 
 Outcome open(const Services& services, const Call& call) {
-  if (call.conversation == nullptr)
+  if (call.client_session == nullptr)
     return refused({.code = Errc::unsupported,
                     .what = "events need a connection that stays",
                     .hint = "Use the socket, or GET /events"});
-  if (call.conversation->subscriptions() >= server::Conversation::most_subscriptions)
-    return refused(
-        {.code = Errc::range,
-         .what = "too many subscriptions",
-         .expected = "at most " + std::to_string(server::Conversation::most_subscriptions),
-         .hint = "sub.close those that are not needed"});
-  const auto wish = wish_of(call.params);
-  if (!wish) return refused(wish.error());
-  const auto made = opened(services, call, *wish);
+  if (call.client_session->subscriptions() >= server::Session::most_subscriptions)
+    return refused({.code = Errc::range,
+                    .what = "too many subscriptions",
+                    .expected = "at most " + std::to_string(server::Session::most_subscriptions),
+                    .hint = "sub.close those that are not needed"});
+  const auto request = read_subscription_request(call.params);
+  if (!request) return refused(request.error());
+  const auto made = opened(services, call, *request);
   if (!made) return tl::unexpected(made.error());
-  call.conversation->subscribe(made->subscription);
+  call.client_session->subscribe(made->subscription);
   return R"({"sub":")" + made->subscription->id() + R"(","seq":)" + std::to_string(made->seq) +
          R"(,"left_off":)" + std::to_string(made->left_off) + R"(,"snapshot":)" +
          made->snapshot_json + "}";
@@ -113,26 +112,26 @@ Outcome open(const Services& services, const Call& call) {
 Outcome grant(const Call& call) {
   const std::string id = call.params.at("sub").get<std::string>();
   server::Subscription* const mine =
-      call.conversation == nullptr ? nullptr : call.conversation->subscription(id);
+      call.client_session == nullptr ? nullptr : call.client_session->subscription(id);
   if (mine == nullptr)
     return refused({.code = Errc::not_found,
                     .where = "/params/sub",
                     .what = "no such subscription of yours",
                     .got = id});
-  const auto events = credit_of(call.params, "events", 1);
+  const auto events = read_credit(call.params, "events", 1);
   if (!events) return refused(events.error());
   if (const Status ok = mine->grant(*events); !ok) return refused(ok.error());
-  return text_of({{"sub", id}, {"credit", *mine->credit()}});
+  return format_text({{"sub", id}, {"credit", *mine->credit()}});
 }
 
 Outcome close(const Call& call) {
   const std::string id = call.params.at("sub").get<std::string>();
-  if (call.conversation == nullptr || !call.conversation->unsubscribe(id))
+  if (call.client_session == nullptr || !call.client_session->unsubscribe(id))
     return refused({.code = Errc::not_found,
                     .where = "/params/sub",
                     .what = "no such subscription of yours",
                     .got = id});
-  return text_of({{"closed", id}});
+  return format_text({{"closed", id}});
 }
 
 }  // namespace

@@ -5,8 +5,8 @@
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/version/software_version.hpp"
 #include "daemon/hardware/rig/rig_file.hpp"
-#include "daemon/service/methods/parts.hpp"
-#include "daemon/service/rpc/conversation.hpp"
+#include "daemon/service/methods/helpers.hpp"
+#include "daemon/service/rpc/session.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
 
 namespace weft::daemon::api {
@@ -24,7 +24,7 @@ json system_info(const Services& services) {
           {"protocol", server::protocol_version},
           {"epoch", services.epoch},
           {"rig", services.rig_name},
-          {"bench", to_string(bench_kind_of(services.rig))},  // it may be another one each time
+          {"bench", to_string(load_bench_kind(services.rig))},  // it may be another one each time
           {"pace", services.pace->load(std::memory_order_relaxed)},
           {"http", services.http_url.empty() ? json() : json(services.http_url)},
           {"listeners", services.hub->listeners()},
@@ -171,14 +171,14 @@ Outcome log_query(const Services& services, const Call& call) {
   wanted.most = *most;
   const auto page = services.log->query(wanted);
   if (!page) return refused(page.error());
-  ListPage told(*most);
+  ListPage reply(*most);
   json next = page->next ? json(*page->next) : json();
   for (const auto& line : page->lines) {
-    if (told.add(line_json(line))) continue;
+    if (reply.add(line_json(line))) continue;
     next = line.sequence;
     break;
   }
-  return R"({"lines":)" + told.text() + R"(,"next":)" + text_of(next) + "}";
+  return R"({"lines":)" + reply.text() + R"(,"next":)" + format_text(next) + "}";
 }
 
 void add_log_methods(rpc::Methods& methods, const Services* s) {
@@ -232,7 +232,7 @@ std::string readiness_json(const Services& services) {
   if (const auto run = services.run_manager->active())
     blockers.push_back(blocker("rig.busy", *run, "Wait for it, or put yours in the queue"));
   const bool ok = blockers.empty();
-  return text_of({{"ok", ok}, {"blockers", std::move(blockers)}});
+  return format_text({{"ok", ok}, {"blockers", std::move(blockers)}});
 }
 
 void add_system_methods(rpc::Methods& methods, const Services& services) {
@@ -245,7 +245,7 @@ void add_system_methods(rpc::Methods& methods, const Services& services) {
        {},
        "product, version, rig, bench (\"simulated\" or \"real\"), pace, http (null where it is not "
        "served), epoch, seq"},
-      [s](const Call&) -> Outcome { return text_of(system_info(*s)); });
+      [s](const Call&) -> Outcome { return format_text(system_info(*s)); });
   methods.add({"system.ready",
                "whether a run can be started, and all that keeps it from that",
                {},
@@ -255,7 +255,7 @@ void add_system_methods(rpc::Methods& methods, const Services& services) {
               [s](const Call&) -> Outcome { return readiness_json(*s); });
   methods.add({"system.time", "both clocks", {}, {}, {}, "t_us (UTC), mono_us"},
               [s](const Call&) -> Outcome {
-                return text_of({{"t_us", s->utc_us()}, {"mono_us", s->now().count() / 1000}});
+                return format_text({{"t_us", s->utc_us()}, {"mono_us", s->now().count() / 1000}});
               });
   methods.add(
       {"system.metrics",
@@ -265,9 +265,9 @@ void add_system_methods(rpc::Methods& methods, const Services& services) {
        {},
        "up_s, seq (events told), listeners, leases, queued, runs by state, "
        "disk_free_bytes (null where that is not known)"},
-      [s, began = s->now()](const Call&) -> Outcome { return text_of(metrics(*s, began)); });
+      [s, began = s->now()](const Call&) -> Outcome { return format_text(metrics(*s, began)); });
   methods.add({"session.whoami", "who you are here", {}, {}, {}, "session, client, user, role"},
-              [](const Call& call) -> Outcome { return text_of(whoami(call.caller)); });
+              [](const Call& call) -> Outcome { return format_text(whoami(call.caller)); });
   add_log_methods(methods, s);
   rpc::Methods* const all = &methods;
   methods.add({"rpc.discover", "this document", {}, {}, {}, "OpenRPC"},

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "daemon/service/methods/parts.hpp"
+#include "daemon/service/methods/helpers.hpp"
 
 namespace weft::daemon::api {
 namespace {
@@ -46,19 +46,19 @@ Outcome add(const Services& services, const Call& call) {
   if (!token && token.error().code == Errc::invalid_argument && !name.empty())
     return tl::unexpected(rpc::rpc_error(rpc::code::state + 13, "token.name_taken", token.error()));
   if (!token) return refused(token.error());
-  const json told{{"name", name},
-                  {"role", wanted},
-                  {"expires_us", expires_us},
-                  {"user", access::user_of({name, *role, {}, expires_us, user})}};
+  const json reply{{"name", name},
+                   {"role", wanted},
+                   {"expires_us", expires_us},
+                   {"user", access::user_of({name, *role, {}, expires_us, user})}};
   if (const Status ok = services.log->append_journal(services.utc_us(), "", "token.added",
-                                                     by(call.caller), text_of(told));
+                                                     by(call.caller), format_text(reply));
       !ok) {
     static_cast<void>(services.remove_token(name));  // nobody was told it
     return refused(ok.error());
   }
-  json out = told;
+  json out = reply;
   out["token"] = *token;
-  return text_of(out);
+  return format_text(out);
 }
 
 }  // namespace

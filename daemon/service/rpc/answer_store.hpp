@@ -16,9 +16,9 @@ class AnswerStore {
   /// `database` outlives the store and has the table (RunStore::open()).
   explicit AnswerStore(sqlite::Database& database) : database_(&database) {}
   /// Oldest first.
-  [[nodiscard]] Result<std::vector<KeptAnswer>> answers();
-  Status keep(const KeptAnswer& asked);
-  Status keep_outcome(std::string_view name, const rpc::Outcome& outcome);
+  [[nodiscard]] Result<std::vector<StoredAnswer>> answers();
+  Status persist(const StoredAnswer& requested);
+  Status persist_outcome(std::string_view name, const rpc::Outcome& outcome);
   Status forget_answer(std::string_view name);
 
  private:

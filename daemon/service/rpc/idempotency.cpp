@@ -20,14 +20,14 @@ std::string_view user_of(std::string_view name) {
 
 }  // namespace
 
-void IdempotencyCache::remember_in(AnswerMemory memory, std::vector<KeptAnswer> kept) {
+void IdempotencyCache::remember_in(AnswerMemory memory, std::vector<StoredAnswer> stored_answers) {
   memory_ = std::move(memory);
-  for (KeptAnswer& one : kept)
+  for (StoredAnswer& one : stored_answers)
     put(std::move(one.name), {std::move(one.fingerprint),
                               std::move(one.outcome),
                               std::move(one.token),
                               {},
-                              one.asked_us,
+                              one.requested_us,
                               true,
                               true});
   forget_old();
@@ -41,7 +41,7 @@ void IdempotencyCache::put(std::string name, Entry entry) {
 }
 
 void IdempotencyCache::forget(Entries::iterator entry) {
-  if (entry->second.is_kept && memory_.forgotten) memory_.forgotten(entry->first);
+  if (entry->second.is_persisted && memory_.forgotten) memory_.forgotten(entry->first);
   ages_.at(name_of(user_of(entry->first), entry->second.token)).erase(entry->second.age);
   entries_.erase(entry);
 }
@@ -52,21 +52,21 @@ void IdempotencyCache::forget_old() {
 }
 
 void IdempotencyCache::forget_old(Ages& ages) {
-  while (ages.size() > most_kept) forget(entries_.find(ages.front()));
+  while (ages.size() > most_stored) forget(entries_.find(ages.front()));
   if (!memory_.utc_us) return;
   const std::int64_t since =
       memory_.utc_us() -
-      std::chrono::duration_cast<std::chrono::microseconds>(longest_kept).count();
+      std::chrono::duration_cast<std::chrono::microseconds>(longest_stored).count();
   while (!ages.empty()) {
     const auto oldest = entries_.find(ages.front());
-    if (oldest->second.asked_us >= since) return;
+    if (oldest->second.requested_us >= since) return;
     forget(oldest);
   }
 }
 
-IdempotencyCache::Look IdempotencyCache::look(std::string_view user, std::string_view key,
-                                              std::string_view fingerprint, bool to_keep,
-                                              std::string_view token) {
+IdempotencyCache::Lookup IdempotencyCache::lookup(std::string_view user, std::string_view key,
+                                                  std::string_view fingerprint, bool persistent,
+                                                  std::string_view token) {
   forget_old();
   const std::string name = name_of(user, key);
   if (const auto found = entries_.find(name); found != entries_.end()) {
@@ -80,9 +80,9 @@ IdempotencyCache::Look IdempotencyCache::look(std::string_view user, std::string
               std::string(token),
               {},
               memory_.utc_us ? memory_.utc_us() : 0,
-              to_keep};
-  if (to_keep && memory_.asked)
-    memory_.asked({name, entry.token, entry.fingerprint, entry.asked_us, {}});
+              persistent};
+  if (persistent && memory_.requested)
+    memory_.requested({name, entry.token, entry.fingerprint, entry.requested_us, {}});
   put(name, std::move(entry));
   forget_old();
   return {};
@@ -96,7 +96,7 @@ void IdempotencyCache::answered(std::string_view user, std::string_view key,
   if (!outcome && (outcome.error().retryable || outcome.error().kind.starts_with("lease.")))
     return forget(found);
   found->second.outcome = outcome;
-  if (found->second.is_kept && memory_.answered) memory_.answered(found->first, outcome);
+  if (found->second.is_persisted && memory_.answered) memory_.answered(found->first, outcome);
 }
 
 }  // namespace weft::daemon::access

@@ -17,18 +17,18 @@
 namespace weft::daemon::access {
 
 /// A request with a key, as it outlives the daemon.
-struct KeptAnswer {
+struct StoredAnswer {
   std::string name;   ///< of user and key
   std::string token;  ///< with which the user came; empty: with none
   std::string fingerprint;
-  std::int64_t asked_us = 0;            ///< UTC
+  std::int64_t requested_us = 0;        ///< UTC
   std::optional<rpc::Outcome> outcome;  ///< nothing: the daemon ended before there was one
 };
 
 /// Where answers are kept, in the order in which they are asked for; empty functions keep nothing.
 struct AnswerMemory {
   std::function<std::int64_t()> utc_us;
-  std::function<void(const KeptAnswer&)> asked;
+  std::function<void(const StoredAnswer&)> requested;
   std::function<void(const std::string& name, const rpc::Outcome&)> answered;
   std::function<void(const std::string& name)> forgotten;
 };
@@ -37,9 +37,9 @@ class IdempotencyCache {
  public:
   /// Of each user, and of each token that acts for him: nobody's keys make room for another's, nor
   /// those of a token that may only look on for its maker's.
-  static constexpr std::size_t most_kept = 4096;
+  static constexpr std::size_t most_stored = 4096;
   /// A key is not asked for again after so long.
-  static constexpr std::chrono::hours longest_kept{7 * 24};
+  static constexpr std::chrono::hours longest_stored{7 * 24};
 
   enum class Found {
     fresh,
@@ -48,17 +48,17 @@ class IdempotencyCache {
     other_request,
     cut_short  ///< the daemon ended while it was under way: whether it was done is not known
   };
-  struct Look {
+  struct Lookup {
     Found found = Found::fresh;
     std::optional<rpc::Outcome> outcome;  ///< where it is answered
   };
   /// What is told to `memory` from here on, and what it holds from before, the oldest first.
-  void remember_in(AnswerMemory memory, std::vector<KeptAnswer> kept);
+  void remember_in(AnswerMemory memory, std::vector<StoredAnswer> stored_answers);
   /// A key belongs to a user: nobody reads another's answer with it. `fingerprint`: of method and
-  /// parameters. A fresh key is under way from here on. `to_keep`: also over the daemon's end.
-  /// `token`: KeptAnswer's.
-  Look look(std::string_view user, std::string_view key, std::string_view fingerprint,
-            bool to_keep = true, std::string_view token = {});
+  /// parameters. A fresh key is under way from here on. `persistent`: also over the daemon's end.
+  /// `token`: StoredAnswer's.
+  Lookup lookup(std::string_view user, std::string_view key, std::string_view fingerprint,
+                bool persistent = true, std::string_view token = {});
   void answered(std::string_view user, std::string_view key, const rpc::Outcome& outcome);
 
  private:
@@ -68,8 +68,8 @@ class IdempotencyCache {
     std::optional<rpc::Outcome> outcome;
     std::string token = {};
     Ages::iterator age = {};
-    std::int64_t asked_us = 0;
-    bool is_kept = false, is_of_before = false;
+    std::int64_t requested_us = 0;
+    bool is_persisted = false, is_of_before = false;
   };
   using Entries = std::map<std::string, Entry, std::less<>>;
   void put(std::string name, Entry entry);

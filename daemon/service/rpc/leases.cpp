@@ -32,13 +32,13 @@ tl::unexpected<Error> held(const Lease& lease, Leases::Clock now) {
 
 }  // namespace
 
-Result<Lease> Leases::acquire(const Asked& asked, Clock now) {
-  if (Status ok = check_ttl(asked.ttl); !ok) return pass(ok.error());
-  if (const auto other = holder(asked.scope, now)) return held(*other, now);
+Result<Lease> Leases::acquire(const Request& requested, Clock now) {
+  if (Status ok = check_ttl(requested.ttl); !ok) return pass(ok.error());
+  if (const auto other = holder(requested.scope, now)) return held(*other, now);
   const std::string id = "L-" + epoch_ + "-" + std::to_string(next_++);
   return by_id_
-      .insert_or_assign(id, Lease{id, asked.scope, asked.user, asked.session, asked.note,
-                                  now + asked.ttl, now + asked.ttl})
+      .insert_or_assign(id, Lease{id, requested.scope, requested.user, requested.session,
+                                  requested.note, now + requested.ttl, now + requested.ttl})
       .first->second;
 }
 
@@ -68,12 +68,12 @@ Result<Lease> Leases::renew(std::string_view id, std::string_view user, millisec
   return **lease;
 }
 
-bool Leases::is_to_be_noted(std::string_view id) {
+bool Leases::should_journal(std::string_view id) {
   constexpr std::chrono::seconds worth_a_line{1};
   const auto found = by_id_.find(id);
-  if (found == by_id_.end() || found->second.expires - found->second.noted < worth_a_line)
+  if (found == by_id_.end() || found->second.expires - found->second.journalled < worth_a_line)
     return false;
-  found->second.noted = found->second.expires;
+  found->second.journalled = found->second.expires;
   return true;
 }
 

@@ -21,8 +21,8 @@ struct Lease {
   std::string user;
   std::string session;
   std::string note;
-  std::chrono::nanoseconds expires{};  ///< on the clock of the calls' `now`
-  std::chrono::nanoseconds noted{};    ///< when it ends as the journal has it
+  std::chrono::nanoseconds expires{};     ///< on the clock of the calls' `now`
+  std::chrono::nanoseconds journalled{};  ///< when it ends as the journal has it
 };
 
 /// Time is an argument; any monotonic origin.
@@ -35,17 +35,17 @@ class Leases {
 
   static constexpr std::chrono::milliseconds shortest{1000}, longest{3'600'000};
 
-  struct Asked {
+  struct Request {
     std::string scope, user, session, note;
     std::chrono::milliseconds ttl{15000};
   };
   /// Errors: range (ttl), wrong_state (held by another: who, and for how long still).
-  Result<Lease> acquire(const Asked& asked, Clock now);
+  Result<Lease> acquire(const Request& requested, Clock now);
   /// By its holder. Errors: not_found (never was, or is over), wrong_state (another's), range.
   Result<Lease> renew(std::string_view id, std::string_view user, std::chrono::milliseconds ttl,
                       Clock now);
   /// Whether it ends a second or more later than was noted of it; then it counts as noted.
-  bool is_to_be_noted(std::string_view id);
+  bool should_journal(std::string_view id);
   Result<Lease> release(std::string_view id, std::string_view user, Clock now);
   /// By anybody who may, with a reason of at least three letters.
   Result<Lease> break_lease(std::string_view id, std::string_view reason, Clock now);

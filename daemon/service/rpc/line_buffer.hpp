@@ -14,14 +14,14 @@ class LineBuffer {
   void add(std::string_view bytes) { held_.append(bytes); }
   /// The next whole line without its end ("\n" or "\r\n").
   std::optional<std::string> next() {
-    const std::size_t end = held_.find('\n', looked_at_);
+    const std::size_t end = held_.find('\n', searched_);
     if (end == std::string::npos) {
-      looked_at_ = held_.size();
+      searched_ = held_.size();
       return std::nullopt;
     }
     std::string line = held_.substr(0, end);
     held_.erase(0, end + 1);
-    looked_at_ = 0;
+    searched_ = 0;
     if (line.ends_with('\r')) line.pop_back();
     return line;
   }
@@ -32,7 +32,7 @@ class LineBuffer {
 
  private:
   std::string held_;
-  std::size_t looked_at_ = 0;  // no line end before here
+  std::size_t searched_ = 0;  // no line end before here
   std::size_t most_bytes_;
 };
 

@@ -28,11 +28,11 @@ tl::unexpected<Refused> not_a_request(std::string id_json, std::string message,
 
 // Deeper nesting is given up while it is read: a line of brackets costs no stack.
 json read(std::string_view line, bool& too_deep) {
-  const auto look = [&too_deep](int depth, json::parse_event_t, json&) {
+  const auto scan_depth = [&too_deep](int depth, json::parse_event_t, json&) {
     too_deep = too_deep || depth > most_depth;
     return !too_deep;
   };
-  return json::parse(line, look, false);
+  return json::parse(line, scan_depth, false);
 }
 
 // A string, a whole number or null; the specification allows fractions and advises against them.
@@ -104,7 +104,7 @@ tl::expected<Request, Refused> parse_request(std::string_view line) {
   request.params = std::make_shared<const json>(std::move(params));
   if (!wrong) return request;
   request.id_json = wrong->id_json;
-  wrong->heard = std::move(request);
+  wrong->received = std::move(request);
   return tl::unexpected(std::move(*wrong));
 }
 

@@ -29,7 +29,7 @@ struct Refused {
   std::string id_json;
   RpcError error;
   /// As far as it could be read, where it names a method: a stop is heeded all the same.
-  std::optional<Request> heard = {};
+  std::optional<Request> received = {};
 };
 
 /// One line without its end. Members that JSON-RPC does not know are refused with a did-you-mean:

@@ -67,8 +67,8 @@ std::string meant_or_known(std::string_view word, const std::vector<std::string_
 }
 
 /// What is wrong with one parameter that came; nothing where nothing is.
-std::optional<RpcError> problem_of(const std::vector<ParamSpec>& known, const std::string& name,
-                                   const json& value) {
+std::optional<RpcError> find_problem(const std::vector<ParamSpec>& known, const std::string& name,
+                                     const json& value) {
   const auto wrong = [](std::string_view kind, Error error) {
     return rpc_error(code::invalid_params, kind, std::move(error));
   };
@@ -175,7 +175,7 @@ std::string Methods::open_rpc(std::string_view version) const {
 tl::expected<void, RpcError> check_params(const MethodSpec& spec, const json& params) {
   const std::vector<ParamSpec> known = all_params(spec);
   for (const auto& [name, value] : params.items())
-    if (auto problem = problem_of(known, name, value)) return tl::unexpected(std::move(*problem));
+    if (auto problem = find_problem(known, name, value)) return tl::unexpected(std::move(*problem));
   for (const ParamSpec& param : known)
     if (param.required && !params.contains(param.name))
       return tl::unexpected(rpc_error(code::invalid_params, "param.missing",
@@ -191,7 +191,7 @@ Usable usable_params(const MethodSpec& spec, const json& params) {
   json fit = json::object();
   Usable out;
   for (const auto& [name, value] : params.items()) {
-    if (auto problem = problem_of(known, name, value))
+    if (auto problem = find_problem(known, name, value))
       out.problems.push_back(std::move(*problem));
     else
       fit[name] = value;

@@ -14,7 +14,7 @@
 #include "daemon/service/rpc/rpc_error.hpp"
 
 namespace weft::daemon::server {
-class Conversation;
+class Session;
 }
 
 namespace weft::daemon::rpc {
@@ -87,8 +87,8 @@ std::string by(const Caller& caller);
 struct Call {
   const nlohmann::json& params;  ///< checked against the method's table
   const Caller& caller;
-  server::Conversation* conversation = nullptr;  ///< null for a call by POST, which has none
-  std::weak_ptr<const void> listener = {};       ///< gone when nobody waits for the answer
+  server::Session* client_session = nullptr;  ///< null for a call by POST, which has none
+  std::weak_ptr<const void> listener = {};    ///< gone when nobody waits for the answer
 };
 
 using Handler = std::function<void(const Call&, Responder)>;

@@ -22,14 +22,14 @@ RpcError rpc_error(int code, std::string_view kind, Error error, bool retryable)
 }
 
 RpcError error_from_json(std::string_view text) {
-  const json told = json::parse(text, nullptr, false);
+  const json reply = json::parse(text, nullptr, false);
   try {
-    const json& data = told.at("data");
+    const json& data = reply.at("data");
     const auto part = [&data](const char* key) { return data.value(key, ""); };
-    RpcError out = rpc_error(told.at("code").get<int>(), part("kind"),
+    RpcError out = rpc_error(reply.at("code").get<int>(), part("kind"),
                              {.code = Errc::wrong_state,
                               .where = part("where"),
-                              .what = told.at("message").get<std::string>(),
+                              .what = reply.at("message").get<std::string>(),
                               .expected = part("expected"),
                               .got = part("got"),
                               .hint = part("hint")},
@@ -45,13 +45,13 @@ RpcError error_from_json(std::string_view text) {
 
 std::string to_json(const RpcError& e) {
   json data{{"kind", e.kind}, {"retryable", e.retryable}};
-  const auto say = [&data](const char* key, const std::string& text) {
+  const auto put = [&data](const char* key, const std::string& text) {
     if (!text.empty()) data[key] = text;
   };
-  say("where", e.error.where);
-  say("expected", e.error.expected);
-  say("got", e.error.got);
-  say("hint", e.error.hint);
+  put("where", e.error.where);
+  put("expected", e.error.expected);
+  put("got", e.error.got);
+  put("hint", e.error.hint);
   if (!e.blockers_json.empty()) data["blockers"] = json::parse(e.blockers_json);
   const json out{{"code", e.code}, {"message", e.error.what}, {"data", std::move(data)}};
   return out.dump(-1, ' ', false, json::error_handler_t::replace);

@@ -6,7 +6,7 @@
 
 namespace weft::daemon::access {
 
-TokenKeeper::Stamp TokenKeeper::stamp_of(const std::filesystem::path& file) {
+TokenKeeper::Stamp TokenKeeper::read_stamp(const std::filesystem::path& file) {
   struct stat found {};
   if (lstat(file.c_str(), &found) != 0) return {};
   constexpr std::int64_t ns_per_s = 1'000'000'000;
@@ -15,14 +15,14 @@ TokenKeeper::Stamp TokenKeeper::stamp_of(const std::filesystem::path& file) {
 }
 
 Result<TokenKeeper> TokenKeeper::open(const std::filesystem::path& file) {
-  const Stamp as_of = stamp_of(file);  // before it is read: a change meanwhile is seen later
+  const Stamp as_of = read_stamp(file);  // before it is read: a change meanwhile is seen later
   auto tokens = TokenFile::load(file);
   if (!tokens) return pass(tokens.error());
   return TokenKeeper(file, std::move(*tokens), as_of);
 }
 
 void TokenKeeper::refresh() {
-  const Stamp now = stamp_of(file_);
+  const Stamp now = read_stamp(file_);
   if (now == as_of_ && !problem_) return;
   auto tokens = TokenFile::load(file_);
   if (!tokens) {
@@ -39,7 +39,7 @@ std::optional<TokenEntry> TokenKeeper::find(std::string_view token, std::int64_t
   return tokens_.find(token, now_us);
 }
 
-bool TokenKeeper::stands(const TokenEntry& entry, std::int64_t now_us) const {
+bool TokenKeeper::is_valid(const TokenEntry& entry, std::int64_t now_us) const {
   if (entry.expires_us <= now_us) return false;
   return std::ranges::find(tokens_.entries(), entry.sha256, &TokenEntry::sha256) !=
          tokens_.entries().end();

@@ -21,7 +21,7 @@ class TokenKeeper {
   /// Whose it is. Nothing for a token that is unknown or over.
   std::optional<TokenEntry> find(std::string_view token, std::int64_t now_us);
   /// Whether what find() told once is so still: its time is not over and it was not removed.
-  [[nodiscard]] bool stands(const TokenEntry& entry, std::int64_t now_us) const;
+  [[nodiscard]] bool is_valid(const TokenEntry& entry, std::int64_t now_us) const;
   /// A new one, in what the file holds now; those whose time is over are forgotten.
   /// Errors: TokenFile::change()'s, and add()'s.
   Result<std::string> add(std::string name, Role role, std::int64_t expires_us, std::string user,
@@ -43,7 +43,7 @@ class TokenKeeper {
   };
   TokenKeeper(std::filesystem::path file, TokenFile tokens, const Stamp& as_of)
       : file_(std::move(file)), tokens_(std::move(tokens)), as_of_(as_of) {}
-  static Stamp stamp_of(const std::filesystem::path& file);
+  static Stamp read_stamp(const std::filesystem::path& file);
 
   std::filesystem::path file_;
   TokenFile tokens_;

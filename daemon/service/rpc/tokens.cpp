@@ -46,7 +46,7 @@ Status check_private(const std::filesystem::path& file) {
 
 constexpr const char* user_key = "acts_for";
 
-Result<TokenEntry> entry_of(const json& one) {
+Result<TokenEntry> parse_token_entry(const json& one) {
   const auto role = role_from(one.value("role", ""));
   if (!role || !one.contains("name") || !one.contains("sha256") || !one.contains("expires_us"))
     return fail({.code = Errc::parse,
@@ -131,7 +131,7 @@ Result<TokenFile> TokenFile::load(const std::filesystem::path& file) {
                  .expected = "{\"tokens\": [...]}"});
   try {
     for (const json& one : document["tokens"]) {
-      auto entry = entry_of(one);
+      auto entry = parse_token_entry(one);
       if (!entry) return pass(entry.error(), file.string());
       out.entries_.push_back(std::move(*entry));
     }

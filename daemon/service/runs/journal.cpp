@@ -7,7 +7,7 @@
 namespace weft::daemon::runs {
 namespace {
 
-constexpr std::int64_t most_looked_at = 20'000;  // lines
+constexpr std::int64_t most_searched = 20'000;  // lines
 
 JournalLine line_of(const sqlite::Statement& row) {
   return {row.integer(0), row.integer(1), row.text(2), row.text(3), row.text(4), row.text(5)};
@@ -47,7 +47,7 @@ Result<RunStore::Page> RunStore::query(const Query& wanted) {
   if (const auto row = newest->step(); !row) return pass(row.error());
   const std::int64_t last = newest->integer(0);
   const std::int64_t from = std::clamp<std::int64_t>(wanted.from, 1, last + 1);
-  const std::int64_t end = std::min(last + 1, from + most_looked_at);
+  const std::int64_t end = std::min(last + 1, from + most_searched);
   auto query = database_.prepare(
       "SELECT sequence, utc_us, run, kind, by, payload_json FROM journal WHERE sequence >= ?1 AND "
       "sequence < ?2 AND (?3 = '' OR run = ?3) AND (?4 = '' OR kind = ?4) AND utc_us >= ?5 AND "

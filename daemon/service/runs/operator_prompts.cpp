@@ -4,23 +4,23 @@
 
 namespace weft::daemon::runs {
 
-void OperatorPrompts::on_plan(std::int64_t run, const std::optional<recipes::OperatorAsk>& first) {
+void OperatorPrompts::on_plan(std::int64_t run, const std::optional<recipes::StepPrompt>& first) {
   entries_.erase(run);
   if (first) entries_[run] = {{*first}};
 }
 
-bool OperatorPrompts::on_step(std::int64_t run, RunState state, const RunMoment& moment,
+bool OperatorPrompts::on_step(std::int64_t run, RunState state, const RunStatusUpdate& moment,
                               std::chrono::nanoseconds now) {
-  if (state == RunState::awaiting_operator && moment.asked) {
+  if (state == RunState::awaiting_operator && moment.requested) {
     std::string name = "Q-" + std::to_string(++names_taken_);
-    entries_[run] = {{moment.asked->ask, std::move(name), now}, moment.asked->ticket};
+    entries_[run] = {{moment.requested->prompt, std::move(name), now}, moment.requested->ticket};
     return true;
   }
   if (state != RunState::running) return false;
-  on_plan(run, moment.next_ask);
-  if (moment.next_ask && moment.next_ask_in_s)
+  on_plan(run, moment.next_prompt);
+  if (moment.next_prompt && moment.next_prompt_in_s)
     entries_[run].prompt.at =
-        now + std::chrono::nanoseconds(std::llround(*moment.next_ask_in_s * 1e9));
+        now + std::chrono::nanoseconds(std::llround(*moment.next_prompt_in_s * 1e9));
   return false;
 }
 

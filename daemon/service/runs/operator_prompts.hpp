@@ -16,7 +16,7 @@ namespace weft::daemon::runs {
 
 /// What a person is asked for, or will be.
 struct OperatorPrompt {
-  recipes::OperatorAsk ask;
+  recipes::StepPrompt prompt;
   std::string step = {};  ///< names what is asked now, "Q-12"; empty where it is not asked yet
   /// Since when, or when it will be as far as is known, by the monotonic clock.
   std::optional<std::chrono::nanoseconds> at = {};
@@ -30,9 +30,9 @@ class OperatorPrompts {
   explicit OperatorPrompts(std::int64_t names_taken = 0) : names_taken_(names_taken) {}
 
   /// The plan of a run is known: what it asks for first, if anything.
-  void on_plan(std::int64_t run, const std::optional<recipes::OperatorAsk>& first);
+  void on_plan(std::int64_t run, const std::optional<recipes::StepPrompt>& first);
   /// The engine of a run reports, which is in `state` from now on. True: a prompt opens.
-  bool on_step(std::int64_t run, RunState state, const RunMoment& moment,
+  bool on_step(std::int64_t run, RunState state, const RunStatusUpdate& moment,
                std::chrono::nanoseconds now);
   /// A run has changed to `state`: one that is on its way to its end needs no person.
   void on_state(std::int64_t run, RunState state);

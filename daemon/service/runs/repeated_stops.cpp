@@ -4,7 +4,7 @@
 
 namespace weft::daemon::runs {
 
-bool RepeatedStops::is_line(const Stop& stop, bool is_news, Clock now) {
+bool RepeatedStops::is_journalled(const Stop& stop, bool is_news, Clock now) {
   auto known = std::ranges::find(entries_, stop, &Entry::stop);
   const bool is_new = known == entries_.end();
   if (is_new && !is_news && entries_.size() >= most_apart) {

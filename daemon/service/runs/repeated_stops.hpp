@@ -29,7 +29,7 @@ class RepeatedStops {
 
   /// Whether this one has a line of its own: it is news, or was not said within the window. Others
   /// are counted.
-  bool is_line(const Stop& stop, bool is_news, Clock now);
+  bool is_journalled(const Stop& stop, bool is_news, Clock now);
   /// What was counted, where the window is over; each once.
   std::vector<Counted> over(Clock now);
   /// All that was counted, whenever.

@@ -18,9 +18,9 @@ struct RunContext {
   std::function<void(std::function<void()>)> post;  ///< onto the server's thread, from any
   std::function<std::chrono::nanoseconds()> now;    ///< monotonic
   std::function<std::int64_t()> utc_us;
-  RunObserver* observer = nullptr;  ///< outlives the manager
-  Onlooker* onlooker = nullptr;     ///< shown what the run under way senses
-  const BenchPace* pace = nullptr;  ///< of a simulated bench
+  RunObserver* observer = nullptr;            ///< outlives the manager
+  LiveFrameSampler* frame_sampler = nullptr;  ///< shown what the run under way senses
+  const BenchPace* pace = nullptr;            ///< of a simulated bench
   /// The machine's wall clock, which people compare times ahead with; it may be set back.
   std::function<std::int64_t()> wall_us = {};
   /// What a run is, on its thread.

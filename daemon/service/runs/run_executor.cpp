@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "daemon/base/loop/caught.hpp"
+#include "daemon/base/loop/catch_as_error.hpp"
 #include "daemon/base/loop/free_memory.hpp"
 #include "daemon/campaign/resume.hpp"
 #include "recipes/engine/forecast.hpp"
@@ -20,7 +20,7 @@ Deadlines deadlines_of(const recipes::Plan& plan) {
   const std::vector<double> trials_s = recipes::trial_durations_s(plan);
   const recipes::Finally& last = plan.finally;
   const bool after_cut = !last.on_stop.empty() || !last.on_fault.empty();
-  return Deadlines::of(plan.forecast.trials_s() * recipes::most_takes(plan),
+  return Deadlines::of(plan.forecast.trials_s() * recipes::most_attempts(plan),
                        *std::max_element(trials_s.begin(), trials_s.end()) + plan.settle.timeout_s,
                        {.finally_s = recipes::is_empty(last) ? 0 : last.budget_s,
                         .finally_cut_s = after_cut ? last.budget_s : 0,
@@ -29,7 +29,7 @@ Deadlines deadlines_of(const recipes::Plan& plan) {
 
 /// Whether what was recorded has no data set, and may get one yet. A file that is not to be read
 /// may come back with its folder.
-bool may_be_concluded(const std::filesystem::path& folder, const Result<CampaignSummary>& summary) {
+bool can_be_concluded(const std::filesystem::path& folder, const Result<CampaignSummary>& summary) {
   if (summary && !summary->dataset_error) return false;
   const auto only_end_left = is_only_end_left(folder);
   return only_end_left ? *only_end_left : summary.has_value();
@@ -62,7 +62,8 @@ class FaultReply {
 }  // namespace
 
 PlanSummary summarize(const recipes::Plan& plan) {
-  return {plan.trials.size(), deadlines_of(plan), recipes::next_ask(plan, 0), disk_forecast(plan)};
+  return {plan.trials.size(), deadlines_of(plan), recipes::next_prompt(plan, 0),
+          disk_forecast(plan)};
 }
 
 void RunExecutor::begin(std::int64_t run, bool plan_is_known, Result<CampaignRequest> request,
@@ -81,7 +82,7 @@ void RunExecutor::begin(std::int64_t run, bool plan_is_known, Result<CampaignReq
 
 RunResult RunExecutor::perform(const Result<CampaignRequest>& request, bool resumes,
                                const CampaignHooks& hooks) {
-  auto summary = caught([&]() -> Result<CampaignSummary> {
+  auto summary = catch_as_error([&]() -> Result<CampaignSummary> {
     if (!request) return pass(request.error());
     return context_.perform(*request, hooks);
   });
@@ -89,16 +90,16 @@ RunResult RunExecutor::perform(const Result<CampaignRequest>& request, bool resu
   if (is_left && (resumes || cut_))
     is_left = !request || is_anything_left(*request);
   else if (is_left)
-    is_left = may_be_concluded(request->out, summary);
+    is_left = can_be_concluded(request->out, summary);
   return {.summary = std::move(summary), .can_resume = is_left};
 }
 
 void RunExecutor::on_last_message(RunResult result) {
   thread_.join();
-  result.took_rig = took_rig_;
+  result.acquired_rig = took_rig_;
   result.is_checked = is_checked_;
   result.was_ordered = orders_->ends_run();
-  while (orders_->take_fault()) continue;  // its reply is sent as it goes
+  while (orders_->next_fault()) continue;  // its reply is sent as it goes
   const std::int64_t run = *std::exchange(run_, std::nullopt);
   reports_.on_thread_ended(run, result);
 }
@@ -111,9 +112,9 @@ CampaignHooks RunExecutor::hooks_for(bool plan_is_known) {
   };
   CampaignHooks hooks;
   hooks.orders = &*orders_;
-  hooks.onlooker = context_.onlooker;
+  hooks.frame_sampler = context_.frame_sampler;
   hooks.pace = context_.pace;
-  hooks.rig_taken = [this] { return take_rig(); };
+  hooks.rig_acquired = [this] { return acquire_rig(); };
   hooks.planned = [this, plan_is_known,
                    known = report(&RunReports::on_plan)](const recipes::Plan& plan) {
     is_checked_ = true;
@@ -126,7 +127,7 @@ CampaignHooks RunExecutor::hooks_for(bool plan_is_known) {
 }
 
 // On the run's thread: nothing moves before it is written that the run has the rig.
-Status RunExecutor::take_rig() {
+Status RunExecutor::acquire_rig() {
   took_rig_ = true;
   context_.post([this] { set_grant(!orders_->ends_run() && reports_.grant_rig(*run_)); });
   grant_.wait(Grant::awaited);
@@ -149,7 +150,7 @@ void RunExecutor::set_grant(bool given) {
 
 void RunExecutor::inject(FaultOrder order, FaultCallback on_done) {
   const auto reply = std::make_shared<FaultReply>(context_.post, std::move(on_done));
-  order.told = [reply](const Status& done) { reply->send(done); };
+  order.callback = [reply](const Status& done) { reply->send(done); };
   orders_->give(std::move(order));
 }
 

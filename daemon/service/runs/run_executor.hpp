@@ -15,7 +15,7 @@ namespace weft::daemon::runs {
 struct PlanSummary {
   std::size_t trials = 0;
   Deadlines limits{};
-  std::optional<recipes::OperatorAsk> first_ask;
+  std::optional<recipes::StepPrompt> first_prompt;
   std::uint64_t disk_bytes = 0;
 };
 PlanSummary summarize(const recipes::Plan& plan);
@@ -23,18 +23,18 @@ PlanSummary summarize(const recipes::Plan& plan);
 /// How a run thread came to its end.
 struct RunResult {
   Result<CampaignSummary> summary;
-  bool can_resume = false;   ///< something is left to record or to conclude
-  bool took_rig = false;     ///< it asked for the rig, and was not refused
-  bool is_checked = false;   ///< what it was asked for can be done
-  bool was_ordered = false;  ///< an order ended it
+  bool can_resume = false;    ///< something is left to record or to conclude
+  bool acquired_rig = false;  ///< it asked for the rig, and was not refused
+  bool is_checked = false;    ///< what it was asked for can be done
+  bool was_ordered = false;   ///< an order ended it
 };
 
 /// What a run thread reports, called on the server's thread.
 class RunReports {
  public:
   virtual void on_plan(std::int64_t run, const PlanSummary& plan) = 0;
-  virtual void on_moment(std::int64_t run, const RunMoment& moment) = 0;
-  virtual void on_vote(std::int64_t run, const VoteMoment& vote) = 0;
+  virtual void on_moment(std::int64_t run, const RunStatusUpdate& moment) = 0;
+  virtual void on_vote(std::int64_t run, const LiveVoteUpdate& vote) = 0;
   virtual void on_progress(std::int64_t run, const TrialProgress& line) = 0;
   /// The run is about to take the rig. False: it must not.
   virtual bool grant_rig(std::int64_t run) = 0;
@@ -80,7 +80,7 @@ class RunExecutor {
   CampaignHooks hooks_for(bool plan_is_known);
   RunResult perform(const Result<CampaignRequest>& request, bool resumes,
                     const CampaignHooks& hooks);
-  Status take_rig();
+  Status acquire_rig();
   void set_grant(bool given);
   void on_last_message(RunResult result);
 

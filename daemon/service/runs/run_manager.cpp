@@ -66,7 +66,7 @@ void RunManager::load() {
     run.counted = count_trials(run);
     if (run.counted) change.put(run.to_store());
   }
-  if (auto kept = store_.queue()) queue_ = std::move(*kept);
+  if (auto persisted = store_.queue()) queue_ = std::move(*persisted);
   queue_.on_restart(waiting);
   change.queue = queue_;
   store_.persist(change);
@@ -134,7 +134,7 @@ ManagerStatus RunManager::status() const {
   return out;
 }
 
-Status RunManager::takes_more() const {
+Status RunManager::require_accepting() const {
   if (!closing_) return {};
   return fail({.code = Errc::wrong_state,
                .where = "daemon",
@@ -143,7 +143,7 @@ Status RunManager::takes_more() const {
 }
 
 Status RunManager::can_submit(const RunRequest& wanted, const Checked& checked) const {
-  if (Status more = takes_more(); !more) return more;
+  if (Status more = require_accepting(); !more) return more;
   if (context_.one_run && !runs_.empty())
     return fail({.code = Errc::wrong_state,
                  .what = "this daemon is there for one run alone, that of a weft run",
@@ -177,7 +177,7 @@ Result<RunView> RunManager::submit(const RunRequest& wanted, const Checked& chec
   stored.name = wanted.name;
   stored.by = wanted.by;
   stored.created_us = context_.utc_us();
-  stored.bench = to_string(bench_kind_of(context_.rig));
+  stored.bench = to_string(load_bench_kind(context_.rig));
   stored.trials_done = 0;
   stored.trials_planned = static_cast<std::int64_t>(checked->plan.trials.size());
   const std::string folder = stored.id() + (wanted.name.empty() ? "" : "-" + wanted.name);
@@ -191,7 +191,7 @@ Result<RunView> RunManager::submit(const RunRequest& wanted, const Checked& chec
                    .journal = {line(stored.id(), "submitted", wanted.by)},
                    .recipe = CheckedRecipe{sha256, checked->recipe_text}};
   change.journal.front().utc_us = stored.created_us;
-  if (Status kept = store_.commit(change); !kept) return pass(kept.error());
+  if (Status persisted = store_.commit(change); !persisted) return pass(persisted.error());
   queue_ = std::move(queue);
   Run& added = *runs_.emplace_back(std::move(run));
   use_plan(added, plan);
@@ -207,7 +207,7 @@ void RunManager::use_plan(Run& run, const PlanSummary& plan) {
   run.view.stored.disk_bytes = plan.disk_bytes;
   // A person has a terminal at it: what was not ordered takes as long as it takes.
   if (context_.one_run) run.limits.arming = run.limits.running = Deadlines::Duration::max();
-  prompts_.on_plan(run.number(), run.view.stored.resume ? std::nullopt : plan.first_ask);
+  prompts_.on_plan(run.number(), run.view.stored.resume ? std::nullopt : plan.first_prompt);
 }
 
 void RunManager::stage(Run& run, const RunStep& step, std::string_view by, RunChange& change) {
@@ -256,10 +256,10 @@ void RunManager::notify_ended(Run& run) {
 RunView RunManager::shown(const Run& run) const {
   RunView view = run.view;
   if (const OperatorPrompt* const prompt = prompts_.find(run.number())) {
-    view.attention = *prompt;
+    view.operator_prompt = *prompt;
     using std::chrono::milliseconds;
     if (prompt->at)
-      view.attention->at_us =
+      view.operator_prompt->at_us =
           std::chrono::duration_cast<milliseconds>(*prompt->at + wall_ahead()).count() * 1000;
   }
   if (view.is_over()) return view;
@@ -300,18 +300,18 @@ std::vector<RunView> RunManager::all() const {
   return out;
 }
 
-void RunManager::when_ended(std::string_view id, std::function<void(const RunView&)> on_ended,
-                            std::weak_ptr<const void> listener) {
+void RunManager::on_ended_call(std::string_view id, std::function<void(const RunView&)> on_ended,
+                               std::weak_ptr<const void> listener) {
   const auto run = find(id);
   if (!run) return;
   if ((*run)->view.is_over()) return on_ended(shown(**run));
   (*run)->waiting.push_back({std::move(on_ended), std::move(listener)});
 }
 
-void RunManager::set_handover(std::string_view id, const HandOverFact& fact) {
+void RunManager::set_handover(std::string_view id, const HandoverStatus& fact) {
   const auto run = find(id);
   if (!run) return;
-  (*run)->view.hand_over = fact;
+  (*run)->view.handover = fact;
   notify(**run, "auto:hand_over");
 }
 

@@ -106,10 +106,10 @@ class RunManager final : private RunReports {
   [[nodiscard]] std::optional<std::string> active() const;
   [[nodiscard]] ManagerStatus status() const;
   /// Calls back once, when the run has ended; at once where it has; never, once `listener` is gone.
-  void when_ended(std::string_view id, std::function<void(const RunView&)> on_ended,
-                  std::weak_ptr<const void> listener);
+  void on_ended_call(std::string_view id, std::function<void(const RunView&)> on_ended,
+                     std::weak_ptr<const void> listener);
   /// What became of its handover is shown as part of the run.
-  void set_handover(std::string_view id, const HandOverFact& fact);
+  void set_handover(std::string_view id, const HandoverStatus& fact);
 
   /// Call often: deadlines, what could not be written, and what others did in the folders of runs.
   void tick();
@@ -138,14 +138,14 @@ class RunManager final : private RunReports {
   };
 
   void on_plan(std::int64_t run, const PlanSummary& plan) override;
-  void on_moment(std::int64_t run, const RunMoment& moment) override;
-  void on_vote(std::int64_t run, const VoteMoment& vote) override;
+  void on_moment(std::int64_t run, const RunStatusUpdate& moment) override;
+  void on_vote(std::int64_t run, const LiveVoteUpdate& vote) override;
   void on_progress(std::int64_t run, const TrialProgress& line) override;
   bool grant_rig(std::int64_t run) override;
   void on_thread_ended(std::int64_t run, const RunResult& result) override;
 
   void load();
-  [[nodiscard]] Status takes_more() const;
+  [[nodiscard]] Status require_accepting() const;
   [[nodiscard]] Status can_submit(const RunRequest& wanted, const Checked& checked) const;
   [[nodiscard]] Run* numbered(std::int64_t number) const;
   [[nodiscard]] Result<Run*> find(std::string_view id) const;

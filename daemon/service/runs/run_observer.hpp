@@ -9,7 +9,7 @@
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/service/runs/operator_prompts.hpp"
 #include "daemon/service/runs/run_store.hpp"
-#include "daemon/storage/certificate/hand_over_fact.hpp"
+#include "daemon/storage/certificate/handover_status.hpp"
 
 namespace weft::daemon::runs {
 
@@ -25,18 +25,18 @@ struct ExternalResume {
 struct RunView {
   StoredRun stored;
   RunStateMachine machine;
-  std::optional<RunMoment> moment;
-  std::optional<VoteMoment> vote;           ///< the newest of its recipe's live votes
-  std::optional<OperatorPrompt> attention;  ///< the next human action
+  std::optional<RunStatusUpdate> moment;
+  std::optional<LiveVoteUpdate> vote;             ///< the newest of its recipe's live votes
+  std::optional<OperatorPrompt> operator_prompt;  ///< the next human action
   std::size_t trials_done = 0;
   std::size_t trials_planned = 0;
-  std::size_t takes_rejected = 0;         ///< bad ones that were taken again
-  std::string last_rejection;             ///< why the newest of them was
-  double wall_left_s = 0;                 ///< by the mean of the trials done, and people's time
-  std::string changed_by;                 ///< the user, session or rule that changed it last
-  std::optional<HandOverFact> hand_over;  ///< where its recipe has one and it is complete
+  std::size_t attempts_rejected = 0;       ///< bad ones that were taken again
+  std::string last_rejection;              ///< why the newest of them was
+  double wall_left_s = 0;                  ///< by the mean of the trials done, and people's time
+  std::string changed_by;                  ///< the user, session or rule that changed it last
+  std::optional<HandoverStatus> handover;  ///< where its recipe has one and it is complete
   /// Whether its recipe has one, once the run has ended in this life of the daemon.
-  std::optional<bool> wants_hand_over = {};
+  std::optional<bool> has_handover = {};
   std::optional<ExternalResume> external_resume = {};
 
   [[nodiscard]] RunState state() const { return machine.state; }

@@ -11,7 +11,7 @@ using nlohmann::json;
 
 Status RunManager::commit(RunQueue queue, RunChange change, std::string_view by) {
   change.queue = queue;
-  if (Status kept = store_.commit(change); !kept) return kept;
+  if (Status persisted = store_.commit(change); !persisted) return persisted;
   queue_ = std::move(queue);
   notify_queue(by);
   return {};
@@ -28,7 +28,7 @@ Status RunManager::commit_transition(Run& run, StoredRun stored, const RunStateM
   const json payload{{"state", to_string(machine.state)}};
   RunChange change{
       .runs = {stored}, .queue = queue, .journal = {line(stored.id(), "state", by, payload)}};
-  if (Status kept = store_.commit(change); !kept) return kept;
+  if (Status persisted = store_.commit(change); !persisted) return persisted;
   run.view.stored = std::move(stored);
   run.view.machine = machine;
   prompts_.on_state(run.number(), machine.state);
@@ -49,7 +49,8 @@ Status RunManager::remove(std::string_view id, std::string_view by) {
     stored.rig_fact = to_string(rig_.fact());  // nothing was moved
   }
   const RunStateMachine next = on_ended(was_resumed).next;
-  if (Status kept = commit_transition(run, std::move(stored), next, by); !kept) return kept;
+  if (Status persisted = commit_transition(run, std::move(stored), next, by); !persisted)
+    return persisted;
   rig_.end_override(run.number());
   notify(run, by);
   notify_ended(run);
@@ -61,10 +62,10 @@ Status RunManager::move(std::string_view id, std::size_t place, std::string_view
   if (!run) return pass(run.error());
   RunQueue next = queue_;
   next.put((*run)->number(), place);
-  const json payload{{"place", next.place_of((*run)->number())}};
-  const Status kept = commit(next, {.journal = {line(id, "moved", by, payload)}}, by);
-  if (kept) begin_next();
-  return kept;
+  const json payload{{"place", next.find_place((*run)->number())}};
+  const Status persisted = commit(next, {.journal = {line(id, "moved", by, payload)}}, by);
+  if (persisted) begin_next();
+  return persisted;
 }
 
 Status RunManager::pause_queue(std::string_view by) {
@@ -74,12 +75,12 @@ Status RunManager::pause_queue(std::string_view by) {
 }
 
 Status RunManager::resume_queue(std::string_view by) {
-  if (Status more = takes_more(); !more) return more;
+  if (Status more = require_accepting(); !more) return more;
   RunQueue next = queue_;
   if (Status ok = next.resume(); !ok) return ok;
-  const Status kept = commit(next, {.journal = {line("", "queue_started", by)}}, by);
-  if (kept) begin_next();
-  return kept;
+  const Status persisted = commit(next, {.journal = {line("", "queue_started", by)}}, by);
+  if (persisted) begin_next();
+  return persisted;
 }
 
 Result<RunView> RunManager::order(std::string_view id, Order order, std::string_view by) {
@@ -125,8 +126,8 @@ void RunManager::halt(RigState::Stop stop, std::string_view by, std::string_view
   if (rig_ != before) change.rig = rig_;
   const std::string kind = stop == RigState::Stop::emergency ? "estop" : "halt";
   const json payload = reason.empty() ? json::object() : json{{"reason", reason}};
-  if (repeated_stops_.is_line({kind, std::string(by), std::string(reason)}, is_news,
-                              context_.now()))
+  if (repeated_stops_.is_journalled({kind, std::string(by), std::string(reason)}, is_news,
+                                    context_.now()))
     change.journal.push_back(line("", kind, by, payload));
   store_.persist(change);
   for (Run* const run : halted) notify(*run, by);
@@ -144,7 +145,7 @@ void RunManager::journal_repeated(const std::vector<RepeatedStops::Counted>& cou
 }
 
 Status RunManager::reset(std::string_view reason, std::string_view by) {
-  if (Status more = takes_more(); !more) return more;
+  if (Status more = require_accepting(); !more) return more;
   if (rig_.is_safe())
     return fail({.code = Errc::wrong_state,
                  .where = "rig",
@@ -162,9 +163,9 @@ Status RunManager::reset(std::string_view reason, std::string_view by) {
                  .expected = "ended",
                  .hint = "Wait for it; one that does not answer ends with the daemon"});
   journal_repeated(repeated_stops_.all());
-  const Status kept = store_.commit(
+  const Status persisted = store_.commit(
       {.rig = RigState(), .journal = {line("", "reset", by, json{{"reason", reason}})}});
-  if (!kept) return kept;
+  if (!persisted) return persisted;
   rig_ = RigState();
   if (context_.observer != nullptr) context_.observer->on_rig_state_changed(rig_, by);
   if (queue_.paused_by() == after_restart) static_cast<void>(resume_queue(by));
@@ -221,7 +222,7 @@ Result<CampaignRequest> RunManager::request_to_recover(std::string_view id) cons
 
 Result<RunView> RunManager::recover(std::string_view id, std::string_view by,
                                     const Checked& checked) {
-  if (Status more = takes_more(); !more) return pass(more.error());
+  if (Status more = require_accepting(); !more) return pass(more.error());
   const auto found = find_interrupted(id);
   if (!found) return pass(found.error());
   Run& run = **found;
@@ -231,8 +232,8 @@ Result<RunView> RunManager::recover(std::string_view id, std::string_view by,
   if (Status there = is_where_it_was(stored); !there) return pass(there.error());
   stored.resume = true;
   const RunStateMachine queued{RunState::queued, RunStateMachine::Clock::max()};
-  if (Status kept = commit_transition(run, std::move(stored), queued, by); !kept)
-    return pass(kept.error());
+  if (Status persisted = commit_transition(run, std::move(stored), queued, by); !persisted)
+    return pass(persisted.error());
   use_plan(run, summarize(checked->plan));
   rig_.allow_resumed(run.number());
   notify(run, by);
@@ -242,7 +243,7 @@ Result<RunView> RunManager::recover(std::string_view id, std::string_view by,
 
 void RunManager::settle(std::string_view id, Recovery choice, std::string_view by,
                         SettleCallback on_done) {
-  if (Status more = takes_more(); !more) return on_done(pass(more.error()));
+  if (Status more = require_accepting(); !more) return on_done(pass(more.error()));
   const auto found = find_interrupted(id);
   if (!found) return on_done(pass(found.error()));
   if (Status here = store_.in_place(); !here) return on_done(pass(here.error()));

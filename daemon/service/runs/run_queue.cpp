@@ -5,7 +5,7 @@
 
 namespace weft::daemon::runs {
 
-std::size_t RunQueue::place_of(Run run) const {
+std::size_t RunQueue::find_place(Run run) const {
   return static_cast<std::size_t>(std::ranges::find(runs_, run) - runs_.begin());
 }
 
@@ -48,7 +48,7 @@ bool RunQueue::on_cannot_begin() {
 void RunQueue::on_restart(const std::vector<Run>& waiting) {
   std::erase_if(runs_, [&](Run run) { return std::ranges::count(waiting, run) == 0; });
   std::ranges::copy_if(waiting, std::back_inserter(runs_),
-                       [this](Run run) { return place_of(run) == runs_.size(); });
+                       [this](Run run) { return find_place(run) == runs_.size(); });
   if (!runs_.empty() && !is_paused()) paused_by_ = after_restart;
   if (runs_.empty() && paused_by_ == after_restart) paused_by_.clear();
   ++revision_;

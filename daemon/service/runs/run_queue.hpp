@@ -31,7 +31,7 @@ class RunQueue {
   [[nodiscard]] bool is_paused() const { return !paused_by_.empty(); }
   [[nodiscard]] const std::vector<Run>& runs() const { return runs_; }  ///< the next first
   /// From 0; the length of the queue for a run that does not wait.
-  [[nodiscard]] std::size_t place_of(Run run) const;
+  [[nodiscard]] std::size_t find_place(Run run) const;
 
   /// Adds a run or moves it. A place past the end is the end.
   void put(Run run, std::size_t place);

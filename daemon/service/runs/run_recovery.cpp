@@ -4,23 +4,23 @@
 #include <array>
 #include <utility>
 
-#include "daemon/base/loop/caught.hpp"
+#include "daemon/base/loop/catch_as_error.hpp"
 #include "daemon/campaign/recovery.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 
 namespace weft::daemon::runs {
 namespace {
 
-Result<ResumePreview> preview_of(Recovery choice, CampaignRequest request,
-                                 const StopAsked& stop_asked) {
+Result<ResumePreview> make_preview(Recovery choice, CampaignRequest request,
+                                   const StopRequested& stop_requested) {
   request.resume = true;
   switch (choice) {
     case Recovery::resume:
-      return preview_resume(request, stop_asked);
+      return preview_resume(request, stop_requested);
     case Recovery::discard:
       return preview_discard(request.out);
     case Recovery::keep_partial:
-      return preview_keep_partial(request.out, stop_asked);
+      return preview_keep_partial(request.out, stop_requested);
   }
   return fail({.code = Errc::invalid_argument, .what = "no such choice"});
 }
@@ -100,9 +100,9 @@ void RunRecovery::read_preview(Activity& activity) {
   activity.preview_thread =
       std::jthread([this, &activity, choice = activity.previews.front().choice,
                     request = activity.previews.front().request](std::stop_token stop) {
-        const auto left = caught([&]() -> Result<ResumePreview> {
+        const auto left = catch_as_error([&]() -> Result<ResumePreview> {
           if (!request) return pass(request.error());
-          return preview_of(choice, *request, [&stop] { return stop.stop_requested(); });
+          return make_preview(choice, *request, [&stop] { return stop.stop_requested(); });
         });
         context_.post([this, &activity, choice, left] {
           activity.preview_thread.join();  // this was its last message
@@ -123,7 +123,7 @@ void RunRecovery::settle(const StoredRun& run, Recovery choice, std::string_view
   activity.settle_thread =
       std::jthread([this, &activity, choice, by = std::string(by), folder = run.folder,
                     on_done = std::move(on_done)](std::stop_token stop) {
-        const auto summary = caught([&]() -> Result<CampaignSummary> {
+        const auto summary = catch_as_error([&]() -> Result<CampaignSummary> {
           if (choice == Recovery::discard) return discarded(folder, by);
           return keep_partial(folder, by, [&stop] { return stop.stop_requested(); });
         });
@@ -175,7 +175,7 @@ bool RunRecovery::has_news(Scan& scan) {
   const auto written = std::filesystem::last_write_time(scan.run.folder / certificate_file_name,
                                                         unseen);  // the earliest without one
   if (scan.certified_at == written) return false;
-  const auto read = caught([&] { return read_external_resume(scan.run); });
+  const auto read = catch_as_error([&] { return read_external_resume(scan.run); });
   if (!read) return false;
   scan.certified_at = written;
   scan.found = *read;

@@ -125,8 +125,8 @@ struct RowBinder {
   }
 };
 
-std::filesystem::path kept_folder(const std::filesystem::path& folder,
-                                  const std::filesystem::path& home) {
+std::filesystem::path stored_folder(const std::filesystem::path& folder,
+                                    const std::filesystem::path& home) {
   if (home.empty() || folder.empty()) return folder;
   std::error_code none;
   const auto absolute = std::filesystem::absolute(folder, none);
@@ -173,11 +173,11 @@ Status write_run(sqlite::Database& database, const std::filesystem::path& home,
                  const StoredRun& run) {
   auto change = database.prepare(run_sql().write);
   if (!change) return pass(change.error());
-  StoredRun kept = run;
-  kept.folder = kept_folder(run.folder, home);
+  StoredRun persisted = run;
+  persisted.folder = stored_folder(run.folder, home);
   RowBinder binder{*change};
   binder.texts.reserve(8);  // bound text stays where it is
-  visit_columns(kept, [&](const char*, const auto& value, Column) {
+  visit_columns(persisted, [&](const char*, const auto& value, Column) {
     binder.bind(value);
     ++binder.column;
   });

@@ -48,9 +48,9 @@ RunStep enter(RunState state, const Deadlines& limits, Clock now,
 
 /// Whether a state takes an order, and where that leads.
 std::optional<RunState> after(RunState state, Order order) {
-  const bool goes_on = state == RunState::running || state == RunState::pausing ||
-                       state == RunState::held || state == RunState::awaiting_operator ||
-                       state == RunState::resuming;
+  const bool continues_running = state == RunState::running || state == RunState::pausing ||
+                                 state == RunState::held || state == RunState::awaiting_operator ||
+                                 state == RunState::resuming;
   switch (order) {
     case Order::pause:
     case Order::pause_now:
@@ -65,14 +65,14 @@ std::optional<RunState> after(RunState state, Order order) {
       if (state == RunState::awaiting_operator) return RunState::resuming;
       return std::nullopt;
     case Order::stop:
-      if (goes_on || state == RunState::arming) return RunState::finishing;
+      if (continues_running || state == RunState::arming) return RunState::finishing;
       return std::nullopt;
     case Order::abort:
-      if (goes_on || state == RunState::arming || state == RunState::finishing)
+      if (continues_running || state == RunState::arming || state == RunState::finishing)
         return RunState::aborting;
       return std::nullopt;
     case Order::halt:
-      if (goes_on || state == RunState::arming || state == RunState::finishing ||
+      if (continues_running || state == RunState::arming || state == RunState::finishing ||
           state == RunState::aborting)
         return RunState::halting;
       return std::nullopt;
@@ -129,12 +129,12 @@ RunStep on_begun(const RunStateMachine& run, const Deadlines& limits, Clock now)
 RunStep on_step(const RunStateMachine& run, const Deadlines& limits, recipes::Step step,
                 Clock now) {
   const bool is_held = step == recipes::Step::held;
-  const bool asks = step == recipes::Step::awaiting_operator;
+  const bool prompts = step == recipes::Step::awaiting_operator;
   switch (run.state) {
     case RunState::arming:
-      return enter(asks ? RunState::awaiting_operator : RunState::running, limits, now);
+      return enter(prompts ? RunState::awaiting_operator : RunState::running, limits, now);
     case RunState::running:
-      if (asks) return enter(RunState::awaiting_operator, limits, now);
+      if (prompts) return enter(RunState::awaiting_operator, limits, now);
       [[fallthrough]];
     case RunState::pausing:  // what is asked meanwhile is asked again when it goes on
       if (is_held) return enter(RunState::held, limits, now);
@@ -142,7 +142,7 @@ RunStep on_step(const RunStateMachine& run, const Deadlines& limits, recipes::St
     case RunState::held:
     case RunState::awaiting_operator:
     case RunState::resuming:
-      if (asks) return enter(RunState::awaiting_operator, limits, now);
+      if (prompts) return enter(RunState::awaiting_operator, limits, now);
       if (!is_held) return enter(RunState::running, limits, now);
       break;
     default:
@@ -151,8 +151,8 @@ RunStep on_step(const RunStateMachine& run, const Deadlines& limits, recipes::St
   return {run, {}, {}};
 }
 
-RunStep on_ended(bool may_go_on) {
-  return {{may_go_on ? RunState::interrupted : RunState::ended, Clock::max()}, {}, {}};
+RunStep on_ended(bool can_resume) {
+  return {{can_resume ? RunState::interrupted : RunState::ended, Clock::max()}, {}, {}};
 }
 
 RunStep on_time(const RunStateMachine& run, const Deadlines& limits, Clock now) {

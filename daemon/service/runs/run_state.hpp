@@ -71,8 +71,8 @@ RunStep on_begun(const RunStateMachine& run, const Deadlines& limits, RunStateMa
 /// The engine is in this step.
 RunStep on_step(const RunStateMachine& run, const Deadlines& limits, recipes::Step step,
                 RunStateMachine::Clock now);
-/// `may_go_on`: it was to go on with what is on record, and there is something left.
-RunStep on_ended(bool may_go_on = false);
+/// `can_resume`: it was to go on with what is on record, and there is something left.
+RunStep on_ended(bool can_resume = false);
 /// Time has passed.
 RunStep on_time(const RunStateMachine& run, const Deadlines& limits, RunStateMachine::Clock now);
 

@@ -23,7 +23,7 @@ constexpr const char* opening_sql =
 /// The fact of a rig that an emergency stop has latched.
 constexpr std::string_view emergency_name = "estop";
 
-std::filesystem::path absolute_of(const std::filesystem::path& folder) {
+std::filesystem::path make_absolute(const std::filesystem::path& folder) {
   std::error_code none;
   auto absolute = std::filesystem::absolute(folder.empty() ? "." : folder, none);
   return none ? folder : absolute.lexically_normal();
@@ -133,13 +133,13 @@ Result<RunStore> RunStore::open(const std::filesystem::path& file) {
   if (ok) ok = make_tables(*database);
   if (!ok) return pass(ok.error(), file.string());
   RunStore store(std::move(*database),
-                 file == ":memory:" ? std::filesystem::path() : absolute_of(folder));
-  ok = store.take_stock();
+                 file == ":memory:" ? std::filesystem::path() : make_absolute(folder));
+  ok = store.recover_after_restart();
   if (!ok) return pass(ok.error(), file.string());
   return store;
 }
 
-Status RunStore::take_stock() {
+Status RunStore::recover_after_restart() {
   const auto known = runs();
   if (!known) return pass(known.error());
   const auto before = rig_state();
@@ -147,13 +147,14 @@ Status RunStore::take_stock() {
   RunChange change;
   for (StoredRun run : *known) {
     if (!was_under_way(run)) continue;
-    const bool took_rig = !std::exchange(run.rig_untaken, false);
-    if (took_rig)
+    const bool acquired_rig = !std::exchange(run.rig_untaken, false);
+    if (acquired_rig)
       cut_on_rig(run);
     else
       cut_before_rig(run, *before);
     run.state = RunState::interrupted;
-    if (took_rig && !before->is_latched()) change.rig = RigState(RigState::Fact::unknown, run.id());
+    if (acquired_rig && !before->is_latched())
+      change.rig = RigState(RigState::Fact::unknown, run.id());
     change.put(run);
   }
   return change.is_empty() ? Status() : commit(change);

@@ -130,7 +130,7 @@ class RunStore {
  private:
   RunStore(sqlite::Database database, std::filesystem::path home)
       : database_(std::move(database)), home_(std::move(home)) {}
-  Status take_stock();
+  Status recover_after_restart();
   Status write(const RunChange& change);
   Status write(const StoredRun& run);
   Status write(const RunQueue& queue);

@@ -63,7 +63,7 @@ void RunManager::begin(Run& run) {
   StoredRun& stored = run.view.stored;
   // By now this may be another rig's daemon, on which a resume will be refused.
   if (!stored.resume) stored.rig = context_.rig;
-  stored.bench = to_string(bench_kind_of(context_.rig));
+  stored.bench = to_string(load_bench_kind(context_.rig));
   stored.rig_untaken = true;
   run.view.external_resume.reset();
   recovery_.forget_scan(run.number());
@@ -78,7 +78,7 @@ void RunManager::on_plan(std::int64_t number, const PlanSummary& plan) {
   notify(run, "auto:run");
 }
 
-void RunManager::on_moment(std::int64_t number, const RunMoment& moment) {
+void RunManager::on_moment(std::int64_t number, const RunStatusUpdate& moment) {
   Run& run = *numbered(number);
   run.view.moment = moment;
   run.view.trials_planned = moment.planned;
@@ -87,15 +87,15 @@ void RunManager::on_moment(std::int64_t number, const RunMoment& moment) {
   if (prompts_.on_step(number, step.next.state, moment, context_.now())) {
     const OperatorPrompt& prompt = *prompts_.find(number);
     const json payload{{"step", prompt.step},
-                       {"text", prompt.ask.text},
-                       {"trial", prompt.ask.trial},
-                       {"people_s", prompt.ask.people_s}};
+                       {"text", prompt.prompt.text},
+                       {"trial", prompt.prompt.trial},
+                       {"people_s", prompt.prompt.people_s}};
     change.journal.push_back(line(run.view.stored.id(), "asked", by_recipe, payload));
   }
   apply(run, step, "auto:run", std::move(change));
 }
 
-void RunManager::on_vote(std::int64_t number, const VoteMoment& vote) {
+void RunManager::on_vote(std::int64_t number, const LiveVoteUpdate& vote) {
   Run& run = *numbered(number);
   run.view.vote = vote;
   if (context_.observer != nullptr) context_.observer->on_vote(shown(run));
@@ -105,7 +105,7 @@ void RunManager::on_progress(std::int64_t number, const TrialProgress& progress)
   Run& run = *numbered(number);
   run.view.trials_done = progress.done;
   run.view.wall_left_s = progress.wall_left_s;
-  run.view.takes_rejected = progress.takes_rejected;
+  run.view.attempts_rejected = progress.attempts_rejected;
   if (progress.outcome == recipes::Outcome::rejected) {
     run.view.last_rejection = progress.error ? to_string(*progress.error) : "";
     const json payload{{"trial", progress.done}, {"error", run.view.last_rejection}};
@@ -152,7 +152,7 @@ void RunManager::give_up(Run& run, RunChange& change) {
 
 void RunManager::record_result(Run& run, const RunResult& result, std::string_view cut_short) {
   StoredRun& stored = run.view.stored;
-  const bool as_before = ends_as_before(stored, result.took_rig);
+  const bool as_before = ends_as_before(stored, result.acquired_rig);
   if (const auto& summary = result.summary) {
     stored.outcome = recipes::to_string(summary->outcome);
     stored.error = summary->error ? to_string(*summary->error) : "";
@@ -162,9 +162,9 @@ void RunManager::record_result(Run& run, const RunResult& result, std::string_vi
     stored.rig_fact = recipes::to_string(summary->rig);
     stored.dataset_error = summary->dataset_error ? to_string(*summary->dataset_error) : "";
     stored.dataset_sha256 = summary->dataset_sha256;
-    run.view.wants_hand_over = summary->wants_hand_over;
+    run.view.has_handover = summary->has_handover;
     run.view.trials_done = summary->trials_complete;
-    run.view.takes_rejected = summary->takes_rejected;
+    run.view.attempts_rejected = summary->attempts_rejected;
   } else {
     // An order that ended it is shown in any case.
     if (!as_before || cut_short != "failed") stored.outcome = cut_short;
@@ -177,7 +177,7 @@ void RunManager::record_result(Run& run, const RunResult& result, std::string_vi
     count_trials(run);  // the disk may have refused some of what was reported, or has more
     stored.dataset_sha256 = certified_dataset(stored.folder);
   }
-  if (result.took_rig) {
+  if (result.acquired_rig) {
     stored.bench_outcome = stored.outcome;
     stored.bench_error = stored.error;
   } else if (result.summary && !stored.bench_outcome.empty()) {
@@ -194,7 +194,7 @@ void RunManager::on_thread_ended(std::int64_t number, const RunResult& result) {
   if (run.state() == RunState::finishing) cut_short = "stopped";
   record_result(run, result, cut_short);
   RunChange change;
-  if (!result.took_rig) {
+  if (!result.acquired_rig) {
     rig_.end_override();
     stored.rig_fact = to_string(rig_.fact());  // what it was
   } else if (rig_.on_ended(stored.rig_fact == "safe", number)) {
@@ -205,7 +205,8 @@ void RunManager::on_thread_ended(std::int64_t number, const RunResult& result) {
   change.put(run.to_store());  // also of one that had been given up
   // What is resumed may lack something of its own; a recipe was checked when it was queued.
   const bool costs_all = result.is_checked || !stored.resume;
-  const bool no_bench = !result.summary && costs_all && !result.took_rig && cut_short == "failed";
+  const bool no_bench =
+      !result.summary && costs_all && !result.acquired_rig && cut_short == "failed";
   const bool is_paused = no_bench && pause_after(run, result.summary.error(), change);
   store_.persist(change);
   if (change.rig && context_.observer != nullptr)

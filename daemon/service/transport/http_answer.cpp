@@ -73,11 +73,11 @@ std::string bytes(std::size_t count) {
   return std::to_string(count) + " bytes";
 }
 
-std::vector<std::string> topics_of(const HttpRequest& request) {
-  const auto asked = request.parameter("topics");
-  if (!asked) return {"run:*", "rig", "lease:*"};
+std::vector<std::string> parse_topics(const HttpRequest& request) {
+  const auto requested = request.parameter("topics");
+  if (!requested) return {"run:*", "rig", "lease:*"};
   std::vector<std::string> out;
-  std::istringstream text(*asked);
+  std::istringstream text(*requested);
   for (std::string topic; std::getline(text, topic, ',');) out.push_back(topic);
   return out;
 }
@@ -217,18 +217,18 @@ std::string daemon_stops_text() {
                  come_back);
 }
 
-std::string no_answer_text(std::int64_t patience_s) {
+std::string no_answer_text(std::int64_t timeout_s) {
   return refused(504, "request.no_answer",
                  {.code = Errc::timeout,
                   .what = "no answer in time",
-                  .expected = std::to_string(patience_s) + " s"});
+                  .expected = std::to_string(timeout_s) + " s"});
 }
 
 std::string open_line(const HttpRequest& request) {
   constexpr std::string_view scheme = "Bearer ";
-  const std::string_view said = request.header("Authorization");
+  const std::string_view credentials = request.header("Authorization");
   const std::string_view token =
-      said.starts_with(scheme) ? said.substr(scheme.size()) : std::string_view();
+      credentials.starts_with(scheme) ? credentials.substr(scheme.size()) : std::string_view();
   return dumped({{"jsonrpc", "2.0"},
                  {"id", "open"},
                  {"method", "session.open"},
@@ -248,7 +248,7 @@ std::optional<std::int64_t> seen_last(const HttpRequest& request, std::string_vi
 }
 
 std::string subscribe_line(const HttpRequest& request, std::optional<std::int64_t> from_seq) {
-  json params{{"topics", topics_of(request)},
+  json params{{"topics", parse_topics(request)},
               {"mode", request.parameter("mode").value_or("latest")}};
   if (const auto rate = request.parameter("max_hz")) params["max_hz"] = number_or_text(*rate);
   if (from_seq) params["from_seq"] = *from_seq;

@@ -32,7 +32,7 @@ std::string no_file_text(const Error& error, bool wants_known_content = false);
 /// 412: the file has another digest than the one asked for.
 std::string other_content_text(const std::string& sha256);
 /// 504.
-std::string no_answer_text(std::int64_t patience_s);
+std::string no_answer_text(std::int64_t timeout_s);
 
 /// The request that introduces the client.
 std::string open_line(const HttpRequest& request);

@@ -4,7 +4,7 @@
 
 #include "daemon/service/transport/http_answer.hpp"
 #include "daemon/service/transport/http_page.hpp"
-#include "daemon/service/transport/http_server_parts.hpp"
+#include "daemon/service/transport/http_server_internal.hpp"
 
 namespace weft::daemon::server {
 namespace {
@@ -36,23 +36,23 @@ void HttpServer::Parts::Connection::begin() {
 void HttpServer::Parts::Connection::pump() {
   if (closed_) return;
   if (is(Stage::streaming) || is(Stage::waiting)) {
-    if (const auto why = conversation_->over()) return end_with(*why);
+    if (const auto why = session_->over()) return end_with(*why);
   }
   if (!is(Stage::streaming)) return;
-  conversation_->pump([this] { return unsent_.size() < stream_room_bytes; });
+  session_->pump([this] { return unsent_.size() < stream_room_bytes; });
   write();
 }
 
-void HttpServer::Parts::Connection::say_good_bye() {
+void HttpServer::Parts::Connection::send_close() {
   if (!is(Stage::waiting) && !is(Stage::opening)) return;
   wire_->write_at_once(asio::buffer(daemon_stops_text()));
 }
 
 void HttpServer::Parts::Connection::close() {
   if (std::exchange(closed_, true)) return;
-  patience_.cancel();
+  timeout_timer_.cancel();
   wire_->close();
-  conversation_.reset();
+  session_.reset();
   server_->connections.remove(shared_from_this());
 }
 
@@ -65,14 +65,14 @@ void HttpServer::Parts::Connection::read() {
   wire_->read_some(asio::buffer(incoming_),
                    [self = shared_from_this()](const asio::error_code& error, std::size_t count) {
                      if (self->closed_) return;
-                     if (error) return self->hear_end();
+                     if (error) return self->on_end_of_input();
                      self->have({self->incoming_.data(), count});
                      if (!self->closed_) self->read();
                    });
 }
 
-void HttpServer::Parts::Connection::hear_end() {
-  heard_end_ = true;
+void HttpServer::Parts::Connection::on_end_of_input() {
+  input_ended_ = true;
   // one that only sends no more may read on
   if (!is(Stage::opening) && !is(Stage::sending) && !(is(Stage::leaving) && writing_)) close();
 }
@@ -85,7 +85,7 @@ void HttpServer::Parts::Connection::have(std::string_view bytes) {
   }
   using Of = HttpRequest::Stage;
   Of got = request_.add(bytes);
-  if (!conversation_ && (got == Of::body || got == Of::whole)) {
+  if (!session_ && (got == Of::body || got == Of::whole)) {
     admit();
     if (is(Stage::asking)) got = request_.add({});
   }
@@ -95,15 +95,15 @@ void HttpServer::Parts::Connection::have(std::string_view bytes) {
 }
 
 void HttpServer::Parts::Connection::admit() {
-  if (const auto refusal = refusal_of_head(request_, server_->heard_as)) return leave(*refusal);
+  if (const auto refusal = refusal_of_head(request_, server_->listening_address))
+    return leave(*refusal);
   if (const auto page = page_answer(request_)) return leave(*page);
   // It stays where it is a stream: single requests cannot be sent events.
   const bool stays = request_.path() == "/events";
-  conversation_ =
-      std::make_unique<Conversation>(*server_->shared, Peer{false, {}, std::nullopt, stays},
-                                     "h-" + std::to_string(server_->next_session++),
-                                     [this](std::string line) { said(std::move(line)); });
-  const std::string opened = ask(open_line(request_));
+  session_ = std::make_unique<Session>(*server_->shared, Peer{false, {}, std::nullopt, stays},
+                                       "h-" + std::to_string(server_->next_session++),
+                                       [this](std::string line) { send_later(std::move(line)); });
+  const std::string opened = submit(open_line(request_));
   if (is_error(opened)) return leave(answer_text(401, opened));
   if (stays) return stream();
   if (request_.path().starts_with(data_path)) return send_file();
@@ -112,33 +112,34 @@ void HttpServer::Parts::Connection::admit() {
   write();
 }
 
-std::string HttpServer::Parts::Connection::ask(const std::string& line) {
-  conversation_->hear(line);
-  return std::exchange(said_, {});
+std::string HttpServer::Parts::Connection::submit(const std::string& line) {
+  session_->on_message(line);
+  return std::exchange(reply_, {});
 }
 
-void HttpServer::Parts::Connection::said(std::string line) {
+void HttpServer::Parts::Connection::send_later(std::string line) {
   if (is(Stage::waiting)) return leave(answer_text(200, line));
   if (is(Stage::streaming))
     unsent_ += event_text(line, server_->shared->epoch);
   else
-    said_ = std::move(line);
+    reply_ = std::move(line);
 }
 
 void HttpServer::Parts::Connection::call() {
   const auto parsed = rpc::parse_request(request_.body());
   if (!parsed) {
-    const std::string told = parsed.error().heard  // which may stop something all the same
-                                 ? ask(request_.body())
-                                 : rpc::error_line(parsed.error().id_json, parsed.error().error);
-    return leave(answer_text(is_error(told) ? 400 : 200, told));
+    const std::string refused_line =
+        parsed.error().received  // which may stop something all the same
+            ? submit(request_.body())
+            : rpc::error_line(parsed.error().id_json, parsed.error().error);
+    return leave(answer_text(is_error(refused_line) ? 400 : 200, refused_line));
   }
   const auto method = server_->shared->methods->find(parsed->method);
   const HttpLimits& most = server_->limits;
-  if (method && (*method)->answers_later && !has_seat({Stage::waiting}, most.waiting))
+  if (method && (*method)->answers_later && !has_slot({Stage::waiting}, most.waiting))
     return leave(too_many_text("calls wait for their answers", most.waiting,
                                "Ask again later, or use the socket"));
-  const std::string answer = ask(request_.body());
+  const std::string answer = submit(request_.body());
   if (!parsed->id_json) return leave(answer_text(204, {}));
   if (!answer.empty()) return leave(answer_text(200, answer));
   stage_ = Stage::waiting;
@@ -152,14 +153,14 @@ void HttpServer::Parts::Connection::give_up_waiting() {
 
 void HttpServer::Parts::Connection::stream() {
   const HttpLimits& most = server_->limits;
-  if (!has_seat({Stage::streaming}, most.streams))
+  if (!has_slot({Stage::streaming}, most.streams))
     return leave(too_many_text("streams of events", most.streams,
                                "Close one, or use the socket, which has no such bound"));
   auto from_seq = seen_last(request_, server_->shared->epoch);
-  std::string first = ask(subscribe_line(request_, from_seq));
+  std::string first = submit(subscribe_line(request_, from_seq));
   if (from_seq && is_error(first)) {  // too long ago: a snapshot instead
     from_seq.reset();
-    first = ask(subscribe_line(request_, from_seq));
+    first = submit(subscribe_line(request_, from_seq));
   }
   if (is_error(first)) return leave(answer_text(400, first));
   stage_ = Stage::streaming;
@@ -169,7 +170,7 @@ void HttpServer::Parts::Connection::stream() {
 
 void HttpServer::Parts::Connection::send_file() {
   const HttpLimits& most = server_->limits;
-  if (!has_seat({Stage::opening, Stage::sending}, most.files))
+  if (!has_slot({Stage::opening, Stage::sending}, most.files))
     return leave(too_many_text("files are on their way", most.files, "Ask again later"));
   stage_ = Stage::opening;
   give_up_waiting();
@@ -204,7 +205,7 @@ void HttpServer::Parts::Connection::send_more() {
   write();
 }
 
-bool HttpServer::Parts::Connection::has_seat(std::initializer_list<Stage> stages,
+bool HttpServer::Parts::Connection::has_slot(std::initializer_list<Stage> stages,
                                              std::size_t most) const {
   const auto sits = [&](const auto& other) {
     return std::any_of(stages.begin(), stages.end(), [&](Stage s) { return other->is(s); });
@@ -246,7 +247,7 @@ void HttpServer::Parts::Connection::wrote() {
 }
 
 void HttpServer::Parts::Connection::finish() {
-  if (heard_end_) return close();
+  if (input_ended_) return close();
   wire_->end_of_writing();
   within(farewell, [this] { close(); });
 }

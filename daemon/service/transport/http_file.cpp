@@ -16,8 +16,8 @@ std::optional<std::uint64_t> number_of(std::string_view text) {
 }
 
 // A page of ours in somebody's browser must not become a page of the daemon's: it is a download.
-std::string head_of(int status, const std::string& tag, std::uint64_t length,
-                    const std::string& more = {}) {
+std::string format_head(int status, const std::string& tag, std::uint64_t length,
+                        const std::string& more = {}) {
   return status_line(status) +
          "Content-Type: application/octet-stream\r\nContent-Disposition: attachment\r\n"
          "X-Content-Type-Options: nosniff\r\nAccept-Ranges: bytes\r\nETag: " +
@@ -46,7 +46,7 @@ bool names_tag(std::string_view header, std::string_view tag) {
   return false;
 }
 
-std::optional<ByteRange> range_of(std::string_view header, std::uint64_t bytes) {
+std::optional<ByteRange> parse_range(std::string_view header, std::uint64_t bytes) {
   const ByteRange whole{0, bytes};
   constexpr std::string_view unit = "bytes=";
   if (!header.starts_with(unit) || header.find(',') != std::string_view::npos) return whole;
@@ -71,22 +71,22 @@ bool wants_known_content(const HttpRequest& request) {
 
 FileAnswer file_answer(const HttpRequest& request, const ServedFile& file) {
   const std::string tag = "\"" + file.sha256 + "\"";
-  const auto asked = request.parameter("sha256");
+  const auto requested = request.parameter("sha256");
   const std::string_view only = request.header("If-Match");
-  if ((asked && *asked != file.sha256) || (!only.empty() && !names_tag(only, tag)))
+  if ((requested && *requested != file.sha256) || (!only.empty() && !names_tag(only, tag)))
     return {other_content_text(file.sha256), {}};
   if (const auto known = request.header("If-None-Match"); names_tag(known, tag))
-    return {head_of(304, tag, 0), {}};
+    return {format_head(304, tag, 0), {}};
   const std::string_view same = request.header("If-Range");
   const std::string_view wanted =
       same.empty() || same == tag ? request.header("Range") : std::string_view();
-  const auto range = range_of(wanted, file.as_of.bytes);
-  if (!range) return {head_of(416, tag, 0, bytes_of("*", file.as_of.bytes)), {}};
+  const auto range = parse_range(wanted, file.as_of.bytes);
+  if (!range) return {format_head(416, tag, 0, bytes_of("*", file.as_of.bytes)), {}};
   const bool part = *range != ByteRange{0, file.as_of.bytes};
   const std::string place = std::to_string(range->first) + "-" +
                             std::to_string(std::max<std::uint64_t>(range->end, 1) - 1);
-  return {head_of(part ? 206 : 200, tag, range->end - range->first,
-                  part ? bytes_of(place, file.as_of.bytes) : std::string()),
+  return {format_head(part ? 206 : 200, tag, range->end - range->first,
+                      part ? bytes_of(place, file.as_of.bytes) : std::string()),
           *range};
 }
 

@@ -30,7 +30,7 @@ bool names_tag(std::string_view header, std::string_view tag);
 
 /// One range of "Range: bytes=..." in a file of `bytes`; the whole where there is none, or several,
 /// or none that can be read (a client takes 200 then). Nothing: it lies behind the end.
-std::optional<ByteRange> range_of(std::string_view header, std::uint64_t bytes);
+std::optional<ByteRange> parse_range(std::string_view header, std::uint64_t bytes);
 
 /// Whether the client wants one content and no other: by the query's sha256 or If-Match.
 bool wants_known_content(const HttpRequest& request);

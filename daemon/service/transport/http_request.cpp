@@ -80,9 +80,9 @@ HttpRequest::Stage HttpRequest::head_is_whole() {
   for (const http::field once :
        {http::field::host, http::field::authorization, http::field::content_type})
     if (fields.count(once) > 1) return refuse(400);
-  const bool says_how_long = fields.count(http::field::content_length) == 1;
+  const bool has_length = fields.count(http::field::content_length) == 1;
   const bool coded = fields.count(http::field::transfer_encoding) > 0;
-  if (coded || (fields.method() == http::verb::post && !says_how_long)) return refuse(411);
+  if (coded || (fields.method() == http::verb::post && !has_length)) return refuse(411);
   return stage_ = parser_->beast.is_done() ? Stage::whole : Stage::body;
 }
 

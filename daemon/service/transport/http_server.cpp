@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "daemon/service/transport/http_server_parts.hpp"
+#include "daemon/service/transport/http_server_internal.hpp"
 #include "daemon/service/transport/loopback.hpp"
 
 namespace weft::daemon::server {
@@ -52,7 +52,7 @@ HttpServer::HttpServer(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) 
 
 HttpServer::~HttpServer() {
   for (const auto& connection : Parts::Connections(parts_->connections)) {
-    connection->say_good_bye();
+    connection->send_close();
     connection->close();
   }
 }
@@ -61,7 +61,7 @@ Result<std::unique_ptr<HttpServer>> HttpServer::open(asio::io_context& context, 
                                                      Shared& shared, const HttpLimits& limits) {
   auto parts = std::make_unique<Parts>(context, shared, limits);
   parts->tls = at.tls;
-  if (at.tls == nullptr) parts->heard_as = at.address.to_string();
+  if (at.tls == nullptr) parts->listening_address = at.address.to_string();
   if (Status ok = listen_on(parts->acceptor, at.address, at.port); !ok)
     return pass(ok.error(), "HTTP");
   parts->listen();

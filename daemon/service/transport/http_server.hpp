@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "daemon/service/rpc/conversation.hpp"
+#include "daemon/service/rpc/session.hpp"
 #include "daemon/service/transport/loopback.hpp"
 #include "daemon/service/transport/tls_server.hpp"
 

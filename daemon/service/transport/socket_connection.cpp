@@ -1,6 +1,6 @@
 #include <asio/post.hpp>
 
-#include "daemon/service/transport/socket_server_parts.hpp"
+#include "daemon/service/transport/socket_server_internal.hpp"
 
 namespace weft::daemon::server {
 namespace {
@@ -16,30 +16,30 @@ void SocketServer::Parts::Connection::begin() {
   wire_->begin([self = shared_from_this()](const asio::error_code& error) {
     if (self->closed_) return;
     if (error) return self->close();
-    self->greet();
+    self->send_hello();
   });
 }
 
 void SocketServer::Parts::Connection::close() {
   if (std::exchange(closed_, true)) return;
   const auto self = shared_from_this();  // until this is done
-  patience_.cancel();
+  timeout_timer_.cancel();
   rest_.cancel();
   wire_->close();
   server_->connections.erase(number_);
 }
 
-void SocketServer::Parts::Connection::greet() {
+void SocketServer::Parts::Connection::send_hello() {
   greeted_ = true;
-  conversation_.greet();
-  within(server_->limits.introduction, [this] { return conversation_.introduced(); });
+  session_.send_hello();
+  within(server_->limits.introduction, [this] { return session_.is_open(); });
   read();
 }
 
-void SocketServer::Parts::Connection::within(std::chrono::seconds patience,
+void SocketServer::Parts::Connection::within(std::chrono::seconds max_wait,
                                              std::function<bool()> so_far) {
-  patience_.expires_after(patience);
-  patience_.async_wait(
+  timeout_timer_.expires_after(max_wait);
+  timeout_timer_.async_wait(
       [self = shared_from_this(), so_far = std::move(so_far)](const asio::error_code& cancelled) {
         if (!cancelled && !so_far()) self->close();
       });
@@ -48,25 +48,25 @@ void SocketServer::Parts::Connection::within(std::chrono::seconds patience,
 void SocketServer::Parts::Connection::read() {
   wire_->read_some(asio::buffer(incoming_),
                    [self = shared_from_this()](const asio::error_code& error, std::size_t count) {
-                     if (error == asio::error::eof) return self->has_said_all();
+                     if (error == asio::error::eof) return self->on_end_of_input();
                      if (error || self->closed_) return self->close();
                      self->have(count);
                    });
 }
 
-void SocketServer::Parts::Connection::has_said_all() {
-  if (closed_ || !conversation_.hear_unfinished(lines_.rest())) return close();
-  last_words_ = true;
+void SocketServer::Parts::Connection::on_end_of_input() {
+  if (closed_ || !session_.on_unfinished_message(lines_.rest())) return close();
+  finishing_ = true;
   within(server_->limits.introduction, [] { return false; });
   write();
 }
 
 void SocketServer::Parts::Connection::work_off() {
-  if (closed_ || last_words_ || ends_with_its_token()) return;
+  if (closed_ || finishing_ || ends_with_its_token()) return;
   if (const auto line = lines_.next()) {
-    const std::size_t wrong_before = conversation_.wrong_tokens();
-    conversation_.hear(*line);
-    if (!is_local_ && conversation_.wrong_tokens() > wrong_before) return rest_a_while();
+    const std::size_t wrong_before = session_.wrong_tokens();
+    session_.on_message(*line);
+    if (!is_local_ && session_.wrong_tokens() > wrong_before) return back_off();
     return asio::post(server_->context, [self = shared_from_this()] { self->work_off(); });
   }
   if (lines_.overflows()) {
@@ -81,28 +81,28 @@ void SocketServer::Parts::Connection::work_off() {
   read();
 }
 
-void SocketServer::Parts::Connection::rest_a_while() {
-  rest_.expires_after(first_rest * (1U << (conversation_.wrong_tokens() - 1)));
+void SocketServer::Parts::Connection::back_off() {
+  rest_.expires_after(first_rest * (1U << (session_.wrong_tokens() - 1)));
   rest_.async_wait([self = shared_from_this()](const asio::error_code& cancelled) {
     if (!cancelled) self->work_off();
   });
 }
 
 bool SocketServer::Parts::Connection::ends_with_its_token() {
-  const auto why = conversation_.over();
+  const auto why = session_.over();
   if (why) end_with(*why);
   return why.has_value();
 }
 
 void SocketServer::Parts::Connection::end_with(const rpc::RpcError& why) {
   send(rpc::error_line("null", why));
-  last_words_ = true;
+  finishing_ = true;
   within(server_->limits.introduction, [] { return false; });
   write();
 }
 
 void SocketServer::Parts::Connection::send(std::string line) {
-  if (closed_ || last_words_) return;
+  if (closed_ || finishing_) return;
   line.push_back('\n');
   unsent_bytes_ += line.size();
   waiting_.push_back(std::move(line));
@@ -114,7 +114,7 @@ void SocketServer::Parts::Connection::send(std::string line) {
 void SocketServer::Parts::Connection::write() {
   if (writing_ || closed_) return;
   if (waiting_.empty()) {
-    if (last_words_) close();
+    if (finishing_) close();
     return;
   }
   writing_ = true;

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "daemon/service/transport/loopback.hpp"
-#include "daemon/service/transport/socket_server_parts.hpp"
+#include "daemon/service/transport/socket_server_internal.hpp"
 #include "daemon/service/transport/unix_socket.hpp"
 
 namespace weft::daemon::server {
@@ -21,7 +21,7 @@ using namespace std::chrono_literals;
 
 constexpr auto tick_period = 20ms;
 
-std::optional<ino_t> inode_of(const std::filesystem::path& path) {
+std::optional<ino_t> read_inode(const std::filesystem::path& path) {
   struct stat found {};
   if (lstat(path.c_str(), &found) != 0) return std::nullopt;
   return found.st_ino;
@@ -33,9 +33,9 @@ SocketServer::Parts::Counted SocketServer::Parts::count(bool is_local) const {
   Counted out;
   for (const auto& [number, one] : connections) {
     if (one->is_local() != is_local) continue;
-    auto& list = one->is_for_stops()  ? out.for_stops
-                 : one->is_stranger() ? out.strangers
-                                      : out.known;
+    auto& list = one->is_for_stops()         ? out.for_stops
+                 : one->is_unauthenticated() ? out.unauthenticated
+                                             : out.known;
     list.push_back(one);
   }
   return out;
@@ -47,9 +47,10 @@ SocketServer::Parts::Counted SocketServer::Parts::count(bool is_local) const {
 SocketServer::Parts::Place SocketServer::Parts::place_for(bool is_local) {
   const Counted now = count(is_local);
   const std::size_t most = is_local ? limits.local_connections : limits.connections;
-  const std::size_t all = now.known.size() + now.strangers.size();
-  if (!now.strangers.empty() && (now.strangers.size() >= limits.strangers || all >= most)) {
-    now.strangers.front()->close();
+  const std::size_t all = now.known.size() + now.unauthenticated.size();
+  if (!now.unauthenticated.empty() &&
+      (now.unauthenticated.size() >= limits.unauthenticated || all >= most)) {
+    now.unauthenticated.front()->close();
     return Place::own;
   }
   if (all < most) return Place::own;
@@ -60,11 +61,11 @@ SocketServer::Parts::Place SocketServer::Parts::place_for(bool is_local) {
 
 void SocketServer::Parts::give_free_places() {
   const Counted now = count(true);
-  const std::size_t taken = now.known.size() + now.strangers.size();
+  const std::size_t taken = now.known.size() + now.unauthenticated.size();
   std::size_t left = limits.local_connections - std::min(taken, limits.local_connections);
   for (const auto& one : now.for_stops)
     if (left > 0) {
-      one->take_place(false);
+      one->open_session(false);
       --left;
     }
 }
@@ -78,7 +79,7 @@ void SocketServer::Parts::welcome(stream_protocol::socket socket, Peer peer, Tls
   }
   const auto made =
       std::make_shared<Connection>(*this, make_wire(std::move(socket), through), std::move(peer));
-  made->take_place(place == Place::for_stops);
+  made->open_session(place == Place::for_stops);
   connections.emplace(made->number(), made);
   made->begin();
 }
@@ -87,7 +88,7 @@ void SocketServer::Parts::listen_unix() {
   local.async_accept([this](const asio::error_code& error, Unix::socket socket) {
     if (error == asio::error::operation_aborted) return;
     if (!error) {
-      const Peer peer = peer_of(socket.native_handle());
+      const Peer peer = read_peer(socket.native_handle());
       welcome(stream_protocol::socket(std::move(socket)), peer, nullptr);
     }
     next(error, &Parts::listen_unix);
@@ -148,7 +149,7 @@ SocketServer::SocketServer(std::unique_ptr<Parts> parts) : parts_(std::move(part
 SocketServer::~SocketServer() {
   for (const auto& [number, connection] : std::map(parts_->connections)) connection->close();
   std::error_code ignored;
-  if (inode_of(parts_->path) == parts_->inode) std::filesystem::remove(parts_->path, ignored);
+  if (read_inode(parts_->path) == parts_->inode) std::filesystem::remove(parts_->path, ignored);
 }
 
 Result<std::unique_ptr<SocketServer>> SocketServer::open(const Where& where, Shared& shared,
@@ -159,7 +160,7 @@ Result<std::unique_ptr<SocketServer>> SocketServer::open(const Where& where, Sha
   held.connections = std::min(held.connections, spare - held.local_connections);
   auto parts = std::make_unique<Parts>(shared, held, where.socket);
   if (Status ok = open_unix(parts->local, where.socket); !ok) return pass(ok.error());
-  parts->inode = inode_of(where.socket);
+  parts->inode = read_inode(where.socket);
   parts->tls = where.tls;
   if (where.port)
     if (Status ok = listen_on(parts->port, where.address, *where.port); !ok)

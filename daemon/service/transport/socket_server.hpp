@@ -8,7 +8,7 @@
 #include <memory>
 #include <optional>
 
-#include "daemon/service/rpc/conversation.hpp"
+#include "daemon/service/rpc/session.hpp"
 #include "daemon/service/transport/loopback.hpp"
 #include "daemon/service/transport/tls_server.hpp"
 
@@ -25,7 +25,7 @@ struct Limits {
   /// rig.halt, run.abort) and get a place when one is free. The oldest makes room for one more.
   std::size_t places_for_stops = 32;
   /// Of either, that have not introduced themselves: the oldest makes room for one more.
-  std::size_t strangers = 64;
+  std::size_t unauthenticated = 64;
   std::size_t line_bytes = rpc::most_line_bytes;
   std::size_t unsent_bytes = std::size_t{4} << 20;  ///< answers that a client does not read
   std::chrono::seconds handshake{5};                ///< of TLS; then it is closed

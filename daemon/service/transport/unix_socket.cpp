@@ -79,7 +79,7 @@ Status open_unix(Unix::acceptor& acceptor, const std::filesystem::path& path) {
   return {};
 }
 
-Peer peer_of(int descriptor) {
+Peer read_peer(int descriptor) {
   ucred credentials{};
   socklen_t size = sizeof credentials;
   if (getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0)

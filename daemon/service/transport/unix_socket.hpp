@@ -4,7 +4,7 @@
 #include <asio/local/stream_protocol.hpp>
 #include <filesystem>
 
-#include "daemon/service/rpc/conversation.hpp"
+#include "daemon/service/rpc/session.hpp"
 
 namespace weft::daemon::server {
 
@@ -16,6 +16,6 @@ Status open_unix(asio::local::stream_protocol::acceptor& acceptor,
 
 /// Who may open the socket was settled by its mode: the daemon's own user and root administer it,
 /// its group runs recipes.
-Peer peer_of(int descriptor);
+Peer read_peer(int descriptor);
 
 }  // namespace weft::daemon::server

@@ -6,10 +6,10 @@
 
 #include "daemon/base/file/sha256.hpp"
 #include "daemon/storage/certificate/catalogue_digest.hpp"
-#include "daemon/storage/recorder/campaign_past.hpp"
+#include "daemon/storage/recorder/campaign_history.hpp"
 #include "daemon/storage/recorder/chunk.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
-#include "daemon/storage/recorder/whole_log.hpp"
+#include "daemon/storage/recorder/wal_integrity.hpp"
 #include "protocols/base/crc.hpp"
 
 namespace weft::daemon {
@@ -20,8 +20,8 @@ constexpr std::size_t most_structure_lines = 10;
 class CampaignCheck {
  public:
   CampaignCheck(const std::filesystem::path& file, const Certificate* certificate,
-                const StopAsked& stop_asked, VerifyReport& report)
-      : file_(file), certificate_(certificate), stop_asked_(stop_asked), report_(report) {}
+                const StopRequested& stop_requested, VerifyReport& report)
+      : file_(file), certificate_(certificate), stop_requested_(stop_requested), report_(report) {}
 
   void run() {
     log();
@@ -30,16 +30,16 @@ class CampaignCheck {
     database_ = std::move(*opened);
     structure();
     progress();
-    const std::size_t before = report_.findings.size();
+    const std::size_t before = report_.found_problems.size();
     chunks();
     tables();
-    trials(report_.findings.size() == before);
+    trials(report_.found_problems.size() == before);
   }
 
  private:
   void found(const std::string& where, std::string what, std::string hint = {}) {
     const std::string name = file_.filename().string();
-    report_.findings.push_back(
+    report_.found_problems.push_back(
         {where.empty() ? name : name + ": " + where, std::move(what), std::move(hint)});
   }
   void found(const std::string& where, Error error) {
@@ -49,8 +49,9 @@ class CampaignCheck {
 
   /// Before SQLite opens the file: it says nothing of what it leaves out.
   void log() {
-    if (const Status whole = whole_log(file_); !whole)
-      report_.findings.push_back({whole.error().where, whole.error().what, whole.error().hint});
+    if (const Status whole = check_wal(file_); !whole)
+      report_.found_problems.push_back(
+          {whole.error().where, whole.error().what, whole.error().hint});
   }
 
   /// SQLite's own look at pages, rows and indices.
@@ -82,7 +83,7 @@ class CampaignCheck {
       const auto row = query->step();
       if (!row) return found("table chunk", row.error());
       if (!*row) return;
-      if (stop_asked_ && stop_asked_()) return found({}, stopped_early("chunks"));
+      if (stop_requested_ && stop_requested_()) return found({}, stopped_early("chunks"));
       const std::int64_t stream = query->integer(3);
       report_.lost_samples +=
           static_cast<std::uint64_t>(std::max<std::int64_t>(query->integer(7), 0));
@@ -117,9 +118,10 @@ class CampaignCheck {
     const auto catalogue = catalogued_trials(database_);
     if (!catalogue) return found("table trial", catalogue.error());
     if (certificate_ != nullptr) compare_catalogue(*catalogue);
-    auto all = load_campaign(
-        file_,
-        {.all_outcomes = true, .streams = true, .transfers = false, .stop_asked = stop_asked_});
+    auto all = load_campaign(file_, {.all_outcomes = true,
+                                     .streams = true,
+                                     .transfers = false,
+                                     .stop_requested = stop_requested_});
     if (!all && !readable) return;  // told already
     if (!all) return found("content", all.error());
     check_documents(all->info, file_.filename().string() + ": table campaign", report_);
@@ -132,22 +134,22 @@ class CampaignCheck {
   }
 
   void compare_catalogue(const std::vector<CataloguedTrial>& catalogue) {
-    const auto& told = certificate_->trials;
-    if (catalogue.size() != told.size())
+    const auto& recorded = certificate_->trials;
+    if (catalogue.size() != recorded.size())
       return found("table trial", std::to_string(catalogue.size()) + " attempts, certified were " +
-                                      std::to_string(told.size()));
-    for (std::size_t i = 0; i < told.size(); ++i)
-      if (catalogue[i].sha256 != told[i].catalogue_sha256)
-        found("trial " + told[i].name,
+                                      std::to_string(recorded.size()));
+    for (std::size_t i = 0; i < recorded.size(); ++i)
+      if (catalogue[i].sha256 != recorded[i].catalogue_sha256)
+        found("trial " + recorded[i].name,
               "its row or its chunks' rows are not as they were certified");
   }
 
   void compare_content(const Dataset& all) {
-    std::map<std::string, std::string> told;
-    for (const CertifiedTrial& trial : certificate_->trials) told[trial.name] = trial.sha256;
+    std::map<std::string, std::string> recorded;
+    for (const CertifiedTrial& trial : certificate_->trials) recorded[trial.name] = trial.sha256;
     for (std::size_t i = 0; i < all.trials.size(); ++i) {
-      const auto known = told.find(all.trials[i].file);
-      if (known == told.end())
+      const auto known = recorded.find(all.trials[i].file);
+      if (known == recorded.end())
         found("trial " + all.trials[i].file, "is not in the certificate");
       else if (known->second != trial_sha256(all.trials[i], all.records[i]))
         found("trial " + all.trials[i].file, "altered: its SHA-256 disagrees");
@@ -156,7 +158,7 @@ class CampaignCheck {
 
   const std::filesystem::path& file_;
   const Certificate* certificate_;
-  const StopAsked& stop_asked_;
+  const StopRequested& stop_requested_;
   VerifyReport& report_;
   sqlite::Database database_;
 };
@@ -164,14 +166,14 @@ class CampaignCheck {
 }  // namespace
 
 void check_campaign(const std::filesystem::path& file, const Certificate* certificate,
-                    const StopAsked& stop_asked, VerifyReport& report) {
-  CampaignCheck(file, certificate, stop_asked, report).run();
+                    const StopRequested& stop_requested, VerifyReport& report) {
+  CampaignCheck(file, certificate, stop_requested, report).run();
 }
 
 void check_documents(const DatasetInfo& info, const std::string& where, VerifyReport& report) {
-  const auto same = [&](const char* what, const std::string& text, const std::string& told) {
-    if (!text.empty() && sha256_hex(text) != told)
-      report.findings.push_back({where, std::string(what) + " does not have its SHA-256"});
+  const auto same = [&](const char* what, const std::string& text, const std::string& recorded) {
+    if (!text.empty() && sha256_hex(text) != recorded)
+      report.found_problems.push_back({where, std::string(what) + " does not have its SHA-256"});
   };
   same("the recipe", info.recipe_json, info.recipe_sha256);
   same("the rig", info.rig_json, info.rig_sha256);

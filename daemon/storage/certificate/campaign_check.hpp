@@ -10,7 +10,7 @@ namespace weft::daemon {
 /// `certificate`: nothing where there is none, or none of this state of the file. Ends early, with
 /// a finding that says so, when it is to stop.
 void check_campaign(const std::filesystem::path& file, const Certificate* certificate,
-                    const StopAsked& stop_asked, VerifyReport& report);
+                    const StopRequested& stop_requested, VerifyReport& report);
 
 /// Recipe and rig of a campaign file or a data set against their SHA-256. `where`: for a finding.
 void check_documents(const DatasetInfo& info, const std::string& where, VerifyReport& report);

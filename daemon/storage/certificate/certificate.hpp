@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/storage/certificate/file_print.hpp"
+#include "daemon/storage/certificate/file_checksums.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 
 namespace weft::daemon {
@@ -52,7 +52,7 @@ struct Certificate {
   std::string dataset_sha256;           ///< of the complete trials; empty when there are none
   std::vector<CertifiedTrial> trials;
   std::vector<CertifiedTable> tables;
-  std::vector<FilePrint> files;  ///< the campaign file, and the data set where there is one
+  std::vector<FileChecksums> files;  ///< the campaign file, and the data set where there is one
   bool operator==(const Certificate&) const = default;
 };
 

@@ -12,7 +12,7 @@ using nlohmann::json;
 constexpr const char* own_digest = "certificate_sha256";
 constexpr int certificate_version = 1;
 
-std::string hex_of(const std::vector<std::uint32_t>& numbers) {
+std::string format_hex(const std::vector<std::uint32_t>& numbers) {
   constexpr char digits[] = "0123456789abcdef";
   std::string text;
   text.reserve(numbers.size() * 8);
@@ -21,7 +21,7 @@ std::string hex_of(const std::vector<std::uint32_t>& numbers) {
   return text;
 }
 
-std::vector<std::uint32_t> numbers_of(const std::string& hex) {
+std::vector<std::uint32_t> parse_hex_numbers(const std::string& hex) {
   std::vector<std::uint32_t> numbers;
   for (std::size_t i = 0; i + 8 <= hex.size(); i += 8) {
     std::uint32_t number = 0;
@@ -43,15 +43,15 @@ json trial_json(const CertifiedTrial& trial) {
           {"gaps", std::move(gaps)}};
 }
 
-json file_json(const FilePrint& file) {
+json file_json(const FileChecksums& file) {
   json regions = json::array();
   for (const FileRegion& region : file.regions)
     regions.push_back({region.first, region.bytes, region.holds});
   return {{"name", file.name},
           {"bytes", file.bytes},
           {"sha256", file.sha256},
-          {"block_bytes", FilePrint::block_bytes},
-          {"block_crc32", hex_of(file.block_crc32)},
+          {"block_bytes", FileChecksums::block_bytes},
+          {"block_crc32", format_hex(file.block_crc32)},
           {"regions", std::move(regions)}};
 }
 
@@ -66,12 +66,12 @@ CertifiedTrial trial_from(const json& object) {
   return trial;
 }
 
-FilePrint file_from(const json& object) {
-  FilePrint file;
+FileChecksums file_from(const json& object) {
+  FileChecksums file;
   file.name = object.at("name");
   file.bytes = object.at("bytes");
   file.sha256 = object.at("sha256");
-  file.block_crc32 = numbers_of(object.at("block_crc32").get_ref<const std::string&>());
+  file.block_crc32 = parse_hex_numbers(object.at("block_crc32").get_ref<const std::string&>());
   for (const json& region : object.at("regions"))
     file.regions.push_back({region.at(0), region.at(1), region.at(2)});
   return file;
@@ -99,7 +99,7 @@ json all_of(const Certificate& c) {
   for (const CertifiedTrial& trial : c.trials) out["trials"].push_back(trial_json(trial));
   for (const CertifiedTable& table : c.tables)
     out["tables"].push_back({{"name", table.name}, {"sha256", table.sha256}});
-  for (const FilePrint& file : c.files) out["files"].push_back(file_json(file));
+  for (const FileChecksums& file : c.files) out["files"].push_back(file_json(file));
   return out;
 }
 
@@ -136,13 +136,13 @@ Result<Certificate> certificate_from_json(const std::string& text) {
   json object = json::parse(text, nullptr, false);
   if (!object.is_object() || !object.contains(own_digest) || !object[own_digest].is_string())
     return fail({.code = Errc::parse, .what = "not a certificate of Weft"});
-  const std::string told = object[own_digest];
+  const std::string recorded = object[own_digest];
   object.erase(own_digest);
   // Text that is no UTF-8 cannot be dumped, nor does it parse.
-  if (const std::string found = sha256_hex(object.dump()); found != told)
+  if (const std::string found = sha256_hex(object.dump()); found != recorded)
     return fail({.code = Errc::corrupt,
                  .what = "the certificate itself was altered: its digest disagrees",
-                 .expected = told,
+                 .expected = recorded,
                  .got = found});
   try {
     if (object.at("format") != "weft-certificate" || object.at("version") != certificate_version)

@@ -2,7 +2,7 @@
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/storage/certificate/catalogue_digest.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
-#include "daemon/storage/certificate/regions.hpp"
+#include "daemon/storage/certificate/hdf5_regions.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
 
 namespace weft::daemon {
@@ -20,7 +20,7 @@ void describe(const DatasetInfo& info, Certificate& out) {
 }
 
 /// Keeps what is for training, as the data set does.
-Dataset complete_of(Dataset&& all) {
+Dataset select_complete(Dataset&& all) {
   Dataset out;
   out.info = std::move(all.info);
   for (std::size_t i = 0; i < all.trials.size(); ++i) {
@@ -62,13 +62,13 @@ Result<Certificate> certify(const std::filesystem::path& campaign,
   describe(all->info, out);
   out.trials_planned = progress->planned;
   if (Status ok = add_trials(campaign, *all, out); !ok) return pass(ok.error());
-  auto print = print_of(campaign, regions_of_campaign(campaign));
-  if (!print) return pass(print.error());
-  out.files.push_back(std::move(*print));
+  auto checksums = file_checksums(campaign, regions_of_campaign(campaign));
+  if (!checksums) return pass(checksums.error());
+  out.files.push_back(std::move(*checksums));
   if (dataset.empty()) return out;
-  const Dataset complete = complete_of(std::move(*all));
+  const Dataset complete = select_complete(std::move(*all));
   out.dataset_sha256 = dataset_sha256(complete);
-  auto exported = print_of(dataset, regions_of_dataset(dataset, complete));
+  auto exported = file_checksums(dataset, regions_of_dataset(dataset, complete));
   if (!exported) return pass(exported.error());
   out.files.push_back(std::move(*exported));
   return out;

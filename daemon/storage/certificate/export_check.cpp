@@ -3,7 +3,7 @@
 #include <array>
 
 #include "daemon/storage/certificate/exports.hpp"
-#include "daemon/storage/certificate/file_print.hpp"
+#include "daemon/storage/certificate/file_checksums.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
 
 namespace weft::daemon {
@@ -37,8 +37,8 @@ std::vector<CheckedExport> compared(const fs::path& folder, const std::vector<Ex
 
 /// Nothing where it is as listed.
 std::string difference(const ExportedFile& listed, const fs::path& file,
-                       const StopAsked& stop_asked) {
-  const auto now = print_of(file, {}, stop_asked);
+                       const StopRequested& stop_requested) {
+  const auto now = file_checksums(file, {}, stop_requested);
   if (!now) return to_string(now.error());
   if (now->sha256 == listed.sha256) return {};
   return "altered (expected SHA-256 " + listed.sha256 + ", got " + now->sha256 + ")";
@@ -59,10 +59,11 @@ Result<std::vector<CheckedExport>> exports_now(const fs::path& folder) {
   return compared(folder, *files, *now);
 }
 
-void check_exports(const fs::path& folder, const StopAsked& stop_asked, VerifyReport& report) {
+void check_exports(const fs::path& folder, const StopRequested& stop_requested,
+                   VerifyReport& report) {
   const auto files = listed_exports(folder);
   if (!files)
-    return report.findings.push_back(
+    return report.found_problems.push_back(
         {std::string(export_folder_name) + "/" + export_list_name, to_string(files.error())});
   if (files->empty()) return;
   const auto now = load_progress(folder / campaign_file_name);
@@ -71,10 +72,10 @@ void check_exports(const fs::path& folder, const StopAsked& stop_asked, VerifyRe
     const std::string name = name_of((*files)[i]);
     std::error_code unseen;
     if (!fs::exists(folder / name, unseen)) continue;
-    std::string what = difference((*files)[i], folder / name, stop_asked);
+    std::string what = difference((*files)[i], folder / name, stop_requested);
     if (what.empty()) continue;
     if (now) report.exports[i].state = ExportState::altered;
-    report.findings.push_back(
+    report.found_problems.push_back(
         {name, std::move(what),
          "weft export (of a daemon, data.export) makes it anew, of the campaign beside it"});
   }

@@ -17,7 +17,7 @@ Result<std::vector<CheckedExport>> exports_now(const std::filesystem::path& fold
 
 /// Adds the exports to `report`, their bytes looked at: an altered one is a finding. One that is
 /// missing or outdated is none, for nothing that was recorded is.
-void check_exports(const std::filesystem::path& folder, const StopAsked& stop_asked,
+void check_exports(const std::filesystem::path& folder, const StopRequested& stop_requested,
                    VerifyReport& report);
 
 }  // namespace weft::daemon

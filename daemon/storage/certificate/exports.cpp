@@ -9,12 +9,12 @@
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
-#include "daemon/storage/certificate/file_print.hpp"
+#include "daemon/storage/certificate/file_checksums.hpp"
 #include "daemon/storage/dataset/digest.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/dataset/import.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
-#include "daemon/storage/recorder/whole_log.hpp"
+#include "daemon/storage/recorder/wal_integrity.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -26,8 +26,8 @@ constexpr const char* list_format = "weft-exports";
 constexpr std::array<std::string_view, 2> words{"hdf5", "features-csv"};
 
 /// Which exploration's features are meant. Errors: invalid_argument, not_found.
-Result<std::string> exploration_of(const Dataset& dataset, const std::string& wanted) {
-  const std::vector<std::string> known = explorations_of(dataset);
+Result<std::string> find_exploration(const Dataset& dataset, const std::string& wanted) {
+  const std::vector<std::string> known = list_explorations(dataset);
   if (wanted.empty() && known.size() == 1) return known.front();
   if (wanted.empty())
     return fail({.code = Errc::invalid_argument,
@@ -83,8 +83,8 @@ Status write_export_list(const fs::path& folder, const std::vector<ExportedFile>
 
 /// What export_campaign() makes, written to `file` by `format`; what is known of it by then.
 Result<ExportedFile> write_as_hdf5(const Dataset& dataset, const fs::path& file,
-                                   const StopAsked& stop_asked) {
-  auto digest = write_hdf5(dataset, file, {.stop_asked = stop_asked});
+                                   const StopRequested& stop_requested) {
+  auto digest = write_hdf5(dataset, file, {.stop_requested = stop_requested});
   if (!digest) return pass(digest.error());
   ExportedFile made;
   made.trials = dataset.trials.size();
@@ -93,10 +93,10 @@ Result<ExportedFile> write_as_hdf5(const Dataset& dataset, const fs::path& file,
 }
 
 Result<ExportedFile> write_as_features(const Dataset& dataset, const std::string& exploration,
-                                       const fs::path& file, const StopAsked& stop_asked) {
+                                       const fs::path& file, const StopRequested& stop_requested) {
   const auto rows = write_feature_table(dataset, exploration, file);
   if (!rows) return pass(rows.error());
-  auto digest = digest_of(dataset, stop_asked);
+  auto digest = compute_digest(dataset, stop_requested);
   if (!digest) return pass(digest.error());
   ExportedFile made;
   made.trials = *rows;
@@ -140,38 +140,38 @@ std::optional<ExportFormat> export_format_from(std::string_view word) {
   return static_cast<ExportFormat>(found - words.begin());
 }
 
-Result<ExportedFile> export_campaign(const fs::path& folder, const ExportWish& wish) {
+Result<ExportedFile> export_campaign(const fs::path& folder, const ExportRequest& request) {
   const fs::path campaign = folder / campaign_file_name;
   std::error_code error;
   const std::uintmax_t bytes = fs::file_size(campaign, error);
   if (error)
     return fail({.code = Errc::not_found, .where = campaign.string(), .what = "no campaign file"});
   if (Status room = check_space(folder, bytes); !room) return pass(room.error());
-  if (Status whole = whole_log(campaign); !whole) return pass(whole.error(), folder.string());
+  if (Status whole = check_wal(campaign); !whole) return pass(whole.error(), folder.string());
   const auto progress = load_progress(campaign);
   if (!progress) return pass(progress.error());
-  const auto dataset = load_campaign(campaign, {.stop_asked = wish.stop_asked});
+  const auto dataset = load_campaign(campaign, {.stop_requested = request.stop_requested});
   if (!dataset) return pass(dataset.error());
   if (dataset->trials.empty())
     return fail({.code = Errc::not_found,
                  .where = campaign.string(),
                  .what = "no complete trial in the campaign"});
   if (Status made = make_export_folder(folder); !made) return pass(made.error());
-  const bool features = wish.format == ExportFormat::features_csv;
+  const bool features = request.format == ExportFormat::features_csv;
   const auto exploration =
-      features ? exploration_of(*dataset, wish.exploration) : Result<std::string>("");
+      features ? find_exploration(*dataset, request.exploration) : Result<std::string>("");
   if (!exploration) return pass(exploration.error());
   const std::string name = features ? "features-" + *exploration + ".csv" : dataset_file_name;
   AtomicFile file(folder / export_folder_name / name);
-  auto made = features
-                  ? write_as_features(*dataset, *exploration, file.temporary(), wish.stop_asked)
-                  : write_as_hdf5(*dataset, file.temporary(), wish.stop_asked);
+  auto made =
+      features ? write_as_features(*dataset, *exploration, file.temporary(), request.stop_requested)
+               : write_as_hdf5(*dataset, file.temporary(), request.stop_requested);
   if (!made) return pass(made.error());
-  const auto print = print_of(file.temporary(), {}, wish.stop_asked);
-  if (!print) return pass(print.error());
+  const auto checksums = file_checksums(file.temporary(), {}, request.stop_requested);
+  if (!checksums) return pass(checksums.error());
   made->name = name;
-  made->bytes = print->bytes;
-  made->sha256 = print->sha256;
+  made->bytes = checksums->bytes;
+  made->sha256 = checksums->sha256;
   made->bench = to_string(dataset->info.kind);
   made->planned = progress->planned;
   made->done = progress->done;

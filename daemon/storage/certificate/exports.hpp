@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/base/file/stop_asked.hpp"
+#include "daemon/base/file/stop_requested.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon {
@@ -35,17 +35,18 @@ struct ExportedFile {
   std::uint64_t done = 0;      ///< that the campaign had by then, as CampaignProgress has it
 };
 
-struct ExportWish {
+struct ExportRequest {
   ExportFormat format = ExportFormat::hdf5;
   std::string exploration;  ///< of features: needed where the campaign has several
-  StopAsked stop_asked = {};
+  StopRequested stop_requested = {};
 };
 
 /// Of the campaign file in `folder`, which nobody writes to; takes the place of an older export of
 /// that name. Errors: load_campaign()'s, also for a discarded campaign; not_found, without a
 /// complete trial or such an exploration; invalid_argument, for features of several explorations;
 /// io, also where the disk has no room.
-Result<ExportedFile> export_campaign(const std::filesystem::path& folder, const ExportWish& wish);
+Result<ExportedFile> export_campaign(const std::filesystem::path& folder,
+                                     const ExportRequest& request);
 
 /// What the list names, without a look at the files; empty where nothing was exported.
 /// Errors: parse.

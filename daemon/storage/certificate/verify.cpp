@@ -5,9 +5,9 @@
 #include "daemon/storage/certificate/campaign_check.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/certificate/export_check.hpp"
-#include "daemon/storage/certificate/hand_over_file.hpp"
+#include "daemon/storage/certificate/handover_file.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
-#include "daemon/storage/recorder/campaign_past.hpp"
+#include "daemon/storage/recorder/campaign_history.hpp"
 #include "daemon/storage/recorder/log_check.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
 #include "daemon/storage/recordings/recording_set.hpp"
@@ -22,30 +22,33 @@ bool there(const fs::path& path) {
   return fs::is_regular_file(path, ignored);
 }
 
-const FilePrint* certified_file(const Certificate& certificate, const fs::path& file) {
-  const auto found = std::find_if(certificate.files.begin(), certificate.files.end(),
-                                  [&](const FilePrint& f) { return f.name == file.filename(); });
+const FileChecksums* certified_file(const Certificate& certificate, const fs::path& file) {
+  const auto found =
+      std::find_if(certificate.files.begin(), certificate.files.end(),
+                   [&](const FileChecksums& f) { return f.name == file.filename(); });
   return found == certificate.files.end() ? nullptr : &*found;
 }
 
-void compare_bytes(const FilePrint& then, const fs::path& file, const StopAsked& stop_asked,
-                   VerifyReport& report) {
-  const auto now = print_of(file, {}, stop_asked);
+void compare_bytes(const FileChecksums& then, const fs::path& file,
+                   const StopRequested& stop_requested, VerifyReport& report) {
+  const auto now = file_checksums(file, {}, stop_requested);
   const std::string name = file.filename().string();
-  if (!now) return report.findings.push_back({name, to_string(now.error())});
+  if (!now) return report.found_problems.push_back({name, to_string(now.error())});
   if (now->bytes != then.bytes)
-    report.findings.push_back({name, std::to_string(now->bytes) + " bytes long, certified were " +
-                                         std::to_string(then.bytes)});
+    report.found_problems.push_back(
+        {name,
+         std::to_string(now->bytes) + " bytes long, certified were " + std::to_string(then.bytes)});
   for (const AlteredBytes& run : altered(then, *now))
-    report.findings.push_back({name + ": bytes " + std::to_string(run.first) + " to " +
-                                   std::to_string(run.first + run.bytes - 1),
-                               "altered: " + run.holds});
+    report.found_problems.push_back({name + ": bytes " + std::to_string(run.first) + " to " +
+                                         std::to_string(run.first + run.bytes - 1),
+                                     "altered: " + run.holds});
 }
 
 /// Sound and vibration: a data set of another layout, with a digest of its own.
 void check_recordings(const fs::path& file, VerifyReport& report) {
   const auto set = read_recordings(file);
-  if (!set) return report.findings.push_back({file.filename().string(), to_string(set.error())});
+  if (!set)
+    return report.found_problems.push_back({file.filename().string(), to_string(set.error())});
   report.dataset_sha256 = recordings_sha256(*set);
   report.planned = report.complete = report.attempts = set->recordings.size();
   report.of = "recordings";
@@ -55,20 +58,20 @@ void check_dataset(const fs::path& file, const Certificate* certificate, VerifyR
   if (certificate == nullptr && is_recordings_file(file)) return check_recordings(file, report);
   const auto dataset = read_hdf5(file);
   const std::string name = file.filename().string();
-  if (!dataset) return report.findings.push_back({name, to_string(dataset.error())});
+  if (!dataset) return report.found_problems.push_back({name, to_string(dataset.error())});
   report.dataset_sha256 = dataset_sha256(*dataset);
   report.software_version = dataset->info.software_version;
   check_documents(dataset->info, name + ": /provenance", report);
   if (report.campaign.empty())
     report.planned = report.complete = report.attempts = dataset->trials.size();
   if (certificate == nullptr || certificate->dataset_sha256 == report.dataset_sha256) return;
-  report.findings.push_back({name, "another data set than the certified one (expected " +
-                                       certificate->dataset_sha256 + ", got " +
-                                       report.dataset_sha256 + ")"});
+  report.found_problems.push_back({name, "another data set than the certified one (expected " +
+                                             certificate->dataset_sha256 + ", got " +
+                                             report.dataset_sha256 + ")"});
 }
 
 /// What of `path` there is to look at.
-Result<VerifyReport> looked_at(const fs::path& path) {
+Result<VerifyReport> inspect(const fs::path& path) {
   VerifyReport report;
   std::error_code ignored;
   if (fs::is_directory(path, ignored)) {
@@ -92,44 +95,45 @@ Result<VerifyReport> looked_at(const fs::path& path) {
 
 /// What a certificate lists is there, and what is there is listed.
 bool is_as_listed(const Certificate& certificate, const fs::path& folder, VerifyReport& report) {
-  const std::size_t before = report.findings.size();
-  for (const FilePrint& file : certificate.files)
+  const std::size_t before = report.found_problems.size();
+  for (const FileChecksums& file : certificate.files)
     if (!there(folder / file.name))
-      report.findings.push_back({file.name, "is in the certificate, and missing"});
+      report.found_problems.push_back({file.name, "is in the certificate, and missing"});
   for (const fs::path& file : {report.campaign, report.dataset})
     if (!file.empty() && certified_file(certificate, file) == nullptr)
-      report.findings.push_back({file.filename().string(), "is not in the certificate"});
-  return report.findings.size() == before;
+      report.found_problems.push_back({file.filename().string(), "is not in the certificate"});
+  return report.found_problems.size() == before;
 }
 
-void check_file(const fs::path& file, const Certificate* certificate, const StopAsked& stop_asked,
-                VerifyReport& report) {
-  const FilePrint* then = certificate == nullptr ? nullptr : certified_file(*certificate, file);
+void check_file(const fs::path& file, const Certificate* certificate,
+                const StopRequested& stop_requested, VerifyReport& report) {
+  const FileChecksums* then = certificate == nullptr ? nullptr : certified_file(*certificate, file);
   const bool is_campaign = file == report.campaign;
-  if (then != nullptr) compare_bytes(*then, file, stop_asked, report);
+  if (then != nullptr) compare_bytes(*then, file, stop_requested, report);
   // A certificate is of a finished file.
   if (is_campaign && then != nullptr && has_log(file))
-    report.findings.push_back({file.filename().string(),
-                               "was written to after it had been certified: its log is not empty"});
+    report.found_problems.push_back(
+        {file.filename().string(),
+         "was written to after it had been certified: its log is not empty"});
   // One that was killed before it had written anything holds nothing that could be wrong.
   report.blank |= is_campaign && is_blank_campaign(file);
   if (report.blank && certificate == nullptr && report.dataset.empty()) return;
   if (is_campaign)
-    check_campaign(file, then == nullptr ? nullptr : certificate, stop_asked, report);
+    check_campaign(file, then == nullptr ? nullptr : certificate, stop_requested, report);
   else
     check_dataset(file, then == nullptr ? nullptr : certificate, report);
 }
 
 }  // namespace
 
-Result<VerifyReport> verify(const fs::path& path, const StopAsked& stop_asked) {
-  auto report = looked_at(path);
+Result<VerifyReport> verify(const fs::path& path, const StopRequested& stop_requested) {
+  auto report = inspect(path);
   if (!report) return report;
   const fs::path& file = report->campaign.empty() ? report->dataset : report->campaign;
   const auto read = read_certificate(file.parent_path());
   const Certificate* certificate = nullptr;
   if (!read)
-    report->findings.push_back({certificate_file_name, to_string(read.error())});
+    report->found_problems.push_back({certificate_file_name, to_string(read.error())});
   else if (*read)
     certificate = &**read;
   std::error_code ignored;
@@ -138,12 +142,12 @@ Result<VerifyReport> verify(const fs::path& path, const StopAsked& stop_asked) {
                             ? is_as_listed(*certificate, path, *report)
                             : certified_file(*certificate, file) != nullptr;
   for (const fs::path& each : {report->campaign, report->dataset})
-    if (!each.empty()) check_file(each, certificate, stop_asked, *report);
+    if (!each.empty()) check_file(each, certificate, stop_requested, *report);
   if (fs::is_directory(path, ignored)) {
-    check_hand_over(path, certificate == nullptr ? "" : certificate->dataset_sha256, *report);
-    check_exports(path, stop_asked, *report);
+    check_handover(path, certificate == nullptr ? "" : certificate->dataset_sha256, *report);
+    check_exports(path, stop_requested, *report);
   }
-  if (stop_asked && stop_asked()) return pass(stopped_early(path.string()));
+  if (stop_requested && stop_requested()) return pass(stopped_early(path.string()));
   return report;
 }
 

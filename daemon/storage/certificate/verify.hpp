@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "daemon/base/file/stop_asked.hpp"
+#include "daemon/base/file/stop_requested.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon {
 
 /// Something that is not as it was.
-struct VerifyFinding {
+struct VerifyProblem {
   std::string where;  ///< file, then trial, stream and chunk, or table, or bytes
   std::string what;
   std::string hint = {};  ///< what there is to do, where there is something
@@ -48,13 +48,14 @@ struct VerifyReport {
   std::string dataset_sha256;
   std::string software_version;
   std::vector<CheckedExport> exports;  ///< of a folder
-  std::vector<VerifyFinding> findings;
-  [[nodiscard]] bool holds() const { return findings.empty(); }
+  std::vector<VerifyProblem> found_problems;
+  [[nodiscard]] bool holds() const { return found_problems.empty(); }
 };
 
 /// `path`: a campaign's folder, its campaign file or a data set. Damage is a finding, however bad.
-/// `stop_asked` is looked at every few megabytes. Errors: not_found; parse of a file that never was
-/// one of ours; wrong_state when it was stopped.
-Result<VerifyReport> verify(const std::filesystem::path& path, const StopAsked& stop_asked = {});
+/// `stop_requested` is looked at every few megabytes. Errors: not_found; parse of a file that never
+/// was one of ours; wrong_state when it was stopped.
+Result<VerifyReport> verify(const std::filesystem::path& path,
+                            const StopRequested& stop_requested = {});
 
 }  // namespace weft::daemon

@@ -18,9 +18,10 @@ nlohmann::json exports_json(const std::vector<CheckedExport>& exports) {
 }
 
 nlohmann::json verify_json(const VerifyReport& report) {
-  nlohmann::json findings = nlohmann::json::array();
-  for (const VerifyFinding& finding : report.findings)
-    findings.push_back({{"where", finding.where}, {"what", finding.what}, {"hint", finding.hint}});
+  nlohmann::json found_problems = nlohmann::json::array();
+  for (const VerifyProblem& problem : report.found_problems)
+    found_problems.push_back(
+        {{"where", problem.where}, {"what", problem.what}, {"hint", problem.hint}});
   return {{"holds", report.holds()},
           {"certified", report.certified},
           {"finished", report.finished},
@@ -32,7 +33,7 @@ nlohmann::json verify_json(const VerifyReport& report) {
           {"dataset_sha256", report.dataset_sha256},
           {"software_version", report.software_version},
           {"exports", exports_json(report.exports)},
-          {"findings", std::move(findings)}};
+          {"findings", std::move(found_problems)}};
 }
 
 }  // namespace weft::daemon

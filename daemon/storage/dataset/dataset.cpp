@@ -9,12 +9,12 @@
 namespace weft::daemon {
 namespace {
 
-constexpr std::array<std::string_view, 7> outcome_words{
+constexpr std::array<std::string_view, 7> outcome_names{
     "complete", "stopped", "aborted", "failed", "interrupted", "rejected", "ended_early"};
 
 template <class Enum, std::size_t count>
-std::optional<Enum> word_to(const std::array<std::string_view, count>& words,
-                            std::string_view word) {
+std::optional<Enum> read_name(const std::array<std::string_view, count>& words,
+                              std::string_view word) {
   const auto* at = std::ranges::find(words, word);
   if (at == words.end()) return std::nullopt;
   return static_cast<Enum>(at - words.begin());
@@ -96,7 +96,7 @@ Status check_record(const TrialRecord& record, std::size_t samples, const Datase
 
 }  // namespace
 
-std::string selection_words(const DatasetInfo& info) {
+std::string format_selection(const DatasetInfo& info) {
   std::map<std::string, std::uint64_t> by_label;
   std::uint64_t all = 0;
   for (const EndedEarly& some : info.ended_early) {
@@ -116,7 +116,7 @@ std::string selection_words(const DatasetInfo& info) {
 }
 
 std::string_view to_string(TrialOutcome outcome) {
-  return outcome_words.at(static_cast<std::size_t>(outcome));
+  return outcome_names.at(static_cast<std::size_t>(outcome));
 }
 
 bool is_done(TrialOutcome outcome) {
@@ -124,7 +124,7 @@ bool is_done(TrialOutcome outcome) {
 }
 
 std::optional<TrialOutcome> trial_outcome_from(std::string_view word) {
-  return word_to<TrialOutcome>(outcome_words, word);
+  return read_name<TrialOutcome>(outcome_names, word);
 }
 
 double WrenchStream::force_n(std::size_t i, std::size_t axis) const {
@@ -164,7 +164,7 @@ Status check(const Dataset& dataset) {
   return {};
 }
 
-std::vector<std::string> explorations_of(const Dataset& dataset) {
+std::vector<std::string> list_explorations(const Dataset& dataset) {
   std::vector<std::string> names;
   for (const TrialRecord& record : dataset.records)
     if (record.outcome == TrialOutcome::complete &&

@@ -165,7 +165,7 @@ struct DatasetInfo {
 
 /// "Selected: 12 slides that a live vote ended early are left out (denim 5, satin 7). ...", or
 /// nothing.
-std::string selection_words(const DatasetInfo& info);
+std::string format_selection(const DatasetInfo& info);
 
 /// `trials` and `records` go together, index by index.
 struct Dataset {
@@ -186,13 +186,13 @@ struct DatasetDigest {
   std::string dataset_sha256;
   std::vector<std::string> trial_sha256;
 };
-DatasetDigest digest_of(const Dataset& dataset);
+DatasetDigest compute_digest(const Dataset& dataset);
 std::string dataset_sha256(const Dataset& dataset);
 std::string trial_sha256(const classifier::Trial& trial, const TrialRecord& record);
 
 /// The explorations of the complete trials, in order of appearance; one empty name for imported
 /// sets.
-std::vector<std::string> explorations_of(const Dataset& dataset);
+std::vector<std::string> list_explorations(const Dataset& dataset);
 /// The names in a sum of explorations: "M1" and "M2" of "M1+M2"; of nothing one that is empty.
 /// Errors: invalid_argument, for a name that is empty or there twice.
 Result<std::vector<std::string>> explorations_in(std::string_view sum);

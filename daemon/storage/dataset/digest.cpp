@@ -79,11 +79,11 @@ std::string trial_sha256(const classifier::Trial& trial, const TrialRecord& reco
   return to_hex(trial_digest(trial, record));
 }
 
-DatasetDigest digest_of(const Dataset& dataset) {
-  return *digest_of(dataset, {});  // nothing else stops it
+DatasetDigest compute_digest(const Dataset& dataset) {
+  return *compute_digest(dataset, {});  // nothing else stops it
 }
 
-Result<DatasetDigest> digest_of(const Dataset& dataset, const StopAsked& stop_asked) {
+Result<DatasetDigest> compute_digest(const Dataset& dataset, const StopRequested& stop_requested) {
   DatasetDigest digest;
   Sha256 hash;
   hash.text("weft dataset 1\n");
@@ -100,7 +100,7 @@ Result<DatasetDigest> digest_of(const Dataset& dataset, const StopAsked& stop_as
   }
   hash.number(static_cast<std::uint64_t>(dataset.trials.size()));
   for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
-    if (stop_asked && stop_asked()) return pass(stopped_early("digests"));
+    if (stop_requested && stop_requested()) return pass(stopped_early("digests"));
     const Sha256Digest trial = trial_digest(dataset.trials[i], dataset.records[i]);
     hash.update(trial);
     digest.trial_sha256.push_back(to_hex(trial));
@@ -110,7 +110,7 @@ Result<DatasetDigest> digest_of(const Dataset& dataset, const StopAsked& stop_as
 }
 
 std::string dataset_sha256(const Dataset& dataset) {
-  return digest_of(dataset).dataset_sha256;
+  return compute_digest(dataset).dataset_sha256;
 }
 
 }  // namespace weft::daemon

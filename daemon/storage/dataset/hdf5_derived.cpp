@@ -41,7 +41,7 @@ std::optional<PhaseRuns> read_phase_runs(Reader& in) {
       in.column<std::uint64_t>("/phases/first"), in.column<std::uint64_t>("/phases/samples")};
 }
 
-std::vector<std::uint64_t> begins_of(const std::vector<std::uint64_t>& samples) {
+std::vector<std::uint64_t> compute_begins(const std::vector<std::uint64_t>& samples) {
   std::vector<std::uint64_t> out(samples.size());
   std::exclusive_scan(samples.begin(), samples.end(), out.begin(), std::uint64_t{0});
   return out;
@@ -58,7 +58,7 @@ std::vector<std::uint64_t> read_extents(Reader& in, const std::string& family, s
     if (fits) left -= count;
   }
   if (in.require(fits && left == 0, name.c_str(), "does not add up to the length of its columns"))
-    compare(in, "/trials/" + family + "_first", begins_of(samples),
+    compare(in, "/trials/" + family + "_first", compute_begins(samples),
             "a trial does not begin where the one before it ends");
   return samples;
 }

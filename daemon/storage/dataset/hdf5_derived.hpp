@@ -26,7 +26,7 @@ PhaseRuns phase_runs(const Dataset& dataset);
 std::optional<PhaseRuns> read_phase_runs(Reader& in);
 
 /// Where each trial's rows begin: behind those of the trials before.
-std::vector<std::uint64_t> begins_of(const std::vector<std::uint64_t>& samples);
+std::vector<std::uint64_t> compute_begins(const std::vector<std::uint64_t>& samples);
 
 /// The number of rows of each trial in one family of columns, "taxel" of /trials/taxel_samples. The
 /// sum must be `rows`, so that every later slice lies within its column, and /trials/taxel_first

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "daemon/base/file/stop_asked.hpp"
+#include "daemon/base/file/stop_requested.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 
 // One thread at a time is in the HDF5 library; digests and the way to the disk, which take longest,
@@ -12,15 +12,15 @@
 namespace weft::daemon {
 
 struct Hdf5Options {
-  int deflate_level = 1;      ///< 0 to 9; 1 already finds most of what shuffled counts have to give
-  StopAsked stop_asked = {};  ///< before each trial's digest and each group of columns
+  int deflate_level = 1;  ///< 0 to 9; 1 already finds most of what shuffled counts have to give
+  StopRequested stop_requested = {};  ///< before each trial's digest and each group of columns
 };
 
 struct Hdf5LoadOptions {
   bool streams =
       true;  ///< false leaves wrench and stage streams on disk; digests are then not checked
-  bool verify_digest = true;  ///< and /phases, which follows from what they cover
-  StopAsked stop_asked = {};  ///< before each trial's digest
+  bool verify_digest = true;          ///< and /phases, which follows from what they cover
+  StopRequested stop_requested = {};  ///< before each trial's digest
 };
 
 /// Writes beside `path` and renames on success: an older file survives every failure. Returns the

@@ -192,7 +192,7 @@ Status read_phases(Reader& in, const std::vector<std::uint64_t>& extents, Datase
 }
 
 Status read_taxels(Reader& in, Dataset& dataset) {
-  const std::size_t taxels = in.width_of("/taxel/counts");
+  const std::size_t taxels = in.text_width("/taxel/counts");
   in.require(taxels > 0 && taxels <= most_taxels, "/taxel/counts",
              "an impossible number of taxels");
   if (!in.status()) return in.status();
@@ -308,12 +308,12 @@ Status read_vibrations(Reader& in, Dataset& dataset) {
 }
 
 /// What the file says of its own content.
-struct Told {
+struct ReportedCounts {
   DatasetDigest digest;
   std::optional<hdf5::PhaseRuns> phases;
 };
 
-Status read_told(Reader& in, const Dataset& dataset, Told& out) {
+Status read_reported_counts(Reader& in, const Dataset& dataset, ReportedCounts& out) {
   auto& trials = out.digest.trial_sha256;
   trials = in.texts("/trials/sha256");
   in.require(trials.size() == dataset.trials.size(), "/trials/sha256", "another length");
@@ -324,8 +324,8 @@ Status read_told(Reader& in, const Dataset& dataset, Told& out) {
 
 /// Trial by trial first, so that the error can say which.
 Status verify_digests(const DatasetDigest& expected, const Dataset& dataset,
-                      const StopAsked& stop_asked) {
-  const auto got = digest_of(dataset, stop_asked);
+                      const StopRequested& stop_requested) {
+  const auto got = compute_digest(dataset, stop_requested);
   if (!got) return pass(got.error());
   for (std::size_t i = 0; i < dataset.trials.size(); ++i)
     if (got->trial_sha256[i] != expected.trial_sha256[i])
@@ -345,7 +345,7 @@ Status verify_digests(const DatasetDigest& expected, const Dataset& dataset,
 
 /// All that is done inside the library.
 Result<Dataset> read_columns(const std::filesystem::path& path, const Hdf5LoadOptions& options,
-                             Told& told) {
+                             ReportedCounts& reported) {
   const hdf5::QuietErrors quiet;
   auto in = Reader::open(path);
   if (!in) return pass(std::move(in).error());
@@ -364,21 +364,22 @@ Result<Dataset> read_columns(const std::filesystem::path& path, const Hdf5LoadOp
   }
   if (done && options.streams) done = read_streams(*in, dataset);
   if (done && options.streams) done = read_vibrations(*in, dataset);
-  if (done && options.streams && options.verify_digest) done = read_told(*in, dataset, told);
+  if (done && options.streams && options.verify_digest)
+    done = read_reported_counts(*in, dataset, reported);
   if (!done) return pass(std::move(done).error(), path.string());
   return dataset;
 }
 
 Result<Dataset> read_all(const std::filesystem::path& path, const Hdf5LoadOptions& options) {
-  Told told;
-  auto dataset = read_columns(path, options, told);
+  ReportedCounts reported;
+  auto dataset = read_columns(path, options, reported);
   if (!dataset) return dataset;
   Status done = check(*dataset);
   if (!done) done.error().code = Errc::corrupt;
   if (done && options.streams && options.verify_digest)
-    done = verify_digests(told.digest, *dataset, options.stop_asked);
+    done = verify_digests(reported.digest, *dataset, options.stop_requested);
   // After the digests, which can say in which trial a phase was altered.
-  if (done && told.phases && *told.phases != hdf5::phase_runs(*dataset))
+  if (done && reported.phases && *reported.phases != hdf5::phase_runs(*dataset))
     done = fail(
         {.code = Errc::corrupt, .where = "/phases", .what = "does not follow from /taxel/phase"});
   if (!done) return pass(std::move(done).error(), path.string());

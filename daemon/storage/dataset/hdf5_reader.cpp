@@ -171,7 +171,7 @@ bool Reader::is_integer(const char* name) {
   return H5Tget_class(type.id()) == H5T_INTEGER;
 }
 
-std::size_t Reader::width_of(const char* name) {
+std::size_t Reader::text_width(const char* name) {
   if (!status_) return 0;
   const Handle column(H5Dopen2(file_.id(), name, H5P_DEFAULT), H5Dclose);
   const Handle space(H5Dget_space(column.id()), H5Sclose);

@@ -43,7 +43,7 @@ class Reader {
   bool has_attribute(const char* object, const char* name);
   /// Whether a column holds whole numbers; and the second extent of a two-dimensional one.
   bool is_integer(const char* name);
-  std::size_t width_of(const char* name);
+  std::size_t text_width(const char* name);
 
   /// Notes Errc::corrupt at `where` unless `fine`.
   bool require(bool fine, const char* where, const char* what);

@@ -57,7 +57,7 @@ void write_selection(Writer& out, const DatasetInfo& info) {
     trials.push_back(some.trials);
   }
   out.group("/ended_early");
-  out.attribute("/ended_early", "meaning", selection_words(info));
+  out.attribute("/ended_early", "meaning", format_selection(info));
   out.column("/ended_early/label", labels);
   out.column("/ended_early/exploration", explorations);
   out.column("/ended_early/trials", trials);
@@ -123,7 +123,7 @@ template <class Size>
 void write_extents(Writer& out, const Dataset& dataset, const std::string& name, Size size) {
   std::vector<std::uint64_t> samples;
   for (std::size_t i = 0; i < dataset.trials.size(); ++i) samples.push_back(size(i));
-  out.column(("/trials/" + name + "_first").c_str(), hdf5::begins_of(samples));
+  out.column(("/trials/" + name + "_first").c_str(), hdf5::compute_begins(samples));
   out.column(("/trials/" + name + "_samples").c_str(), samples);
 }
 
@@ -302,7 +302,7 @@ Status write_columns(const Dataset& dataset, const DatasetDigest& digest,
   constexpr std::array groups{write_taxels, write_phase_runs, write_wrench, write_stages,
                               write_vibrations};
   for (const auto write_group : groups) {
-    if (options.stop_asked && options.stop_asked()) return pass(stopped_early("columns"));
+    if (options.stop_requested && options.stop_requested()) return pass(stopped_early("columns"));
     write_group(out, dataset);
   }
   return out.close();
@@ -313,7 +313,7 @@ Status write_columns(const Dataset& dataset, const DatasetDigest& digest,
 Result<std::string> write_hdf5(const Dataset& dataset, const std::filesystem::path& path,
                                const Hdf5Options& options) {
   if (auto fine = check(dataset); !fine) return pass(std::move(fine).error(), path.string());
-  auto digest = digest_of(dataset, options.stop_asked);
+  auto digest = compute_digest(dataset, options.stop_requested);
   if (!digest) return pass(std::move(digest).error(), path.string());
   AtomicFile atomic(path);
   if (auto done = write_columns(dataset, *digest, atomic.temporary(), options); !done)

@@ -45,7 +45,7 @@ double since_ns(std::int64_t from_ns, std::int64_t to_ns) {
   return static_cast<double>(static_cast<long double>(to_ns) - static_cast<long double>(from_ns));
 }
 
-std::vector<double> intervals_of(Stretch t_ns) {
+std::vector<double> compute_intervals(Stretch t_ns) {
   std::vector<double> out;
   for (std::size_t i = 1; i < t_ns.size(); ++i) out.push_back(since_ns(t_ns[i - 1], t_ns[i]));
   return out;
@@ -79,7 +79,7 @@ Run steps_of(Stretch t_ns, double mean_ns) {
   return out;
 }
 
-Usual usual_of(const std::vector<Run>& runs) {
+Usual find_usual(const std::vector<Run>& runs) {
   std::vector<double> waits_ns, periods_ns;
   for (const Run& run : runs)
     for (const Step& step : run) {
@@ -92,7 +92,7 @@ Usual usual_of(const std::vector<Run>& runs) {
 
 /// Runs that are cut where much more time went by than their samples take.
 std::vector<Run> cut_at_pauses(const std::vector<Run>& runs) {
-  const Usual usual = usual_of(runs);
+  const Usual usual = find_usual(runs);
   std::vector<Run> out;
   for (const Run& run : runs) {
     out.emplace_back();
@@ -146,7 +146,7 @@ struct Points {
 };
 
 /// How late each stamp is of the straight lines through all runs, of one slope [ns].
-std::vector<std::vector<double>> lateness_of(const std::vector<Run>& runs) {
+std::vector<std::vector<double>> compute_lateness(const std::vector<Run>& runs) {
   std::vector<Points> points(runs.begin(), runs.end());
   double of_time = 0, of_number = 0;
   for (const Points& p : points)
@@ -163,7 +163,7 @@ std::vector<std::vector<double>> lateness_of(const std::vector<Run>& runs) {
   return out;
 }
 
-double range_of(const std::vector<double>& values) {
+double find_range(const std::vector<double>& values) {
   const auto [low, high] = std::ranges::minmax(values);
   return high - low;
 }
@@ -171,11 +171,11 @@ double range_of(const std::vector<double>& values) {
 /// A clock's step, or the wait for a batch, makes a stamp late by a usual wait or a period at most.
 /// Where stamps scatter, and some steps are shorter than usual by a, they are off by about 6 a.
 bool lost_frames(const std::vector<Run>& runs) {
-  const Usual usual = usual_of(runs);
+  const Usual usual = find_usual(runs);
   const double most_ns = 1.25 * std::min(usual.wait_ns, sum_of(runs).period_ns()) +
                          6 * (usual.period_ns - usual.short_period_ns);
-  return std::ranges::any_of(lateness_of(runs), [most_ns](const std::vector<double>& late_ns) {
-    return range_of(late_ns) > most_ns;
+  return std::ranges::any_of(compute_lateness(runs), [most_ns](const std::vector<double>& late_ns) {
+    return find_range(late_ns) > most_ns;
   });
 }
 
@@ -188,24 +188,24 @@ bool are_short(const std::vector<Run>& runs) {
 
 /// Batches hold as many samples as their wait is long: their ends lie on a straight line.
 bool are_batches(const std::vector<Run>& runs) {
-  const Usual usual = usual_of(runs);
+  const Usual usual = find_usual(runs);
   const double most_ns = 1.25 * usual.period_ns + 0.02 * usual.wait_ns;
   std::size_t steps = 0;
   for (const Run& run : runs) steps += run.size();
   return steps > 1 && usual.wait_ns > longest_wait_ns &&
-         std::ranges::all_of(lateness_of(runs),
-                             [=](const auto& late_ns) { return range_of(late_ns) <= most_ns; });
+         std::ranges::all_of(compute_lateness(runs),
+                             [=](const auto& late_ns) { return find_range(late_ns) <= most_ns; });
 }
 
 /// None where the times do not tell whether short runs are of a fast sensor or of a slow reader.
 std::vector<Run> runs_of(const std::vector<std::int64_t>& t_ns) {
-  std::vector<double> waits_ns = intervals_of(t_ns);
+  std::vector<double> waits_ns = compute_intervals(t_ns);
   if (waits_ns.empty()) return {};
   const double most_ns = std::max(longest_wait_ns, usual_waits * quantile(waits_ns, 0.5));
   std::vector<Run> runs = runs_of(t_ns, most_ns);
-  if (!are_short(runs) || usual_of(runs).period_ns >= slow_ns) return runs;
+  if (!are_short(runs) || find_usual(runs).period_ns >= slow_ns) return runs;
   std::erase_if(waits_ns, [most_ns](double ns) { return ns <= most_ns; });
-  if (waits_ns.empty() || usual_of(runs).period_ns >= read_on_ns) return {};
+  if (waits_ns.empty() || find_usual(runs).period_ns >= read_on_ns) return {};
   if (sum_of(runs).ns > most_reading * since_ns(t_ns.front(), t_ns.back())) return {};
   runs = runs_of(t_ns, usual_waits * quantile(waits_ns, 0.5));
   return are_batches(runs) ? runs : std::vector<Run>{};
@@ -282,7 +282,7 @@ SampledTime sampled_time(const std::vector<std::int64_t>& t_ns) {
   Step all = sum_of(runs);
   if (lost_frames(runs)) {
     constexpr int passes = 2;  // the first is of the usual step, which scatter makes longer
-    double period_ns = usual_of(runs).period_ns;
+    double period_ns = find_usual(runs).period_ns;
     for (int i = 0; i < passes; ++i) {
       all.samples = whole_periods(runs, period_ns);
       period_ns = all.period_ns();
@@ -294,7 +294,7 @@ SampledTime sampled_time(const std::vector<std::int64_t>& t_ns) {
 double missing_samples(const std::vector<std::int64_t>& t_ns) {
   const std::vector<Run> runs = runs_of(t_ns);
   if (runs.size() != 1) return std::numeric_limits<double>::infinity();
-  const std::vector<double> late_ns = lateness_of(runs).front();
+  const std::vector<double> late_ns = compute_lateness(runs).front();
   double out = 0;
   for (const std::size_t most : {32U, 128U})  // many tell more where stamps scatter
     out =
@@ -322,7 +322,7 @@ SampledTime taken_time(const std::vector<std::int64_t>& t_ns) {
 
 }  // namespace
 
-bool may_have_period(const std::vector<std::int64_t>& t_ns, double period_s) {
+bool can_have_period(const std::vector<std::int64_t>& t_ns, double period_s) {
   const SampledTime own = taken_time(t_ns);
   // A frame that was lost is told from a late one where many stamps are: in few it lengthens the
   // period.

@@ -52,7 +52,7 @@ inline constexpr double rate_tolerance = 0.05;
 
 /// Whether a recording may be of this period [s]. True where its times tell nothing, or may be of
 /// one batch.
-bool may_have_period(const std::vector<std::int64_t>& t_ns, double period_s);
+bool can_have_period(const std::vector<std::int64_t>& t_ns, double period_s);
 
 /// The period that recordings have in common [s], each given by its times: their mean, each of the
 /// weight of its intervals. 0 where the times tell nothing.

@@ -28,7 +28,7 @@ tl::unexpected<Error> npy_broken(const std::string& name, std::string what, std:
 }
 
 /// What follows 'key': in the header's dictionary.
-std::optional<std::string_view> entry_of(std::string_view header, std::string_view key) {
+std::optional<std::string_view> find_header_entry(std::string_view header, std::string_view key) {
   const std::size_t at = header.find("'" + std::string(key) + "'");
   if (at == std::string_view::npos) return std::nullopt;
   const std::size_t colon = header.find(':', at);
@@ -48,8 +48,9 @@ std::optional<std::size_t> leading_number(std::string_view& text) {
 }
 
 Result<ArrayHeader> read_array_header(const std::string& name, std::string_view text) {
-  const auto type = entry_of(text, "descr"), order = entry_of(text, "fortran_order"),
-             shape = entry_of(text, "shape");
+  const auto type = find_header_entry(text, "descr"),
+             order = find_header_entry(text, "fortran_order"),
+             shape = find_header_entry(text, "shape");
   if (!type || !order || !shape || !type->starts_with('\''))
     return npy_broken(name, "the header is not an array's", "descr, fortran_order and shape", text);
   ArrayHeader out;

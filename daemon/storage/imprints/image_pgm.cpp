@@ -13,9 +13,9 @@ constexpr std::string_view map_blanks = " \t\r\n\v\f";
 constexpr std::size_t largest_map_value = 65535;
 
 // Words of a grey map's text part; a comment goes from # to the end of its line.
-class GreyMapWords {
+class GreyMapTokens {
  public:
-  explicit GreyMapWords(std::string_view text) : text_(text) {}
+  explicit GreyMapTokens(std::string_view text) : text_(text) {}
 
   std::optional<std::size_t> number() {
     skip();
@@ -61,7 +61,7 @@ tl::unexpected<Error> pgm_broken(const std::string& name, std::string what, std:
                .expected = std::move(expected)});
 }
 
-Status read_plain_map(const std::string& name, GreyMapWords& words, std::size_t most, Image& out) {
+Status read_plain_map(const std::string& name, GreyMapTokens& words, std::size_t most, Image& out) {
   for (double& value : out.data()) {
     const auto number = words.number();
     if (!number || *number > most)
@@ -102,7 +102,7 @@ Status read_binary_map(const std::string& name, std::string_view bytes, std::siz
 Result<Image> parse_image_pgm(const std::string& name, std::string_view text) {
   const bool plain = text.starts_with("P2"), binary = text.starts_with("P5");
   if (!plain && !binary) return pgm_broken(name, "no grey map", "a file that begins with P2 or P5");
-  GreyMapWords words(text);
+  GreyMapTokens words(text);
   const auto cols = words.number(), rows = words.number(), most = words.number();
   if (!cols || !rows || !most || *most < 1 || *most > largest_map_value)
     return pgm_broken(name, "the header is not one of a grey map",

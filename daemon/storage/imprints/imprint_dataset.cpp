@@ -17,7 +17,7 @@ using classifier::imprint::TaxelGrid;
 namespace {
 
 /// What the scene `imprint` wrote down of its array, see imprint_scene.hpp.
-void take_from_scene(const std::string& text, TaxelGrid& grid) {
+void read_scene(const std::string& text, TaxelGrid& grid) {
   const auto scene = nlohmann::json::parse(text, nullptr, false);
   if (!scene.is_object() || scene.value("scene", nlohmann::json()) != "imprint") return;
   const auto array = scene.value("array", nlohmann::json::object());
@@ -30,7 +30,7 @@ void take_from_scene(const std::string& text, TaxelGrid& grid) {
 
 namespace {
 
-std::string size_words(std::size_t rows, std::size_t cols) {
+std::string format_size(std::size_t rows, std::size_t cols) {
   return std::to_string(rows) + " x " + std::to_string(cols) + " taxels";
 }
 
@@ -41,8 +41,8 @@ Status check_size(const classifier::Trial& first, std::size_t rows, std::size_t 
   return fail({.code = Errc::invalid_argument,
                .where = file,
                .what = "imprints of different sizes",
-               .expected = size_words(first.samples(), first.taxels) + " as in " + first.file,
-               .got = size_words(rows, cols),
+               .expected = format_size(first.samples(), first.taxels) + " as in " + first.file,
+               .got = format_size(rows, cols),
                .hint = "Make a data set of the imprints of each array"});
 }
 
@@ -73,7 +73,7 @@ Status append_imprint(Dataset& dataset, const Image& image, std::string file, st
   return append(dataset, std::move(trial), std::move(record));
 }
 
-Result<std::vector<Imprint>> imprints_of(const Dataset& dataset) {
+Result<std::vector<Imprint>> extract_imprints(const Dataset& dataset) {
   if (!holds_imprints(dataset))
     return fail({.code = Errc::invalid_argument,
                  .what = "the data set does not hold imprints alone",
@@ -104,7 +104,7 @@ Result<std::vector<Imprint>> imprints_of(const Dataset& dataset) {
   return out;
 }
 
-Result<TaxelGrid> grid_of(const Dataset& dataset, std::span<const Imprint> imprints) {
+Result<TaxelGrid> find_grid(const Dataset& dataset, std::span<const Imprint> imprints) {
   if (imprints.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = dataset.info.source,
@@ -112,7 +112,7 @@ Result<TaxelGrid> grid_of(const Dataset& dataset, std::span<const Imprint> impri
                  .expected = "one or more"});
   TaxelGrid out = grid_of_scans(dataset).value_or(
       TaxelGrid{imprints.front().image.rows(), imprints.front().image.cols()});
-  take_from_scene(dataset.info.rig_json, out);
+  read_scene(dataset.info.rig_json, out);
   for (const Imprint& imprint : imprints)
     if (auto ok = check_imprint(out, imprint); !ok) return pass(ok.error());
   return out;

@@ -27,12 +27,12 @@ Status append_imprint(Dataset& dataset, const classifier::imprint::Image& image,
 /// group; where a group holds several labels, objects are numbered within their class and one is
 /// label and group together; without a group an imprint is an object of its own. Errors:
 /// invalid_argument, for a data set that holds other trials, or imprints of different sizes.
-Result<std::vector<classifier::imprint::Imprint>> imprints_of(const Dataset& dataset);
+Result<std::vector<classifier::imprint::Imprint>> extract_imprints(const Dataset& dataset);
 
 /// The array of `imprints`, which are those of `dataset`: rows and columns, and of scans and of the
 /// scene `imprint` pitch and bits; files of other programs tell of neither. Refuses no imprint and
 /// imprints of different sizes.
-Result<classifier::imprint::TaxelGrid> grid_of(
+Result<classifier::imprint::TaxelGrid> find_grid(
     const Dataset& dataset, std::span<const classifier::imprint::Imprint> imprints);
 
 }  // namespace weft::daemon

@@ -26,7 +26,7 @@ std::optional<std::size_t> number_of(const json& reported, const char* key) {
   return std::stoul(text);
 }
 
-std::optional<TaxelGrid> grid_of(const DeviceInfo& device, std::size_t taxels) {
+std::optional<TaxelGrid> find_grid(const DeviceInfo& device, std::size_t taxels) {
   const json identity = json::parse(device.identity_json, nullptr, false);
   if (!identity.is_object()) return std::nullopt;
   const json reported = identity.value("reported", json::object());
@@ -54,7 +54,7 @@ Result<std::map<std::string, std::string>> classes_on_record(const DatasetInfo& 
   return out;
 }
 
-Result<Image> image_of(const classifier::Trial& trial, const TaxelGrid& grid) {
+Result<Image> make_image(const classifier::Trial& trial, const TaxelGrid& grid) {
   const auto last = std::find(trial.phase.rbegin(), trial.phase.rend(), Phase::press);
   if (last == trial.phase.rend())
     return fail({.code = Errc::invalid_argument,
@@ -75,7 +75,7 @@ Result<Image> image_of(const classifier::Trial& trial, const TaxelGrid& grid) {
 std::optional<TaxelGrid> grid_of_scans(const Dataset& dataset) {
   if (dataset.trials.empty()) return std::nullopt;
   for (const DeviceInfo& device : dataset.info.devices)
-    if (const auto grid = grid_of(device, dataset.trials.front().taxels)) return grid;
+    if (const auto grid = find_grid(device, dataset.trials.front().taxels)) return grid;
   return std::nullopt;
 }
 
@@ -96,7 +96,7 @@ Result<std::vector<Imprint>> imprints_of_scans(const Dataset& dataset) {
   for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
     if (dataset.records[i].outcome != TrialOutcome::complete) continue;
     const classifier::Trial& trial = dataset.trials[i];
-    auto image = image_of(trial, *grid);
+    auto image = make_image(trial, *grid);
     if (!image) return pass(image.error());
     const auto its_class = classes->find(trial.label);
     out.push_back({std::move(*image), trial.file,

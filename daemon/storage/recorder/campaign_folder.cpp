@@ -14,7 +14,7 @@
 namespace weft::daemon {
 namespace {
 
-std::string system_words(int error) {
+std::string system_error_text(int error) {
   return std::generic_category().message(error);
 }
 
@@ -28,14 +28,14 @@ Result<FolderLock> FolderLock::take(const std::filesystem::path& folder) {
     return fail({.code = Errc::io,
                  .where = folder.string(),
                  .what = "cannot open the folder",
-                 .got = system_words(errno)});
+                 .got = system_error_text(errno)});
   FolderLock lock(descriptor);
   if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) return lock;
   if (errno != EWOULDBLOCK)
     return fail({.code = Errc::io,
                  .where = folder.string(),
                  .what = "cannot lock the folder",
-                 .got = system_words(errno)});
+                 .got = system_error_text(errno)});
   return fail({.code = Errc::busy,
                .where = folder.string(),
                .what = "another run works in this folder",
@@ -61,7 +61,7 @@ Result<FolderLock> prepare_folder(const std::filesystem::path& folder, std::uint
     return fail({.code = Errc::io,
                  .where = folder.string(),
                  .what = "the folder cannot be written to",
-                 .got = system_words(errno),
+                 .got = system_error_text(errno),
                  .hint = "Choose another folder or change its permissions"});
   auto lock = FolderLock::take(folder);
   if (!lock) return lock;

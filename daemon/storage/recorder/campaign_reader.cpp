@@ -316,7 +316,7 @@ Status read_trials(sqlite::Database& database, const CampaignLoadOptions& option
     if (record->outcome == TrialOutcome::ended_early)
       ++ended_early[{record->spec.label, record->spec.exploration}];
     if (record->outcome != TrialOutcome::complete && !options.all_outcomes) continue;
-    if (options.stop_asked && options.stop_asked())
+    if (options.stop_requested && options.stop_requested())
       return pass(stopped_early(trial_name(record->spec)));
     classifier::Trial trial;
     trial.file = trial_name(record->spec);

@@ -23,7 +23,7 @@ constexpr const char* log_sql = "PRAGMA journal_mode=WAL";
 /// How long a statement waits for those who look at the file at that moment: who opens it first, or
 /// while it is made, holds it for the moment of that. Where the file is made or reopened nothing
 /// moves yet; later the writer's own thread waits.
-constexpr std::chrono::milliseconds for_a_look{2'000};
+constexpr std::chrono::milliseconds read_timeout{2'000};
 
 /// How long the end of a campaign waits for those who have the file open, and for those who are in
 /// the middle of reading it.
@@ -98,7 +98,7 @@ Result<std::unique_ptr<CampaignWriter>> CampaignWriter::create(const std::filesy
                                                                const CampaignHeader& header) {
   auto database = sqlite::Database::open(path, sqlite::Mode::create);
   if (!database) return pass(std::move(database).error());
-  database->wait_for_others(for_a_look);
+  database->wait_for_others(read_timeout);
   Status done = database->execute(connection_sql);
   if (done) done = database->execute(log_sql);
   // One transaction: a file that a kill left behind has all of this or nothing at all.
@@ -112,7 +112,7 @@ Result<std::unique_ptr<CampaignWriter>> CampaignWriter::create(const std::filesy
   if (done) done = writer->fold_log();
   if (done) done = writer->prepare();
   if (!done) return pass(std::move(done).error());
-  writer->may_write_ = true;
+  writer->can_write_ = true;
   return writer;
 }
 
@@ -122,7 +122,7 @@ Result<std::unique_ptr<CampaignWriter>> CampaignWriter::reopen(const std::filesy
   const bool killed = has_log(path);
   auto database = sqlite::Database::open(path, sqlite::Mode::read_write);
   if (!database) return pass(std::move(database).error());
-  database->wait_for_others(for_a_look);
+  database->wait_for_others(read_timeout);
   Status done = database->execute(connection_sql);
   std::unique_ptr<CampaignWriter> writer(new CampaignWriter(std::move(*database)));
   if (done) done = writer->prepare();
@@ -133,15 +133,15 @@ Result<std::unique_ptr<CampaignWriter>> CampaignWriter::reopen(const std::filesy
 
 // A look that is over in a moment is waited for. Takes the lock that begin_writing() needs, and
 // lets go of it.
-Status CampaignWriter::nobody_reads() {
-  if (may_write_) return {};
+Status CampaignWriter::require_no_reader() {
+  if (can_write_) return {};
   Status done = database_.execute("BEGIN EXCLUSIVE");
   return done ? database_.execute("ROLLBACK") : done;
 }
 
 Status CampaignWriter::begin_writing() {
-  if (may_write_) return {};
-  may_write_ = true;
+  if (can_write_) return {};
+  can_write_ = true;
   Status done = database_.execute(log_sql);
   if (done) done = database_.execute(log_expected_schema_sql);
   if (done) done = database_.execute(log_there_again_sql);

@@ -45,7 +45,7 @@ class CampaignWriter {
   static Result<std::unique_ptr<CampaignWriter>> reopen(const std::filesystem::path& path);
 
   /// Refuses a file that somebody reads without a pause; changes nothing.
-  Status nobody_reads();
+  Status require_no_reader();
   /// Done by the first call that writes, where it was not done before: from here on the file has a
   /// write-ahead log, and expects one.
   Status begin_writing();
@@ -86,7 +86,7 @@ class CampaignWriter {
   sqlite::Statement insert_trial_, update_trial_, insert_chunk_, insert_journal_, insert_device_;
   int log_pages_ = 0;       ///< after the last commit
   std::int64_t trial_ = 0;  ///< row of the trial that began last
-  bool may_write_ = false;
+  bool can_write_ = false;
   bool in_transaction_ = false;
   std::optional<Error> failure_;
 };

@@ -99,7 +99,7 @@ class LogFrame {
   }
   /// The last one of a transaction tells the file's size after it.
   [[nodiscard]] bool commits() const { return is_own() && number_at(bytes_, 4) != 0; }
-  [[nodiscard]] Sums said() const { return Sums::at(bytes_, 16); }
+  [[nodiscard]] Sums stored_sums() const { return Sums::at(bytes_, 16); }
   [[nodiscard]] Sums sums(const Sums& before) const {
     return before.over(ByteView(bytes_).first(summed_of_frame_header), header_.big_endian)
         .over(content(), header_.big_endian);
@@ -127,10 +127,10 @@ WalkedLog walk(std::istream& in, const LogHeader& header) {
   LogFrame frame(header);
   for (std::uint64_t at = header_bytes; frame.read(in); at += frame.bytes()) {
     const Sums sums = frame.sums(before);
-    const bool sound = frame.is_own() && sums == frame.said();
+    const bool sound = frame.is_own() && sums == frame.stored_sums();
     if (state.damage) {
       const bool next = at == state.damage->at + frame.bytes();
-      if (frame.commits() && (sound || (next && frame.sums(mended) == frame.said())))
+      if (frame.commits() && (sound || (next && frame.sums(mended) == frame.stored_sums())))
         ++state.damage->transactions_lost;
     } else if (!sound) {
       state.damage = {at, 0};
@@ -139,7 +139,7 @@ WalkedLog walk(std::istream& in, const LogHeader& header) {
       ++state.transactions;
       out.last_commit = frame;
     }
-    before = frame.said();
+    before = frame.stored_sums();
   }
   if (state.damage && state.damage->transactions_lost == 0) state.damage.reset();
   return out;

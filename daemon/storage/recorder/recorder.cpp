@@ -1,10 +1,10 @@
 #include "daemon/storage/recorder/recorder.hpp"
 
 #include "daemon/base/version/software_version.hpp"
-#include "daemon/storage/recorder/campaign_past.hpp"
+#include "daemon/storage/recorder/campaign_history.hpp"
 #include "daemon/storage/recorder/campaign_writer.hpp"
 #include "daemon/storage/recorder/chunk.hpp"
-#include "daemon/storage/recorder/played_again.hpp"
+#include "daemon/storage/recorder/replay_verifier.hpp"
 #include "daemon/storage/recorder/writer_thread.hpp"
 
 namespace weft::daemon {
@@ -52,16 +52,16 @@ struct Recorder::Impl {
   std::optional<std::chrono::nanoseconds> last_commit;
   std::map<std::uint32_t, std::uint32_t> next_attempts;  ///< of a file that was gone on with
   Continuation continuation;
-  std::optional<PlayedAgain> again;      ///< while the past is played
-  bool resumed = true;                   ///< false: the file still says that the run has ended
-  std::unique_ptr<WriterThread> thread;  ///< gone before the writer; none: all is written at once
+  std::optional<ReplayVerifier> verifier;  ///< while the past is played
+  bool resumed = true;                     ///< false: the file still says that the run has ended
+  std::unique_ptr<WriterThread> thread;    ///< gone before the writer; none: all is written at once
 
   Status ready(bool in_trial);
   /// Does it now, or hands it to the thread. Keeps the first failure.
   template <class Job>
   Status write(Job job);
   /// Nothing is written while the past is played, and nothing before the file says that it goes on.
-  Status go_on(TimePoint now);
+  Status resume_recording(TimePoint now);
   Status write_chunk(ChunkBuffer& buffer);
   Status write_chunks();
 
@@ -91,30 +91,30 @@ Status Recorder::Impl::write(Job job) {
   return done;
 }
 
-Status Recorder::Impl::go_on(TimePoint now) {
+Status Recorder::Impl::resume_recording(TimePoint now) {
   if (resumed) return {};
   // Here, not on a thread of the writer: nothing moves yet, and the end is forgotten only of a file
   // that can be written.
-  Status ok = writer->nobody_reads();
+  Status ok = writer->require_no_reader();
   if (ok && continuation.before_writing) ok = continuation.before_writing();
   if (ok) ok = writer->begin_writing();
   if (!ok) {
     failure = ok.error();
     return ok;
   }
-  const bool plays_again = again.has_value();
-  again.reset();
+  const bool is_replayed = verifier.has_value();
+  verifier.reset();
   resumed = true;
   const std::string payload = R"({"first_trial":)" + std::to_string(continuation.first_trial) +
-                              R"(,"plays_again":)" + (plays_again ? "true" : "false") +
+                              R"(,"plays_again":)" + (is_replayed ? "true" : "false") +
                               R"(,"software_version":")" + software_version() + "\"}";
   return write([w = writer.get(), now, payload] { return w->resumed(now, payload); });
 }
 
 Status Recorder::Impl::write_chunk(ChunkBuffer& chunk) {
   if (chunk.empty()) return {};
-  if (again) {
-    again->hear(chunk.stream(), chunk.bytes());
+  if (verifier) {
+    verifier->on_rows(chunk.stream(), chunk.bytes());
     chunk.clear();
     return {};
   }
@@ -167,7 +167,7 @@ Status Recorder::Impl::begin_blocks(const BlockKind& kind, std::size_t values, d
                                  static_cast<std::int64_t>(kind.axes),
                                  kind.unit,
                                  kind.quanta_per_unit};
-  if (!again)  // else it is on record
+  if (!verifier)  // else it is on record
     if (auto done = write([w = writer.get(), record] { return w->block_stream(record); }); !done)
       return done;
   block_rate_hz[static_cast<std::size_t>(kind.stream)] = rate_hz;
@@ -222,37 +222,37 @@ Result<Recorder> Recorder::create(const std::filesystem::path& path, const Campa
   return recorder;
 }
 
-Result<Recorder> Recorder::resume(const std::filesystem::path& path, const CampaignPast& past,
+Result<Recorder> Recorder::resume(const std::filesystem::path& path, const CampaignHistory& history,
                                   Continuation how) {
   auto writer = CampaignWriter::reopen(path);
   if (!writer) return pass(std::move(writer).error(), path.string());
   CampaignHeader header;
-  header.info = past.info;
-  header.taxels = past.taxels;
+  header.info = history.info;
+  header.taxels = history.taxels;
   auto impl = std::make_unique<Impl>(std::move(*writer), header, path);
-  impl->next_attempts = past.next_attempts();
+  impl->next_attempts = history.next_attempts();
   impl->resumed = false;
-  if (how.plays_again) {
-    auto again = PlayedAgain::open(path, past, how.first_trial);
-    if (!again) return pass(again.error(), path.string());
-    impl->again.emplace(std::move(*again));
+  if (how.is_replayed) {
+    auto verifier = ReplayVerifier::open(path, history, how.first_trial);
+    if (!verifier) return pass(verifier.error(), path.string());
+    impl->verifier.emplace(std::move(*verifier));
   }
   impl->continuation = std::move(how);
   return Recorder(std::move(impl));
 }
 
-bool Recorder::plays_again() const {
-  return impl_->again.has_value();
+bool Recorder::is_replayed() const {
+  return impl_->verifier.has_value();
 }
 
-Status Recorder::go_on(TimePoint now) {
+Status Recorder::resume_recording(TimePoint now) {
   if (impl_->failure) return tl::unexpected<Error>(*impl_->failure);
-  if (impl_->again && !impl_->again->whole())
+  if (impl_->verifier && !impl_->verifier->whole())
     return fail({.code = Errc::wrong_state,
                  .where = "resume",
                  .what = "the run ended before it had come to the trials that are left",
                  .hint = "Nothing was changed: resume it again"});
-  return impl_->go_on(now);
+  return impl_->resume_recording(now);
 }
 
 void Recorder::write_behind() {
@@ -262,19 +262,19 @@ void Recorder::write_behind() {
 }
 
 Status Recorder::device(const DeviceInfo& device) {
-  if (impl_->again) return {};
+  if (impl_->verifier) return {};
   return impl_->write([w = impl_->writer.get(), device] { return w->device(device); });
 }
 
 Status Recorder::begin_trial(const TrialSpec& spec, TimePoint now) {
   if (auto fine = impl_->ready(false); !fine) return fine;
   impl_->next_chunk_number = {};
-  if (impl_->again && impl_->again->covers(spec.index)) {
-    impl_->again->begin(spec.index);
+  if (impl_->verifier && impl_->verifier->covers(spec.index)) {
+    impl_->verifier->begin(spec.index);
     impl_->trial_open = true;
     return {};
   }
-  if (Status ok = go_on(now); !ok) return ok;
+  if (Status ok = resume_recording(now); !ok) return ok;
   TrialSpec counted = spec;
   if (const auto next = impl_->next_attempts.find(spec.index); next != impl_->next_attempts.end())
     counted.attempt = next->second++;
@@ -339,8 +339,8 @@ Status Recorder::end_trial(TrialOutcome outcome, const TrialQuality& quality, Ti
   if (auto fine = impl_->ready(true); !fine) return fine;
   impl_->trial_open = false;
   if (Status done = impl_->write_chunks(); !done) return done;
-  if (impl_->again) {
-    Status same = impl_->again->end(outcome);
+  if (impl_->verifier) {
+    Status same = impl_->verifier->end(outcome);
     if (!same) impl_->failure = same.error();
     return same;
   }
@@ -352,7 +352,7 @@ Status Recorder::end_trial(TrialOutcome outcome, const TrialQuality& quality, Ti
 Status Recorder::journal(TimePoint now, std::string_view kind, std::string_view payload_json) {
   if (!impl_->failure && impl_->finished)
     return fail({.code = Errc::wrong_state, .what = "the campaign file has been finished"});
-  if (impl_->again) return {};
+  if (impl_->verifier) return {};
   return impl_->write(
       [w = impl_->writer.get(), now, what = std::string(kind),
        payload = std::string(payload_json)] { return w->journal(now, what, payload); });

@@ -10,13 +10,13 @@
 #include <span>
 #include <string_view>
 
-#include "daemon/base/file/stop_asked.hpp"
+#include "daemon/base/file/stop_requested.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 #include "drivers/api/sample.hpp"
 
 namespace weft::daemon {
 
-struct CampaignPast;  // daemon/storage/recorder/campaign_past.hpp
+struct CampaignHistory;  // daemon/storage/recorder/campaign_history.hpp
 
 /// What a run's folder calls it.
 inline constexpr const char* campaign_file_name = "campaign.sqlite";
@@ -58,18 +58,18 @@ class Recorder {
     std::uint32_t first_trial = 0;  ///< of the plan, to be recorded
     /// The trials before it are given too, on a simulated bench that does all again: they are
     /// compared with what is on record and not written.
-    bool plays_again = false;
+    bool is_replayed = false;
     std::function<Status()> before_writing = {};  ///< once, before the file changes
   };
   /// Goes on with a file that create() made. Attempts count on from those on record; what was under
-  /// way is marked as interrupted. Errors: load_campaign()'s; with `plays_again` later wrong_state,
+  /// way is marked as interrupted. Errors: load_campaign()'s; with `is_replayed` later wrong_state,
   /// when the past is another one.
-  static Result<Recorder> resume(const std::filesystem::path& path, const CampaignPast& past,
+  static Result<Recorder> resume(const std::filesystem::path& path, const CampaignHistory& history,
                                  Continuation how);
   /// Whether the past is still being played; nothing has been written then.
-  [[nodiscard]] bool plays_again() const;
+  [[nodiscard]] bool is_replayed() const;
   /// The past is over, though no trial is left to be recorded.
-  Status go_on(TimePoint now);
+  Status resume_recording(TimePoint now);
 
   Recorder(Recorder&&) noexcept;
   Recorder& operator=(Recorder&&) noexcept;
@@ -140,7 +140,7 @@ struct CampaignLoadOptions {
   bool all_outcomes = false;  ///< true keeps stopped, failed and interrupted trials, marked as such
   bool streams = true;        ///< wrench, stages, acceleration and sound
   bool transfers = false;     ///< true keeps taxel samples of Phase::none (approach and retreat)
-  StopAsked stop_asked = {};  ///< looked at before each trial; then wrong_state
+  StopRequested stop_requested = {};  ///< looked at before each trial; then wrong_state
 };
 
 /// Opens a campaign file read-only, checks every chunk's CRC and gathers the trials in plan order.

@@ -10,25 +10,25 @@ namespace weft::daemon {
 WriterThread::~WriterThread() {
   {
     std::unique_lock lock(mutex_);
-    hand_over(lock);
+    handover(lock);
     ending_ = true;
   }
   changed_.notify_one();
   thread_.join();
 }
 
-void WriterThread::hand_over(std::unique_lock<std::mutex>&) {
-  waiting_.insert(waiting_.end(), std::make_move_iterator(kept_.begin()),
-                  std::make_move_iterator(kept_.end()));
-  kept_.clear();
+void WriterThread::handover(std::unique_lock<std::mutex>&) {
+  waiting_.insert(waiting_.end(), std::make_move_iterator(queued_.begin()),
+                  std::make_move_iterator(queued_.end()));
+  queued_.clear();
 }
 
 Status WriterThread::post(Job job) {
-  kept_.push_back(std::move(job));
+  queued_.push_back(std::move(job));
   std::unique_lock lock(mutex_, std::try_to_lock);
   if (!lock) return {};
   if (failure_) return tl::unexpected<Error>(*failure_);
-  hand_over(lock);
+  handover(lock);
   if (waiting_.size() > most_waiting)
     failure_ = Error{.code = Errc::io, .what = "the disk does not keep up with the recording"};
   lock.unlock();
@@ -38,7 +38,7 @@ Status WriterThread::post(Job job) {
 
 Status WriterThread::drain() {
   std::unique_lock lock(mutex_);
-  hand_over(lock);
+  handover(lock);
   changed_.notify_one();
   idle_.wait(lock, [this] { return waiting_.empty() && !working_; });
   if (failure_) return tl::unexpected<Error>(*failure_);
@@ -46,7 +46,7 @@ Status WriterThread::drain() {
 }
 
 void WriterThread::work() {
-  take_real_time_priority(priority);
+  set_real_time_priority(priority);
   std::unique_lock lock(mutex_);
   while (true) {
     changed_.wait(lock, [this] { return !waiting_.empty() || ending_; });

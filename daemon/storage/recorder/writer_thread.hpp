@@ -38,9 +38,9 @@ class WriterThread {
 
  private:
   void work();
-  void hand_over(std::unique_lock<std::mutex>& lock);
+  void handover(std::unique_lock<std::mutex>& lock);
 
-  std::deque<Job> kept_;  ///< of the owner: not handed over yet, because the lock was taken
+  std::deque<Job> queued_;  ///< of the owner: not handed over yet, because the lock was taken
   std::mutex mutex_;
   std::condition_variable changed_;
   std::condition_variable idle_;

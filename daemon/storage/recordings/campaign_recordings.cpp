@@ -15,7 +15,7 @@ struct Span {
 };
 
 // Where phase M lies on the host clock; nothing without one.
-std::optional<Span> motion_of(const classifier::Trial& trial, const TrialRecord& record) {
+std::optional<Span> find_motion(const classifier::Trial& trial, const TrialRecord& record) {
   std::optional<Span> out;
   for (std::size_t i = 0; i < trial.samples(); ++i) {
     if (trial.phase[i] != Phase::motion) continue;
@@ -33,7 +33,7 @@ Error lost_blocks(std::int64_t at_ns) {
 }
 
 // Samples of the blocks that lie in M whole, an array per axis, and where the first one begins.
-Result<std::int64_t> take_blocks(const BlockStream& stream, const BlockFormat& format,
+Result<std::int64_t> read_blocks(const BlockStream& stream, const BlockFormat& format,
                                  std::size_t axes, double per_unit, Span motion,
                                  std::vector<std::vector<double>>& out) {
   const std::size_t first_channel = out.size();
@@ -76,8 +76,8 @@ void align(std::vector<std::int64_t> begin_ns, const std::vector<Channel>& chann
 
 }  // namespace
 
-Result<RecordingSet> recordings_of(const Dataset& dataset,
-                                   std::optional<std::string_view> exploration) {
+Result<RecordingSet> extract_recordings(const Dataset& dataset,
+                                        std::optional<std::string_view> exploration) {
   const DatasetInfo& info = dataset.info;
   std::vector<Channel> channels;
   if (info.sound.readings > 0) channels.push_back({"S", info.sound.rate_hz, "Pa"});
@@ -95,19 +95,19 @@ Result<RecordingSet> recordings_of(const Dataset& dataset,
     if (record.outcome != TrialOutcome::complete) continue;
     if (exploration && record.spec.exploration != *exploration) continue;
     Recording own{trial.file, trial.label, std::to_string(record.spec.repetition), channels, {}};
-    const auto motion = motion_of(trial, record);
+    const auto motion = find_motion(trial, record);
     if (!motion)
       return fail(
           {.code = Errc::invalid_argument, .where = trial.file, .what = "a trial without phase M"});
     std::vector<std::int64_t> begin_ns;
     if (info.sound.readings > 0) {
       const auto begin =
-          take_blocks(record.sound, info.sound, 1, sound_quanta_per_pa, *motion, own.samples);
+          read_blocks(record.sound, info.sound, 1, sound_quanta_per_pa, *motion, own.samples);
       if (!begin) return pass(begin.error(), trial.file);
       begin_ns.push_back(*begin);
     }
     if (info.acceleration.readings > 0) {
-      const auto begin = take_blocks(record.acceleration, info.acceleration, acceleration_axes,
+      const auto begin = read_blocks(record.acceleration, info.acceleration, acceleration_axes,
                                      acceleration_quanta_per_mps2, *motion, own.samples);
       if (!begin) return pass(begin.error(), trial.file);
       begin_ns.resize(channels.size(), *begin);

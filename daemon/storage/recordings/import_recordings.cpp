@@ -90,7 +90,7 @@ class TableRates {
     const TimedRate rate = common();
     for (const auto& [recording, own] : tables_)
       for (Channel& c : recordings[recording].channels)
-        c.rate_hz = may_be_one(own, rate) ? rate.written_hz : own.written_hz;
+        c.rate_hz = can_be_equal(own, rate) ? rate.written_hz : own.written_hz;
   }
 
  private:
@@ -99,7 +99,7 @@ class TableRates {
     TimedRate own;
   };
 
-  static bool may_be_one(const TimedRate& a, const TimedRate& b) {
+  static bool can_be_equal(const TimedRate& a, const TimedRate& b) {
     return std::abs(a.measured_hz - b.measured_hz) <=
            a.tolerance_hz + b.tolerance_hz + classifier::vibro::clock_tolerance * a.measured_hz;
   }
@@ -107,7 +107,7 @@ class TableRates {
   [[nodiscard]] TimedRate common() const {
     const TimedRate& first = tables_.front().own;
     const auto knows_better = [&first](const Table& table) {
-      return may_be_one(table.own, first) &&
+      return can_be_equal(table.own, first) &&
              std::abs(first.written_hz - table.own.measured_hz) > table.own.tolerance_hz;
     };
     if (std::ranges::none_of(tables_, knows_better)) return first;

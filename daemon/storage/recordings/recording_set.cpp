@@ -38,8 +38,8 @@ Status check_recording(const Recording& recording, const std::vector<Channel>& c
   if (recording.channels != channels || recording.samples.size() != channels.size())
     return fail({.code = Errc::invalid_argument,
                  .what = "other channels than the first recording's",
-                 .expected = words_of(channels),
-                 .got = words_of(recording.channels)});
+                 .expected = format_channels(channels),
+                 .got = format_channels(recording.channels)});
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const auto& samples = recording.samples[c];
     if (samples.empty())

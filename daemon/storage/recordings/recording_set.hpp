@@ -49,7 +49,7 @@ bool is_recordings_file(const std::filesystem::path& path);
 /// [Pa], X Y Z from the accelerometer [m/s2], the group its repetition. All channels begin where
 /// the last of them has its first whole block in M, to within a sample. Refuses a data set without
 /// such streams, and a trial with blocks lost in M, by name.
-Result<RecordingSet> recordings_of(const Dataset& dataset,
-                                   std::optional<std::string_view> exploration = {});
+Result<RecordingSet> extract_recordings(const Dataset& dataset,
+                                        std::optional<std::string_view> exploration = {});
 
 }  // namespace weft::daemon

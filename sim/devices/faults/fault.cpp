@@ -8,30 +8,30 @@ namespace weft::sim {
 namespace {
 
 using enum FaultKind;
-constexpr std::uint8_t blocks = befalls::taxels | befalls::vibration | befalls::imprint;
-constexpr std::uint8_t wrench = befalls::force | befalls::digital;
-constexpr std::uint8_t numbered = befalls::force | blocks;
+constexpr std::uint8_t blocks = exposed::taxels | exposed::vibration | exposed::imprint;
+constexpr std::uint8_t wrench = exposed::force | exposed::digital;
+constexpr std::uint8_t numbered = exposed::force | blocks;
 constexpr std::uint8_t sensors = wrench | blocks;
 
 constexpr std::array types{
-    FaultType{"drop", drop, befalls::wire, true, 0, "a message is lost"},
-    FaultType{"duplicate", duplicate, befalls::datagram, true, 0, "a datagram comes twice"},
-    FaultType{"reorder", reorder, befalls::datagram, true, 0.025,
+    FaultType{"drop", drop, exposed::wire, true, 0, "a message is lost"},
+    FaultType{"duplicate", duplicate, exposed::datagram, true, 0, "a datagram comes twice"},
+    FaultType{"reorder", reorder, exposed::datagram, true, 0.025,
               "a datagram comes `amount` s late, behind later ones"},
-    FaultType{"truncate", truncate, befalls::wire, true, 0, "the end of a message is lost"},
-    FaultType{"bit_flip", bit_flip, befalls::wire, true, 0, "one bit of a message is turned"},
-    FaultType{"delay", delay, befalls::wire, false, 0.05, "all comes `amount` s late"},
-    FaultType{"jitter", jitter, befalls::wire, true, 0.02,
+    FaultType{"truncate", truncate, exposed::wire, true, 0, "the end of a message is lost"},
+    FaultType{"bit_flip", bit_flip, exposed::wire, true, 0, "one bit of a message is turned"},
+    FaultType{"delay", delay, exposed::wire, false, 0.05, "all comes `amount` s late"},
+    FaultType{"jitter", jitter, exposed::wire, true, 0.02,
               "each message comes up to `amount` s late"},
-    FaultType{"garbage", garbage, befalls::wire, true, 16,
+    FaultType{"garbage", garbage, exposed::wire, true, 16,
               "up to `amount` random bytes come as well"},
-    FaultType{"unplug", unplug, befalls::wire, false, 0,
+    FaultType{"unplug", unplug, exposed::wire, false, 0,
               "nothing passes, and ports hang up; the end is the replug"},
-    FaultType{"link_stall", link_stall, befalls::wire, false, 0,
+    FaultType{"link_stall", link_stall, exposed::wire, false, 0,
               "what is sent comes all at once at the end"},
-    FaultType{"merge", merge, befalls::stream, false, 0.05,
+    FaultType{"merge", merge, exposed::stream, false, 0.05,
               "bytes come in lumps, one each `amount` s"},
-    FaultType{"split", split, befalls::stream, false, 0, "bytes come one by one"},
+    FaultType{"split", split, exposed::stream, false, 0, "bytes come one by one"},
     FaultType{"sequence_jump", sequence_jump, numbered, false, 1000,
               "the numbers jump ahead by `amount`, once"},
     FaultType{"sequence_back", sequence_back, numbered, false, 1000,
@@ -41,7 +41,7 @@ constexpr std::array types{
     FaultType{"stuck_force", stuck_force, wrench, false, 0, "the values stay the same"},
     FaultType{"drift", drift, wrench, false, 0.05, "Fz drifts by `amount` N/s"},
     FaultType{
-        "saturation", saturation, wrench | befalls::vibration, false, 0,
+        "saturation", saturation, wrench | exposed::vibration, false, 0,
         "Fz (a Digital F/T: the gauges that carry it) or all readings of a vibration stand at "
         "the range; a status word says so"},
     FaultType{"absurd_counts", absurd_counts, wrench, true, 0,
@@ -50,46 +50,46 @@ constexpr std::array types{
               "counts per newton are `amount` times the configured ones"},
     FaultType{"status_bits", status_bits, wrench, false, 28,
               "bit `amount` of the status word is set, or the highest that it has"},
-    FaultType{"threshold_latch", threshold_latch, befalls::force, false, 0,
+    FaultType{"threshold_latch", threshold_latch, exposed::force, false, 0,
               "a threshold latches, until it is reset"},
     FaultType{"bias_jump", bias_jump, wrench, false, 2, "Fz is `amount` N off"},
     FaultType{"noise", noise, wrench, false, 1, "noise of `amount` N rms on Fz"},
-    FaultType{"redirected", redirected, befalls::force, false, 0,
+    FaultType{"redirected", redirected, exposed::force, false, 0,
               "another client takes the stream"},
-    FaultType{"motor_stall", motor_stall, befalls::stage, false, 0,
+    FaultType{"motor_stall", motor_stall, exposed::stage, false, 0,
               "the motor stands, the controller goes on trying"},
-    FaultType{"lost_steps", lost_steps, befalls::stage, false, 0.2,
+    FaultType{"lost_steps", lost_steps, exposed::stage, false, 0.2,
               "the share `amount` of all steps is lost"},
-    FaultType{"limit_switch", limit_switch, befalls::stage, false, 0,
+    FaultType{"limit_switch", limit_switch, exposed::stage, false, 0,
               "the forward switch makes and stops the stage"},
-    FaultType{"motion_error", motion_error, befalls::stage, false, 0,
+    FaultType{"motion_error", motion_error, exposed::stage, false, 0,
               "status: position error too large"},
-    FaultType{"over_temperature", over_temperature, befalls::stage, false, 0,
+    FaultType{"over_temperature", over_temperature, exposed::stage, false, 0,
               "status: over-temperature"},
-    FaultType{"disabled", disabled, befalls::stage, false, 0,
+    FaultType{"disabled", disabled, exposed::stage, false, 0,
               "the channel falls disabled and stops"},
-    FaultType{"silent_status", silent_status, befalls::stage, false, 0, "no status is sent"},
-    FaultType{"wrong_reply", wrong_reply, befalls::stage | befalls::digital, false, 0,
+    FaultType{"silent_status", silent_status, exposed::stage, false, 0, "no status is sent"},
+    FaultType{"wrong_reply", wrong_reply, exposed::stage | exposed::digital, false, 0,
               "requests of a status or a register get another answer"},
-    FaultType{"late_completion", late_completion, befalls::stage, false, 1,
+    FaultType{"late_completion", late_completion, exposed::stage, false, 1,
               "the end of a move is told `amount` s late"},
-    FaultType{"no_completion", no_completion, befalls::stage, false, 0,
+    FaultType{"no_completion", no_completion, exposed::stage, false, 0,
               "the end of a move is never told"},
-    FaultType{"wrong_serial", wrong_serial, befalls::stage, false, 1,
+    FaultType{"wrong_serial", wrong_serial, exposed::stage, false, 1,
               "the serial number is `amount` higher"},
-    FaultType{"never_homes", never_homes, befalls::stage, false, 0, "homing never ends"},
-    FaultType{"false_home", false_home, befalls::stage, false, 0,
+    FaultType{"never_homes", never_homes, exposed::stage, false, 0, "homing never ends"},
+    FaultType{"false_home", false_home, exposed::stage, false, 0,
               "homing is reported done, nothing moved"},
-    FaultType{"encoder_frozen", encoder_frozen, befalls::stage, false, 0,
+    FaultType{"encoder_frozen", encoder_frozen, exposed::stage, false, 0,
               "the count stays while the stage moves"},
-    FaultType{"overshoot", overshoot, befalls::stage, false, 0.05,
+    FaultType{"overshoot", overshoot, exposed::stage, false, 0.05,
               "moves end `amount` mm or degrees too far"},
-    FaultType{"crc_errors", crc_errors, blocks | befalls::digital, true, 0,
+    FaultType{"crc_errors", crc_errors, blocks | exposed::digital, true, 0,
               "the check value of a frame, a record or an answer is wrong"},
-    FaultType{"dead_pad", dead_pad, befalls::taxels, false, 5, "taxel `amount` stays as it is"},
-    FaultType{"noisy_pad", noisy_pad, befalls::taxels, false, 5,
+    FaultType{"dead_pad", dead_pad, exposed::taxels, false, 5, "taxel `amount` stays as it is"},
+    FaultType{"noisy_pad", noisy_pad, exposed::taxels, false, 5,
               "taxel `amount` jumps by thousands of counts"},
-    FaultType{"saturated_pad", saturated_pad, befalls::taxels, false, 5,
+    FaultType{"saturated_pad", saturated_pad, exposed::taxels, false, 5,
               "taxel `amount` stands at 65535"},
     FaultType{"frozen_frame", frozen_frame, blocks, false, 0,
               "all taxels or readings stay as they are"},
@@ -140,7 +140,7 @@ const Fault* FaultBoard::active(FaultKind kind, bool to_device, TimePoint now) c
   return nullptr;
 }
 
-const Fault* FaultBoard::strikes(FaultKind kind, bool to_device, TimePoint now) {
+const Fault* FaultBoard::fires(FaultKind kind, bool to_device, TimePoint now) {
   const Fault* fault = active(kind, to_device, now);
   if (fault == nullptr || fault->probability >= 1) return fault;
   return dice_.uniform() < fault->probability ? fault : nullptr;
@@ -150,8 +150,8 @@ const Fault* FaultBoard::active(FaultKind kind, TimePoint now) const {
   return active(kind, false, now);
 }
 
-const Fault* FaultBoard::strikes(FaultKind kind, TimePoint now) {
-  return strikes(kind, false, now);
+const Fault* FaultBoard::fires(FaultKind kind, TimePoint now) {
+  return fires(kind, false, now);
 }
 
 std::optional<TimePoint> FaultBoard::next_edge(TimePoint now) const {

@@ -71,7 +71,7 @@ enum class FaultKind : std::uint8_t {
 };
 
 /// Whom a fault can befall, one bit each.
-namespace befalls {
+namespace exposed {
 inline constexpr std::uint8_t stream = 1;    ///< a serial line or TCP
 inline constexpr std::uint8_t datagram = 2;  ///< UDP
 inline constexpr std::uint8_t force = 4;     ///< a Net F/T box
@@ -81,7 +81,7 @@ inline constexpr std::uint8_t vibration = 32;
 inline constexpr std::uint8_t digital = 64;   ///< a Digital F/T sensor: no numbers, no thresholds
 inline constexpr std::uint8_t imprint = 128;  ///< a dense array
 inline constexpr std::uint8_t wire = stream | datagram;
-}  // namespace befalls
+}  // namespace exposed
 
 struct FaultType {
   std::string_view name;
@@ -121,10 +121,10 @@ class FaultBoard {
   /// The fault of this kind that holds at `now`, or nullptr.
   [[nodiscard]] const Fault* active(FaultKind kind, TimePoint now) const;
   /// As above, and its die has fallen for this message or sample.
-  const Fault* strikes(FaultKind kind, TimePoint now);
+  const Fault* fires(FaultKind kind, TimePoint now);
   /// For wire faults, which have a direction.
   [[nodiscard]] const Fault* active(FaultKind kind, bool to_device, TimePoint now) const;
-  const Fault* strikes(FaultKind kind, bool to_device, TimePoint now);
+  const Fault* fires(FaultKind kind, bool to_device, TimePoint now);
   /// The next time after `now` at which a fault begins or ends.
   [[nodiscard]] std::optional<TimePoint> next_edge(TimePoint now) const;
   Random& dice() { return dice_; }

@@ -39,10 +39,10 @@ std::optional<TimePoint> FaultyWire::next_wakeup() const {
 void FaultyWire::pass(Way& way, ByteView bytes, TimePoint now) {
   if (board_->faults().empty() && held_.empty()) return deliver(way.to_device, bytes, now);
   if (board_->active(FaultKind::unplug, now) != nullptr) return;
-  if (board_->strikes(FaultKind::drop, way.to_device, now) != nullptr) return;
+  if (board_->fires(FaultKind::drop, way.to_device, now) != nullptr) return;
   Bytes message(bytes.begin(), bytes.end());
   damage(way, message, now);
-  const bool twice = board_->strikes(FaultKind::duplicate, way.to_device, now) != nullptr;
+  const bool twice = board_->fires(FaultKind::duplicate, way.to_device, now) != nullptr;
   const TimePoint at = due(way, now);
   for (int copy = 0; copy < (twice ? 2 : 1); ++copy) {
     if (at <= now)
@@ -54,13 +54,13 @@ void FaultyWire::pass(Way& way, ByteView bytes, TimePoint now) {
 
 void FaultyWire::damage(const Way& way, Bytes& message, TimePoint now) {
   Random& dice = board_->dice();
-  if (message.size() > 1 && board_->strikes(FaultKind::truncate, way.to_device, now) != nullptr)
+  if (message.size() > 1 && board_->fires(FaultKind::truncate, way.to_device, now) != nullptr)
     message.resize(1 + dice.bits() % (message.size() - 1));
-  if (!message.empty() && board_->strikes(FaultKind::bit_flip, way.to_device, now) != nullptr) {
+  if (!message.empty() && board_->fires(FaultKind::bit_flip, way.to_device, now) != nullptr) {
     const std::size_t bit = dice.bits() % (8 * message.size());
     message[bit / 8] = static_cast<std::uint8_t>(message[bit / 8] ^ (1U << (bit % 8)));
   }
-  if (const Fault* more = board_->strikes(FaultKind::garbage, way.to_device, now)) {
+  if (const Fault* more = board_->fires(FaultKind::garbage, way.to_device, now)) {
     const auto most = static_cast<std::uint64_t>(std::clamp(more->amount, 1.0, 4096.0));
     for (std::uint64_t left = 1 + dice.bits() % most; left > 0; --left)
       message.push_back(static_cast<std::uint8_t>(dice.bits()));
@@ -69,14 +69,14 @@ void FaultyWire::damage(const Way& way, Bytes& message, TimePoint now) {
 
 /// When a message that is sent now arrives.
 TimePoint FaultyWire::due(Way& way, TimePoint now) {
-  if (const Fault* late = board_->strikes(FaultKind::reorder, way.to_device, now))
+  if (const Fault* late = board_->fires(FaultKind::reorder, way.to_device, now))
     return now + from_seconds(late->amount);
   TimePoint at = now;
   if (const Fault* stalled = board_->active(FaultKind::link_stall, way.to_device, now))
     at = stalled->until;
   if (const Fault* late = board_->active(FaultKind::delay, way.to_device, now))
     at = std::max(at, now + from_seconds(late->amount));
-  if (const Fault* late = board_->strikes(FaultKind::jitter, way.to_device, now))
+  if (const Fault* late = board_->fires(FaultKind::jitter, way.to_device, now))
     at = std::max(at, now + from_seconds(late->amount * board_->dice().uniform()));
   if (const Fault* lumps = board_->active(FaultKind::merge, way.to_device, now)) {
     const std::int64_t period = std::max<std::int64_t>(from_seconds(lumps->amount).count(), 1);

@@ -43,7 +43,7 @@ DynamicContact::DynamicContact(const ContactGeometry& geometry, const Mount& mou
 
 ContactState DynamicContact::step(const ContactState& from, const Pose& to, double dt_s,
                                   const Instants& instants, std::span<SlidingContact> at) const {
-  std::fill(at.begin(), at.end(), standing(from));
+  std::fill(at.begin(), at.end(), contact_at_rest(from));
   if (!reachable(from.pose) || !reachable(to) || !(dt_s >= 0 && dt_s <= longest_s)) return from;
   if (dt_s < shortest_s && to == from.pose) return from;
   const Approach path = approach(from, to, dt_s);
@@ -101,11 +101,11 @@ void DynamicContact::cover(Motion& motion, const Approach& path, double t_s,
     go(motion, path, t_s, leg(length_s, step_s));
     return;
   }
-  const double looks = Leg::whole(length_s / (longest_ease * step_s));
-  const double look_s = length_s / looks;
-  for (double i = 0; i < looks; ++i) {
-    const double from_s = t_s + i * look_s;
-    go(motion, path, from_s, leg(look_s, substep_s(motion, path, from_s, look_s, step_s)));
+  const double parts = Leg::whole(length_s / (longest_ease * step_s));
+  const double sample_s = length_s / parts;
+  for (double i = 0; i < parts; ++i) {
+    const double from_s = t_s + i * sample_s;
+    go(motion, path, from_s, leg(sample_s, substep_s(motion, path, from_s, sample_s, step_s)));
   }
 }
 
@@ -118,7 +118,7 @@ SlidingContact DynamicContact::seen(const Motion& motion, const Approach& path, 
           .stiffness_n_m = stiffness_n_m(motion.normal_n)};
 }
 
-SlidingContact DynamicContact::standing(const ContactState& state) const {
+SlidingContact DynamicContact::contact_at_rest(const ContactState& state) const {
   return {{state.face_x_m(), state.face_y_m()},
           state.friction_n,
           state.normal_n,

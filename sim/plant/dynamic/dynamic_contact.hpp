@@ -68,7 +68,7 @@ class DynamicContact {
   [[nodiscard]] double substep_of_glide_s(const Motion& motion, const Approach& path,
                                           double step_s) const;
   [[nodiscard]] SlidingContact seen(const Motion& motion, const Approach& path, double t_s) const;
-  [[nodiscard]] SlidingContact standing(const ContactState& state) const;
+  [[nodiscard]] SlidingContact contact_at_rest(const ContactState& state) const;
   [[nodiscard]] double stiffness_n_m(double normal_n) const;
   void advance(Motion& motion, const Approach& approach, double t_s, const Span& whole) const;
   [[nodiscard]] Pressed press(const Motion& motion, const Approach& approach, double t_s,

@@ -21,8 +21,8 @@ struct Shares {
 
 inline Shares shares_taken(BristleRule rule, double x) {
   if (rule == BristleRule::implicit) {
-    const double kept = 1 / (1 + x);
-    return {x * kept, x * kept, kept * kept, kept * kept};
+    const double retained = 1 / (1 + x);
+    return {x * retained, x * retained, retained * retained, retained * retained};
   }
   if (x < series_below) {
     // t = 2 (e^-x - 1 + x)/x^2, the sum of 2 (-x)^k/(k + 2)!: what is left out is below 1e-18.

@@ -37,8 +37,8 @@ void widen(FidelityOffer& offer, const FidelityRow& row) {
 }
 
 /// The setting's rows on every one of `scenes`, or nothing.
-std::optional<FidelityOffer> offer_of(const FidelityTable& table, const FidelitySetting& setting,
-                                      const std::vector<std::string>& scenes) {
+std::optional<FidelityOffer> find_offer(const FidelityTable& table, const FidelitySetting& setting,
+                                        const std::vector<std::string>& scenes) {
   std::optional<FidelityOffer> offer;
   for (const std::string& scene : scenes) {
     bool measured = false;
@@ -59,32 +59,33 @@ std::string number(const char* format, double value) {
   return text.data();
 }
 
-std::string wished(const FidelityWish& wish) {
+std::string format_request(const FidelityRequest& request) {
   std::string text;
-  if (wish.accuracy_n) text = "an error of at most " + number("%.4g mN", *wish.accuracy_n * 1e3);
-  if (wish.times_real_time)
+  if (request.accuracy_n)
+    text = "an error of at most " + number("%.4g mN", *request.accuracy_n * 1e3);
+  if (request.times_real_time)
     text += (text.empty() ? "" : " and ") +
-            number("at least %.4g times real time", *wish.times_real_time);
-  if (wish.level) text += " at level " + std::string(to_string(*wish.level));
+            number("at least %.4g times real time", *request.times_real_time);
+  if (request.level) text += " at level " + std::string(to_string(*request.level));
   return text;
 }
 
 /// What comes closest: the most accurate, of those that are fast enough if there is one, and the
 /// fastest, of those that are accurate enough; each only where it was asked for.
-std::string nearest(const std::vector<FidelityOffer>& all, const FidelityWish& wish) {
+std::string nearest(const std::vector<FidelityOffer>& all, const FidelityRequest& request) {
   if (all.empty()) return "none";
   FidelityOffer accurate = *std::min_element(all.begin(), all.end(), more_accurate);
   FidelityOffer fast = all.front();
   for (const FidelityOffer& offer : all) {
-    if (wish.times_real_time && offer.times_real_time >= *wish.times_real_time &&
-        (accurate.times_real_time < *wish.times_real_time || more_accurate(offer, accurate)))
+    if (request.times_real_time && offer.times_real_time >= *request.times_real_time &&
+        (accurate.times_real_time < *request.times_real_time || more_accurate(offer, accurate)))
       accurate = offer;
-    if (wish.accuracy_n && offer.error_max_n <= *wish.accuracy_n &&
-        (fast.error_max_n > *wish.accuracy_n || faster(offer, fast)))
+    if (request.accuracy_n && offer.error_max_n <= *request.accuracy_n &&
+        (fast.error_max_n > *request.accuracy_n || faster(offer, fast)))
       fast = offer;
   }
-  if (!wish.times_real_time || accurate.setting == fast.setting) return to_string(accurate);
-  if (!wish.accuracy_n) return to_string(fast);
+  if (!request.times_real_time || accurate.setting == fast.setting) return to_string(accurate);
+  if (!request.accuracy_n) return to_string(fast);
   return to_string(accurate) + " or " + to_string(fast);
 }
 
@@ -111,8 +112,8 @@ std::string to_string(const FidelityOffer& offer) {
 
 std::vector<std::string> involved(const Scene& scene) {
   std::vector<std::string> kinds{"press", "slide", "fabrics17"};
-  if (asks_for(scene, Trait::overshoot)) kinds.emplace_back("retouch");
-  if (asks_for(scene, Trait::stick_slip)) kinds.emplace_back("stick_slip");
+  if (is_needed(scene, Trait::overshoot)) kinds.emplace_back("retouch");
+  if (is_needed(scene, Trait::stick_slip)) kinds.emplace_back("stick_slip");
   return kinds;
 }
 
@@ -125,30 +126,30 @@ std::vector<FidelityOffer> offers(const FidelityTable& table, const Scene& scene
     if (std::any_of(out.begin(), out.end(),
                     [&](const FidelityOffer& o) { return o.setting == row.setting; }))
       continue;
-    if (const auto offer = offer_of(table, row.setting, kinds)) out.push_back(*offer);
+    if (const auto offer = find_offer(table, row.setting, kinds)) out.push_back(*offer);
   }
   std::sort(out.begin(), out.end(), faster);
   return out;
 }
 
 Result<FidelityOffer> choose(const FidelityTable& table, const Scene& scene,
-                             const FidelityWish& wish) {
+                             const FidelityRequest& request) {
   std::vector<FidelityOffer> all = offers(table, scene), good;
-  if (wish.level)
-    std::erase_if(all, [&](const FidelityOffer& o) { return o.setting.level != *wish.level; });
+  if (request.level)
+    std::erase_if(all, [&](const FidelityOffer& o) { return o.setting.level != *request.level; });
   for (const FidelityOffer& offer : all)
-    if (offer.error_max_n <= wish.accuracy_n.value_or(HUGE_VAL) &&
-        offer.times_real_time >= wish.times_real_time.value_or(0))
+    if (offer.error_max_n <= request.accuracy_n.value_or(HUGE_VAL) &&
+        offer.times_real_time >= request.times_real_time.value_or(0))
       good.push_back(offer);
   if (good.empty())
     return fail({.code = Errc::unsupported,
                  .where = "scene " + std::string(scene.name),
                  .what = "no measured setting does what is asked",
-                 .expected = wished(wish),
-                 .got = "the nearest: " + nearest(all, wish),
+                 .expected = format_request(request),
+                 .got = "the nearest: " + nearest(all, request),
                  .hint = "Ask for less of the one or of the other"});
-  return wish.accuracy_n ? good.front()
-                         : *std::min_element(good.begin(), good.end(), more_accurate);
+  return request.accuracy_n ? good.front()
+                            : *std::min_element(good.begin(), good.end(), more_accurate);
 }
 
 Result<double> parse_accuracy_n(std::string_view text) {

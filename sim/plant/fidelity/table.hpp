@@ -29,7 +29,7 @@ struct FidelityTable {
 /// Errors: parse, range, with a JSON pointer. All data of the table are of a simulated bench.
 Result<FidelityTable> parse_fidelity(std::string_view json);
 
-struct FidelityWish {
+struct FidelityRequest {
   std::optional<double> accuracy_n{};       ///< largest error of the force
   std::optional<double> times_real_time{};  ///< least speed
   std::optional<Level> level{};             ///< this one and no other
@@ -58,7 +58,7 @@ std::vector<FidelityOffer> offers(const FidelityTable& table, const Scene& scene
 /// the longer step.
 /// Errors: unsupported, naming the nearest offers.
 Result<FidelityOffer> choose(const FidelityTable& table, const Scene& scene,
-                             const FidelityWish& wish);
+                             const FidelityRequest& request);
 
 /// "10mN", "0.01 N", "0.5%" (of 5 N, the paper's load), in N. Errors: invalid_argument, range.
 Result<double> parse_accuracy_n(std::string_view text);

@@ -66,8 +66,8 @@ double loaded_fraction(const std::vector<double>& pressure_pa) {
   return static_cast<double>(loaded) / static_cast<double>(pressure_pa.size());
 }
 
-Result<Imprint> part_of(const Imprint& whole, std::size_t row, std::size_t col, std::size_t rows,
-                        std::size_t cols) {
+Result<Imprint> extract_part(const Imprint& whole, std::size_t row, std::size_t col,
+                             std::size_t rows, std::size_t cols) {
   const bool inside = rows > 0 && cols > 0 && rows <= whole.rows && cols <= whole.cols &&
                       row <= whole.rows - rows && col <= whole.cols - cols;
   if (!inside)

@@ -47,7 +47,7 @@ double highest_m(const HeightMap& map);
 /// Counts the taxels under pressure.
 double loaded_fraction(const std::vector<double>& pressure_pa);
 /// The `rows` x `cols` taxels from (`row`, `col`) on. Errors: range, for a part that is not inside.
-Result<Imprint> part_of(const Imprint& whole, std::size_t row, std::size_t col, std::size_t rows,
-                        std::size_t cols);
+Result<Imprint> extract_part(const Imprint& whole, std::size_t row, std::size_t col,
+                             std::size_t rows, std::size_t cols);
 
 }  // namespace weft::sim

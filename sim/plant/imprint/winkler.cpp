@@ -50,10 +50,10 @@ double balance_by_sorting(const Law& law, double load, std::vector<double>& touc
 double solve(const Law& law, double load, std::vector<double>& touching) {
   for (int pass = 0; pass < shrinking_passes; ++pass) {
     const double a = balance(law, load, touching.data(), touching.data() + touching.size());
-    const auto kept = std::remove_if(touching.begin(), touching.end(),
-                                     [&](double m) { return law.load(a, m) <= 0; });
-    if (kept == touching.end()) return a;
-    touching.erase(kept, touching.end());
+    const auto retained = std::remove_if(touching.begin(), touching.end(),
+                                         [&](double m) { return law.load(a, m) <= 0; });
+    if (retained == touching.end()) return a;
+    touching.erase(retained, touching.end());
   }
   return balance_by_sorting(law, load, touching);
 }

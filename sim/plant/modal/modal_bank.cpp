@@ -20,7 +20,7 @@ constexpr double largest_force_n = 1e9;
 constexpr double smallest_force_n = 1e-100;
 // Added to every mode's force: a bank in silence decays to the rest under it, not through
 // denormals, without touching the processor's rounding modes. In m/s2: nothing.
-constexpr double standing_force = 1e-30;
+constexpr double least_force = 1e-30;
 
 constexpr std::size_t per_group(std::size_t channels) {
   return (2 + bank_inputs + 2 * channels) * lanes;
@@ -43,7 +43,7 @@ WEFT_SIM_INLINE void advance_groups(const double* coefficients, double* state, s
     const Lanes turn_re = simd::load(c), turn_im = simd::load(c + lanes);
     const Lanes driven = simd::load(c + 2 * lanes) * force[0] +
                          simd::load(c + 3 * lanes) * force[1] +
-                         simd::load(c + 4 * lanes) * force[2] + standing_force;
+                         simd::load(c + 4 * lanes) * force[2] + least_force;
     const Lanes re = simd::load(w), im = simd::load(w + lanes);
     const Lanes next_re = turn_re * re - turn_im * im + driven;
     const Lanes next_im = turn_im * re + turn_re * im;

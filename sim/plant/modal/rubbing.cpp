@@ -69,28 +69,29 @@ RubbingParams with_grain(RubbingParams params, double grain_m) {
 
 FaceWaves::FaceWaves(std::span<const HeightField::Term> terms, double skew_rad,
                      double face_half_width_m, std::size_t most) {
-  struct Kept {
+  struct Retained {
     double mean_m, kx, ky, phase_rad;
   };
-  std::vector<Kept> kept;
+  std::vector<Retained> retained;
   const double c = std::cos(skew_rad), s = std::sin(skew_rad);
   for (const HeightField::Term& term : terms) {
     const double kx = c * term.ku - s * term.kv, ky = s * term.ku + c * term.kv;
-    kept.push_back({term.amplitude_m * sinc(kx * face_half_width_m) * sinc(ky * face_half_width_m),
-                    kx, ky, term.phase_rad});
+    retained.push_back(
+        {term.amplitude_m * sinc(kx * face_half_width_m) * sinc(ky * face_half_width_m), kx, ky,
+         term.phase_rad});
   }
-  std::stable_sort(kept.begin(), kept.end(), [](const Kept& a, const Kept& b) {
+  std::stable_sort(retained.begin(), retained.end(), [](const Retained& a, const Retained& b) {
     return std::abs(a.mean_m) > std::abs(b.mean_m);
   });
-  if (kept.size() > most) kept.resize(most);
-  count_ = (kept.size() + simd::width - 1) / simd::width * simd::width;
+  if (retained.size() > most) retained.resize(most);
+  count_ = (retained.size() + simd::width - 1) / simd::width * simd::width;
   for (std::vector<double>* all : {&amplitude_m_, &turns_x_, &turns_y_, &phase_turns_})
     all->assign(count_, 0.0);
-  for (std::size_t i = 0; i < kept.size(); ++i) {
-    amplitude_m_[i] = kept[i].mean_m;
-    turns_x_[i] = kept[i].kx / two_pi;
-    turns_y_[i] = kept[i].ky / two_pi;
-    phase_turns_[i] = kept[i].phase_rad / two_pi;
+  for (std::size_t i = 0; i < retained.size(); ++i) {
+    amplitude_m_[i] = retained[i].mean_m;
+    turns_x_[i] = retained[i].kx / two_pi;
+    turns_y_[i] = retained[i].ky / two_pi;
+    phase_turns_[i] = retained[i].phase_rad / two_pi;
   }
 }
 

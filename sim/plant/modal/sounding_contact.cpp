@@ -47,10 +47,10 @@ ContactState SoundingContact::peek(const ContactState& from, const Pose& to, Dur
 ContactState SoundingContact::advance(const ContactState& from, const Pose& to, Duration dt) {
   if (dt < Duration::zero() || dt > longest) return from;
   const Instants instants = ticks(dt);
-  heard_.resize(instants.count);
-  const ContactState state = contact_.step(from, to, to_seconds(dt), instants, heard_);
+  contacts_.resize(instants.count);
+  const ContactState state = contact_.step(from, to, to_seconds(dt), instants, contacts_);
   std::int64_t at_ns = ns_of(now_) / vibration_.step_ns() * vibration_.step_ns();
-  for (const SlidingContact& contact : heard_) {
+  for (const SlidingContact& contact : contacts_) {
     at_ns += vibration_.step_ns();
     const VibrationSample sample = vibration_.advance(contact);
     if (sample.acceleration_mps2)

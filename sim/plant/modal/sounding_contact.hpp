@@ -57,7 +57,7 @@ class SoundingContact {
   Vibration vibration_;
   std::int64_t acceleration_ns_ = 1, sound_ns_ = 1;  ///< periods
   TimePoint now_;
-  std::vector<SlidingContact> heard_;  ///< of one step, kept for its memory
+  std::vector<SlidingContact> contacts_;  ///< of one step, kept for its memory
   VibrationReadings readings_;
 };
 

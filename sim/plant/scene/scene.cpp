@@ -125,15 +125,15 @@ Result<Trait> trait_from(std::string_view name) {
                .got = std::string(name)});
 }
 
-bool asks_for(const Scene& scene, Channel channel) {
+bool is_needed(const Scene& scene, Channel channel) {
   return std::find(scene.channels.begin(), scene.channels.end(), channel) != scene.channels.end();
 }
 
-bool asks_for(const Scene& scene, Trait trait) {
+bool is_needed(const Scene& scene, Trait trait) {
   return std::find(scene.traits.begin(), scene.traits.end(), trait) != scene.traits.end();
 }
 
-std::string needs_of(const Scene& scene) {
+std::string format_needs(const Scene& scene) {
   std::vector<std::string_view> words;
   for (const Channel channel : scene.channels)
     if (channel != Channel::stages) words.push_back(to_string(channel));

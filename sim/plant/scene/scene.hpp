@@ -50,11 +50,11 @@ struct Scene {
 };
 
 /// Whether the scene has the channel.
-bool asks_for(const Scene& scene, Channel channel);
-bool asks_for(const Scene& scene, Trait trait);
+bool is_needed(const Scene& scene, Channel channel);
+bool is_needed(const Scene& scene, Trait trait);
 /// "a wrench, taxel counts and a regulated force": all that the scene asks for. Stage positions,
 /// which every level that moves has, are named only where there is nothing else.
-std::string needs_of(const Scene& scene);
+std::string format_needs(const Scene& scene);
 
 /// Whether a level computes it at all, not whether it is good at it.
 bool provides(Level level, Channel channel);

@@ -9,11 +9,11 @@ namespace {
 
 constexpr double radius_m = 0.01;
 
-class World {
+class TestPlant {
  public:
-  World(double mass_kg, double stiffness_n_m, double damping_n_s_m, double friction)
+  TestPlant(double mass_kg, double stiffness_n_m, double damping_n_s_m, double friction)
       : dispatcher_(&configuration_),
-        world_(&dispatcher_, &broadphase_, &solver_, &configuration_),
+        bench_plant_(&dispatcher_, &broadphase_, &solver_, &configuration_),
         plane_(btVector3(0, 0, 1), 0),
         sphere_(radius_m),
         floor_(btRigidBody::btRigidBodyConstructionInfo(0, nullptr, &plane_)),
@@ -28,20 +28,20 @@ class World {
     body_.setFriction(friction);
     body_.setAngularFactor(0);  // slides without turning
     floor_.setFriction(1);
-    world_.setGravity(btVector3(0, 0, 0));
-    world_.addRigidBody(&floor_);
-    world_.addRigidBody(&body_);
+    bench_plant_.setGravity(btVector3(0, 0, 0));
+    bench_plant_.addRigidBody(&floor_);
+    bench_plant_.addRigidBody(&body_);
   }
-  World(const World&) = delete;
-  World& operator=(const World&) = delete;
-  ~World() {
-    world_.removeRigidBody(&body_);
-    world_.removeRigidBody(&floor_);
+  TestPlant(const TestPlant&) = delete;
+  TestPlant& operator=(const TestPlant&) = delete;
+  ~TestPlant() {
+    bench_plant_.removeRigidBody(&body_);
+    bench_plant_.removeRigidBody(&floor_);
   }
 
   void step(double force_x, double force_z, double step_s) {
     body_.applyCentralForce(btVector3(force_x, 0, force_z));
-    world_.stepSimulation(step_s, 0);
+    bench_plant_.stepSimulation(step_s, 0);
   }
   [[nodiscard]] double x() const { return body_.getWorldTransform().getOrigin().x(); }
   [[nodiscard]] double indentation() const {
@@ -53,7 +53,7 @@ class World {
   btCollisionDispatcher dispatcher_;
   btDbvtBroadphase broadphase_;
   btSequentialImpulseConstraintSolver solver_;
-  btDiscreteDynamicsWorld world_;
+  btDiscreteDynamicsWorld bench_plant_;
   btStaticPlaneShape plane_;
   btSphereShape sphere_;
   btRigidBody floor_, body_;
@@ -63,10 +63,11 @@ Run press_run(const Press& scene, double step_s) {
   return measure(
       "sphere on plane, contact stiffness and damping", step_s, scene.duration_s,
       [&](Track& track) {
-        World world(scene.mass_kg, scene.stiffness_n_m, scene.damping_n_s_m(), 0);
+        TestPlant bench_plant(scene.mass_kg, scene.stiffness_n_m, scene.damping_n_s_m(), 0);
         step_through(
-            step_s, scene.duration_s, track, [&](double) { world.step(0, -scene.force_n, step_s); },
-            [&] { return world.indentation(); });
+            step_s, scene.duration_s, track,
+            [&](double) { bench_plant.step(0, -scene.force_n, step_s); },
+            [&] { return bench_plant.indentation(); });
       },
       [&](const Track& track) { return press_error(scene, track); });
 }
@@ -76,13 +77,13 @@ Run slide_run(const Slide& scene, double step_s) {
   return measure(
       "sphere that cannot turn, contact stiffness and damping", step_s, scene.duration_s,
       [&](Track& track) {
-        World world(scene.mass_kg, scene.contact_n_m, damping, scene.friction);
+        TestPlant bench_plant(scene.mass_kg, scene.contact_n_m, damping, scene.friction);
         double force = 0;
         step_through(
             step_s, scene.duration_s, track,
             [&](double t) {
-              force = scene.spring_n_m * (scene.speed_mps * t - world.x());
-              world.step(force, -scene.normal_n, step_s);
+              force = scene.spring_n_m * (scene.speed_mps * t - bench_plant.x());
+              bench_plant.step(force, -scene.normal_n, step_s);
             },
             [&] { return force; });
       },

@@ -40,8 +40,8 @@ void solve(const Press& scene, int method, double tolerance, Track& track) {
   SUNLinearSolver solver = SUNLinSol_Dense(y, matrix, context);
   CVodeSetLinearSolver(memory, solver, matrix);
   sunrealtype t = 0;
-  for (int i = 1; i <= static_cast<int>(std::lround(scene.duration_s / look_s)); ++i) {
-    if (CVode(memory, i * look_s, y, &t, CV_NORMAL) < 0) break;
+  for (int i = 1; i <= static_cast<int>(std::lround(scene.duration_s / sample_s)); ++i) {
+    if (CVode(memory, i * sample_s, y, &t, CV_NORMAL) < 0) break;
     track.emplace_back(t, NV_Ith_S(y, 0) * scene.static_m());
   }
   SUNLinSolFree(solver);

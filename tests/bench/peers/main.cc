@@ -78,14 +78,14 @@ std::optional<Engine> run_peer(const std::filesystem::path& folder, const std::s
   std::string text;
   for (int c = 0; pipe && (c = std::fgetc(pipe.get())) != EOF;)
     text.push_back(static_cast<char>(c));
-  const auto said = nlohmann::json::parse(text, nullptr, false);
-  if (!said.is_object()) {
+  const auto found = nlohmann::json::parse(text, nullptr, false);
+  if (!found.is_object()) {
     std::printf("%s: ended without a result\n", name.c_str());
     return std::nullopt;
   }
-  Engine out{said["name"], {}, {}};
-  for (const auto& run : said["press"]) out.press.push_back(run_from(run));
-  for (const auto& run : said["slide"]) out.slide.push_back(run_from(run));
+  Engine out{found["name"], {}, {}};
+  for (const auto& run : found["press"]) out.press.push_back(run_from(run));
+  for (const auto& run : found["slide"]) out.slide.push_back(run_from(run));
   return out;
 }
 

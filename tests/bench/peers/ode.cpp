@@ -9,11 +9,12 @@ namespace weft::bench::peers {
 namespace {
 
 // A body over the plane z = 0, with contacts of stiffness and damping.
-class World {
+class TestPlant {
  public:
-  World(double mass_kg, double stiffness_n_m, double damping_n_s_m, double friction, double step_s)
-      : step_s_(step_s), world_(dWorldCreate()), group_(dJointGroupCreate(0)) {
-    body_ = dBodyCreate(world_);
+  TestPlant(double mass_kg, double stiffness_n_m, double damping_n_s_m, double friction,
+            double step_s)
+      : step_s_(step_s), bench_plant_(dWorldCreate()), group_(dJointGroupCreate(0)) {
+    body_ = dBodyCreate(bench_plant_);
     dMass mass;
     dMassSetSphereTotal(&mass, mass_kg, 0.01);
     dBodySetMass(body_, &mass);
@@ -24,11 +25,11 @@ class World {
     surface_.soft_erp = step_s * stiffness_n_m / whole;
     surface_.soft_cfm = 1 / whole;
   }
-  World(const World&) = delete;
-  World& operator=(const World&) = delete;
-  ~World() {
+  TestPlant(const TestPlant&) = delete;
+  TestPlant& operator=(const TestPlant&) = delete;
+  ~TestPlant() {
     dJointGroupDestroy(group_);
-    dWorldDestroy(world_);
+    dWorldDestroy(bench_plant_);
   }
 
   void step(double force_x, double force_z) {
@@ -39,10 +40,10 @@ class World {
       contact.geom.pos[0] = at[0];
       contact.geom.normal[2] = 1;
       contact.geom.depth = -at[2];
-      dJointAttach(dJointCreateContact(world_, group_, &contact), body_, nullptr);
+      dJointAttach(dJointCreateContact(bench_plant_, group_, &contact), body_, nullptr);
     }
     dBodyAddForce(body_, force_x, 0, force_z);
-    dWorldStep(world_, step_s_);
+    dWorldStep(bench_plant_, step_s_);
     dJointGroupEmpty(group_);
   }
   [[nodiscard]] double x() const { return dBodyGetPosition(body_)[0]; }
@@ -50,7 +51,7 @@ class World {
 
  private:
   double step_s_;
-  dWorldID world_;
+  dWorldID bench_plant_;
   dJointGroupID group_;
   dBodyID body_;
   dSurfaceParameters surface_{};
@@ -60,10 +61,10 @@ Run press_run(const Press& scene, double step_s) {
   return measure(
       "dWorldStep, point contact, ERP and CFM from K and C", step_s, scene.duration_s,
       [&](Track& track) {
-        World world(scene.mass_kg, scene.stiffness_n_m, scene.damping_n_s_m(), 0, step_s);
+        TestPlant bench_plant(scene.mass_kg, scene.stiffness_n_m, scene.damping_n_s_m(), 0, step_s);
         step_through(
-            step_s, scene.duration_s, track, [&](double) { world.step(0, -scene.force_n); },
-            [&] { return world.indentation(); });
+            step_s, scene.duration_s, track, [&](double) { bench_plant.step(0, -scene.force_n); },
+            [&] { return bench_plant.indentation(); });
       },
       [&](const Track& track) { return press_error(scene, track); });
 }
@@ -73,13 +74,13 @@ Run slide_run(const Slide& scene, double step_s) {
   return measure(
       "dWorldStep, friction pyramid along the motion", step_s, scene.duration_s,
       [&](Track& track) {
-        World world(scene.mass_kg, scene.contact_n_m, damping, scene.friction, step_s);
+        TestPlant bench_plant(scene.mass_kg, scene.contact_n_m, damping, scene.friction, step_s);
         double force = 0;
         step_through(
             step_s, scene.duration_s, track,
             [&](double t) {
-              force = scene.spring_n_m * (scene.speed_mps * t - world.x());
-              world.step(force, -scene.normal_n);
+              force = scene.spring_n_m * (scene.speed_mps * t - bench_plant.x());
+              bench_plant.step(force, -scene.normal_n);
             },
             [&] { return force; });
       },

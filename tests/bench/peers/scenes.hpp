@@ -75,17 +75,17 @@ double press_error(const Press& scene, const Track& track);
 double slide_error(const Slide& scene, const Track& track);
 
 /// How often a run is looked at; more often would cap the steps of engines that choose theirs.
-inline constexpr double look_s = 5e-3;
+inline constexpr double sample_s = 5e-3;
 
 /// Steps of `step_s` up to `duration_s`, looked at about every five milliseconds.
-template <class Step, class Look>
+template <class Step, class Inspect>
 void step_through(double step_s, double duration_s, Track& track, const Step& step,
-                  const Look& look) {
+                  const Inspect& inspect) {
   const auto steps = static_cast<std::size_t>(std::llround(duration_s / step_s));
-  const auto every = static_cast<std::size_t>(std::max(1LL, std::llround(look_s / step_s)));
+  const auto every = static_cast<std::size_t>(std::max(1LL, std::llround(sample_s / step_s)));
   for (std::size_t i = 1; i <= steps; ++i) {
     step(static_cast<double>(i - 1) * step_s);
-    if (i % every == 0) track.emplace_back(static_cast<double>(i) * step_s, look());
+    if (i % every == 0) track.emplace_back(static_cast<double>(i) * step_s, inspect());
   }
 }
 

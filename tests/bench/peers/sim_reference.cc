@@ -328,14 +328,14 @@ SimTrace solve(const SimCase& one) {
   return out;
 }
 
-std::string text_of(const char* path) {
+std::string format_text(const char* path) {
   std::stringstream text;
   text << std::ifstream(path).rdbuf();
   return text.str();
 }
 
 int make(const char* out, std::vector<std::string> names) {
-  const auto library = sim::parse_fabrics(text_of("sim/fabrics.json"));
+  const auto library = sim::parse_fabrics(format_text("sim/fabrics.json"));
   if (!library) throw std::runtime_error(to_string(library.error()));
   if (names.empty()) names = sim_scene_names();
   std::vector<SimScene> scenes;

@@ -29,9 +29,9 @@ Run press_run(const Press& scene, double accuracy, const std::string& name) {
         integrator.setAccuracy(accuracy);
         TimeStepper stepper(system, integrator);
         stepper.initialize(system.getDefaultState());
-        for (int i = 1; i <= static_cast<int>(std::lround(scene.duration_s / look_s)); ++i) {
-          stepper.stepTo(i * look_s);
-          track.emplace_back(i * look_s, slider.getOneQ(integrator.getState(), 0));
+        for (int i = 1; i <= static_cast<int>(std::lround(scene.duration_s / sample_s)); ++i) {
+          stepper.stepTo(i * sample_s);
+          track.emplace_back(i * sample_s, slider.getOneQ(integrator.getState(), 0));
         }
       },
       [&](const Track& track) { return press_error(scene, track); });

@@ -13,7 +13,7 @@ namespace {
 TEST_CASE("A figure misses a limit of its own, or of its ratio to the peer, in its direction") {
   Figure f{"vote", 20.0, "us", "peer", 100.0, "", {}};
   CHECK_FALSE(missed(f));
-  CHECK(limit_words(f).empty());
+  CHECK(format_limit(f).empty());
   const auto misses = [&](Limit limit) {
     f.limit = limit;
     return missed(f);
@@ -22,12 +22,12 @@ TEST_CASE("A figure misses a limit of its own, or of its ratio to the peer, in i
   CHECK(misses(at_most(19.9)));
   CHECK_FALSE(misses(at_least(20)));
   CHECK(misses(at_least(20.1)));
-  CHECK(limit_words(f) == "at least 20.1 us");
+  CHECK(format_limit(f) == "at least 20.1 us");
   CHECK_FALSE(misses(faster_by(5)));
   CHECK(misses(faster_by(6)));
   CHECK_FALSE(misses(ratio_at_most(0.2)));
   CHECK(misses(ratio_at_most(0.1)));
-  CHECK(limit_words(f) == "ratio at most 0.1");
+  CHECK(format_limit(f) == "ratio at most 0.1");
   f.value = std::nan("");
   CHECK(misses(at_most(1e300)));
   CHECK(misses(at_least(-1e300)));

@@ -9,7 +9,7 @@
 #include "classifier/baseline/learner.hpp"
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/fabric/pair_problem.hpp"
-#include "classifier/vote/learner_answer.hpp"
+#include "classifier/vote/learner_prediction.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::baseline_test {
@@ -80,14 +80,14 @@ TEST_CASE("LDA answers as scikit-learn's with more rows than features and with f
     for (std::size_t r = 0; r < 12; ++r) of_row.push_back(r % 3);
     const auto lda = ShrinkageLda::fit(formula_rows(0, 12, features), of_row, 3);
     REQUIRE(lda);
-    const Matrix asked = formula_rows(100, 40, features);
+    const Matrix requested = formula_rows(100, 40, features);
     std::string out;
-    for (std::size_t r = 0; r < asked.rows(); ++r)
-      out += std::to_string(*lda->classify(asked.row(r)));
+    for (std::size_t r = 0; r < requested.rows(); ++r)
+      out += std::to_string(*lda->classify(requested.row(r)));
     return out;
   };
-  CHECK(answers(4) == "1101201200202002002012020020020121101201");
-  CHECK(answers(15) == "1201201201202100112112010120021201201201");
+  CHECK(predict_all(4) == "1101201200202002002012020020020121101201");
+  CHECK(predict_all(15) == "1201201201202100112112010120021201201201");
 }
 
 TEST_CASE("LDA stands constant columns, doubled rows, single trials and numbers of any size") {
@@ -117,7 +117,7 @@ TEST_CASE("Two classes of the same trials are no error and no NaN") {
 
 TEST_CASE("The multi-class machine votes as libsvm's own pair machines do") {
   const FeatureMatrix data = gaussian_classes(4, 15, 12, 1.2, 11);
-  const Classes classes = classes_of(data);
+  const Classes classes = find_classes(data);
   TrainOptions options;
   options.grid.c = {2.0};
   options.grid.gamma = {0.05};
@@ -139,7 +139,7 @@ TEST_CASE("The multi-class machine votes as libsvm's own pair machines do") {
 TEST_CASE(
     "The grid of the multi-class machine takes the fewest errors, then the smallest C and gamma") {
   const FeatureMatrix data = gaussian_classes(3, 20, 8, 2.5, 21);
-  const Classes classes = classes_of(data);
+  const Classes classes = find_classes(data);
   const auto folds = class_folds(data, {}).folds;
   TrainOptions options;
   const auto chosen = MultiClassSvc::fit(data.values, classes.of_row, 3, folds, options);
@@ -167,7 +167,7 @@ TEST_CASE("Folds of many classes hold every row once, keep units whole and train
   FeatureMatrix data = gaussian_classes(5, 12, 2, 1, 31);
   for (std::size_t r = 0; r < data.size(); ++r)  // windows of four recordings a class
     data.files[r] = data.labels[r] + std::to_string(r % 4) + "#w" + std::to_string(r);
-  const Classes classes = classes_of(data);
+  const Classes classes = find_classes(data);
   const auto unit = row_units(data, FoldUnit::recording);
   const auto folds = class_folds(classes.of_row, {unit}, 5, 7).folds;
   REQUIRE(folds.size() == 4);
@@ -187,7 +187,7 @@ TEST_CASE("Folds of many classes hold every row once, keep units whole and train
 
 TEST_CASE("A single group is dealt by rows, and two rows of a class cannot be folded") {
   const FeatureMatrix data = gaussian_classes(3, 4, 2, 1, 41);
-  const Classes classes = classes_of(data);
+  const Classes classes = find_classes(data);
   const UnitLevels one_unit = {std::vector<std::size_t>(data.size(), 0),
                                unit_levels(data, FoldUnit::recording).back()};
   CHECK(class_folds(classes.of_row, one_unit, 5, 1).folds.size() == 4);
@@ -217,7 +217,7 @@ TEST_CASE("Few trials are tried in five rounds, each over other folds") {
     std::size_t errors = 0;
     const auto folds = class_folds(data, {.seed = seed}).folds;
     for (const Fold& fold : folds) {
-      const auto lda = train_recipe(take_rows(data, fold.train), {Learner::lda}, {}).value();
+      const auto lda = train_recipe(select_rows(data, fold.train), {Learner::lda}, {}).value();
       for (const std::size_t r : fold.validate)
         errors += lda.labels()[*lda.classify(data.values.row(r))] == data.labels[r] ? 0 : 1;
     }
@@ -300,17 +300,17 @@ TEST_CASE("A training that is told to stop ends with that, whatever is trained, 
   const FeatureMatrix data = gaussian_classes(4, 8, 6, 1.5, 83);
   for (const Learner learner : all_learners()) {
     INFO(to_string(learner));
-    std::atomic<int> asked{0};
+    std::atomic<int> requested{0};
     TrainOptions options;
     options.threads = 2;
-    options.stop = [&] { return ++asked > 1; };
+    options.stop = [&] { return ++requested > 1; };
     const auto trained = train_learner(data, learner, options);
     // one LDA is over before it could be asked twice
     if (learner != Learner::lda) {
       REQUIRE_FALSE(trained);
       CHECK(trained.error().code == Errc::wrong_state);
     }
-    CHECK(asked <= 64);
+    CHECK(requested <= 64);
     options.stop = [] { return false; };
     CHECK(train_learner(data, learner, options));
   }
@@ -320,24 +320,24 @@ TEST_CASE("A training that runs out of memory on any thread ends with that, what
   const FeatureMatrix data = gaussian_classes(4, 8, 6, 1.5, 84);
   for (const Learner learner : all_learners()) {
     CAPTURE(to_string(learner));
-    std::atomic<int> asked{0};
+    std::atomic<int> requested{0};
     TrainOptions options;
     options.threads = 3;
     options.stop = [&]() -> bool {
-      if (++asked > (learner == Learner::lda ? 0 : 4)) throw std::bad_alloc();
+      if (++requested > (learner == Learner::lda ? 0 : 4)) throw std::bad_alloc();
       return false;
     };
     const auto trained = train_learner(data, learner, options);
     REQUIRE_FALSE(trained);
-    const std::string said = to_string(trained.error());
-    CHECK(said.find("memory") != std::string::npos);
-    CHECK(said.find("feature vectors") != std::string::npos);
+    const std::string reply = to_string(trained.error());
+    CHECK(reply.find("memory") != std::string::npos);
+    CHECK(reply.find("feature vectors") != std::string::npos);
   }
   TrainOptions options;
   const auto lda = train_recipe(data, {Learner::lda}, options);
   REQUIRE(lda);
   options.stop = []() -> bool { throw std::bad_alloc(); };
-  CHECK_FALSE(learn_aids(*lda, data, options));
+  CHECK_FALSE(fit_postprocessing(*lda, data, options));
 }
 
 TEST_CASE("Cores evaluated as a learner score as cores evaluated by themselves") {

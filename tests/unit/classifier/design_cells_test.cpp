@@ -61,19 +61,20 @@ TEST_CASE("Of cells within a standard error of the best the quickest is taken") 
 }
 
 TEST_CASE("Seconds that hardly differ are equal, and the signal over noise decides") {
-  const std::vector<CellFigures> near{{0.9, 10.00, 0, 1}, {0.9, 10.49, 0, 12}, {0.9, 10.51, 0, 30}};
+  const std::vector<CellStatistics> near{
+      {0.9, 10.00, 0, 1}, {0.9, 10.49, 0, 12}, {0.9, 10.51, 0, 30}};
   CHECK(take(near, 60) == 1);  // 5 % of 10 s
-  CHECK_FALSE(takes_less(near[0], near[1]));
-  CHECK(takes_less(near[0], near[2]));
+  CHECK_FALSE(is_cheaper(near[0], near[1]));
+  CHECK(is_cheaper(near[0], near[2]));
   // medians that are as uncertain as that are equal too
-  std::vector<CellFigures> loose = near;
-  for (CellFigures& one : loose) one.seconds_error = 0.2;  // of a difference: 1.96 x 0.28
+  std::vector<CellStatistics> loose = near;
+  for (CellStatistics& one : loose) one.seconds_error = 0.2;  // of a difference: 1.96 x 0.28
   CHECK(take(loose, 60) == 2);
   // separability comes first: 0.9 against 0.5 of 60 answers is no draw
-  const std::vector<CellFigures> worse{{0.9, 10, 0, 1}, {0.5, 10, 0, 30}};
+  const std::vector<CellStatistics> worse{{0.9, 10, 0, 1}, {0.5, 10, 0, 30}};
   CHECK(take(worse, 60) == 0);
   // many milliseconds in a chain are no reason to take a slow cell
-  std::vector<CellFigures> chain;
+  std::vector<CellStatistics> chain;
   for (int i = 0; i < 10; ++i) chain.push_back({0.9, 10 + 0.3 * i, 0, double(i)});
   CHECK(take(chain, 60) == 1);
 }
@@ -88,11 +89,11 @@ TEST_CASE("Of equal times a pilot done again takes the cell with the larger sign
 }
 
 TEST_CASE("The front has what no cell beats in accuracy and time") {
-  const std::vector<CellFigures> cells{
+  const std::vector<CellStatistics> cells{
       {0.9, 20, 0, 0}, {0.8, 10, 0, 0}, {0.9, 20.5, 0, 0}, {0.8, 12, 0, 0}, {0.85, 19.5, 0, 0}};
-  CHECK(front_of(cells) == std::vector<std::size_t>{1, 0, 2});  // 3 is slow, 4 no quicker than 0
-  const std::vector<CellFigures> plain{{0.5, 1, 0, 0}, {0.7, 2, 0, 0}, {0.6, 3, 0, 0}};
-  CHECK(front_of(plain) == std::vector<std::size_t>{0, 1});
+  CHECK(find_front(cells) == std::vector<std::size_t>{1, 0, 2});  // 3 is slow, 4 no quicker than 0
+  const std::vector<CellStatistics> plain{{0.5, 1, 0, 0}, {0.7, 2, 0, 0}, {0.6, 3, 0, 0}};
+  CHECK(find_front(plain) == std::vector<std::size_t>{0, 1});
 }
 
 TEST_CASE("Answers that hang together in a replicate count for fewer") {
@@ -177,7 +178,7 @@ TEST_CASE("Separability leaves each replicate out: what only a replicate shares 
   FeatureMatrix copies = once;
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < once.size(); ++i) rows.insert(rows.end(), 5, i);
-  copies = take_rows(once, rows);
+  copies = select_rows(once, rows);
   const auto blind = separability(copies, Learner::lda, 1);
   REQUIRE(blind);
   CHECK(share_of(*blind) < 0.6);
@@ -195,7 +196,7 @@ TEST_CASE("A fabric that is in one replicate alone cannot be asked about") {
   for (std::size_t i = 0; i < lacking.size(); ++i)
     if (lacking.labels[i] != "l2" || lacking.groups[i] == "r100") rows.push_back(i);
   rows.push_back(2);  // twice, so that a learner takes it
-  const auto refused = separability(take_rows(lacking, rows), Learner::lda, 1);
+  const auto refused = separability(select_rows(lacking, rows), Learner::lda, 1);
   REQUIRE_FALSE(refused);
   CHECK_THAT(to_string(refused.error()), Catch::Contains("one replicate alone"));
 }

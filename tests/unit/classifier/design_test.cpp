@@ -77,13 +77,14 @@ TEST_CASE("Quantiles, means and normal draws are what they should be") {
   std::vector<double> values;
   RandomEngine engine(3);
   for (int i = 0; i < 400; ++i) values.push_back(normal_draw(engine));
-  CHECK(mean_of(values) == Approx(0).margin(0.15));
-  CHECK(deviation_of(values) == Approx(1).margin(0.1));
+  CHECK(compute_mean(values) == Approx(0).margin(0.15));
+  CHECK(compute_deviation(values) == Approx(1).margin(0.1));
   // of a mean: +- 1.96 sd / sqrt(n)
   const Interval interval = mean_interval(values, 2000, 1);
-  CHECK(interval.high - interval.low == Approx(2 * 1.96 * deviation_of(values) / 20).epsilon(0.1));
-  CHECK(interval.low < mean_of(values));
-  CHECK(interval.high > mean_of(values));
+  CHECK(interval.high - interval.low ==
+        Approx(2 * 1.96 * compute_deviation(values) / 20).epsilon(0.1));
+  CHECK(interval.low < compute_mean(values));
+  CHECK(interval.high > compute_mean(values));
 }
 
 TEST_CASE("The response of a sinusoid is its power over that of the noise in the band") {

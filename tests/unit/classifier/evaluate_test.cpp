@@ -118,7 +118,7 @@ TEST_CASE("Wilson's interval has its published values") {
 
 TEST_CASE("The interval over splits has the width of Nadeau and Bengio, worked by hand") {
   const std::vector<double> accuracy = {0.5, 0.6, 0.55};
-  CHECK(deviation_of(accuracy) == Approx(0.05));
+  CHECK(compute_deviation(accuracy) == Approx(0.05));
   // variance 0.05^2 (1/3 + 8/32) = 0.00145833, t(0.975, 2) = 0.95 / sqrt(2 0.975 0.025) = 4.302653
   const Interval interval = split_interval(accuracy, {32, 8});
   CHECK(interval.low == Approx(0.55 - 0.164310).margin(1e-6));
@@ -201,7 +201,7 @@ TEST_CASE("Permuting the labels brings the accuracy to chance, the true labels d
   REQUIRE(permuted->accuracy.size() == 12);
   CHECK(permuted->trials == 12 * 48);
   CHECK(permuted->chance == Approx(0.25).epsilon(1e-12));
-  CHECK(permuted->mean == Approx(mean_of(permuted->accuracy)));
+  CHECK(permuted->mean == Approx(compute_mean(permuted->accuracy)));
   // 576 answers at chance: standard deviation 0.018; four of them are passed once in 16 000 seeds
   CHECK(permuted->mean == Approx(0.25).margin(4 * 0.018));
 }

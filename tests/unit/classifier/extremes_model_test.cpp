@@ -40,7 +40,7 @@ TEST_CASE("Extremes: 1024 taxels with all phases are learnt, asked and stored") 
   const auto matrix = build_feature_matrix(wide_trials(4, 1), {}, 1);
   REQUIRE(matrix);
   CHECK(matrix->names.size() == 3 + 12 * many_taxels);
-  const std::vector<Trial> asked = wide_trials(3, 2);
+  const std::vector<Trial> requested = wide_trials(3, 2);
   for (const Learner kind :
        {Learner::pvalue, Learner::pca, Learner::all, Learner::lda, Learner::svc, Learner::trees}) {
     INFO(to_string(kind));
@@ -53,22 +53,22 @@ TEST_CASE("Extremes: 1024 taxels with all phases are learnt, asked and stored") 
     REQUIRE(save_model(model, file));
     const auto again = load_model(file);
     REQUIRE(again);
-    for (const Trial& trial : asked) {
+    for (const Trial& trial : requested) {
       const auto features = extract(trial, model.setup.options);
       REQUIRE(features);
-      const auto said = answer(model.learner, model.aids, *features);
-      const auto same = answer(again->learner, again->aids, *features);
-      REQUIRE((said && same));
-      CHECK(model.learner.labels()[said->ballot.winner] == trial.label);
-      CHECK(same->ballot.winner == said->ballot.winner);
-      CHECK(same->ballot.decision == said->ballot.decision);
-      for (const double f : said->ballot.decision) CHECK(std::isfinite(f));
+      const auto reply = predict(model.learner, model.postprocessing, *features);
+      const auto same = predict(again->learner, again->postprocessing, *features);
+      REQUIRE((reply && same));
+      CHECK(model.learner.labels()[reply->ballot.winner] == trial.label);
+      CHECK(same->ballot.winner == reply->ballot.winner);
+      CHECK(same->ballot.decision == reply->ballot.decision);
+      for (const double f : reply->ballot.decision) CHECK(std::isfinite(f));
     }
   }
 }
 
 // Classes "classa" and "twin" row by row the same, and a third far from both.
-FeatureMatrix twins_and_another() {
+FeatureMatrix duplicates_and_another() {
   FeatureMatrix out = gaussian_classes(3, 6, 8, 40.0, 2);
   for (std::size_t r = 0; r < 6; ++r) {
     std::copy(out.values.row(r).begin(), out.values.row(r).end(), out.values.row(6 + r).begin());
@@ -78,24 +78,24 @@ FeatureMatrix twins_and_another() {
 }
 
 TEST_CASE("Extremes: of two identical classes one is answered by the rule for ties, not a third") {
-  const FeatureMatrix matrix = twins_and_another();  // labels: classa, classc, twin
-  constexpr std::size_t first = 0, third = 1, twin = 2, twins_core = 1;
+  const FeatureMatrix matrix = duplicates_and_another();  // labels: classa, classc, twin
+  constexpr std::size_t first = 0, third = 1, duplicate = 2, duplicate_core = 1;
   for (const Reduction r : {Reduction::pvalue, Reduction::pca, Reduction::all}) {
     INFO(to_string(r));
     const auto model = train(matrix, {.reduction = r});
     REQUIRE(model);
-    REQUIRE(model->pairs()[twins_core].b == twin);
+    REQUIRE(model->pairs()[duplicate_core].b == duplicate);
     const auto votes = testing::votes_on(*model, matrix);
     for (std::size_t row = 0; row < matrix.size(); ++row) {
       const Vote& vote = votes[row];
       for (const double f : vote.decision) CHECK(std::isfinite(f));
-      CHECK(std::abs(vote.decision[twins_core]) < 1e-9);
+      CHECK(std::abs(vote.decision[duplicate_core]) < 1e-9);
       const bool is_third = matrix.labels[row] == "classc";
       CHECK(vote.votes[third] == (is_third ? 2 : 0));
       if (is_third) CHECK(vote.winner == third);
       // A core's decision above 0 is the first one's vote, any other the second one's.
       else
-        CHECK(vote.winner == (vote.decision[twins_core] > 0.0 ? first : twin));
+        CHECK(vote.winner == (vote.decision[duplicate_core] > 0.0 ? first : duplicate));
     }
     for (std::size_t row = 0; row < 6; ++row) CHECK(votes[row].decision == votes[6 + row].decision);
   }

@@ -6,7 +6,7 @@
 
 #include "classifier/baseline/learner.hpp"
 #include "classifier/learn/scaler.hpp"
-#include "classifier/vote/learner_answer.hpp"
+#include "classifier/vote/learner_prediction.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::extremes_scale_test {
@@ -59,15 +59,15 @@ TEST_CASE("Extremes: a column that is constant up to rounding says nothing, what
     CAPTURE(to_string(learner));
     const auto model = train_learner(matrix, learner, {});
     REQUIRE(model);
-    const auto aids = learn_aids(model->trained, matrix, {});
-    REQUIRE((aids && *aids));
+    const auto postprocessing = fit_postprocessing(model->trained, matrix, {});
+    REQUIRE((postprocessing && *postprocessing));
     // of distances too nothing comes from it: two columns that tell classes apart, two that do not
-    for (const std::size_t k : {2U, 3U}) CHECK((*aids)->profile.deviation[k] > 1e12);
+    for (const std::size_t k : {2U, 3U}) CHECK((*postprocessing)->profile.deviation[k] > 1e12);
     std::size_t right = 0;
     for (std::size_t r = 0; r < fresh.size(); ++r) {
-      const auto said = answer(model->trained, *aids, fresh.values.row(r));
-      REQUIRE(said);
-      right += model->trained.labels()[said->ballot.winner] == fresh.labels[r] ? 1 : 0;
+      const auto reply = predict(model->trained, *postprocessing, fresh.values.row(r));
+      REQUIRE(reply);
+      right += model->trained.labels()[reply->ballot.winner] == fresh.labels[r] ? 1 : 0;
     }
     CHECK(right >= 22);
   }
@@ -112,32 +112,32 @@ TEST_CASE("Extremes: answers, probabilities and the reject rule from 1e-300 to 1
     INFO(to_string(learner));
     const auto model = train_learner(matrix, learner, {});
     REQUIRE(model);
-    const auto aids = learn_aids(model->trained, matrix, {});
-    REQUIRE(aids);
+    const auto postprocessing = fit_postprocessing(model->trained, matrix, {});
+    REQUIRE(postprocessing);
     std::size_t right = 0;
-    const auto ask = [&](std::span<const double> features) -> std::optional<Answer> {
-      const auto said = answer(model->trained, *aids, features);
-      if (!said) {
-        CHECK(said.error().what.find("not finite") != std::string::npos);
+    const auto query = [&](std::span<const double> features) -> std::optional<Prediction> {
+      const auto reply = predict(model->trained, *postprocessing, features);
+      if (!reply) {
+        CHECK(reply.error().what.find("not finite") != std::string::npos);
         return std::nullopt;
       }
       double sum = 0.0;
-      for (const double p : said->probability) {
+      for (const double p : reply->probability) {
         CHECK((p >= 0.0 && p <= 1.0));
         sum += p;
       }
       CHECK(sum == Approx(1.0));
-      return *said;
+      return *reply;
     };
     for (std::size_t r = 0; r < matrix.size(); ++r) {
-      const auto said = ask(matrix.values.row(r));
-      REQUIRE(said);
-      right += model->trained.labels()[said->ballot.winner] == matrix.labels[r] ? 1 : 0;
+      const auto reply = query(matrix.values.row(r));
+      REQUIRE(reply);
+      right += model->trained.labels()[reply->ballot.winner] == matrix.labels[r] ? 1 : 0;
     }
     CHECK(right >= matrix.size() - 2);
     for (const double far : {1.0, -1.0, 1e300, -1e300, least, 1e-300, largest_feature}) {
-      const auto said = ask(std::vector<double>(8, far));
-      if (said && std::abs(far) >= 1.0) CHECK(said->none_of_these);  // far in every small column
+      const auto reply = query(std::vector<double>(8, far));
+      if (reply && std::abs(far) >= 1.0) CHECK(reply->none_of_these);  // far in every small column
     }
   }
 }

@@ -34,7 +34,7 @@ enum At : std::size_t {
 
 // Of one taxel, which is worked on by itself; sixteen such side by side must have the same bits,
 // but for the spectrum: where they share a transform they may differ in its last bits.
-std::vector<double> features_of(const std::vector<double>& signal) {
+std::vector<double> compute_features(const std::vector<double>& signal) {
   const auto out = extract(motion_trial(signal));
   REQUIRE(out);
   REQUIRE(out->size() == 12);
@@ -115,19 +115,19 @@ TEST_CASE("Extremes: no sample in M is refused, one to three give the documented
   const auto none = extract(with_phases(2, 0, 5.0));
   REQUIRE_FALSE(none);
   CHECK(none.error().what == "phase M is empty");
-  const auto one = features_of({7});
+  const auto one = compute_features({7});
   CHECK(one[at_max] == 7.0);
   CHECK(one[at_mode] == 7.0);
   CHECK(one[at_norm] == 7.0);
   CHECK(one[at_kurt] == 3.0);
   for (const At k : {at_var, at_skew, at_range, at_m5, at_hfrq, at_sh}) CHECK(one[k] == 0.0);
-  const auto two = features_of({3, 5});
+  const auto two = compute_features({3, 5});
   CHECK(two[at_var] == 2.0);
   CHECK(two[at_kurt] == 3.0);
   CHECK(two[at_m5] == 0.0);
   CHECK(two[at_hfrq] == Approx(2.0));  // 2/T |X_1| = |-1 - 1|
   CHECK(two[at_sh] == Approx(2.0));
-  const auto three = features_of({0, 6, 0});
+  const auto three = compute_features({0, 6, 0});
   CHECK(three[at_var] == Approx(12.0));
   CHECK(three[at_skew] == 0.0);  // one peak
   CHECK(three[at_kurt] == 3.0);
@@ -153,13 +153,13 @@ TEST_CASE("Extremes: a sinusoid reads its amplitude at a prime length") {
     for (std::size_t i = 0; i < length; ++i)
       signal.push_back(1000.0 + 300.0 * std::cos(2.0 * M_PI * 5.0 * static_cast<double>(i) /
                                                  static_cast<double>(length)));
-    CHECK(features_of(signal)[at_hfrq] == Approx(300.0).epsilon(1e-9));
+    CHECK(compute_features(signal)[at_hfrq] == Approx(300.0).epsilon(1e-9));
   }
 }
 
 TEST_CASE("Extremes: constant and saturated signals have no spread, exactly") {
   for (const double level : {0.0, 0.1, 65535.0}) {
-    const auto out = features_of(std::vector<double>(925, level));
+    const auto out = compute_features(std::vector<double>(925, level));
     CHECK(out[at_mean] == Approx(level));
     CHECK(out[at_kurt] == 3.0);
     for (const At k : {at_var, at_skew, at_range, at_m5, at_hfrq, at_sh}) CHECK(out[k] == 0.0);
@@ -170,7 +170,7 @@ TEST_CASE("Extremes: one spike has the moments of its closed form") {
   constexpr double n = 925, height = 65535;
   std::vector<double> signal(static_cast<std::size_t>(n), 0.0);
   signal[400] = height;
-  const auto out = features_of(signal);
+  const auto out = compute_features(signal);
   const double p = 1.0 / n, m2 = p * (1 - p), m4 = m2 * (1 - 3 * m2);
   CHECK(out[at_var] == Approx(height * height * m2 * n / (n - 1)).epsilon(1e-12));
   CHECK(out[at_kurt] == Approx(m4 / (m2 * m2)).epsilon(1e-12));  // 923
@@ -198,7 +198,7 @@ TEST_CASE("Extremes: NaN, infinity and counts whose moments overflow are refused
 
 TEST_CASE("Extremes: subnormal counts are a constant, up to the rounding that is documented") {
   const double least = std::numeric_limits<double>::denorm_min();
-  const auto out = features_of({least, 0, 3 * least, 0, least});
+  const auto out = compute_features({least, 0, 3 * least, 0, least});
   for (const At k : {at_var, at_m5, at_hfrq, at_sh}) CHECK(out[k] == 0.0);
   CHECK(out[at_max] == 3 * least);
 }

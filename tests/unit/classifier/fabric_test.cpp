@@ -68,7 +68,7 @@ TEST_CASE(
   for (std::size_t i = 0; i < 6; ++i) {
     for (std::size_t c = 4; c-- > 0;) by_fold.push_back(6 * c + i);
   }
-  CHECK(decisions(train(take_rows(matrix, by_fold)).value(), matrix) == decisions(*one, matrix));
+  CHECK(decisions(train(select_rows(matrix, by_fold)).value(), matrix) == decisions(*one, matrix));
 }
 
 TEST_CASE("Solving each subset size once gives the same scores as solving every delta by itself") {
@@ -211,16 +211,16 @@ void check_finite(const FabricModel& model, const FeatureMatrix& matrix) {
 }
 
 TEST_CASE("A fabric compared with itself is decided without failing") {
-  FeatureMatrix twins = gaussian_classes(1, 12, 6, 1.0, 6);
+  FeatureMatrix duplicates = gaussian_classes(1, 12, 6, 1.0, 6);
   for (std::size_t r = 6; r < 12; ++r) {
-    std::copy(twins.values.row(r - 6).begin(), twins.values.row(r - 6).end(),
-              twins.values.row(r).begin());
-    twins.labels[r] = "twin";
+    std::copy(duplicates.values.row(r - 6).begin(), duplicates.values.row(r - 6).end(),
+              duplicates.values.row(r).begin());
+    duplicates.labels[r] = "twin";
   }
   for (const Reduction r : {Reduction::pvalue, Reduction::pca, Reduction::all}) {
-    const auto model = train(twins, {.reduction = r});
+    const auto model = train(duplicates, {.reduction = r});
     REQUIRE(model);
-    check_finite(*model, twins);
+    check_finite(*model, duplicates);
   }
 }
 

@@ -142,7 +142,7 @@ TEST_CASE("Ranks find what tails hide") {
   std::vector<std::size_t> right;
   for (const View view : {View::plain, View::ranked, View::normal_scores}) {
     const auto learner =
-        train_recipe(take_rows(data, split->front().train), {Learner::lda, 20, view}, {});
+        train_recipe(select_rows(data, split->front().train), {Learner::lda, 20, view}, {});
     REQUIRE(learner);
     right.push_back(0);
     for (const std::size_t r : split->front().test)

@@ -64,7 +64,7 @@ TEST_CASE("Looks at every stage of a second slide cost a stream no allocation") 
   const std::vector<double> seconds = stage_seconds(60);  // twelve lengths
   const Trial whole = slide(16, 60 * 37 + 1, 7);
   FeatureStream stream(16);
-  const auto looks = [&] {
+  const auto inspections = [&] {
     stream.restart();
     std::size_t seen = 0;
     for (std::size_t i = 0; i < whole.samples(); ++i) {
@@ -76,10 +76,10 @@ TEST_CASE("Looks at every stage of a second slide cost a stream no allocation") 
     }
     return seen;
   };
-  CHECK(looks() == seconds.size());
+  CHECK(inspections() == seconds.size());
   CHECK(seconds.size() == 12);
   const std::size_t before = allocations();
-  const std::size_t seen = looks();
+  const std::size_t seen = inspections();
   const std::size_t after = allocations();
   CHECK(seen == seconds.size());
   CHECK(after == before);

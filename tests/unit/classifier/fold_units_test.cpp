@@ -11,7 +11,7 @@
 #include "classifier/baseline/class_folds.hpp"
 #include "classifier/baseline/fold_report.hpp"
 #include "classifier/fabric/pair_problem.hpp"
-#include "classifier/vote/learner_answer.hpp"
+#include "classifier/vote/learner_prediction.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::fold_units_test {
@@ -107,8 +107,8 @@ TEST_CASE("A label of a single group is dealt by recordings, the others stay in 
   }
   const FoldReport report = fold_report(data, Learner::best, by_groups());
   CHECK(report.finer == std::map<std::string, std::string>{{"c", "recording"}});
-  CHECK(words_of(report) == "c dealt by recording");
-  CHECK(words_of(fold_report(data, Learner::pvalue, by_groups())) == "c dealt by recording");
+  CHECK(format_folds(report) == "c dealt by recording");
+  CHECK(format_folds(fold_report(data, Learner::pvalue, by_groups())) == "c dealt by recording");
 }
 
 TEST_CASE("A label of a single recording is dealt by windows, the others by recordings") {
@@ -120,7 +120,7 @@ TEST_CASE("A label of a single recording is dealt by windows, the others by reco
                 options.fold_unit == FoldUnit::group ? data.groups : recordings(data));
     check_trainable(data, folds);
   }
-  CHECK(words_of(fold_report(data, Learner::svc, {})) == "c dealt by window");
+  CHECK(format_folds(fold_report(data, Learner::svc, {})) == "c dealt by window");
 }
 
 TEST_CASE("Labels of some of the groups are dealt by groups whatever the seed") {
@@ -137,7 +137,7 @@ TEST_CASE("Labels of some of the groups are dealt by groups whatever the seed") 
       check_whole(data, folds, {"a", "b", "c", "d", "e"}, data.groups);
       check_trainable(data, folds);
     }
-    CHECK(fold_report(data, Learner::best, by_groups()).as_asked());
+    CHECK(fold_report(data, Learner::best, by_groups()).as_requested());
   }
 }
 
@@ -157,7 +157,7 @@ FeatureMatrix with_rare_label(std::size_t rare, std::uint64_t seed) {
   FeatureMatrix data = gaussian_classes(4, 12, 6, 1.5, seed);
   std::vector<std::size_t> rows;
   for (std::size_t r = 0; r < 36 + rare; ++r) rows.push_back(r);
-  return take_rows(data, rows);
+  return select_rows(data, rows);
 }
 
 TEST_CASE("A label of two trials is never held out, and the others are tested all the same") {
@@ -167,9 +167,9 @@ TEST_CASE("A label of two trials is never held out, and the others are tested al
   check_trainable(data, folds);
   CHECK(held_out(data, folds) ==
         std::map<std::string, std::size_t>{{"classa", 12}, {"classb", 12}, {"classc", 12}});
-  CHECK(words_of(fold_report(data, Learner::svc, {})) == "not tested: classd (2 trials)");
-  CHECK(fold_report(data, Learner::all, {}).as_asked());  // a pair's folds hold both out
-  CHECK(fold_report(with_rare_label(3, 3), Learner::best, {}).as_asked());
+  CHECK(format_folds(fold_report(data, Learner::svc, {})) == "not tested: classd (2 trials)");
+  CHECK(fold_report(data, Learner::all, {}).as_requested());  // a pair's folds hold both out
+  CHECK(fold_report(with_rare_label(3, 3), Learner::best, {}).as_requested());
 }
 
 TEST_CASE("Three trials cannot be held out in two folds, and do not stop the others") {
@@ -188,7 +188,7 @@ TEST_CASE("With a label of two trials an SVC is tuned, calibrated and refuses st
   corner.grid.c = {corner.grid.c.front()};
   corner.grid.gamma = {corner.grid.gamma.front()};
   const auto fit = [&](const TrainOptions& options) {
-    const Classes classes = classes_of(data);
+    const Classes classes = find_classes(data);
     return MultiClassSvc::fit(data.values, classes.of_row, 4, class_folds(data, options).folds,
                               options)
         .value();
@@ -198,10 +198,11 @@ TEST_CASE("With a label of two trials an SVC is tuned, calibrated and refuses st
     CAPTURE(to_string(kind));
     const auto learner = train_recipe(data, {kind}, {});
     REQUIRE(learner);
-    const auto aids = learn_aids(*learner, data, {});
-    REQUIRE((aids && *aids));
-    for (const double threshold : (*aids)->reject.threshold) CHECK(std::isfinite(threshold));
-    CHECK(answer(*learner, *aids, std::vector<double>(6, 60.0))->none_of_these);
+    const auto postprocessing = fit_postprocessing(*learner, data, {});
+    REQUIRE((postprocessing && *postprocessing));
+    for (const double threshold : (*postprocessing)->reject.threshold)
+      CHECK(std::isfinite(threshold));
+    CHECK(predict(*learner, *postprocessing, std::vector<double>(6, 60.0))->none_of_these);
   }
   const auto chosen = train_learner(data, Learner::best, {});
   REQUIRE(chosen);
@@ -211,28 +212,28 @@ TEST_CASE("With a label of two trials an SVC is tuned, calibrated and refuses st
 TEST_CASE(
     "Where nothing can be held out nothing is claimed, and an SVC is neither stiff nor flat") {
   const FeatureMatrix pairs = gaussian_classes(3, 2, 6, 3.0, 11);
-  const FeatureMatrix lone = take_rows(gaussian_classes(2, 12, 6, 3.0, 12),
-                                       std::vector<std::size_t>{0, 1, 2, 3, 4, 5, 6, 12, 13});
+  const FeatureMatrix lone = select_rows(gaussian_classes(2, 12, 6, 3.0, 12),
+                                         std::vector<std::size_t>{0, 1, 2, 3, 4, 5, 6, 12, 13});
   for (const FeatureMatrix& data : {pairs, lone}) {
     CHECK(class_folds(data, {}).folds.empty());
     CHECK(fold_report(data, Learner::best, {}).none);
     for (const Learner kind : {Learner::svc, Learner::lda, Learner::trees}) {
       const auto learner = train_recipe(data, {kind}, {});
       REQUIRE(learner);
-      const auto aids = learn_aids(*learner, data, {});
-      REQUIRE(aids);
-      CHECK_FALSE(*aids);
-      const auto said = answer(*learner, *aids, data.values.row(0));
-      REQUIRE(said);
-      CHECK(said->probability.empty());
-      CHECK_FALSE(said->none_of_these);
+      const auto postprocessing = fit_postprocessing(*learner, data, {});
+      REQUIRE(postprocessing);
+      CHECK_FALSE(*postprocessing);
+      const auto reply = predict(*learner, *postprocessing, data.values.row(0));
+      REQUIRE(reply);
+      CHECK(reply->probability.empty());
+      CHECK_FALSE(reply->none_of_these);
     }
     const auto svc = train_recipe(data, {Learner::svc}, {});
     const auto& machine = std::get<MultiClassSvc>(svc->machine());
     CHECK(machine.c() == 8.0);
     CHECK(machine.gamma() == 0.125);  // of the grid the nearest to 1 / 6
   }
-  CHECK(words_of(fold_report(lone, Learner::svc, {})) ==
+  CHECK(format_folds(fold_report(lone, Learner::svc, {})) ==
         "none: label classb has 2 trials, too few for 5 folds that train on 2 of each");
 }
 

@@ -108,7 +108,7 @@ std::vector<int> pair_sign() {
   return sign;
 }
 
-std::vector<Fold> folds_of(const nlohmann::json& pair) {
+std::vector<Fold> build_folds(const nlohmann::json& pair) {
   std::vector<Fold> out;
   for (const auto& validate : pair["folds"]) {
     Fold fold;
@@ -188,7 +188,7 @@ TEST_CASE("Every core chooses the grid point of the Python reference, given its 
     for (const auto& want : pair["cores"]) {
       INFO(want["reduction"] << " nested " << want["nested"] << " " << pair["a"] << pair["b"]);
       const auto core = testing::lone_core(matrix.values.take(pair_rows(pair)), pair_sign(),
-                                           folds_of(pair), options_of(want));
+                                           build_folds(pair), options_of(want));
       REQUIRE(core);
       CHECK(core->info().cv_errors == want["cv_errors"].get<std::size_t>());
       CHECK(core->info().c == want["c"].get<double>());
@@ -215,11 +215,11 @@ TEST_CASE("The vote over all cores equals the Python reference's") {
   for (const auto& want : golden()["votes"]) {
     TrainOptions options = options_of(want);
     // all pairs have the same sizes and the reference the same seed: the same folds
-    options.make_folds = [](std::span<const int>) { return folds_of(golden()["pairs"][0]); };
-    const auto model = train(take_rows(matrix, train_rows), options);
+    options.make_folds = [](std::span<const int>) { return build_folds(golden()["pairs"][0]); };
+    const auto model = train(select_rows(matrix, train_rows), options);
     REQUIRE(model);
     std::vector<std::size_t> predictions;
-    for (const Vote& vote : testing::votes_on(*model, take_rows(matrix, test_rows)))
+    for (const Vote& vote : testing::votes_on(*model, select_rows(matrix, test_rows)))
       predictions.push_back(vote.winner);
     CHECK(predictions == want["predictions"].get<std::vector<std::size_t>>());
   }

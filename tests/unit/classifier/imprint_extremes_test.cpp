@@ -11,8 +11,8 @@ namespace {
 
 const std::vector<double> all_sigmas{0.0, 1e-300, 0.4, 1.0, 2.0, 4.0, 100.0};
 
-std::vector<double> features_of(const Image& image, const std::vector<double>& sigmas,
-                                const ScaleOptions& base = {}) {
+std::vector<double> compute_features(const Image& image, const std::vector<double>& sigmas,
+                                     const ScaleOptions& base = {}) {
   ScaleOptions options = base;
   options.sigmas = sigmas;
   auto features = ScaleFeatures::make(options);
@@ -32,16 +32,16 @@ TEST_CASE("imprints without an interior, constant or saturated, have zeros only"
     Image image(static_cast<std::size_t>(rows), static_cast<std::size_t>(cols));
     for (std::size_t i = 0; i < image.data().size(); ++i)
       image.data()[i] = static_cast<double>(i * i % 7);
-    check_zero(features_of(image, all_sigmas));
+    check_zero(compute_features(image, all_sigmas));
   }
   for (const double level : {0.0, 0.1, 127.0, -3.7e99})
-    check_zero(features_of(Image(32, 32, level), all_sigmas));
+    check_zero(compute_features(Image(32, 32, level), all_sigmas));
 }
 
 TEST_CASE("3 x 3: one taxel has neighbours") {
   Image image(3, 3, 10.0);
   image(1, 1) = 90.0;
-  const auto values = features_of(image, {0.0});
+  const auto values = compute_features(image, {0.0});
   CHECK(values[7] == 1.0);
   CHECK(values[8] == 80.0);
   CHECK(values[9] == 0.0);
@@ -54,10 +54,10 @@ TEST_CASE("small images at every scale: finite features, and smoothing within wh
     Image image(static_cast<std::size_t>(rows), static_cast<std::size_t>(cols));
     for (double& value : image.data()) value = static_cast<double>(random_below(engine, 128));
     const auto [low, high] = std::minmax_element(image.data().begin(), image.data().end());
-    features_of(image, all_sigmas);
+    compute_features(image, all_sigmas);
     for (const double sigma : all_sigmas) {
       INFO(rows << " x " << cols << ", sigma " << sigma);
-      CHECK(features_of(image, {sigma}).size() == 10);
+      CHECK(compute_features(image, {sigma}).size() == 10);
       auto filter = GaussianFilter::make(sigma);
       REQUIRE(filter);
       Image smooth;
@@ -75,7 +75,7 @@ TEST_CASE("small images at every scale: finite features, and smoothing within wh
       GaussianFilter::make(sigma).value().apply(image, smooth);
       const auto [least, most] = std::minmax_element(smooth.data().begin(), smooth.data().end());
       CHECK(*most - *least < 4.0 / sigma * (*high - *low));
-      const auto values = features_of(image, {sigma});
+      const auto values = compute_features(image, {sigma});
       CHECK(values[4] == 0.0);
       CHECK(values[7] == 0.0);
     }
@@ -86,7 +86,7 @@ TEST_CASE("a scale far larger than the image leaves its mean, without an edge of
   RandomEngine engine(4);
   Image image(32, 32);
   for (double& value : image.data()) value = static_cast<double>(random_below(engine, 128));
-  const auto values = features_of(image, {1000.0});
+  const auto values = compute_features(image, {1000.0});
   CHECK(values[4] == 0.0);
   CHECK(values[7] == 0.0);
 }
@@ -95,7 +95,7 @@ TEST_CASE("1024 x 1024 and the largest values stay finite") {
   RandomEngine engine(9);
   Image image(1024, 1024);
   for (double& value : image.data()) value = static_cast<double>(random_below(engine, 128));
-  const auto values = features_of(image, {0.0, 2.0});
+  const auto values = compute_features(image, {0.0, 2.0});
   CHECK(values[0] > 1000.0);
   CHECK(values[7] > 10000.0);
   Image huge(16, 16);
@@ -107,10 +107,10 @@ TEST_CASE("1024 x 1024 and the largest values stay finite") {
       options.noise = noise;
       options.orientation = spread;
       options.thresholds = {0.0, 0.0};
-      features_of(huge, all_sigmas, options);
+      compute_features(huge, all_sigmas, options);
       Image faint(16, 16);
       for (double& value : faint.data()) value = testing::normal(engine) * 1e-160;
-      features_of(faint, all_sigmas, options);
+      compute_features(faint, all_sigmas, options);
     }
 }
 
@@ -118,7 +118,7 @@ TEST_CASE("a ramp is a ridge only where it runs into the replicated border") {
   Image image(20, 20);
   for (std::size_t r = 0; r < 20; ++r)
     for (std::size_t c = 0; c < 20; ++c) image(r, c) = static_cast<double>(2 * c);
-  const auto values = features_of(image, {0.0});
+  const auto values = compute_features(image, {0.0});
   CHECK(values[0] == 18.0);  // the last column but one: the border's gradient is half as large
   CHECK(values[1] == 2.0);
   check_zero({values.begin() + 2, values.end()});

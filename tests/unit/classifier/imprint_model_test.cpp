@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "classifier/imprint/imprint_model.hpp"
-#include "classifier/vote/aids.hpp"
+#include "classifier/vote/postprocessing.hpp"
 #include "tests/unit/classifier/damaged_model.hpp"
 
 namespace weft::classifier::imprint::imprint_model_test {
@@ -32,17 +32,17 @@ std::vector<Imprint> three_textures(std::uint64_t seed, std::size_t of_each = 6)
   return out;
 }
 
-ImprintModel trained(Learner learner, const FeaturePlan& plan = {}, bool with_aids = true) {
+ImprintModel trained(Learner learner, const FeaturePlan& plan = {}, bool postprocess = true) {
   const auto imprints = three_textures(1);
   const auto matrix = build_matrix(imprints, plan);
   REQUIRE(matrix);
   const auto chosen = train_learner(*matrix, learner, {});
   REQUIRE(chosen);
   ImprintModel out{{"simulated", "abc", "1.2", "made up"}, {grid, plan}, chosen->trained, {}};
-  if (with_aids) {
-    auto aids = learn_aids(out.learner, *matrix, {});
-    REQUIRE(aids);
-    out.aids = std::move(*aids);
+  if (postprocess) {
+    auto postprocessing = fit_postprocessing(out.learner, *matrix, {});
+    REQUIRE(postprocessing);
+    out.postprocessing = std::move(*postprocessing);
   }
   return out;
 }
@@ -59,21 +59,22 @@ Result<ImprintModel> loaded(const std::string& text) {
 }
 
 void check_same_answers(const ImprintModel& a, const ImprintModel& b) {
-  const auto asked = three_textures(77);
-  const auto want = classify_imprints(a, grid, asked), got = classify_imprints(b, grid, asked);
+  const auto requested = three_textures(77);
+  const auto want = classify_imprints(a, grid, requested),
+             got = classify_imprints(b, grid, requested);
   REQUIRE((want && got));
-  REQUIRE(want->size() == asked.size());
+  REQUIRE(want->size() == requested.size());
   std::size_t right = 0;
-  for (std::size_t i = 0; i < asked.size(); ++i) {
-    const Answer &w = (*want)[i], &g = (*got)[i];
+  for (std::size_t i = 0; i < requested.size(); ++i) {
+    const Prediction &w = (*want)[i], &g = (*got)[i];
     CHECK(g.ballot.winner == w.ballot.winner);
     CHECK(g.ballot.votes == w.ballot.votes);
     CHECK(g.ballot.decision == w.ballot.decision);
     CHECK(g.probability == w.probability);
     CHECK(g.none_of_these == w.none_of_these);
-    right += b.learner.labels()[g.ballot.winner] == asked[i].label ? 1 : 0;
+    right += b.learner.labels()[g.ballot.winner] == requested[i].label ? 1 : 0;
   }
-  CHECK(right >= asked.size() - 2);
+  CHECK(right >= requested.size() - 2);
 }
 
 FeaturePlan plan_of(std::vector<double> sigmas, Form form, std::vector<LawsSize> laws) {
@@ -92,16 +93,16 @@ TEST_CASE("A model of imprints is read as it was written and answers the same") 
   for (const Learner learner :
        {Learner::lda, Learner::svc, Learner::trees, Learner::pvalue, Learner::all})
     for (const FeaturePlan& plan : {FeaturePlan{}, odd, laws_alone})
-      for (const bool with_aids : {true, false}) {
-        INFO(to_string(learner) << ", aids " << with_aids);
-        const ImprintModel model = trained(learner, plan, with_aids);
+      for (const bool postprocess : {true, false}) {
+        INFO(to_string(learner) << ", aids " << postprocess);
+        const ImprintModel model = trained(learner, plan, postprocess);
         const std::string text = saved(model);
         const auto again = loaded(text);
         REQUIRE(again);
         CHECK(saved(*again) == text);
         CHECK(again->provenance.bench == "simulated");
         CHECK(again->learner.feature_names() == model.learner.feature_names());
-        CHECK(again->aids.has_value() == with_aids);
+        CHECK(again->postprocessing.has_value() == postprocess);
         check_same_answers(model, *again);
       }
 }
@@ -122,9 +123,9 @@ TEST_CASE("Features that are not those of the plan are not stored") {
 
 TEST_CASE("A model of imprints refuses another array and says both") {
   const ImprintModel model = trained(Learner::lda);
-  const auto asked = three_textures(2, 2);
+  const auto requested = three_textures(2, 2);
   const auto refused = [&](const TaxelGrid& other) {
-    const auto got = classify_imprints(model, other, asked);
+    const auto got = classify_imprints(model, other, requested);
     REQUIRE(!got);
     CHECK(got.error().what.find("another array") != std::string::npos);
     CHECK(got.error().expected == "16 x 12 taxels, 0.281 mm apart, counts of 7 bits");
@@ -133,23 +134,23 @@ TEST_CASE("A model of imprints refuses another array and says both") {
   CHECK(refused({12, 16, 0.281e-3, 7}).starts_with("12 x 16 taxels"));
   CHECK(refused({16, 12, 0.5e-3, 7}).find("0.5 mm") != std::string::npos);
   CHECK(refused({16, 12, 0.281e-3, 8}).find("8 bits") != std::string::npos);
-  CHECK(classify_imprints(model, grid, asked));
-  CHECK(classify_imprints(model, {16, 12, 36e-3 / 128, 7}, asked));  // the same to 1 %
-  CHECK(classify_imprints(model, {16, 12, 0.0, 0}, asked));          // which says nothing of itself
+  CHECK(classify_imprints(model, grid, requested));
+  CHECK(classify_imprints(model, {16, 12, 36e-3 / 128, 7}, requested));  // the same to 1 %
+  CHECK(classify_imprints(model, {16, 12, 0.0, 0}, requested));  // which says nothing of itself
 }
 
 TEST_CASE("An imprint that its array cannot give is refused by name") {
   const ImprintModel model = trained(Learner::lda);
-  auto asked = three_textures(2, 2);
-  asked[3].image(4, 5) = 128.0;
-  auto got = classify_imprints(model, grid, asked);
+  auto requested = three_textures(2, 2);
+  requested[3].image(4, 5) = 128.0;
+  auto got = classify_imprints(model, grid, requested);
   REQUIRE(!got);
-  CHECK(got.error().where.find(asked[3].file) != std::string::npos);
+  CHECK(got.error().where.find(requested[3].file) != std::string::npos);
   CHECK(got.error().got.find("128") != std::string::npos);
-  asked[3].image(4, 5) = -1.0;
-  CHECK(!classify_imprints(model, grid, asked));
-  asked[3].image = Image(16, 13, 20.0);
-  got = classify_imprints(model, grid, asked);
+  requested[3].image(4, 5) = -1.0;
+  CHECK(!classify_imprints(model, grid, requested));
+  requested[3].image = Image(16, 13, 20.0);
+  got = classify_imprints(model, grid, requested);
   REQUIRE(!got);
   CHECK(got.error().got.find("16 x 13") != std::string::npos);
 }
@@ -160,7 +161,7 @@ TEST_CASE("Arrays are the same where nothing that both know differs") {
   CHECK(is_same_grid({16, 12}, grid));
   CHECK(!is_same_grid(grid, {16, 12, 0.285e-3, 7}));
   CHECK(!is_same_grid(grid, {16, 12, 0.0, 8}));
-  CHECK(words_of({3, 4}) == "3 x 4 taxels, pitch not known, bits of a count not known");
+  CHECK(format_grid({3, 4}) == "3 x 4 taxels, pitch not known, bits of a count not known");
 }
 
 }  // namespace

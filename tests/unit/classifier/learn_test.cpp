@@ -277,9 +277,9 @@ TEST_CASE("Kernels larger than the machine are refused with rows, gigabytes and 
   CHECK(check_square_memory(1000, 2.0));
   const auto refused = check_square_memory(10'000'000, 2.0);  // 1.6 PB
   REQUIRE_FALSE(refused);
-  const std::string said = to_string(refused.error());
+  const std::string reply = to_string(refused.error());
   for (const char* part : {"10000000 feature vectors", "1600000.0 GB", "--learner lda"})
-    CHECK(said.find(part) != std::string::npos);
+    CHECK(reply.find(part) != std::string::npos);
 }
 
 TEST_CASE("A parallel loop visits every item once with any number of threads") {

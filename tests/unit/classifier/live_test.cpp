@@ -5,7 +5,7 @@
 #include <limits>
 #include <sstream>
 
-#include "classifier/base/sealed_text.hpp"
+#include "classifier/base/checksummed_text.hpp"
 #include "classifier/live/live_voter.hpp"
 #include "classifier/live/staged_model.hpp"
 #include "tests/unit/classifier/support.hpp"
@@ -58,7 +58,7 @@ std::shared_ptr<const StagedModel> staged() {
   return std::make_shared<const StagedModel>(std::move(*model));
 }
 
-std::string text_of(const StagedModel& model) {
+std::string format_text(const StagedModel& model) {
   std::ostringstream out;
   REQUIRE(save_staged(model, out));
   return out.str();
@@ -69,13 +69,13 @@ Result<StagedModel> loaded_stages(const std::string& text) {
   return load_staged(in);
 }
 
-std::vector<LiveAnswer> votes_of(LiveVoter& voter, const Trial& trial) {
-  std::vector<LiveAnswer> out;
+std::vector<LivePrediction> votes_of(LiveVoter& voter, const Trial& trial) {
+  std::vector<LivePrediction> out;
   voter.restart();
   for (std::size_t i = 0; i < trial.samples(); ++i) {
-    auto said = voter.add(trial.phase[i], trial.row(i));
-    REQUIRE(said);
-    if (*said) out.push_back(std::move(**said));
+    auto reply = voter.add(trial.phase[i], trial.row(i));
+    REQUIRE(reply);
+    if (*reply) out.push_back(std::move(**reply));
   }
   return out;
 }
@@ -119,7 +119,7 @@ TEST_CASE("a rate that is off by a rounding changes no stage, and keeps the last
     std::vector<std::size_t> frames;
     for (std::size_t i = 0; i < model->stages.size(); ++i) {
       frames.push_back(model->stages[i].motion_frames);
-      LiveAnswer answer{model->slide_s(i), 0, {1.0}};
+      LivePrediction answer{model->slide_s(i), 0, {1.0}};
       CHECK(is_sure({0.9, stage_seconds(2)[i]}, answer));
     }
     CHECK(frames == std::vector<std::size_t>{25, 50, 100});
@@ -144,12 +144,12 @@ TEST_CASE(
   const auto model = train_staged(some, rate_hz, options_of_lda());
   REQUIRE(model);
   CHECK(model->stages.size() == 2);  // 0.5, 1 s; of 2 and 3 s there are two slides of each
-  for (const LiveStage& stage : model->stages) CHECK(stage.model.aids);
+  for (const LiveStage& stage : model->stages) CHECK(stage.model.postprocessing);
   const auto few = train_staged(slides(2), rate_hz, options_of_lda());
   REQUIRE(few);
   CHECK(few->stages.size() == 4);
   for (const LiveStage& stage : few->stages) {
-    CHECK_FALSE(stage.model.aids);
+    CHECK_FALSE(stage.model.postprocessing);
     CHECK(stage.model.provenance.training.find("none: label cloth 0 has 2 trials") !=
           std::string::npos);
   }
@@ -157,10 +157,10 @@ TEST_CASE(
 
 TEST_CASE("a staged model comes back from its file as it was, and nothing else is taken for one") {
   const auto model = staged();
-  const std::string text = text_of(*model);
+  const std::string text = format_text(*model);
   const auto again = loaded_stages(text);
   REQUIRE(again);
-  CHECK(text_of(*again) == text);
+  CHECK(format_text(*again) == text);
   CHECK(again->sample_rate_hz == rate_hz);
   for (std::size_t cut = 0; cut < text.size(); cut += 1 + text.size() / 200)
     CHECK_FALSE(loaded_stages(text.substr(0, cut)));
@@ -172,11 +172,11 @@ TEST_CASE("a staged model comes back from its file as it was, and nothing else i
   CHECK(refused.error().hint.find("--live") != std::string::npos);
   StagedModel swapped = *model;
   std::swap(swapped.stages[0], swapped.stages[1]);
-  CHECK_FALSE(loaded_stages(text_of(swapped)));
+  CHECK_FALSE(loaded_stages(format_text(swapped)));
 }
 
 TEST_CASE("a live model of which any byte was altered is refused, its head where that is in it") {
-  const std::string text = text_of(*train_staged(slides(3, 20), rate_hz, options_of_lda()));
+  const std::string text = format_text(*train_staged(slides(3, 20), rate_hz, options_of_lda()));
   const std::size_t first_model = text.find("weft-fabric-model");
   REQUIRE(first_model < text.size());
   std::size_t read = 0, head_read = 0;
@@ -198,7 +198,7 @@ TEST_CASE("a live model of which any byte was altered is refused, its head where
 TEST_CASE("a live model of another sample rate than its stages were trained at is refused") {
   StagedModel model = *staged();
   model.sample_rate_hz *= 1.001;
-  CHECK(loaded_stages(text_of(model)).error().what ==
+  CHECK(loaded_stages(format_text(model)).error().what ==
         "a stage was trained at another sample rate");
 }
 
@@ -212,7 +212,7 @@ TEST_CASE("a rule that waits for a stage's seconds hears that stage, at any samp
     for (std::size_t k = 0; k < seconds.size(); ++k) {
       CHECK(model->slide_s(k) >= seconds[k]);
       CHECK(model->slide_s(k) < seconds[k] + 1.001 / rate);
-      const LiveAnswer answer{model->slide_s(k), 0, {1.0}, false};
+      const LivePrediction answer{model->slide_s(k), 0, {1.0}, false};
       CHECK(is_sure({0.9, seconds[k]}, answer));
     }
   }
@@ -225,9 +225,9 @@ TEST_CASE(
     return load_staged_head(in);
   };
   const auto model = staged();
-  const std::string text = text_of(*model);
-  const std::size_t learnt = text.find("\nlabels ");
-  for (const std::string& beginning : {text, text.substr(0, learnt + 1)}) {
+  const std::string text = format_text(*model);
+  const std::size_t training_result = text.find("\nlabels ");
+  for (const std::string& beginning : {text, text.substr(0, training_result + 1)}) {
     const auto head = head_of(beginning);
     REQUIRE(head);
     CHECK(head->sample_rate_hz == model->sample_rate_hz);
@@ -244,22 +244,22 @@ TEST_CASE(
         "sample_rate_hz 40\nstages 2\nstage 20 9\nstage 20 9\n",
         "sample_rate_hz 1e6\nstages 1\nstage 20 9\n",
         "sample_rate_hz 40\nstages 1\nstage 20 9\nstage 40 9\n"})
-    CHECK(head_of(sealed(staged_file_header, opening) + text).error().code == Errc::corrupt);
+    CHECK(head_of(with_checksum(staged_file_header, opening) + text).error().code == Errc::corrupt);
   const std::size_t first_model = text.find("weft-fabric-model");
   const std::string faster =
-      sealed(staged_file_header, "sample_rate_hz 41\nstages 1\nstage 20 9\n");
+      with_checksum(staged_file_header, "sample_rate_hz 41\nstages 1\nstage 20 9\n");
   CHECK(head_of(faster + text.substr(first_model)).error().what ==
         "a stage was trained at another sample rate");
 }
 
 TEST_CASE("a vote is sure at its probability and not before its seconds of slide") {
-  LiveAnswer answer{2.0, 1, {0.1, 0.9}, false};
+  LivePrediction answer{2.0, 1, {0.1, 0.9}, false};
   CHECK(is_sure({0.9, 2.0}, answer));
   CHECK_FALSE(is_sure({0.91, 2.0}, answer));
   CHECK_FALSE(is_sure({0.9, 2.01}, answer));
   answer.none_of_these = true;
   CHECK_FALSE(is_sure({0.5, 0}, answer));
-  CHECK_FALSE(is_sure({0, 0}, LiveAnswer{9, 0, {}, false}));
+  CHECK_FALSE(is_sure({0, 0}, LivePrediction{9, 0, {}, false}));
 }
 
 TEST_CASE("at each stage the vote is that of the trial as far as it has come") {
@@ -273,9 +273,9 @@ TEST_CASE("at each stage the vote is that of the trial as far as it has come") {
       const LiveStage& stage = model->stages[k];
       CHECK(votes[k].slide_s == Approx(static_cast<double>(stage.motion_frames) / rate_hz));
       const std::vector<Trial> begun{begun_slide(trial, stage.motion_frames)};
-      const auto said = classify(stage.model, begun);
-      REQUIRE(said);
-      const Answer& whole = said->front();
+      const auto reply = classify(stage.model, begun);
+      REQUIRE(reply);
+      const Prediction& whole = reply->front();
       CHECK(votes[k].winner == whole.ballot.winner);
       CHECK(votes[k].probability == whole.probability);
       CHECK(votes[k].none_of_these == whole.none_of_these);

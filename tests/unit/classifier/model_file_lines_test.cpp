@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "classifier/base/line_text.hpp"
+#include "classifier/base/line_io.hpp"
 #include "classifier/baseline/decision_tree.hpp"
 #include "classifier/model/model_file.hpp"
 #include "tests/unit/classifier/stored_model.hpp"
@@ -78,20 +78,20 @@ TEST_CASE("a wrong line of a learner without cores is refused with its number") 
 
 // Text with word `place` (from 0) of the first line that begins with `keyword`, from the line on
 // that says how many trees there are.
-std::string with_word(const std::string& text, const std::string& keyword, std::size_t place,
-                      const std::string& word) {
+std::string with_token(const std::string& text, const std::string& keyword, std::size_t place,
+                       const std::string& word) {
   const std::size_t line = text.find("\n" + keyword + " ", text.find("\ntrees "));
   REQUIRE(line != std::string::npos);
   std::size_t from = line + 1 + keyword.size() + 1;
   for (; place > 0; --place) from = text.find(' ', from) + 1;
   std::string out = text;
-  return sealed(out.replace(from, text.find_first_of(" \n", from) - from, word));
+  return with_checksum(out.replace(from, text.find_first_of(" \n", from) - from, word));
 }
 
 TEST_CASE("wrong trees behind a right checksum are refused, each for what is wrong") {
   const StoredModel model = trained(Learner::trees);
   const std::string text = saved(model);
-  CHECK(with_word(text, "trees", 0, "1000") == text);
+  CHECK(with_token(text, "trees", 0, "1000") == text);
   const auto [keyword, word, says] = GENERATE(table<std::string, std::string, std::string>({
       {"trees", "0", "trees"},
       {"trees", "1001", "nodes"},
@@ -105,7 +105,7 @@ TEST_CASE("wrong trees behind a right checksum are refused, each for what is wro
       {"threshold", "inf", "threshold"},
   }));
   CAPTURE(keyword, word);
-  const auto stored = loaded(with_word(text, keyword, 0, word));
+  const auto stored = loaded(with_token(text, keyword, 0, word));
   REQUIRE_FALSE(stored);
   CHECK(stored.error().code == Errc::corrupt);
   CHECK(stored.error().where.find("line ") != std::string::npos);
@@ -201,7 +201,7 @@ TEST_CASE("knots that fall are refused") {
   std::string swapped = text;
   swapped.erase(first, row.size());
   swapped.insert(text.find("\nrow ", second) + 1 - row.size(), row);
-  const auto stored = loaded(sealed(swapped));
+  const auto stored = loaded(with_checksum(swapped));
   REQUIRE_FALSE(stored);
   CHECK(to_string(stored.error()).find("fall") != std::string::npos);
 }

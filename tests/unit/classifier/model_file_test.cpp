@@ -5,7 +5,7 @@
 #include <limits>
 #include <sstream>
 
-#include "classifier/base/line_text.hpp"
+#include "classifier/base/line_io.hpp"
 #include "tests/unit/classifier/stored_model.hpp"
 #include "tests/unit/source_text.hpp"
 
@@ -19,7 +19,7 @@ std::vector<Learner> stored_kinds() {
 }
 
 // Bits of everything that an answer says.
-std::vector<std::uint64_t> bits_of(const Answer& answer) {
+std::vector<std::uint64_t> bits_of(const Prediction& answer) {
   std::vector<double> all(answer.ballot.votes.begin(), answer.ballot.votes.end());
   for (const auto* part : {&answer.ballot.support, &answer.ballot.decision, &answer.probability})
     all.insert(all.end(), part->begin(), part->end());
@@ -34,9 +34,9 @@ std::vector<std::uint64_t> bits_of(const Answer& answer) {
 TEST_CASE("a stored model of any learner answers bit for bit as the one that was saved") {
   for (const Learner kind : stored_kinds())
     for (const View view : all_views())
-      for (const bool with_aids : {false, true}) {
-        CAPTURE(to_string(kind), to_string(view), with_aids);
-        const StoredModel before = trained(kind, view, with_aids);
+      for (const bool postprocess : {false, true}) {
+        CAPTURE(to_string(kind), to_string(view), postprocess);
+        const StoredModel before = trained(kind, view, postprocess);
         const std::string text = saved(before);
         const auto after = loaded(text);
         REQUIRE(after);
@@ -46,11 +46,11 @@ TEST_CASE("a stored model of any learner answers bit for bit as the one that was
         for (const Trial& trial : cloths(3, 9)) {
           const auto features = extract(trial, before.setup.options);
           REQUIRE(features);
-          const auto a = answer(before.learner, before.aids, *features);
-          const auto b = answer(after->learner, after->aids, *features);
+          const auto a = predict(before.learner, before.postprocessing, *features);
+          const auto b = predict(after->learner, after->postprocessing, *features);
           REQUIRE((a && b));
           CHECK(bits_of(*a) == bits_of(*b));
-          CHECK(a->probability.empty() != with_aids);
+          CHECK(a->probability.empty() != postprocess);
         }
       }
 }
@@ -61,11 +61,11 @@ TEST_CASE("a stored learner answers as the learner itself, and knows the cloths"
     const StoredModel stored = trained(kind, View::ranked, true);
     std::size_t right = 0;
     const std::vector<Trial> trials = cloths(3, 9);
-    const auto said = classify(stored, trials);
-    REQUIRE(said);
-    REQUIRE(said->size() == trials.size());
+    const auto reply = classify(stored, trials);
+    REQUIRE(reply);
+    REQUIRE(reply->size() == trials.size());
     for (std::size_t i = 0; i < trials.size(); ++i) {
-      const std::size_t winner = (*said)[i].ballot.winner;
+      const std::size_t winner = (*reply)[i].ballot.winner;
       CHECK(winner == *stored.learner.classify(*extract(trials[i], {})));
       right += stored.learner.labels()[winner] == trials[i].label ? 1 : 0;
     }
@@ -76,9 +76,9 @@ TEST_CASE("a stored learner answers as the learner itself, and knows the cloths"
 TEST_CASE("a learner without cores refuses kinds of vote that are for cores") {
   const StoredModel stored = trained(Learner::lda);
   for (const VoteKind kind : {VoteKind::soft, VoteKind::dag, VoteKind::shortlist}) {
-    const auto said = classify(stored, cloths(1, 1), {.kind = kind});
-    REQUIRE_FALSE(said);
-    CHECK(to_string(said.error()).find("lda") != std::string::npos);
+    const auto reply = classify(stored, cloths(1, 1), {.kind = kind});
+    REQUIRE_FALSE(reply);
+    CHECK(to_string(reply.error()).find("lda") != std::string::npos);
   }
 }
 
@@ -90,14 +90,14 @@ TEST_CASE("a file of version 3 is read, and stored as the version of today") {
   REQUIRE(stored);
   CHECK(stored->learner.kind() == Learner::pvalue);
   CHECK(stored->learner.view().kind() == View::plain);
-  REQUIRE(stored->aids);
+  REQUIRE(stored->postprocessing);
   const std::string today = saved(*stored);
   CHECK(today.starts_with(model_file_header));
   const auto again = loaded(today);
   REQUIRE(again);
   const std::vector<double> features(stored->learner.feature_names().size(), 3.0);
-  const auto a = answer(stored->learner, stored->aids, features);
-  const auto b = answer(again->learner, again->aids, features);
+  const auto a = predict(stored->learner, stored->postprocessing, features);
+  const auto b = predict(again->learner, again->postprocessing, features);
   REQUIRE((a && b));
   CHECK(bits_of(*a) == bits_of(*b));
   CHECK_FALSE(loaded(replaced(text, "reduction pvalue", "reduction lda")));

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "classifier/model/model_file.hpp"
-#include "classifier/vote/aids.hpp"
+#include "classifier/vote/postprocessing.hpp"
 #include "protocols/base/crc.hpp"
 #include "tests/unit/classifier/support.hpp"
 
@@ -41,7 +41,7 @@ inline std::vector<Trial> cloths(std::size_t classes, std::size_t per_class) {
   return out;
 }
 
-inline StoredModel trained(Learner kind, View view = View::plain, bool with_aids = false) {
+inline StoredModel trained(Learner kind, View view = View::plain, bool postprocess = false) {
   TrainOptions options;
   options.threads = 1;
   const auto matrix = build_feature_matrix(cloths(3, 6), {}, 1);
@@ -51,10 +51,10 @@ inline StoredModel trained(Learner kind, View view = View::plain, bool with_aids
   StoredModel out{std::move(*learner),
                   {stored_taxels, {true, true, true}, {}, 0.0, 0.0, 0.028, "M1"},
                   {"simulated", "abc123", "0.1.0", "seed 1, \"two\nlines\" and a \\"}};
-  if (!with_aids) return out;
-  auto aids = learn_aids(out.learner, *matrix, options);
-  REQUIRE(aids);
-  out.aids = std::move(*aids);
+  if (!postprocess) return out;
+  auto postprocessing = fit_postprocessing(out.learner, *matrix, options);
+  REQUIRE(postprocessing);
+  out.postprocessing = std::move(*postprocessing);
   return out;
 }
 
@@ -70,7 +70,7 @@ inline Result<StoredModel> loaded(const std::string& text) {
 }
 
 /// `text` with a checksum that fits, so that what is tested is the parser behind it.
-inline std::string sealed(std::string text) {
+inline std::string with_checksum(std::string text) {
   text.resize(text.rfind("crc32 "));
   char line[32];
   std::snprintf(line, sizeof line, "crc32 %08x\n",
@@ -82,7 +82,7 @@ inline std::string sealed(std::string text) {
 inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
   const std::size_t at = text.find(from);
   REQUIRE(at != std::string::npos);
-  return sealed(text.replace(at, from.size(), to));
+  return with_checksum(text.replace(at, from.size(), to));
 }
 
 }  // namespace weft::classifier::testing

@@ -18,13 +18,13 @@ using testing::gaussian_classes;
 
 TreeEnsemble fitted(const FeatureMatrix& data, const TrainOptions& options = {},
                     std::size_t trees = 50) {
-  const Classes classes = classes_of(data);
+  const Classes classes = find_classes(data);
   auto out = fit_extra_trees(data.values, classes.of_row, classes.labels.size(), options, trees);
   REQUIRE(out);
   return std::move(*out);
 }
 
-std::string text_of(const TreeEnsemble& trees) {
+std::string format_text(const TreeEnsemble& trees) {
   LineWriter out;
   trees.write(out);
   return out.str();
@@ -86,14 +86,14 @@ TEST_CASE("Trees on -0 and on 0 are the same, to the byte") {
     if (r % 2 == 0) zeros.values(r, 1) = 0.0;
   FeatureMatrix negative = zeros;
   for (std::size_t r = 0; r < negative.size(); r += 4) negative.values(r, 1) = -0.0;
-  CHECK(text_of(fitted(negative)) == text_of(fitted(zeros)));
+  CHECK(format_text(fitted(negative)) == format_text(fitted(zeros)));
 }
 
 TEST_CASE("Trees know the rows they grew on, and shares are a distribution") {
   const FeatureMatrix data = gaussian_classes(4, 12, 6, 1.0, 21);
   const FeatureMatrix fresh = gaussian_classes(4, 25, 6, 1.0, 22);
   const TreeEnsemble trees = fitted(data);
-  const Classes classes = classes_of(data);
+  const Classes classes = find_classes(data);
   for (std::size_t r = 0; r < data.size(); ++r) {
     const auto shares = trees.shares(data.values.row(r));
     CHECK(shares[classes.of_row[r]] == Approx(1.0));  // every leaf is pure
@@ -119,18 +119,18 @@ TEST_CASE("The same trees with any number of threads, others from another seed")
   three.threads = 3;
   TrainOptions other = one;
   other.seed = 2;
-  CHECK(text_of(fitted(data, one)) == text_of(fitted(data, three)));
-  CHECK(text_of(fitted(data, one)) != text_of(fitted(data, other)));
+  CHECK(format_text(fitted(data, one)) == format_text(fitted(data, three)));
+  CHECK(format_text(fitted(data, one)) != format_text(fitted(data, other)));
 }
 
 TEST_CASE("Stored trees come back to the byte and answer alike") {
   const FeatureMatrix data = gaussian_classes(3, 10, 5, 2.0, 41);
   const TreeEnsemble trees = fitted(data);
-  const std::string text = text_of(trees);
+  const std::string text = format_text(trees);
   LineReader in(text);
   const TreeEnsemble again = TreeEnsemble::read(in, 5, 3);
   REQUIRE(in.ok());
-  CHECK(text_of(again) == text);
+  CHECK(format_text(again) == text);
   for (std::size_t r = 0; r < data.size(); ++r)
     CHECK(again.shares(data.values.row(r)) == trees.shares(data.values.row(r)));
 }

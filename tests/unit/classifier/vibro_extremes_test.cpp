@@ -14,7 +14,7 @@ namespace {
 
 using classifier::testing::noise;
 
-ChannelFigures figures(const std::vector<double>& samples, double rate_hz = 8000.0) {
+ChannelFeatures figures(const std::vector<double>& samples, double rate_hz = 8000.0) {
   ChannelExtractor extractor(rate_hz);
   const auto out = extractor.figures(samples);
   REQUIRE(out);
@@ -25,26 +25,27 @@ ChannelFigures figures(const std::vector<double>& samples, double rate_hz = 8000
   return *out;
 }
 
-double get(const ChannelFigures& all, Figure which) {
+double get(const ChannelFeatures& all, FrameFeature which) {
   return all[static_cast<std::size_t>(which)];
 }
 
 TEST_CASE("A silent window is all zeros but the ear's floor") {
   const auto f = figures(std::vector<double>(8000, 0.0));
-  for (const Figure k : {Figure::mean, Figure::std, Figure::mad, Figure::rmse, Figure::chroma,
-                         Figure::centroid, Figure::bandwidth, Figure::rolloff, Figure::zcr})
+  for (const FrameFeature k : {FrameFeature::mean, FrameFeature::std, FrameFeature::mad,
+                               FrameFeature::rmse, FrameFeature::chroma, FrameFeature::centroid,
+                               FrameFeature::bandwidth, FrameFeature::rolloff, FrameFeature::zcr})
     CHECK(get(f, k) == 0.0);
-  CHECK(get(f, Figure::perceptual) < -100.0);  // -100 dB, the least power, A-weighted
+  CHECK(get(f, FrameFeature::perceptual) < -100.0);  // -100 dB, the least power, A-weighted
 }
 
 TEST_CASE("A constant has its level, no spread and no change of sign") {
   const auto f = figures(std::vector<double>(16000, -2.5));
-  CHECK(get(f, Figure::mean) == -2.5);
-  CHECK(get(f, Figure::std) == 0.0);
-  CHECK(get(f, Figure::mad) == 0.0);
-  CHECK(get(f, Figure::zcr) == 0.0);
-  CHECK(get(f, Figure::rmse) > 2.0);  // both ends of the window are half frames
-  CHECK(get(f, Figure::centroid) < 100.0);
+  CHECK(get(f, FrameFeature::mean) == -2.5);
+  CHECK(get(f, FrameFeature::std) == 0.0);
+  CHECK(get(f, FrameFeature::mad) == 0.0);
+  CHECK(get(f, FrameFeature::zcr) == 0.0);
+  CHECK(get(f, FrameFeature::rmse) > 2.0);  // both ends of the window are half frames
+  CHECK(get(f, FrameFeature::centroid) < 100.0);
   CHECK(ChannelExtractor(8000.0).mean_amplitude(std::vector<double>(16000, -2.5)).value() == 0.0);
 }
 
@@ -55,8 +56,8 @@ TEST_CASE("One sample, two, three and a few have features") {
     figures(std::vector<double>(n, 0.0));
   }
   const auto one = figures({3.0});
-  CHECK(get(one, Figure::mean) == 3.0);
-  CHECK(get(one, Figure::std) == 0.0);
+  CHECK(get(one, FrameFeature::mean) == 3.0);
+  CHECK(get(one, FrameFeature::std) == 0.0);
   CHECK(ChannelExtractor(8000.0).mean_amplitude(std::vector{3.0}).value() == 0.0);
 }
 
@@ -64,14 +65,14 @@ TEST_CASE("A clipped signal has finite features, with its deviation below the cl
   auto s = noise(16000, 1);
   for (double& v : s) v = std::clamp(10.0 * v, -1.0, 1.0);
   const auto f = figures(s);
-  CHECK(get(f, Figure::std) <= 1.0);
+  CHECK(get(f, FrameFeature::std) <= 1.0);
   // More than half of all samples are at the clip, the median is in the middle.
-  CHECK(get(f, Figure::mad) == Approx(1.0).epsilon(0.02));
+  CHECK(get(f, FrameFeature::mad) == Approx(1.0).epsilon(0.02));
 }
 
 TEST_CASE("A second of 44.1 kHz has features, and so have rates and levels far away") {
   const auto f = figures(noise(44100, 2), 44100.0);
-  CHECK(get(f, Figure::centroid) == Approx(11025.0).epsilon(0.05));  // white: the middle
+  CHECK(get(f, FrameFeature::centroid) == Approx(11025.0).epsilon(0.05));  // white: the middle
   figures(noise(500, 3), 1e-3);
   figures(noise(500, 3), 1e9);
   auto s = noise(3000, 4);

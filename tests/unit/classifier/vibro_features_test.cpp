@@ -26,7 +26,7 @@ std::vector<double> sine(double hz, double rate_hz, std::size_t samples, double 
   return out;
 }
 
-double figure(const std::vector<double>& samples, double rate_hz, Figure which) {
+double figure(const std::vector<double>& samples, double rate_hz, FrameFeature which) {
   const auto all = ChannelExtractor(rate_hz).figures(samples);
   REQUIRE(all);
   return (*all)[static_cast<std::size_t>(which)];
@@ -34,24 +34,25 @@ double figure(const std::vector<double>& samples, double rate_hz, Figure which) 
 
 TEST_CASE("The moments of a sine are those of a sine") {
   const auto s = sine(100.0, 8000.0, 8000, 2.0);
-  CHECK(std::abs(figure(s, 8000.0, Figure::mean)) < 1e-14);
-  CHECK(figure(s, 8000.0, Figure::std) == Approx(2.0 / std::numbers::sqrt2).epsilon(1e-12));
+  CHECK(std::abs(figure(s, 8000.0, FrameFeature::mean)) < 1e-14);
+  CHECK(figure(s, 8000.0, FrameFeature::std) == Approx(2.0 / std::numbers::sqrt2).epsilon(1e-12));
   // Half of a sine's values lie within 1/sqrt(2) of its amplitude.
-  CHECK(figure(s, 8000.0, Figure::mad) == Approx(2.0 / std::numbers::sqrt2).epsilon(0.01));
+  CHECK(figure(s, 8000.0, FrameFeature::mad) == Approx(2.0 / std::numbers::sqrt2).epsilon(0.01));
   // Nothing crosses beyond the ends, where frames at the edges lie with up to half of their length.
-  CHECK(figure(s, 8000.0, Figure::zcr) == Approx(200.0 / 8000.0).epsilon(0.1));
+  CHECK(figure(s, 8000.0, FrameFeature::zcr) == Approx(200.0 / 8000.0).epsilon(0.1));
 }
 
 TEST_CASE("Centroid and roll-off are at the line, bandwidth is the window's, whatever the level") {
   for (const double amplitude : {1e-3, 1.0, 1e6}) {
     const auto s = sine(1000.0, 8000.0, 16000, amplitude);
     // Edge frames, half of zeros, spread the line.
-    CHECK(figure(s, 8000.0, Figure::centroid) == Approx(1000.0).margin(60.0));
-    CHECK(figure(s, 8000.0, Figure::rolloff) == Approx(1000.0).margin(60.0));
-    CHECK(figure(s, 8000.0, Figure::bandwidth) < 200.0);
+    CHECK(figure(s, 8000.0, FrameFeature::centroid) == Approx(1000.0).margin(60.0));
+    CHECK(figure(s, 8000.0, FrameFeature::rolloff) == Approx(1000.0).margin(60.0));
+    CHECK(figure(s, 8000.0, FrameFeature::bandwidth) < 200.0);
   }
   const auto low = sine(500.0, 8000.0, 16000), high = sine(3000.0, 8000.0, 16000);
-  CHECK(figure(high, 8000.0, Figure::centroid) > figure(low, 8000.0, Figure::centroid) + 2000.0);
+  CHECK(figure(high, 8000.0, FrameFeature::centroid) >
+        figure(low, 8000.0, FrameFeature::centroid) + 2000.0);
 }
 
 TEST_CASE("The mean amplitude of a sine is its amplitude over the number of bins") {
@@ -66,9 +67,9 @@ TEST_CASE("The mean amplitude of a sine is its amplitude over the number of bins
 
 TEST_CASE("A louder signal is louder to the ear by its decibels") {
   auto s = noise(8000, 5);
-  const double before = figure(s, 8000.0, Figure::perceptual);
+  const double before = figure(s, 8000.0, FrameFeature::perceptual);
   for (double& v : s) v *= 10.0;
-  CHECK(figure(s, 8000.0, Figure::perceptual) == Approx(before + 20.0).epsilon(1e-10));
+  CHECK(figure(s, 8000.0, FrameFeature::perceptual) == Approx(before + 20.0).epsilon(1e-10));
 }
 
 TEST_CASE("The A of every octave belongs to pitch class A alone, most of it") {
@@ -230,7 +231,7 @@ TEST_CASE("Bands part the spectrum, and a line stands in its own") {
   std::vector<double> line(8000);
   for (std::size_t i = 0; i < line.size(); ++i)
     line[i] = std::sin(2.0 * std::numbers::pi * 1000.0 * static_cast<double>(i) / 8000.0);
-  BandFigures bands{};
+  BandFeatures bands{};
   REQUIRE(ChannelExtractor(8000.0).figures(line, false, &bands));
   const auto loudest = static_cast<std::size_t>(
       std::max_element(bands.begin(), bands.begin() + band_count) - bands.begin());

@@ -92,25 +92,25 @@ TEST_CASE("Features are selected on the training windows of each split, never on
   PipelineOptions options;
   options.method = Method::lda;
   const auto one = reach_by_selection(c.windows, c.splits, Protocol::groups, options, 1, 5).value();
-  CHECK(one.kept == std::vector<std::vector<std::size_t>>{{0}});
+  CHECK(one.retained == std::vector<std::vector<std::size_t>>{{0}});
   CHECK(one.accuracy < 0.7);  // which is what training could not know
   const std::vector<std::size_t> first{0}, second{1};
   CHECK(one.accuracy == reach_with(c.windows, c.splits, options, first)->accuracy);
   const auto other = reach_with(c.windows, c.splits, options, second).value();
   CHECK(other.accuracy > 0.9);
-  CHECK(other.kept.front() == second);
+  CHECK(other.retained.front() == second);
 
-  // With every column it is what assess() says, on as many splits as there are.
+  // With every column it is what cross_validate() says, on as many splits as there are.
   const auto recordings = levels(2, 3);
   const Cut all = cut(recordings, with(Protocol::groups), {Family::smmrp10, Combine::concat});
   REQUIRE(all.splits.size() == 3);
   const auto whole =
       reach_by_selection(all.windows, all.splits, Protocol::groups, options, 10, 2).value();
-  const auto assessed = assess(all.windows, all.splits, options).value();
+  const auto assessed = cross_validate(all.windows, all.splits, options).value();
   CHECK(whole.split_accuracy == assessed.split_accuracy);
   CHECK(whole.accuracy == Approx(assessed.accuracy));
   CHECK(whole.f_score == Approx(assessed.f_score));
-  CHECK(whole.kept.size() == 3);
+  CHECK(whole.retained.size() == 3);
 
   // Two groups: the one that trains cannot be parted, and is asked about itself.
   const Cut few = cut(levels(2, 2), with(Protocol::groups), {Family::smmrp10, Combine::concat});

@@ -40,16 +40,16 @@ MethodOptions quick(std::uint64_t seed = 1) {
   return out;
 }
 
-std::vector<std::size_t> answers(const Classifier& classifier, const Matrix& rows) {
+std::vector<std::size_t> predict_all(const Classifier& classifier, const Matrix& rows) {
   std::vector<std::size_t> out;
   for (std::size_t r = 0; r < rows.rows(); ++r) out.push_back(classifier.classify(rows.row(r)));
   return out;
 }
 
-double accuracy(const std::vector<std::size_t>& said, const std::vector<std::size_t>& truth) {
+double accuracy(const std::vector<std::size_t>& reply, const std::vector<std::size_t>& truth) {
   std::size_t right = 0;
-  for (std::size_t i = 0; i < said.size(); ++i) right += said[i] == truth[i] ? 1 : 0;
-  return static_cast<double>(right) / static_cast<double>(said.size());
+  for (std::size_t i = 0; i < reply.size(); ++i) right += reply[i] == truth[i] ? 1 : 0;
+  return static_cast<double>(right) / static_cast<double>(reply.size());
 }
 
 TEST_CASE("Every learner tells classes apart that lie apart, the same way every time") {
@@ -63,9 +63,9 @@ TEST_CASE("Every learner tells classes apart that lie apart, the same way every 
       continue;
     }
     REQUIRE(made);
-    const auto said = answers(**made, test.rows);
-    CHECK(accuracy(said, test.of_row) > 0.9);
-    CHECK(answers(**fit(method, train.training(), quick()), test.rows) == said);
+    const auto reply = predict_all(**made, test.rows);
+    CHECK(accuracy(reply, test.of_row) > 0.9);
+    CHECK(predict_all(**fit(method, train.training(), quick()), test.rows) == reply);
   }
 }
 
@@ -108,12 +108,12 @@ TEST_CASE("Features without spread and rows that nothing tells apart do no harm"
     INFO(to_string(method));
     const auto made = fit(method, set.training(), quick());
     REQUIRE(made);
-    CHECK(accuracy(answers(**made, set.rows), set.of_row) > 0.85);
+    CHECK(accuracy(predict_all(**made, set.rows), set.of_row) > 0.85);
     const auto blind = fit(method, same.training(), quick());
     REQUIRE(blind);
-    const auto said = answers(**blind, same.rows);
-    CHECK(said.front() < 3);
-    CHECK(said == std::vector<std::size_t>(said.size(), said.front()));
+    const auto reply = predict_all(**blind, same.rows);
+    CHECK(reply.front() < 3);
+    CHECK(reply == std::vector<std::size_t>(reply.size(), reply.front()));
   }
 }
 
@@ -132,9 +132,9 @@ TEST_CASE("Features at the ends of double are learnt, each at its own scale") {
     REQUIRE(made);
     std::size_t right = 0;
     for (std::size_t r = 0; r < wide.rows.rows(); ++r) {
-      const auto said = made->classify(wide.rows.row(r));
-      REQUIRE(said);
-      right += *said == wide.of_row[r] ? 1 : 0;
+      const auto reply = made->classify(wide.rows.row(r));
+      REQUIRE(reply);
+      right += *reply == wide.of_row[r] ? 1 : 0;
     }
     CHECK(100 * right > 85 * wide.rows.rows());
   }
@@ -145,9 +145,9 @@ TEST_CASE("A forest is the same on any number of threads and another with anothe
   MethodOptions one = quick(), two = quick();
   one.threads = 1;
   two.threads = 2;
-  const auto a = answers(*fit_forest(train.training(), one).value(), test.rows);
-  CHECK(a == answers(*fit_forest(train.training(), two).value(), test.rows));
-  CHECK(a != answers(*fit_forest(train.training(), quick(2)).value(), test.rows));
+  const auto a = predict_all(*fit_forest(train.training(), one).value(), test.rows);
+  CHECK(a == predict_all(*fit_forest(train.training(), two).value(), test.rows));
+  CHECK(a != predict_all(*fit_forest(train.training(), quick(2)).value(), test.rows));
   one.trees = 0;
   CHECK_FALSE(fit_forest(train.training(), one));
 }
@@ -159,7 +159,7 @@ TEST_CASE("A tree cuts between the values that part the classes") {
   set.of_row = {0, 0, 1, 1, 1, 0};
   set.classes = 2;
   const auto tree = fit_tree(set.training(), quick()).value();
-  CHECK(answers(*tree, set.rows) == set.of_row);
+  CHECK(predict_all(*tree, set.rows) == set.of_row);
   for (const auto& [value, want] : {std::pair(1.49, 0U), {1.51, 1U}, {4.49, 1U}, {4.51, 0U}})
     CHECK(tree->classify(std::vector{value}) == want);
   const RankedRows ranked(set.rows, set.of_row, set.classes);
@@ -274,8 +274,8 @@ TEST_CASE("As many components as there are features, or more, turn all of them")
   };
   const auto plain = Pipeline::train(train.training(), {Method::nb, 0, quick()}).value();
   CHECK(plain.components() == 0);
-  for (const std::size_t asked : {2UL, 3UL, 99UL}) {
-    const auto turned = Pipeline::train(train.training(), {Method::nb, asked, quick()}).value();
+  for (const std::size_t requested : {2UL, 3UL, 99UL}) {
+    const auto turned = Pipeline::train(train.training(), {Method::nb, requested, quick()}).value();
     CHECK(turned.components() == 2);
     CHECK(turned.explained() == Approx(1.0));
     CHECK(right(turned) > right(plain) + 10);

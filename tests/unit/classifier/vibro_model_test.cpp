@@ -5,7 +5,7 @@
 #include <iterator>
 #include <sstream>
 
-#include "classifier/base/sealed_text.hpp"
+#include "classifier/base/checksummed_text.hpp"
 #include "classifier/vibro/recording_model.hpp"
 #include "tests/unit/classifier/damaged_model.hpp"
 #include "tests/unit/classifier/features_support.hpp"
@@ -59,7 +59,7 @@ Result<RecordingModel> loaded(const std::string& text) {
 }
 
 TEST_CASE("A model of recordings is read as it was written and answers the same") {
-  const auto asked = three_levels(500);
+  const auto requested = three_levels(500);
   for (const Method method : all_methods()) {
     if (!available(method)) continue;
     for (const std::size_t components : {std::size_t{0}, std::size_t{3}}) {
@@ -73,15 +73,15 @@ TEST_CASE("A model of recordings is read as it was written and answers the same"
       CHECK(again->labels == std::vector<std::string>{"a", "b", "c"});
       CHECK(again->setup.channels == model->setup.channels);
       CHECK(again->provenance.bench == "simulated");
-      const auto want = classify_recordings(*model, asked),
-                 got = classify_recordings(*again, asked);
+      const auto want = classify_recordings(*model, requested),
+                 got = classify_recordings(*again, requested);
       REQUIRE((want && got));
       std::size_t right = 0;
-      for (std::size_t r = 0; r < asked.size(); ++r) {
+      for (std::size_t r = 0; r < requested.size(); ++r) {
         CHECK((*got)[r].windows == (*want)[r].windows);
-        right += again->labels[(*got)[r].label] == asked[r].label ? 1 : 0;
+        right += again->labels[(*got)[r].label] == requested[r].label ? 1 : 0;
       }
-      CHECK(right == asked.size());
+      CHECK(right == requested.size());
     }
   }
 }
@@ -93,7 +93,7 @@ std::string with(const std::string& text, const std::string& from, const std::st
   const std::size_t at = body.find(from);
   REQUIRE(at != std::string::npos);
   body.replace(at, from.size(), to);
-  return sealed(recording_model_header, body);
+  return with_checksum(recording_model_header, body);
 }
 
 void check_corrupt(const std::string& text, const std::string& says) {

@@ -53,11 +53,11 @@ TEST_CASE("A leak is a share of samples: what touches in time may share one") {
   windows.rates_hz = {25.0};
   windows.places = {{0.0, 0}, {0.5, 1}, {0.52, 1}};  // first samples 0, 13, 13
   windows.recording = {0, 0, 0};
-  CHECK(leak_of(windows, {{{1}, {0}}}).largest == 0.0);
+  CHECK(measure_leak(windows, {{{1}, {0}}}).largest == 0.0);
   windows.places[1].start_s = 0.48;  // 12
-  CHECK(leak_of(windows, {{{1}, {0}}}).largest == Approx(1.0 / 13.0));
-  CHECK(leak_of(windows, {{{2, 1}, {0}}}).largest == Approx(1.0 / 13.0));
-  CHECK(leak_of(windows, {{{2}, {0}}}).windows == 0.0);
+  CHECK(measure_leak(windows, {{{1}, {0}}}).largest == Approx(1.0 / 13.0));
+  CHECK(measure_leak(windows, {{{2, 1}, {0}}}).largest == Approx(1.0 / 13.0));
+  CHECK(measure_leak(windows, {{{2}, {0}}}).windows == 0.0);
 }
 
 }  // namespace

@@ -3,29 +3,29 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "classifier/vote/aids_text.hpp"
+#include "classifier/vote/postprocessing_text.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::vote_file_test {
 namespace {
 
-struct Learnt {
+struct TrainingResult {
   FabricModel model;
-  VoteAids aids;
+  VotePostprocessing postprocessing;
 };
 
-Learnt learnt() {
+TrainingResult training_result() {
   const FeatureMatrix matrix = testing::gaussian_classes(4, 6, 5, 1.5, 6);
   auto model = train(matrix, {});
   REQUIRE(model);
-  auto aids = learn_aids(*model, matrix, {});
-  REQUIRE(aids);
-  return {std::move(*model), std::move(*aids)};
+  auto postprocessing = fit_postprocessing(*model, matrix, {});
+  REQUIRE(postprocessing);
+  return {std::move(*model), std::move(*postprocessing)};
 }
 
-std::string text_of(const std::optional<VoteAids>& aids) {
+std::string format_text(const std::optional<VotePostprocessing>& postprocessing) {
   LineWriter out;
-  write_aids(out, aids);
+  write_postprocessing(out, postprocessing);
   return out.str();
 }
 
@@ -36,18 +36,18 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 }
 
 TEST_CASE("stored aids answer exactly as those that were saved") {
-  const Learnt before = learnt();
-  const std::string text = text_of(before.aids);
+  const TrainingResult before = training_result();
+  const std::string text = format_text(before.postprocessing);
   LineReader in(text);
-  const auto after = read_aids(in, 4, 5, 6);
+  const auto after = read_postprocessing(in, 4, 5, 6);
   in.finish();
   REQUIRE(in.ok());
   REQUIRE(after);
-  CHECK(text_of(after) == text);
+  CHECK(format_text(after) == text);
   const FeatureMatrix trials = testing::gaussian_classes(4, 5, 5, 1.5, 77);
   for (std::size_t r = 0; r < trials.size(); ++r) {
-    const auto a = answer(before.model, before.aids, trials.values.row(r));
-    const auto b = answer(before.model, *after, trials.values.row(r));
+    const auto a = predict(before.model, before.postprocessing, trials.values.row(r));
+    const auto b = predict(before.model, *after, trials.values.row(r));
     REQUIRE(a);
     REQUIRE(b);
     CHECK(a->probability == b->probability);
@@ -57,23 +57,23 @@ TEST_CASE("stored aids answer exactly as those that were saved") {
 }
 
 TEST_CASE("a threshold that nothing exceeds survives, and so does the absence of aids") {
-  VoteAids aids = learnt().aids;
-  aids.reject.threshold[1] = std::numeric_limits<double>::infinity();
-  const std::string text = text_of(aids);
+  VotePostprocessing postprocessing = training_result().postprocessing;
+  postprocessing.reject.threshold[1] = std::numeric_limits<double>::infinity();
+  const std::string text = format_text(postprocessing);
   LineReader in(text);
-  CHECK(read_aids(in, 4, 5, 6)->reject.threshold == aids.reject.threshold);
-  const std::string none = text_of(std::nullopt);
+  CHECK(read_postprocessing(in, 4, 5, 6)->reject.threshold == postprocessing.reject.threshold);
+  const std::string none = format_text(std::nullopt);
   LineReader empty(none);
-  CHECK_FALSE(read_aids(empty, 4, 5, 6));
+  CHECK_FALSE(read_postprocessing(empty, 4, 5, 6));
   CHECK(empty.ok());
 }
 
 TEST_CASE("aids of another model and impossible values are refused with their line") {
-  const std::string text = text_of(learnt().aids);
+  const std::string text = format_text(training_result().postprocessing);
   LineReader fewer(text);
-  CHECK_FALSE((read_aids(fewer, 3, 5, 3) && fewer.ok()));
+  CHECK_FALSE((read_postprocessing(fewer, 3, 5, 3) && fewer.ok()));
   LineReader narrower(text);
-  CHECK_FALSE((read_aids(narrower, 4, 4, 6) && narrower.ok()));
+  CHECK_FALSE((read_postprocessing(narrower, 4, 4, 6) && narrower.ok()));
   const auto [from, to] = GENERATE(table<std::string, std::string>({
       {"aids 1", "aids 2"},
       {"class_deviation ", "class_deviation -"},
@@ -89,7 +89,7 @@ TEST_CASE("aids of another model and impossible values are refused with their li
   CAPTURE(from, to);
   const std::string altered = replaced(text, from, to);
   LineReader in(altered);
-  static_cast<void>(read_aids(in, 4, 5, 6));
+  static_cast<void>(read_postprocessing(in, 4, 5, 6));
   REQUIRE_FALSE(in.ok());
   CHECK(in.status().error().where.find("line ") != std::string::npos);
 }

@@ -238,9 +238,9 @@ TEST_CASE("votes are compared on trials of known labels only") {
   const FeatureMatrix matrix = testing::gaussian_classes(3, 5, 3, 2.0, 4);
   const auto model = train(matrix, {});
   REQUIRE(model);
-  FeatureMatrix stranger = matrix;
-  stranger.labels[2] = "velvet";
-  CHECK(compare_votes(*model, {}, stranger).error().got == "velvet");
+  FeatureMatrix unknown_label = matrix;
+  unknown_label.labels[2] = "velvet";
+  CHECK(compare_votes(*model, {}, unknown_label).error().got == "velvet");
   CHECK_FALSE(compare_votes(*model, {}, FeatureMatrix{matrix.names, {}, {}, {}, {}}));
   CHECK(compare_votes(*model, {}, matrix)->size() == 3);  // no profile, no short-list
   FeatureMatrix renamed = matrix;

@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "classifier/fabric/pair_problem.hpp"
-#include "classifier/vote/aids.hpp"
 #include "classifier/vote/coupling.hpp"
+#include "classifier/vote/postprocessing.hpp"
 #include "classifier/vote/reliability.hpp"
 #include "tests/unit/classifier/support.hpp"
 
@@ -228,19 +228,19 @@ TEST_CASE("probabilities of overlapping Gaussian classes come close to their kno
   const FeatureMatrix train_part = on_a_line(80, 31), test_part = on_a_line(400, 32);
   const auto model = train(train_part, {});
   REQUIRE(model);
-  const auto aids = learn_aids(*model, train_part, {});
-  REQUIRE(aids);
+  const auto postprocessing = fit_postprocessing(*model, train_part, {});
+  REQUIRE(postprocessing);
   Matrix p(test_part.size(), 3);
   std::vector<std::size_t> winner;
   double error = 0.0;
   for (std::size_t r = 0; r < test_part.size(); ++r) {
-    const auto said = answer(*model, *aids, test_part.values.row(r));
-    REQUIRE(said);
-    winner.push_back(said->ballot.winner);
-    CHECK(sum_of(said->probability) == Approx(1.0));
+    const auto reply = predict(*model, *postprocessing, test_part.values.row(r));
+    REQUIRE(reply);
+    winner.push_back(reply->ballot.winner);
+    CHECK(sum_of(reply->probability) == Approx(1.0));
     const std::vector<double> expected = true_posterior(test_part.values(r, 0));
     for (std::size_t k = 0; k < 3; ++k) {
-      p(r, k) = said->probability[k];
+      p(r, k) = reply->probability[k];
       error += std::abs(p(r, k) - expected[k]) / (3.0 * static_cast<double>(test_part.size()));
     }
   }
@@ -276,8 +276,8 @@ TEST_CASE("held-out decisions are those of a core that never saw the fold") {
     const double f = core->decide(matrix.values.row(r));
     CHECK(held_out->against(r, problem.sign[i] > 0 ? 2 : 0) ==
           Approx(problem.sign[i] * f).margin(5e-3));  // two solvers, to their tolerance
-    const std::vector<std::size_t> asked{r};
-    CHECK(held_out->of_rows(*model, matrix.values, asked)(0, 1) == Approx(f).margin(5e-3));
+    const std::vector<std::size_t> requested{r};
+    CHECK(held_out->of_rows(*model, matrix.values, requested)(0, 1) == Approx(f).margin(5e-3));
   }
 }
 
@@ -287,8 +287,8 @@ TEST_CASE("a core's decision on trials of a third class is its own") {
   REQUIRE(model);
   const auto held_out = cross_decisions(*model, matrix, {});
   REQUIRE(held_out);
-  const std::vector<std::size_t> asked{7, 0};  // of classes b and a; core 2 tells b from c
-  const Matrix f = held_out->of_rows(*model, matrix.values, asked);
+  const std::vector<std::size_t> requested{7, 0};  // of classes b and a; core 2 tells b from c
+  const Matrix f = held_out->of_rows(*model, matrix.values, requested);
   CHECK(f(1, 2) == model->cores()[2].decide(matrix.values.row(0)));
   CHECK(f(0, 2) == held_out->against(7, 2));
   CHECK(f(0, 0) == -held_out->against(7, 0));
@@ -298,13 +298,13 @@ TEST_CASE("two trials per class and two classes still give probabilities") {
   const FeatureMatrix matrix = testing::gaussian_classes(2, 2, 3, 6.0, 2);
   const auto model = train(matrix, {});
   REQUIRE(model);
-  const auto aids = learn_aids(*model, matrix, {});
-  REQUIRE(aids);
+  const auto postprocessing = fit_postprocessing(*model, matrix, {});
+  REQUIRE(postprocessing);
   for (std::size_t r = 0; r < matrix.size(); ++r) {
-    const auto said = answer(*model, *aids, matrix.values.row(r));
-    REQUIRE(said);
-    CHECK(sum_of(said->probability) == Approx(1.0));
-    for (const double score : said->novelty) CHECK_FALSE(std::isnan(score));
+    const auto reply = predict(*model, *postprocessing, matrix.values.row(r));
+    REQUIRE(reply);
+    CHECK(sum_of(reply->probability) == Approx(1.0));
+    for (const double score : reply->novelty) CHECK_FALSE(std::isnan(score));
   }
 }
 
@@ -314,17 +314,19 @@ TEST_CASE(
   const FeatureMatrix matrix = testing::gaussian_classes(6, 6, 4, 2.0, 14);
   const auto model = train(matrix, {});
   REQUIRE(model);
-  const auto aids = learn_aids(*model, matrix, {});
-  REQUIRE(aids);
+  const auto postprocessing = fit_postprocessing(*model, matrix, {});
+  REQUIRE(postprocessing);
   const auto short_list =
-      answer(*model, *aids, matrix.values.row(0), {VoteKind::shortlist, 3, nullptr});
+      predict(*model, *postprocessing, matrix.values.row(0), {VoteKind::shortlist, 3, nullptr});
   REQUIRE(short_list);
   CHECK(std::count(short_list->probability.begin(), short_list->probability.end(), 0.0) == 3);
   CHECK(sum_of(short_list->probability) == Approx(1.0));
-  const auto alone = answer(*model, *aids, matrix.values.row(0), {VoteKind::shortlist, 1, nullptr});
+  const auto alone =
+      predict(*model, *postprocessing, matrix.values.row(0), {VoteKind::shortlist, 1, nullptr});
   CHECK(alone->ballot.cores == 0);
   CHECK(alone->probability.empty());  // nothing was asked that could say how sure it is
-  const auto dag = answer(*model, *aids, matrix.values.row(0), {VoteKind::dag, 3, nullptr});
+  const auto dag =
+      predict(*model, *postprocessing, matrix.values.row(0), {VoteKind::dag, 3, nullptr});
   CHECK(dag->probability.empty());
 }
 
@@ -335,7 +337,8 @@ TEST_CASE("aids are the same on any number of threads") {
   three.threads = 3;
   const auto model = train(matrix, one);
   REQUIRE(model);
-  const auto a = learn_aids(*model, matrix, one), b = learn_aids(*model, matrix, three);
+  const auto a = fit_postprocessing(*model, matrix, one),
+             b = fit_postprocessing(*model, matrix, three);
   REQUIRE(a);
   REQUIRE(b);
   CHECK(a->reject.threshold == b->reject.threshold);

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "classifier/vote/aids.hpp"
 #include "classifier/vote/measure_reject.hpp"
+#include "classifier/vote/postprocessing.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::vote_reject_test {
@@ -79,7 +79,7 @@ TEST_CASE("fabrics far apart are refused when left out, and known trials about a
   const FeatureMatrix test_part = testing::gaussian_classes(6, 30, 6, 20.0, 42);
   const auto rules = measure_reject(train_part, test_part, {}, 0.1);
   REQUIRE(rules);
-  const RejectFigures& f = (*rules)[by_neighbour];
+  const RejectRates& f = (*rules)[by_neighbour];
   INFO("accept " << f.false_accept << " reject " << f.false_reject);
   CHECK(f.false_accept < 0.02);
   CHECK(f.separation > 0.99);
@@ -95,7 +95,7 @@ TEST_CASE("fabrics that are all the same cannot be refused when left out") {
   const FeatureMatrix test_part = testing::gaussian_classes(4, 25, 5, 0.0, 44);
   const auto rules = measure_reject(train_part, test_part, {});
   REQUIRE(rules);
-  const RejectFigures& f = (*rules)[by_neighbour];
+  const RejectRates& f = (*rules)[by_neighbour];
   CHECK(f.false_accept > 0.8);
   CHECK(f.separation == Approx(0.5).margin(0.1));
 }
@@ -107,7 +107,7 @@ TEST_CASE("a model without a fabric is the model that was trained without it") {
   std::vector<std::size_t> rows;
   for (std::size_t r = 0; r < matrix.size(); ++r)
     if (matrix.labels[r] != "classb") rows.push_back(r);
-  const auto rest = train(take_rows(matrix, rows), {});
+  const auto rest = train(select_rows(matrix, rows), {});
   REQUIRE(rest);
   const FabricModel cut = without_label(*whole, 1);
   CHECK(cut.labels() == rest->labels());
@@ -125,8 +125,8 @@ TEST_CASE("nothing to leave out, nothing to test and unknown labels are refused"
   CHECK_FALSE(measure_reject(three, strange, {}));
   const auto model = train(three, {});
   REQUIRE(model);
-  CHECK_FALSE(learn_aids(*model, three, {}, 0.0));
-  CHECK_FALSE(learn_aids(*model, three, {}, 1.0));
+  CHECK_FALSE(fit_postprocessing(*model, three, {}, 0.0));
+  CHECK_FALSE(fit_postprocessing(*model, three, {}, 1.0));
   for (const RejectKind kind :
        {RejectKind::neighbour, RejectKind::class_mean, RejectKind::probability})
     CHECK(reject_kind_from(to_string(kind)).value() == kind);

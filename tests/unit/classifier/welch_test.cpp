@@ -112,10 +112,10 @@ TEST_CASE("A subset by log p holds p < delta, at most the cap and at least one")
 FeatureMatrix unequal_spreads() {
   RandomEngine engine(5);
   FeatureMatrix out = testing::gaussian_classes(2, 12, 6, 0.0, 5);
-  std::vector<std::size_t> kept = {0, 1, 2, 3};
-  kept.resize(16);
-  std::iota(kept.begin() + 4, kept.end(), std::size_t{12});
-  out = take_rows(out, kept);
+  std::vector<std::size_t> saved = {0, 1, 2, 3};
+  saved.resize(16);
+  std::iota(saved.begin() + 4, saved.end(), std::size_t{12});
+  out = select_rows(out, saved);
   for (std::size_t r = 0; r < 16; ++r) {
     const bool few = r < 4;
     out.values(r, 0) = few ? 9.0 + 5.0 * (r % 2 == 0 ? 1.0 : -1.0) : testing::normal(engine) * 0.1;

@@ -116,15 +116,15 @@ TEST_CASE("another calibration than the rig file names is refused with both name
 }
 
 TEST_CASE("gauges that all stand still for stuck_after_s are a fault, unless it is 0") {
-  for (const bool looks : {true, false}) {
-    Bench bench(looks ? R"({"stuck_after_s": 0.5})" : R"({"stuck_after_s": 0})");
+  for (const bool inspections : {true, false}) {
+    Bench bench(inspections ? R"({"stuck_after_s": 0.5})" : R"({"stuck_after_s": 0})");
     bench.arm();
     for (int i = 0; i < 100 && bench.host.faults.empty(); ++i) {
       bench.host.loop_.run_for(0.01);
       bench.stream({7, 7, 7, 7, 7, 7});
     }
-    CHECK(bench.host.faults.size() == (looks ? 1U : 0U));
-    if (looks) CHECK(bench.fault().code == Errc::device_data);
+    CHECK(bench.host.faults.size() == (inspections ? 1U : 0U));
+    if (inspections) CHECK(bench.fault().code == Errc::device_data);
     CHECK(bench.host.samples.size() >= 49);
   }
 }

@@ -11,7 +11,7 @@ using weft::drivers::stream_status_error;
 
 TEST_CASE("opening reads status and calibration, makes it active, and tells who the sensor is") {
   Bench bench;
-  const Bytes said = bench.open();
+  const Bytes reply = bench.open();
   CHECK(bench.driver->state() == DriverState::open);
   // the document's own frames, in the order of KIT's start-up
   const std::vector<Bytes> order{
@@ -24,8 +24,8 @@ TEST_CASE("opening reads status and calibration, makes it active, and tells who 
       lock_request};
   std::size_t at = 0;
   for (const Bytes& frame : order) {
-    const std::size_t found = position(said, frame);
-    CHECK(found < said.size());
+    const std::size_t found = position(reply, frame);
+    CHECK(found < reply.size());
     CHECK(found >= at);
     at = found;
   }

@@ -51,7 +51,7 @@ struct Bench : DriverBench {
     append(bytes, frame);
     receive(bytes);
   }
-  std::vector<imprint::Window> asked() {
+  std::vector<imprint::Window> requested() {
     imprint::Splitter splitter;
     splitter.push(host.link_.take_written());
     std::vector<imprint::Window> out;
@@ -69,7 +69,7 @@ struct Bench : DriverBench {
     receive(scan_frame(11));
     REQUIRE(driver->state() == DriverState::armed);
     host.samples.clear();
-    static_cast<void>(asked());
+    static_cast<void>(requested());
   }
   std::string fault_text() const { return to_string(fault()); }
 };
@@ -87,9 +87,9 @@ TEST_CASE("an imprint array opens on its description and a scan of the part that
   Bench bench;
   REQUIRE(bench.driver->open());
   bench.receive(scan_frame(1, whole));  // nobody knows yet whose it is
-  CHECK(bench.asked().empty());
+  CHECK(bench.requested().empty());
   bench.receive(description_frame());
-  CHECK(bench.asked() == std::vector{middle});
+  CHECK(bench.requested() == std::vector{middle});
   CHECK(bench.driver->state() == DriverState::closed);
   bench.receive(scan_frame(2, whole));  // was under way
   CHECK(bench.driver->state() == DriverState::closed);
@@ -114,7 +114,7 @@ TEST_CASE("the part may lie anywhere on the array, and nowhere else") {
   Bench corner(R"({"rows": 2, "cols": 128, "first_row": 126})");
   REQUIRE(corner.driver->open());
   corner.receive(description_frame());
-  CHECK(corner.asked() == std::vector{imprint::Window{126, 0, 2, 128}});
+  CHECK(corner.requested() == std::vector{imprint::Window{126, 0, 2, 128}});
   Bench beyond(R"({"rows": 32, "cols": 32, "first_row": 90})");
   REQUIRE(beyond.driver->open());
   imprint::Frame small = description_frame();
@@ -130,7 +130,7 @@ TEST_CASE("lost scans are counted, damaged ones and those of another part among 
   REQUIRE(bench.host.samples.size() == 1);
   CHECK(bench.host.samples[0].lost == 2);
   bench.receive(scan_frame(15, whole));
-  CHECK(bench.asked() == std::vector{middle});  // once more
+  CHECK(bench.requested() == std::vector{middle});  // once more
   bench.receive(scan_frame(16));
   REQUIRE(bench.host.samples.size() == 2);
   CHECK(bench.host.samples[1].lost == 1);

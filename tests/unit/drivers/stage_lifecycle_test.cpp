@@ -305,31 +305,31 @@ TEST_CASE("soft limits inside the rig file's travel are refused, and wider ones 
     }
     bench.link().take_written();
     REQUIRE(bench.driver->arm());
-    Bytes kept;
-    apt::append_message(kept, MessageId::set_limswitchparams,
+    Bytes saved;
+    apt::append_message(saved, MessageId::set_limswitchparams,
                         apt::LimitSwitchParams{1, 2, 2, high, 0, 3}, {});
     const Bytes written = bench.link().take_written();
-    CHECK(std::search(written.begin(), written.end(), kept.begin(), kept.end()) != written.end());
+    CHECK(std::search(written.begin(), written.end(), saved.begin(), saved.end()) != written.end());
   }
 }
 
 TEST_CASE("a controller that keeps another speed or other switches is refused when arming") {
-  for (const std::string kept : {"speed", "acceleration", "limit switches"}) {
-    CAPTURE(kept);
+  for (const std::string saved : {"speed", "acceleration", "limit switches"}) {
+    CAPTURE(saved);
     StageBench bench = StageBench::lts(R"(, "acceleration_mm_s2": 10)");
     REQUIRE(bench.driver->open());
     bench.receive_info("LTS150");
     REQUIRE(bench.driver->arm());
     constexpr std::int32_t at_20_mm_s = 20 * 21987328, at_10_mm_s2 = 10 * 4506;
-    if (kept == "speed")
+    if (saved == "speed")
       bench.receive(MessageId::get_velparams, apt::VelocityParams{1, 0, at_10_mm_s2, 1000});
-    else if (kept == "acceleration")
+    else if (saved == "acceleration")
       bench.receive(MessageId::get_velparams,
                     apt::VelocityParams{1, 0, 2 * at_10_mm_s2, at_20_mm_s});
     else
       bench.receive(MessageId::get_limswitchparams, apt::LimitSwitchParams{1, 3, 2, 0, 0, 1});
     CHECK(bench.fault_code() == Errc::device_refused);
-    CHECK_THAT(bench.host.faults[0].what, Catch::Contains(kept));
+    CHECK_THAT(bench.host.faults[0].what, Catch::Contains(saved));
   }
 }
 

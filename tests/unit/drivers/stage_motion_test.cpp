@@ -168,15 +168,15 @@ TEST_CASE("a stop that nobody asked for is a fault; one that was asked for is no
   limit.receive_stopped(4096, 0x80000501);
   CHECK(limit.fault_code() == Errc::device_motion);
 
-  StageBench asked = StageBench::lts();
-  asked.arm_lts();
-  REQUIRE(asked.driver->command(ServoCommand{0.002, horizon}));
-  REQUIRE(asked.driver->command(ServoCommand{0, horizon}));
-  REQUIRE(asked.driver->command(MoveCommand{0.1, 0.02}));
-  asked.receive_stopped(4096);  // of the servo motion
-  CHECK(asked.host.faults.empty());
-  asked.receive_completed(40960000);
-  CHECK(asked.last_sample().move_id == 1);
+  StageBench requested = StageBench::lts();
+  requested.arm_lts();
+  REQUIRE(requested.driver->command(ServoCommand{0.002, horizon}));
+  REQUIRE(requested.driver->command(ServoCommand{0, horizon}));
+  REQUIRE(requested.driver->command(MoveCommand{0.1, 0.02}));
+  requested.receive_stopped(4096);  // of the servo motion
+  CHECK(requested.host.faults.empty());
+  requested.receive_completed(40960000);
+  CHECK(requested.last_sample().move_id == 1);
 }
 
 TEST_CASE("targets, speeds and horizons outside the limits are refused and nothing is sent") {

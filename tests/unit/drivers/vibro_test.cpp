@@ -148,9 +148,9 @@ TEST_CASE("blocks become SI by the range that the sensor tells, and say their ti
   Reader reader(far);
   auto driver = drivers::vibro_entry.create("{}", reader).value();
   REQUIRE(driver->open());
-  vibro::Frame told;
-  told.description = usual();
-  far.link_.deliver(bytes_of(told), far.loop_.now());
+  vibro::Frame reported;
+  reported.description = usual();
+  far.link_.deliver(bytes_of(reported), far.loop_.now());
   REQUIRE(driver->arm());
   far.link_.deliver(bytes_of(block(vibro::Kind::sound, 6)), far.loop_.now());
   vibro::Frame shaken = block(vibro::Kind::acceleration, 7);

@@ -38,14 +38,14 @@ FidelityTable small_table() {
   return table;
 }
 
-FidelitySetting chosen(const Scene& scene, const FidelityWish& wish) {
-  const auto offer = choose(small_table(), scene, wish);
+FidelitySetting chosen(const Scene& scene, const FidelityRequest& request) {
+  const auto offer = choose(small_table(), scene, request);
   if (!offer) FAIL(to_string(offer.error()));
   return offer->setting;
 }
 
-std::string sentence(const Scene& scene, const FidelityWish& wish) {
-  const auto offer = choose(small_table(), scene, wish);
+std::string sentence(const Scene& scene, const FidelityRequest& request) {
+  const auto offer = choose(small_table(), scene, request);
   REQUIRE_FALSE(offer);
   CHECK(offer.error().code == Errc::unsupported);
   return to_string(offer.error());
@@ -119,8 +119,10 @@ TEST_CASE("the order of the table's rows is nothing to the choice") {
   add(backwards, l2(Integrator::tr_bdf2, 0.5), 8e-3, 4'000);  // as good as midpoint at 1 ms
   FidelityTable forwards = backwards;
   std::reverse(backwards.rows.begin(), backwards.rows.end());
-  for (const FidelityWish wish : {FidelityWish{.accuracy_n = 10e-3}, {.times_real_time = 4'000}})
-    CHECK(choose(forwards, tactile, wish)->setting == choose(backwards, tactile, wish)->setting);
+  for (const FidelityRequest request :
+       {FidelityRequest{.accuracy_n = 10e-3}, {.times_real_time = 4'000}})
+    CHECK(choose(forwards, tactile, request)->setting ==
+          choose(backwards, tactile, request)->setting);
 }
 
 TEST_CASE("accuracies and budgets are read with their units and nothing else") {

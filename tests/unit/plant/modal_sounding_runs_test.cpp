@@ -57,12 +57,12 @@ Bench whole_bench() {
 
 TEST_CASE("A run of level L3 that is split, or looked at in between, has the same bits") {
   const Bench bench = whole_bench();
-  const auto go_on = [](SoundingContact s, const ContactState&) { return s; };
+  const auto run_further = [](SoundingContact s, const ContactState&) { return s; };
   const auto split = [](const SoundingContact& s, const ContactState& state) {
     static_cast<void>(s.peek(state, {.z_m = state.pose.z_m + 1e-5}, Duration(777'777)));
     return SoundingContact(s);  // saved and taken up again
   };
-  const Run single = press_and_slide(bench, go_on), again = press_and_slide(bench, split);
+  const Run single = press_and_slide(bench, run_further), again = press_and_slide(bench, split);
   CHECK(single.values.size() > 20'000);
   CHECK(single.values == again.values);
   CHECK(same_state(single.state, again.state));
@@ -119,20 +119,20 @@ TEST_CASE(
   Bench silent = bench;
   silent.vibration.accelerometer.reset();
   silent.vibration.microphone.reset();
-  SoundingContact nobody = silent.sounding(), somebody = bench.sounding();
+  SoundingContact silent_one = silent.sounding(), sounding_one = bench.sounding();
   const DynamicContact alone = bench.contact();
   const double z_m = bench.height_m(4);
-  ContactState state = hanging(bench.material, z_m - 1e-3), quiet = state, heard = state;
+  ContactState state = hanging(bench.material, z_m - 1e-3), quiet = state, received = state;
   double apart_n = 0;
   for (int i = 1; i <= 1000; ++i) {
     const Pose to{.y_m = 4e-6 * std::max(0, i - 600), .z_m = std::min(z_m, z_m - 1e-3 + 3e-6 * i)};
     state = alone.step(state, to, to_seconds(Duration(grid_ns)));
-    quiet = nobody.advance(quiet, to, Duration(grid_ns));
-    heard = somebody.advance(heard, to, Duration(grid_ns));
-    apart_n = std::max(apart_n, std::abs(heard.normal_n - state.normal_n));
+    quiet = silent_one.advance(quiet, to, Duration(grid_ns));
+    received = sounding_one.advance(received, to, Duration(grid_ns));
+    apart_n = std::max(apart_n, std::abs(received.normal_n - state.normal_n));
   }
   CHECK(same_state(state, quiet));
-  const VibrationReadings none = nobody.take();
+  const VibrationReadings none = silent_one.take();
   CHECK(none.acceleration.empty());
   CHECK(none.sound.empty());
   CHECK(state.normal_n > 1);
@@ -205,7 +205,7 @@ TEST_CASE("The plant delivers vibrations at level L3 and none below") {
     for (int i = 1; i <= 500; ++i)
       plant.advance({.z_m = touch_m - 1e-3 + 3e-6 * i}, to_seconds(Duration(grid_ns)));
     CHECK(plant.contact().normal_n > 0);
-    return plant.take_vibration();
+    return plant.extract_vibration();
   };
   CHECK(readings_of(Level::quasistatic, {}).sound.empty());
   CHECK(readings_of(Level::dynamic, {}).acceleration.empty());

@@ -27,7 +27,7 @@ TEST_CASE("A texture of pitch P passed at v gives its line at v/P in the acceler
     state = go(sounding, state, {.x_m = 2.5 * speed_mps, .z_m = z_m}, 2);
     const std::vector<double> z = axis_of(sounding.take(), 2);
     const double line = speed_mps / pitch_m * 62.5e-6;
-    const double heard = amplitude_at(z, line);
+    const double received = amplitude_at(z, line);
     // Stiffness of the face times the ribs' mean under it, through the arm's first bending.
     const double stiffness =
         (state.normal_n + level_plate().face_area_m2() * bench.material.law.pressure_pa) /
@@ -41,9 +41,9 @@ TEST_CASE("A texture of pitch P passed at v gives its line at v/P in the acceler
       if (const double natural = two_pi * arm.fundamental_hz[2] * overtone; natural < two_pi * 7200)
         gain += 4 / arm.mass_kg * w * w / (natural * natural - w * w);
     CAPTURE(speed_mps);
-    CHECK(heard == Approx(force_n * gain).epsilon(0.02));
-    CHECK(amplitude_at(z, 1.3 * line) < 0.01 * heard);
-    CHECK(amplitude_at(z, 0.7 * line) < 0.01 * heard);
+    CHECK(received == Approx(force_n * gain).epsilon(0.02));
+    CHECK(amplitude_at(z, 1.3 * line) < 0.01 * received);
+    CHECK(amplitude_at(z, 0.7 * line) < 0.01 * received);
   }
 }
 
@@ -112,7 +112,7 @@ TEST_CASE("The stick-slip cycle is heard: lines at its multiples, and only there
   bench.material.friction = {.coefficient = 0.2, .exponent = 1, .bristle_length_m = 10e-6};
   bench.dynamics.static_ratio = 1.3;
   bench.dynamics.friction_speed_mps = 1;  // the coefficient is the kinetic one
-  const auto heard = [&](double lateral_stiffness_n_m) {
+  const auto received = [&](double lateral_stiffness_n_m) {
     bench.dynamics.lateral_stiffness_n_m = lateral_stiffness_n_m;
     const double z_m = bench.height_m(5), speed_mps = 2e-3;  // F_C = 1 N, as in lugre_test.cpp
     SoundingContact sounding = bench.sounding();
@@ -123,7 +123,7 @@ TEST_CASE("The stick-slip cycle is heard: lines at its multiples, and only there
     static_cast<void>(go(sounding, state, {.y_m = 6 * speed_mps, .z_m = z_m}, 4));
     return axis_of(sounding.take(), 1);
   };
-  const std::vector<double> cycle = heard(1e4), smooth = heard(1e6);
+  const std::vector<double> cycle = received(1e4), smooth = received(1e6);
   // On this guide the probe slips 24.3 times a second (lugre_test.cpp, Runge-Kutta), every other
   // time further: the cycle's own frequency is half of that.
   const auto comb = [&](double fundamental_hz, double shift) {

@@ -33,9 +33,9 @@ Plant on_jersey(const PlantParams& params) {
 }
 
 /// Down to 0.6 mm below the cloth, which is beyond the slack, in 3 s, then 4 mm along y in 2 s;
-/// `look` after every scan.
-template <class Look>
-void follow(Plant& plant, Look look) {
+/// `inspect` after every scan.
+template <class Inspect>
+void follow(Plant& plant, Inspect inspect) {
   const double touch_m = plate_z - 0.85e-3;
   const int down = 1000, along = 650;
   for (int i = 1; i <= down + along; ++i) {
@@ -43,7 +43,7 @@ void follow(Plant& plant, Look look) {
     const double y = 4e-3 * std::max(0.0, static_cast<double>(i - down) / along);
     plant.advance({.y_m = y, .z_m = z}, grid_s);
     if (i % 9 != 0) plant.convert(i % 9 - 1, static_cast<std::uint64_t>(i / 9));
-    if (i % 9 == 8) look();
+    if (i % 9 == 8) inspect();
   }
 }
 

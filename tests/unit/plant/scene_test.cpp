@@ -51,11 +51,11 @@ TEST_CASE("Traits have names that read back") {
 }
 
 TEST_CASE("A scene says what it needs in words") {
-  CHECK(needs_of({"test", {Channel::stages}, {}}) == "stage positions");
-  CHECK(needs_of({"test", {Channel::stages, Channel::wrench}, {}}) == "a wrench");
-  CHECK(needs_of({"test",
-                  {Channel::stages, Channel::taxels, Channel::wrench},
-                  {Trait::regulated_force}}) == "taxel counts, a wrench and a regulated force");
+  CHECK(format_needs({"test", {Channel::stages}, {}}) == "stage positions");
+  CHECK(format_needs({"test", {Channel::stages, Channel::wrench}, {}}) == "a wrench");
+  CHECK(format_needs({"test",
+                      {Channel::stages, Channel::taxels, Channel::wrench},
+                      {Trait::regulated_force}}) == "taxel counts, a wrench and a regulated force");
 }
 
 }  // namespace scene_test

@@ -57,7 +57,7 @@ TEST_CASE(
   const double pitch = 1.25e-3, height = 4e-6, speed = 50e-3;  // 40 Hz: 400 steps of 62.5 us
   Vibration vibration = made(params, ribs(pitch, height));
   const std::vector<double> z = slide(vibration, speed, 48000, 16000);
-  const double heard = amplitude_over_periods(z, speed / pitch * 62.5e-6);
+  const double received = amplitude_over_periods(z, speed / pitch * 62.5e-6);
 
   const double k = two_pi / pitch * params.rubbing.face_half_width_m;
   const double force = 1e5 * height * std::abs(std::sin(k) / k);  // mean over the face
@@ -74,8 +74,8 @@ TEST_CASE(
   };
   add_beam(arm.fundamental_hz[2], 1);
   add_beam(arm.fundamental_hz[0], 0.2 * arm.cross_axis);  // friction follows the load: mu = 0.2
-  CHECK(heard == Approx(force * std::abs(gain)).epsilon(5e-3));
-  CHECK(amplitude_over_periods(z, 1.25 * speed / pitch * 62.5e-6) < 0.01 * heard);
+  CHECK(received == Approx(force * std::abs(gain)).epsilon(5e-3));
+  CHECK(amplitude_over_periods(z, 1.25 * speed / pitch * 62.5e-6) < 0.01 * received);
 }
 
 TEST_CASE("Twice the speed is twice the frequency; at rest nothing sounds") {

@@ -168,12 +168,12 @@ TEST_CASE("Maps, forces and laws that cannot be are refused with a sentence") {
 
 TEST_CASE("A part of an imprint is cut out with its own contact fraction") {
   const Imprint whole{2, 3, {0, 1, 2, 0, 0, 5}, 1e-3, 0.5};
-  const auto part = part_of(whole, 0, 1, 2, 2);
+  const auto part = extract_part(whole, 0, 1, 2, 2);
   REQUIRE(part.has_value());
   CHECK(part->pressure_pa == std::vector<double>{1, 2, 0, 5});
   CHECK(part->contact_fraction == 0.75);
-  CHECK_FALSE(part_of(whole, 1, 0, 2, 3).has_value());
-  CHECK_FALSE(part_of(whole, 0, 0, 0, 1).has_value());
+  CHECK_FALSE(extract_part(whole, 1, 0, 2, 3).has_value());
+  CHECK_FALSE(extract_part(whole, 0, 0, 0, 1).has_value());
 }
 
 }  // namespace winkler_test

@@ -74,7 +74,7 @@ Frame random_frame(std::mt19937& random) {
 }
 
 /// A frame that no writer of ours makes, with right check values.
-Bytes sealed(Kind kind, const Bytes& body) {
+Bytes with_checksum(Kind kind, const Bytes& body) {
   // Both checks are over what a right frame has, so the frame is made by hand here.
   Bytes out{protocols::imprint::sync[0],
             protocols::imprint::sync[1],
@@ -149,7 +149,7 @@ TEST_CASE("bodies that no array sends are no frames, whatever their check values
       {static_cast<Kind>(3), {0, 0, 1, 1}},
   };
   for (const auto& [kind, body] : bodies) {
-    Bytes bytes = sealed(kind, body);
+    Bytes bytes = with_checksum(kind, body);
     const std::size_t size = bytes.size();
     bytes.insert(bytes.end(), head_size, 0);
     Splitter splitter;
@@ -160,7 +160,7 @@ TEST_CASE("bodies that no array sends are no frames, whatever their check values
     CHECK(splitter.skipped_bytes() > size);
   }
   Splitter splitter;  // the same hand does make a right one
-  splitter.push(sealed(Kind::scan, {0, 0, 1, 2, 5, 127}));
+  splitter.push(with_checksum(Kind::scan, {0, 0, 1, 2, 5, 127}));
   Frame frame;
   CHECK(splitter.next(frame));
 }

@@ -17,7 +17,7 @@ namespace {
 
 /// A tilted plate under a point probe, by rotation in three dimensions: answers the machine's
 /// effects at once. Angles as simulation.plate_tilt_deg.
-struct World {
+struct TestPlant {
   double tilt_x_rad = 0, tilt_y_rad = 0;
   double noise_m = 0;   ///< standard deviation of a touch
   double dent_m = 0;    ///< of the plate's first quarter
@@ -44,13 +44,13 @@ struct World {
 };
 
 /// Carries one effect out; the event that answers it, if any.
-std::optional<Event> answer(World& world, const Geometry& g, const AlignEffect& effect) {
+std::optional<Event> answer(TestPlant& bench_plant, const Geometry& g, const AlignEffect& effect) {
   if (const auto* move = std::get_if<MoveTo>(&effect)) {
     for (const AxisMove& m : move->moves) {
-      world.at[m.axis] = m.target;
+      bench_plant.at[m.axis] = m.target;
       if (m.axis != Axis::z)
-        world.highest_crossing_m =
-            std::max(world.highest_crossing_m, world.at[Axis::z] - world.surface_z_m(g));
+        bench_plant.highest_crossing_m = std::max(
+            bench_plant.highest_crossing_m, bench_plant.at[Axis::z] - bench_plant.surface_z_m(g));
     }
     return MotionDone{move->ticket};
   }
@@ -58,13 +58,13 @@ std::optional<Event> answer(World& world, const Geometry& g, const AlignEffect& 
   const auto* descend = std::get_if<Descend>(&effect);
   if (descend == nullptr) return std::nullopt;
   std::normal_distribution<double> noise(0, 1);
-  const double met = world.surface_z_m(g) + world.noise_m * noise(world.random);
-  if (!world.plate || met > descend->target_z_m) {
-    world.at[Axis::z] = descend->target_z_m;
+  const double met = bench_plant.surface_z_m(g) + bench_plant.noise_m * noise(bench_plant.random);
+  if (!bench_plant.plate || met > descend->target_z_m) {
+    bench_plant.at[Axis::z] = descend->target_z_m;
     return MotionDone{descend->ticket};
   }
-  ++world.touches;
-  world.at[Axis::z] = met;
+  ++bench_plant.touches;
+  bench_plant.at[Axis::z] = met;
   return ContactFound{descend->ticket, met};
 }
 
@@ -73,7 +73,7 @@ struct Ended {
   AlignDone done;
 };
 
-Ended align(World& world, const AlignPlan& plan) {
+Ended align(TestPlant& bench_plant, const AlignPlan& plan) {
   AlignState state;
   std::vector<Event> events{Start{}};
   for (int i = 0; i < 10000 && !events.empty(); ++i) {
@@ -82,7 +82,7 @@ Ended align(World& world, const AlignPlan& plan) {
     state = std::move(next.next);
     for (const AlignEffect& effect : next.effects) {
       if (const auto* done = std::get_if<AlignDone>(&effect)) return {state, *done};
-      if (auto event = answer(world, plan.limits.geometry, effect)) events.push_back(*event);
+      if (auto event = answer(bench_plant, plan.limits.geometry, effect)) events.push_back(*event);
     }
   }
   FAIL("the machine waits for ever in " << to_string(state.step));
@@ -107,21 +107,21 @@ TEST_CASE("A tilted plate is found to 1e-9 rad, levelled, and found level by the
   std::mt19937 random(2);
   std::uniform_real_distribution<double> tilt(-2 * rad_per_deg, 2 * rad_per_deg);
   for (int i = 0; i < 50; ++i) {
-    World world;
-    world.tilt_x_rad = tilt(random);
-    world.tilt_y_rad = tilt(random);
-    const auto [state, done] = align(world, plan_with());
+    TestPlant bench_plant;
+    bench_plant.tilt_x_rad = tilt(random);
+    bench_plant.tilt_y_rad = tilt(random);
+    const auto [state, done] = align(bench_plant, plan_with());
     REQUIRE(done.outcome == Outcome::complete);
     REQUIRE_FALSE(done.error);
     REQUIRE(state.rounds.size() == 2);
     const TiltFound& before = state.rounds.front();
-    REQUIRE(std::abs(before.tilt_x_rad - world.tilt_x_rad) < 1e-9);
-    REQUIRE(std::abs(before.tilt_y_rad - world.tilt_y_rad) < 1e-9);
-    REQUIRE(std::abs(world.at[Axis::rx] + world.tilt_x_rad) < 1e-9);
-    REQUIRE(std::abs(world.at[Axis::ry] - world.tilt_y_rad) < 1e-9);
+    REQUIRE(std::abs(before.tilt_x_rad - bench_plant.tilt_x_rad) < 1e-9);
+    REQUIRE(std::abs(before.tilt_y_rad - bench_plant.tilt_y_rad) < 1e-9);
+    REQUIRE(std::abs(bench_plant.at[Axis::rx] + bench_plant.tilt_x_rad) < 1e-9);
+    REQUIRE(std::abs(bench_plant.at[Axis::ry] - bench_plant.tilt_y_rad) < 1e-9);
     REQUIRE(state.rounds.back().lean_rad < 1e-9);
-    REQUIRE(world.highest_crossing_m < 0);  // it never moved sideways through the plate
-    REQUIRE(world.touches == 2 * 2 * 9);    // fast and slow, two rounds
+    REQUIRE(bench_plant.highest_crossing_m < 0);  // it never moved sideways through the plate
+    REQUIRE(bench_plant.touches == 2 * 2 * 9);    // fast and slow, two rounds
   }
 }
 
@@ -130,15 +130,15 @@ TEST_CASE("With noisy touches what is left lies within three of the stated devia
   std::uniform_real_distribution<double> tilt(-2 * rad_per_deg, 2 * rad_per_deg);
   int beyond = 0;
   for (unsigned seed = 0; seed < 100; ++seed) {
-    World world;
-    world.random.seed(seed);
-    world.tilt_x_rad = tilt(random);
-    world.tilt_y_rad = tilt(random);
-    world.noise_m = 1e-6;
-    const auto [state, done] = align(world, plan_with());
+    TestPlant bench_plant;
+    bench_plant.random.seed(seed);
+    bench_plant.tilt_x_rad = tilt(random);
+    bench_plant.tilt_y_rad = tilt(random);
+    bench_plant.noise_m = 1e-6;
+    const auto [state, done] = align(bench_plant, plan_with());
     REQUIRE(done.outcome == Outcome::complete);
-    const double left =
-        std::hypot(world.at[Axis::rx] + world.tilt_x_rad, world.at[Axis::ry] - world.tilt_y_rad);
+    const double left = std::hypot(bench_plant.at[Axis::rx] + bench_plant.tilt_x_rad,
+                                   bench_plant.at[Axis::ry] - bench_plant.tilt_y_rad);
     beyond += left > 3 * state.rounds.front().lean_sd_rad ? 1 : 0;
     REQUIRE(left < 50e-6);
   }
@@ -146,54 +146,54 @@ TEST_CASE("With noisy touches what is left lies within three of the stated devia
 }
 
 TEST_CASE("A level plate is left alone after one round") {
-  World world;
-  const auto [state, done] = align(world, plan_with());
+  TestPlant bench_plant;
+  const auto [state, done] = align(bench_plant, plan_with());
   CHECK(done.outcome == Outcome::complete);
   CHECK(state.rounds.size() == 1);
-  CHECK(world.at[Axis::rx] == 0);
+  CHECK(bench_plant.at[Axis::rx] == 0);
 }
 
 TEST_CASE("A surface that is no plane is refused, and nothing is turned") {
-  World world;
-  world.dent_m = 200e-6;
-  const auto [state, done] = align(world, plan_with());
+  TestPlant bench_plant;
+  bench_plant.dent_m = 200e-6;
+  const auto [state, done] = align(bench_plant, plan_with());
   CHECK(done.outcome == Outcome::failed);
   CHECK(done.cleanup == Cleanup::done);
   CHECK(done.rig == RigFact::safe);
   REQUIRE(done.error);
   CHECK_THAT(to_string(*done.error), Catch::Contains("not a plane"));
-  CHECK(world.at[Axis::rx] == 0);
-  CHECK(world.at[Axis::z] < test::limits().clear_z_m());
+  CHECK(bench_plant.at[Axis::rx] == 0);
+  CHECK(bench_plant.at[Axis::z] < test::limits().clear_z_m());
 }
 
 TEST_CASE("A tilt beyond the rotary travel is refused before anything turns") {
-  World world;
-  world.tilt_x_rad = 5.5 * rad_per_deg;
+  TestPlant bench_plant;
+  bench_plant.tilt_x_rad = 5.5 * rad_per_deg;
   AlignSettings settings;
   settings.largest_tilt_rad = 8 * rad_per_deg;
-  const auto [state, done] = align(world, plan_with(settings));
+  const auto [state, done] = align(bench_plant, plan_with(settings));
   CHECK(done.outcome == Outcome::failed);
   REQUIRE(done.error);
   CHECK_THAT(to_string(*done.error), Catch::Contains("beyond the travel of rx"));
   CHECK(state.rounds.size() == 1);
-  CHECK(world.at[Axis::rx] == 0);
+  CHECK(bench_plant.at[Axis::rx] == 0);
 }
 
 TEST_CASE("Without a plate the search ends at its lowest height and the probe goes up") {
-  World world;
-  world.plate = false;
-  const auto [state, done] = align(world, plan_with());
+  TestPlant bench_plant;
+  bench_plant.plate = false;
+  const auto [state, done] = align(bench_plant, plan_with());
   CHECK(done.outcome == Outcome::failed);
   REQUIRE(done.error);
   CHECK_THAT(to_string(*done.error), Catch::Contains("no surface was found"));
-  CHECK(world.at[Axis::z] < test::limits().clear_z_m());
+  CHECK(bench_plant.at[Axis::z] < test::limits().clear_z_m());
 }
 
 TEST_CASE("A rotary stage that turns the wrong way is given up after three corrections") {
-  World world;
-  world.tilt_x_rad = 0.2 * rad_per_deg;
-  world.rx_scale = -0.5;
-  const auto [state, done] = align(world, plan_with());
+  TestPlant bench_plant;
+  bench_plant.tilt_x_rad = 0.2 * rad_per_deg;
+  bench_plant.rx_scale = -0.5;
+  const auto [state, done] = align(bench_plant, plan_with());
   CHECK(done.outcome == Outcome::failed);
   REQUIRE(done.error);
   CHECK_THAT(to_string(*done.error), Catch::Contains("not level after 3 corrections"));
@@ -201,13 +201,14 @@ TEST_CASE("A rotary stage that turns the wrong way is given up after three corre
 }
 
 TEST_CASE("A stage with a scale error of two per cent is levelled by a second correction") {
-  World world;
-  world.tilt_x_rad = 2 * rad_per_deg;
-  world.rx_scale = 1.02;
-  const auto [state, done] = align(world, plan_with());
+  TestPlant bench_plant;
+  bench_plant.tilt_x_rad = 2 * rad_per_deg;
+  bench_plant.rx_scale = 1.02;
+  const auto [state, done] = align(bench_plant, plan_with());
   CHECK(done.outcome == Outcome::complete);
   CHECK(state.rounds.size() == 3);
-  CHECK(std::abs(world.at[Axis::rx] * world.rx_scale + world.tilt_x_rad) < 100e-6);
+  CHECK(std::abs(bench_plant.at[Axis::rx] * bench_plant.rx_scale + bench_plant.tilt_x_rad) <
+        100e-6);
 }
 
 TEST_CASE("A force over the cap ends the alignment with the guard's sentence and a retreat") {
@@ -227,8 +228,8 @@ TEST_CASE("A force over the cap ends the alignment with the guard's sentence and
 }
 
 TEST_CASE("Every step of the machine has a timer, and any timer leads to the end") {
-  World world;
-  world.tilt_x_rad = 0.01;
+  TestPlant bench_plant;
+  bench_plant.tilt_x_rad = 0.01;
   const AlignPlan plan = plan_with();
   AlignState state;
   Event event = Start{};
@@ -239,7 +240,7 @@ TEST_CASE("Every step of the machine has a timer, and any timer leads to the end
     bool timed = false;
     for (const AlignEffect& effect : next.effects) {
       timed = timed || std::holds_alternative<ArmTimer>(effect);
-      if (auto reply = answer(world, plan.limits.geometry, effect)) event = *reply;
+      if (auto reply = answer(bench_plant, plan.limits.geometry, effect)) event = *reply;
     }
     if (state.step == AlignStep::done) break;
     REQUIRE(timed);

@@ -63,7 +63,7 @@ TEST_CASE("What a recipe says of bad repetitions is read, and only where it says
   const Plan plan = test::plan_of(
       small_with(reps, reps + R"(, "repeat_bad": {"at_most": 3, "lost_fraction": 0.05})"));
   REQUIRE(plan.repeat_bad);
-  CHECK(most_takes(plan) == 4);
+  CHECK(most_attempts(plan) == 4);
   CHECK(plan.repeat_bad->lost_fraction == 0.05);
   CHECK(plan.canonical_json != test::plan_of(small_recipe).canonical_json);
   refused(small_with(reps, reps + R"(, "repeat_bad": {"at_most": 3, "lost_fracton": 0})"),

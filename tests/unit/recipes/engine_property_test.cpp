@@ -45,7 +45,7 @@ Event random_event(const Bench& bench, std::mt19937& random) {
       return ResumeRequested{};
     case 10:
     case 11:
-      return TakeRejected{some_error()};
+      return AttemptRejected{some_error()};
     case 12:
     case 13:
       return MotionLost{ticket};
@@ -136,18 +136,18 @@ const char* const asking = R"("repetitions": 2, "operator_steps": [
 
 TEST_CASE("Any of 100 000 sequences of events ends, retracted unless it says otherwise") {
   const Plan plain = test::plan_of(test::small_recipe);
-  const Plan asks = test::plan_of(test::small_with("\"repetitions\": 2", asking));
+  const Plan prompts = test::plan_of(test::small_with("\"repetitions\": 2", asking));
   const Plan parks = test::plan_of(test::small_with("\"repetitions\": 2", parking));
   std::mt19937 random(20260101);
   int safe = 0, unsafe = 0, complete = 0, ended_early = 0, partly = 0;
   for (int run = 0; run < 100'000; ++run) {
-    Bench b(run % 3 == 0 ? asks : run % 3 == 1 ? parks : plain);
+    Bench b(run % 3 == 0 ? prompts : run % 3 == 1 ? parks : plain);
     b.plan.on_trial_failure = run % 2 == 0 ? OnTrialFailure::stop : OnTrialFailure::carry_on;
     b.plan.repeat_bad.emplace().at_most = 2;
-    const bool may_end_early = run % 5 < 3;
+    const bool can_end_early = run % 5 < 3;
     for (Exploration& exploration : b.plan.explorations)
       exploration.live_vote =
-          LiveVote{"m.live", may_end_early ? std::optional(StopEarly{0.9, 1}) : std::nullopt};
+          LiveVote{"m.live", can_end_early ? std::optional(StopEarly{0.9, 1}) : std::nullopt};
     const bool excused = play(b, random);
     if (!b.end) FAIL("it has not said how it ended");
     const bool up = b.commanded_z_m == b.plan.limits.clear_z_m();
@@ -158,7 +158,7 @@ TEST_CASE("Any of 100 000 sequences of events ends, retracted unless it says oth
     for (const TrialDone& trial : b.trials) {
       if (!trial.ended_early) continue;
       ++ended_early;
-      if (!may_end_early) FAIL("a slide ended early, and nobody asked for that");
+      if (!can_end_early) FAIL("a slide ended early, and nobody asked for that");
       if (trial.outcome != Outcome::complete) FAIL("ended early, and not complete");
     }
     safe += is_safe ? 1 : 0;

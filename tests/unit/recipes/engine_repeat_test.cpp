@@ -24,7 +24,7 @@ Bench bench(std::uint32_t at_most, OnTrialFailure on_failure = OnTrialFailure::s
 /// The take under way comes to its end and is found bad.
 void reject(Bench& b) {
   b.advance_to(Step::retracting);
-  b.send(TakeRejected{dead_taxel});
+  b.send(AttemptRejected{dead_taxel});
   b.advance();
 }
 

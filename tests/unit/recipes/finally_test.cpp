@@ -117,12 +117,12 @@ TEST_CASE("Where a campaign ends in a pause or while a person is at work nothing
   held.send(PauseRequested{});
   held.advance_to(Step::held);
   held.send(StopRequested{});
-  Bench asks =
+  Bench prompts =
       bench(R"("operator_steps": [{"before": "fabric", "text": "Mount {fabric}.", "people_s": 9}],
     "finally": {"on_stop": [{"do": "park", "x_mm": 9, "y_mm": 9}]})");
-  asks.advance_to(Step::awaiting_operator);
-  asks.send(AbortRequested{});
-  for (const Bench& b : {held, asks}) {
+  prompts.advance_to(Step::awaiting_operator);
+  prompts.send(AbortRequested{});
+  for (const Bench& b : {held, prompts}) {
     REQUIRE(b.end);
     CHECK(test::all_of<MoveTo>(b.effects).empty());
     CHECK(b.end->cleanup == Cleanup::partial);

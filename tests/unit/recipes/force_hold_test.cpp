@@ -142,9 +142,9 @@ TEST_CASE("A drift that is told at the start is followed from the start") {
     }
     return worst;
   };
-  const double told = worst_n(-stand.stiffness_npm * sinks_mps);
-  CHECK(told < 1.1 * quantum_m * stand.stiffness_npm);
-  CHECK(told < worst_n(0));
+  const double reported = worst_n(-stand.stiffness_npm * sinks_mps);
+  CHECK(reported < 1.1 * quantum_m * stand.stiffness_npm);
+  CHECK(reported < worst_n(0));
 }
 
 TEST_CASE("Phase M stays within 1.5 of the quantum's floor on every cloth, at 250 Hz") {
@@ -217,17 +217,17 @@ TEST_CASE("Fifty newtons are held as five are") {
     ForceLoopState state;
     double squares = 0;
     int holding = 0;
-    const int press = 1000, look = 1500;
-    for (int i = 0; i < press + look; ++i) {
+    const int press = 1000, inspect = 1500;
+    for (int i = 0; i < press + inspect; ++i) {
       model.advance(
           step({}, state, {50, model.measured_n(), model.reported_z_m(), 0.01}).velocity_mps);
       if (i < press) continue;
       squares += std::pow(model.force_n() - 50, 2);
       holding += state.hold.active ? 1 : 0;
     }
-    INFO(cloth.name << ": " << 1e3 * std::sqrt(squares / look) << " mN");
-    CHECK(std::sqrt(squares / look) < 1.5 * floor_n(2e4));
-    CHECK(holding > 0.99 * look);
+    INFO(cloth.name << ": " << 1e3 * std::sqrt(squares / inspect) << " mN");
+    CHECK(std::sqrt(squares / inspect) < 1.5 * floor_n(2e4));
+    CHECK(holding > 0.99 * inspect);
   }
 }
 

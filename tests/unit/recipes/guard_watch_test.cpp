@@ -239,7 +239,8 @@ namespace {
 /// A way down of a stage that is sent, cycle by cycle, to where the velocity takes it within 100 ms
 /// and must be able to stop there; its positions are read 2 ms after the cycle before. When it was
 /// found wanting, 0: never.
-Duration found_driven_after(int cycle_ms, double acceleration_mps2, double speed_mps, bool stands) {
+Duration found_driven_after(int cycle_ms, double acceleration_mps2, double speed_mps,
+                            bool is_still) {
   WatchLimits with = limits();
   with.max_acceleration[index(Axis::z)] = acceleration_mps2;
   with.order_age = order_age(1000.0 / cycle_ms);
@@ -250,7 +251,7 @@ Duration found_driven_after(int cycle_ms, double acceleration_mps2, double speed
   for (int i = 1; i * b.period <= 4s; ++i) {
     b.watch.driven(Axis::z, speed_mps, 100ms, b.now);
     const double target = b.z() + 0.1 * speed_mps;
-    for (int ms = 0; ms < cycle_ms && !stands; ++ms) {
+    for (int ms = 0; ms < cycle_ms && !is_still; ++ms) {
       const bool brakes = target - at <= 0.5 * pace * pace / acceleration_mps2;
       pace += std::clamp((brakes ? 0 : speed_mps) - pace, -1e-3 * acceleration_mps2,
                          1e-3 * acceleration_mps2);
@@ -310,8 +311,8 @@ TEST_CASE("The probe's weight may come upon the cloth at once while z travels, a
   const auto jumps = [](std::array<double, 3> step_n, Way way) {
     Bench b;
     b.cycle();
-    b.input.may_land = way == down || way == turning;
-    b.input.may_lift = way == up || way == turning;
+    b.input.can_land = way == down || way == turning;
+    b.input.can_lift = way == up || way == turning;
     b.input.force_n = step_n;
     b.cycle();
     return b.seen.wrench_jumps;

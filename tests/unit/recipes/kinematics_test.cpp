@@ -28,7 +28,7 @@ double dot(const Vec3& a, const Vec3& b) {
 
 /// World position (X, Y, up) of a fabric point, by rotation about the platform's axis: an
 /// independent way through 3-D, where kinematics.cpp works in planes.
-Vec3 fabric_point_in_world(const Geometry& g, const Joints& j, const Vec3& uvh) {
+Vec3 fabric_point_on_bench(const Geometry& g, const Joints& j, const Vec3& uvh) {
   const double c = std::cos(j[Axis::rx]);
   const double s = std::sin(j[Axis::rx]);
   const double a = uvh[1] - g.tilt_axis_y_m;
@@ -39,7 +39,7 @@ Vec3 fabric_point_in_world(const Geometry& g, const Joints& j, const Vec3& uvh) 
 }
 
 /// World position of the face's centre.
-Vec3 face_in_world(const Geometry& g, const Joints& j) {
+Vec3 face_on_bench(const Geometry& g, const Joints& j) {
   return {g.probe_arm_m * std::sin(j[Axis::ry]), 0,
           -(j[Axis::z] - g.probe_arm_m) - g.probe_arm_m * std::cos(j[Axis::ry])};
 }
@@ -77,7 +77,7 @@ TEST_CASE("The pose puts the face where three-dimensional rotation says") {
                0.3 * unit(random), 0.3 * unit(random)};
     const ProbePose pose = forward(g, j);
     const Vec3 foot{pose.contact_m.x_m, pose.contact_m.y_m, pose.clearance_m};
-    const Vec3 gap = minus(face_in_world(g, j), fabric_point_in_world(g, j, foot));
+    const Vec3 gap = minus(face_on_bench(g, j), fabric_point_on_bench(g, j, foot));
     REQUIRE(std::sqrt(dot(gap, gap)) < 1e-15 * 100);
   }
 }
@@ -89,7 +89,7 @@ TEST_CASE("The lean is the angle between the probe's axis and the plate's normal
       Joints j;
       j.value = {0.07, 0.07, 0.09, rx, ry};
       const Vec3 normal =
-          minus(fabric_point_in_world(g, j, {0, 0, 1}), fabric_point_in_world(g, j, {0, 0, 0}));
+          minus(fabric_point_on_bench(g, j, {0, 0, 1}), fabric_point_on_bench(g, j, {0, 0, 0}));
       const Vec3 tool{std::sin(ry), 0, -std::cos(ry)};
       const Vec3 cross{normal[1] * tool[2] - normal[2] * tool[1],
                        normal[2] * tool[0] - normal[0] * tool[2],

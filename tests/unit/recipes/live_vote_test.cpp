@@ -16,11 +16,11 @@ using test::small_with;
 
 namespace {
 
-const char* const asked =
+const char* const requested =
     R"({"live_vote": {"model": "m.model", "stop_early": {"sure_probability": 0.9,
         "least_slide_s": 2}}, "phases")";
 
-Bench bench(const char* vote = asked) {
+Bench bench(const char* vote = requested) {
   return Bench(test::plan_of(small_with("{\"phases\"", vote)));
 }
 
@@ -95,11 +95,11 @@ TEST_CASE("Only the trial whose slide ended early says so, and the campaign is c
 }
 
 TEST_CASE("No other step, and no recipe that does not ask for it, takes the end of a slide") {
-  for (const char* vote : {asked, R"({"live_vote": {"model": "m"}, "phases")", "{\"phases\""}) {
+  for (const char* vote : {requested, R"({"live_vote": {"model": "m"}, "phases")", "{\"phases\""}) {
     Bench b = bench(vote);
     while (b.state.step != Step::done) {
       const State before = b.state;
-      if (before.step != Step::sliding || vote != asked) {
+      if (before.step != Step::sliding || vote != requested) {
         CHECK(b.send(EndSlide{}).empty());
         CHECK(b.state.step == before.step);
         CHECK(b.state.ticket == before.ticket);

@@ -44,12 +44,12 @@ std::string only_problem(const std::string& steps) {
 }
 
 /// All that is asked until the campaign ends, each with its trial.
-std::vector<std::string> asked_in(Bench& b) {
+std::vector<std::string> prompts_in(Bench& b) {
   std::vector<std::string> out;
   while (b.state.step != Step::done) {
     b.advance();
-    if (const auto asked = only<AskOperator>(b.effects))
-      out.push_back(std::to_string(asked->ask.trial) + " " + asked->ask.text);
+    if (const auto requested = only<PromptOperator>(b.effects))
+      out.push_back(std::to_string(requested->prompt.trial) + " " + requested->prompt.text);
   }
   return out;
 }
@@ -67,8 +67,8 @@ TEST_CASE("On a real bench somebody is asked for every fabric, as the recipe say
   const CheckReport silent = planned(test::small_recipe);
   const Plan& plan = *silent.plan;
   REQUIRE(plan.operator_steps.size() == 1);
-  CHECK(ask_of(plan, 0, 0).text == "Mount " + plan.fabrics[0] + ", then confirm.");
-  CHECK(plan.forecast.asks == plan.fabrics.size());
+  CHECK(step_prompt(plan, 0, 0).text == "Mount " + plan.fabrics[0] + ", then confirm.");
+  CHECK(plan.forecast.prompts == plan.fabrics.size());
   const auto about_people = [](const Diagnostic& one) { return one.pointer == "/operator_steps"; };
   CHECK(std::ranges::count_if(silent.warnings, about_people) == 1);
   CHECK(plan.canonical_json == test::plan_of(test::small_recipe).canonical_json);
@@ -81,7 +81,7 @@ TEST_CASE("On a real bench somebody is asked for every fabric, as the recipe say
       "text": "Mount {fabric}.", "people_s": 15}])"));
   REQUIRE(some.plan->operator_steps.size() == 2);
   CHECK(some.plan->operator_steps[1].fabrics == std::vector<std::size_t>{0});
-  CHECK(some.plan->forecast.asks == some.plan->fabrics.size());
+  CHECK(some.plan->forecast.prompts == some.plan->fabrics.size());
 }
 
 TEST_CASE("The operator steps of a recipe are in its plan, its time and its normal form") {
@@ -89,7 +89,7 @@ TEST_CASE("The operator steps of a recipe are in its plan, its time and its norm
   const Plan without = test::plan_of(test::small_recipe);
   REQUIRE(plan.operator_steps.size() == 3);
   CHECK(plan.operator_steps[2].fabrics == std::vector<std::size_t>{1});
-  CHECK(plan.forecast.asks == 4);
+  CHECK(plan.forecast.prompts == 4);
   CHECK(plan.forecast.people_s == Approx(30 + 90 + 90 + 15));
   CHECK(plan.forecast.duration_s == without.forecast.duration_s);
   CHECK(plan.forecast.total_s() == Approx(plan.forecast.duration_s + 225));
@@ -100,13 +100,13 @@ TEST_CASE("The operator steps of a recipe are in its plan, its time and its norm
 
 TEST_CASE("The next human action of a plan is found from any trial on") {
   const Plan plan = test::plan_of(asking(mount_each));
-  CHECK(next_ask(plan, 0)->text == "Clean the probe.");
-  CHECK(next_ask(plan, 1)->text == "Mount silk, number 2.");
-  CHECK(next_ask(plan, 1)->trial == 2);
-  CHECK_FALSE(next_ask(plan, 3));
+  CHECK(next_prompt(plan, 0)->text == "Clean the probe.");
+  CHECK(next_prompt(plan, 1)->text == "Mount silk, number 2.");
+  CHECK(next_prompt(plan, 1)->trial == 2);
+  CHECK_FALSE(next_prompt(plan, 3));
   CHECK(people_forecast(plan, 1).people_s == Approx(105));
   CHECK(machine_s(plan, 0, 4) == Approx(plan.forecast.duration_s));
-  CHECK_FALSE(next_ask(test::plan_of(test::small_recipe), 0));
+  CHECK_FALSE(next_prompt(test::plan_of(test::small_recipe), 0));
 }
 
 TEST_CASE("An operator step that makes no sense is refused where it stands") {
@@ -134,16 +134,16 @@ TEST_CASE("An order that changes the fabric again and again is warned of") {
   const char* const shuffled = R"(, "order": {"kind": "randomised", "seed": 5})";
   const auto warned = check_recipe(asking(mount_each, shuffled), test::limits());
   REQUIRE(warned.plan);
-  CHECK(warned.plan->forecast.asks > 4);
+  CHECK(warned.plan->forecast.prompts > 4);
   const auto blocked = check_recipe(asking(mount_each), test::limits());
   CHECK(warned.warnings.size() ==
-        blocked.warnings.size() + (warned.plan->forecast.asks > 6 ? 1 : 0));
+        blocked.warnings.size() + (warned.plan->forecast.prompts > 6 ? 1 : 0));
 }
 
 TEST_CASE("People are asked before the campaign and at each change of fabric, and not else") {
   Bench b = bench();
-  CHECK(asked_in(b) == std::vector<std::string>{"0 Clean the probe.", "0 Mount denim, number 1.",
-                                                "2 Mount silk, number 2.", "2 Smooth the silk."});
+  CHECK(prompts_in(b) == std::vector<std::string>{"0 Clean the probe.", "0 Mount denim, number 1.",
+                                                  "2 Mount silk, number 2.", "2 Smooth the silk."});
   CHECK(b.end->outcome == Outcome::complete);
   CHECK(b.trials.size() == 4);
 }
@@ -157,7 +157,7 @@ TEST_CASE("While a person is at work no trial is open, the probe is up, and then
   CHECK_FALSE(only<TrialBegin>(b.effects));
   CHECK(b.timer->deadline == b.now + longest_hold);
   b.advance();
-  CHECK(only<AskOperator>(b.effects)->ask.text == "Smooth the silk.");
+  CHECK(only<PromptOperator>(b.effects)->prompt.text == "Smooth the silk.");
   b.advance();
   CHECK(only<TrialBegin>(b.effects)->trial == 2);
   CHECK(b.state.step == Step::clearing);
@@ -206,11 +206,11 @@ TEST_CASE("A pause holds while a person is awaited, and what was not confirmed i
     Bench b = bench();
     b.advance();
     b.advance();
-    const std::string asked = only<AskOperator>(b.effects)->ask.text;
+    const std::string requested = only<PromptOperator>(b.effects)->prompt.text;
     b.send(PauseRequested{at_once});
     CHECK(b.state.step == Step::held);
     b.send(ResumeRequested{});
-    CHECK(only<AskOperator>(b.effects)->ask.text == asked);
+    CHECK(only<PromptOperator>(b.effects)->prompt.text == requested);
     b.finish();
     CHECK(b.trials.size() == 4);
     CHECK(b.end->outcome == Outcome::complete);
@@ -237,7 +237,7 @@ TEST_CASE("What was confirmed is not asked again for another take, nor after a p
   plan.repeat_bad.emplace().at_most = 2;
   Bench b(plan);
   b.advance_to(Step::retracting);
-  b.send(TakeRejected{{.code = Errc::device, .where = "taxel 5", .what = "a taxel is dead"}});
+  b.send(AttemptRejected{{.code = Errc::device, .where = "taxel 5", .what = "a taxel is dead"}});
   b.advance();
   CHECK(b.state.step == Step::mounting);
   b.advance_to(Step::sliding);
@@ -250,9 +250,9 @@ TEST_CASE("What was confirmed is not asked again for another take, nor after a p
 TEST_CASE("Who goes on with an interrupted campaign is asked for what lies on the plate") {
   Bench b = bench();
   b.send(Start{3});
-  CHECK(only<AskOperator>(b.effects)->ask.text == "Clean the probe.");
+  CHECK(only<PromptOperator>(b.effects)->prompt.text == "Clean the probe.");
   b.advance();
-  CHECK(only<AskOperator>(b.effects)->ask.text == "Mount silk, number 2.");
+  CHECK(only<PromptOperator>(b.effects)->prompt.text == "Mount silk, number 2.");
   b.advance();
   b.advance();
   CHECK(only<TrialBegin>(b.effects)->trial == 3);

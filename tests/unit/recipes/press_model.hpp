@@ -96,8 +96,8 @@ class PressModel {
   [[nodiscard]] double cloth_n(double depth_m) const {
     double force = elastic_n(depth_m);
     for (std::size_t i = 0; i < share.size(); ++i) {
-      const double kept = std::exp(-setup_.cycle_s / time_s[i]);
-      force -= relaxed_n_[i] * kept + share[i] * elastic_n(depth_m) * (1 - kept);
+      const double saved = std::exp(-setup_.cycle_s / time_s[i]);
+      force -= relaxed_n_[i] * saved + share[i] * elastic_n(depth_m) * (1 - saved);
     }
     return force;
   }
@@ -118,8 +118,8 @@ class PressModel {
     }
     const double force = cloth_n(high);
     for (std::size_t i = 0; i < share.size(); ++i) {
-      const double kept = std::exp(-setup_.cycle_s / time_s[i]);
-      relaxed_n_[i] = relaxed_n_[i] * kept + share[i] * elastic_n(high) * (1 - kept);
+      const double saved = std::exp(-setup_.cycle_s / time_s[i]);
+      relaxed_n_[i] = relaxed_n_[i] * saved + share[i] * elastic_n(high) * (1 - saved);
     }
     depth_m_ = high;
     return force;

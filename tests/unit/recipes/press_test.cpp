@@ -44,7 +44,7 @@ bool says(const std::string& recipe, const std::string& words) {
   return true;
 }
 
-std::string with_hand_over(const std::string& members) {
+std::string with_handover(const std::string& members) {
   return with(press_recipe, "\"repetitions\": 2",
               "\"repetitions\": 1, \"hand_over\": {\"from\": \"imprints\"" + members + "}");
 }
@@ -110,26 +110,26 @@ TEST_CASE("Each fabric is in one class, or the recipe has none") {
 }
 
 TEST_CASE("Imprints are handed over of presses in classes, also of one repetition") {
-  std::string three = with(with_hand_over(""), R"("hard": ["b"])", R"("hard": ["b", "e", "f"])");
+  std::string three = with(with_handover(""), R"("hard": ["b"])", R"("hard": ["b", "e", "f"])");
   three = with(three, R"("soft": ["a", "c"])", R"("soft": ["a", "c", "d"])");
   three = with(three, R"(["a", "b", "c"])", R"(["a", "b", "c", "d", "e", "f"])");
   const CheckReport report = check_recipe(three, array_limits());
   REQUIRE(report.plan);
   const Plan& plan = *report.plan;
-  REQUIRE(plan.hand_over);
+  REQUIRE(plan.handover);
   // One object of a class leaves none, two of one imprint each leave one.
-  says(with_hand_over(""), "/classes/hard: too few imprints are left");
-  says(with_hand_over(""), "/classes/soft: too few imprints are left");
+  says(with_handover(""), "/classes/hard: too few imprints are left");
+  says(with_handover(""), "/classes/soft: too few imprints are left");
   CHECK(problem_of(three, test::limits()).find("the rig has no imprint array") !=
         std::string::npos);
   says(with(three, R"("force_N": 5, "duration_s": 2)", R"("force_N": 5, "duration_s": 0.1)"),
        "phase P is over before the array has scanned");
   says(with(three, R"("repetitions")", R"("repeat_bad": {"at_most": 1}, "repetitions")"),
        "/repeat_bad");
-  CHECK(plan.hand_over->from == HandOverFrom::imprints);
+  CHECK(plan.handover->from == HandoverSource::imprints);
   CHECK(nlohmann::json::parse(plan.canonical_json)["hand_over"]["from"] == "imprints");
-  says(with_hand_over(", \"groups\": 4"), "/hand_over/groups");
-  says(with(with_hand_over(""), R"("classes": {"soft": ["a", "c"], "hard": ["b"]},)", ""),
+  says(with_handover(", \"groups\": 4"), "/hand_over/groups");
+  says(with(with_handover(""), R"("classes": {"soft": ["a", "c"], "hard": ["b"]},)", ""),
        "the objects have no classes");
   says(test::small_with("\"repetitions\": 2",
                         R"("repetitions": 9, "hand_over": {"from": "imprints"})"),

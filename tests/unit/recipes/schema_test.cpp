@@ -67,12 +67,12 @@ TEST_CASE("The library's recipes pass schema and parser") {
                            "pilot-force-speed"}) {
     const std::string recipe = source_file("recipes/library/" + std::string(name) + ".json");
     INFO(name);
-    RigLimits hears = test::limits();
-    hears.sound_rate_hz = 8000;
-    hears.force_cap_n = 15;  // of sim/rigs/pilot17.json, and its light probe
-    hears.probe_weight_n = 0.8;
+    RigLimits has_vibration = test::limits();
+    has_vibration.sound_rate_hz = 8000;
+    has_vibration.force_cap_n = 15;  // of sim/rigs/pilot17.json, and its light probe
+    has_vibration.probe_weight_n = 0.8;
     CHECK(schema_accepts(recipe));
-    CHECK(parser_accepts(recipe, hears));
+    CHECK(parser_accepts(recipe, has_vibration));
   }
 }
 
@@ -280,7 +280,7 @@ TEST_CASE("The schema is of draft 2020-12, and every quantity in it says its uni
     return found;
   };
   std::size_t quantities = 0;
-  const std::function<void(const json&)> look = [&](const json& part) {
+  const std::function<void(const json&)> inspect = [&](const json& part) {
     if (part.is_object() && part.contains("properties"))
       for (const auto& [key, property] : part["properties"].items())
         if (property.value("type", json()) == "number") {
@@ -290,9 +290,9 @@ TEST_CASE("The schema is of draft 2020-12, and every quantity in it says its uni
           CHECK(property.value("x-unit", "") == unit_of(key));
         }
     if (part.is_structured())
-      for (const json& inner : part) look(inner);
+      for (const json& inner : part) inspect(inner);
   };
-  look(schema);
+  inspect(schema);
   CHECK(quantities > 30);
 }
 

@@ -28,18 +28,18 @@ TEST_CASE("a stage tells its identity in 90 bytes and is silent otherwise") {
 }
 
 TEST_CASE("any chunking of a conversation has the same effect") {
-  const std::string conversation =
+  const std::string client_session =
       "18 00 00 00 50 01 12 00 00 00 50 01 05 00 00 00 50 01 10 02 01 01 50 01 "
       "43 04 01 00 50 01 13 04 0E 00 D0 01 01 00 00 00 00 00 08 60 01 00 00 00 36 1A "
       "53 04 06 00 D0 01 01 00 00 C0 D4 01 80 04 01 00 50 01 14 04 01 00 50 01";
   Unit whole;
-  whole.send(conversation);
+  whole.send(client_session);
   const Bytes expected = whole.take();
   REQUIRE(expected.size() == 90 + 20 + 20);
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
     Random random(seed);
     Unit cut;
-    const Bytes bytes = hex(conversation);
+    const Bytes bytes = hex(client_session);
     for (std::size_t at = 0; at < bytes.size();) {
       const std::size_t size = std::min<std::size_t>(1 + random.bits() % 9, bytes.size() - at);
       cut.send(Bytes(bytes.begin() + static_cast<std::ptrdiff_t>(at),
@@ -66,29 +66,29 @@ TEST_CASE("a card answers at its bay, its rack at 0x11 with the rack's own info"
   AptStageParams params = Unit::params("NRT150", RetargetPolicy::replan);
   params.model = "BSC203";
   params.bay = 1;
-  BenchWorld world(test::stages_world(), 1);
-  AptStageEmulator card(params, world, {});
+  BenchPlant bench_plant(test::stages_plant(), 1);
+  AptStageEmulator card(params, bench_plant, {});
   Bytes out;
   ByteSink sink = [&](ByteView bytes) { out.insert(out.end(), bytes.begin(), bytes.end()); };
-  const auto ask = [&](const std::string& text) {
+  const auto query = [&](const std::string& text) {
     out.clear();
     card.receive(hex(text), {}, sink);
     return out;
   };
   const auto info = [&](const std::string& text) {
-    return decode_body<HardwareInfo>(decode(ask(text))->data).value();
+    return decode_body<HardwareInfo>(decode(query(text))->data).value();
   };
   CHECK(info("05 00 00 00 11 01").hardware_type == 45);
   CHECK(info("05 00 00 00 11 01").channels == 3);
   CHECK(info("05 00 00 00 22 01").hardware_type == 44);
   CHECK(info("05 00 00 00 22 01").channels == 1);
-  CHECK(ask("05 00 00 00 50 01").empty());
-  CHECK(ask("05 00 00 00 21 01").empty());
-  CHECK(ask("60 00 01 00 11 01") == hex("61 00 01 01 01 11"));
-  CHECK(ask("60 00 00 00 11 01") == hex("61 00 00 02 01 11"));
-  CHECK(ask("11 04 01 00 22 01") == hex("12 04 06 00 81 22 01 00 00 00 00 00"));
-  CHECK(ask("28 02 03 00 11 01 29 02 00 00 11 01") == hex("30 02 03 00 01 11"));
-  CHECK(ask("26 02 00 00 11 01") == hex("27 02 04 00 81 11 03 00 00 00"));
+  CHECK(query("05 00 00 00 50 01").empty());
+  CHECK(query("05 00 00 00 21 01").empty());
+  CHECK(query("60 00 01 00 11 01") == hex("61 00 01 01 01 11"));
+  CHECK(query("60 00 00 00 11 01") == hex("61 00 00 02 01 11"));
+  CHECK(query("11 04 01 00 22 01") == hex("12 04 06 00 81 22 01 00 00 00 00 00"));
+  CHECK(query("28 02 03 00 11 01 29 02 00 00 11 01") == hex("30 02 03 00 01 11"));
+  CHECK(query("26 02 00 00 11 01") == hex("27 02 04 00 81 11 03 00 00 00"));
 }
 
 TEST_CASE("every parameter that is set is given back, and the database's defaults before") {
@@ -214,20 +214,21 @@ TEST_CASE("a K-cube's panel and triggers are told in one length, whatever the ho
   unit.send("21 05 01 00 50 01");  // the wheel: velocity mode, 10 deg/s, 10 deg/s2, upwards forward
   CHECK(unit.take() == hex("22 05 1C 00 81 50 01 00 01 00 69 8D 06 00 93 00 00 00 01 00 "
                            "00 00 00 00 00 00 00 00 32 00 0A 00 02 00"));
-  const auto kept = [&](std::uint16_t set, std::size_t size) {
+  const auto saved = [&](std::uint16_t set, std::size_t size) {
     Bytes data(size, 0);
     for (std::size_t i = 0; i < size; ++i) data[i] = static_cast<std::uint8_t>(i + 1);
     unit.send(encode(Message{static_cast<MessageId>(set), 0, 0, 0x50, 0x01, data}));
     unit.send(encode(Message{static_cast<MessageId>(set + 1), 1, 0, 0x50, 0x01, {}}));
-    const Bytes told = decode(unit.take()).value().data;
-    const std::size_t same = std::min(size, told.size());
-    CHECK(std::equal(told.begin(), told.begin() + static_cast<std::ptrdiff_t>(same), data.begin()));
-    return told.size();
+    const Bytes reported = decode(unit.take()).value().data;
+    const std::size_t same = std::min(size, reported.size());
+    CHECK(std::equal(reported.begin(), reported.begin() + static_cast<std::ptrdiff_t>(same),
+                     data.begin()));
+    return reported.size();
   };
-  CHECK(kept(0x0520, 36) == 28);  // with the BBD30x's eight bytes
-  CHECK(kept(0x0520, 28) == 28);
-  for (const std::size_t size : {10U, 12U, 22U}) CHECK(kept(0x0523, size) == 12);
-  for (const std::size_t size : {28U, 36U}) CHECK(kept(0x0529, size) == 36);
+  CHECK(saved(0x0520, 36) == 28);  // with the BBD30x's eight bytes
+  CHECK(saved(0x0520, 28) == 28);
+  for (const std::size_t size : {10U, 12U, 22U}) CHECK(saved(0x0523, size) == 12);
+  for (const std::size_t size : {28U, 36U}) CHECK(saved(0x0529, size) == 36);
 }
 
 TEST_CASE("a cube tells that it is on no hub; outputs are given back, inputs read nothing") {

@@ -32,7 +32,7 @@ TEST_CASE("a servo answers with its own status and falls silent without acknowle
   unit.send("53 04 06 00 D0 01 01 00 E0 A2 02 00");                          // 90 degrees
   unit.run(11);
   CHECK(unit.take() == hex("64 04 0E 00 81 50 01 00 E0 A2 02 00 00 00 00 00 00 05 00 80"));
-  CHECK(unit.world.stage(AxisId::rx).position(unit.now) ==
+  CHECK(unit.bench_plant.stage(AxisId::rx).position(unit.now) ==
         Approx(std::numbers::pi / 2).epsilon(1e-5));
   unit.send("90 04 01 00 50 01");
   CHECK(decode(unit.take())->id == MessageId::get_dcstatusupdate);
@@ -88,7 +88,7 @@ TEST_CASE("the mode of the trigger is given back") {
 
 TEST_CASE(
     "what a host asked for ends with it: updates, silence about ends, the count of messages") {
-  const auto ends_told = [](Unit& unit) {
+  const auto ends_reported = [](Unit& unit) {
     unit.take();
     unit.send("48 04 06 00 D0 01 01 00 64 00 00 00");
     unit.run(3);
@@ -104,16 +104,16 @@ TEST_CASE(
         unit.emulator.meet_new_host();
       unit.take();
     };
-    CHECK(ends_told(unit) == 20);
+    CHECK(ends_reported(unit) == 20);
     unit.send("6B 04 00 00 50 01");
-    CHECK(ends_told(unit) == 0);
+    CHECK(ends_reported(unit) == 0);
     next_host();
-    CHECK(ends_told(unit) == 20);
+    CHECK(ends_reported(unit) == 20);
     unit.send("11 00 0A 00 50 01");
     unit.run(30);
-    CHECK(ends_told(unit) == 0);  // nobody has acknowledged fifty messages
+    CHECK(ends_reported(unit) == 0);  // nobody has acknowledged fifty messages
     next_host();
-    CHECK(ends_told(unit) == 20);
+    CHECK(ends_reported(unit) == 20);
   }
 }
 
@@ -129,7 +129,8 @@ TEST_CASE("a servo tells its speed in counts a servo cycle") {
   const StageScale& scale = find_stage("PRM1-Z8")->scale;
   unit.send("57 04 01 01 50 01");
   unit.run(3);
-  const double deg_per_s = unit.world.stage(AxisId::rx).velocity(unit.now) * 180 / std::numbers::pi;
+  const double deg_per_s =
+      unit.bench_plant.stage(AxisId::rx).velocity(unit.now) * 180 / std::numbers::pi;
   REQUIRE(deg_per_s > 1);
   CHECK(velocity() == std::lround(deg_per_s * scale.velocity_counts / 65536));
   unit.send("65 04 01 01 50 01");
@@ -171,7 +172,7 @@ TEST_CASE("the status tells which way the shaft moves and why, from the first mo
 }
 
 TEST_CASE("a host that introduces itself is told of updates and ends, whoever went before it") {
-  for (const char* first_words : {"05 00 00 00 50 01", "18 00 00 00 50 01", "11 00 00 00 50 01"}) {
+  for (const char* status_texts : {"05 00 00 00 50 01", "18 00 00 00 50 01", "11 00 00 00 50 01"}) {
     Unit unit("PRM1-Z8");
     unit.ready();
     unit.send("11 00 00 00 50 01");
@@ -180,7 +181,7 @@ TEST_CASE("a host that introduces itself is told of updates and ends, whoever we
     unit.send("53 04 06 00 D0 01 01 00 64 00 00 00");
     unit.run(2);
     CHECK(unit.take().empty());
-    unit.send(first_words);
+    unit.send(status_texts);
     unit.send("12 00 00 00 50 01");
     unit.take();
     unit.send("53 04 06 00 D0 01 01 00 00 00 00 00");

@@ -17,8 +17,8 @@ using protocols::apt::decode_body;
 using protocols::apt::find_stage;
 using protocols::apt::StatusUpdate;
 
-inline WorldParams stages_world() {
-  WorldParams params;
+inline BenchPlantParams stages_plant() {
+  BenchPlantParams params;
   for (StageParams& stage : params.stages)
     stage = {.low = 0, .high = 0.15, .start = 0.02, .quantum = 0, .backlash = 0};
   params.stages[3] = {.low = -3.2, .high = 3.2, .start = 0.1, .quantum = 0, .backlash = 0};
@@ -32,7 +32,7 @@ struct Unit {
                 RetargetPolicy retarget = RetargetPolicy::replan)
       : Unit(params(stage, retarget)) {}
   explicit Unit(const AptStageParams& params)
-      : world(stages_world(), 1), emulator(params, world, {}) {}
+      : bench_plant(stages_plant(), 1), emulator(params, bench_plant, {}) {}
   /// A stage at a controller of this model.
   static Unit at(const std::string& model, const std::string& stage) {
     AptStageParams p = params(stage, RetargetPolicy::replan);
@@ -69,12 +69,12 @@ struct Unit {
     run(20);
     take();
   }
-  double position() { return world.stage(AxisId::x).position(now); }
+  double position() { return bench_plant.stage(AxisId::x).position(now); }
 
   Bytes out;
   ByteSink sink = [this](ByteView bytes) { out.insert(out.end(), bytes.begin(), bytes.end()); };
   TimePoint now{};
-  BenchWorld world;
+  BenchPlant bench_plant;
   AptStageEmulator emulator;
 };
 

@@ -19,25 +19,25 @@ namespace {
 
 struct Sensor {
   explicit Sensor(AtiDigitalParams params = {})
-      : world(test::still_world(), 1), device(params, world, 1) {}
+      : bench_plant(test::still_plant(), 1), device(params, bench_plant, 1) {}
 
   /// What is answered at once; silence lies before it.
-  Bytes ask(const Bytes& bytes) {
+  Bytes query(const Bytes& bytes) {
     run(0.1);
     received.clear();
     device.receive(bytes, now, sink);
     return std::exchange(received, {});
   }
-  Bytes ask(const std::string& text) { return ask(hex(text)); }
-  Reply ask(const Request& request) {
+  Bytes query(const std::string& text) { return query(hex(text)); }
+  Reply query(const Request& request) {
     Bytes bytes;
     append_rtu(bytes, 10, request);
     RtuSplitter splitter(Side::replies, 10);
-    splitter.push(ask(bytes));
+    splitter.push(query(bytes));
     return decode_reply(splitter.next().value()).value();
   }
   std::uint16_t holding(std::uint16_t address) {
-    return std::get<ReadReply>(ask(Read{Function::read_holding, address, 1})).registers.values[0];
+    return std::get<ReadReply>(query(Read{Function::read_holding, address, 1})).registers.values[0];
   }
   void run(double seconds) {
     const TimePoint end = now + from_seconds(seconds);
@@ -49,7 +49,7 @@ struct Sensor {
     std::vector<std::uint16_t> registers;
     std::uint16_t address = digital::calibration_address(1);
     for (const std::uint16_t count : digital::calibration_pieces) {
-      const Reply reply = ask(Read{Function::read_holding, address, count});
+      const Reply reply = query(Read{Function::read_holding, address, count});
       const auto view = std::get<ReadReply>(reply).registers.view();
       registers.insert(registers.end(), view.begin(), view.end());
       address = static_cast<std::uint16_t>(address + count);
@@ -68,7 +68,7 @@ struct Sensor {
   Bytes received;
   ByteSink sink = [this](ByteView b) { received.insert(received.end(), b.begin(), b.end()); };
   TimePoint now{};
-  BenchWorld world;
+  BenchPlant bench_plant;
   AtiDigitalEmulator device;
 };
 
@@ -90,53 +90,54 @@ ExceptionCode refused(const Reply& reply) {
 
 TEST_CASE("the emulated Digital F/T gives the document's answers to the document's requests") {
   Sensor sensor;
-  CHECK(sensor.ask("0A 03 00 1D 00 01 15 77") == hex("0A 03 02 00 00 1D 85"));
-  CHECK(sensor.ask("0A 6A AA FF 1D") == hex("0A 6A 01 BE A2"));
-  CHECK(sensor.ask("0A 10 00 00 00 06 0C 02 1F 02 2B 02 39 02 43 02 35 02 37 47 2D") ==
+  CHECK(sensor.query("0A 03 00 1D 00 01 15 77") == hex("0A 03 02 00 00 1D 85"));
+  CHECK(sensor.query("0A 6A AA FF 1D") == hex("0A 6A 01 BE A2"));
+  CHECK(sensor.query("0A 10 00 00 00 06 0C 02 1F 02 2B 02 39 02 43 02 35 02 37 47 2D") ==
         hex("0A 10 00 00 00 06 41 70"));
-  CHECK(sensor.ask("0A 10 00 1F 00 01 02 00 02 56 CE").size() == 8);
+  CHECK(sensor.query("0A 10 00 1F 00 01 02 00 02 56 CE").size() == 8);
   CHECK(sensor.holding(digital::holding::baud_index) == 2);
-  CHECK(sensor.ask("0A 6A 18 7F 68") == hex("0A 6A 01 BE A2"));
-  CHECK(sensor.ask("0A 03 00 E3 00 40 B4 B7").size() == 5 + 128);
-  CHECK(sensor.ask("0A 04 00 00 00 06 71 73").size() == 5 + 12);
-  CHECK(sensor.ask("0A 04 00 27 00 06 C1 78").size() == 5 + 12);
-  CHECK(sensor.ask("0B 03 00 1D 00 01 14 A6").empty());  // another slave
+  CHECK(sensor.query("0A 6A 18 7F 68") == hex("0A 6A 01 BE A2"));
+  CHECK(sensor.query("0A 03 00 E3 00 40 B4 B7").size() == 5 + 128);
+  CHECK(sensor.query("0A 04 00 00 00 06 71 73").size() == 5 + 12);
+  CHECK(sensor.query("0A 04 00 27 00 06 C1 78").size() == 5 + 12);
+  CHECK(sensor.query("0B 03 00 1D 00 01 14 A6").empty());  // another slave
 }
 
 TEST_CASE("gains are written only while the storage is unlocked, and scale what the gauges say") {
   Sensor sensor;
   const Request half_gain = WriteOne{0, 271};  // of 543
-  CHECK(refused(sensor.ask(half_gain)) == ExceptionCode::device_failure);
-  sensor.ask("0A 6A AA FF 1D");
-  sensor.world.stage(AxisId::z, sensor.now).move_to(0.1002, {0.01, 0.1}, sensor.now);
+  CHECK(refused(sensor.query(half_gain)) == ExceptionCode::device_failure);
+  sensor.query("0A 6A AA FF 1D");
+  sensor.bench_plant.stage(AxisId::z, sensor.now).move_to(0.1002, {0.01, 0.1}, sensor.now);
   sensor.run(5);
   const auto gauges = [&] {
-    return std::get<ReadReply>(sensor.ask(Read{Function::read_input, 0, 6})).registers.values;
+    return std::get<ReadReply>(sensor.query(Read{Function::read_input, 0, 6})).registers.values;
   };
   const auto whole = static_cast<std::int16_t>(gauges()[0]);
-  CHECK(sensor.ask(half_gain) == Reply(WriteOne{0, 271}));
+  CHECK(sensor.query(half_gain) == Reply(WriteOne{0, 271}));
   CHECK(static_cast<std::int16_t>(gauges()[0]) == Approx(whole * 271.0 / 543).margin(10));
   CHECK(std::abs(whole) > 100);
 }
 
 TEST_CASE("requests for what is not there are refused with the standard's codes") {
   Sensor sensor;
-  sensor.ask("0A 6A AA FF 1D");
-  CHECK(refused(sensor.ask(Read{Function::read_holding, 0x0CE3, 1})) ==
+  sensor.query("0A 6A AA FF 1D");
+  CHECK(refused(sensor.query(Read{Function::read_holding, 0x0CE3, 1})) ==
         ExceptionCode::illegal_address);
-  CHECK(refused(sensor.ask(Read{Function::read_holding, 0xFFFF, 125})) ==
+  CHECK(refused(sensor.query(Read{Function::read_holding, 0xFFFF, 125})) ==
         ExceptionCode::illegal_address);
-  CHECK(refused(sensor.ask(Read{Function::read_input, 0x002C, 2})) ==
+  CHECK(refused(sensor.query(Read{Function::read_input, 0x002C, 2})) ==
         ExceptionCode::illegal_address);
-  CHECK(sensor.ask(WriteOne{digital::holding::session_id, 5}) ==
+  CHECK(sensor.query(WriteOne{digital::holding::session_id, 5}) ==
         Reply(WriteOne{digital::holding::session_id, 5}));
-  CHECK(refused(sensor.ask(WriteOne{digital::holding::status, 1})) ==
+  CHECK(refused(sensor.query(WriteOne{digital::holding::status, 1})) ==
         ExceptionCode::illegal_address);
-  CHECK(refused(sensor.ask(WriteOne{digital::holding::baud_index, 3})) ==
+  CHECK(refused(sensor.query(WriteOne{digital::holding::baud_index, 3})) ==
         ExceptionCode::illegal_value);
-  CHECK(sensor.ask("0A 01 00 00 00 01 FC B1") == hex("0A 81 01 F0 52"));  // coils: none
-  CHECK(sensor.ask(Vendor{Function::vendor_lock, 0x77}) == Reply(Vendor{Function::vendor_lock, 0}));
-  CHECK(sensor.ask(Vendor{Function::vendor_stream, 1}) ==
+  CHECK(sensor.query("0A 01 00 00 00 01 FC B1") == hex("0A 81 01 F0 52"));  // coils: none
+  CHECK(sensor.query(Vendor{Function::vendor_lock, 0x77}) ==
+        Reply(Vendor{Function::vendor_lock, 0}));
+  CHECK(sensor.query(Vendor{Function::vendor_stream, 1}) ==
         Reply(Vendor{Function::vendor_stream, 0}));
   CHECK_FALSE(sensor.device.streaming());
 }
@@ -146,7 +147,7 @@ TEST_CASE("the stream begins behind the answer, at its rate, and any 14 bytes en
     AtiDigitalParams params;
     params.rate_hz = rate;
     Sensor sensor(params);
-    const Bytes first = sensor.ask(start);
+    const Bytes first = sensor.query(start);
     CHECK(Bytes(first.begin(), first.begin() + 5) == started);
     sensor.received.assign(first.begin() + 5, first.end());
     sensor.run(2 - 1e-6);
@@ -155,14 +156,14 @@ TEST_CASE("the stream begins behind the answer, at its rate, and any 14 bytes en
     CHECK(sensor.device.streaming());
     sensor.device.receive(ByteView(jam).last(1), sensor.now, sensor.sink);
     CHECK_FALSE(sensor.device.streaming());
-    CHECK(sensor.ask("0A 03 00 1D 00 01 15 77") == hex("0A 03 02 00 00 1D 85"));
+    CHECK(sensor.query("0A 03 00 1D 00 01 15 77") == hex("0A 03 02 00 00 1D 85"));
   }
 }
 
 TEST_CASE("a few bytes now and then do not end a stream") {
   Sensor sensor;
-  sensor.ask(start);
-  for (int i = 0; i < 10; ++i) sensor.ask("01 02 03 04 05");
+  sensor.query(start);
+  for (int i = 0; i < 10; ++i) sensor.query("01 02 03 04 05");
   CHECK(sensor.device.streaming());
 }
 
@@ -174,16 +175,16 @@ TEST_CASE("the calibration gives back the load of the sensor within its gauges' 
   Sensor sensor(params);
   const digital::GaugeMatrix matrix = digital::gauge_matrix(sensor.calibration()).value();
   CHECK(matrix.rating == std::array<double, 6>{40, 40, 120, 2, 2, 2});
-  sensor.world.stage(AxisId::z, sensor.now).move_to(0.1005, {0.01, 0.1}, sensor.now);
+  sensor.bench_plant.stage(AxisId::z, sensor.now).move_to(0.1005, {0.01, 0.1}, sensor.now);
   sensor.run(5);
-  sensor.world.stage(AxisId::y, sensor.now).move_to(0.1, {2e-3, 0.02}, sensor.now);
-  sensor.ask(start);
+  sensor.bench_plant.stage(AxisId::y, sensor.now).move_to(0.1, {2e-3, 0.02}, sensor.now);
+  sensor.query(start);
   sensor.received.clear();
   sensor.run(3);
   const TimePoint end = sensor.now;
   const auto last = sensor.take().back();
   // 100 records a second from the start: the last one came 10 ms before the end
-  const Wrench load = FtSensor(params.sensor, 1).load(sensor.world.contact(end));
+  const Wrench load = FtSensor(params.sensor, 1).load(sensor.bench_plant.contact(end));
   const auto wrench = matrix.wrench(as_doubles(last.gauge_counts));
   const Wrench quantum{0.01, 0.01, 0.02, 0.00025, 0.00025, 0.00025};  // SI-40-2
   for (std::size_t i = 0; i < 6; ++i) CHECK(wrench[i] == Approx(load[i]).margin(quantum[i]));
@@ -192,9 +193,9 @@ TEST_CASE("the calibration gives back the load of the sensor within its gauges' 
 
 TEST_CASE("a load far over the range drives gauges to their rails") {
   Sensor sensor;
-  sensor.world.stage(AxisId::z, sensor.now).move_to(0.13, {0.01, 0.1}, sensor.now);
+  sensor.bench_plant.stage(AxisId::z, sensor.now).move_to(0.13, {0.01, 0.1}, sensor.now);
   sensor.run(10);
-  sensor.ask(start);
+  sensor.query(start);
   sensor.received.clear();
   sensor.run(0.1);
   const auto record = sensor.take().back();
@@ -207,7 +208,7 @@ TEST_CASE("a fault of the sensor is in its status word and in every record") {
   params.status_word = 1U << 2;
   Sensor sensor(params);
   CHECK(sensor.holding(digital::holding::status) == 4);
-  sensor.ask(start);
+  sensor.query(start);
   sensor.received.clear();
   sensor.run(0.1);
   for (const auto& record : sensor.take()) CHECK(record.status_error);
@@ -218,22 +219,22 @@ TEST_CASE("behind a Modbus TCP gateway there are registers and no stream") {
   params.modbus_tcp = true;
   Sensor sensor(params);
   // transaction 0x1234, unit 10
-  CHECK(sensor.ask("12 34 00 00 00 06 0A 03 00 1D 00 01") ==
+  CHECK(sensor.query("12 34 00 00 00 06 0A 03 00 1D 00 01") ==
         hex("12 34 00 00 00 05 0A 03 02 00 00"));
-  CHECK(sensor.ask("00 01 00 00 00 03 0A 46 55") == hex("00 01 00 00 00 03 0A C6 01"));
+  CHECK(sensor.query("00 01 00 00 00 03 0A 46 55") == hex("00 01 00 00 00 03 0A C6 01"));
   // nobody has the address 11; 0 and 255 are whoever is there
-  CHECK(sensor.ask("00 01 00 00 00 06 0B 03 00 1D 00 01") == hex("00 01 00 00 00 03 0B 83 0B"));
-  CHECK(sensor.ask("00 01 00 00 00 06 FF 03 00 1D 00 01") ==
+  CHECK(sensor.query("00 01 00 00 00 06 0B 03 00 1D 00 01") == hex("00 01 00 00 00 03 0B 83 0B"));
+  CHECK(sensor.query("00 01 00 00 00 06 FF 03 00 1D 00 01") ==
         hex("00 01 00 00 00 05 FF 03 02 00 00"));
-  CHECK(sensor.ask("00 01 00 00 00 06 00 03 00 1D 00 01") ==
+  CHECK(sensor.query("00 01 00 00 00 06 00 03 00 1D 00 01") ==
         hex("00 01 00 00 00 05 00 03 02 00 00"));
   CHECK_FALSE(sensor.device.streaming());
 }
 
 TEST_CASE("a request that was cut short is over when the line has been silent") {
   Sensor sensor;
-  CHECK(sensor.ask("0A 10 00 00 00 06 0C 02 1F").empty());
-  CHECK(sensor.ask("0A 03 00 1D 00 01 15 77") == hex("0A 03 02 00 00 1D 85"));
+  CHECK(sensor.query("0A 10 00 00 00 06 0C 02 1F").empty());
+  CHECK(sensor.query("0A 03 00 1D 00 01 15 77") == hex("0A 03 02 00 00 1D 85"));
 }
 
 TEST_CASE("every function that the sensor does not have is refused with exception 1") {
@@ -256,9 +257,9 @@ TEST_CASE("every function that the sensor does not have is refused with exceptio
     Bytes refusal{10, static_cast<std::uint8_t>(code | 0x80), 1};
     LittleWriter(refusal).write(crc16_modbus(refusal));
     CAPTURE(code);
-    CHECK(sensor.ask(request) == refusal);
+    CHECK(sensor.query(request) == refusal);
   }
-  CHECK(sensor.ask("0A 03 00 1D 00 01 15 77") == hex("0A 03 02 00 00 1D 85"));
+  CHECK(sensor.query("0A 03 00 1D 00 01 15 77") == hex("0A 03 02 00 00 1D 85"));
 }
 
 TEST_CASE("a wrong quantity is a wrong value, whatever the address is") {
@@ -266,7 +267,7 @@ TEST_CASE("a wrong quantity is a wrong value, whatever the address is") {
   const auto refusal = [&](const std::string& text) {
     Bytes request = hex(text);
     LittleWriter(request).write(crc16_modbus(request));
-    const Bytes reply = sensor.ask(request);
+    const Bytes reply = sensor.query(request);
     REQUIRE(reply.size() == 5);
     CHECK(reply[1] == (request[1] | 0x80));
     return int{reply[2]};
@@ -284,26 +285,26 @@ TEST_CASE("a wrong quantity is a wrong value, whatever the address is") {
 
 TEST_CASE("what is written to all slaves is done, and answered by nobody") {
   Sensor sensor;
-  sensor.ask("0A 6A AA FF 1D");
+  sensor.query("0A 6A AA FF 1D");
   Bytes to_all = hex("00 06 00 1F 00 02");
   LittleWriter(to_all).write(crc16_modbus(to_all));
-  CHECK(sensor.ask(to_all).empty());
+  CHECK(sensor.query(to_all).empty());
   CHECK(sensor.holding(digital::holding::baud_index) == 2);
   Bytes question = hex("00 03 00 1D 00 01");
   LittleWriter(question).write(crc16_modbus(question));
-  CHECK(sensor.ask(question).empty());
+  CHECK(sensor.query(question).empty());
 }
 
 TEST_CASE("a Modbus TCP request may come in pieces, however slowly within half a second") {
   AtiDigitalParams params;
   params.modbus_tcp = true;
   Sensor sensor(params);
-  CHECK(sensor.ask("12 34 00 00 00 06").empty());
-  CHECK(sensor.ask("0A 03 00 1D 00 01") == hex("12 34 00 00 00 05 0A 03 02 00 00"));
-  CHECK(sensor.ask("12 34 00 00 00 06 0A").empty());
+  CHECK(sensor.query("12 34 00 00 00 06").empty());
+  CHECK(sensor.query("0A 03 00 1D 00 01") == hex("12 34 00 00 00 05 0A 03 02 00 00"));
+  CHECK(sensor.query("12 34 00 00 00 06 0A").empty());
   sensor.device.meet_new_host();
-  CHECK(sensor.ask("00 01 00 00 00 06 0A 03 00 1D 00 01").size() == 11);
-  CHECK(sensor.ask("00 01 00 00 00 05 0A 2B 0E 01 00") == hex("00 01 00 00 00 03 0A AB 01"));
+  CHECK(sensor.query("00 01 00 00 00 06 0A 03 00 1D 00 01").size() == 11);
+  CHECK(sensor.query("00 01 00 00 00 05 0A 2B 0E 01 00") == hex("00 01 00 00 00 03 0A AB 01"));
 }
 
 }  // namespace ati_digital_emulator_test

@@ -38,7 +38,7 @@ struct Bench {
   std::vector<imprint::Frame> frames(imprint::Kind kind) {
     return test::frames_of<imprint::Splitter, imprint::Frame>(link, kind);
   }
-  void ask(const imprint::Window& window) {
+  void query(const imprint::Window& window) {
     imprint::Frame request;
     request.kind = imprint::Kind::request;
     request.window = window;
@@ -66,7 +66,7 @@ json pressing(json rig, double depth_mm) {
   return rig;
 }
 
-double mean_of(const imprint::Frame& scan) {
+double compute_mean(const imprint::Frame& scan) {
   const auto taxels = scan.taxels();
   return std::accumulate(taxels.begin(), taxels.end(), 0.0) / static_cast<double>(taxels.size());
 }
@@ -87,21 +87,21 @@ std::string refusal(const json& rig) {
 TEST_CASE("an imprint array tells who it is each second, and scans the part it was asked for") {
   Bench bench(imprint_bench());
   bench.loop.run_for(1.1);
-  const auto told = bench.frames(imprint::Kind::description);
-  REQUIRE(told.size() == 2);
-  CHECK(told[0].description.rows == 128);
-  CHECK(told[0].description.cols == 128);
-  CHECK(told[0].description.bits == 7);
-  CHECK(told[0].description.spacing_um == 280);
-  CHECK(told[0].description.full_scale_pa == 150000);
-  CHECK(told[0].description.period_us == 200000);
+  const auto reported = bench.frames(imprint::Kind::description);
+  REQUIRE(reported.size() == 2);
+  CHECK(reported[0].description.rows == 128);
+  CHECK(reported[0].description.cols == 128);
+  CHECK(reported[0].description.bits == 7);
+  CHECK(reported[0].description.spacing_um == 280);
+  CHECK(reported[0].description.full_scale_pa == 150000);
+  CHECK(reported[0].description.period_us == 200000);
   const auto scans = bench.frames(imprint::Kind::scan);
   REQUIRE(scans.size() == 5);
   CHECK(scans[4].sequence == 4);
   CHECK(scans[4].device_us == 1000000);
   CHECK(scans[4].window == imprint::Window{0, 0, 128, 128});
-  CHECK(mean_of(scans[4]) < 1);  // nothing presses
-  bench.ask({48, 40, 32, 16});
+  CHECK(compute_mean(scans[4]) < 1);  // nothing presses
+  bench.query({48, 40, 32, 16});
   CHECK(bench.last_scan().window == imprint::Window{48, 40, 32, 16});
 }
 
@@ -120,14 +120,14 @@ TEST_CASE("an imprint is the pressure of the bench's force, and keeps its object
     CHECK(plane_n > 10);
     // No taxel is saturated by a plane at 20 N, so that counts are the force.
     const double area_m2 = array_side * array_side * taxel_spacing_m * taxel_spacing_m;
-    const double told_n = mean_of(plane) / 127 * 150e3 * area_m2;
-    CHECK(told_n == Approx(plane_n).epsilon(level[1] == '+' ? 0.1 : 0.02));
+    const double reported_n = compute_mean(plane) / 127 * 150e3 * area_m2;
+    CHECK(reported_n == Approx(plane_n).epsilon(level[1] == '+' ? 0.1 : 0.02));
     const auto [rasp, rasp_n] = scan_of("RASP1", 2.0, level);
     CHECK(empty_share(rasp) > 0.5);  // teeth, and nothing between them
     CHECK(empty_share(plane) < 0.5);
     const auto [heavy, heavy_n] = scan_of("RASP1", 3.4, level);
     CHECK(heavy_n > 1.5 * rasp_n);
-    CHECK(mean_of(heavy) > mean_of(rasp));
+    CHECK(compute_mean(heavy) > compute_mean(rasp));
   }
 }
 

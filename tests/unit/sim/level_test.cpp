@@ -25,7 +25,7 @@ using Changes = std::vector<std::pair<std::string, std::string>>;
 Level level_of(const Changes& changes) {
   const auto config = parse_rig_config(bench17_with(changes));
   if (!config) FAIL(to_string(config.error()));
-  return config->world.plant.level;
+  return config->bench_plant.plant.level;
 }
 
 std::string refusal(const std::string& rig) {
@@ -36,17 +36,17 @@ std::string refusal(const std::string& rig) {
 
 /// bench17 without the devices of these roles.
 std::string bench17_without(const std::vector<std::string>& roles) {
-  json rig = json::parse(test::bench17_text()), kept = json::array();
+  json rig = json::parse(test::bench17_text()), saved = json::array();
   for (const json& device : rig["devices"])
     if (std::find(roles.begin(), roles.end(), device["role"]) == roles.end())
-      kept.push_back(device);
-  rig["devices"] = kept;
+      saved.push_back(device);
+  rig["devices"] = saved;
   return rig.dump();
 }
 
-SimulationChoice choice_of(const std::string& rig, const SimulationWish& wish,
+SimulationChoice choice_of(const std::string& rig, const SimulationRequest& request,
                            const FidelityTable* table = nullptr) {
-  auto choice = choose_simulation(rig, wish, table);
+  auto choice = choose_simulation(rig, request, table);
   if (!choice) FAIL(to_string(choice.error()));
   return *choice;
 }
@@ -75,7 +75,7 @@ TEST_CASE("a rig's level is the least that gives its sensors and traits") {
     CHECK(level_of({{level, '"' + std::string(to_string(by_hand)) + '"'}}) == by_hand);
   json rig = json::parse(test::bench17_text());
   rig["simulation"].erase("level");
-  CHECK(parse_rig_config(rig.dump())->world.plant.level == Level::quasistatic);
+  CHECK(parse_rig_config(rig.dump())->bench_plant.plant.level == Level::quasistatic);
 }
 
 TEST_CASE("a level that cannot produce the scene is refused with the scene's sentence") {
@@ -205,34 +205,35 @@ TEST_CASE("level L0 is given the recipe's one force, and refused for several") {
   const std::string rig = bench17_with({{level, R"("L0")"}, {traits, "[]"}});
   const SimulationChoice choice = choice_of(rig, {{Trait::regulated_force}, {4, 4}});
   CHECK(choice.setting.level == Level::algebraic);
-  CHECK(parse_rig_config(choice.rig_json)->world.plant.set_point_n == 4);
+  CHECK(parse_rig_config(choice.rig_json)->bench_plant.plant.set_point_n == 4);
   const auto several = choose_simulation(rig, {{}, {4, 5}}, nullptr);
   REQUIRE_FALSE(several);
   CHECK(to_string(several.error()).find("knows one set point") != std::string::npos);
   const std::string named =
       bench17_with({{level, R"("L0")"}, {traits, "[]"}, {"/simulation/set_point_n", "3"}});
-  CHECK(parse_rig_config(choice_of(named, {{}, {4, 5}}).rig_json)->world.plant.set_point_n == 3);
+  CHECK(parse_rig_config(choice_of(named, {{}, {4, 5}}).rig_json)->bench_plant.plant.set_point_n ==
+        3);
 }
 
 TEST_CASE("an accuracy or a budget chooses from the table, and the rig file says what was chosen") {
   const FidelityTable table = table_of({{l1, 20e-3, 5e-3, 40'000}, {coarse_l2, 5e-3, 1e-3, 3'000}});
-  SimulationWish wish{{Trait::regulated_force}, {5}};
-  wish.accuracy_n = 10e-3;
-  const SimulationChoice choice = choice_of(test::bench17_text(), wish, &table);
+  SimulationRequest request{{Trait::regulated_force}, {5}};
+  request.accuracy_n = 10e-3;
+  const SimulationChoice choice = choice_of(test::bench17_text(), request, &table);
   CHECK(choice.setting == coarse_l2);
   CHECK(choice.because ==
         "the scene needs a wrench, taxel counts, relaxation and a regulated force, and this is the "
         "fastest setting within 10 mN (measured 5 mN at worst, 3e+03 times real time)");
   const auto config = parse_rig_config(choice.rig_json);
   REQUIRE(config);
-  CHECK(to_string(setting_of(config->world.plant)) == "L2 tr_bdf2 1 ms");
+  CHECK(to_string(setting_of(config->bench_plant.plant)) == "L2 tr_bdf2 1 ms");
   CHECK(choice_of(choice.rig_json, {}).because == choice.because);
-  wish.accuracy_n = {};
-  wish.times_real_time = 1e4;
-  CHECK(choice_of(test::bench17_text(), wish, &table).setting == l1);
+  request.accuracy_n = {};
+  request.times_real_time = 1e4;
+  CHECK(choice_of(test::bench17_text(), request, &table).setting == l1);
   // a level by hand is kept: there the wish cannot be granted
-  CHECK_FALSE(choose_simulation(bench17_with({{level, R"("L2")"}}), wish, &table));
-  CHECK_FALSE(choose_simulation(test::bench17_text(), wish, nullptr));
+  CHECK_FALSE(choose_simulation(bench17_with({{level, R"("L2")"}}), request, &table));
+  CHECK_FALSE(choose_simulation(test::bench17_text(), request, nullptr));
 }
 
 namespace {
@@ -244,8 +245,8 @@ struct KeptRun {
   std::vector<double> normal_n;
 };
 
-WorldParams world_params(const FidelitySetting& setting) {
-  WorldParams params;
+BenchPlantParams plant_params(const FidelitySetting& setting) {
+  BenchPlantParams params;
   for (StageParams& stage : params.stages) stage = {.low = -1, .high = 1, .start = 0.05};
   params.stages[2].start = 0.057;
   params.stages[3].start = params.stages[4].start = 0;
@@ -255,22 +256,22 @@ WorldParams world_params(const FidelitySetting& setting) {
 }
 
 KeptRun press_and_slide(const FidelitySetting& setting) {
-  BenchWorld world(world_params(setting), 7);
+  BenchPlant bench_plant(plant_params(setting), 7);
   const TimePoint begin{std::chrono::milliseconds(123)};
-  world.keep_motion(true);
-  world.mount(test::patch_of(test::library(), "jersey", 5), begin);
+  bench_plant.record_motion(true);
+  bench_plant.mount(test::patch_of(test::library(), "jersey", 5), begin);
   KeptRun run;
-  for (std::uint64_t frame = BenchWorld::frame_at_or_after(begin); frame < 400; ++frame) {
-    const TimePoint t = BenchWorld::frame_start(frame);
-    if (frame == 10) world.stage(AxisId::z, t).move_to(0.0598, {1e-3, 0.02}, t);
-    if (frame == 250) world.stage(AxisId::y, t).move_to(0.06, {2e-3, 0.02}, t);
-    const TimePoint end = BenchWorld::frame_start(frame + 1);
-    run.counts.push_back(world.frame(end).counts);
-    run.normal_n.push_back(world.plant().contact().normal_n);
+  for (std::uint64_t frame = BenchPlant::frame_at_or_after(begin); frame < 400; ++frame) {
+    const TimePoint t = BenchPlant::frame_start(frame);
+    if (frame == 10) bench_plant.stage(AxisId::z, t).move_to(0.0598, {1e-3, 0.02}, t);
+    if (frame == 250) bench_plant.stage(AxisId::y, t).move_to(0.06, {2e-3, 0.02}, t);
+    const TimePoint end = BenchPlant::frame_start(frame + 1);
+    run.counts.push_back(bench_plant.frame(end).counts);
+    run.normal_n.push_back(bench_plant.plant().contact().normal_n);
   }
-  auto motion = world.take_motion();
+  auto motion = bench_plant.extract_motion();
   REQUIRE(motion);
-  CHECK_FALSE(world.take_motion());
+  CHECK_FALSE(bench_plant.extract_motion());
   run.motion = std::move(*motion);
   return run;
 }
@@ -283,7 +284,7 @@ TEST_CASE("a replayed motion is the run itself, bit for bit, at every level") {
     const KeptRun run = press_and_slide(setting);
     CAPTURE(to_string(setting));
     REQUIRE(run.normal_n.back() > 1);
-    const Replayed again = replay(world_params(setting).plant, 7, run.motion);
+    const Replayed again = replay(plant_params(setting).plant, 7, run.motion);
     // The patch was put on within a frame, whose end comes first in the replay.
     const auto skip = static_cast<std::ptrdiff_t>(again.counts.size() - run.counts.size());
     REQUIRE(skip == 1);
@@ -292,20 +293,20 @@ TEST_CASE("a replayed motion is the run itself, bit for bit, at every level") {
     const RunError none = difference(again, again);
     CHECK(none.samples > 200);
     // the frame that ended last before a sample is the one that counts
-    const auto late = run_errors(world_params(setting).plant, 7, run.motion,
-                                 {BenchWorld::frame_start(390) + Duration(1'000'000),
-                                  BenchWorld::frame_start(395), BenchWorld::frame_start(5)});
+    const auto late = run_errors(plant_params(setting).plant, 7, run.motion,
+                                 {BenchPlant::frame_start(390) + Duration(1'000'000),
+                                  BenchPlant::frame_start(395), BenchPlant::frame_start(5)});
     CHECK(late[0].samples == 2);  // nothing is touched in the fifth frame
     CHECK(late[0].anywhere_max_n >= late[0].force_max_n);
     CHECK((none.force_max_n == 0 && none.friction_max_n == 0 && none.counts_max == 0));
-    CHECK(difference(again, replay(world_params(setting).plant, 8, run.motion)).counts_max > 0);
+    CHECK(difference(again, replay(plant_params(setting).plant, 8, run.motion)).counts_max > 0);
   }
 }
 
 TEST_CASE("a run's error falls with its step, and L1's against L2 does not") {
   const KeptRun run = press_and_slide(l1);
   const auto at = [&](const FidelitySetting& setting) {
-    return run_errors(world_params(setting).plant, 7, run.motion);
+    return run_errors(plant_params(setting).plant, 7, run.motion);
   };
   const auto quasistatic = at(l1);
   REQUIRE(quasistatic.size() == 2);

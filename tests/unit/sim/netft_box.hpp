@@ -15,7 +15,8 @@ namespace rdt = protocols::rdt;
 inline const std::string start = "12 34 00 02 00 00 00 00";  ///< in real time
 
 struct Box {
-  explicit Box(RdtEmulatorParams params = {}) : world(still_world(), 1), box(params, world, 1) {}
+  explicit Box(RdtEmulatorParams params = {})
+      : bench_plant(still_plant(), 1), box(params, bench_plant, 1) {}
 
   void send(const std::string& text) { box.receive(hex(text), now, sink); }
   void run(double seconds) {
@@ -37,7 +38,7 @@ struct Box {
   std::vector<Bytes> datagrams;
   ByteSink sink = [this](ByteView b) { datagrams.emplace_back(b.begin(), b.end()); };
   TimePoint now{};
-  BenchWorld world;
+  BenchPlant bench_plant;
   RdtEmulator box;
 };
 

@@ -18,7 +18,7 @@ namespace {
 struct Browser {
   Box& box;
 
-  std::string ask(const std::string& text) {
+  std::string query(const std::string& text) {
     NetftPageEmulator page([&] { return &box.box; });
     std::string reply;
     ByteSink sink = [&](ByteView bytes) { reply.append(bytes.begin(), bytes.end()); };
@@ -27,7 +27,7 @@ struct Browser {
     return reply;
   }
   std::string get(const std::string& path) {
-    return ask("GET " + path + " HTTP/1.1\r\nHost: box\r\n\r\n");
+    return query("GET " + path + " HTTP/1.1\r\nHost: box\r\n\r\n");
   }
   bool shows(const std::string& element, const std::string& page = "/netftapi2.xml") {
     return get(page).find(element) != std::string::npos;
@@ -42,7 +42,7 @@ TEST_CASE("the box's web pages set what they show") {
   params.calibration_serial = "FT12345";
   Box box(params);
   Browser browser{box};
-  const auto ask = [&](const std::string& text) { return browser.ask(text); };
+  const auto query = [&](const std::string& text) { return browser.query(text); };
   const auto get = [&](const std::string& path) { return browser.get(path); };
   const auto shows = [&](const std::string& element) { return browser.shows(element); };
   CHECK(shows("<scfgtu>Nm</scfgtu>"));
@@ -91,10 +91,10 @@ TEST_CASE("the box's web pages set what they show") {
   box.run(1);
   CHECK(box.take().empty());
 
-  const std::string whole = get("/"), head = ask("HEAD / HTTP/1.1\r\n\r\n");
+  const std::string whole = get("/"), head = query("HEAD / HTTP/1.1\r\n\r\n");
   CHECK(head == whole.substr(0, whole.find("\r\n\r\n") + 4));
-  CHECK(ask("GET / HTTP/1.0\n\n").starts_with("HTTP/1.0 200"));
-  CHECK(ask("\r\nGET / HTTP/1.1\r\n\r\n").starts_with("HTTP/1.0 200"));
+  CHECK(query("GET / HTTP/1.0\n\n").starts_with("HTTP/1.0 200"));
+  CHECK(query("\r\nGET / HTTP/1.1\r\n\r\n").starts_with("HTTP/1.0 200"));
 }
 
 TEST_CASE("a box has sixteen configurations, of which the active one counts") {

@@ -81,7 +81,7 @@ TEST_CASE("pushing the plate down reads as plus Fz, and the torque is the arm ti
   params.sensor.centre_x_m = 0.05;  // the probe is at 0.075, 0.075
   params.sensor.centre_y_m = 0.085;
   Box box(params);
-  box.world.stage(AxisId::z, box.now).move_to(0.1002, {0.01, 0.1}, box.now);
+  box.bench_plant.stage(AxisId::z, box.now).move_to(0.1002, {0.01, 0.1}, box.now);
   box.send(start);
   box.run(6);
   const auto record = box.take().back();
@@ -95,21 +95,21 @@ TEST_CASE("sliding drags the plate along the probe's way over it") {
   RdtEmulatorParams params;
   params.sensor.noise = {};
   Box box(params);
-  box.world.stage(AxisId::z, box.now).move_to(0.1002, {0.01, 0.1}, box.now);
+  box.bench_plant.stage(AxisId::z, box.now).move_to(0.1002, {0.01, 0.1}, box.now);
   box.run(5);
-  box.world.stage(AxisId::y, box.now).move_to(0.1, {2e-3, 0.02}, box.now);
+  box.bench_plant.stage(AxisId::y, box.now).move_to(0.1, {2e-3, 0.02}, box.now);
   box.send(start);
   box.run(3);
   const auto record = box.take().back();
   CHECK(record.force_counts[1] / 1e6 ==
-        Approx(box.world.contact(box.now).friction_n[1]).margin(0.011));
+        Approx(box.bench_plant.contact(box.now).friction_n[1]).margin(0.011));
   CHECK(record.force_counts[1] > 500000);
   CHECK(std::abs(record.force_counts[0]) <= 10000);
 }
 
 TEST_CASE("a load over the range is held there and flagged") {
   Box box;
-  box.world.stage(AxisId::z, box.now).move_to(0.11, {0.01, 0.1}, box.now);
+  box.bench_plant.stage(AxisId::z, box.now).move_to(0.11, {0.01, 0.1}, box.now);
   box.send(start);
   box.run(10);
   const auto record = box.take().back();
@@ -159,7 +159,7 @@ namespace {
 /// A client of the box's command port.
 struct CommandPort {
   explicit CommandPort(Box& of) : box(of), port([this] { return &box.box; }) {}
-  Bytes ask(const rdt::CommandRequest& request, std::size_t chunk = rdt::command_size) {
+  Bytes query(const rdt::CommandRequest& request, std::size_t chunk = rdt::command_size) {
     Bytes bytes, reply;
     append(bytes, request);
     ByteSink out = [&](ByteView b) { reply.insert(reply.end(), b.begin(), b.end()); };
@@ -169,8 +169,8 @@ struct CommandPort {
   }
   /// N and N m, as a client computes them.
   std::array<double, 6> wrench(const rdt::ReadFt& read = {}) {
-    const auto scale = rdt::decode_calibration_reply(ask(rdt::ReadCalibration{})).value();
-    const auto reply = rdt::decode_ft_reply(ask(read)).value();
+    const auto scale = rdt::decode_calibration_reply(query(rdt::ReadCalibration{})).value();
+    const auto reply = rdt::decode_ft_reply(query(read)).value();
     std::array<double, 6> out{};
     for (std::size_t i = 0; i < 6; ++i)
       out[i] = 1.0 * reply.counts[i] * scale.scale[i] /
@@ -195,8 +195,8 @@ TEST_CASE("the command port reads the wrench that the stream tells, in any chunk
   CHECK(wrench[2] == Approx(record.force_counts[2] / 1e6).margin(0.004));
   CHECK(wrench[2] > 2.8);
   for (const std::size_t chunk : {1U, 7U, 19U})
-    CHECK(port.ask(rdt::ReadFt{}, chunk) == port.ask(rdt::ReadFt{}));
-  CHECK(port.ask(rdt::ReadFt{}).size() == rdt::ft_reply_size);
+    CHECK(port.query(rdt::ReadFt{}, chunk) == port.query(rdt::ReadFt{}));
+  CHECK(port.query(rdt::ReadFt{}).size() == rdt::ft_reply_size);
 }
 
 TEST_CASE("READFT biases the box and clears its latch") {
@@ -204,10 +204,10 @@ TEST_CASE("READFT biases the box and clears its latch") {
   params.threshold_n = 2;
   Box box(params);
   CommandPort port(box);
-  CHECK(rdt::decode_ft_reply(port.ask(rdt::ReadFt{})).value().status == 0x8001);
+  CHECK(rdt::decode_ft_reply(port.query(rdt::ReadFt{})).value().status == 0x8001);
   CHECK(std::abs(port.wrench({.bias = true})[2]) < 0.1);
-  CHECK(rdt::decode_ft_reply(port.ask(rdt::ReadFt{})).value().status == 0x8001);
-  CHECK(rdt::decode_ft_reply(port.ask(rdt::ReadFt{.clear_latch = true})).value().status == 0);
+  CHECK(rdt::decode_ft_reply(port.query(rdt::ReadFt{})).value().status == 0x8001);
+  CHECK(rdt::decode_ft_reply(port.query(rdt::ReadFt{.clear_latch = true})).value().status == 0);
   CHECK(std::abs(port.wrench()[2]) < 0.1);
 }
 
@@ -220,18 +220,18 @@ TEST_CASE("a tool transform moves torques and turns the frame, on the stream too
   const auto sensed = port.wrench();
   const auto taken = hex("12 34 02 00"), refused = hex("12 34 02 01");
   // 100 mm along x: the weight along z then pulls about y, T' = T - d x F.
-  CHECK(port.ask(rdt::WriteTransform{.hundredths = {10000, 0, 0, 0, 0, 0}}) == taken);
+  CHECK(port.query(rdt::WriteTransform{.hundredths = {10000, 0, 0, 0, 0, 0}}) == taken);
   CHECK(port.wrench()[4] == Approx(sensed[4] + 0.1 * sensed[2]).margin(0.001));
   // A quarter turn about x: what was along z is now along the new y.
-  CHECK(port.ask(rdt::WriteTransform{.hundredths = {0, 0, 0, 9000, 0, 0}}) == taken);
+  CHECK(port.query(rdt::WriteTransform{.hundredths = {0, 0, 0, 9000, 0, 0}}) == taken);
   CHECK(port.wrench()[1] == Approx(sensed[2]).margin(0.005));
   CHECK(std::abs(port.wrench()[2]) < 0.005);
   box.send(start);
   box.run(0.1);
   CHECK(box.take().back().force_counts[1] == Approx(sensed[2] * 1e6).epsilon(0.01));
   CHECK(box.box.page(box.now).configuration.tool_transform[3] == 90);
-  CHECK(port.ask(rdt::WriteTransform{.distance_unit = 9}) == refused);
-  CHECK(port.ask(rdt::WriteTransform{}) == taken);
+  CHECK(port.query(rdt::WriteTransform{.distance_unit = 9}) == refused);
+  CHECK(port.query(rdt::WriteTransform{}) == taken);
   CHECK(port.wrench()[2] == Approx(sensed[2]).margin(0.005));
 }
 
@@ -240,18 +240,20 @@ TEST_CASE("a condition that is written latches once a READFT has enabled it") {
   params.sensor.noise = {};
   Box box(params);
   CommandPort port(box);
-  const auto scale = rdt::decode_calibration_reply(port.ask(rdt::ReadCalibration{})).value();
+  const auto scale = rdt::decode_calibration_reply(port.query(rdt::ReadCalibration{})).value();
   const auto newtons = [&](double n) {
     return static_cast<std::int16_t>(n * scale.counts_per_force / scale.scale[2]);
   };
   const auto status = [&](const rdt::ReadFt& read) {
-    return rdt::decode_ft_reply(port.ask(read)).value().status;
+    return rdt::decode_ft_reply(port.query(read)).value().status;
   };
   const auto taken = hex("12 34 03 00"), refused = hex("12 34 03 01");
   // the plate weighs 2.9 N
-  CHECK(port.ask(rdt::WriteCondition{.index = 3, .axis = 2, .compared_with = newtons(2)}) == taken);
-  CHECK(port.ask(rdt::WriteCondition{.index = 4, .axis = 2, .compared_with = newtons(4)}) == taken);
-  CHECK(port.ask(rdt::WriteCondition{
+  CHECK(port.query(rdt::WriteCondition{.index = 3, .axis = 2, .compared_with = newtons(2)}) ==
+        taken);
+  CHECK(port.query(rdt::WriteCondition{.index = 4, .axis = 2, .compared_with = newtons(4)}) ==
+        taken);
+  CHECK(port.query(rdt::WriteCondition{
             .index = 5, .axis = 2, .comparison = -1, .compared_with = newtons(4)}) == taken);
   CHECK(status({}) == 0);
   CHECK(status({.condition_mask = 1U << 4}) == 0);
@@ -264,9 +266,9 @@ TEST_CASE("a condition that is written latches once a READFT has enabled it") {
   CHECK(status({.condition_mask = 1U << 5}) == 0x8001);
   box.run(0.1);
   CHECK(box.take().back().status == 0x80010000);
-  CHECK(port.ask(rdt::WriteCondition{.index = 32}) == refused);
-  CHECK(port.ask(rdt::WriteCondition{.axis = 6}) == refused);
-  CHECK(port.ask(rdt::WriteCondition{.comparison = 0}) == refused);
+  CHECK(port.query(rdt::WriteCondition{.index = 32}) == refused);
+  CHECK(port.query(rdt::WriteCondition{.axis = 6}) == refused);
+  CHECK(port.query(rdt::WriteCondition{.comparison = 0}) == refused);
 }
 
 TEST_CASE("the command port does not answer what it does not know") {
@@ -277,7 +279,7 @@ TEST_CASE("the command port does not answer what it does not know") {
   const Bytes unknown(rdt::command_size, 0x77);
   port.port.receive(unknown, box.now, out);
   CHECK(reply.empty());
-  CHECK(port.ask(rdt::ReadFt{}).size() == rdt::ft_reply_size);
+  CHECK(port.query(rdt::ReadFt{}).size() == rdt::ft_reply_size);
   NetftCommandEmulator off([] { return nullptr; });
   off.receive(Bytes(rdt::command_size, 0), box.now, out);
   CHECK(reply.empty());

@@ -187,9 +187,9 @@ TEST_CASE("a device that is attached again has been switched off and on") {
   REQUIRE(host.rig->attach("stage.z", again, host.loop).has_value());
   again.send(hex("80 04 01 00 50 01"));
   CHECK(again.received == hex("81 04 0E 00 81 50 01 00 00 00 00 00 00 00 00 00 00 01 00 80"));
-  const std::size_t said = host.z.received.size();
+  const std::size_t reply = host.z.received.size();
   host.z.send(hex("80 04 01 00 50 01"));
-  CHECK(host.z.received.size() == said);
+  CHECK(host.z.received.size() == reply);
 }
 
 TEST_CASE("links and loop may outlive the rig") {
@@ -200,10 +200,10 @@ TEST_CASE("links and loop may outlive the rig") {
     REQUIRE(rig->attach("taxels", link, loop).has_value());
     loop.run_for(0.1);
   }
-  const std::size_t said = link.received.size();
+  const std::size_t reply = link.received.size();
   link.send(hex("01 02 03"));
   loop.run_for(1);
-  CHECK(link.received.size() == said);
+  CHECK(link.received.size() == reply);
 }
 
 TEST_CASE("a rig file with a fault is refused, with the place of the fault") {

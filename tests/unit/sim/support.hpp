@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "drivers/api/link.hpp"
-#include "sim/devices/bench_world.hpp"
+#include "sim/devices/bench_plant.hpp"
 #include "sim/rig/rig.hpp"
 #include "tests/unit/hex.hpp"
 #include "tests/unit/plant/support.hpp"
@@ -43,8 +43,8 @@ class TestLink final : public Link {
 
 /// Stages in the middle of their travel, without quanta or play, over a level plate: for sensors
 /// that are tested without a rig file.
-inline WorldParams still_world() {
-  WorldParams params;
+inline BenchPlantParams still_plant() {
+  BenchPlantParams params;
   for (StageParams& stage : params.stages)
     stage = {.low = 0, .high = 0.15, .start = 0.075, .quantum = 0, .backlash = 0};
   for (const std::size_t rotary : {3U, 4U})

@@ -63,15 +63,15 @@ TEST_CASE("a vibration sensor makes the scene vibrotactile, which level L3 alone
   const auto config = parse_rig_config(vibro_bench());
   REQUIRE(config);
   CHECK(config->scene.name == "vibrotactile");
-  CHECK(config->world.plant.level == Level::modal);
-  CHECK(config->world.plant.vibration.accelerometer.has_value());
-  CHECK(config->world.plant.vibration.microphone.has_value());
+  CHECK(config->bench_plant.plant.level == Level::modal);
+  CHECK(config->bench_plant.plant.vibration.accelerometer.has_value());
+  CHECK(config->bench_plant.plant.vibration.microphone.has_value());
   const std::string by_hand = refusal(vibro_bench("{}", {{"/simulation/level", "\"L2\""}}));
   CHECK(by_hand.find("level L2 cannot produce acceleration") != std::string::npos);
   CHECK(by_hand.find("L3 or above") != std::string::npos);
   const auto deaf = parse_rig_config(vibro_bench(R"({"sound_rate_hz": 0})"));
   REQUIRE(deaf);
-  CHECK_FALSE(deaf->world.plant.vibration.microphone.has_value());
+  CHECK_FALSE(deaf->bench_plant.plant.vibration.microphone.has_value());
 }
 
 TEST_CASE("an emulated vibration sensor that cannot be is refused at its key") {
@@ -103,11 +103,11 @@ TEST_CASE("blocks are the plant's own readings, without a gap when the cloth is 
   // the same world, moved by hand
   const auto config = parse_rig_config(rig_json).value();
   const auto library = parse_fabrics(test::fabrics_text()).value();
-  BenchWorld world(config.world, 9);
+  BenchPlant bench_plant(config.bench_plant, 9);
   const auto patch =
       cut_patch(*library.find("denim"), library.params, library.spread, config.switches, 4);
-  world.mount(*patch, mounted);
-  const VibrationReadings read = world.take_vibration(end);
+  bench_plant.mount(*patch, mounted);
+  const VibrationReadings read = bench_plant.extract_vibration(end);
 
   for (std::size_t i = 0; i < read.sound.size(); ++i) REQUIRE(read.sound[i].index == i + 1);
   for (std::size_t i = 0; i < read.acceleration.size(); ++i)
@@ -143,10 +143,10 @@ TEST_CASE("the sensor says who it is at power-on and each second, and begins ane
   Bench bench(vibro_bench(R"({"serial": 42, "acceleration_rate_hz": 1600, "acceleration_block": 16,
                               "sound_rate_hz": 0})"));
   bench.loop.run_for(2.5);
-  const auto told = bench.frames(vibro::Kind::description);
-  REQUIRE(told.size() == 3);
-  CHECK(told[2].device_us == 2'000'000);
-  CHECK(told[0].description ==
+  const auto reported = bench.frames(vibro::Kind::description);
+  REQUIRE(reported.size() == 3);
+  CHECK(reported[2].device_us == 2'000'000);
+  CHECK(reported[0].description ==
         vibro::Description{42, {1, 2, 3}, {1'600'000, 19'613'300, 2048, 16}, {}});
   CHECK(bench.frames(vibro::Kind::sound).empty());
   CHECK(bench.frames(vibro::Kind::acceleration).back().value_count == 48);

@@ -14,25 +14,25 @@ using classifier::FeatureMatrix;
 
 constexpr double grid_s = sim_grid_s;
 
-struct Seen {
+struct FeatureRows {
   std::string channels;
   std::vector<FeatureMatrix> by_level;
 };
 
 SeedMean seed_mean(std::vector<double> values, double low, double high) {
   SeedMean out;
-  out.mean = classifier::mean_of(values);
+  out.mean = classifier::compute_mean(values);
   const auto n = static_cast<double>(values.size());
   const double half = values.size() < 2 ? 0
                                         : classifier::critical_t(0.05, n - 1) *
-                                              classifier::deviation_of(values) / std::sqrt(n);
+                                              classifier::compute_deviation(values) / std::sqrt(n);
   out.ci95 = {std::max(low, out.mean - half), std::min(high, out.mean + half),
               "Student's t over seeds"};
   out.values = std::move(values);
   return out;
 }
 
-std::vector<double> column_of(std::span<const std::vector<double>> rows, std::size_t column) {
+std::vector<double> extract_column(std::span<const std::vector<double>> rows, std::size_t column) {
   std::vector<double> out;
   for (const std::vector<double>& row : rows) out.push_back(row[column]);
   return out;
@@ -60,8 +60,9 @@ std::vector<Sides> within(const FeatureMatrix& features) {
   return out;
 }
 
-Result<double> accuracy_of(const classifier::TrainedLearner& trained, const FeatureMatrix& features,
-                           const std::vector<std::size_t>& rows) {
+Result<double> measure_accuracy(const classifier::TrainedLearner& trained,
+                                const FeatureMatrix& features,
+                                const std::vector<std::size_t>& rows) {
   std::size_t right = 0;
   for (const std::size_t row : rows) {
     const auto answer = trained.classify(features.values.row(row));
@@ -82,9 +83,9 @@ class Collector {
  public:
   explicit Collector(const DownstreamOptions& options) : options_(options) {}
 
-  Status add_seed(const std::vector<Seen>& seen, const DownstreamProgress& progress) {
+  Status add_seed(const std::vector<FeatureRows>& seen, const DownstreamProgress& progress) {
     std::size_t next = 0, shift = 0;
-    for (const Seen& one : seen) {
+    for (const FeatureRows& one : seen) {
       for (const bool crossing : {false, true}) {
         const auto sides = crossing ? across(one.by_level.front(), options_.campaign.swatches)
                                     : within(one.by_level.front());
@@ -105,7 +106,7 @@ class Collector {
   void finish(DownstreamResult& out) {
     for (std::size_t i = 0; i < transfers_.size(); ++i) {
       const classifier::Interval ci95 = classifier::repetition_interval(accuracies_[i], tested_[i]);
-      const double mean = classifier::mean_of(accuracies_[i]);
+      const double mean = classifier::compute_mean(accuracies_[i]);
       transfers_[i].accuracy = {mean, ci95, std::move(accuracies_[i])};
       out.transfers.push_back(std::move(transfers_[i]));
     }
@@ -113,13 +114,13 @@ class Collector {
       shifts_[i].spearman = seed_mean(std::move(spearmans_[i]), -1, 1);
       const std::size_t most = most_shifted(moved_[i].by_seed);
       shifts_[i].shifted = moved_[i].names[most];
-      shifts_[i].max_shift = seed_mean(column_of(moved_[i].by_seed, most), 0, HUGE_VAL);
+      shifts_[i].max_shift = seed_mean(extract_column(moved_[i].by_seed, most), 0, HUGE_VAL);
       out.shifts.push_back(std::move(shifts_[i]));
     }
   }
 
  private:
-  Status add_training(const Seen& seen, const std::vector<Sides>& sides,
+  Status add_training(const FeatureRows& seen, const std::vector<Sides>& sides,
                       classifier::Learner learner, std::size_t level, bool crossing,
                       std::size_t& next) {
     std::vector<double> sums(seen.by_level.size(), 0);
@@ -127,10 +128,10 @@ class Collector {
     for (const Sides& side : sides) rows += side.test.size();
     for (const Sides& side : sides) {
       const auto trained = classifier::train_learner(
-          classifier::take_rows(seen.by_level[level], side.train), learner, options_.training);
+          classifier::select_rows(seen.by_level[level], side.train), learner, options_.training);
       if (!trained) return pass(trained.error(), options_.levels[level].name);
       for (std::size_t tested = 0; tested < sums.size(); ++tested) {
-        const auto share = accuracy_of(trained->trained, seen.by_level[tested], side.test);
+        const auto share = measure_accuracy(trained->trained, seen.by_level[tested], side.test);
         if (!share) return pass(share.error(), options_.levels[tested].name);
         sums[tested] += *share / static_cast<double>(sides.size());
       }
@@ -151,7 +152,7 @@ class Collector {
     return {};
   }
 
-  void add_shifts(const Seen& seen, std::size_t& next) {
+  void add_shifts(const FeatureRows& seen, std::size_t& next) {
     const FeatureMatrix& yardstick = seen.by_level.back();
     const std::vector<double> f = f_statistics(yardstick);
     for (std::size_t level = 0; level + 1 < seen.by_level.size(); ++level, ++next) {
@@ -173,15 +174,16 @@ class Collector {
   std::vector<FeatureShift> shifts_;
 };
 
-Result<std::vector<Seen>> features_of(const sim::FabricLibrary& library,
-                                      const DownstreamOptions& options, std::uint64_t seed,
-                                      const DownstreamProgress& progress) {
-  std::vector<Seen> out{{"pads", {}}, {"force", {}}};
+Result<std::vector<FeatureRows>> compute_features(const sim::FabricLibrary& library,
+                                                  const DownstreamOptions& options,
+                                                  std::uint64_t seed,
+                                                  const DownstreamProgress& progress) {
+  std::vector<FeatureRows> out{{"pads", {}}, {"force", {}}};
   for (const DownstreamLevel& level : options.levels) {
     if (progress) progress("seed " + std::to_string(seed) + ", trials at " + level.name);
     const auto trials = make_downstream_trials(library, options.campaign, level, seed);
     if (!trials) return pass(trials.error(), level.name);
-    for (Seen& seen : out) {
+    for (FeatureRows& seen : out) {
       auto features = classifier::build_feature_matrix(
           seen.channels == "pads" ? trials->pads : trials->force, {}, options.training.threads);
       if (!features) return pass(features.error(), level.name);
@@ -223,7 +225,7 @@ Result<DownstreamResult> measure_downstream(const sim::FabricLibrary& library,
   for (const DownstreamLevel& level : options.levels) out.levels.push_back(level.name);
   Collector collector(options);
   for (std::size_t i = 0; i < options.seeds; ++i) {
-    const auto seen = features_of(library, options, options.first_seed + i, progress);
+    const auto seen = compute_features(library, options, options.first_seed + i, progress);
     if (!seen) return pass(seen.error());
     const auto& labels = seen->front().by_level.front().labels;
     out.fabrics = labels.size() / (options.campaign.swatches * options.campaign.trials);

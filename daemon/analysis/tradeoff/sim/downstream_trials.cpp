@@ -5,7 +5,7 @@
 
 #include "daemon/analysis/tradeoff/sim/paper_slide.hpp"
 #include "protocols/base/time.hpp"
-#include "sim/devices/bench_world.hpp"
+#include "sim/devices/bench_plant.hpp"
 #include "sim/plant/random.hpp"
 
 namespace weft::daemon {
@@ -22,8 +22,8 @@ constexpr double rest_s = 3, press_s = 6, end_s = 2, settle_s = 0.5;
 constexpr double across_step_n = 10e-3, normal_step_n = 20e-3;  // Mini40 SI-40-2 [E]
 constexpr double noise_steps = 0.5;
 
-WorldParams world_of(const DownstreamLevel& level) {
-  WorldParams out;
+BenchPlantParams make_plant_params(const DownstreamLevel& level) {
+  BenchPlantParams out;
   for (StageParams& stage : out.stages) stage = {.low = -0.2, .high = 0.2, .start = start_m};
   out.stages[2].start = 0.045;
   out.stages[3].start = out.stages[4].start = 0;
@@ -38,8 +38,8 @@ WorldParams world_of(const DownstreamLevel& level) {
 }
 
 /// A swatch is its surface; a trial how it lies on the plate and what its material is like today.
-Result<Patch> patch_of(const Fabric& fabric, const FabricLibrary& library, std::uint64_t swatch,
-                       std::uint64_t trial) {
+Result<Patch> make_patch(const Fabric& fabric, const FabricLibrary& library, std::uint64_t swatch,
+                         std::uint64_t trial) {
   const auto surface = cut_patch(fabric, library.params, library.spread, {}, swatch);
   if (!surface) return pass(surface.error());
   auto out = cut_patch(fabric, library.params, library.spread, {}, trial);
@@ -53,8 +53,8 @@ Result<Patch> patch_of(const Fabric& fabric, const FabricLibrary& library, std::
 class Exploration {
  public:
   Exploration(const DownstreamLevel& level, const Patch& patch, std::uint64_t rig_seed)
-      : world_(world_of(level), rig_seed), noise_(mix(patch.seed, "force sensor")) {
-    world_.mount(patch, now_);
+      : bench_plant_(make_plant_params(level), rig_seed), noise_(mix(patch.seed, "force sensor")) {
+    bench_plant_.mount(patch, now_);
     const ContactMaterial& cloth = patch.material;
     const Mount mount{.slack_m = slack_m};
     const double top_n = ContactGeometry{}.face_area_m2() * cloth.law.pressure_pa;
@@ -66,7 +66,7 @@ class Exploration {
 
   void run(double slide_s) {
     move(AxisId::z, rest_z_m_, quick_move);
-    const double approach_s = to_seconds(world_.stage(AxisId::z).end() - now_);
+    const double approach_s = to_seconds(bench_plant_.stage(AxisId::z).end() - now_);
     frames(Phase::none, approach_s + settle_s, false);
     frames(Phase::rest, rest_s, false);
     frames(Phase::press, press_s, true);
@@ -82,7 +82,7 @@ class Exploration {
  private:
   void move(AxisId axis, double to_m, const MotionLimits& limits) {
     if (axis == AxisId::z) z_m_ = to_m;
-    world_.stage(axis, now_).move_to(to_m, limits, now_);
+    bench_plant_.stage(axis, now_).move_to(to_m, limits, now_);
   }
 
   void frames(Phase phase, double for_s, bool regulated) {
@@ -90,7 +90,7 @@ class Exploration {
     const int count = static_cast<int>(std::lround(for_s / frame_s));
     for (int i = 0; i < count; ++i) {
       now_ += Duration(pad_timing::frame_ns);
-      const ContactState contact = world_.contact(now_);
+      const ContactState contact = bench_plant_.contact(now_);
       if (regulated)
         move(AxisId::z, z_m_ + std::clamp(gain_m_n * (set_n - contact.normal_n), -most_m, most_m),
              small_move);
@@ -99,7 +99,7 @@ class Exploration {
   }
 
   void record(Phase phase, const ContactState& contact) {
-    for (const std::uint16_t count : world_.frame(now_).counts) pads_.counts.push_back(count);
+    for (const std::uint16_t count : bench_plant_.frame(now_).counts) pads_.counts.push_back(count);
     pads_.phase.push_back(phase);
     const auto read = [&](double force_n, double step_n) {
       force_.counts.push_back(std::round(force_n / step_n + noise_steps * noise_.gaussian()));
@@ -110,7 +110,7 @@ class Exploration {
     force_.phase.push_back(phase);
   }
 
-  BenchWorld world_;
+  BenchPlant bench_plant_;
   Random noise_;
   TimePoint now_{};
   double rest_z_m_ = 0, z_m_ = 0;
@@ -137,7 +137,7 @@ Result<DownstreamTrials> make_downstream_trials(const FabricLibrary& library,
     for (std::size_t s = 0; s < campaign.swatches; ++s)
       for (std::size_t t = 0; t < campaign.trials; ++t) {
         const std::uint64_t swatch = mix(mix(seed, "swatch"), s);
-        const auto patch = patch_of(fabric, library, swatch, mix(swatch, t + 1));
+        const auto patch = make_patch(fabric, library, swatch, mix(swatch, t + 1));
         if (!patch) return pass(patch.error(), fabric.name);
         Exploration trial(level, *patch, mix(seed, "rig"));
         trial.run(campaign.slide_s);

@@ -73,7 +73,7 @@ Result<std::string> fidelity_section_html(const sim::FidelityTable& table,
                                           std::string_view setting) {
   const std::vector<sim::FidelityRow> rows = campaign_rows(table);
   if (rows.empty()) return std::string();
-  std::vector<Bargain> bargains;
+  std::vector<TradeoffChoice> bargains;
   for (const sim::FidelityRow& row : rows)
     bargains.push_back({-row.error_max_n, 1 / row.times_real_time});
   const auto front = pareto_front(bargains);

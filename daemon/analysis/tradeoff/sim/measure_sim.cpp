@@ -4,7 +4,7 @@
 
 #include "daemon/analysis/tradeoff/pareto.hpp"
 #include "daemon/analysis/tradeoff/sim/sim_pads.hpp"
-#include "daemon/analysis/tradeoff/trade_point.hpp"
+#include "daemon/analysis/tradeoff/tradeoff_point.hpp"
 
 namespace weft::daemon {
 
@@ -56,12 +56,13 @@ SimDeviation larger(const SimDeviation& a, const SimDeviation& b) {
   return {std::max(a.max, b.max), std::max(a.rms, b.rms)};
 }
 
-SimErrors errors_of(const std::vector<SimTrace>& runs, const std::vector<SimTrace>& reference) {
+SimErrors measure_errors(const std::vector<SimTrace>& runs,
+                         const std::vector<SimTrace>& reference) {
   SimErrors out;
   std::vector<double> largest, rms;
   bool touches = true;
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    const SimError error = error_of(runs[i], reference[i]);
+    const SimError error = measure_error(runs[i], reference[i]);
     out.worst_n = larger(out.worst_n, error.force_n);
     out.normal_n = larger(out.normal_n, error.normal_n);
     if (error.pads) out.pads_lsb = larger(out.pads_lsb.value_or(SimDeviation{}), *error.pads);
@@ -71,14 +72,14 @@ SimErrors errors_of(const std::vector<SimTrace>& runs, const std::vector<SimTrac
     rms.push_back(error.force_n.rms);
   }
   if (!touches) out.touch_s.reset();
-  out.median_n = {median_of(largest), median_of(rms)};
+  out.median_n = {compute_median(largest), compute_median(rms)};
   return out;
 }
 
 std::string failure_of_all(const SimScene& scene, const std::vector<SimTrace>& runs,
                            const std::vector<SimTrace>& reference) {
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    const std::string why = failure_of(scene.cases[i], runs[i], reference[i]);
+    const std::string why = find_failure(scene.cases[i], runs[i], reference[i]);
     if (!why.empty()) return (runs.size() > 1 ? scene.cases[i].name + ": " : "") + why;
   }
   return {};
@@ -97,10 +98,10 @@ struct Yardsticks {
   std::optional<SimErrors> l2_to_l3;
 };
 
-class SceneTrade {
+class SceneTradeoff {
  public:
-  SceneTrade(SimScene scene, const SimTradeOptions& options,
-             const std::function<double()>& cpu_seconds)
+  SceneTradeoff(SimScene scene, const SimTradeoffOptions& options,
+                const std::function<double()>& cpu_seconds)
       : scene_(std::move(scene)), options_(options), cpu_seconds_(cpu_seconds) {}
 
   Result<SimSceneResult> measure(const SimProgress& progress) {
@@ -135,10 +136,10 @@ class SceneTrade {
       for (std::size_t i = 0; i < scene_.cases.size(); ++i)
         if (scene_.cases[i].slides)
           read_pads(scene_.cases[i], Level::dynamic, yardsticks_.reference[i]);
-      out_.agreement_n = errors_of(yardsticks_.finest_l2, yardsticks_.reference).worst_n;
+      out_.agreement_n = measure_errors(yardsticks_.finest_l2, yardsticks_.reference).worst_n;
     }
     out_.cycle = yardsticks_.reference.front().cycle;
-    yardsticks_.l1_to_l2 = errors_of(yardsticks_.finest_l1, yardsticks_.reference);
+    yardsticks_.l1_to_l2 = measure_errors(yardsticks_.finest_l1, yardsticks_.reference);
     return compare_with_l3();
   }
 
@@ -154,7 +155,7 @@ class SceneTrade {
       largest.push_back(added->max);
       rms.push_back(added->rms);
     }
-    errors.median_n = {median_of(largest), median_of(rms)};
+    errors.median_n = {compute_median(largest), compute_median(rms)};
     yardsticks_.l2_to_l3 = errors;
     return {};
   }
@@ -171,7 +172,7 @@ class SceneTrade {
     SimPoint point;
     point.setting = setting;
     point.setup_s = setup_s;
-    point.total = errors_of(runs, yardsticks_.reference);
+    point.total = measure_errors(runs, yardsticks_.reference);
     point.failure = failure_of_all(scene_, runs, yardsticks_.reference);
     point.cycle = runs.front().cycle;
     compare_levels(point, runs);
@@ -182,10 +183,10 @@ class SceneTrade {
   void compare_levels(SimPoint& point, const std::vector<SimTrace>& runs) const {
     switch (point.setting.level) {
       case Level::algebraic:
-        point.model = errors_of(runs, yardsticks_.finest_l1);
+        point.model = measure_errors(runs, yardsticks_.finest_l1);
         break;
       case Level::quasistatic:
-        point.discretisation = errors_of(runs, yardsticks_.finest_l1);
+        point.discretisation = measure_errors(runs, yardsticks_.finest_l1);
         point.model = yardsticks_.l1_to_l2;
         break;
       case Level::dynamic:
@@ -212,11 +213,11 @@ class SceneTrade {
       point.timings_s.push_back(spent_s / static_cast<double>(repeats));
     }
     point.best_s = *std::ranges::min_element(point.timings_s) * per_s;
-    point.median_s = median_of(point.timings_s) * per_s;
+    point.median_s = compute_median(point.timings_s) * per_s;
   }
 
   Status mark_front() {
-    std::vector<Bargain> bargains;
+    std::vector<TradeoffChoice> bargains;
     std::vector<std::size_t> which;
     for (std::size_t i = 0; i < out_.points.size(); ++i) {
       if (!out_.points[i].failure.empty()) continue;
@@ -230,7 +231,7 @@ class SceneTrade {
   }
 
   SimScene scene_;
-  const SimTradeOptions& options_;
+  const SimTradeoffOptions& options_;
   const std::function<double()>& cpu_seconds_;
   Yardsticks yardsticks_;
   SimSceneResult out_;
@@ -256,15 +257,15 @@ std::vector<SimSetting> sim_settings(bool quick) {
   return out;
 }
 
-Result<std::vector<SimSceneResult>> measure_sim_trade(const FabricLibrary& library,
-                                                      const SimTradeOptions& options,
-                                                      const std::function<double()>& cpu_seconds,
-                                                      const SimProgress& progress) {
+Result<std::vector<SimSceneResult>> measure_sim_tradeoff(const FabricLibrary& library,
+                                                         const SimTradeoffOptions& options,
+                                                         const std::function<double()>& cpu_seconds,
+                                                         const SimProgress& progress) {
   std::vector<SimSceneResult> out;
   for (const std::string& name : options.scenes.empty() ? sim_scene_names() : options.scenes) {
     auto scene = make_sim_scene(name, library, options.quick);
     if (!scene) return pass(scene.error());
-    auto result = SceneTrade(std::move(*scene), options, cpu_seconds).measure(progress);
+    auto result = SceneTradeoff(std::move(*scene), options, cpu_seconds).measure(progress);
     if (!result) return pass(result.error());
     out.push_back(std::move(*result));
   }

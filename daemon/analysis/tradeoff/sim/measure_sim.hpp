@@ -57,7 +57,7 @@ struct SimSceneResult {
   std::vector<SimRefusal> refusals;
 };
 
-struct SimTradeOptions {
+struct SimTradeoffOptions {
   std::vector<std::string> scenes;                 ///< all where empty
   std::map<std::string, SimReference> references;  ///< by scene; else the finest run of L2
   std::size_t timings = 7;                         ///< at least 1; tests need no more
@@ -71,9 +71,9 @@ using SimProgress = std::function<void(const std::string&)>;
 std::vector<SimSetting> sim_settings(bool quick);
 
 /// `cpu_seconds` is the time of this thread or process alone.
-Result<std::vector<SimSceneResult>> measure_sim_trade(const sim::FabricLibrary& library,
-                                                      const SimTradeOptions& options,
-                                                      const std::function<double()>& cpu_seconds,
-                                                      const SimProgress& progress = {});
+Result<std::vector<SimSceneResult>> measure_sim_tradeoff(const sim::FabricLibrary& library,
+                                                         const SimTradeoffOptions& options,
+                                                         const std::function<double()>& cpu_seconds,
+                                                         const SimProgress& progress = {});
 
 }  // namespace weft::daemon

@@ -64,7 +64,7 @@ std::string cycle_failure(const SimCycle& run, const SimCycle& reference) {
 
 }  // namespace
 
-SimError error_of(const SimTrace& run, const SimTrace& reference) {
+SimError measure_error(const SimTrace& run, const SimTrace& reference) {
   Deviations force, normal;
   const std::size_t count = std::min(run.samples.size(), reference.samples.size());
   for (std::size_t i = 0; i < count; ++i) {
@@ -100,7 +100,7 @@ Result<SimDeviation> rubbing_force(const SimCase& one, const SimTrace& run) {
   return out.result();
 }
 
-std::string failure_of(const SimCase& one, const SimTrace& run, const SimTrace& reference) {
+std::string find_failure(const SimCase& one, const SimTrace& run, const SimTrace& reference) {
   double largest_n = 0, worst_n = 0;
   for (std::size_t i = 0; i < run.samples.size(); ++i) {
     const sim::ContactState& a = run.samples[i];

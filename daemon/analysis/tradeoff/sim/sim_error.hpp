@@ -23,13 +23,13 @@ struct SimError {
 };
 
 /// Both runs have the case's samples.
-SimError error_of(const SimTrace& run, const SimTrace& reference);
+SimError measure_error(const SimTrace& run, const SimTrace& reference);
 
 /// What level L3 knows beyond L2: the force that the surface's waves and asperities add on the
 /// plate where the face is at a run's samples. Nothing of it for a scene without sliding.
 Result<SimDeviation> rubbing_force(const SimCase& one, const SimTrace& run);
 
 /// Why a run counts as failed; empty for one that does not. `one` is the scene's.
-std::string failure_of(const SimCase& one, const SimTrace& run, const SimTrace& reference);
+std::string find_failure(const SimCase& one, const SimTrace& run, const SimTrace& reference);
 
 }  // namespace weft::daemon

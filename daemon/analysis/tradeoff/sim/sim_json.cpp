@@ -30,7 +30,7 @@ ordered_json errors_json(const SimErrors& e) {
 ordered_json setting_json(const SimSetting& setting) {
   return {{"name", setting.name()},
           {"level", std::string(sim::to_string(setting.level))},
-          {"integrator", integrator_word(setting)},
+          {"integrator", format_integrator(setting)},
           {"step_us", setting.step_us()}};
 }
 
@@ -73,13 +73,13 @@ ordered_json scene_json(const SimSceneResult& scene) {
 }
 
 /// The knob's table knows no scene without the mechanisms that a bench has.
-bool stands_for_a_bench(const SimSceneResult& scene) {
+bool is_for_bench(const SimSceneResult& scene) {
   return scene.scene != "press_plain";
 }
 
 }  // namespace
 
-ordered_json sim_trade_json(const SimTradeReport& report) {
+ordered_json sim_tradeoff_json(const SimTradeoffReport& report) {
   ordered_json out = {{"schema_version", report_schema_version},
                       {"bench", "simulated"},
                       {"command", report.command},
@@ -95,15 +95,15 @@ ordered_json sim_trade_json(const SimTradeReport& report) {
   return out;
 }
 
-ordered_json fidelity_table_json(const SimTradeReport& report) {
+ordered_json fidelity_table_json(const SimTradeoffReport& report) {
   ordered_json rows = ordered_json::array();
   for (const SimSceneResult& scene : report.scenes) {
-    if (!stands_for_a_bench(scene)) continue;
+    if (!is_for_bench(scene)) continue;
     for (const SimPoint& p : scene.points) {
       if (!p.failure.empty()) continue;
       rows.push_back({{"scene", scene.scene},
                       {"level", std::string(sim::to_string(p.setting.level))},
-                      {"integrator", integrator_word(p.setting)},
+                      {"integrator", format_integrator(p.setting)},
                       {"step_us", p.setting.step_us()},
                       {"error_max_n", p.total.worst_n.max},
                       {"error_rms_n", p.total.worst_n.rms},

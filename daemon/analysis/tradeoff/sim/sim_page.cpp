@@ -62,7 +62,7 @@ std::string step_label(const SimSetting& setting) {
   return us >= 1000 ? general(us / 1000) + " ms" : general(us) + " \u00B5s";
 }
 
-std::vector<std::string> families_of(const std::vector<SimSceneResult>& scenes) {
+std::vector<std::string> list_families(const std::vector<SimSceneResult>& scenes) {
   std::vector<std::string> out;
   for (const SimSceneResult& scene : scenes)
     for (const SimPoint& p : scene.points)
@@ -75,7 +75,7 @@ using Value = std::optional<double> (*)(const SimPoint&);
 
 /// Marks the front of its own figures: another kind of error has another front.
 void mark_front(std::vector<ScatterPoint>& points) {
-  std::vector<Bargain> bargains;
+  std::vector<TradeoffChoice> bargains;
   for (const ScatterPoint& p : points) bargains.push_back({-p.share, p.time_s});
   const auto front = pareto_front(bargains);
   if (!front) return;
@@ -248,7 +248,7 @@ std::string heading() {
          "at every level and come on top.</p>\n</header>\n";
 }
 
-std::string provenance(const SimTradeReport& report) {
+std::string provenance(const SimTradeoffReport& report) {
   return "<section>\n<h2>How it was measured</h2>\n<figure><dl>\n" +
          definition("command", report.command) + definition("timing", report.timing) +
          definition("machine", report.machine) + definition("load", report.load) +
@@ -259,8 +259,8 @@ std::string provenance(const SimTradeReport& report) {
 
 }  // namespace
 
-std::string sim_trade_html(const SimTradeReport& report) {
-  const std::vector<std::string> families = families_of(report.scenes);
+std::string sim_tradeoff_html(const SimTradeoffReport& report) {
+  const std::vector<std::string> families = list_families(report.scenes);
   std::string out = heading();
   for (const SimSceneResult& scene : report.scenes) out += section(scene, families);
   if (!report.scenes.empty()) out += failures(report.scenes);

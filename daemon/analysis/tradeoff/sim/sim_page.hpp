@@ -12,7 +12,7 @@
 
 namespace weft::daemon {
 
-struct SimTradeReport {
+struct SimTradeoffReport {
   std::vector<SimSceneResult> scenes;
   std::optional<DownstreamResult> downstream;
   std::string command;   ///< as it was given
@@ -24,13 +24,13 @@ struct SimTradeReport {
 };
 
 /// One file without scripts or outside resources.
-std::string sim_trade_html(const SimTradeReport& report);
+std::string sim_tradeoff_html(const SimTradeoffReport& report);
 
 /// schema 1, keys in daemon/analysis/tradeoff/README.md.
-nlohmann::ordered_json sim_trade_json(const SimTradeReport& report);
+nlohmann::ordered_json sim_tradeoff_json(const SimTradeoffReport& report);
 
 /// sim/fidelity.json (sim/plant/fidelity/table.hpp): one row per scene and setting that did not
 /// fail; errors against the reference of level L2, speed from the median.
-nlohmann::ordered_json fidelity_table_json(const SimTradeReport& report);
+nlohmann::ordered_json fidelity_table_json(const SimTradeoffReport& report);
 
 }  // namespace weft::daemon

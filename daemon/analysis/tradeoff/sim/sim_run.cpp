@@ -25,14 +25,14 @@ std::size_t whole_ratio(double a, double b) {
 }
 
 /// Height of the face above the cloth it will touch.
-Look gap_to_cloth(const ContactState& state, double lambda_m, double t_s, double rate_mps) {
+ForceSample gap_to_cloth(const ContactState& state, double lambda_m, double t_s, double rate_mps) {
   const bool known = state.exponent > -1e8;  // L0 has none off the cloth
   return {t_s, -(known ? state.exponent * lambda_m : state.indentation_m), rate_mps};
 }
 
 }  // namespace
 
-std::string integrator_word(const SimSetting& setting) {
+std::string format_integrator(const SimSetting& setting) {
   if (setting.level < Level::dynamic) return "none";
   return std::string(sim::to_string(setting.integrator));
 }
@@ -40,7 +40,7 @@ std::string integrator_word(const SimSetting& setting) {
 std::string SimSetting::family() const {
   std::string out(to_string(level));
   if (level < Level::dynamic) return out;
-  return out + (integrator == Integrator::tr_bdf2 ? " TR-BDF2" : " " + integrator_word(*this));
+  return out + (integrator == Integrator::tr_bdf2 ? " TR-BDF2" : " " + format_integrator(*this));
 }
 
 double SimSetting::step_us() const {
@@ -58,11 +58,11 @@ double guide_force_n(const SimCase& one, const ContactState& state, Level level)
 
 Result<SimRunner> SimRunner::make(const SimCase& one, const SimSetting& setting) {
   SimRunner out(one, setting);
-  const double look_s = std::max(one.grid_s, setting.step_s);
-  out.stride_ = whole_ratio(look_s, one.grid_s);
-  out.substeps_ = whole_ratio(look_s, setting.step_s);
+  const double sample_s = std::max(one.grid_s, setting.step_s);
+  out.stride_ = whole_ratio(sample_s, one.grid_s);
+  out.substeps_ = whole_ratio(sample_s, setting.step_s);
   if (!(setting.step_s > 0) || out.stride_ == 0 || out.substeps_ == 0 ||
-      whole_ratio(sim_sample_s, look_s) == 0)
+      whole_ratio(sim_sample_s, sample_s) == 0)
     return fail({.code = Errc::invalid_argument,
                  .where = setting.name(),
                  .what = "a step must divide the time between samples",

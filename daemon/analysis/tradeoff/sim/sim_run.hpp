@@ -30,7 +30,7 @@ struct SimSetting {
 };
 
 /// "midpoint", "adaptive", "tr_bdf2"; "none" below L2.
-std::string integrator_word(const SimSetting& setting);
+std::string format_integrator(const SimSetting& setting);
 
 /// A limit cycle of friction, of the spring of the guide.
 struct SimCycle {

@@ -24,7 +24,7 @@ struct Heights {
   double touch_m, pressed_m;  ///< of the z stage: first touch, 5 N at rest on the loading curve
 };
 
-Heights heights_of(const SimCase& one) {
+Heights sample_heights(const SimCase& one) {
   const ContactMaterial& cloth = one.patch.material;
   const double top_n = one.geometry.face_area_m2() * cloth.law.pressure_pa;
   const double surface_m = plate_z_m - cloth.thickness_m;
@@ -33,8 +33,8 @@ Heights heights_of(const SimCase& one) {
   return {touch_m, surface_m + depth_m + (set_n - one.mount.weight_n()) / one.mount.stiffness_n_m};
 }
 
-Result<SimCase> case_of(const FabricLibrary& library, const std::string& fabric,
-                        const MaterialSwitches& switches = {}) {
+Result<SimCase> make_case(const FabricLibrary& library, const std::string& fabric,
+                          const MaterialSwitches& switches = {}) {
   const Fabric* cloth = library.find(fabric);
   if (cloth == nullptr)
     return fail({.code = Errc::not_found,
@@ -56,7 +56,7 @@ Result<SimCase> case_of(const FabricLibrary& library, const std::string& fabric,
 
 /// Down to 5 N; the time at which the stage stands.
 double press(SimCase& one) {
-  const Heights z = heights_of(one);
+  const Heights z = sample_heights(one);
   one.z = StagePath(z.touch_m - clearance_m);
   one.z.move(0.1, z.pressed_m, press_mps);
   return one.z.end_s();
@@ -110,7 +110,7 @@ void add_stick_slip(SimCase& one) {
 
 /// Pressed, lifted off, pressed again at the stages' full speed.
 void add_retouch(SimCase& one) {
-  const Heights z = heights_of(one);
+  const Heights z = sample_heights(one);
   const double high_m = z.touch_m - clearance_m;
   one.z = StagePath(high_m);
   for (int i = 0; i < 2; ++i) {
@@ -271,7 +271,7 @@ Result<SimScene> make_sim_scene(std::string_view name, const FabricLibrary& libr
   if (name == "fabrics17") fabrics = library.names();
   if (quick && fabrics.size() > quick_fabrics) fabrics.resize(quick_fabrics);
   for (const std::string& fabric : fabrics) {
-    auto one = case_of(library, fabric, entry->switches);
+    auto one = make_case(library, fabric, entry->switches);
     if (!one) return pass(one.error());
     entry->add(*one);
     out.cases.push_back(std::move(*one));

@@ -12,7 +12,7 @@ constexpr int bisections = 50;
 struct Cubic {
   double c0, c1, c2, c3;
 
-  Cubic(const Look& a, const Look& b) {
+  Cubic(const ForceSample& a, const ForceSample& b) {
     const double h = b.t_s - a.t_s, rise = b.value - a.value;
     c0 = a.value;
     c1 = a.rate * h;
@@ -37,23 +37,23 @@ double root(const Function& f) {
 
 }  // namespace
 
-double crossing_s(const Look& a, const Look& b) {
+double crossing_s(const ForceSample& a, const ForceSample& b) {
   const Cubic cubic(a, b);
   return a.t_s + (b.t_s - a.t_s) * root([&](double u) { return cubic.at(u); });
 }
 
-double extreme_between(const Look& a, const Look& b) {
+double extreme_between(const ForceSample& a, const ForceSample& b) {
   const Cubic cubic(a, b);
   return cubic.at(root([&](double u) { return cubic.slope(u); }));
 }
 
-void TouchWatch::see(const Look& gap) {
+void TouchWatch::see(const ForceSample& gap) {
   if (last_.t_s >= 0 && last_.value > 0 && gap.value <= 0)
     times_s_.push_back(crossing_s(last_, gap));
   last_ = gap;
 }
 
-void CycleWatch::see(const Look& force) {
+void CycleWatch::see(const ForceSample& force) {
   low_ = std::min(low_, force.value);
   high_ = std::max(high_, force.value);
   if (last_.t_s >= 0 && last_.rate * force.rate < 0) {
@@ -61,7 +61,7 @@ void CycleWatch::see(const Look& force) {
     low_ = std::min(low_, extreme);
     high_ = std::max(high_, extreme);
     if (force.rate < 0) {  // the spring lets go
-      Look a{last_.t_s, last_.rate, 0}, b{force.t_s, force.rate, 0};
+      ForceSample a{last_.t_s, last_.rate, 0}, b{force.t_s, force.rate, 0};
       a.rate = b.rate = (b.value - a.value) / (b.t_s - a.t_s);
       const double at_s = crossing_s(a, b);
       if (slips_++ == 0) first_s_ = at_s;

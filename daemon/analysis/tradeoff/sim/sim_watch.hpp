@@ -7,39 +7,39 @@
 namespace weft::daemon {
 
 /// A quantity and its rate at one look.
-struct Look {
+struct ForceSample {
   double t_s = 0;
   double value = 0;
   double rate = 0;
 };
 
 /// Time at which the cubic through two looks crosses zero; they lie on both sides of it.
-double crossing_s(const Look& a, const Look& b);
+double crossing_s(const ForceSample& a, const ForceSample& b);
 
 /// Largest or least value of the cubic where its rate changes sign between two looks.
-double extreme_between(const Look& a, const Look& b);
+double extreme_between(const ForceSample& a, const ForceSample& b);
 
 class TouchWatch {
  public:
   /// `gap_m` > 0 is above the cloth; `gap_mps` its rate.
-  void see(const Look& gap);
+  void see(const ForceSample& gap);
   [[nodiscard]] std::vector<double> times_s() && { return std::move(times_s_); }
 
  private:
-  Look last_{-1, -1, 0};
+  ForceSample last_{-1, -1, 0};
   std::vector<double> times_s_;
 };
 
 class CycleWatch {
  public:
   /// Force of the spring and its rate.
-  void see(const Look& force);
+  void see(const ForceSample& force);
   [[nodiscard]] double peak_to_peak() const { return high_ > low_ ? high_ - low_ : 0; }
   /// 0 with fewer than three slips.
   [[nodiscard]] double frequency_hz() const;
 
  private:
-  Look last_{-1, 0, 0};
+  ForceSample last_{-1, 0, 0};
   double low_ = 1e300, high_ = -1e300, first_s_ = 0, last_s_ = 0;
   int slips_ = 0;
 };

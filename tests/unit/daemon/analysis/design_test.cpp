@@ -116,17 +116,17 @@ TEST_CASE("The page of a sweep has a map of each figure, each labelled SIMULATED
 }
 
 TEST_CASE("A campaign's report has the learning curve where there are repetitions enough") {
-  std::vector<std::string> told;
-  const auto tell = [&](const std::string& what) { told.push_back(what); };
-  CHECK(design_of(repeated(5, 30), tell).html.empty());
-  const DesignParts parts = design_of(repeated(7, 30), tell);
+  std::vector<std::string> reported;
+  const auto tell = [&](const std::string& what) { reported.push_back(what); };
+  CHECK(analyse_design(repeated(5, 30), tell).html.empty());
+  const DesignParts parts = analyse_design(repeated(7, 30), tell);
   CHECK_THAT(parts.html, Catch::Contains("How many repetitions") && Catch::Contains("SIMULATED"));
   const auto document = nlohmann::json::parse(parts.json);
   CHECK(document["repetitions"][0]["predicted"]["repetitions"] == 14);
   CHECK(document["repetitions"][0]["curve"].size() == 5);
   CHECK(document["repetitions"][0]["draws"] == 1);
   CHECK_THAT(parts.html, Catch::Contains("each size drawn 1 time;"));
-  CHECK_THAT(design_of(swept(BenchKind::simulated), tell).html,
+  CHECK_THAT(analyse_design(swept(BenchKind::simulated), tell).html,
              Catch::Contains("Which setting: rub"));
 }
 
@@ -147,7 +147,7 @@ TEST_CASE("Repetitions are the recorded ones by number, the first so many, or st
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < lacking.size(); ++i)
     if (i != 4) rows.push_back(i);
-  lacking = classifier::take_rows(lacking, rows);
+  lacking = classifier::select_rows(lacking, rows);
   CHECK(by_repetition(lacking, set, {}).size() == 30);
   CHECK(by_repetition(lacking, set, {.strokes = true, .first = 0, .seed = 1}).size() == 30);
 }

@@ -121,7 +121,7 @@ TEST_CASE("a manifest of imprints becomes a data set that survives its file") {
   REQUIRE(dataset);
   CHECK(dataset_sha256(*made) == dataset_sha256(*dataset));
   CHECK(dataset->info.kind == BenchKind::unknown);
-  const auto imprints = imprints_of(*dataset);
+  const auto imprints = extract_imprints(*dataset);
   REQUIRE(imprints);
   REQUIRE(imprints->size() == 3);
   CHECK((*imprints)[1].object == "K1");
@@ -149,7 +149,7 @@ TEST_CASE("imprints of different sizes are no set, whoever opens it") {
   mixed.trials[1].counts.resize(3);
   mixed.trials[1].phase.resize(1);
   mixed.records[1].t_ns.resize(1);
-  CHECK(imprints_of(mixed).error().where == "b.csv");
+  CHECK(extract_imprints(mixed).error().where == "b.csv");
   TableOptions options;
   options.scales = {{0}};
   CHECK(measure_tables(mixed, options).error().where == "b.csv");
@@ -168,7 +168,7 @@ TEST_CASE("objects that are numbered within their class are as many as they are"
   write_file(folder / "m.csv", lines);
   const auto dataset = import_imprints(folder / "m.csv");
   REQUIRE(dataset);
-  const auto imprints = imprints_of(*dataset);
+  const auto imprints = extract_imprints(*dataset);
   REQUIRE(imprints);
   std::map<std::string, int> presses;
   for (const auto& one : *imprints) ++presses[one.object];
@@ -213,7 +213,7 @@ TEST_CASE("an experiment that would train a class with nothing is left out, with
   REQUIRE(tables->left_out.size() == 2);
   CHECK(tables->left_out[0].first == "2/N");
   CHECK(tables->left_out[0].second.find("c: a round leaves the class nothing") == 0);
-  CHECK(tables->asked == std::vector<std::size_t>{12, 6});
+  CHECK(tables->requested == std::vector<std::size_t>{12, 6});
   CHECK(tables_note(*tables).find("1/CLASS asks about 6 of them") != std::string::npos);
   for (const auto experiment : {classifier::imprint::Experiment::object_of_all,
                                 classifier::imprint::Experiment::object_of_class}) {
@@ -227,7 +227,7 @@ TEST_CASE("a table of imprints: an object of its own where groups mix labels") {
   write_file(folder / "t.csv", "# label,index, then 2x2\n0,1,1,2,3,4\n0,2,5,6,7,8\n1,1,9,9,9,9\n");
   const auto dataset = import_imprint_table(folder / "t.csv", 2, 2);
   REQUIRE(dataset);
-  const auto imprints = imprints_of(*dataset);
+  const auto imprints = extract_imprints(*dataset);
   REQUIRE(imprints);
   CHECK(dataset->trials[2].group == "1");
   CHECK((*imprints)[1].image(1, 0) == 7.0);
@@ -252,7 +252,7 @@ TEST_CASE(
     CHECK(dataset->info.kind == BenchKind::simulated);
     REQUIRE(check(*dataset));
     CHECK(dataset_sha256(*dataset) == dataset_sha256(*simulate_imprints(options)));
-    const auto imprints = imprints_of(*dataset);
+    const auto imprints = extract_imprints(*dataset);
     REQUIRE(imprints);
     REQUIRE(imprints->size() == 24);
     CHECK((*imprints)[0].file == "PLANE1-light");

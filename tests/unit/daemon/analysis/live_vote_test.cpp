@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/analysis/tradeoff/early_stop.hpp"
-#include "tests/unit/daemon/analysis/trade_fixture.hpp"
+#include "tests/unit/daemon/analysis/tradeoff_fixture.hpp"
 #include "tests/unit/daemon/benches/live_bench.hpp"
 
 namespace live_vote_test {
@@ -29,10 +29,10 @@ std::map<Phase, int> samples_of(const classifier::Trial& trial) {
 
 TEST_CASE("a slide ends once its vote is sure, is marked, and is in no data set of whole ones") {
   LiveBench bench;
-  bench.ask(stop_early());
-  std::vector<VoteMoment> votes;
+  bench.query(stop_early());
+  std::vector<LiveVoteUpdate> votes;
   CampaignHooks hooks;
-  hooks.vote = [&](const VoteMoment& vote) { votes.push_back(vote); };
+  hooks.vote = [&](const LiveVoteUpdate& vote) { votes.push_back(vote); };
   const CampaignSummary s = run(bench.request, hooks);
   INFO((s.error ? to_string(*s.error) : std::string("no error")));
   CHECK(s.outcome == recipes::Outcome::complete);
@@ -54,7 +54,7 @@ TEST_CASE("a slide ends once its vote is sure, is marked, and is in no data set 
   }
   REQUIRE_FALSE(votes.empty());
   CHECK(votes.back().ends_slide);
-  for (const VoteMoment& vote : votes) {
+  for (const LiveVoteUpdate& vote : votes) {
     CHECK(vote.probability.size() == 2);
     if (vote.ends_slide) CHECK(vote.winner == vote.fabric);
   }
@@ -70,10 +70,10 @@ TEST_CASE("a slide ends once its vote is sure, is marked, and is in no data set 
 
 TEST_CASE("a vote that ends nothing leaves the campaign as it is without one") {
   LiveBench bench;
-  bench.ask({{"model", "m1.model"}});
+  bench.query({{"model", "m1.model"}});
   int votes = 0;
   CampaignHooks hooks;
-  hooks.vote = [&](const VoteMoment& vote) {
+  hooks.vote = [&](const LiveVoteUpdate& vote) {
     ++votes;
     CHECK_FALSE(vote.ends_slide);
   };
@@ -94,12 +94,12 @@ TEST_CASE("a model that does not fit the recipe is refused before anything moves
     CHECK(refusal.find("/explorations/M") != std::string::npos);
     CHECK(refusal.find(words) != std::string::npos);
   };
-  bench.ask({{"model", "missing.model"}});
+  bench.query({{"model", "missing.model"}});
   says("cannot read the file");
   test::write_file(bench.folder / "text.model", "not a model");
-  bench.ask({{"model", "text.model"}});
+  bench.query({{"model", "text.model"}});
   says("not a model for live votes");
-  bench.ask(stop_early());
+  bench.query(stop_early());
   CHECK(bench.refusal() == "none");
   const auto size = std::filesystem::file_size(bench.folder / "m1.model");
   std::filesystem::resize_file(bench.folder / "m1.model", (std::uintmax_t{1} << 28) + 1);
@@ -134,8 +134,8 @@ TEST_CASE(
       for (auto& stage : model.stages) stage.model.provenance.bench = name;
     };
   };
-  bench.ask(stop_early());
-  bench.change([](auto& model) { model.stages.back().model.aids.reset(); });
+  bench.query(stop_early());
+  bench.change([](auto& model) { model.stages.back().model.postprocessing.reset(); });
   CHECK(bench.refusal(false).find("knows no probability") != std::string::npos);
   bench.change(with_bench("real"));
   CHECK(bench.refusal().find("another kind of bench") != std::string::npos);
@@ -148,15 +148,15 @@ TEST_CASE(
       device["link"] = {{"kind", "tcp"}, {"host", "127.0.0.1"}, {"port", 7101}};
   });
   CHECK(bench.refusal().find("another kind of bench") != std::string::npos);
-  bench.ask({{"model", "m1.model"}});  // votes, and ends nothing
+  bench.query({{"model", "m1.model"}});  // votes, and ends nothing
   CHECK(bench.refusal() == "none");
   bench.change_rig([](json&) {});
   bench.change(with_bench("real"));
   CampaignHooks hooks;
-  std::string told;
-  hooks.vote = [&](const VoteMoment& vote) { told = vote.model_bench; };
+  std::string reported;
+  hooks.vote = [&](const LiveVoteUpdate& vote) { reported = vote.model_bench; };
   run(bench.request, hooks);
-  CHECK(told == "real");
+  CHECK(reported == "real");
 }
 
 TEST_CASE("a live model may have 256 MiB, and not a byte more") {
@@ -170,13 +170,13 @@ TEST_CASE("a live model may have 256 MiB, and not a byte more") {
 
 TEST_CASE("a model that is broken behind its head is found out before the rig is taken") {
   LiveBench bench;
-  bench.ask(stop_early());
+  bench.query(stop_early());
   const std::string good = test::read_file(bench.folder / "m1.model");
   test::write_file(bench.folder / "m1.model", good.substr(0, good.size() / 2));
   CHECK(bench.refusal(false).find("cut short") != std::string::npos);
   bool taken = false;
   CampaignHooks hooks;
-  hooks.rig_taken = [&] {
+  hooks.rig_acquired = [&] {
     taken = true;
     return Status{};
   };
@@ -186,7 +186,7 @@ TEST_CASE("a model that is broken behind its head is found out before the rig is
 
 TEST_CASE("a campaign is not gone on with by another model than it was begun with") {
   LiveBench bench;
-  bench.ask(stop_early());
+  bench.query(stop_early());
   CampaignHooks hooks;
   RunOrders orders;
   hooks.orders = &orders;
@@ -226,7 +226,7 @@ TEST_CASE("a surer rule never lets a slide end sooner, and none ends what is nev
   const std::size_t tested = splits->front().test.size();
   double before_s = 0;
   for (const double sure : {0.5, 0.7, 0.9, 0.99, 0.9999, 2.0}) {
-    const EarlyStops ends = judge(*watched, {sure, 0.5});
+    const EarlyStops ends = evaluate_rule(*watched, {sure, 0.5});
     CHECK(ends.tested == tested);
     CHECK(ends.right <= ends.stopped);  // at the end nobody is right here
     CHECK(ends.slide_s >= before_s);
@@ -234,8 +234,8 @@ TEST_CASE("a surer rule never lets a slide end sooner, and none ends what is nev
     if (sure > 1) CHECK(ends.stopped == 0);
   }
   CHECK(before_s == Approx(10.0 * static_cast<double>(tested)));
-  CHECK(judge(*watched, {0.5, 0.5}).stopped > tested / 2);
-  CHECK(judge(*watched, {0.5, 4}).slide_s >= 4.0 * static_cast<double>(tested));
+  CHECK(evaluate_rule(*watched, {0.5, 0.5}).stopped > tested / 2);
+  CHECK(evaluate_rule(*watched, {0.5, 4}).slide_s >= 4.0 * static_cast<double>(tested));
 }
 
 }  // namespace live_vote_test

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "daemon/analysis/handover/learn_vibration.hpp"
+#include "daemon/analysis/handover/train_vibration.hpp"
 #include "daemon/storage/recordings/import_recordings.hpp"
 #include "daemon/storage/recordings/sound_file.hpp"
 #include "tests/unit/daemon/storage/support.hpp"
@@ -319,7 +319,7 @@ Dataset campaign() {
 
 TEST_CASE("Of a campaign the whole blocks of phase M are taken, and lost ones refused") {
   Dataset dataset = campaign();
-  const auto set = recordings_of(dataset);
+  const auto set = extract_recordings(dataset);
   REQUIRE(set);
   CHECK(set->kind == BenchKind::simulated);
   REQUIRE(set->recordings.size() == 1);
@@ -332,12 +332,12 @@ TEST_CASE("Of a campaign the whole blocks of phase M are taken, and lost ones re
   CHECK(r.samples[0].back() == 200.0);
 
   dataset.records[0].sound.lost[7] = 1;  // ends at 160 ms
-  const auto refused = recordings_of(dataset);
+  const auto refused = extract_recordings(dataset);
   REQUIRE_FALSE(refused);
   CHECK(refused.error().where == "t0");
   dataset.records[0].sound.lost[7] = 0;
   dataset.records[0].sound.lost[2] = 1;  // before M
-  CHECK(recordings_of(dataset));
+  CHECK(extract_recordings(dataset));
 
   // Blocks that are missing at either end of M, whether or not a later one tells of it.
   const auto without = [](std::size_t first, std::size_t last) {
@@ -352,7 +352,7 @@ TEST_CASE("Of a campaign the whole blocks of phase M are taken, and lost ones re
     erase(sound.lost, 1);
     erase(sound.clipped, 1);
     erase(sound.quanta, 4);
-    return static_cast<bool>(recordings_of(torn));
+    return static_cast<bool>(extract_recordings(torn));
   };
   CHECK(without(0, 0));
   CHECK(without(0, 5));         // all before M
@@ -363,18 +363,18 @@ TEST_CASE("Of a campaign the whole blocks of phase M are taken, and lost ones re
   CHECK(without(10, 15));
 
   dataset.records[0].outcome = TrialOutcome::aborted;
-  CHECK_FALSE(recordings_of(dataset));
+  CHECK_FALSE(extract_recordings(dataset));
   dataset.info.sound = {};
-  CHECK_FALSE(recordings_of(dataset));
+  CHECK_FALSE(extract_recordings(dataset));
 }
 
 TEST_CASE("A hand-over takes one exploration, its repetitions dealt into groups") {
   Dataset dataset = campaign();
   dataset.records[0].spec.exploration = "V1";
-  CHECK(heard_material(dataset, "V1", {0, 1})->recordings[0].group == "2");
-  CHECK(heard_material(dataset, "V1", {0, 0})->recordings[0].group == "1");
-  CHECK_FALSE(heard_material(dataset, "V2", {0, 1}));
-  CHECK(recordings_of(dataset, "V1"));
+  CHECK(vibration_material(dataset, "V1", {0, 1})->recordings[0].group == "2");
+  CHECK(vibration_material(dataset, "V1", {0, 0})->recordings[0].group == "1");
+  CHECK_FALSE(vibration_material(dataset, "V2", {0, 1}));
+  CHECK(extract_recordings(dataset, "V1"));
 }
 
 }  // namespace

@@ -102,7 +102,7 @@ inline weft::daemon::Dataset small_campaign(std::uint32_t repetitions = 6) {
   return set;
 }
 
-inline weft::daemon::CampaignSummary summary_of(const weft::daemon::Dataset& set) {
+inline weft::daemon::CampaignSummary make_summary(const weft::daemon::Dataset& set) {
   weft::daemon::CampaignSummary run;
   run.name = set.info.name;
   run.bench = set.info.kind;
@@ -131,7 +131,7 @@ inline std::vector<weft::daemon::ExplorationResult> results_of(const weft::daemo
 /// One campaign with its evaluation, made once for all tests.
 struct Campaign {
   weft::daemon::Dataset set = small_campaign();
-  weft::daemon::CampaignSummary run = summary_of(set);
+  weft::daemon::CampaignSummary run = make_summary(set);
   std::vector<weft::daemon::ExplorationResult> results = results_of(set);
   [[nodiscard]] weft::daemon::ReportInput input() const {
     return {run, set, results, "test machine", "abc123"};

@@ -88,12 +88,12 @@ TEST_CASE("ticks are round, inside the range and told apart by their decimals") 
 
 TEST_CASE("a range leaves out what is not finite and is never empty") {
   const std::vector<double> values = {2, nan_value, 4, infinite};
-  const svg::Range r = svg::range_of(values, 0.5);
+  const svg::Range r = svg::find_range(values, 0.5);
   CHECK(r.low == 1);
   CHECK(r.high == 5);
   const std::vector<double> flat = {3, 3};
-  CHECK(svg::range_of(flat).high > svg::range_of(flat).low);
-  CHECK(svg::range_of({}).high > svg::range_of({}).low);
+  CHECK(svg::find_range(flat).high > svg::find_range(flat).low);
+  CHECK(svg::find_range({}).high > svg::find_range({}).low);
 }
 
 TEST_CASE("a scale maps the ends of its range to its ends, upside down too") {

@@ -65,15 +65,15 @@ TEST_CASE("trials that did not complete take no part") {
   set.records[0].outcome = TrialOutcome::aborted;
   EvaluateOptions options;
   options.repeats = 1;
-  std::vector<std::string> told;
+  std::vector<std::string> reported;
   const auto results = evaluate_campaign(set, options, {}, [&](const EvaluationProgress& p) {
-    CHECK(p.step == told.size());
+    CHECK(p.step == reported.size());
     CHECK(p.steps == 5);
-    told.push_back(p.what);
+    reported.push_back(p.what);
   });
   REQUIRE(results.has_value());
   CHECK(results->front().trials == 8);
-  CHECK(told.size() == 5);
+  CHECK(reported.size() == 5);
   for (TrialRecord& record : set.records) record.outcome = TrialOutcome::failed;
   const auto refused = evaluate_campaign(set, options, {});
   REQUIRE_FALSE(refused.has_value());
@@ -106,7 +106,7 @@ TEST_CASE("the trial shown is the one of median force error") {
   set.records[2].outcome = TrialOutcome::aborted;
   CHECK(typical_trial(set, "M1") == std::optional<std::size_t>(1));
   CHECK_FALSE(typical_trial(set, "M2").has_value());
-  const TrialTrace trace = trace_of(set, 0);
+  const TrialTrace trace = extract_trace(set, 0);
   REQUIRE(trace.phases.size() == 4);
   CHECK(trace.phases[2].phase == weft::Phase::motion);
   CHECK(trace.phases[2].begin_s == Approx(3).margin(1.0 / 37));
@@ -165,7 +165,7 @@ TEST_CASE("the page is well formed, stands alone and is small") {
 
 TEST_CASE("the page tells what was heard and where the hand-over shows it") {
   Dataset set = report_test::small_campaign(1);
-  const CampaignSummary run = report_test::summary_of(set);
+  const CampaignSummary run = report_test::make_summary(set);
   const auto page_of = [&] { return report_html({run, set, campaign().results, "", ""}); };
   CHECK(page_of().find("handover/") == std::string::npos);
   CHECK(page_of().find("sound 8000") == std::string::npos);
@@ -246,7 +246,7 @@ TEST_CASE("names cannot inject markup or drive the terminal") {
   const std::string evil = "</title><script>alert(1)</script>\x1B[2J\xFF";
   set.info.name = set.info.software_version = evil;
   for (TrialRecord& record : set.records) record.spec.label = evil;
-  CampaignSummary run = report_test::summary_of(set);
+  CampaignSummary run = report_test::make_summary(set);
   run.level = evil;
   const ReportInput input{run, set, campaign().results, evil, evil};
   const std::string page = report_html(input);
@@ -258,7 +258,7 @@ TEST_CASE("names cannot inject markup or drive the terminal") {
 
 TEST_CASE("a campaign that stopped early says so, without results too") {
   Dataset set = report_test::small_campaign(1);
-  CampaignSummary run = report_test::summary_of(set);
+  CampaignSummary run = report_test::make_summary(set);
   run.trials_planned = 680;
   run.outcome = weft::recipes::Outcome::aborted;
   run.error = weft::Error{.code = weft::Errc::device, .where = "z", .what = "stage z <stalled>"};
@@ -311,7 +311,7 @@ TEST_CASE("A report made afterwards says whether the files are what was recorded
   CHECK(page.find("18 of 18 complete, in 19 attempts") != std::string::npos);
   CHECK(page.find("of wall time") == std::string::npos);
   CHECK(page.find("all fabrics") != std::string::npos);
-  verified.findings.push_back({"campaign.sqlite, trial <4>", "its digest is another", ""});
+  verified.found_problems.push_back({"campaign.sqlite, trial <4>", "its digest is another", ""});
   page = report_html(input);
   CHECK(page.find("not as recorded: 1 finding") != std::string::npos);
   CHECK(page.find("trial &lt;4&gt;") != std::string::npos);

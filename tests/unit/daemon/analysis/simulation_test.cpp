@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "daemon/analysis/report/simulation_words.hpp"
+#include "daemon/analysis/report/simulation_text.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"
 
 namespace simulation_test {
@@ -81,8 +81,8 @@ TEST_CASE("a campaign is simulated at the level of its scene, and says which, wh
   const auto entry = std::find_if(journal->begin(), journal->end(),
                                   [](const JournalEntry& e) { return e.kind == "simulation"; });
   REQUIRE(entry != journal->end());
-  const json told = json::parse(entry->payload_json);
-  CHECK(told["errors"][1]["force_rms_n"] == model.worst.force_rms_n);
+  const json reported = json::parse(entry->payload_json);
+  CHECK(reported["errors"][1]["force_rms_n"] == model.worst.force_rms_n);
   const std::string line = sentence(s.simulation);
   CHECK(line.rfind("Simulated at level L1 3.072 ms because the scene needs a wrench", 0) == 0);
   CHECK(line.find("; error against L2 midpoint 0.2 ms: max ") != std::string::npos);
@@ -119,9 +119,9 @@ TEST_CASE("an accuracy and a budget choose from the table that the rig file name
   request.fidelity = {1e-3, 1000};
   const auto refused = run_campaign(request, {});
   REQUIRE_FALSE(refused);
-  const std::string said = to_string(refused.error());
-  CHECK(said.find("/simulation/level") != std::string::npos);
-  CHECK(said.find("L2 tr_bdf2 1.024 ms (4 mN, 5e+03 times real time) or L2 midpoint 0.096 ms") !=
+  const std::string reply = to_string(refused.error());
+  CHECK(reply.find("/simulation/level") != std::string::npos);
+  CHECK(reply.find("L2 tr_bdf2 1.024 ms (4 mN, 5e+03 times real time) or L2 midpoint 0.096 ms") !=
         std::string::npos);
   CHECK_FALSE(std::filesystem::exists(request.out));
 }

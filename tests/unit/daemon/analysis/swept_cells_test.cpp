@@ -47,7 +47,7 @@ TEST_CASE("A cell that holds other trials than most is named and left out") {
   CHECK(a.cells.size() == 3);
   REQUIRE(a.left_out.size() == 1);
   CHECK(a.left_out[0].factors == std::vector<double>{5, 0.001});
-  CHECK(left_out_words(a) ==
+  CHECK(format_left_out(a) ==
         "Left out, 5 N, 1 mm/s: it holds other trials than most cells: wool in 3 trials instead of "
         "4\n");
   CHECK_THAT(design_section(a), Catch::Contains("wool in 3 trials"));
@@ -56,7 +56,7 @@ TEST_CASE("A cell that holds other trials than most is named and left out") {
   for (std::size_t i = 0; i < set.trials.size(); ++i)
     if (in_cell(i, "rub-3N-1mm_s") && set.trials[i].group == "2")
       set.records[i].outcome = TrialOutcome::failed;
-  CHECK_THAT(left_out_words(analysed(set)),
+  CHECK_THAT(format_left_out(analysed(set)),
              Catch::Contains("3 N, 1 mm/s") && Catch::Contains("3 replicates instead of 4"));
 }
 
@@ -112,7 +112,7 @@ TEST_CASE("An exploration none of whose cells is left is named, the others are a
   const SweepAnalysis a = analysed(set);
   CHECK(a.exploration == "rub");
   REQUIRE(a.without.size() == 1);
-  CHECK_THAT(left_out_words(a), Catch::StartsWith("Left out, tap: no cell can be analysed"));
+  CHECK_THAT(format_left_out(a), Catch::StartsWith("Left out, tap: no cell can be analysed"));
 }
 
 }  // namespace swept_cells_test

@@ -86,10 +86,10 @@ TEST_CASE(
   REQUIRE(lost.done.error);
   CHECK_THAT(to_string(*lost.done.error), Catch::Contains("no surface was found"));
 
-  AlignRequest struck;
-  struck.rig = askew_rig(
+  AlignRequest with_fault;
+  with_fault.rig = askew_rig(
       folder, 1, 1, {{{"device", "ft"}, {"fault", "bias_jump"}, {"start_s", 120}, {"amount", 50}}});
-  const AlignSummary capped = aligned(struck);
+  const AlignSummary capped = aligned(with_fault);
   CHECK(capped.done.outcome == recipes::Outcome::failed);
   REQUIRE(capped.done.error);
   CHECK(capped.done.error->code == Errc::safety);
@@ -149,9 +149,9 @@ TEST_CASE("weft align prints the tilt found and left, marked as simulated") {
   const std::string row = "tilt found";
   const auto at = out.str().find(row);
   REQUIRE(at != std::string::npos);
-  std::istringstream told(out.str().substr(at + row.size()));
+  std::istringstream reported(out.str().substr(at + row.size()));
   double about_x_deg = 0, about_y_deg = 0;
-  told >> about_x_deg >> about_y_deg;
+  reported >> about_x_deg >> about_y_deg;
   constexpr double thrice_the_deviation_deg = 0.0007;  // of two touches over 100 mm
   CHECK(about_x_deg == Approx(0.5).margin(thrice_the_deviation_deg));
   CHECK(about_y_deg == Approx(-0.25).margin(thrice_the_deviation_deg));

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "daemon/apps/weft/answer_words.hpp"
+#include "daemon/apps/weft/answer_text.hpp"
 #include "daemon/apps/weft/app.hpp"
 #include "daemon/apps/weft/evaluate_command.hpp"
 #include "daemon/apps/weft/progress.hpp"
@@ -64,17 +64,17 @@ TrialProgress at(std::size_t done, std::size_t planned) {
 }
 
 TEST_CASE("what a library throws is one sentence; of memory that runs out it says what to do") {
-  const auto said = [](const std::exception& thrown) {
+  const auto reply = [](const std::exception& thrown) {
     std::ostringstream out, err;
     Console console{out, err, true};
     CHECK(report_thrown(console, thrown, "rank 3") == exit_failure);
     CHECK(nlohmann::json::parse(out.str()).contains("error"));
     return err.str();
   };
-  const std::string memory = said(std::bad_alloc());
+  const std::string memory = reply(std::bad_alloc());
   CHECK(memory.find("weft: rank 3: no memory is left") == 0);
   CHECK(memory.find("less at a time") != std::string::npos);
-  CHECK(said(std::runtime_error("the disk said so")) == "weft: rank 3: the disk said so.\n");
+  CHECK(reply(std::runtime_error("the disk said so")) == "weft: rank 3: the disk said so.\n");
 }
 
 TEST_CASE("help and version are no failures") {
@@ -252,15 +252,15 @@ TEST_CASE("a random split of windows is refused, a split by groups is not") {
   features.labels = {"a", "a", "a", "b", "b", "b"};
   features.groups = {"0", "0", "1", "0", "0", "1"};
   EvaluateArgs args;
-  CHECK_FALSE(splits_of(args, features));  // no split at all
+  CHECK_FALSE(make_splits(args, features));  // no split at all
   args.train_fraction = 0.5;
   args.repeats = 4;
-  CHECK(splits_of(args, features)->size() == 4);
+  CHECK(make_splits(args, features)->size() == 4);
   args.trials.window_s = 1.0;
-  CHECK_FALSE(splits_of(args, features));
+  CHECK_FALSE(make_splits(args, features));
   args.train_groups = {"0"};
   args.test_groups = {"1"};
-  const auto split = splits_of(args, features);
+  const auto split = make_splits(args, features);
   REQUIRE(split);
   CHECK(split->front().test == std::vector<std::size_t>{2, 5});
 }
@@ -349,7 +349,7 @@ TEST_CASE("of many fabrics the ten with most votes are named, the winner first")
   }
   const auto learner = classifier::train_recipe(matrix, {classifier::Learner::lda}, {});
   REQUIRE(learner);
-  AnsweredTrial trial{"t.csv", "", {}};
+  PredictedTrial trial{"t.csv", "", {}};
   trial.answer.ballot.winner = 3;
   for (int k = 0; k < 13; ++k) trial.answer.ballot.votes.push_back(k == 3 ? 12 : k);
   CHECK(answer_line(*learner, trial) ==

@@ -28,13 +28,13 @@ json refusal(const std::string& kind, const std::string& message) {
   return {{"error", {{"code", 2001}, {"message", message}, {"data", {{"kind", kind}}}}}};
 }
 
-/// Answers one client on `folder`/sock. `said` gives {"result": ...} or {"error": ...}, and
+/// Answers one client on `folder`/sock. `reply` gives {"result": ...} or {"error": ...}, and
 /// {"last": LINE}, which is sent as it is before it hangs up.
-class SaidByHand {
+class RepliedByHand {
  public:
-  using Said = std::function<json(const std::string& method, const json& params)>;
-  SaidByHand(const TemporaryFolder& folder, Said said)
-      : path_(folder / "sock"), said_(std::move(said)) {
+  using Reply = std::function<json(const std::string& method, const json& params)>;
+  RepliedByHand(const TemporaryFolder& folder, Reply reply)
+      : path_(folder / "sock"), reply_(std::move(reply)) {
     listener_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
     sockaddr_un at{};
     at.sun_family = AF_UNIX;
@@ -45,9 +45,9 @@ class SaidByHand {
     REQUIRE(::listen(listener_, 1) == 0);
     thread_ = std::jthread([this] { serve(); });
   }
-  SaidByHand(const SaidByHand&) = delete;
-  SaidByHand& operator=(const SaidByHand&) = delete;
-  ~SaidByHand() { ::close(listener_); }
+  RepliedByHand(const RepliedByHand&) = delete;
+  RepliedByHand& operator=(const RepliedByHand&) = delete;
+  ~RepliedByHand() { ::close(listener_); }
 
   client::Client client() {
     auto opened = client::Client::open(path_);
@@ -75,7 +75,7 @@ class SaidByHand {
   bool answer(int wire, const json& request) const {
     const std::string method = request.at("method");
     json line = method == "session.open" ? json{{"result", json::object()}}
-                                         : said_(method, request.at("params"));
+                                         : reply_(method, request.at("params"));
     const json last = line.value("last", json());
     line.erase("last");
     line["id"] = request.at("id");
@@ -89,7 +89,7 @@ class SaidByHand {
   }
 
   std::filesystem::path path_;
-  Said said_;
+  Reply reply_;
   int listener_ = -1;
   std::jthread thread_;
 };
@@ -98,10 +98,10 @@ class SaidByHand {
 
 TEST_CASE("a change is answered by what the daemon did, also where its lease was over meanwhile") {
   const TemporaryFolder folder;
-  std::vector<std::string> heard;
+  std::vector<std::string> received;
   std::int64_t ttl_ms = 0;
-  SaidByHand daemon(folder, [&](const std::string& method, const json& params) -> json {
-    heard.push_back(method);
+  RepliedByHand daemon(folder, [&](const std::string& method, const json& params) -> json {
+    received.push_back(method);
     if (method == "lease.acquire") {
       ttl_ms = params.at("ttl_ms");
       return {{"result", {{"lease", "L-e-1"}}}};
@@ -115,14 +115,14 @@ TEST_CASE("a change is answered by what the daemon did, also where its lease was
   REQUIRE(run);
   CHECK(run->at("lease") == "L-e-1");
   CHECK(ttl_ms == 120'000);
-  CHECK(heard == std::vector<std::string>{"lease.acquire", "run.recover", "lease.release"});
+  CHECK(received == std::vector<std::string>{"lease.acquire", "run.recover", "lease.release"});
 }
 
 TEST_CASE("a change that was refused is told as refused, and its lease given back") {
   const TemporaryFolder folder;
-  std::vector<std::string> heard;
-  SaidByHand daemon(folder, [&](const std::string& method, const json&) -> json {
-    heard.push_back(method);
+  std::vector<std::string> received;
+  RepliedByHand daemon(folder, [&](const std::string& method, const json&) -> json {
+    received.push_back(method);
     if (method == "run.start") return refusal("state.conflict", "not now");
     return {{"result", {{"lease", "L-e-1"}}}};
   });
@@ -131,13 +131,13 @@ TEST_CASE("a change that was refused is told as refused, and its lease given bac
   REQUIRE_FALSE(run);
   CHECK(run.error().what == "not now");
   CHECK(client.refusal() == "state.conflict");
-  CHECK(heard.back() == "lease.release");
+  CHECK(received.back() == "lease.release");
 }
 
 TEST_CASE("a change goes under a lease of one's own that no connection keeps, as the page's") {
   const TemporaryFolder folder;
   bool is_there = false;
-  SaidByHand daemon(folder, [&](const std::string& method, const json& params) -> json {
+  RepliedByHand daemon(folder, [&](const std::string& method, const json& params) -> json {
     if (method == "lease.acquire") return refusal("state.conflict", "rig:bench is leased");
     if (method == "session.whoami") return {{"result", {{"user", "ada"}}}};
     if (method == "lease.list")
@@ -164,7 +164,7 @@ TEST_CASE("the last word of a daemon that ends a connection is what a client is 
   json last = refusal("access.token", over);
   last["id"] = nullptr;
   const TemporaryFolder folder;
-  SaidByHand daemon(folder, [&](const std::string& method, const json&) -> json {
+  RepliedByHand daemon(folder, [&](const std::string& method, const json&) -> json {
     if (method == "sub.open") return {{"result", json::object()}, {"last", last}};
     return {{"last", last}};
   });

@@ -28,23 +28,23 @@ MachineFacts good_machine() {
   return facts;
 }
 
-const Finding& about(const std::vector<Finding>& findings, const std::string& subject) {
-  for (const Finding& finding : findings)
-    if (finding.subject == subject) return finding;
+const Diagnosis& about(const std::vector<Diagnosis>& found_problems, const std::string& subject) {
+  for (const Diagnosis& diagnosis : found_problems)
+    if (diagnosis.subject == subject) return diagnosis;
   FAIL("nothing about " << subject);
-  return findings.front();
+  return found_problems.front();
 }
 
 /// The finding about `subject` says so, and what to do unless all is well.
 void expect(const MachineFacts& facts, const std::string& subject, Severity severity,
             const std::string& says, const std::string& hint = {}) {
-  const auto findings = judge_machine(facts, true);
-  const Finding& finding = about(findings, subject);
-  CAPTURE(subject, finding.what, finding.hint);
-  CHECK(finding.severity == severity);
-  CHECK(finding.what.find(says) != std::string::npos);
-  CHECK(finding.hint.find(hint) != std::string::npos);
-  CHECK(finding.hint.empty() == (severity == Severity::ok));
+  const auto found_problems = check_system(facts, true);
+  const Diagnosis& diagnosis = about(found_problems, subject);
+  CAPTURE(subject, diagnosis.what, diagnosis.hint);
+  CHECK(diagnosis.severity == severity);
+  CHECK(diagnosis.what.find(says) != std::string::npos);
+  CHECK(diagnosis.hint.find(hint) != std::string::npos);
+  CHECK(diagnosis.hint.empty() == (severity == Severity::ok));
 }
 
 DeviceReport stream(double rate_hz, double configured_rate_hz) {
@@ -58,9 +58,10 @@ DeviceReport stream(double rate_hz, double configured_rate_hz) {
   return report;
 }
 
-Severity worst(const std::vector<Finding>& findings) {
+Severity worst(const std::vector<Diagnosis>& found_problems) {
   Severity severity = Severity::ok;
-  for (const Finding& finding : findings) severity = std::max(severity, finding.severity);
+  for (const Diagnosis& diagnosis : found_problems)
+    severity = std::max(severity, diagnosis.severity);
   return severity;
 }
 
@@ -72,10 +73,10 @@ void put(const std::filesystem::path& file, const std::string& text) {
 }  // namespace
 
 TEST_CASE("a machine that is in order has nothing but ok findings") {
-  for (const Finding& finding : judge_machine(good_machine(), true)) {
-    CAPTURE(finding.subject, finding.what);
-    CHECK(finding.severity == Severity::ok);
-    CHECK(finding.hint.empty());
+  for (const Diagnosis& diagnosis : check_system(good_machine(), true)) {
+    CAPTURE(diagnosis.subject, diagnosis.what);
+    CHECK(diagnosis.severity == Severity::ok);
+    CHECK(diagnosis.hint.empty());
   }
 }
 
@@ -106,30 +107,30 @@ TEST_CASE("in virtual time only the room for the data matters") {
   MachineFacts facts = good_machine();
   facts.fifo_permitted = false;
   facts.governors = {"powersave"};
-  CHECK(worst(judge_machine(facts, false)) == Severity::ok);
+  CHECK(worst(check_system(facts, false)) == Severity::ok);
   facts.free_bytes = 1;
-  CHECK(worst(judge_machine(facts, false)) == Severity::problem);
+  CHECK(worst(check_system(facts, false)) == Severity::problem);
 }
 
 TEST_CASE("a stream's rate is compared with the configured one") {
-  CHECK(worst(judge_devices({stream(99, 100)})) == Severity::ok);
-  CHECK(worst(judge_devices({stream(91, 100)})) == Severity::warning);
-  CHECK(worst(judge_devices({stream(50, 100)})) == Severity::problem);
-  CHECK(worst(judge_devices({stream(700, 100)})) == Severity::problem);
+  CHECK(worst(check_devices({stream(99, 100)})) == Severity::ok);
+  CHECK(worst(check_devices({stream(91, 100)})) == Severity::warning);
+  CHECK(worst(check_devices({stream(50, 100)})) == Severity::problem);
+  CHECK(worst(check_devices({stream(700, 100)})) == Severity::problem);
   DeviceReport lossy = stream(100, 100);
   lossy.lost = 3;
-  CHECK(worst(judge_devices({lossy})) == Severity::warning);
+  CHECK(worst(check_devices({lossy})) == Severity::warning);
   DeviceReport silent = stream(0, 100);
   silent.samples = 0;
-  CHECK(worst(judge_devices({silent})) == Severity::problem);
+  CHECK(worst(check_devices({silent})) == Severity::problem);
 }
 
 TEST_CASE("a slow answer is a warning, a failure is a problem with its hint taken along") {
   DeviceReport stage = stream(0, 0);
   stage.latency_s = 0.002;
-  CHECK(worst(judge_devices({stage})) == Severity::ok);
+  CHECK(worst(check_devices({stage})) == Severity::ok);
   stage.latency_s = 0.03;
-  CHECK(worst(judge_devices({stage})) == Severity::warning);
+  CHECK(worst(check_devices({stage})) == Severity::warning);
   stage.answered = stage.armed = false;
   stage.error = Error{.code = Errc::timeout,
                       .where = "stage.x",
@@ -137,12 +138,12 @@ TEST_CASE("a slow answer is a warning, a failure is a problem with its hint take
                       .expected = "one",
                       .got = "silence",
                       .hint = "Is it on"};
-  const auto findings = judge_devices({stage});
-  REQUIRE(findings.size() == 1);
-  CHECK(findings.front().severity == Severity::problem);
-  CHECK(findings.front().what.find("no answer") != std::string::npos);
-  CHECK(findings.front().what.find("Is it on") == std::string::npos);
-  CHECK(findings.front().hint == "Is it on");
+  const auto found_problems = check_devices({stage});
+  REQUIRE(found_problems.size() == 1);
+  CHECK(found_problems.front().severity == Severity::problem);
+  CHECK(found_problems.front().what.find("no answer") != std::string::npos);
+  CHECK(found_problems.front().what.find("Is it on") == std::string::npos);
+  CHECK(found_problems.front().hint == "Is it on");
 }
 
 TEST_CASE("one device behind two entries is seen by its serial number") {
@@ -150,9 +151,9 @@ TEST_CASE("one device behind two entries is seen by its serial number") {
   first.identity.reported = {{"serial", "45000001"}};
   DeviceReport second = first;
   second.name = "other";
-  CHECK(worst(judge_devices({first, second})) == Severity::problem);
+  CHECK(worst(check_devices({first, second})) == Severity::problem);
   second.identity.reported = {{"serial", "45000002"}};
-  CHECK(worst(judge_devices({first, second})) == Severity::ok);
+  CHECK(worst(check_devices({first, second})) == Severity::ok);
 }
 
 TEST_CASE("USB identities are named, Thorlabs' own by both its numbers") {
@@ -181,13 +182,13 @@ TEST_CASE("a serial port that cannot be is told before it is opened") {
   const TemporaryFolder folder;
   put(folder / "file", "no port");
   const auto problem = [](const std::string& path) {
-    const auto findings =
+    const auto found_problems =
         check_serial("stage.x", {path, 115200, Parity::none, false, false},
                      {{"/dev/ttyUSB7", "", 0x0403, 0xFAF0, "45000001", "Thorlabs controller"}});
-    REQUIRE(findings.size() == 1);
-    CHECK(findings.front().severity == Severity::problem);
-    CHECK(findings.front().subject == "stage.x");
-    return findings.front();
+    REQUIRE(found_problems.size() == 1);
+    CHECK(found_problems.front().severity == Severity::problem);
+    CHECK(found_problems.front().subject == "stage.x");
+    return found_problems.front();
   };
   CHECK(problem("/dev/ttyNobody").hint.find("/dev/ttyUSB7 (Thorlabs controller)") !=
         std::string::npos);
@@ -205,11 +206,11 @@ TEST_CASE("two devices on one serial port are told once, however the path is wri
     entry.link = SerialSettings{folder / port, 115200, Parity::none, false, false};
     return entry;
   };
-  const auto findings =
+  const auto found_problems =
       shared_ports({device("first", "port"), device("second", "by-id"), device("third", "other")});
-  REQUIRE(findings.size() == 1);
-  CHECK(findings.front().subject == "second");
-  CHECK(findings.front().what.find("the port of first") != std::string::npos);
+  REQUIRE(found_problems.size() == 1);
+  CHECK(found_problems.front().subject == "second");
+  CHECK(found_problems.front().what.find("the port of first") != std::string::npos);
 }
 
 TEST_CASE("a stage on a controller whose scale for it is not known is a problem by name") {

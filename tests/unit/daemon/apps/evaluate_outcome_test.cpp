@@ -79,7 +79,7 @@ TEST_CASE(
                                          chosen.features.files, 2, 40, args.training.seed);
   REQUIRE(drawn);
   const auto each =
-      classifier::evaluate(chosen.features, *drawn, classifier::Learner::lda, options_of(args));
+      classifier::evaluate(chosen.features, *drawn, classifier::Learner::lda, make_options(args));
   REQUIRE(each);
   std::vector<double> of_group(2);
   for (std::size_t i = 0; i < 80; ++i) of_group[i / 40] += each->splits[i].accuracy / 40;
@@ -93,8 +93,8 @@ TEST_CASE(
   if (!fixed) FAIL(to_string(fixed.error()));
   const CurveValue& value = fixed->curve[0].values[0];
   CHECK(value.deviation > 0);
-  const auto asked = static_cast<double>(fixed->splits[0].test.size());
-  CHECK(value.ci95.low == Approx(classifier::wilson_of_share(value.accuracy, asked).low));
+  const auto requested = static_cast<double>(fixed->splits[0].test.size());
+  CHECK(value.ci95.low == Approx(classifier::wilson_of_share(value.accuracy, requested).low));
   CHECK(value.ci95.method == classifier::wilson_interval(1, 2).method);
 }
 
@@ -123,7 +123,7 @@ TEST_CASE("a label that is in one group alone is told to be never tested") {
   const auto measured = measure(args, chosen);
   if (!measured) FAIL(to_string(measured.error()));
   REQUIRE(measured->never_tested.size() == 1);
-  CHECK(never_tested_words(measured->never_tested, "trials") ==
+  CHECK(format_never_tested(measured->never_tested, "trials") ==
         "silk (3 trials, in group A alone)");
   CHECK(report_text(args, chosen, *measured).find("silk (3 trials, in group A alone)") !=
         std::string::npos);

@@ -64,7 +64,7 @@ std::string imprints_in(const TemporaryFolder& folder) {
 }
 
 template <class Args>
-GivenOptions options_of() {
+GivenOptions make_options() {
   CLI::App command;
   Args args;
   add_options(command, args);
@@ -75,10 +75,10 @@ GivenOptions options_of() {
 
 TEST_CASE("every option of a command that takes several kinds of data is about one of them") {
   GivenOptions all;
-  all.merge(options_of<EvaluateArgs>());
-  all.merge(options_of<TrainArgs>());
-  all.merge(options_of<FeaturesArgs>());
-  all.merge(options_of<DesignRepetitionsArgs>());
+  all.merge(make_options<EvaluateArgs>());
+  all.merge(make_options<TrainArgs>());
+  all.merge(make_options<FeaturesArgs>());
+  all.merge(make_options<DesignRepetitionsArgs>());
   CHECK(all.contains("--permute-labels"));
   for (const std::string& option : all) {
     CAPTURE(option);
@@ -128,8 +128,8 @@ TEST_CASE("slides refuse the options of recordings and of imprints") {
             ": --features, --step-s: not for slides over a tactile array. For --features take "
             "--method with it, for --step-s take --window-step-s.\n");
   for (const char* command : {"train", "features"}) {
-    const std::string said = refusal({command, file, "-o", folder / "x", "--scales", "1,2"});
-    CHECK(said.find("--scales: not for slides") != std::string::npos);
+    const std::string reply = refusal({command, file, "-o", folder / "x", "--scales", "1,2"});
+    CHECK(reply.find("--scales: not for slides") != std::string::npos);
   }
 }
 

@@ -21,12 +21,12 @@ using test::TemporaryFolder;
 
 namespace {
 
-struct Said {
+struct Reply {
   int status = 0;
   std::string out, err;
 };
 
-Said weft_says(std::vector<std::string> arguments) {
+Reply weft_says(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), "weft");
   std::vector<const char*> argv;
   for (const std::string& argument : arguments) argv.push_back(argument.c_str());
@@ -54,7 +54,7 @@ TEST_CASE("what a live vote left out is counted in the data set, its certificate
   LiveBench bench;
   test::write_file(bench.request.recipe, half_selected(3).dump());
   const std::string out = (bench.folder / "live").string();
-  const Said ran =
+  const Reply ran =
       weft_says({"run", bench.request.recipe.string(), "--rig", bench.request.rig.string(), "--out",
                  out, "--no-error-check", "--json"});
   INFO(ran.err);
@@ -88,10 +88,10 @@ TEST_CASE("what a live vote left out is counted in the data set, its certificate
       {"features", file, "-o", csv},
       {"evaluate", file, "--learner", "lda", "--train-fraction", "0.4", "--repeats", "1"}};
   for (const auto& tool : tools) {
-    const Said said = weft_says(tool);
-    INFO(tool[0] << ' ' << tool[1] << ": " << said.out << said.err);
-    CHECK(said.status == 0);
-    CHECK(has(said.out, words));
+    const Reply reply = weft_says(tool);
+    INFO(tool[0] << ' ' << tool[1] << ": " << reply.out << reply.err);
+    CHECK(reply.status == 0);
+    CHECK(has(reply.out, words));
   }
 }
 
@@ -99,8 +99,8 @@ TEST_CASE("a campaign whose slides all came to their end is no selection and is 
   const TemporaryFolder folder;
   const auto request = request_in(folder, recipe_of(3).dump());
   const std::string out = (folder / "out").string();
-  const Said ran = weft_says({"run", request.recipe.string(), "--rig", request.rig.string(),
-                              "--out", out, "--no-error-check", "--repeats", "1", "--json"});
+  const Reply ran = weft_says({"run", request.recipe.string(), "--rig", request.rig.string(),
+                               "--out", out, "--no-error-check", "--repeats", "1", "--json"});
   INFO(ran.err);
   REQUIRE(ran.status == 0);
   CHECK_FALSE(json::parse(ran.out).contains("selected"));

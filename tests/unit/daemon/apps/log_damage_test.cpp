@@ -56,8 +56,8 @@ struct KilledCampaign {
     for (int i = 0; i < 2; ++i) {
       const VerifyReport report = verified();
       REQUIRE_FALSE(report.holds());
-      INFO(report.findings.front().where << ": " << report.findings.front().what);
-      CHECK(report.findings.front().where.find(where) != std::string::npos);
+      INFO(report.found_problems.front().where << ": " << report.found_problems.front().what);
+      CHECK(report.found_problems.front().where.find(where) != std::string::npos);
     }
     request.resume = true;
     CHECK_FALSE(preview_resume(request));
@@ -110,7 +110,8 @@ TEST_CASE("a campaign goes on with what lies before the damage once its log is f
   test::write_file(killed.log, bent);
   const auto report = killed.verified();
   REQUIRE_FALSE(report.holds());
-  CHECK(report.findings.front().hint.find("PRAGMA wal_checkpoint(TRUNCATE)") != std::string::npos);
+  CHECK(report.found_problems.front().hint.find("PRAGMA wal_checkpoint(TRUNCATE)") !=
+        std::string::npos);
   {
     auto file = sqlite::Database::open(killed.file, sqlite::Mode::read_write);
     REQUIRE(file);

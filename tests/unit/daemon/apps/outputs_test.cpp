@@ -22,7 +22,7 @@ namespace {
 
 struct Ran {
   int status;
-  std::string told;
+  std::string reported;
 };
 
 Ran weft(const std::vector<std::string>& arguments) {
@@ -36,9 +36,9 @@ Ran weft(const std::vector<std::string>& arguments) {
 
 void refuses(const std::vector<std::string>& arguments, const std::string& words) {
   const Ran ran = weft(arguments);
-  INFO(ran.told);
+  INFO(ran.reported);
   CHECK(ran.status == cli::exit_failure);
-  CHECK(ran.told.find(words) != std::string::npos);
+  CHECK(ran.reported.find(words) != std::string::npos);
 }
 
 CampaignSummary recorded(const TemporaryFolder& folder) {
@@ -73,7 +73,7 @@ TEST_CASE("no output replaces a campaign file or a certificate, under whatever n
   std::filesystem::remove(certificate);
   refuses({"features", s.dataset_file, "-o", file}, "the certificate of a campaign");
   const Ran other = weft({"dataset", "export", campaign, "-o", folder / "certificate.json"});
-  INFO(other.told);
+  INFO(other.reported);
   CHECK(other.status == cli::exit_ok);
 }
 
@@ -94,7 +94,7 @@ TEST_CASE("a report's JSON document replaces an older one, and no other file") {
   CHECK(verify(out)->certified);
   for (int i = 0; i < 2; ++i) {
     const Ran ran = weft(report(folder / "page.html"));
-    INFO(ran.told);
+    INFO(ran.reported);
     CHECK(ran.status == cli::exit_ok);
     CHECK(read_file(folder / "page.json").starts_with("{"));
   }

@@ -49,12 +49,12 @@ struct Host {
   Host(RealLoop& loop, const LinkSettings& at) : opened(open_link(loop, at)) {
     if (!opened) return;
     (*opened)->on_receive([this](ByteView bytes, TimePoint) {
-      heard.insert(heard.end(), bytes.begin(), bytes.end());
+      received.insert(received.end(), bytes.begin(), bytes.end());
     });
     (*opened)->on_closed([this](const Error& why) { closed = why; });
   }
   Result<std::unique_ptr<Link>> opened;
-  Bytes heard;
+  Bytes received;
   std::optional<Error> closed;
 };
 
@@ -62,7 +62,7 @@ void speaks(RealLoop& loop, const LinkSettings& at) {
   Host host(loop, at);
   REQUIRE(host.opened);
   REQUIRE((*host.opened)->write(Bytes{1, 2, 3}));
-  run(loop, [&] { return host.heard == Bytes{1, 2, 3}; });
+  run(loop, [&] { return host.received == Bytes{1, 2, 3}; });
 }
 
 /// A port of this machine that is free just now.
@@ -126,7 +126,7 @@ struct Terminal {
   }
   /// What comes to `host` until `done` of it.
   template <class Done>
-  Bytes heard(const PlainHost& host, Done done) {
+  Bytes received(const PlainHost& host, Done done) {
     Bytes all;
     run(loop, [&] {
       const Bytes more = host.read();
@@ -154,7 +154,7 @@ TEST_CASE("what is said while nobody has a terminal open is lost, and whoever op
       run(at.loop, [&] { return at.hosts == round; });
       const PlainHost other(at.path);  // beside the first: nobody new
       REQUIRE(::write(host.port, "hello", 5) == 5);
-      CHECK(at.heard(host, [](const Bytes& b) { return b.size() >= 5; }) ==
+      CHECK(at.received(host, [](const Bytes& b) { return b.size() >= 5; }) ==
             Bytes{'h', 'e', 'l', 'l', 'o'});
       CHECK(at.hosts == round);
       for (int i = 0; i < 2000; ++i) REQUIRE(at.device->write(Bytes(20, 0xEE)));  // left unread
@@ -163,7 +163,7 @@ TEST_CASE("what is said while nobody has a terminal open is lost, and whoever op
   }
   const PlainHost last(at.path);
   REQUIRE(::write(last.port, "x", 1) == 1);  // seen to come before its first byte is heard
-  CHECK(at.heard(last, [](const Bytes& b) { return !b.empty(); }) == Bytes{'x'});
+  CHECK(at.received(last, [](const Bytes& b) { return !b.empty(); }) == Bytes{'x'});
   CHECK(at.hosts == 4);
 }
 
@@ -192,32 +192,32 @@ TEST_CASE("a host that does not read for long finds whole messages, the eldest")
   const PlainHost host(at.path);
   run(at.loop, [&] { return at.hosts == 1; });
   constexpr std::size_t size = 19;  // of no system's buffer a whole part
-  unsigned said = 0;
+  unsigned reply = 0;
   const auto say = [&](int times) {
-    for (int i = 0; i < times; ++i, ++said) {
-      Bytes message(size, static_cast<std::uint8_t>(said >> 8));
-      message.front() = static_cast<std::uint8_t>(said);
+    for (int i = 0; i < times; ++i, ++reply) {
+      Bytes message(size, static_cast<std::uint8_t>(reply >> 8));
+      message.front() = static_cast<std::uint8_t>(reply);
       REQUIRE(at.device->write(message));
     }
   };
   const auto read_all = [&] {
     bool later = false;
     at.loop.after(50ms, [&] { later = true; });
-    return at.heard(host, [&](const Bytes&) { return later; });
+    return at.received(host, [&](const Bytes&) { return later; });
   };
   say(5000);
-  Bytes heard = read_all();
-  REQUIRE(heard.size() < 5000 * size);
-  const unsigned next = said;
+  Bytes received = read_all();
+  REQUIRE(received.size() < 5000 * size);
+  const unsigned next = reply;
   say(10);
   const Bytes more = read_all();
-  heard.insert(heard.end(), more.begin(), more.end());
-  REQUIRE(heard.size() % size == 0);
+  received.insert(received.end(), more.begin(), more.end());
+  REQUIRE(received.size() % size == 0);
   std::vector<unsigned> numbers;
-  for (std::size_t k = 0; k < heard.size(); k += size) {
-    const auto rest = heard.begin() + static_cast<std::ptrdiff_t>(k + 1);
+  for (std::size_t k = 0; k < received.size(); k += size) {
+    const auto rest = received.begin() + static_cast<std::ptrdiff_t>(k + 1);
     REQUIRE(std::all_of(rest, rest + size - 1, [&](std::uint8_t byte) { return byte == *rest; }));
-    numbers.push_back(heard[k] | heard[k + 1] << 8U);
+    numbers.push_back(received[k] | received[k + 1] << 8U);
   }
   REQUIRE(numbers.size() > 20);
   for (unsigned i = 0; i + 10 < numbers.size(); ++i) REQUIRE(numbers[i] == i);
@@ -231,7 +231,7 @@ TEST_CASE("a TCP device whose plug is pulled resets its host, refuses others, an
   speaks(loop, at);
   Host host(loop, at);
   REQUIRE((*host.opened)->write(Bytes{7}));
-  run(loop, [&] { return host.heard == Bytes{7}; });
+  run(loop, [&] { return host.received == Bytes{7}; });
   REQUIRE(device->set_plugged(false));
   run(loop, [&] { return host.closed.has_value(); });
   CHECK(host.closed->got == "Connection reset by peer");
@@ -250,11 +250,11 @@ TEST_CASE("a UDP device whose plug is pulled is silent, and nothing was said whe
   bool later = false;
   loop.after(30ms, [&] { later = true; });
   run(loop, [&] { return later; });
-  CHECK(host.heard.empty());
+  CHECK(host.received.empty());
   CHECK_FALSE(host.closed);
   REQUIRE(device->set_plugged(true));
   REQUIRE((*host.opened)->write(Bytes{2}));
-  run(loop, [&] { return host.heard == Bytes{2}; });
+  run(loop, [&] { return host.received == Bytes{2}; });
 }
 
 TEST_CASE("a UDP device that nobody asked sends to the host's own port, then to who asks") {
@@ -263,11 +263,11 @@ TEST_CASE("a UDP device that nobody asked sends to the host's own port, then to 
   const auto device = echo(loop, at);
   Host host(loop, at);
   REQUIRE(device->write(Bytes{7}));
-  run(loop, [&] { return host.heard == Bytes{7}; });
+  run(loop, [&] { return host.received == Bytes{7}; });
   Host other(loop, UdpPort{at.end});
   REQUIRE((*other.opened)->write(Bytes{8}));
-  run(loop, [&] { return other.heard == Bytes{8}; });
-  CHECK(host.heard == Bytes{7});
+  run(loop, [&] { return other.received == Bytes{8}; });
+  CHECK(host.received == Bytes{7});
 }
 
 TEST_CASE("a device at two places is gone from both") {
@@ -321,7 +321,7 @@ struct ServedRig {
     return std::move(*made);
   }
   void order(const std::string& text) {
-    REQUIRE(server->obey(text).find("true") != std::string::npos);
+    REQUIRE(server->execute_order(text).find("true") != std::string::npos);
   }
 
   RealLoop loop;

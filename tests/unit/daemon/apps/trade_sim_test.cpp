@@ -41,7 +41,7 @@ const sim::FabricLibrary& fabric_library() {
   return one;
 }
 
-SimScene scene_of(const char* name) {
+SimScene make_scene(const char* name) {
   auto scene = make_sim_scene(name, fabric_library(), true);
   if (!scene) FAIL(to_string(scene.error()));
   return *scene;
@@ -62,16 +62,16 @@ SimSetting l1(int share) {
 }
 
 double force_error(const SimTrace& run, const SimTrace& reference) {
-  return error_of(run, reference).force_n.max;
+  return measure_error(run, reference).force_n.max;
 }
 
 /// Everything once, without repetitions: figures of the physics alone.
 SimSceneResult measured(const char* scene) {
-  SimTradeOptions options;
+  SimTradeoffOptions options;
   options.scenes = {scene};
   options.quick = true;
   options.timings = 1;
-  auto out = measure_sim_trade(fabric_library(), options, process_cpu_seconds);
+  auto out = measure_sim_tradeoff(fabric_library(), options, process_cpu_seconds);
   if (!out) FAIL(to_string(out.error()));
   REQUIRE(out->size() == 1);
   return out->front();
@@ -102,7 +102,7 @@ class Folder {
 }  // namespace
 
 TEST_CASE("the error of L2 falls with the square of the step by both methods") {
-  const SimScene scene = scene_of("press_plain");
+  const SimScene scene = make_scene("press_plain");
   const SimCase& one = scene.cases.front();
   const SimTrace truth = run_of(one, l2(9216));
   for (const auto integrator : {sim::Integrator::midpoint, sim::Integrator::tr_bdf2}) {
@@ -114,7 +114,7 @@ TEST_CASE("the error of L2 falls with the square of the step by both methods") {
 }
 
 TEST_CASE("L1's own error falls with the step, its distance from L2 does not: a model's floor") {
-  const SimScene scene = scene_of("press_plain");
+  const SimScene scene = make_scene("press_plain");
   const SimCase& one = scene.cases.front();
   const SimTrace finest_l1 = run_of(one, l1(2304)), truth = run_of(one, l2(2304));
   const SimTrace coarse = run_of(one, l1(9)), fine = run_of(one, l1(144));
@@ -162,7 +162,7 @@ TEST_CASE("levels without a limit cycle of friction are listed as failures on st
 }
 
 TEST_CASE("the force loop of the slide holds 5 N at every level that has a force to hold") {
-  const SimScene scene = scene_of("slide");
+  const SimScene scene = make_scene("slide");
   const SimCase& one = scene.cases.front();
   for (const SimSetting& setting : {l1(9), l2(72)}) {
     const SimTrace run = run_of(one, setting);
@@ -176,7 +176,7 @@ TEST_CASE("the force loop of the slide holds 5 N at every level that has a force
 }
 
 TEST_CASE("contact is found twice where it is lost once, at the time at which L1 finds it") {
-  const SimScene scene = scene_of("retouch");
+  const SimScene scene = make_scene("retouch");
   const SimTrace statics = run_of(scene.cases.front(), l1(144));
   const SimTrace dynamics = run_of(scene.cases.front(), l2(288));
   REQUIRE(statics.touch_s.size() == 2);
@@ -186,7 +186,7 @@ TEST_CASE("contact is found twice where it is lost once, at the time at which L1
 }
 
 TEST_CASE("a step that does not divide a sample is refused by its name") {
-  const SimScene scene = scene_of("press");
+  const SimScene scene = make_scene("press");
   const auto refused =
       SimRunner::make(scene.cases.front(), {sim::Level::dynamic, {}, sim_sample_s / 7.3});
   REQUIRE_FALSE(refused);
@@ -200,7 +200,7 @@ TEST_CASE("between two looks a cubic's crossing and extreme are found exactly") 
   const auto rate = [](double t) {
     return (t - 5) * (t + 2) + (t - 1) * (t + 2) + (t - 1) * (t - 5);
   };
-  const Look a{0.5, value(0.5), rate(0.5)}, b{4, value(4), rate(4)};
+  const ForceSample a{0.5, value(0.5), rate(0.5)}, b{4, value(4), rate(4)};
   CHECK(crossing_s(a, b) == Approx(1).epsilon(1e-12));
   const double at = (4 + std::sqrt(16 + 21)) / 3;  // rate is 3 t^2 - 8 t - 7
   CHECK(extreme_between(a, b) == Approx(value(at)).epsilon(1e-12));
@@ -217,7 +217,7 @@ TEST_CASE("a sine is seen with its amplitude and frequency however it falls betw
 }
 
 TEST_CASE("a file of reference trajectories comes back, and only for the scenes it was made of") {
-  const SimScene scene = scene_of("press");
+  const SimScene scene = make_scene("press");
   SimTrace trace = run_of(scene.cases.front(), l2(72));
   const std::vector<SimTrace> traces{trace};
   const ReferenceScene one{scene, traces};

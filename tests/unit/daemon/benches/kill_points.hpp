@@ -145,12 +145,12 @@ inline void begin(KillPoint at) {
 
 /// Complete trials that a child told of before it died: counted in memory that outlives it, and not
 /// read from what it left behind.
-class ToldTrials {
+class ReportedTrials {
  public:
-  ToldTrials() = default;
-  ToldTrials(const ToldTrials&) = delete;
-  ToldTrials& operator=(const ToldTrials&) = delete;
-  ~ToldTrials() {
+  ReportedTrials() = default;
+  ReportedTrials(const ReportedTrials&) = delete;
+  ReportedTrials& operator=(const ReportedTrials&) = delete;
+  ~ReportedTrials() {
     if (shared_ != MAP_FAILED) munmap(shared_, sizeof(Count));
   }
   [[nodiscard]] std::uint64_t complete() const { return count().load(); }

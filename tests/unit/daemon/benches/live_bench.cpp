@@ -55,7 +55,7 @@ LiveBench::LiveBench() {
   test::write_file(folder / "m1.model", model_text(recorded(first.campaign_file)));
 }
 
-void LiveBench::ask(const json& vote) {
+void LiveBench::query(const json& vote) {
   json recipe = recipe_of(1);
   recipe["explorations"]["M1"]["live_vote"] = vote;
   test::write_file(request.recipe, recipe.dump());

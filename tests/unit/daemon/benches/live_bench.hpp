@@ -30,7 +30,7 @@ struct LiveBench {
   CampaignRequest request;
   LiveBench();
   /// One repetition into "live", with this live vote.
-  void ask(const nlohmann::json& vote);
+  void query(const nlohmann::json& vote);
   /// Another model in the place of the first.
   void change(const Change& how);
   /// bench17, changed.

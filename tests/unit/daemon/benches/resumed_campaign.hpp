@@ -8,7 +8,7 @@
 #include "daemon/campaign/resume.hpp"
 #include "daemon/storage/certificate/verify.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
-#include "daemon/storage/recorder/campaign_past.hpp"
+#include "daemon/storage/recorder/campaign_history.hpp"
 #include "tests/unit/daemon/benches/kill_points.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"
 
@@ -57,8 +57,8 @@ inline const Dataset& undisturbed(int repetitions) {
 inline void check_holds(const std::filesystem::path& path) {
   const auto report = verify(path);
   REQUIRE(report);
-  for (const VerifyFinding& finding : report->findings)
-    UNSCOPED_INFO(finding.where + ": " + finding.what);
+  for (const VerifyProblem& diagnosis : report->found_problems)
+    UNSCOPED_INFO(diagnosis.where + ": " + diagnosis.what);
   CHECK(report->holds());
 }
 

@@ -195,37 +195,37 @@ TEST_CASE("a driver's warning while the bench comes up reaches the listener and 
   json rig = test::bench17();
   // The plate's own weight, before the bias, is beyond such a rating.
   test::device_of(rig, "wrench")["config"]["rated_force_n"] = {1, 1, 1};
-  std::vector<DeviceLogLine> heard;
+  std::vector<DeviceLogEntry> received;
   CampaignHooks hooks;
-  hooks.device_log = [&](const DeviceLogLine& line) { heard.push_back(line); };
+  hooks.device_log = [&](const DeviceLogEntry& line) { received.push_back(line); };
   const auto ran = run_campaign(request_in(folder, short_recipe("denim"), rig), hooks);
   REQUIRE(ran);
-  REQUIRE_FALSE(heard.empty());
-  CHECK(heard[0].device == "ft");
-  CHECK(heard[0].level == LogLevel::warning);
-  CHECK(to_seconds(heard[0].time) < ran->bring_up_s);
+  REQUIRE_FALSE(received.empty());
+  CHECK(received[0].device == "ft");
+  CHECK(received[0].level == LogLevel::warning);
+  CHECK(to_seconds(received[0].time) < ran->bring_up_s);
   const auto lines = journal_of(ran->campaign_file, "device_log");
-  REQUIRE(lines.size() == heard.size());
-  CHECK(lines[0].time == heard[0].time);
+  REQUIRE(lines.size() == received.size());
+  CHECK(lines[0].time == received[0].time);
   CHECK(json::parse(lines[0].payload_json) ==
-        json{{"device", "ft"}, {"level", "warning"}, {"text", heard[0].text}});
+        json{{"device", "ft"}, {"level", "warning"}, {"text", received[0].text}});
 }
 
 TEST_CASE(
     "of a flood of warnings before there is a journal, the first are kept and the rest counted") {
   test::TrialBench bench(short_recipe("denim"));
-  std::size_t heard = 0;
-  DeviceLog log(*bench.sim.bench, bench.sim.loop, [&](const DeviceLogLine&) { ++heard; });
+  std::size_t received = 0;
+  DeviceLog log(*bench.sim.bench, bench.sim.loop, [&](const DeviceLogEntry&) { ++received; });
   Device& taxels = bench.sim.bench->taxels();
   taxels.log(LogLevel::info, "not worth a line");
-  for (std::size_t i = 0; i < DeviceLog::most_kept + 44; ++i)
+  for (std::size_t i = 0; i < DeviceLog::most_stored + 44; ++i)
     taxels.log(LogLevel::warning, "line " + std::to_string(i));
   log.journal_to(&*bench.recording);
   taxels.log(LogLevel::error, "caf\xE9");
   REQUIRE(bench.recorder->finish());
-  CHECK(heard == DeviceLog::most_kept + 45);
+  CHECK(received == DeviceLog::most_stored + 45);
   const auto lines = journal_of(bench.folder / "c.sqlite", "device_log");
-  REQUIRE(lines.size() == DeviceLog::most_kept + 1);
+  REQUIRE(lines.size() == DeviceLog::most_stored + 1);
   CHECK(json::parse(lines[0].payload_json).at("text") == "line 0");
   CHECK(json::parse(lines.back().payload_json).at("level") == "error");
   const auto cut = journal_of(bench.folder / "c.sqlite", "device_log_cut");
@@ -311,7 +311,7 @@ TEST_CASE("a repetition that a pause cuts, to be taken again, does not count as 
   bool cut = false;
   CampaignHooks hooks;
   hooks.orders = &orders;
-  hooks.moment = [&](const RunMoment& moment) {
+  hooks.moment = [&](const RunStatusUpdate& moment) {
     if (moment.trial == 1 && moment.step == recipes::Step::sliding && !std::exchange(cut, true))
       orders.give({Order::pause_now, "test"});
   };

@@ -32,15 +32,15 @@ VerifyReport verified(const std::filesystem::path& path) {
   return *report;
 }
 
-std::string words_of(const VerifyReport& report) {
+std::string format_report(const VerifyReport& report) {
   std::string words;
-  for (const VerifyFinding& finding : report.findings)
-    words += finding.where + ": " + finding.what + "\n";
+  for (const VerifyProblem& diagnosis : report.found_problems)
+    words += diagnosis.where + ": " + diagnosis.what + "\n";
   return words;
 }
 
 bool says(const VerifyReport& report, const std::string& what) {
-  return words_of(report).find(what) != std::string::npos;
+  return format_report(report).find(what) != std::string::npos;
 }
 
 }  // namespace
@@ -51,7 +51,7 @@ TEST_CASE("a campaign as it was recorded holds, by its folder and by each of its
   const auto out = s.campaign_file.parent_path();
   for (const auto& path : {out, s.campaign_file, s.dataset_file}) {
     const VerifyReport report = verified(path);
-    INFO(words_of(report));
+    INFO(format_report(report));
     CHECK(report.holds());
     CHECK(report.certified);
   }
@@ -160,7 +160,7 @@ TEST_CASE("a certified file that is missing is found, and one that was never cer
     CHECK_FALSE(report.certified);
     const auto& other = listed == s.dataset_file ? s.campaign_file : s.dataset_file;
     CHECK(says(report, other.filename().string() + ": is not in the certificate"));
-    (*certificate)->files = {print_of(s.campaign_file).value()};
+    (*certificate)->files = {file_checksums(s.campaign_file).value()};
   }
 }
 

@@ -28,7 +28,7 @@ CampaignRequest interrupted(const TemporaryFolder& folder) {
   return request;
 }
 
-void go_on(CampaignRequest request) {
+void resume_recording(CampaignRequest request) {
   request.resume = true;
   const auto summary = run_campaign(request, {});
   if (!summary) FAIL(to_string(summary.error()));
@@ -60,7 +60,7 @@ TEST_CASE("an export of an interrupted run is told to be one once the run was go
   REQUIRE(partial);
   CHECK(partial->trials < partial->planned);
   CHECK(only_export(request.out).state == ExportState::current);
-  go_on(request);
+  resume_recording(request);
   const CheckedExport then = only_export(request.out);
   CHECK(then.state == ExportState::outdated);
   CHECK(then.name == "export/dataset.h5");
@@ -84,35 +84,35 @@ TEST_CASE("an export that was altered is found, and one that was removed is no d
     bytes.put('#');
   }
   const VerifyReport report = verified(request.out);
-  REQUIRE(report.findings.size() == 1);
-  CHECK(report.findings.front().where == "export/" + made->name);
-  CHECK(report.findings.front().what.starts_with("altered"));
+  REQUIRE(report.found_problems.size() == 1);
+  CHECK(report.found_problems.front().where == "export/" + made->name);
+  CHECK(report.found_problems.front().what.starts_with("altered"));
   CHECK(report.exports.front().state == ExportState::altered);
   std::filesystem::remove(file);
   CHECK(only_export(request.out).state == ExportState::missing);
   std::ofstream(request.out / export_folder_name / export_list_name) << "[]";
-  CHECK(verified(request.out).findings.front().where == "export/list.json");
+  CHECK(verified(request.out).found_problems.front().where == "export/list.json");
 }
 
 TEST_CASE("an export that is cut short leaves the older one, and the list, as they were") {
   const TemporaryFolder folder;
   const CampaignRequest request = interrupted(folder);
   REQUIRE(export_campaign(request.out, {}));
-  go_on(request);  // so that another file is made now
-  int asked = 0;
-  ExportWish counted;
-  counted.stop_asked = [&asked] { return ++asked > 1'000'000; };
+  resume_recording(request);  // so that another file is made now
+  int requested = 0;
+  ExportRequest counted;
+  counted.stop_requested = [&requested] { return ++requested > 1'000'000; };
   {
     const TemporaryFolder beside;
     std::filesystem::copy(request.out, beside / "run", std::filesystem::copy_options::recursive);
     REQUIRE(export_campaign(beside / "run", counted));
   }
-  const int in_all = asked;
+  const int in_all = requested;
   REQUIRE(in_all > 1);
   for (int stop_at = 1; stop_at <= in_all; ++stop_at) {
-    asked = 0;
-    ExportWish cut;
-    cut.stop_asked = [&asked, stop_at] { return ++asked == stop_at; };
+    requested = 0;
+    ExportRequest cut;
+    cut.stop_requested = [&requested, stop_at] { return ++requested == stop_at; };
     CHECK_FALSE(export_campaign(request.out, cut));
     CHECK(only_export(request.out).state == ExportState::outdated);
   }
@@ -122,7 +122,7 @@ TEST_CASE("an export whose list cannot be written leaves no digest of another fi
   const TemporaryFolder folder;
   const CampaignRequest request = interrupted(folder);
   REQUIRE(export_campaign(request.out, {}));
-  go_on(request);
+  resume_recording(request);
   const std::filesystem::path in_the_way =
       request.out / export_folder_name /
       (std::string(export_list_name) + ".partial-" + std::to_string(::getpid()));

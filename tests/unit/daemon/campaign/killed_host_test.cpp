@@ -128,7 +128,7 @@ TEST_CASE(
     "stages stop, the next host finds them and homes, and the file opens") {
   constexpr int kills = 200;
   constexpr double cap_n = 10;
-  constexpr Duration look = 500ms;  ///< from one look at a dead host's stages to the next
+  constexpr Duration inspect = 500ms;  ///< from one look at a dead host's stages to the next
   std::mt19937_64 random(20161122);
   std::map<recipes::Step, int> killed_in;
   double worst_n = 0, longest_coast_s = 0, bound_s = 0;
@@ -161,11 +161,11 @@ TEST_CASE(
       host.reset();
       // Dead: what was sent last is carried out, and nothing after it. Watched for a while longer.
       const TimePoint dead = bench.loop.now();
-      const Duration bound = longest_motion(bench.checked.plan) + look;
+      const Duration bound = longest_motion(bench.checked.plan) + inspect;
       TimePoint moved = dead;
       auto before = bench.rig->stage_positions(dead);
       while (bench.loop.now() - dead < bound + 10s) {
-        bench.loop.run_to(bench.loop.now() + look);
+        bench.loop.run_to(bench.loop.now() + inspect);
         const auto now = bench.rig->stage_positions(bench.loop.now());
         if (now != before) moved = bench.loop.now();
         before = now;

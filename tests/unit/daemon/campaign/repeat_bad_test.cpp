@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "daemon/campaign/take_judge.hpp"
+#include "daemon/campaign/attempt_quality.hpp"
 #include "daemon/storage/certificate/verify.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "tests/unit/daemon/benches/kill_points.hpp"
@@ -18,7 +18,7 @@ using test::TemporaryFolder;
 
 namespace {
 
-constexpr double judged_rate_hz = 40, judged_force_rate_hz = 100;
+constexpr double check_rate_hz = 40, check_force_rate_hz = 100;
 
 recipes::RepeatBad take_limits() {
   recipes::RepeatBad out;
@@ -27,35 +27,36 @@ recipes::RepeatBad take_limits() {
 }
 
 /// A hundred frames of four taxels; `count` gives taxel 2's.
-TakeJudge frames_of(const std::function<std::uint16_t(int)>& count,
-                    std::uint32_t lost_before_each = 0) {
-  TakeJudge judge(take_limits(), judged_rate_hz, judged_force_rate_hz);
-  judge.begin();
+AttemptQualityCheck frames_of(const std::function<std::uint16_t(int)>& count,
+                              std::uint32_t lost_before_each = 0) {
+  AttemptQualityCheck quality_check(take_limits(), check_rate_hz, check_force_rate_hz);
+  quality_check.begin();
   for (int i = 0; i < 100; ++i) {
     const auto noisy = static_cast<std::uint16_t>(1000 + i % 3);
     const std::array<std::uint16_t, 4> counts{noisy, noisy, count(i), noisy};
     Sample sample;
     sample.lost = lost_before_each;
-    sample.host = TimePoint(from_seconds(i / judged_rate_hz));
+    sample.host = TimePoint(from_seconds(i / check_rate_hz));
     TaxelSample frame;
     frame.counts = counts;
     sample.value = frame;
-    judge.look(sample);
+    quality_check.check(sample);
   }
-  return judge;
+  return quality_check;
 }
 
 std::uint16_t live_count(int i) {
   return static_cast<std::uint16_t>(500 + i % 2);
 }
 
-std::string said_of(const TakeJudge& judge, double in_band = 1) {
-  const auto bad = judge.verdict(in_band);
+std::string error_text_of(const AttemptQualityCheck& quality_check, double in_band = 1) {
+  const auto bad = quality_check.verdict(in_band);
   return bad ? bad->where + ": " + bad->what : "";
 }
 
 /// Two fabrics, two repetitions; the taxel driver looks away, so that a take is all there is.
-CampaignRequest judged_request(const TemporaryFolder& folder, const json& faults, int at_most = 2) {
+CampaignRequest checked_request(const TemporaryFolder& folder, const json& faults,
+                                int at_most = 2) {
   json recipe = json::parse(test::tiny_recipe(2));
   recipe["repeat_bad"] = {{"at_most", at_most}};
   json rig = test::bench17();
@@ -66,13 +67,13 @@ CampaignRequest judged_request(const TemporaryFolder& folder, const json& faults
   return request;
 }
 
-CampaignSummary run_judged(const CampaignRequest& request) {
+CampaignSummary run_checked(const CampaignRequest& request) {
   const auto summary = run_campaign(request, {});
   if (!summary) FAIL(to_string(summary.error()));
   return *summary;
 }
 
-Dataset judged_dataset(const CampaignRequest& request, bool all = false) {
+Dataset evaluated_dataset(const CampaignRequest& request, bool all = false) {
   auto dataset = load_campaign(request.out / "campaign.sqlite", {.all_outcomes = all});
   if (!dataset) FAIL(to_string(dataset.error()));
   return std::move(*dataset);
@@ -82,9 +83,9 @@ Dataset judged_dataset(const CampaignRequest& request, bool all = false) {
 const json& dead_in_trial_1() {
   static const json faults = [] {
     const TemporaryFolder folder;
-    const CampaignRequest request = judged_request(folder, {});
-    run_judged(request);
-    const std::vector<std::int64_t> t_ns = judged_dataset(request).records.at(1).t_ns;
+    const CampaignRequest request = checked_request(folder, {});
+    run_checked(request);
+    const std::vector<std::int64_t> t_ns = evaluated_dataset(request).records.at(1).t_ns;
     const double from_s = static_cast<double>(t_ns.front()) * 1e-9 - 0.1;
     const double length_s = static_cast<double>(t_ns.back()) * 1e-9 - from_s + 0.1;
     json rig = test::bench17();
@@ -105,48 +106,50 @@ std::map<std::uint32_t, std::vector<TrialOutcome>> outcomes_of(const Dataset& al
 }  // namespace
 
 TEST_CASE("a take is bad where samples are lost, a taxel is dead or full, or the force is off") {
-  CHECK(said_of(frames_of(live_count)) == "");
+  CHECK(error_text_of(frames_of(live_count)) == "");
   const auto dead = [](int i) { return i < 39 ? std::uint16_t{7} : live_count(i); };
-  CHECK(said_of(frames_of(dead)) == "");  // 39 of 40 frames
-  CHECK(said_of(frames_of([&](int i) { return i < 40 ? std::uint16_t{7} : live_count(i); })) ==
-        "taxel 2: a taxel is dead: it does not change");
+  CHECK(error_text_of(frames_of(dead)) == "");  // 39 of 40 frames
+  CHECK(error_text_of(frames_of([&](int i) {
+          return i < 40 ? std::uint16_t{7} : live_count(i);
+        })) == "taxel 2: a taxel is dead: it does not change");
   const auto full = [](int frames) {
     return [frames](int i) { return i % 50 < frames ? std::uint16_t{0xFFFF} : live_count(i); };
   };
-  CHECK(said_of(frames_of(full(1))) == "taxel 2: a taxel is saturated");
-  CHECK(said_of(frames_of([](int i) { return i == 9 ? std::uint16_t{0xFFFF} : live_count(i); })) ==
-        "");
-  CHECK(said_of(frames_of(live_count, 1)) == ": taxel frames were lost");
-  CHECK(said_of(frames_of(live_count), 0.81) == "");
-  CHECK(said_of(frames_of(live_count), 0.79) == "while it was held: the force was out of its band");
+  CHECK(error_text_of(frames_of(full(1))) == "taxel 2: a taxel is saturated");
+  CHECK(error_text_of(
+            frames_of([](int i) { return i == 9 ? std::uint16_t{0xFFFF} : live_count(i); })) == "");
+  CHECK(error_text_of(frames_of(live_count, 1)) == ": taxel frames were lost");
+  CHECK(error_text_of(frames_of(live_count), 0.81) == "");
+  CHECK(error_text_of(frames_of(live_count), 0.79) ==
+        "while it was held: the force was out of its band");
 }
 
 TEST_CASE("lost force readings are a bad take's too, and so is what never came at a phase's end") {
-  TakeJudge judge = frames_of(live_count);
+  AttemptQualityCheck quality_check = frames_of(live_count);
   Sample reading;
   reading.value = WrenchSample{};
   for (int i = 0; i < 200; ++i) {
-    reading.host = TimePoint(from_seconds(i / judged_force_rate_hz));
-    judge.look(reading);
+    reading.host = TimePoint(from_seconds(i / check_force_rate_hz));
+    quality_check.check(reading);
   }
-  CHECK(said_of(judge) == "");
-  TakeJudge torn = judge;
+  CHECK(error_text_of(quality_check) == "");
+  AttemptQualityCheck torn = quality_check;
   reading.lost = 3;  // of 204
-  torn.look(reading);
-  CHECK(said_of(torn) == ": force readings were lost");
+  torn.check(reading);
+  CHECK(error_text_of(torn) == ": force readings were lost");
   // The last frame came at 2.475 s, the last reading at 1.99 s.
-  const auto paused = [](TakeJudge at, double now_s) {
+  const auto paused = [](AttemptQualityCheck at, double now_s) {
     at.pause(TimePoint(from_seconds(now_s)));
-    return said_of(at);
+    return error_text_of(at);
   };
-  CHECK(paused(judge, 2.07) == "");
-  CHECK(paused(judge, 2.2) == ": force readings were lost");
-  const TakeJudge frames_alone = frames_of(live_count);
+  CHECK(paused(quality_check, 2.07) == "");
+  CHECK(paused(quality_check, 2.2) == ": force readings were lost");
+  const AttemptQualityCheck frames_alone = frames_of(live_count);
   CHECK(paused(frames_alone, 2.55) == "");
   CHECK(paused(frames_alone, 2.6) == ": taxel frames were lost");
   // The recording goes on at 2.5 s: what comes late, or no more, is lost.
   const auto resumed = [&](double first_s, double now_s) {
-    TakeJudge at = frames_alone;
+    AttemptQualityCheck at = frames_alone;
     at.resume(TimePoint(from_seconds(2.5)));
     Sample late;
     late.host = TimePoint(from_seconds(first_s));
@@ -154,25 +157,25 @@ TEST_CASE("lost force readings are a bad take's too, and so is what never came a
     const std::array<std::uint16_t, 4> counts{1, 2, 3, 4};
     frame.counts = counts;
     late.value = frame;
-    if (first_s > 0) at.look(late);
+    if (first_s > 0) at.check(late);
     return paused(at, now_s);
   };
   CHECK(resumed(2.55, 2.6) == "");
   CHECK(resumed(3.5, 3.55) == ": taxel frames were lost");
   CHECK(resumed(0, 3.5) == ": taxel frames were lost");
-  judge.begin();
-  CHECK(paused(judge, 9) == "");  // of another take
+  quality_check.begin();
+  CHECK(paused(quality_check, 9) == "");  // of another take
 }
 
 TEST_CASE(
     "a repetition with a dead pad is kept as rejected and taken again; the data set is whole") {
   const TemporaryFolder folder;
-  const CampaignRequest request = judged_request(folder, dead_in_trial_1());
-  const CampaignSummary summary = run_judged(request);
+  const CampaignRequest request = checked_request(folder, dead_in_trial_1());
+  const CampaignSummary summary = run_checked(request);
   CHECK(summary.outcome == recipes::Outcome::complete);
   CHECK(summary.trials_complete == 4);
-  CHECK(summary.takes_rejected == 1);
-  const Dataset all = judged_dataset(request, true);
+  CHECK(summary.attempts_rejected == 1);
+  const Dataset all = evaluated_dataset(request, true);
   CHECK(outcomes_of(all).at(1) == std::vector{TrialOutcome::rejected, TrialOutcome::complete});
   CHECK(all.trials.at(1).samples() > 40);  // the bad take is there
   const auto exported = read_hdf5(summary.dataset_file);
@@ -194,38 +197,38 @@ TEST_CASE("a pad that stays dead fails the trial after the takes that the recipe
   const TemporaryFolder folder;
   json faults = dead_in_trial_1();
   faults[0].erase("duration_s");
-  CampaignRequest request = judged_request(folder, faults, 1);
-  CHECK(run_judged(request).outcome == recipes::Outcome::failed);
+  CampaignRequest request = checked_request(folder, faults, 1);
+  CHECK(run_checked(request).outcome == recipes::Outcome::failed);
   const std::vector failed{TrialOutcome::rejected, TrialOutcome::failed};
-  CHECK(outcomes_of(judged_dataset(request, true)).at(1) == failed);
+  CHECK(outcomes_of(evaluated_dataset(request, true)).at(1) == failed);
   // Gone on with, it gets one more take.
   request.resume = true;
-  CHECK(run_judged(request).outcome == recipes::Outcome::failed);
+  CHECK(run_checked(request).outcome == recipes::Outcome::failed);
   const std::vector once_more{TrialOutcome::rejected, TrialOutcome::failed, TrialOutcome::failed};
-  CHECK(outcomes_of(judged_dataset(request, true)).at(1) == once_more);
+  CHECK(outcomes_of(evaluated_dataset(request, true)).at(1) == once_more);
 }
 
 TEST_CASE("a kill before, in or after a bad take changes neither the data nor the count of takes") {
   const TemporaryFolder whole;
-  const CampaignRequest untouched = judged_request(whole, dead_in_trial_1());
-  run_judged(untouched);
-  const Dataset expected = judged_dataset(untouched);
+  const CampaignRequest untouched = checked_request(whole, dead_in_trial_1());
+  run_checked(untouched);
+  const Dataset expected = evaluated_dataset(untouched);
   int killed = 0;
   for (std::uint64_t write = 20;; write += 9) {
     const TemporaryFolder folder;
-    CampaignRequest request = judged_request(folder, dead_in_trial_1());
+    CampaignRequest request = checked_request(folder, dead_in_trial_1());
     const auto died = test::killed_at(request, {write, false});
     REQUIRE(died);
     if (!*died) break;
     ++killed;
     INFO("write " << write);
     request.resume = true;
-    const CampaignSummary summary = run_judged(request);
+    const CampaignSummary summary = run_checked(request);
     CHECK(summary.outcome == recipes::Outcome::complete);
-    CHECK(summary.takes_rejected == 1);
-    CHECK(test::difference(expected, judged_dataset(request)) == "");
+    CHECK(summary.attempts_rejected == 1);
+    CHECK(test::difference(expected, evaluated_dataset(request)) == "");
     std::size_t rejected = 0;
-    for (const TrialRecord& record : judged_dataset(request, true).records)
+    for (const TrialRecord& record : evaluated_dataset(request, true).records)
       rejected += record.outcome == TrialOutcome::rejected ? 1 : 0;
     CHECK(rejected == 1);
     CHECK(verify(request.out)->holds());

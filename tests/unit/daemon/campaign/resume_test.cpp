@@ -35,17 +35,17 @@ bool survives(KillPoint point) {
   const TemporaryFolder folder;
   const CampaignRequest request = request_for(folder, 1);
   INFO("write " << point.write << (point.torn ? ", torn" : ""));
-  const test::ToldTrials told;
-  const auto killed = killed_at(request, point, told.hooks());
+  const test::ReportedTrials reported;
+  const auto killed = killed_at(request, point, reported.hooks());
   REQUIRE(killed);
   if (!*killed) return false;
   const auto file = request.out / "campaign.sqlite";
-  std::size_t kept = 0;
+  std::size_t saved = 0;
   if (std::filesystem::exists(file)) {
     check_holds(file);
-    if (!is_blank_campaign(file)) kept = loaded(file).trials.size();
+    if (!is_blank_campaign(file)) saved = loaded(file).trials.size();
   }
-  CHECK(kept >= told.complete());
+  CHECK(saved >= reported.complete());
   resumed(request);
   check_whole(request.out, 1, 1);
   return true;
@@ -56,11 +56,11 @@ void check_software(const std::filesystem::path& file) {
   CHECK(loaded(file).info.software_version == software_version());
   const auto journal = load_journal(file);
   REQUIRE(journal);
-  const auto went_on = std::find_if(journal->begin(), journal->end(), [](const JournalEntry& line) {
-    return line.kind == "resumed";
-  });
-  REQUIRE(went_on != journal->end());
-  CHECK(json::parse(went_on->payload_json).at("software_version") == software_version());
+  const auto on_progress =
+      std::find_if(journal->begin(), journal->end(),
+                   [](const JournalEntry& line) { return line.kind == "resumed"; });
+  REQUIRE(on_progress != journal->end());
+  CHECK(json::parse(on_progress->payload_json).at("software_version") == software_version());
 }
 
 }  // namespace

@@ -184,11 +184,11 @@ TEST_CASE("a bias that never helps names the sensor, the force that is left and 
   lose_requests(g, 1e3);
   g.finish();
   REQUIRE(g.bench.trial_error);
-  const std::string told = to_string(*g.bench.trial_error);
-  CHECK_THAT(told, Catch::Contains("biasing: ft: the force does not stay at zero"));
-  CHECK_THAT(told, Catch::Contains("within 0.2 N for 1 s"));
-  CHECK_THAT(told, Catch::Contains("2.9"));  // the plate's weight
-  CHECK_THAT(told, Catch::Contains("after 10 requests"));
+  const std::string reported = to_string(*g.bench.trial_error);
+  CHECK_THAT(reported, Catch::Contains("biasing: ft: the force does not stay at zero"));
+  CHECK_THAT(reported, Catch::Contains("within 0.2 N for 1 s"));
+  CHECK_THAT(reported, Catch::Contains("2.9"));  // the plate's weight
+  CHECK_THAT(reported, Catch::Contains("after 10 requests"));
   CHECK(g.supervisor->result()->rig == recipes::RigFact::safe);
 }
 
@@ -202,8 +202,7 @@ TEST_CASE("a saturated force sensor ends a campaign that goes on after failed tr
   g.finish();
   CHECK(g.bench.outcomes == std::vector{recipes::Outcome::failed});
   REQUIRE(g.supervisor->result()->error);
-  CHECK(g.supervisor->result()->error->what ==
-        "the force/torque sensor's readings are not valid");
+  CHECK(g.supervisor->result()->error->what == "the force/torque sensor's readings are not valid");
   CHECK(g.supervisor->result()->cleanup == recipes::Cleanup::done);
 }
 
@@ -216,10 +215,10 @@ TEST_CASE("counts that are no force end the campaign with the sensor's name and 
   g.finish();
   CHECK(g.supervisor->result()->outcome == recipes::Outcome::failed);
   REQUIRE(g.supervisor->result()->error);
-  const Error& told = *g.supervisor->result()->error;
-  CHECK(told.where == "ft");
-  CHECK_THAT(told.what, Catch::Contains("cannot be recorded"));
-  CHECK_THAT(told.hint, Catch::Contains("status and cable"));
+  const Error& reported = *g.supervisor->result()->error;
+  CHECK(reported.where == "ft");
+  CHECK_THAT(reported.what, Catch::Contains("cannot be recorded"));
+  CHECK_THAT(reported.hint, Catch::Contains("status and cable"));
   CHECK(g.supervisor->result()->cleanup == recipes::Cleanup::done);
 }
 

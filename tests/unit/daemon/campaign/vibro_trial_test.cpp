@@ -31,9 +31,9 @@ std::string one_slide() {
 }
 
 /// The plant alone, moved again along the stages' way under the trial's patch.
-sim::VibrationReadings heard_along(const sim::BenchMotion& motion, const std::string& rig_json) {
+sim::VibrationReadings sounds_along(const sim::BenchMotion& motion, const std::string& rig_json) {
   const auto config = sim::parse_rig_config(rig_json).value();
-  sim::Plant plant(config.world.plant, 1);
+  sim::Plant plant(config.bench_plant.plant, 1);
   plant.mount(motion.patch, motion.mounted, motion.mounted_at);
   TimePoint now = motion.mounted_at;
   sim::GridPoint next = motion.first;
@@ -42,7 +42,7 @@ sim::VibrationReadings heard_along(const sim::BenchMotion& motion, const std::st
     now = next.time();
     next.advance();
   }
-  return plant.take_vibration();
+  return plant.extract_vibration();
 }
 
 double rms_in(const TrialRecord& record, const classifier::Trial& trial, Phase phase) {
@@ -72,16 +72,16 @@ double rms_in(const TrialRecord& record, const classifier::Trial& trial, Phase p
 TEST_CASE("a slide's acceleration and sound come back from the file reading for reading") {
   const json rig = vibro_rig();
   test::TrialBench bench(one_slide(), rig);
-  bench.sim.rig->keep_motion(true);
+  bench.sim.rig->record_motion(true);
   Supervisor supervisor(bench.checked.plan, bench.sim.host_time, *bench.sim.bench, *bench.recording,
                         bench.hooks());
   supervisor.start();
   bench.sim.loop.run_until([&] { return supervisor.result().has_value(); });
   INFO((bench.trial_error ? to_string(*bench.trial_error) : std::string("no error")));
   REQUIRE(bench.outcomes == std::vector{recipes::Outcome::complete});
-  const auto motion = bench.sim.rig->take_motion(bench.sim.loop.now());
+  const auto motion = bench.sim.rig->extract_motion(bench.sim.loop.now());
   REQUIRE(motion);
-  const sim::VibrationReadings heard = heard_along(*motion, rig.dump());
+  const sim::VibrationReadings received = sounds_along(*motion, rig.dump());
   REQUIRE(bench.recorder->finish());
   const Dataset data = load_campaign(bench.folder / "c.sqlite").value();
   REQUIRE(data.records.size() == 1);
@@ -90,17 +90,17 @@ TEST_CASE("a slide's acceleration and sound come back from the file reading for 
   CHECK(data.info.sound == BlockFormat{8000, 160});
   CHECK(data.info.acceleration == BlockFormat{200, 4});
   REQUIRE(record.sound.blocks() > 300);
-  const std::uint64_t first_sound = heard.sound.front().index;
+  const std::uint64_t first_sound = received.sound.front().index;
   for (std::size_t i = 0; i < record.sound.quanta.size(); ++i) {
     const std::uint64_t index = record.sound.device_us[i / 160] / 125 + i % 160;
-    const sim::SoundReading& made = heard.sound.at(index - first_sound);
+    const sim::SoundReading& made = received.sound.at(index - first_sound);
     REQUIRE(made.index == index);
     REQUIRE(record.sound.quanta[i] == std::lround(made.pressure_pa * 1e6));
   }
-  const std::uint64_t first_shake = heard.acceleration.front().index;
+  const std::uint64_t first_shake = received.acceleration.front().index;
   for (std::size_t i = 0; i < record.acceleration.quanta.size(); ++i) {
     const std::uint64_t index = record.acceleration.device_us[i / 12] / 5000 + i / 3 % 4;
-    const sim::AccelerationReading& made = heard.acceleration.at(index - first_shake);
+    const sim::AccelerationReading& made = received.acceleration.at(index - first_shake);
     REQUIRE(made.index == index);
     REQUIRE(record.acceleration.quanta[i] == std::lround(made.acceleration_mps2[i % 3] * 1e6));
   }
@@ -152,10 +152,10 @@ TEST_CASE("a device in a role that its samples do not fill is a fault that names
   const test::TemporaryFolder folder;
   const auto run = run_campaign(test::request_in(folder, one_slide(), rig), {});
   REQUIRE_FALSE(run);
-  const std::string said = to_string(run.error());
-  INFO(said);
-  CHECK(said.find("its samples are not those of its role") != std::string::npos);
-  CHECK((said.find(taxels["name"]) == 0 || said.find(vibro["name"]) == 0));
+  const std::string reply = to_string(run.error());
+  INFO(reply);
+  CHECK(reply.find("its samples are not those of its role") != std::string::npos);
+  CHECK((reply.find(taxels["name"]) == 0 || reply.find(vibro["name"]) == 0));
 }
 
 TEST_CASE(

@@ -78,14 +78,14 @@ TEST_CASE("a landing on stiff cloth under a low cap is no jump of the force, a j
   good.start();
   good.finish();
   CHECK(good.supervisor->result()->outcome == recipes::Outcome::complete);
-  Guarded struck(gentle, rig);
-  struck.start();
-  struck.run_to(recipes::Step::sliding);
+  Guarded with_fault(gentle, rig);
+  with_fault.start();
+  with_fault.run_to(recipes::Step::sliding);
   const nlohmann::json hit{{"device", "ft"}, {"fault", "bias_jump"}, {"amount", -1.5}};
-  REQUIRE(struck.bench.sim.rig->inject(hit.dump(), struck.bench.sim.loop.now()));
-  struck.finish();
-  REQUIRE(struck.bench.trial_error);
-  CHECK(struck.bench.trial_error->what == "the force jumped");
+  REQUIRE(with_fault.bench.sim.rig->inject(hit.dump(), with_fault.bench.sim.loop.now()));
+  with_fault.finish();
+  REQUIRE(with_fault.bench.trial_error);
+  CHECK(with_fault.bench.trial_error->what == "the force jumped");
 }
 
 TEST_CASE("in a slow scan cycle no stage of a good campaign is found off its command") {

@@ -153,8 +153,8 @@ void FaultBench::publish(const Sample& sample) {
     seen.value /= static_cast<double>(taxels->counts.size());
   } else if (const auto* shaken = std::get_if<AccelerationSample>(&sample.value)) {
     take_block(shaken->acceleration_mps2, shaken->clipped);
-  } else if (const auto* heard = std::get_if<SoundSample>(&sample.value)) {
-    take_block(heard->pressure_pa, heard->clipped);
+  } else if (const auto* received = std::get_if<SoundSample>(&sample.value)) {
+    take_block(received->pressure_pa, received->clipped);
   }
   samples.push_back(seen);
 }

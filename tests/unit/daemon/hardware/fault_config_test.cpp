@@ -27,12 +27,12 @@ bool says(const std::string& text, const char* part) {
 /// Sends what it is told to when it is woken, and keeps what it received.
 struct Parrot final : Emulator {
   void receive(ByteView bytes, TimePoint, ByteSink& out) override {
-    heard.emplace_back(bytes.begin(), bytes.end());
+    received.emplace_back(bytes.begin(), bytes.end());
     out(bytes);
   }
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override { return std::nullopt; }
   void wake(TimePoint, ByteSink&) override {}
-  std::vector<Bytes> heard;
+  std::vector<Bytes> received;
 };
 
 struct Wire {
@@ -135,7 +135,7 @@ TEST_CASE("merge makes lumps, split single bytes, and neither loses one") {
 TEST_CASE("a board without faults throws no dice, and windows open and close in time") {
   FaultBoard board(3);
   Random fresh(3);
-  CHECK(board.strikes(FaultKind::drop, {}) == nullptr);
+  CHECK(board.fires(FaultKind::drop, {}) == nullptr);
   CHECK(board.dice().bits() == fresh.bits());
   Fault late = fault(FaultKind::drop);
   late.from = TimePoint(std::chrono::seconds(1));

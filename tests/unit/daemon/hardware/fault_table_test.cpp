@@ -69,8 +69,8 @@ struct Found {
   std::string wrong;   ///< empty: as the row says
 };
 
-std::string judged(const FaultBench& bench, const Row& row, const Onset& onset,
-                   std::optional<double> after_s) {
+std::string evaluated(const FaultBench& bench, const Row& row, const Onset& onset,
+                      std::optional<double> after_s) {
   if (const std::string wrong = wrong_with(bench, row); !wrong.empty()) return wrong;
   const std::string sentence = bench.faults.empty() ? "" : bench.faults.front().what;
   const auto in_time = [&] {
@@ -106,8 +106,7 @@ Found try_row(const Row& row) {
     up = bench.ready();
     if (!up) return {0, "not ready before the fault: " + bench.faults.front().what};
     bench.work(1.3);
-    if (!bench.faults.empty())
-      return {0, "a fault before the fault: " + bench.faults.front().what};
+    if (!bench.faults.empty()) return {0, "a fault before the fault: " + bench.faults.front().what};
     onset = {bench.now_s(), bench.samples.size(), bench.logs.size()};
     bench.inject(row.fault, row.more);
   }
@@ -119,7 +118,7 @@ Found try_row(const Row& row) {
   else if (row.outcome == marked)
     at_s = marked_at_s(bench, row.says, onset);
   if (at_s) at_s = *at_s - onset.at_s;
-  Found found{at_s.value_or(0), judged(bench, row, onset, at_s)};
+  Found found{at_s.value_or(0), evaluated(bench, row, onset, at_s)};
   bench.let_go(4);
   if (!bench.at_rest()) found.wrong += " a stage still moves";
   return found;
@@ -149,7 +148,7 @@ TEST_CASE(
 }
 
 TEST_CASE("no fault that can befall a device is left out of the table") {
-  using namespace sim::befalls;
+  using namespace sim::exposed;
   const std::map<std::string_view, int> exposures{
       {"lts", stage | stream},       {"prm", stage | stream},
       {"ft", force | datagram},      {"digital", digital | stream},

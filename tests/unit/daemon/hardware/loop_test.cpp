@@ -64,10 +64,10 @@ TEST_CASE("bytes arrive in order, after the latency, stamped with their arrival"
 TEST_CASE("unplugging tells both ends once, drops what is under way and refuses writes") {
   VirtualLoop loop;
   auto [host, device] = MemoryLink::make_pair(loop, loop, 1ms);
-  int told = 0;
+  int reported = 0;
   int received = 0;
-  host->on_closed([&](const Error&) { ++told; });
-  device->on_closed([&](const Error&) { ++told; });
+  host->on_closed([&](const Error&) { ++reported; });
+  device->on_closed([&](const Error&) { ++reported; });
   device->on_receive([&](ByteView, TimePoint) { ++received; });
   const Bytes data{1};
   REQUIRE(host->write(data));
@@ -75,7 +75,7 @@ TEST_CASE("unplugging tells both ends once, drops what is under way and refuses 
   device->unplug();
   while (loop.run_one()) {
   }
-  CHECK(told == 2);
+  CHECK(reported == 2);
   CHECK(received == 0);
   CHECK(host->write(data).error().code == Errc::io);
 }

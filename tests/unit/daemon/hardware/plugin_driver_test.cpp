@@ -110,9 +110,9 @@ TEST_CASE("a stage behind the C table writes the bytes and keeps the timers of t
   Loaded loaded(table<drivers::thorlabs_apt_entry>(), "{}");
   REQUIRE(built_in->open());
   REQUIRE(loaded.driver->open());
-  const Bytes asked = direct.link_.take_written();
-  CHECK_FALSE(asked.empty());
-  CHECK(loaded.host.link_.take_written() == asked);
+  const Bytes requested = direct.link_.take_written();
+  CHECK_FALSE(requested.empty());
+  CHECK(loaded.host.link_.take_written() == requested);
   CHECK(loaded.host.loop_.timers() == direct.loop_.timers());
   loaded.driver->close();
   CHECK(loaded.host.loop_.timers() == 0);
@@ -208,39 +208,40 @@ struct Rogue {
   static inline int stops = 0;
   static inline const weft_host_v1* host = nullptr;
 
-  static void look(const char* function) {
+  static void inspect(const char* function) {
     if (std::string(function) == throws_in) throw std::runtime_error("out of paper");
   }
   static weft_device* create(const char*, const weft_host_v1* given) {
-    look("create");
+    inspect("create");
     host = given;
     static int device = 0;
     return reinterpret_cast<weft_device*>(&device);
   }
-  static void destroy(weft_device*) { look("destroy"); }
+  static void destroy(weft_device*) { inspect("destroy"); }
   static std::int32_t open(weft_device*) {
-    look("open");
+    inspect("open");
     host->link->on_receive(
         host->link->self,
-        [](void*, const std::uint8_t*, std::size_t, std::int64_t) { look("received"); }, nullptr);
+        [](void*, const std::uint8_t*, std::size_t, std::int64_t) { inspect("received"); },
+        nullptr);
     host->timer_at(
-        host->self, 1000, [](void*) { look("timer"); }, nullptr);
+        host->self, 1000, [](void*) { inspect("timer"); }, nullptr);
     host->state_changed(host->self, WEFT_OPEN);
     return 0;
   }
   static std::int32_t arm(weft_device*) {
-    look("arm");
+    inspect("arm");
     return 0;
   }
   static std::int32_t command(weft_device*, const weft_command_v1*, std::uint32_t*) {
-    look("command");
+    inspect("command");
     return 0;
   }
   static void stop(weft_device*) {
     ++stops;
-    look("stop");
+    inspect("stop");
   }
-  static void close(weft_device*) { look("close"); }
+  static void close(weft_device*) { inspect("close"); }
 
   static weft_driver_entry_v1 table() {
     return {WEFT_DRIVER_ABI_VERSION,
@@ -312,7 +313,7 @@ struct Stuck {
   static inline std::mutex mutex;
   static inline std::condition_variable noticed;
   static inline bool seen = false;
-  static inline std::string told;
+  static inline std::string reported;
 
   static std::int32_t open(weft_device*) {
     std::unique_lock lock(mutex);
@@ -321,7 +322,7 @@ struct Stuck {
   }
   static void hung(const PluginCall& call) {
     const std::lock_guard lock(mutex);
-    told = std::string(call.device) + " " + call.file + " " + call.function;
+    reported = std::string(call.device) + " " + call.file + " " + call.function;
     seen = true;
     noticed.notify_all();
   }
@@ -338,7 +339,7 @@ TEST_CASE("a plugin that does not come back is noticed by the watch, and faulted
   const auto driver =
       PluginDriver::create({nullptr, &table, "stuck.so"}, "taxels", "{}", host, watch).value();
   CHECK_FALSE(driver->open());
-  CHECK(Stuck::told == "taxels stuck.so open");
+  CHECK(Stuck::reported == "taxels stuck.so open");
   REQUIRE(host.faults.size() == 1);
   CHECK(to_string(host.faults.front()).find("kept the program waiting in open") !=
         std::string::npos);

@@ -118,9 +118,9 @@ TEST_CASE(
 }
 
 TEST_CASE("only names of the form weft-driver-NAME.so are plugins") {
-  CHECK(driver_of_file("/a/weft-driver-balance.so") == "balance");
+  CHECK(load_driver("/a/weft-driver-balance.so") == "balance");
   for (const char* name : {"weft-driver-.so", "libbalance.so", "weft-driver-balance.so.1", ".so"})
-    CHECK(driver_of_file(name).empty());
+    CHECK(load_driver(name).empty());
 }
 
 }  // namespace plugin_file_test

@@ -112,15 +112,15 @@ TEST_CASE("a terminal that hangs up is told once, and later writes are refused")
   Terminal terminal;
   auto link = open_serial(loop, {.path = terminal.path});
   REQUIRE(link);
-  int told = 0;
+  int reported = 0;
   Error why;
   (*link)->on_closed([&](const Error& e) {
-    ++told;
+    ++reported;
     why = e;
   });
   loop.after(1ms, [&] { terminal.hang_up(); });
-  run(loop, [&] { return told > 0; });
-  CHECK(told == 1);
+  run(loop, [&] { return reported > 0; });
+  CHECK(reported == 1);
   CHECK(why.code == Errc::io);
   CHECK(why.where == terminal.path);
   CHECK((*link)->write(every_byte()).error().code == Errc::io);
@@ -245,9 +245,9 @@ TEST_CASE("each request goes out on a connection of its own, whoever ends the on
   for (const char* reply : {"AA", "BB"}) {
     const int peer = ::accept(server->descriptor, nullptr, nullptr);
     REQUIRE(peer >= 0);
-    char asked = 0;
-    REQUIRE(::read(peer, &asked, 1) == 1);
-    CHECK(asked == reply[0] - 'A' + 'a');
+    char requested = 0;
+    REQUIRE(::read(peer, &requested, 1) == 1);
+    CHECK(requested == reply[0] - 'A' + 'a');
     REQUIRE(::write(peer, reply, 2) == 2);
     ::close(peer);
     run(loop, [&] { return got.size() == (reply[0] == 'A' ? 2 : 4); });
@@ -262,12 +262,12 @@ TEST_CASE("each request goes out on a connection of its own, whoever ends the on
 
 TEST_CASE("TCP to nobody, and to a name that does not exist, is refused with a sentence") {
   RealLoop loop;
-  Endpoint nobody;
+  Endpoint other_end;
   {
     const Server server(SOCK_STREAM);
-    nobody = server.end();
+    other_end = server.end();
   }
-  const auto refused = open_tcp(loop, nobody);
+  const auto refused = open_tcp(loop, other_end);
   REQUIRE_FALSE(refused);
   CHECK(refused.error().code == Errc::io);
   CHECK(open_tcp(loop, {"no-such-host.invalid", 1}).error().code == Errc::not_found);

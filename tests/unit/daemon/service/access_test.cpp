@@ -23,7 +23,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-Leases::Asked asked(const std::string& user, std::chrono::milliseconds ttl = 15s) {
+Leases::Request requested(const std::string& user, std::chrono::milliseconds ttl = 15s) {
   return {"rig:bench", user, "s-1", "denim batch", ttl};
 }
 
@@ -31,41 +31,41 @@ Leases::Asked asked(const std::string& user, std::chrono::milliseconds ttl = 15s
 
 TEST_CASE("One user holds a rig at a time, and is named to the others") {
   Leases leases("9c1d40b2");
-  const auto mine = leases.acquire(asked("ada"), 0s);
+  const auto mine = leases.acquire(requested("ada"), 0s);
   REQUIRE(mine);
-  const auto other = leases.acquire(asked("bob"), 1s);
+  const auto other = leases.acquire(requested("bob"), 1s);
   REQUIRE_FALSE(other);
   CHECK_THAT(to_string(other.error()), Catch::Contains("ada") && Catch::Contains("denim batch"));
   CHECK(leases.release(mine->id, "ada", 2s));
-  CHECK(leases.acquire(asked("bob"), 3s));
+  CHECK(leases.acquire(requested("bob"), 3s));
 }
 
 TEST_CASE("A lease of an earlier start of the daemon is nobody's now") {
   Leases earlier("9c1d40b2"), now("07aa51de");
-  const auto then = earlier.acquire(asked("ada"), 0s);
-  REQUIRE(now.acquire(asked("ada"), 1s));
+  const auto then = earlier.acquire(requested("ada"), 0s);
+  REQUIRE(now.acquire(requested("ada"), 1s));
   CHECK(now.check(then->id, "rig:bench", "ada", 2s).error().code == Errc::not_found);
   CHECK_FALSE(now.release(then->id, "ada", 2s));
 }
 
 TEST_CASE("A lease ends by itself unless it is renewed") {
   Leases leases("9c1d40b2");
-  const auto lease = leases.acquire(asked("ada"), 0s);
+  const auto lease = leases.acquire(requested("ada"), 0s);
   CHECK(leases.renew(lease->id, "ada", 15s, 14s));
   CHECK(leases.check(lease->id, "rig:bench", "ada", 28s));
   CHECK_FALSE(leases.check(lease->id, "rig:bench", "ada", 29s));
   CHECK(leases.expire(29s).size() == 1);
-  CHECK(leases.acquire(asked("bob"), 29s));
+  CHECK(leases.acquire(requested("bob"), 29s));
 }
 
 TEST_CASE("A renewal is worth a line of the journal where it adds a second to what is there") {
   Leases leases("9c1d40b2");
-  const auto lease = leases.acquire(asked("ada"), 0s);
+  const auto lease = leases.acquire(requested("ada"), 0s);
   REQUIRE(leases.renew(lease->id, "ada", 15s, 900ms));
-  CHECK_FALSE(leases.is_to_be_noted(lease->id));
+  CHECK_FALSE(leases.should_journal(lease->id));
   REQUIRE(leases.renew(lease->id, "ada", 15s, 1100ms));
-  CHECK(leases.is_to_be_noted(lease->id));
-  CHECK_FALSE(leases.is_to_be_noted(lease->id));
+  CHECK(leases.should_journal(lease->id));
+  CHECK_FALSE(leases.should_journal(lease->id));
 }
 
 TEST_CASE("Who asks faster than may be waits for the bucket to fill, and nobody else does") {
@@ -84,7 +84,7 @@ TEST_CASE("Who asks faster than may be waits for the bucket to fill, and nobody 
 
 TEST_CASE("Nobody uses, renews or releases somebody else's lease") {
   Leases leases("9c1d40b2");
-  const auto lease = leases.acquire(asked("ada"), 0s);
+  const auto lease = leases.acquire(requested("ada"), 0s);
   CHECK(leases.check(lease->id, "rig:bench", "bob", 1s).error().code == Errc::wrong_state);
   CHECK(leases.check(lease->id, "rig:other", "ada", 1s).error().code == Errc::wrong_state);
   CHECK_FALSE(leases.renew(lease->id, "bob", 15s, 1s));
@@ -94,120 +94,120 @@ TEST_CASE("Nobody uses, renews or releases somebody else's lease") {
 
 TEST_CASE("Breaking a lease needs a reason, and times to live have their limits") {
   Leases leases("9c1d40b2");
-  const auto lease = leases.acquire(asked("ada"), 0s);
+  const auto lease = leases.acquire(requested("ada"), 0s);
   CHECK_FALSE(leases.break_lease(lease->id, "", 1s));
   CHECK(leases.break_lease(lease->id, "ada has left", 1s));
-  CHECK(leases.acquire(asked("bob", 1ms), 2s).error().code == Errc::range);
-  CHECK(leases.acquire(asked("bob", 2h), 2s).error().code == Errc::range);
+  CHECK(leases.acquire(requested("bob", 1ms), 2s).error().code == Errc::range);
+  CHECK(leases.acquire(requested("bob", 2h), 2s).error().code == Errc::range);
 }
 
 TEST_CASE("A change that is asked for twice with one key is answered twice and done once") {
   using Found = IdempotencyCache::Found;
   IdempotencyCache cache;
-  CHECK(cache.look("ada", "k1", "start A").found == Found::fresh);
-  CHECK(cache.look("ada", "k1", "start A").found == Found::under_way);
+  CHECK(cache.lookup("ada", "k1", "start A").found == Found::fresh);
+  CHECK(cache.lookup("ada", "k1", "start A").found == Found::under_way);
   cache.answered("ada", "k1", rpc::Outcome("{\"run\":1}"));
-  const auto again = cache.look("ada", "k1", "start A");
+  const auto again = cache.lookup("ada", "k1", "start A");
   REQUIRE(again.found == Found::answered);
   CHECK(**again.outcome == "{\"run\":1}");
-  CHECK(cache.look("ada", "k1", "start B").found == Found::other_request);
-  CHECK(cache.look("bob", "k1", "start A").found == Found::fresh);
-  CHECK(cache.look("ad", "ak1", "start A").found == Found::fresh);
+  CHECK(cache.lookup("ada", "k1", "start B").found == Found::other_request);
+  CHECK(cache.lookup("bob", "k1", "start A").found == Found::fresh);
+  CHECK(cache.lookup("ad", "ak1", "start A").found == Found::fresh);
 }
 
 TEST_CASE("A refusal that may pass is not kept: the next try is a new one") {
   using Found = IdempotencyCache::Found;
   IdempotencyCache cache;
-  static_cast<void>(cache.look("ada", "k", "x"));
+  static_cast<void>(cache.lookup("ada", "k", "x"));
   cache.answered("ada", "k", tl::unexpected(rpc::rpc_error(3000, "state.conflict", {}, true)));
-  CHECK(cache.look("ada", "k", "x").found == Found::fresh);
+  CHECK(cache.lookup("ada", "k", "x").found == Found::fresh);
   cache.answered("ada", "k", tl::unexpected(rpc::rpc_error(1012, "param.range", {}, false)));
-  CHECK(cache.look("ada", "k", "x").found == Found::answered);
+  CHECK(cache.lookup("ada", "k", "x").found == Found::answered);
 }
 
 TEST_CASE("Answers outlive the daemon for a while; one that it never gave is told as such") {
   using Found = IdempotencyCache::Found;
-  std::vector<KeptAnswer> disk;
+  std::vector<StoredAnswer> disk;
   std::int64_t now_us = 0;
   const auto of = [&](const std::string& name) {
-    return std::ranges::find(disk, name, &KeptAnswer::name);
+    return std::ranges::find(disk, name, &StoredAnswer::name);
   };
   const AnswerMemory memory{
       .utc_us = [&] { return now_us; },
-      .asked = [&](const KeptAnswer& one) { disk.push_back(one); },
+      .requested = [&](const StoredAnswer& one) { disk.push_back(one); },
       .answered = [&](const std::string& name,
                       const rpc::Outcome& outcome) { of(name)->outcome = outcome; },
       .forgotten = [&](const std::string& name) { disk.erase(of(name)); }};
   IdempotencyCache first;
   first.remember_in(memory, {});
-  CHECK(first.look("ada", "done", "A").found == Found::fresh);
+  CHECK(first.lookup("ada", "done", "A").found == Found::fresh);
   first.answered("ada", "done", rpc::Outcome("1"));
-  CHECK(first.look("ada", "refused", "A").found == Found::fresh);
+  CHECK(first.lookup("ada", "refused", "A").found == Found::fresh);
   first.answered("ada", "refused", tl::unexpected(rpc::rpc_error(1012, "param.range", {})));
-  CHECK(first.look("ada", "later", "A").found == Found::fresh);
+  CHECK(first.lookup("ada", "later", "A").found == Found::fresh);
   first.answered("ada", "later", tl::unexpected(rpc::rpc_error(3000, "busy", {}, true)));
-  CHECK(first.look("ada", "cut", "A").found == Found::fresh);
-  CHECK(first.look("ada", "secret", "A", false).found == Found::fresh);
+  CHECK(first.lookup("ada", "cut", "A").found == Found::fresh);
+  CHECK(first.lookup("ada", "secret", "A", false).found == Found::fresh);
   first.answered("ada", "secret", rpc::Outcome("wft_0"));
   CHECK(disk.size() == 3);
 
   IdempotencyCache second;
   second.remember_in(memory, disk);
-  CHECK(**second.look("ada", "done", "A").outcome == "1");
-  CHECK(second.look("ada", "done", "B").found == Found::other_request);
-  CHECK(second.look("ada", "refused", "A").outcome->error().kind == "param.range");
-  CHECK(second.look("ada", "cut", "A").found == Found::cut_short);
-  CHECK(second.look("ada", "later", "A").found == Found::fresh);
-  now_us = std::chrono::microseconds(IdempotencyCache::longest_kept).count() + 1;
-  CHECK(second.look("ada", "done", "A").found == Found::fresh);
+  CHECK(**second.lookup("ada", "done", "A").outcome == "1");
+  CHECK(second.lookup("ada", "done", "B").found == Found::other_request);
+  CHECK(second.lookup("ada", "refused", "A").outcome->error().kind == "param.range");
+  CHECK(second.lookup("ada", "cut", "A").found == Found::cut_short);
+  CHECK(second.lookup("ada", "later", "A").found == Found::fresh);
+  now_us = std::chrono::microseconds(IdempotencyCache::longest_stored).count() + 1;
+  CHECK(second.lookup("ada", "done", "A").found == Found::fresh);
   CHECK(disk.size() == 1);
 }
 
 TEST_CASE("The oldest answers make room, on the disk too") {
-  std::size_t kept = 0;
+  std::size_t saved = 0;
   IdempotencyCache cache;
   cache.remember_in({.utc_us = {},
-                     .asked = [&](const KeptAnswer&) { ++kept; },
+                     .requested = [&](const StoredAnswer&) { ++saved; },
                      .answered = {},
-                     .forgotten = [&](const std::string&) { --kept; }},
+                     .forgotten = [&](const std::string&) { --saved; }},
                     {});
-  for (std::size_t i = 0; i < IdempotencyCache::most_kept + 10; ++i)
-    static_cast<void>(cache.look("ada", std::to_string(i), "A"));
-  CHECK(kept == IdempotencyCache::most_kept);
-  CHECK(cache.look("ada", "0", "A").found == IdempotencyCache::Found::fresh);
+  for (std::size_t i = 0; i < IdempotencyCache::most_stored + 10; ++i)
+    static_cast<void>(cache.lookup("ada", std::to_string(i), "A"));
+  CHECK(saved == IdempotencyCache::most_stored);
+  CHECK(cache.lookup("ada", "0", "A").found == IdempotencyCache::Found::fresh);
 }
 
 TEST_CASE("Nobody's keys make room for another's, in this life of the daemon or the next") {
   using Found = IdempotencyCache::Found;
-  std::vector<KeptAnswer> disk;
+  std::vector<StoredAnswer> disk;
   const AnswerMemory memory{.utc_us = {},
-                            .asked = [&](const KeptAnswer& one) { disk.push_back(one); },
+                            .requested = [&](const StoredAnswer& one) { disk.push_back(one); },
                             .answered =
                                 [&](const std::string& name, const rpc::Outcome& outcome) {
-                                  std::ranges::find(disk, name, &KeptAnswer::name)->outcome =
+                                  std::ranges::find(disk, name, &StoredAnswer::name)->outcome =
                                       outcome;
                                 },
                             .forgotten = {}};
   // A token of its own, or one that its maker lets act for him.
   const auto [user, token] = GENERATE(
       table<std::string, std::string>({{"token:looks-on", "looks-on"}, {"ada", "looks-on"}}));
-  const bool to_keep = GENERATE(false, true);
+  const bool persistent = GENERATE(false, true);
   const auto flood = [&, user = user, token = token](IdempotencyCache& cache,
                                                      const std::string& prefix) {
-    for (std::size_t i = 0; i <= IdempotencyCache::most_kept; ++i)
-      static_cast<void>(cache.look(user, prefix + std::to_string(i), "close", to_keep, token));
+    for (std::size_t i = 0; i <= IdempotencyCache::most_stored; ++i)
+      static_cast<void>(cache.lookup(user, prefix + std::to_string(i), "close", persistent, token));
   };
   IdempotencyCache first;
   first.remember_in(memory, {});
-  CHECK(first.look("ada", "k", "start").found == Found::fresh);
+  CHECK(first.lookup("ada", "k", "start").found == Found::fresh);
   first.answered("ada", "k", rpc::Outcome("{\"run\":1}"));
   flood(first, "a");
-  REQUIRE(first.look("ada", "k", "start").found == Found::answered);
+  REQUIRE(first.lookup("ada", "k", "start").found == Found::answered);
   IdempotencyCache second;
   second.remember_in(memory, disk);
   flood(second, "b");
-  CHECK(second.look("ada", "k", "start").found == Found::answered);
-  CHECK(second.look(user, "b" + std::to_string(IdempotencyCache::most_kept), "close").found ==
+  CHECK(second.lookup("ada", "k", "start").found == Found::answered);
+  CHECK(second.lookup(user, "b" + std::to_string(IdempotencyCache::most_stored), "close").found ==
         Found::under_way);  // one user's keys, whatever he comes with
 }
 
@@ -255,13 +255,13 @@ TEST_CASE(
   }));
   const auto found = keeper->find(token, 1);
   REQUIRE(found);
-  CHECK(keeper->stands(*found, 999));
-  CHECK_FALSE(keeper->stands(*found, 1000));
+  CHECK(keeper->is_valid(*found, 999));
+  CHECK_FALSE(keeper->is_valid(*found, 1000));
   REQUIRE(chmod(file.c_str(), 0644) == 0);
   CHECK(keeper->find(token, 1));
   std::filesystem::remove(file);
   keeper->refresh();
-  CHECK_FALSE(keeper->stands(*found, 1));
+  CHECK_FALSE(keeper->is_valid(*found, 1));
   CHECK(keeper->add("another", Role::admin, 1000, {}, 1));
 }
 
@@ -301,12 +301,12 @@ TEST_CASE("A file of tokens that could not be read is told of, and read as soon 
   REQUIRE(setrlimit(RLIMIT_NOFILE, &none) == 0);
   keeper->refresh();
   REQUIRE(setrlimit(RLIMIT_NOFILE, &descriptors) == 0);
-  CHECK(keeper->stands(*found, 1));
+  CHECK(keeper->is_valid(*found, 1));
   REQUIRE(keeper->problem());
   CHECK_THAT(to_string(*keeper->problem()), Catch::Contains("tokens.json"));
   keeper->refresh();
   CHECK_FALSE(keeper->problem());
-  CHECK_FALSE(keeper->stands(*found, 1));
+  CHECK_FALSE(keeper->is_valid(*found, 1));
 }
 
 TEST_CASE("A token that is removed is no more, and who asks for another name is told the names") {

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "daemon/base/loop/rising_utc.hpp"
+#include "daemon/base/loop/monotonic_utc_clock.hpp"
 #include "daemon/service/rpc/leases.hpp"
 #include "daemon/service/rpc/tokens.hpp"
 #include "daemon/service/runs/run_manager.hpp"
@@ -23,7 +23,7 @@ namespace {
 /// A machine whose two clocks a test moves.
 struct Clocks {
   std::chrono::nanoseconds wall = 1000h, steady = 5s;
-  RisingUtc rising;
+  MonotonicUtcClock rising;
   void pass(std::chrono::nanoseconds time) {
     wall += time;
     steady += time;
@@ -50,7 +50,7 @@ TEST_CASE(
 }
 
 TEST_CASE("UTC stands where neither clock moves, and never goes back, whatever they do") {
-  RisingUtc rising;
+  MonotonicUtcClock rising;
   CHECK(rising.now(100ns, 7ns) == 100ns);
   CHECK(rising.now(100ns, 7ns) == 100ns);
   std::chrono::nanoseconds last = 100ns;

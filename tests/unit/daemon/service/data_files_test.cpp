@@ -11,7 +11,7 @@
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/service/methods/services.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
-#include "daemon/storage/certificate/hand_over_file.hpp"
+#include "daemon/storage/certificate/handover_file.hpp"
 #include "tests/unit/daemon/service/run_manager_bench.hpp"
 
 namespace data_files_test {
@@ -39,11 +39,11 @@ struct ListedRun {
     certify(data_text);
     nlohmann::ordered_json evaluation{
         {"bench", "simulated"}, {"dataset_sha256", "x"}, {"models", json::array()}};
-    REQUIRE(write_hand_over(run, evaluation, {{"M1.model", "a model"}}));
+    REQUIRE(write_handover(run, evaluation, {{"M1.model", "a model"}}));
   }
   void certify(const std::string& text) const {
     Certificate certificate;
-    FilePrint print;
+    FileChecksums print;
     print.name = "dataset.h5";
     print.bytes = text.size();
     print.sha256 = sha256_hex(text);
@@ -60,7 +60,7 @@ std::vector<std::string> names_of(DataFiles& files, const fs::path& run) {
   return out;
 }
 
-std::string text_of(const OpenFile& file) {
+std::string format_text(const OpenFile& file) {
   std::string text(file.stamp().value().bytes, ' ');
   REQUIRE(file.read(0, {reinterpret_cast<std::uint8_t*>(text.data()), text.size()}));
   return text;
@@ -78,12 +78,12 @@ TEST_CASE("a model too large to be read again is not handed over, and what was s
   const nlohmann::ordered_json evaluation{
       {"bench", "simulated"}, {"dataset_sha256", "x"}, {"models", json::array()}};
   const std::string large((std::size_t{1} << 28) + 1, 'm');
-  const auto refused = write_hand_over(listed.run, evaluation, {{"M1.model", large}});
+  const auto refused = write_handover(listed.run, evaluation, {{"M1.model", large}});
   REQUIRE_FALSE(refused);
   CHECK(refused.error().code == Errc::range);
   CHECK(refused.error().where == "M1.model");
   CHECK(test::read_file(listed.run / "handover/M1.model") == "a model");
-  CHECK(read_hand_over(listed.run));
+  CHECK(read_handover(listed.run));
 }
 
 TEST_CASE("What the lists name is given out, open, and nothing else") {
@@ -96,7 +96,7 @@ TEST_CASE("What the lists name is given out, open, and nothing else") {
     INFO(name);
     const auto served = files.open(there.run, name);
     REQUIRE(served);
-    CHECK(sha256_hex(text_of(*served->file)) == served->sha256);
+    CHECK(sha256_hex(format_text(*served->file)) == served->sha256);
   }
   for (const char* name : {"", ".", "handover", "../R-000001/dataset.h5", "campaign.sqlite"})
     CHECK(files.open(there.run, name).error().code == Errc::not_found);
@@ -177,7 +177,7 @@ TEST_CASE("A file is opened beneath its folder alike, all at once and step by st
     };
     const auto file = opened("R-000001/dataset.h5");
     REQUIRE(file);
-    CHECK(text_of(*file) == data_text);
+    CHECK(format_text(*file) == data_text);
     std::uint8_t byte = 0;
     CHECK_FALSE(file->read(data_text.size(), {&byte, 1}));
     for (const char* name : {"link/dataset.h5", "R-000001/outside", "../R-000001/dataset.h5",
@@ -196,33 +196,33 @@ TEST_CASE("A run's files are listed by an errand: its certificate may have megab
   api::Services services;
   services.run_manager = bench.manager.get();
   services.files = &files;
-  std::function<api::Services::Report()> errand;
-  services.file_errand = [&](std::function<api::Services::Report()> work, const auto&) {
-    errand = std::move(work);
+  std::function<api::Services::Report()> background;
+  services.file_background = [&](std::function<api::Services::Report()> work, const auto&) {
+    background = std::move(work);
     return true;
   };
   rpc::Methods methods;
   api::add_data_methods(methods, services);
-  std::optional<rpc::Outcome> said;
+  std::optional<rpc::Outcome> reply;
   const json params{{"run", run.stored.id()}};
   const rpc::Caller caller;
-  methods.find("data.get").value()->handler({params, caller}, [&](auto out) { said = out; });
-  CHECK_FALSE(said);
-  REQUIRE(errand);
-  const auto report = errand();
-  CHECK_FALSE(said);
+  methods.find("data.get").value()->handler({params, caller}, [&](auto out) { reply = out; });
+  CHECK_FALSE(reply);
+  REQUIRE(background);
+  const auto report = background();
+  CHECK_FALSE(reply);
   report();
-  REQUIRE(said);
-  CHECK(json::parse(said->value())["files"].size() == 3);
+  REQUIRE(reply);
+  CHECK(json::parse(reply->value())["files"].size() == 3);
   CHECK(files.work().lists_read == 1);
 
   const auto verified = [&] {
-    said.reset();
-    errand = {};
-    methods.find("data.verify").value()->handler({params, caller}, [&](auto out) { said = out; });
-    CHECK_FALSE(said);
-    errand()();
-    return json::parse(said->value());
+    reply.reset();
+    background = {};
+    methods.find("data.verify").value()->handler({params, caller}, [&](auto out) { reply = out; });
+    CHECK_FALSE(reply);
+    background()();
+    return json::parse(reply->value());
   };
   CHECK(verified()["certified"] == true);
   CHECK(verified()["findings"].empty());
@@ -234,14 +234,14 @@ TEST_CASE("A run's files are listed by an errand: its certificate may have megab
   whole[whole.size() / 2] ^= 1;
   test::write_file(run.stored.folder / "dataset.h5", whole);
   std::optional<Result<server::ServedFile>> served;
-  const auto told = [&](const Result<server::ServedFile>& file) { served = file; };
-  api::open_served_file(services, run.stored.id() + "/dataset.h5", told);
+  const auto reported = [&](const Result<server::ServedFile>& file) { served = file; };
+  api::open_served_file(services, run.stored.id() + "/dataset.h5", reported);
   CHECK_FALSE(served);
-  errand()();
+  background()();
   REQUIRE(served);
   CHECK(served->value().sha256.size() == 64);
-  services.file_errand = [](const auto&, const auto&) { return false; };
-  api::open_served_file(services, run.stored.id() + "/dataset.h5", told);
+  services.file_background = [](const auto&, const auto&) { return false; };
+  api::open_served_file(services, run.stored.id() + "/dataset.h5", reported);
   CHECK(served->error().code == Errc::timeout);
 }
 

@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t planned = 4;
 
 /// As `weft run --resume` does with the folder of a run; no campaign error check.
-CampaignSummary gone_on_with(const RunManagerBench& bench, const RunView& run) {
+CampaignSummary resumed_outside(const RunManagerBench& bench, const RunView& run) {
   CampaignRequest request = bench.request;
   request.out = run.stored.folder;
   request.resume = true;
@@ -30,7 +30,7 @@ CampaignSummary gone_on_with(const RunManagerBench& bench, const RunView& run) {
 }
 
 /// Until what was seen of a folder is told.
-bool tells(RunManagerBench& bench, const std::string& id) {
+bool reports(RunManagerBench& bench, const std::string& id) {
   bench.now += std::chrono::seconds(1);  // so often it looks
   bench.manager->tick();
   return bench.posted.run_until(
@@ -56,8 +56,8 @@ TEST_CASE("a campaign that somebody completes without the daemon is told as that
   RunManagerBench bench(folder);
   const RunView before = stopped(bench);
   const std::string id = before.stored.id();
-  const CampaignSummary whole = gone_on_with(bench, before);
-  REQUIRE(tells(bench, id));
+  const CampaignSummary whole = resumed_outside(bench, before);
+  REQUIRE(reports(bench, id));
   const RunView now = *bench.manager->get(id);
   CHECK(now.external_resume == ExternalResume{planned, planned, true, whole.dataset_sha256});
   CHECK(now.changed_by == "auto:folder");
@@ -74,11 +74,11 @@ TEST_CASE("what was completed while no daemon was there is seen by the next one"
   leave_interrupted(folder);
   {
     RunManagerBench bench(folder);
-    gone_on_with(bench, bench.manager->all().front());
+    resumed_outside(bench, bench.manager->all().front());
   }
   RunManagerBench bench(folder);
   const std::string id = bench.manager->all().front().stored.id();
-  REQUIRE(tells(bench, id));
+  REQUIRE(reports(bench, id));
   CHECK(bench.manager->get(id)->external_resume->complete);
   CHECK(bench.manager->get(id)->machine.state == RunState::interrupted);
   REQUIRE(bench.recover(id, "test"));  // it is the daemon's own then
@@ -95,8 +95,8 @@ TEST_CASE("what a person keeps of a campaign that was gone on with is the run's 
   leave_interrupted(folder);
   RunManagerBench bench(folder);
   const std::string id = bench.manager->all().front().stored.id();
-  gone_on_with(bench, bench.manager->all().front());
-  REQUIRE(tells(bench, id));
+  resumed_outside(bench, bench.manager->all().front());
+  REQUIRE(reports(bench, id));
   bool is_settled = false;
   bench.manager->settle(id, Recovery::keep_partial, "test", [&](const Result<RunView>& run) {
     if (!run) FAIL(to_string(run.error()));
@@ -122,7 +122,7 @@ TEST_CASE("a folder that nobody touched since is the run's own") {
 TEST_CASE("a daemon that is ended in the retreat after the last trial has all of its trials") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
-  bench.at_moment = [&](const RunMoment& moment) {
+  bench.at_moment = [&](const RunStatusUpdate& moment) {
     if (moment.step != recipes::Step::retracting || moment.trial + 1 < planned) return;
     std::promise<void> closed;
     bench.posted.post([&] {

@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "daemon/storage/recorder/campaign_past.hpp"
+#include "daemon/storage/recorder/campaign_history.hpp"
 #include "tests/unit/daemon/service/run_manager_bench.hpp"
 
 namespace faults_on_purpose_test {
@@ -15,11 +15,12 @@ using test::TemporaryFolder;
 
 namespace {
 
-using Told = std::optional<Status>;
+using CallbackLog = std::optional<Status>;
 
-void befall(RunManagerBench& bench, const std::string& fault, bool ends, Told& told) {
+void inject_fault(RunManagerBench& bench, const std::string& fault, bool ends,
+                  CallbackLog& reported) {
   bench.manager->inject_fault({fault, ends, "ada", {}},
-                              [&told](const Status& done) { told = done; });
+                              [&reported](const Status& done) { reported = done; });
 }
 
 /// A run whose thread waits at its first word, so that what is asked now is asked in time.
@@ -42,10 +43,10 @@ TEST_CASE("a fault befalls the run under way, and both journals have it") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
   const std::string id = begun(bench).stored.id();
-  Told unknown, silent, cleared;
-  befall(bench, R"({"device": "fu", "fault": "silent"})", false, unknown);
-  befall(bench, R"({"device": "ft", "fault": "noise", "amount": 0.001})", false, cleared);
-  befall(bench, R"({"device": "ft", "fault": "silent"})", false, silent);
+  CallbackLog unknown, silent, cleared;
+  inject_fault(bench, R"({"device": "fu", "fault": "silent"})", false, unknown);
+  inject_fault(bench, R"({"device": "ft", "fault": "noise", "amount": 0.001})", false, cleared);
+  inject_fault(bench, R"({"device": "ft", "fault": "silent"})", false, silent);
   bench.posted.let_go();
   const RunView run = bench.ended(id);
   REQUIRE(bench.posted.run_until([&] { return unknown && silent && cleared; }));
@@ -57,7 +58,7 @@ TEST_CASE("a fault befalls the run under way, and both journals have it") {
   CHECK(run.stored.error.find("ft") != std::string::npos);
   const auto campaign = run.stored.folder / "campaign.sqlite";
   CHECK(fault_lines(campaign) == 2);
-  CHECK(load_past(campaign)->disturbed);
+  CHECK(load_history(campaign)->disturbed);
   const auto lines = bench.store.tail(id, 1000);
   REQUIRE(lines);
   CHECK(std::count_if(lines->begin(), lines->end(),
@@ -68,9 +69,9 @@ TEST_CASE("a fault that was ended leaves the trials whole") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
   const std::string id = begun(bench).stored.id();
-  Told given, ended;
-  befall(bench, R"({"device": "ft", "fault": "silent", "start_s": 5})", false, given);
-  befall(bench, R"({"device": "ft", "fault": ""})", true, ended);
+  CallbackLog given, ended;
+  inject_fault(bench, R"({"device": "ft", "fault": "silent", "start_s": 5})", false, given);
+  inject_fault(bench, R"({"device": "ft", "fault": ""})", true, ended);
   bench.posted.let_go();
   const RunView run = bench.ended(id);
   REQUIRE(bench.posted.run_until([&] { return given && ended; }));
@@ -82,19 +83,19 @@ TEST_CASE("a fault that was ended leaves the trials whole") {
 TEST_CASE("without a run a fault is refused; one that no run takes up any more is told so") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
-  Told told;
-  befall(bench, R"({"device": "ft", "fault": "silent"})", false, told);
-  REQUIRE(told);
-  CHECK(told->error().code == Errc::wrong_state);
+  CallbackLog reported;
+  inject_fault(bench, R"({"device": "ft", "fault": "silent"})", false, reported);
+  REQUIRE(reported);
+  CHECK(reported->error().code == Errc::wrong_state);
   const std::string id = begun(bench).stored.id();
   REQUIRE(bench.manager->order(id, Order::abort, "ada"));
-  Told late;
-  befall(bench, R"({"device": "ft", "fault": "silent"})", false, late);
+  CallbackLog late;
+  inject_fault(bench, R"({"device": "ft", "fault": "silent"})", false, late);
   bench.posted.let_go();
   bench.ended(id);
   REQUIRE(bench.posted.run_until([&] { return late.has_value(); }));
-  Told after;
-  befall(bench, R"({"device": "ft", "fault": "silent"})", false, after);
+  CallbackLog after;
+  inject_fault(bench, R"({"device": "ft", "fault": "silent"})", false, after);
   REQUIRE(after);
   CHECK(after->error().code == Errc::wrong_state);
 }

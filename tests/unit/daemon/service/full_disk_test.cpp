@@ -60,7 +60,7 @@ TEST_CASE("what became of a run while the disk was full is written down once it 
   RunManagerBench bench(folder);
   const std::string id = bench.submit().stored.id();
   CHECK(bench.store.is_persisted());
-  const std::size_t told = lines_of(bench.store, "state");
+  const std::size_t reported = lines_of(bench.store, "state");
   {
     const FullDisk full;
     CHECK(bench.manager->order(id, Order::abort, "ada"));
@@ -71,7 +71,7 @@ TEST_CASE("what became of a run while the disk was full is written down once it 
   bench.manager->tick();
   CHECK(bench.store.is_persisted());
   CHECK(bench.store.runs()->front().state == RunState::aborting);
-  CHECK(lines_of(bench.store, "state") == told + 1);
+  CHECK(lines_of(bench.store, "state") == reported + 1);
   CHECK(bench.ended(id).machine.state == RunState::ended);
 }
 

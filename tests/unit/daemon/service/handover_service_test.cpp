@@ -1,5 +1,5 @@
 // The hand-overs of weftd's runs over its own ends: how often one is begun, and who says so. The
-// campaigns are not there: what becomes of the work itself is hand_over_test's.
+// campaigns are not there: what becomes of the work itself is handover_test's.
 
 #include "daemon/service/handover/handover_service.hpp"
 
@@ -22,7 +22,7 @@ struct Life {
   test::Posted posted;
   RunStore store;
   StoredRun run;
-  std::vector<HandOverState> told;
+  std::vector<HandoverState> reported;
   std::unique_ptr<HandoverService> service;
 
   explicit Life(const TemporaryFolder& folder)
@@ -41,17 +41,17 @@ struct Life {
             .post = [this](std::function<void()> work) { posted.post(std::move(work)); },
             .utc_us = [] { return std::int64_t{0}; },
             .on_changed = [this](std::string_view,
-                                 const HandOverFact& fact) { told.push_back(fact.state); }},
+                                 const HandoverStatus& fact) { reported.push_back(fact.state); }},
         store);
   }
-  [[nodiscard]] HandOverFact on_record() {
-    return HandoverStore(store.database()).hand_overs().value().at(run.number);
+  [[nodiscard]] HandoverStatus on_record() {
+    return HandoverStore(store.database()).handovers().value().at(run.number);
   }
 };
 
 /// The daemon dies: nothing is said any more, and what was on record while it ran stays.
 void kill(std::unique_ptr<Life>& life, const TemporaryFolder& folder) {
-  const HandOverFact then = life->on_record();
+  const HandoverStatus then = life->on_record();
   const std::int64_t number = life->run.number;
   life.reset();
   RunStore store = RunStore::open(folder / "weftd.sqlite").value();
@@ -65,14 +65,14 @@ TEST_CASE("A hand-over that the daemon ended under twice waits for somebody") {
   auto life = std::make_unique<Life>(folder);
   life->posted.hold();  // it does not come to tell its end
   life->service->consider(life->run, true);
-  CHECK(life->on_record().state == HandOverState::running);
+  CHECK(life->on_record().state == HandoverState::running);
   CHECK(life->on_record().attempts == 1);
   life->posted.let_go();
   kill(life, folder);
 
   life = std::make_unique<Life>(folder);
   life->service->consider(life->run, {});
-  CHECK(life->on_record().state == HandOverState::running);
+  CHECK(life->on_record().state == HandoverState::running);
   CHECK(life->on_record().attempts == 2);
   kill(life, folder);
 
@@ -80,16 +80,16 @@ TEST_CASE("A hand-over that the daemon ended under twice waits for somebody") {
   life->service->consider(life->run, {});
   const auto given_up = life->service->get(life->run.id());
   REQUIRE(given_up);
-  CHECK(given_up->state == HandOverState::failed);
+  CHECK(given_up->state == HandoverState::failed);
   CHECK(given_up->error.find("the daemon ended twice under it") != std::string::npos);
-  CHECK(life->told == std::vector{HandOverState::failed});
+  CHECK(life->reported == std::vector{HandoverState::failed});
   life.reset();
 
   life = std::make_unique<Life>(folder);  // and so it stays
   life->service->consider(life->run, {});
-  CHECK(life->service->get(life->run.id())->state == HandOverState::failed);
+  CHECK(life->service->get(life->run.id())->state == HandoverState::failed);
   REQUIRE(life->service->again(life->run.id(), "ada"));
-  CHECK(life->on_record().state == HandOverState::running);
+  CHECK(life->on_record().state == HandoverState::running);
   CHECK(life->on_record().attempts == 1);
   const auto is_done = [&] { return is_over(life->service->get(life->run.id())->state); };
   CHECK(life->posted.run_until(is_done));
@@ -101,10 +101,10 @@ TEST_CASE("Who ends the daemon on purpose has not ended it under a hand-over") {
   for (int i = 0; i < 4; ++i) {
     Life life(folder);
     life.service->consider(life.run, i == 0 ? std::optional(true) : std::nullopt);
-    CHECK(life.on_record().state == HandOverState::running);
+    CHECK(life.on_record().state == HandoverState::running);
     CHECK(life.on_record().attempts == 1);
     life.service.reset();
-    CHECK(life.on_record().state == HandOverState::waiting);
+    CHECK(life.on_record().state == HandoverState::waiting);
     CHECK(life.on_record().attempts == 0);
   }
 }
@@ -127,7 +127,7 @@ TEST_CASE(
   CHECK_FALSE(life.service->get(life.run.id()));
   life.service->consider(life.run, true);
   REQUIRE(life.service->get(life.run.id()));
-  CHECK(life.service->get(life.run.id())->state == HandOverState::running);
+  CHECK(life.service->get(life.run.id())->state == HandoverState::running);
 }
 
 TEST_CASE("What a run has told of its recipe is not looked for in its folder") {
@@ -135,7 +135,7 @@ TEST_CASE("What a run has told of its recipe is not looked for in its folder") {
   Life life(folder);
   life.service->consider(life.run, false);
   CHECK_FALSE(life.service->get(life.run.id()));
-  CHECK(life.on_record().state == HandOverState::none);
+  CHECK(life.on_record().state == HandoverState::none);
 }
 
 }  // namespace handover_service_test

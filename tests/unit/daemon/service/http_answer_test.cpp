@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "daemon/service/rpc/hub.hpp"
+#include "daemon/service/rpc/event_hub.hpp"
 #include "daemon/service/transport/http_answer.hpp"
 
 namespace http_answer_test {
@@ -25,7 +25,7 @@ std::string refusal_to(const std::string& first_line, const std::string& headers
   return refusal ? refusal->substr(9, 3) : "none";
 }
 
-std::string goes_on_after(const std::string& query, const std::string& last) {
+std::string continues_after(const std::string& query, const std::string& last) {
   const auto request = request_of("GET /events" + query, "Last-Event-ID: " + last + "\r\n");
   const auto seq = seen_last(*request, "e1");
   return seq ? std::to_string(*seq) : "none";
@@ -53,16 +53,16 @@ TEST_CASE("Another Host, path, method or content type is refused by the head alo
 }
 
 TEST_CASE("A daemon is heard by the address that it listens on, in brackets where that is one") {
-  const auto heard = [](const std::string& host, std::string_view address) {
+  const auto received = [](const std::string& host, std::string_view address) {
     return !refusal_of_head(*request_of("GET /events", "Host: " + host + "\r\n"), address);
   };
   for (const char* host : {"[::1]", "[::1]:8080", "localhost:8080", "localhost"})
-    CHECK(heard(host, "::1"));
-  for (const char* host : {"127.0.0.2", "127.0.0.2:8080"}) CHECK(heard(host, "127.0.0.2"));
+    CHECK(received(host, "::1"));
+  for (const char* host : {"127.0.0.2", "127.0.0.2:8080"}) CHECK(received(host, "127.0.0.2"));
   for (const char* host : {"[::1", "[::1]x", "[::2]", "::1", "[]", "[bench.example]:1"})
-    CHECK_FALSE(heard(host, "::1"));
-  CHECK_FALSE(heard("127.0.0.2", "127.0.0.1"));
-  CHECK(heard("bench.example", ""));  // under TLS
+    CHECK_FALSE(received(host, "::1"));
+  CHECK_FALSE(received("127.0.0.2", "127.0.0.1"));
+  CHECK(received("bench.example", ""));  // under TLS
 }
 
 TEST_CASE("An answer says how long it is and that the connection ends") {
@@ -76,11 +76,11 @@ TEST_CASE("An answer says how long it is and that the connection ends") {
 }
 
 TEST_CASE("A stream goes on after what its client saw last, in this start of the daemon") {
-  CHECK(goes_on_after("?mode=every", "e1-7") == "7");
-  CHECK(goes_on_after("?mode=every", "e1-0") == "0");
+  CHECK(continues_after("?mode=every", "e1-7") == "7");
+  CHECK(continues_after("?mode=every", "e1-0") == "0");
   for (const std::string last :
        {"e2-7", "e1", "e1-", "e1--7", "e1-7x", "e1-99999999999999999999", "7"})
-    CHECK(goes_on_after("?mode=every", last) == "none");
+    CHECK(continues_after("?mode=every", last) == "none");
 }
 
 TEST_CASE("The latest state is told anew: merged events have no one place to go on from") {
@@ -95,8 +95,8 @@ TEST_CASE("The latest state is told anew: merged events have no one place to go 
   REQUIRE(replayed);
   CHECK(json::parse(replayed->subscription->take({}))["delta"] == json{{"rep", 2}});
   CHECK(replayed->subscription->take({}).empty());
-  CHECK(goes_on_after("", "e1-2") == "none");
-  CHECK(goes_on_after("?mode=latest", "e1-2") == "none");
+  CHECK(continues_after("", "e1-2") == "none");
+  CHECK(continues_after("?mode=latest", "e1-2") == "none");
 }
 
 TEST_CASE("The line that opens a replay leaves its client where it was") {
@@ -109,16 +109,16 @@ TEST_CASE("The line that opens a replay leaves its client where it was") {
 }
 
 TEST_CASE("A rate that is no number reaches the method as text, which refuses it") {
-  const auto asked = [](const std::string& rate) {
+  const auto requested = [](const std::string& rate) {
     const auto request = request_of("GET /events?max_hz=" + rate + "&topics=rig,run:*", "");
     const json line = json::parse(subscribe_line(*request, std::nullopt));
     CHECK(line["params"]["topics"] == json{"rig", "run:*"});
     return line["params"]["max_hz"];
   };
-  CHECK(asked("2.5") == 2.5);
-  CHECK(asked("[[[[").is_string());
-  CHECK(asked("2,").is_string());
-  CHECK(asked("nan").is_null());
+  CHECK(requested("2.5") == 2.5);
+  CHECK(requested("[[[[").is_string());
+  CHECK(requested("2,").is_string());
+  CHECK(requested("nan").is_null());
 }
 
 }  // namespace http_answer_test

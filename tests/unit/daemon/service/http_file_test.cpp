@@ -33,20 +33,20 @@ bool says(const FileAnswer& answer, const std::string& line) {
 TEST_CASE("A range is the bytes that RFC 9110 means; what cannot be read means the whole") {
   using Range = std::optional<ByteRange>;
   const Range whole = ByteRange{0, 1000};
-  CHECK(range_of("bytes=0-0", 1000) == Range({0, 1}));
-  CHECK(range_of("bytes=0-499", 1000) == Range({0, 500}));
-  CHECK(range_of("bytes=990-", 1000) == Range({990, 1000}));
-  CHECK(range_of("bytes=990-5000", 1000) == Range({990, 1000}));
-  CHECK(range_of("bytes=-10", 1000) == Range({990, 1000}));
-  CHECK(range_of("bytes=-5000", 1000) == whole);
-  CHECK_FALSE(range_of("bytes=1000-", 1000));
-  CHECK_FALSE(range_of("bytes=-0", 1000));
-  CHECK_FALSE(range_of("bytes=0-", 0));
+  CHECK(parse_range("bytes=0-0", 1000) == Range({0, 1}));
+  CHECK(parse_range("bytes=0-499", 1000) == Range({0, 500}));
+  CHECK(parse_range("bytes=990-", 1000) == Range({990, 1000}));
+  CHECK(parse_range("bytes=990-5000", 1000) == Range({990, 1000}));
+  CHECK(parse_range("bytes=-10", 1000) == Range({990, 1000}));
+  CHECK(parse_range("bytes=-5000", 1000) == whole);
+  CHECK_FALSE(parse_range("bytes=1000-", 1000));
+  CHECK_FALSE(parse_range("bytes=-0", 1000));
+  CHECK_FALSE(parse_range("bytes=0-", 0));
   for (const char* strange :
        {"", "bytes=", "bytes=-", "bytes=5", "bytes=9-3", "bytes=0-1,5-6", "bytes=a-b", "bytes= 1-2",
         "lines=1-2", "bytes=1--2", "bytes=99999999999999999999999-", "bytes=+1-2"}) {
     INFO(strange);
-    CHECK(range_of(strange, 1000) == whole);
+    CHECK(parse_range(strange, 1000) == whole);
   }
 }
 

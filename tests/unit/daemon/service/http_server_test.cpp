@@ -78,7 +78,7 @@ struct WebBench {
     if (reads) made.read();
     return made;
   }
-  WebClient& ask(const std::string& first_line, const std::string& body, bool reads = true) {
+  WebClient& query(const std::string& first_line, const std::string& body, bool reads = true) {
     WebClient& made = connect(reads);
     made.send(first_line + " HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer good\r\n" +
               "Content-Type: application/json\r\nContent-Length: " + std::to_string(body.size()) +
@@ -86,9 +86,11 @@ struct WebBench {
     return made;
   }
   WebClient& call(const std::string& method) {
-    return ask("POST /rpc", R"({"jsonrpc":"2.0","id":1,"method":")" + method + "\"}");
+    return query("POST /rpc", R"({"jsonrpc":"2.0","id":1,"method":")" + method + "\"}");
   }
-  WebClient& stream(bool reads = true) { return ask("GET /events?mode=every&topics=*", "", reads); }
+  WebClient& stream(bool reads = true) {
+    return query("GET /events?mode=every&topics=*", "", reads);
+  }
 
   /// Lets both sides work; the suite's own time-out ends what never comes.
   template <class Done>
@@ -204,14 +206,14 @@ TEST_CASE("A stream that nobody reads is closed and its seat free") {
 
 TEST_CASE("A stream, and a call that waits, end with the token that they came with") {
   WebBench bench;
-  bool stands = true;
-  bench.shared.token_stands = [&](const TokenOwner&) { return stands; };
+  bool token_valid = true;
+  bench.shared.is_token_valid = [&](const TokenOwner&) { return token_valid; };
   WebClient& stream = bench.stream();
   WebClient& waiting = bench.call("later.say");
   bench.until([&] { return stream.status() == 200 && !bench.waiting.empty(); });
   bench.hub.publish("run:R-000001", {{"state", "running"}}, 1);
   bench.until([&] { return stream.got.find("event: event") != std::string::npos; });
-  stands = false;
+  token_valid = false;
   CHECK(bench.status_of(waiting) == 401);
   bench.until([&] { return stream.ended; });
   CHECK(stream.got.find("event: error\ndata: {") != std::string::npos);
@@ -247,10 +249,10 @@ TEST_CASE("A file is looked at before it is sent; one that is written to meanwhi
   const std::string text(8'000'000, 'x');
   test::write_file(folder / "f", text);
   WebBench bench;
-  std::vector<Shared::FileTold> asked;
-  bench.shared.file = [&](std::string_view path, const Shared::FileTold& told) {
+  std::vector<Shared::FileCallback> requested;
+  bench.shared.file = [&](std::string_view path, const Shared::FileCallback& reported) {
     CHECK(path == "R-000001/f");
-    asked.push_back(told);
+    requested.push_back(reported);
   };
   const auto served = [&]() -> Result<ServedFile> {
     auto file = OpenFile::beneath(folder.path(), "f");
@@ -259,16 +261,16 @@ TEST_CASE("A file is looked at before it is sent; one that is written to meanwhi
     return ServedFile{std::make_shared<const OpenFile>(std::move(*file)), as_of, "abc"};
   };
   const std::string get = "GET /data/R-000001/f";
-  WebClient& whole = bench.ask(get, "");
-  bench.until([&] { return asked.size() == 1; });
+  WebClient& whole = bench.query(get, "");
+  bench.until([&] { return requested.size() == 1; });
   CHECK(bench.status_of(bench.call("now.say")) == 200);  // nobody waits for it
-  asked[0](served());
+  requested[0](served());
   CHECK(bench.status_of(whole) == 200);
   CHECK(whole.got.size() > text.size());
 
-  WebClient& cut = bench.ask(get, "", false);  // reads nothing yet
-  bench.until([&] { return asked.size() == 2; });
-  asked[1](served());
+  WebClient& cut = bench.query(get, "", false);  // reads nothing yet
+  bench.until([&] { return requested.size() == 2; });
+  requested[1](served());
   for (int i = 0; i < 100; ++i) bench.there.poll();  // what the socket takes
   test::write_file(folder / "f", std::string(text.size(), 'y'));
   cut.read();
@@ -276,33 +278,33 @@ TEST_CASE("A file is looked at before it is sent; one that is written to meanwhi
   CHECK(cut.got.size() < text.size());
   CHECK(cut.got.find('y', cut.got.find("\r\n\r\n")) == std::string::npos);
 
-  WebClient& refused = bench.ask(get, "");
-  bench.until([&] { return asked.size() == 3; });
-  asked[2](fail({.code = Errc::wrong_state, .what = "altered"}));
+  WebClient& refused = bench.query(get, "");
+  bench.until([&] { return requested.size() == 3; });
+  requested[2](fail({.code = Errc::wrong_state, .what = "altered"}));
   CHECK(bench.status_of(refused) == 409);
-  WebClient& busy = bench.ask(get, "");
-  bench.until([&] { return asked.size() == 4; });
-  asked[3](fail({.code = Errc::timeout, .what = "later"}));
+  WebClient& busy = bench.query(get, "");
+  bench.until([&] { return requested.size() == 4; });
+  requested[3](fail({.code = Errc::timeout, .what = "later"}));
   CHECK(bench.status_of(busy) == 503);
   {
-    WebClient& gone = bench.ask(get, "");
-    bench.until([&] { return asked.size() == 5; });
+    WebClient& gone = bench.query(get, "");
+    bench.until([&] { return requested.size() == 5; });
     gone.socket.close();
   }
-  asked[4](served());  // nobody is there
+  requested[4](served());  // nobody is there
 }
 
 TEST_CASE("The page needs no token, what it shows does") {
   WebBench bench;
-  const auto asked = [&](const std::string& path) {
+  const auto requested = [&](const std::string& path) {
     WebClient& client = bench.connect();
     client.send("GET " + path + " HTTP/1.1\r\nHost: localhost\r\n\r\n");
     return bench.status_of(client);
   };
-  CHECK(asked("/") == 200);
-  CHECK(asked("/style.css") == 200);
-  CHECK(asked("/events") == 401);
-  CHECK(asked("/nothing") == 404);
+  CHECK(requested("/") == 200);
+  CHECK(requested("/style.css") == 200);
+  CHECK(requested("/events") == 401);
+  CHECK(requested("/nothing") == 404);
 }
 
 }  // namespace http_server_test

@@ -93,30 +93,30 @@ TEST_CASE("log.query tells lines and where to ask on from, and takes whole numbe
   services.log = &store;
   rpc::Methods methods;
   api::add_system_methods(methods, services);
-  const auto asked = [&](const json& params) {
-    std::optional<rpc::Outcome> said;
+  const auto requested = [&](const json& params) {
+    std::optional<rpc::Outcome> reply;
     const rpc::Caller caller;
-    methods.find("log.query").value()->handler({params, caller}, [&](auto out) { said = out; });
-    return said.value();
+    methods.find("log.query").value()->handler({params, caller}, [&](auto out) { reply = out; });
+    return reply.value();
   };
-  const json told = json::parse(asked({{"kind", "halt"}, {"most", 1}}).value());
-  CHECK(told["next"] == 11);
-  REQUIRE(told["lines"].size() == 1);
-  CHECK(told["lines"][0] == json{{"sequence", 10},
-                                 {"t_us", 10'000'000},
-                                 {"run", "R-000002"},
-                                 {"kind", "halt"},
-                                 {"by", "ada"},
-                                 {"data", {{"i", 10}}}});
-  CHECK(json::parse(asked({{"from", 11}, {"kind", "halt"}}).value())["next"].is_null());
+  const json reported = json::parse(requested({{"kind", "halt"}, {"most", 1}}).value());
+  CHECK(reported["next"] == 11);
+  REQUIRE(reported["lines"].size() == 1);
+  CHECK(reported["lines"][0] == json{{"sequence", 10},
+                                     {"t_us", 10'000'000},
+                                     {"run", "R-000002"},
+                                     {"kind", "halt"},
+                                     {"by", "ada"},
+                                     {"data", {{"i", 10}}}});
+  CHECK(json::parse(requested({{"from", 11}, {"kind", "halt"}}).value())["next"].is_null());
   for (const char* name : {"since_us", "until_us", "from", "most"})
     for (const json& wrong : {json(-1), json(std::uint64_t{1} << 63)}) {
-      const auto refused = asked({{name, wrong}});
+      const auto refused = requested({{name, wrong}});
       REQUIRE_FALSE(refused);
       CHECK(refused.error().error.where == std::string("/params/") + name);
     }
-  CHECK_FALSE(asked({{"most", 0}}));
-  CHECK_FALSE(asked({{"most", 10'001}}));
+  CHECK_FALSE(requested({{"most", 0}}));
+  CHECK_FALSE(requested({{"most", 10'001}}));
 }
 
 }  // namespace journal_query_test

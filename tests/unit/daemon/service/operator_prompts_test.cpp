@@ -13,13 +13,13 @@ using namespace std::chrono_literals;
 
 namespace {
 
-recipes::OperatorAsk ask(const char* text) {
+recipes::StepPrompt query(const char* text) {
   return {.trial = 0, .step = 0, .text = text, .people_s = 30};
 }
 
-RunMoment asking(recipes::Ticket ticket, const char* text) {
-  RunMoment moment;
-  moment.asked = recipes::AskOperator{ticket, ask(text)};
+RunStatusUpdate asking(recipes::Ticket ticket, const char* text) {
+  RunStatusUpdate moment;
+  moment.requested = recipes::PromptOperator{ticket, query(text)};
   return moment;
 }
 
@@ -30,7 +30,7 @@ TEST_CASE("a prompt that opens has a name of its own, its time and its ticket") 
   CHECK(prompts.on_step(1, RunState::awaiting_operator, asking(5, "mount a1"), 3s));
   REQUIRE(prompts.find(1) != nullptr);
   CHECK(prompts.find(1)->step == "Q-12");
-  CHECK(prompts.find(1)->ask.text == "mount a1");
+  CHECK(prompts.find(1)->query.text == "mount a1");
   CHECK(prompts.find(1)->at == 3s);
   CHECK(prompts.ticket(1) == 5);
   CHECK(prompts.check(1, "Q-12"));
@@ -47,22 +47,22 @@ TEST_CASE("a prompt that opens has a name of its own, its time and its ticket") 
 
 TEST_CASE("the next prompt is known from the plan, and with its time from the running campaign") {
   OperatorPrompts prompts;
-  prompts.on_plan(1, ask("mount a1"));
+  prompts.on_plan(1, query("mount a1"));
   CHECK(prompts.find(1)->step.empty());
   CHECK_FALSE(prompts.find(1)->at);
   CHECK_FALSE(prompts.check(1, "Q-1"));
-  RunMoment moment;
-  moment.next_ask = ask("mount a2");
-  moment.next_ask_in_s = 2.5;
+  RunStatusUpdate moment;
+  moment.next_prompt = query("mount a2");
+  moment.next_prompt_in_s = 2.5;
   CHECK_FALSE(prompts.on_step(1, RunState::running, moment, 10s));
-  CHECK(prompts.find(1)->ask.text == "mount a2");
+  CHECK(prompts.find(1)->query.text == "mount a2");
   CHECK(prompts.find(1)->at == 12500ms);
-  moment.next_ask_in_s.reset();
+  moment.next_prompt_in_s.reset();
   prompts.on_step(1, RunState::running, moment, 11s);
   CHECK_FALSE(prompts.find(1)->at);
-  prompts.on_step(1, RunState::running, RunMoment(), 12s);
+  prompts.on_step(1, RunState::running, RunStatusUpdate(), 12s);
   CHECK(prompts.find(1) == nullptr);
-  prompts.on_plan(1, ask("mount a1"));
+  prompts.on_plan(1, query("mount a1"));
   prompts.on_plan(1, std::nullopt);
   CHECK(prompts.find(1) == nullptr);
 }
@@ -71,7 +71,7 @@ TEST_CASE("a step that asks nothing and runs nothing leaves the prompt as it is"
   OperatorPrompts prompts;
   prompts.on_step(1, RunState::awaiting_operator, asking(5, "mount a1"), 0s);
   for (const RunState state : {RunState::awaiting_operator, RunState::held, RunState::pausing})
-    CHECK_FALSE(prompts.on_step(1, state, RunMoment(), 1s));
+    CHECK_FALSE(prompts.on_step(1, state, RunStatusUpdate(), 1s));
   CHECK(prompts.find(1)->step == "Q-1");
 }
 
@@ -79,8 +79,8 @@ TEST_CASE("a run needs people while it waits for its turn, runs, or waits for th
   for (const RunState state : all_run_states) {
     INFO(to_string(state));
     OperatorPrompts prompts;
-    prompts.on_plan(1, ask("mount a1"));
-    prompts.on_plan(2, ask("mount a1"));
+    prompts.on_plan(1, query("mount a1"));
+    prompts.on_plan(2, query("mount a1"));
     prompts.on_state(1, state);
     const bool needs = state == RunState::queued || state == RunState::arming ||
                        state == RunState::running || state == RunState::awaiting_operator;

@@ -38,11 +38,11 @@ std::string leave_waiting(const TemporaryFolder& folder) {
   RunOrders orders;
   CampaignHooks hooks;
   hooks.orders = &orders;
-  int asks = 0;
-  hooks.moment = [&](const RunMoment& moment) {
-    if (!moment.asked) return;
-    if (++asks == 3) raise(SIGKILL);
-    orders.give({Order::confirm, "ada", moment.asked->ticket});
+  int prompts = 0;
+  hooks.moment = [&](const RunStatusUpdate& moment) {
+    if (!moment.requested) return;
+    if (++prompts == 3) raise(SIGKILL);
+    orders.give({Order::confirm, "ada", moment.requested->ticket});
   };
   REQUIRE(test::killed_at(request, {}, hooks) == true);
   REQUIRE(test::add(store, run));
@@ -51,13 +51,13 @@ std::string leave_waiting(const TemporaryFolder& folder) {
 }
 
 /// Until something is asked; its name.
-OperatorPrompt asked(RunManagerBench& bench, const std::string& id) {
+OperatorPrompt requested(RunManagerBench& bench, const std::string& id) {
   REQUIRE(bench.posted.run_until(
       [&] { return bench.manager->get(id)->machine.state == RunState::awaiting_operator; }));
   const RunView run = *bench.manager->get(id);
-  REQUIRE(run.attention);
-  REQUIRE_FALSE(run.attention->step.empty());
-  return *run.attention;
+  REQUIRE(run.operator_prompt);
+  REQUIRE_FALSE(run.operator_prompt->step.empty());
+  return *run.operator_prompt;
 }
 
 }  // namespace
@@ -67,27 +67,27 @@ TEST_CASE("a run waits for each of its operator steps, and goes on when that one
   RunManagerBench bench(folder, asking_recipe());
   const RunView queued = bench.submit();
   const std::string id = queued.stored.id();
-  CHECK(queued.attention->ask.text == "Clean the probe.");
-  CHECK(queued.attention->step.empty());
-  const OperatorPrompt first = asked(bench, id);
-  CHECK(first.ask.text == "Clean the probe.");
+  CHECK(queued.operator_prompt->prompt.text == "Clean the probe.");
+  CHECK(queued.operator_prompt->step.empty());
+  const OperatorPrompt first = requested(bench, id);
+  CHECK(first.prompt.text == "Clean the probe.");
   CHECK(bench.manager->confirm(id, "Q-0", "ada").error().code == Errc::wrong_state);
   CHECK(bench.manager->confirm("R-000009", first.step, "ada").error().code == Errc::not_found);
   REQUIRE(bench.manager->confirm(id, first.step, "ada"));
-  const OperatorPrompt second = asked(bench, id);
-  CHECK(second.ask.text == "Mount denim.");
+  const OperatorPrompt second = requested(bench, id);
+  CHECK(second.prompt.text == "Mount denim.");
   CHECK(second.step != first.step);
   CHECK(bench.manager->confirm(id, first.step, "ada").error().expected == second.step);
   REQUIRE(bench.manager->confirm(id, second.step, "ada"));
   CHECK_FALSE(bench.manager->confirm(id, second.step, "ada"));  // once is enough
-  const OperatorPrompt third = asked(bench, id);
-  CHECK(third.ask.text == "Mount satin.");
-  CHECK(third.ask.trial == 2);
+  const OperatorPrompt third = requested(bench, id);
+  CHECK(third.prompt.text == "Mount satin.");
+  CHECK(third.prompt.trial == 2);
   CHECK(bench.manager->get(id)->trials_done == 2);
   REQUIRE(bench.manager->confirm(id, third.step, "ada"));
   const RunView done = bench.ended(id);
   CHECK(done.stored.outcome == "complete");
-  CHECK_FALSE(done.attention);
+  CHECK_FALSE(done.operator_prompt);
   std::size_t confirmed = 0;
   const auto lines = bench.store.tail(id, 1000);
   for (const auto& line : *lines) confirmed += line.kind == "confirmed" && line.by == "ada" ? 1 : 0;
@@ -99,9 +99,9 @@ TEST_CASE("who waits for people is paused, stopped, aborted and halted like any 
     const TemporaryFolder folder;
     RunManagerBench bench(folder, asking_recipe());
     const std::string id = bench.submit().stored.id();
-    asked(bench, id);
+    requested(bench, id);
     REQUIRE(bench.manager->order(id, order, "ada"));
-    CHECK_FALSE(bench.manager->get(id)->attention);
+    CHECK_FALSE(bench.manager->get(id)->operator_prompt);
     CHECK(bench.ended(id).stored.outcome == outcome);
   };
   ends_as(Order::stop, "stopped");
@@ -110,14 +110,14 @@ TEST_CASE("who waits for people is paused, stopped, aborted and halted like any 
   const TemporaryFolder folder;
   RunManagerBench bench(folder, asking_recipe());
   const std::string id = bench.submit().stored.id();
-  const OperatorPrompt before = asked(bench, id);
+  const OperatorPrompt before = requested(bench, id);
   REQUIRE(bench.manager->order(id, Order::pause, "ada"));
   REQUIRE(bench.posted.run_until(
       [&] { return bench.manager->get(id)->machine.state == RunState::held; }));
   CHECK_FALSE(bench.manager->confirm(id, before.step, "ada"));
   REQUIRE(bench.manager->order(id, Order::resume, "ada"));
-  const OperatorPrompt again = asked(bench, id);
-  CHECK(again.ask.text == before.ask.text);
+  const OperatorPrompt again = requested(bench, id);
+  CHECK(again.prompt.text == before.prompt.text);
   CHECK(again.step != before.step);
   REQUIRE(bench.manager->order(id, Order::abort, "ada"));
   bench.ended(id);
@@ -131,14 +131,14 @@ TEST_CASE("a run that waits for people when its daemon dies asks again when it g
   REQUIRE(bench.manager->get(id)->machine.state == RunState::interrupted);
   std::optional<ResumePreview> left;
   bench.manager->preview(id, Recovery::resume,
-                         [&](const Result<ResumePreview>& told) { left = told.value(); });
+                         [&](const Result<ResumePreview>& reported) { left = reported.value(); });
   REQUIRE(bench.posted.run_until([&] { return left.has_value(); }));
   CHECK(left->complete == 2);
   CHECK(std::count(left->will.begin(), left->will.end(),
                    "wait until a person confirms: Mount satin.") == 1);
   REQUIRE(bench.recover(id, "ada"));
-  const OperatorPrompt again = asked(bench, id);
-  CHECK(again.ask.text == "Mount satin.");
+  const OperatorPrompt again = requested(bench, id);
+  CHECK(again.prompt.text == "Mount satin.");
   CHECK(again.step != before);
   CHECK_FALSE(bench.manager->confirm(id, before, "ada"));
   REQUIRE(bench.manager->confirm(id, again.step, "ada"));
@@ -165,15 +165,15 @@ TEST_CASE("what waits for people does not count as time of the machine") {
   recipes::State state;
   state.step = recipes::Step::awaiting_operator;
   pace.step(state, 0s);
-  pace.confirmed(recipes::ask_of(plan, 0, 0));
-  pace.confirmed(recipes::ask_of(plan, 0, 1));
+  pace.confirmed(recipes::step_prompt(plan, 0, 0));
+  pace.confirmed(recipes::step_prompt(plan, 0, 1));
   state.step = recipes::Step::clearing;
   pace.step(state, 240s);  // twice as long as the recipe says
   pace.trial_ended(1);
   CHECK(pace.machine_until_s(1, 2, 250s) == Approx(10));
   CHECK(pace.left_s(250s) == Approx(3 * 10 + 2 * 90));
-  CHECK(pace.next_ask(1)->text == "Mount satin.");
-  CHECK_FALSE(pace.next_ask(3));
+  CHECK(pace.next_prompt(1)->text == "Mount satin.");
+  CHECK_FALSE(pace.next_prompt(3));
   CHECK(*RunPace(plan, 0, true, 0s).machine_until_s(0, 4, 0s) == Approx(plan.forecast.duration_s));
 }
 
@@ -186,11 +186,11 @@ TEST_CASE("what is done finally is left to do on a bench that takes its time") {
               folder,
               test::with_keys(R"("finally":{"on_success":[{"do":"wait","duration_s":100}]})")))
           .value();
-  for (const bool keeps_time : {true, false}) {
-    RunPace pace(checked.plan, 0, keeps_time, 0s);
-    if (keeps_time) CHECK(pace.left_s(0s) == Approx(checked.plan.forecast.duration_s));
+  for (const bool runs_in_real_time : {true, false}) {
+    RunPace pace(checked.plan, 0, runs_in_real_time, 0s);
+    if (runs_in_real_time) CHECK(pace.left_s(0s) == Approx(checked.plan.forecast.duration_s));
     pace.trial_ended(checked.plan.trials.size());
-    CHECK(pace.left_s(0s) == (keeps_time ? 100 : 0));
+    CHECK(pace.left_s(0s) == (runs_in_real_time ? 100 : 0));
   }
 }
 

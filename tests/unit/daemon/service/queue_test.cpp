@@ -46,8 +46,8 @@ TEST_CASE("A line puts a run where it belongs, whatever the place") {
   CHECK(queue.runs() == Numbers{1, 3, 2});
   queue.put(1, 99);
   CHECK(queue.runs() == Numbers{3, 2, 1});
-  CHECK(queue.place_of(2) == 1);
-  CHECK(queue.place_of(9) == 3);
+  CHECK(queue.find_place(2) == 1);
+  CHECK(queue.find_place(9) == 3);
 }
 
 TEST_CASE("runs begin in the order of their line, and each change is another revision") {
@@ -190,10 +190,10 @@ TEST_CASE("any sequence of changes leaves a line of exactly the runs that wait, 
     Numbers waiting;
     for (const RunView& run : bench.manager->all())
       if (run.machine.state == RunState::queued) waiting.push_back(run.stored.number);
-    Numbers lined = bench.manager->queue().runs();
+    Numbers on_queue_changed = bench.manager->queue().runs();
     REQUIRE(bench.manager->queue() == bench.store.queue().value());
-    std::sort(lined.begin(), lined.end());
-    REQUIRE(lined == waiting);
+    std::sort(on_queue_changed.begin(), on_queue_changed.end());
+    REQUIRE(on_queue_changed == waiting);
     REQUIRE(bench.manager->queue().revision() >= revision);
     revision = bench.manager->queue().revision();
   }

@@ -25,10 +25,10 @@ struct CheckBench {
     services.run_manager = bench.manager.get();
     services.log = &bench.store;
     services.recipes = services.data = folder.path();
-    services.errand = [this](std::function<Report()> work,
-                             const std::function<void(const Error&)>&) {
+    services.background = [this](std::function<Report()> work,
+                                 const std::function<void(const Error&)>&) {
       if (full) return false;
-      errands.push_back(std::move(work));
+      workers.push_back(std::move(work));
       return true;
     };
     api::add_recipe_methods(methods, services);
@@ -36,32 +36,32 @@ struct CheckBench {
     api::add_recipe_put(methods, services);
     services.utc_us = [] { return std::int64_t{0}; };
   }
-  void ask(const json& params, const char* method = "recipe.check") {
+  void query(const json& params, const char* method = "recipe.check") {
     const rpc::Caller caller;
-    said.reset();
+    reply.reset();
     methods.find(method).value()->handler(
-        {params, caller}, [this](rpc::Outcome outcome) { said = std::move(outcome); });
+        {params, caller}, [this](rpc::Outcome outcome) { reply = std::move(outcome); });
   }
-  json answer() const { return json::parse(said->value()); }
+  json answer() const { return json::parse(reply->value()); }
 
   /// Asks, and does the errand that it takes.
   rpc::Outcome answered(const char* method, const json& params) {
-    ask(params, method);
-    REQUIRE_FALSE(said);
-    REQUIRE(errands.size() == 1);
-    const Report report = errands.front()();
-    CHECK_FALSE(said);  // that is for the server's thread
+    query(params, method);
+    REQUIRE_FALSE(reply);
+    REQUIRE(workers.size() == 1);
+    const Report report = workers.front()();
+    CHECK_FALSE(reply);  // that is for the server's thread
     report();
-    errands.clear();
-    REQUIRE(said);
-    return *said;
+    workers.clear();
+    REQUIRE(reply);
+    return *reply;
   }
 
   test::RunManagerBench bench;
   api::Services services;
   rpc::Methods methods;
-  std::vector<std::function<Report()>> errands;
-  std::optional<rpc::Outcome> said;
+  std::vector<std::function<Report()>> workers;
+  std::optional<rpc::Outcome> reply;
   bool full = false;
 };
 
@@ -122,21 +122,21 @@ TEST_CASE("What weft check has against a rig file, recipe.check, recipe.put and 
   if (wrong == 1) test::device_of(rig, "x")["config"]["max_speed_mm_s"] = "fast";
   if (wrong == 2) test::device_of(rig, "taxels")["link"] = {{"kind", "tcp"}, {"port", 7}};
   test::write_file(bench.bench.request.rig, rig.dump());
-  const auto said = preflight(bench.bench.request);
+  const auto reply = preflight(bench.bench.request);
   const auto checked = bench.answered("recipe.check", {{"recipe", "recipe"}});
   const auto started = bench.bench.submit({bench.bench.request.recipe, {}, {}, "test"});
   REQUIRE_FALSE(started);
-  if (!said) {  // the file as such
-    CHECK(checked.error().error.what == said.error().what);
+  if (!reply) {  // the file as such
+    CHECK(checked.error().error.what == reply.error().what);
     return;
   }
-  REQUIRE_FALSE(said->problems.empty());
-  const json told = json::parse(*checked);
-  CHECK(told["ok"] == false);
-  REQUIRE(told["problems"].size() == said->problems.size());
-  CHECK(told["problems"][0]["message"] == said->problems.front().what.message);
-  CHECK(told["problems"][0]["file"] == bench.bench.request.rig.string());
-  CHECK(started.error().what.find(said->problems.front().what.message) != std::string::npos);
+  REQUIRE_FALSE(reply->problems.empty());
+  const json reported = json::parse(*checked);
+  CHECK(reported["ok"] == false);
+  REQUIRE(reported["problems"].size() == reply->problems.size());
+  CHECK(reported["problems"][0]["message"] == reply->problems.front().what.message);
+  CHECK(reported["problems"][0]["file"] == bench.bench.request.rig.string());
+  CHECK(started.error().what.find(reply->problems.front().what.message) != std::string::npos);
 }
 
 TEST_CASE("A file that is nested ever deeper is refused, whatever is asked about it") {
@@ -160,20 +160,20 @@ TEST_CASE("A file that is nested ever deeper is refused, whatever is asked about
 TEST_CASE("What is refused by its name needs no errand, and one too many is told so") {
   const TemporaryFolder folder;
   CheckBench bench(folder);
-  bench.ask({{"recipe", "recipes"}});
-  REQUIRE(bench.said);
-  CHECK(bench.said->error().kind == "not_found");
-  bench.ask({{"recipe", "recipe"}, {"seed", -1}});
-  CHECK_FALSE(bench.said->has_value());
-  bench.ask({{"recipe", "recipe"}, {"other", "recipes"}}, "recipe.diff");
-  CHECK(bench.said->error().error.where == "/params/other");
-  bench.ask({{"recipe", "recipe"}, {"most", 0}}, "recipe.plan");
-  CHECK(bench.said->error().error.where == "/params/most");
-  CHECK(bench.errands.empty());
+  bench.query({{"recipe", "recipes"}});
+  REQUIRE(bench.reply);
+  CHECK(bench.reply->error().kind == "not_found");
+  bench.query({{"recipe", "recipe"}, {"seed", -1}});
+  CHECK_FALSE(bench.reply->has_value());
+  bench.query({{"recipe", "recipe"}, {"other", "recipes"}}, "recipe.diff");
+  CHECK(bench.reply->error().error.where == "/params/other");
+  bench.query({{"recipe", "recipe"}, {"most", 0}}, "recipe.plan");
+  CHECK(bench.reply->error().error.where == "/params/most");
+  CHECK(bench.workers.empty());
   bench.full = true;
-  bench.ask({{"recipe", "recipe"}});
-  CHECK(bench.said->error().kind == "request.too_many");
-  CHECK(bench.said->error().retryable);
+  bench.query({{"recipe", "recipe"}});
+  CHECK(bench.reply->error().kind == "request.too_many");
+  CHECK(bench.reply->error().retryable);
 }
 
 }  // namespace recipe_check_test

@@ -25,19 +25,19 @@ std::string only_run(const RunManagerBench& bench) {
 }
 
 Result<ResumePreview> previewed(RunManagerBench& bench, Recovery choice) {
-  std::optional<Result<ResumePreview>> told;
+  std::optional<Result<ResumePreview>> reported;
   bench.manager->preview(only_run(bench), choice,
-                         [&](const Result<ResumePreview>& left) { told = left; });
-  REQUIRE(bench.posted.run_until([&] { return told.has_value(); }));
-  return *told;
+                         [&](const Result<ResumePreview>& left) { reported = left; });
+  REQUIRE(bench.posted.run_until([&] { return reported.has_value(); }));
+  return *reported;
 }
 
 Result<RunView> settled(RunManagerBench& bench, Recovery choice) {
-  std::optional<Result<RunView>> told;
+  std::optional<Result<RunView>> reported;
   bench.manager->settle(only_run(bench), choice, "ada",
-                        [&](const Result<RunView>& run) { told = run; });
-  REQUIRE(bench.posted.run_until([&] { return told.has_value(); }));
-  return *told;
+                        [&](const Result<RunView>& run) { reported = run; });
+  REQUIRE(bench.posted.run_until([&] { return reported.has_value(); }));
+  return *reported;
 }
 
 }  // namespace
@@ -139,13 +139,13 @@ TEST_CASE("nothing is settled while the daemon's folder is away, or where it wen
   CHECK(settled(bench, Recovery::discard).error().code == Errc::io);
   std::filesystem::rename(away, folder.path());
   CHECK_FALSE(load_progress(campaign)->discarded);
-  std::optional<Result<RunView>> told;
+  std::optional<Result<RunView>> reported;
   bench.manager->settle(only_run(bench), Recovery::discard, "ada",
-                        [&](const Result<RunView>& run) { told = run; });
+                        [&](const Result<RunView>& run) { reported = run; });
   REQUIRE(bench.posted.arrives());
   std::filesystem::rename(folder.path(), away);
-  REQUIRE(bench.posted.run_until([&] { return told.has_value(); }));
-  CHECK(told->error().code == Errc::io);
+  REQUIRE(bench.posted.run_until([&] { return reported.has_value(); }));
+  CHECK(reported->error().code == Errc::io);
   CHECK(bench.manager->get(only_run(bench))->machine.state == RunState::interrupted);
   std::filesystem::rename(away, folder.path());
   REQUIRE(settled(bench, Recovery::discard));
@@ -157,14 +157,14 @@ TEST_CASE("while one choice is carried out no other is, and each preview is of i
   leave_interrupted(folder);
   RunManagerBench bench(folder);
   const std::string id = only_run(bench);
-  std::vector<ResumePreview> told;
-  const auto tell = [&](const Result<ResumePreview>& left) { told.push_back(left.value()); };
+  std::vector<ResumePreview> reported;
+  const auto tell = [&](const Result<ResumePreview>& left) { reported.push_back(left.value()); };
   bench.manager->preview(id, Recovery::resume, tell);
   bench.manager->preview(id, Recovery::discard, tell);
   bench.manager->preview(id, Recovery::resume, tell);
-  REQUIRE(bench.posted.run_until([&] { return told.size() == 3; }));
-  CHECK(told[0].will == told[1].will);
-  CHECK(told[2].will != told[0].will);
+  REQUIRE(bench.posted.run_until([&] { return reported.size() == 3; }));
+  CHECK(reported[0].will == reported[1].will);
+  CHECK(reported[2].will != reported[0].will);
   bench.posted.hold();
   std::optional<RunView> ended;
   bench.manager->settle(id, Recovery::discard, "ada",

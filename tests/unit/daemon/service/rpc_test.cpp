@@ -75,8 +75,8 @@ TEST_CASE("Members that a request does not have are refused with the one that wa
   CHECK(r.error().error.kind == "request.unknown_member");
   CHECK(r.error().error.error.where == "/parmas");
   CHECK(r.error().error.error.hint == "Did you mean params?");
-  REQUIRE(r.error().heard);
-  CHECK(r.error().heard->method == "m");
+  REQUIRE(r.error().received);
+  CHECK(r.error().received->method == "m");
   const auto other = parse_request(R"({"jsonrpc":"2.0","id":3,"method":"m","zzzzzzzz":1})");
   CHECK_THAT(other.error().error.error.hint, Catch::StartsWith("Known: "));
 }

@@ -102,7 +102,7 @@ struct RunManagerBench {
   /// What every run's thread does at each line of its progress.
   std::function<void(const TrialProgress&, RunOrders&)> at_line = {};
   /// Likewise, at each change of its engine's step.
-  std::function<void(const RunMoment&)> at_moment = {};
+  std::function<void(const RunStatusUpdate&)> at_moment = {};
   /// Likewise, before it looks at anything.
   std::function<void()> at_start = {};
   /// Likewise, when it asks for the rig.
@@ -140,7 +140,7 @@ struct RunManagerBench {
         store);
   }
 
-  ~DeskBench() { posted.end(); }
+  ~RunManagerBench() { posted.end(); }
 
   Result<CampaignSummary> performed(const CampaignRequest& wanted, CampaignHooks hooks) {
     if (at_start) at_start();
@@ -151,17 +151,17 @@ struct RunManagerBench {
       hooks.planned(check_request(wanted)->plan);
       return fail({.code = Errc::io, .where = "stage.x", .what = "no device answers"});
     }
-    hooks.progress = [this, &hooks, told = hooks.progress](const TrialProgress& line) {
-      told(line);
+    hooks.progress = [this, &hooks, reported = hooks.progress](const TrialProgress& line) {
+      reported(line);
       if (at_line) at_line(line, *hooks.orders);
       posted.keep_step();
     };
-    hooks.moment = [this, told = hooks.moment](const RunMoment& moment) {
-      told(moment);
+    hooks.moment = [this, reported = hooks.moment](const RunStatusUpdate& moment) {
+      reported(moment);
       if (at_moment) at_moment(moment);
       posted.keep_step();
     };
-    hooks.rig_taken = [this, taken = hooks.rig_taken] {
+    hooks.rig_acquired = [this, taken = hooks.rig_acquired] {
       if (at_asking) at_asking();
       Status leave = taken();
       if (leave && at_rig) at_rig();

@@ -67,9 +67,9 @@ TEST_CASE("a run that goes on is told of without an end, and withdrawn it has it
   RunManagerBench bench(folder, test::tiny_recipe(4));
   CHECK(facts_of(*bench.manager->get(only_run(bench))) == Facts(5));
   REQUIRE(bench.manager->remove(only_run(bench), "test"));
-  const RunView withdrawn = *bench.manager->get(only_run(bench));
-  CHECK(withdrawn.machine.state == RunState::interrupted);
-  CHECK(facts_of(withdrawn) == before);
+  const RunView removed_from_queue = *bench.manager->get(only_run(bench));
+  CHECK(removed_from_queue.machine.state == RunState::interrupted);
+  CHECK(facts_of(removed_from_queue) == before);
 }
 
 TEST_CASE(
@@ -77,16 +77,16 @@ TEST_CASE(
   const TemporaryFolder folder;
   leave_interrupted(folder, 4);
   RunManagerBench bench(folder, test::tiny_recipe(4));
-  const std::string kept = stopped_at(bench, 4).stored.dataset_sha256;
-  REQUIRE_FALSE(kept.empty());
+  const std::string saved = stopped_at(bench, 4).stored.dataset_sha256;
+  REQUIRE_FALSE(saved.empty());
   const RunView replayed = stopped_at(bench, 1);
   CHECK(replayed.stored.dataset_error.find("Nothing was changed") != std::string::npos);
-  CHECK(facts_of(replayed) == Facts{"stopped", "done", "safe", "", kept});
+  CHECK(facts_of(replayed) == Facts{"stopped", "done", "safe", "", saved});
   REQUIRE(bench.recover(only_run(bench), "test"));
   const RunView whole = bench.ended(only_run(bench));
   CHECK(whole.stored.outcome == "complete");
   CHECK_FALSE(whole.stored.dataset_sha256.empty());
-  CHECK(whole.stored.dataset_sha256 != kept);
+  CHECK(whole.stored.dataset_sha256 != saved);
 }
 
 TEST_CASE("a data set that cannot be written changes nothing of how the bench ended") {
@@ -223,11 +223,11 @@ TEST_CASE("a daemon's folder may be moved: its runs are found in it and go on th
 TEST_CASE("a folder as an older daemon kept it is found where its name is") {
   const TemporaryFolder folder;
   const std::string file = (folder / "weftd.sqlite").string();
-  const std::string kept = GENERATE("/gone/R-000001", "out/lab/R-000001", "R-000001");
+  const std::string saved = GENERATE("/gone/R-000001", "out/lab/R-000001", "R-000001");
   {
     RunStore store = std::move(RunStore::open(file).value());
     StoredRun run;
-    run.folder = kept;
+    run.folder = saved;
     REQUIRE(test::add(store, run));
   }
   const fs::path here = folder / "R-000001";
@@ -318,9 +318,9 @@ TEST_CASE("a rig file that is damaged while runs wait costs none of them") {
     CHECK_FALSE(bench.manager->active());
     CHECK(bench.manager->queue().runs() == std::vector<std::int64_t>{1, 2});
     CHECK(bench.manager->queue().paused_by() == "auto:failed");
-    const JournalLine said = bench.store.tail("", 1)->front();
-    CHECK(said.kind == "queue_paused");
-    CHECK(said.payload_json.find(bench.request.rig.string()) != std::string::npos);
+    const JournalLine reply = bench.store.tail("", 1)->front();
+    CHECK(reply.kind == "queue_paused");
+    CHECK(reply.payload_json.find(bench.request.rig.string()) != std::string::npos);
   }
   test::write_file(bench.request.rig, rig);
   REQUIRE(bench.manager->resume_queue("test"));

@@ -2,7 +2,7 @@
 // run that was told of is there again, and comes to the data of one that nobody touched. SIMULATED.
 
 #include "daemon/storage/certificate/verify.hpp"
-#include "daemon/storage/recorder/campaign_past.hpp"
+#include "daemon/storage/recorder/campaign_history.hpp"
 #include "tests/unit/daemon/service/run_manager_bench.hpp"
 
 namespace run_manager_kill_test {
@@ -52,19 +52,19 @@ bool killed_in(test::KillPoint point, const std::function<int()>& work) {
 
 /// A run manager opened, a run submitted and waited for.
 bool killed_at_manager(const TemporaryFolder& folder, test::KillPoint point,
-                       const LastWords& told) {
+                       const LastWords& reported) {
   return killed_in(point, [&] {
     RunManagerBench bench(folder, tiny_recipe(1));
-    bench.at_asking = [&told] { told.facts().asks_for_rig = true; };
-    bench.at_rig = [&told] { told.facts().has_rig = true; };
+    bench.at_asking = [&reported] { reported.facts().asks_for_rig = true; };
+    bench.at_rig = [&reported] { reported.facts().has_rig = true; };
     const auto run = bench.submit({bench.request.recipe, {}, {}, "test"});
     if (!run) return 2;
-    told.facts().submitted = true;
+    reported.facts().submitted = true;
     const std::string id = run->stored.id();
     const auto over = [&] { return bench.manager->get(id)->machine.state == RunState::ended; };
     if (!bench.posted.run_until(over)) return 3;
-    told.facts().complete = bench.manager->get(id)->stored.outcome == "complete";
-    return told.facts().complete ? 0 : 4;
+    reported.facts().complete = bench.manager->get(id)->stored.outcome == "complete";
+    return reported.facts().complete ? 0 : 4;
   });
 }
 
@@ -79,20 +79,20 @@ const Dataset& untouched_run() {
 }
 
 /// The next daemon in that folder: each run ended complete, or is interrupted and goes on.
-void look_again(const TemporaryFolder& folder, const LastWords& told) {
+void inspect_again(const TemporaryFolder& folder, const LastWords& reported) {
   RunManagerBench bench(folder, tiny_recipe(1));
   const auto found = bench.manager->all();
   REQUIRE(found.size() <= 1);
-  if (told.facts().submitted) REQUIRE(found.size() == 1);
+  if (reported.facts().submitted) REQUIRE(found.size() == 1);
   const std::string id = found.empty() ? bench.submit().stored.id() : found.front().stored.id();
   // A run that waited when the daemon died goes on waiting for somebody's word.
   if (bench.manager->queue().is_paused()) REQUIRE(bench.manager->resume_queue("test"));
   RunView run = bench.ended(id);
-  if (told.facts().complete) REQUIRE(run.machine.state == RunState::ended);
+  if (reported.facts().complete) REQUIRE(run.machine.state == RunState::ended);
   if (run.machine.state == RunState::interrupted) {
     const RigState unknown{RigState::Fact::unknown, id};
-    if (told.facts().has_rig) CHECK(bench.manager->rig_state() == unknown);
-    if (!told.facts().asks_for_rig) CHECK(bench.manager->rig_state() == RigState{});
+    if (reported.facts().has_rig) CHECK(bench.manager->rig_state() == unknown);
+    if (!reported.facts().asks_for_rig) CHECK(bench.manager->rig_state() == RigState{});
     if (bench.manager->rig_state() != unknown) CHECK(bench.manager->rig_state() == RigState{});
     const auto recovered = bench.recover(id, "test");
     if (!recovered) FAIL(to_string(recovered.error()));
@@ -118,10 +118,10 @@ TEST_CASE(
   std::uint64_t points = 0;
   for (bool killed = true; killed; ++points) {
     const TemporaryFolder folder;
-    const LastWords told;
+    const LastWords reported;
     INFO("write " << points + 1);
-    killed = killed_at_manager(folder, {points + 1, points % 2 == 1}, told);
-    look_again(folder, told);
+    killed = killed_at_manager(folder, {points + 1, points % 2 == 1}, reported);
+    inspect_again(folder, reported);
   }
   WARN("SIMULATED, " << points - 1 << " writes of a daemon, killed at each");
   CHECK(points > 60);

@@ -105,27 +105,27 @@ TEST_CASE(
   leave_interrupted(folder);
   RunManagerBench bench(folder);
   const std::string id = bench.manager->all().front().stored.id();
-  std::vector<ResumePreview> told;
-  const auto ask = [&] {
+  std::vector<ResumePreview> reported;
+  const auto query = [&] {
     bench.manager->preview(id, Recovery::resume, [&](const Result<ResumePreview>& left) {
       REQUIRE(left);
-      told.push_back(*left);
+      reported.push_back(*left);
     });
   };
   bench.posted.hold();
-  ask();
-  ask();
-  CHECK(told.empty());  // the look takes as long as the test holds it
+  query();
+  query();
+  CHECK(reported.empty());  // the look takes as long as the test holds it
   bench.manager->halt(RigState::Stop::halt, "test");
   bench.manager->tick();
   CHECK(bench.manager->rig_state().fact() == RigState::Fact::latched);
   bench.posted.let_go();
-  REQUIRE(bench.posted.run_until([&] { return told.size() == 2; }));
-  CHECK(told[0].planned == 4);
-  CHECK(told[0].complete >= 2);
-  CHECK(told[1].will == told[0].will);
-  ask();
-  REQUIRE(bench.posted.run_until([&] { return told.size() == 3; }));
+  REQUIRE(bench.posted.run_until([&] { return reported.size() == 2; }));
+  CHECK(reported[0].planned == 4);
+  CHECK(reported[0].complete >= 2);
+  CHECK(reported[1].will == reported[0].will);
+  query();
+  REQUIRE(bench.posted.run_until([&] { return reported.size() == 3; }));
   std::optional<Error> refused;
   bench.manager->preview("R-000009", Recovery::resume, [&](const Result<ResumePreview>& left) {
     if (!left) refused = left.error();

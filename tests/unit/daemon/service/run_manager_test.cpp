@@ -3,7 +3,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "classifier/base/sealed_text.hpp"
+#include "classifier/base/checksummed_text.hpp"
 #include "classifier/live/staged_model.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
 #include "tests/unit/daemon/service/run_manager_bench.hpp"
@@ -238,15 +238,15 @@ TEST_CASE("nobody is told of an end who is gone by then") {
   const std::string id = bench.submit().stored.id();
   const auto here = std::make_shared<int>();
   auto gone = std::make_shared<int>();
-  int told = 0;
-  bench.manager->when_ended(
-      id, [&](const RunView&) { ++told; }, here);
-  bench.manager->when_ended(
-      id, [&](const RunView&) { told += 100; }, gone);
+  int reported = 0;
+  bench.manager->on_ended_call(
+      id, [&](const RunView&) { ++reported; }, here);
+  bench.manager->on_ended_call(
+      id, [&](const RunView&) { reported += 100; }, gone);
   gone.reset();
   bench.posted.let_go();
   bench.ended(id);
-  CHECK(told == 1);
+  CHECK(reported == 1);
 }
 
 TEST_CASE("what belongs together is written together or not at all") {
@@ -275,8 +275,8 @@ TEST_CASE("a run is taken into the line by its model's head; the rest is read on
   exploration["live_vote"] = {{"model", "m.live"}};
   test::write_file(bench.request.recipe, recipe.dump());
   const std::string head =
-      classifier::sealed(classifier::staged_file_header,
-                         "sample_rate_hz 37\nstages 1\nstage 37 999999\n") +
+      classifier::with_checksum(classifier::staged_file_header,
+                                "sample_rate_hz 37\nstages 1\nstage 37 999999\n") +
       "weft-fabric-model 5\n"
       "bench simulated\ndataset_sha256 0\nsoftware 0\ntraining none\ntaxels 16\nphases SPM\n"
       "skew peaks\nnorm l2\nspectrum amplitude\nmode_bin_counts 1\nwindow_s 0\nwindow_step_s 0\n"
@@ -319,16 +319,16 @@ TEST_CASE("who names a recipe by its digest gets that recipe or none") {
   RunManagerBench bench(folder);
   const std::string meant = "sha256:" + bench.submit().stored.recipe_sha256;
   std::ofstream(bench.request.recipe) << tiny_recipe(1);
-  const auto wish = [&](const std::string& digest) {
+  const auto run_request = [&](const std::string& digest) {
     runs::RunRequest out{bench.request.recipe, {}, {}, "test"};
     out.digest = digest;
     return out;
   };
-  const auto refused = bench.submit(wish(meant));
+  const auto refused = bench.submit(run_request(meant));
   REQUIRE_FALSE(refused);
   CHECK(refused.error().where == "/params/digest");
   CHECK(bench.manager->all().size() == 1);
-  CHECK(bench.submit(wish(refused.error().expected)));
+  CHECK(bench.submit(run_request(refused.error().expected)));
 }
 
 TEST_CASE("a stop waits for the longest repetition that may be under way") {

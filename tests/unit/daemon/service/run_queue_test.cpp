@@ -67,7 +67,7 @@ TEST_CASE("an empty queue is not paused for a bench that does not come up") {
 TEST_CASE("what a daemon finds of a queue when it starts") {
   struct Row {
     const char* name;
-    RunQueue kept;
+    RunQueue saved;
     Runs waiting, runs;
     std::string paused_by;
   };
@@ -82,11 +82,11 @@ TEST_CASE("what a daemon finds of a queue when it starts") {
   };
   for (const Row& row : rows) {
     INFO(row.name);
-    RunQueue queue = row.kept;
+    RunQueue queue = row.saved;
     queue.on_restart(row.waiting);
     CHECK(queue.runs() == row.runs);
     CHECK(queue.paused_by() == row.paused_by);
-    CHECK(queue.revision() == row.kept.revision() + 1);
+    CHECK(queue.revision() == row.saved.revision() + 1);
   }
 }
 

@@ -122,9 +122,9 @@ TEST_CASE("What a person is asked for is awaited, confirmed, and then runs again
   run = on_order(run, limits, Order::resume, 9s)->next;
   run = on_step(run, limits, Step::awaiting_operator, 10s).next;
   CHECK(run.state == RunState::awaiting_operator);
-  const auto nobody = on_time(run, limits, run.deadline);
-  CHECK(nobody.next.state == RunState::finishing);
-  CHECK(nobody.order == Order::stop);
+  const auto at_deadline = on_time(run, limits, run.deadline);
+  CHECK(at_deadline.next.state == RunState::finishing);
+  CHECK(at_deadline.order == Order::stop);
 }
 
 TEST_CASE(

@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "daemon/service/methods/parts.hpp"
-#include "daemon/service/rpc/errands.hpp"
+#include "daemon/service/methods/helpers.hpp"
+#include "daemon/service/rpc/worker_queue.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"
 
 namespace socket_server_test {
@@ -46,7 +46,7 @@ struct LineClient {
     held.erase(0, size);
     return line;
   }
-  json ask(const std::string& method, const std::string& params = "{}") {
+  json query(const std::string& method, const std::string& params = "{}") {
     send(R"({"jsonrpc":"2.0","id":1,"method":")" + method + R"(","params":)" + params + "}");
     return read().value_or("closed");
   }
@@ -107,11 +107,11 @@ TEST_CASE("Lines that came together are worked off in turn with whatever else ha
   bench.begin();
   Local client(bench.place());
   REQUIRE(client.read());
-  REQUIRE(client.ask("session.open", open_params).contains("result"));
+  REQUIRE(client.query("session.open", open_params).contains("result"));
   const std::string call = R"({"jsonrpc":"2.0","id":1,"method":"now.say"})";
   client.send(call + "\n" + call + "\n" + call);
   for (int i = 0; i < 3; ++i) REQUIRE(client.read());
-  REQUIRE(client.ask("session.whoami").contains("error"));  // all before it has been done
+  REQUIRE(client.query("session.whoami").contains("error"));  // all before it has been done
   bench.end();
   CHECK(bench.happened ==
         std::vector<std::string>{"line", "another's", "line", "another's", "line", "another's"});
@@ -120,10 +120,10 @@ TEST_CASE("Lines that came together are worked off in turn with whatever else ha
 TEST_CASE("A halt is answered while an errand of another client is under way") {
   SocketBench bench;
   std::mutex under_way;
-  Errands errands([&](Errands::Report report) { bench.server->post(std::move(report)); });
+  WorkerQueue workers([&](WorkerQueue::Report report) { bench.server->post(std::move(report)); });
   bench.methods.add({"later.say", "", {}, {}, {}, ""},
                     rpc::Handler([&](const rpc::Call&, const rpc::Responder& respond) {
-                      const bool taken = errands.send(
+                      const bool taken = workers.send(
                           [&, respond] {
                             const std::lock_guard waits(under_way);
                             return [respond] { respond("1"); };
@@ -136,8 +136,8 @@ TEST_CASE("A halt is answered while an errand of another client is under way") {
   Local asks(bench.place()), halts(bench.place());
   REQUIRE(asks.read());
   REQUIRE(halts.read());
-  REQUIRE(asks.ask("session.open", open_params).contains("result"));
-  constexpr std::size_t calls = Errands::most_waiting + 2;
+  REQUIRE(asks.query("session.open", open_params).contains("result"));
+  constexpr std::size_t calls = WorkerQueue::most_waiting + 2;
   for (std::size_t i = 0; i < calls; ++i)
     asks.send(R"({"jsonrpc":"2.0","id":1,"method":"later.say"})");
   halts.send("!halt");
@@ -151,14 +151,14 @@ TEST_CASE("A halt is answered while an errand of another client is under way") {
 
 TEST_CASE("An errand that throws is told so, and those after it are done") {
   SocketBench bench;
-  Errands errands([&](Errands::Report report) { bench.server->post(std::move(report)); });
+  WorkerQueue workers([&](WorkerQueue::Report report) { bench.server->post(std::move(report)); });
   const auto add = [&](const char* name, const std::function<rpc::Outcome()>& work) {
     bench.methods.add({name, "", {}, {}, {}, ""},
                       rpc::Handler([&, work](const rpc::Call&, const rpc::Responder& respond) {
-                        const auto send = [&](Errands::Work sent, Errands::Failed failed) {
-                          return errands.send(std::move(sent), std::move(failed));
+                        const auto send = [&](WorkerQueue::Work sent, WorkerQueue::Failed failed) {
+                          return workers.send(std::move(sent), std::move(failed));
                         };
-                        api::answer_apart(send, respond, work);
+                        api::answer_in_background(send, respond, work);
                       }));
   };
   add("throw.late", []() -> rpc::Outcome { throw std::bad_alloc(); });
@@ -167,22 +167,22 @@ TEST_CASE("An errand that throws is told so, and those after it are done") {
   bench.begin();
   Local client(bench.place());
   REQUIRE(client.read());
-  REQUIRE(client.ask("session.open", open_params).contains("result"));
-  CHECK(client.ask("throw.late").at("error").at("data").at("kind") == "internal");
-  CHECK(client.ask("throw.number").at("error").at("data").at("kind") == "internal");
-  CHECK(client.ask("now.say").at("result") == 1);
+  REQUIRE(client.query("session.open", open_params).contains("result"));
+  CHECK(client.query("throw.late").at("error").at("data").at("kind") == "internal");
+  CHECK(client.query("throw.number").at("error").at("data").at("kind") == "internal");
+  CHECK(client.query("now.say").at("result") == 1);
 }
 
 TEST_CASE("Who floods the port with clients that never say who they are keeps nobody out") {
   Limits most;
   most.connections = 6;
-  most.strangers = 4;
+  most.unauthenticated = 4;
   most.local_connections = 2;
   SocketBench bench(most);
   bench.begin();
   Remote known(bench.port());
   REQUIRE(known.read());
-  REQUIRE(known.ask("session.open", open_params).contains("result"));
+  REQUIRE(known.query("session.open", open_params).contains("result"));
   std::list<Remote> silent;
   for (int i = 0; i < 20; ++i) {
     silent.emplace_back(bench.port());
@@ -191,12 +191,12 @@ TEST_CASE("Who floods the port with clients that never say who they are keeps no
   CHECK_FALSE(silent.front().read());  // the oldest made room
   Remote late(bench.port());
   REQUIRE(late.read());
-  CHECK(late.ask("session.open", open_params).contains("result"));
+  CHECK(late.query("session.open", open_params).contains("result"));
   Local halts(bench.place());
   REQUIRE(halts.read());
   halts.send("!halt");
   CHECK(halts.read()->at("params").at("delta").at("latched") == "halt");
-  CHECK(known.ask("session.open", open_params).at("error").at("data").at("kind") ==
+  CHECK(known.query("session.open", open_params).at("error").at("data").at("kind") ==
         "session.again");
   bench.end();
   CHECK(bench.server->connections() <= most.connections + 1);
@@ -217,24 +217,24 @@ TEST_CASE("A socket that is full of known clients has places for stops, and for 
   for (int i = 0; i < 2; ++i) {
     known.emplace_back(bench.place());
     REQUIRE(known.back().read());
-    REQUIRE(known.back().ask("session.open", open_params).contains("result"));
+    REQUIRE(known.back().query("session.open", open_params).contains("result"));
   }
   Local halts(bench.place()), waits(bench.place());
   REQUIRE(halts.read());
   halts.send("!halt");
   CHECK(halts.read()->at("params").at("delta").at("latched") == "halt");
   REQUIRE(waits.read());
-  REQUIRE(waits.ask("session.open", open_params).contains("result"));
-  CHECK(waits.ask("now.say").at("error").at("data").at("kind") == "server.full");
-  CHECK(waits.ask("now.stop").at("result") == 2);
+  REQUIRE(waits.query("session.open", open_params).contains("result"));
+  CHECK(waits.query("now.say").at("error").at("data").at("kind") == "server.full");
+  CHECK(waits.query("now.stop").at("result") == 2);
   Local third(bench.place());
   REQUIRE(third.read());
   CHECK_FALSE(halts.read());  // the oldest of these made room
   known.pop_front();
   json answer;
-  for (int i = 0; i < 100'000 && !answer.contains("result"); ++i) answer = waits.ask("now.say");
+  for (int i = 0; i < 100'000 && !answer.contains("result"); ++i) answer = waits.query("now.say");
   CHECK(answer.at("result") == 1);  // it has the place that is free now
-  CHECK(known.front().ask("now.say").at("result") == 1);
+  CHECK(known.front().query("now.say").at("result") == 1);
 }
 
 TEST_CASE(
@@ -261,14 +261,14 @@ TEST_CASE("Clients that are known keep their places: a full port refuses, the so
   for (int i = 0; i < 2; ++i) {
     known.emplace_back(bench.port());
     REQUIRE(known.back().read());
-    REQUIRE(known.back().ask("session.open", open_params).contains("result"));
+    REQUIRE(known.back().query("session.open", open_params).contains("result"));
   }
   Remote late(bench.port());
   CHECK_FALSE(late.read());
   Local local(bench.place());
   REQUIRE(local.read());
-  CHECK(local.ask("session.open", open_params).contains("result"));
-  CHECK(known.front().ask("session.open", open_params).contains("error"));
+  CHECK(local.query("session.open", open_params).contains("result"));
+  CHECK(known.front().query("session.open", open_params).contains("error"));
 }
 
 }  // namespace socket_server_test

@@ -96,39 +96,39 @@ struct Verb {
 };
 
 template <Order order>
-Status say_order(VerbCase& of) {
+Status order_plain(VerbCase& of) {
   return status_of(of.bench->manager->order(of.id, order, "test"));
 }
 
 template <Recovery choice>
-Status say_settle(VerbCase& of) {
-  std::optional<Status> said;
+Status order_settle(VerbCase& of) {
+  std::optional<Status> reply;
   of.bench->manager->settle(of.id, choice, "test",
-                            [&](const Result<RunView>& run) { said = status_of(run); });
-  REQUIRE(of.bench->posted.run_until([&] { return said.has_value(); }));
-  return *said;
+                            [&](const Result<RunView>& run) { reply = status_of(run); });
+  REQUIRE(of.bench->posted.run_until([&] { return reply.has_value(); }));
+  return *reply;
 }
 
-Status say_confirm(VerbCase& of) {
-  const auto asked = of.bench->manager->get(of.id)->attention;
-  return status_of(of.bench->manager->confirm(of.id, asked ? asked->step : "Q-1", "test"));
+Status order_confirm(VerbCase& of) {
+  const auto requested = of.bench->manager->get(of.id)->operator_prompt;
+  return status_of(of.bench->manager->confirm(of.id, requested ? requested->step : "Q-1", "test"));
 }
 
 constexpr std::array all_verbs{
-    Verb{"run.pause", say_order<Order::pause>},
-    Verb{"run.pause at once", say_order<Order::pause_now>},
-    Verb{"run.resume", say_order<Order::resume>},
-    Verb{"run.confirm", say_confirm},
-    Verb{"run.stop", say_order<Order::stop>},
-    Verb{"run.abort", say_order<Order::abort>},
+    Verb{"run.pause", order_plain<Order::pause>},
+    Verb{"run.pause at once", order_plain<Order::pause_now>},
+    Verb{"run.resume", order_plain<Order::resume>},
+    Verb{"run.confirm", order_confirm},
+    Verb{"run.stop", order_plain<Order::stop>},
+    Verb{"run.abort", order_plain<Order::abort>},
     Verb{"run.withdraw",
          [](VerbCase& of) -> Status { return of.bench->manager->remove(of.id, "test"); }},
     Verb{"queue.move",
          [](VerbCase& of) -> Status { return of.bench->manager->move(of.id, 0, "test"); }},
     Verb{"run.recover, resume",
          [](VerbCase& of) -> Status { return status_of(of.bench->recover(of.id, "test")); }},
-    Verb{"run.recover, discard", say_settle<Recovery::discard>},
-    Verb{"run.recover, keep-partial", say_settle<Recovery::keep_partial>},
+    Verb{"run.recover, discard", order_settle<Recovery::discard>},
+    Verb{"run.recover, keep-partial", order_settle<Recovery::keep_partial>},
     Verb{"rig.halt",
          [](VerbCase& of) -> Status {
            of.bench->manager->halt(RigState::Stop::halt, "test");
@@ -153,15 +153,15 @@ std::string verb_row(RunState state) {
   std::string out = "| " + std::string(to_string(state)) + " | " + (timed ? "yes" : "-") + " |";
   for (const Verb& verb : all_verbs) {
     INFO(to_string(state) << ", " << verb.name);
-    const Status said = verb.say(*at);
-    const bool taken = said.has_value();
+    const Status reply = verb.say(*at);
+    const bool taken = reply.has_value();
     out += taken ? " " + std::string(to_string(at->now())) + " |" : " - |";
     if (taken) {
       at = std::make_unique<VerbCase>(state);
     } else {
       CHECK(at->now() == state);
-      CHECK(said.error().code == Errc::wrong_state);
-      CHECK_FALSE(said.error().what.empty());
+      CHECK(reply.error().code == Errc::wrong_state);
+      CHECK_FALSE(reply.error().what.empty());
     }
   }
   return out + "\n";
@@ -187,9 +187,9 @@ std::string whole_verbs_page() {
 }  // namespace
 
 TEST_CASE("Every verb in every state does what the page of them says") {
-  const std::string told = whole_verbs_page();
-  if (std::getenv("WEFT_WRITE_DOCS") != nullptr) test::write_file(verbs_page, told);
-  CHECK(test::read_file(verbs_page) == told);
+  const std::string reported = whole_verbs_page();
+  if (std::getenv("WEFT_WRITE_DOCS") != nullptr) test::write_file(verbs_page, reported);
+  CHECK(test::read_file(verbs_page) == reported);
 }
 
 }  // namespace verb_table_test

@@ -15,14 +15,14 @@ namespace {
 
 /// What is told of a choice that was made just before the daemon was told to end.
 Result<RunView> settled_at_the_end(RunManagerBench& bench, Recovery choice) {
-  std::optional<Result<RunView>> told;
+  std::optional<Result<RunView>> reported;
   const std::string id = bench.manager->all().front().stored.id();
-  bench.manager->settle(id, choice, "test", [&](const Result<RunView>& run) { told = run; });
+  bench.manager->settle(id, choice, "test", [&](const Result<RunView>& run) { reported = run; });
   bench.manager->close();
   CHECK_FALSE(bench.manager->status().is_at_rest);
-  REQUIRE(bench.posted.run_until([&] { return told.has_value(); }));
+  REQUIRE(bench.posted.run_until([&] { return reported.has_value(); }));
   CHECK(bench.manager->status().is_at_rest);
-  return *told;
+  return *reported;
 }
 
 /// A run's end, where somebody gave it orders within a trial and the daemon was told to end then.
@@ -30,7 +30,7 @@ RunView ended_in_a_trial(RunManagerBench& bench,
                          const std::function<void(const std::string&)>& orders) {
   std::atomic<bool> given = false;
   std::string id;
-  bench.at_moment = [&](const RunMoment& moment) {
+  bench.at_moment = [&](const RunStatusUpdate& moment) {
     if (moment.step != recipes::Step::pressing || given) return;
     bench.posted.post([&] {
       orders(id);
@@ -81,13 +81,13 @@ TEST_CASE("a daemon that ends waits for a run that is being discarded") {
   leave_interrupted(folder);
   {
     RunManagerBench bench(folder);
-    const auto told = settled_at_the_end(bench, Recovery::discard);
-    REQUIRE(told);
-    CHECK(told->stored.recovered == "discard");
+    const auto reported = settled_at_the_end(bench, Recovery::discard);
+    REQUIRE(reported);
+    CHECK(reported->stored.recovered == "discard");
   }
-  const StoredRun kept = RunStore::open(folder / "weftd.sqlite")->runs()->front();
-  CHECK(kept.state == RunState::ended);
-  CHECK(kept.recovered == "discard");
+  const StoredRun saved = RunStore::open(folder / "weftd.sqlite")->runs()->front();
+  CHECK(saved.state == RunState::ended);
+  CHECK(saved.recovered == "discard");
 }
 
 TEST_CASE("keeping a part of a run gives way to the daemon's end before it has written anything") {
@@ -97,11 +97,11 @@ TEST_CASE("keeping a part of a run gives way to the daemon's end before it has w
     const TemporaryFolder folder;
     leave_interrupted(folder);
     RunManagerBench bench(folder);
-    const auto told = settled_at_the_end(bench, Recovery::keep_partial);
+    const auto reported = settled_at_the_end(bench, Recovery::keep_partial);
     const StoredRun run = bench.manager->all().front().stored;
-    CHECK(run.recovered == (told ? "keep-partial" : ""));
-    CHECK(run.state == (told ? RunState::ended : RunState::interrupted));
-    gave_way = !told;
+    CHECK(run.recovered == (reported ? "keep-partial" : ""));
+    CHECK(run.state == (reported ? RunState::ended : RunState::interrupted));
+    gave_way = !reported;
   }
   CHECK(gave_way);
 }

@@ -18,11 +18,11 @@ Talk::Talk(server::Peer peer) {
   services.utc_us = [] { return std::int64_t{0}; };
   services.sessions = &shared.sessions;
   services.pace = &pace;
-  services.change_errand = [](const auto& work, const auto&) {
+  services.change_background = [](const auto& work, const auto&) {
     work()();
     return true;
   };
-  services.errand = services.change_errand;
+  services.background = services.change_background;
   api::add_methods(methods, services);
   methods.add({"later.say", "", {}, {}, {}, ""},
               rpc::Handler([this](const rpc::Call&, rpc::Responder respond) {
@@ -43,25 +43,26 @@ Talk::Talk(server::Peer peer) {
     if (token == "good") return server::TokenOwner{"token:ada", access::Role::operator_};
     return fail({.code = Errc::wrong_state, .what = "no good"});
   };
-  client = std::make_unique<server::Conversation>(
+  client = std::make_unique<server::Session>(
       shared, std::move(peer), "s-1",
-      [this](std::string line) { said.push_back(std::move(line)); });
+      [this](std::string line) { reply.push_back(std::move(line)); });
 }
 
 Talk::~Talk() = default;
 
-json Talk::hear(const std::string& line) {
-  said.clear();
-  client->hear(line);
-  return said.empty() ? json() : json::parse(said.back());
+json Talk::on_message(const std::string& line) {
+  reply.clear();
+  client->on_message(line);
+  return reply.empty() ? json() : json::parse(reply.back());
 }
 
-json Talk::ask(const std::string& method) {
-  return ask(method, json::object());
+json Talk::query(const std::string& method) {
+  return query(method, json::object());
 }
 
-json Talk::ask(const std::string& method, const json& params) {
-  return hear(json{{"jsonrpc", "2.0"}, {"id", 1}, {"method", method}, {"params", params}}.dump());
+json Talk::query(const std::string& method, const json& params) {
+  return on_message(
+      json{{"jsonrpc", "2.0"}, {"id", 1}, {"method", method}, {"params", params}}.dump());
 }
 
 std::string Talk::kind_of(const json& answer) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "daemon/service/methods/services.hpp"
-#include "daemon/service/rpc/conversation.hpp"
+#include "daemon/service/rpc/session.hpp"
 #include "tests/unit/daemon/service/run_manager_bench.hpp"
 
 namespace weft::daemon::test {
@@ -20,9 +20,9 @@ struct Talk {
   Talk& operator=(const Talk&) = delete;
 
   /// The last that is said to a line, an answer or an event.
-  nlohmann::json hear(const std::string& line);
-  nlohmann::json ask(const std::string& method);
-  nlohmann::json ask(const std::string& method, const nlohmann::json& params);
+  nlohmann::json on_message(const std::string& line);
+  nlohmann::json query(const std::string& method);
+  nlohmann::json query(const std::string& method, const nlohmann::json& params);
   static std::string kind_of(const nlohmann::json& answer);
   [[nodiscard]] bool is_latched() const;
   void reset();
@@ -39,8 +39,8 @@ struct Talk {
   api::Services services;
   rpc::Methods methods;
   std::vector<rpc::Responder> unanswered;
-  std::vector<std::string> said;
-  std::unique_ptr<server::Conversation> client;
+  std::vector<std::string> reply;
+  std::unique_ptr<server::Session> client;
 };
 
 /// Parameters of session.open.

@@ -59,15 +59,15 @@ TEST_CASE("what a killed writer left behind is removed by the next one, and noth
   REQUIRE(std::filesystem::exists(left));
   write_file(left + ".partial-" + std::to_string(child), "written through two of them");
   const std::string over = std::to_string(gone());
-  const std::vector<std::string> kept{"d.h5.partial-" + std::to_string(getppid()),
-                                      "d.h5.partial-" + over + "x", "d.h5.partial-",
-                                      "e.h5.partial-" + over, "d.h5.partial-99999999999999999999"};
-  for (const std::string& name : kept) write_file(folder / name, "another's");
+  const std::vector<std::string> saved{"d.h5.partial-" + std::to_string(getppid()),
+                                       "d.h5.partial-" + over + "x", "d.h5.partial-",
+                                       "e.h5.partial-" + over, "d.h5.partial-99999999999999999999"};
+  for (const std::string& name : saved) write_file(folder / name, "another's");
   REQUIRE(write_text_file(target, "whole"));
   CHECK(read_file(target) == "whole");
   CHECK_FALSE(std::filesystem::exists(left));
   CHECK_FALSE(std::filesystem::exists(left + ".partial-" + std::to_string(child)));
-  for (const std::string& name : kept) CHECK(std::filesystem::exists(folder / name));
+  for (const std::string& name : saved) CHECK(std::filesystem::exists(folder / name));
 }
 
 TEST_CASE("a file that is written again keeps its mode, and is never more open meanwhile") {

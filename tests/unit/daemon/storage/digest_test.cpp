@@ -99,11 +99,11 @@ TEST_CASE("trials are chosen by exploration, and only complete ones") {
   CHECK(complete_trials(dataset, "M2")[0].file == dataset.trials[1].file);
   CHECK(complete_trials(dataset, "M3").empty());
   CHECK(complete_trials(dataset).size() == dataset.trials.size());
-  CHECK(explorations_of(dataset) == std::vector<std::string>{"M1", "M2"});
+  CHECK(list_explorations(dataset) == std::vector<std::string>{"M1", "M2"});
   dataset.records[1].outcome = TrialOutcome::failed;
   CHECK(complete_trials(dataset, "M2").empty());
   CHECK(complete_trials(dataset).size() == dataset.trials.size() - 1);
-  CHECK(explorations_of(dataset) == std::vector<std::string>{"M1"});
+  CHECK(list_explorations(dataset) == std::vector<std::string>{"M1"});
 }
 
 TEST_CASE("the words for bench kinds and outcomes go both ways") {

@@ -325,35 +325,35 @@ TEST_CASE("digests are made and given up while another thread has the library") 
   const TemporaryFolder folder;
   const Dataset dataset = recorded(folder);
   REQUIRE(write_hdf5(dataset, folder / "whole.h5"));
-  std::atomic<int> looks = 0;
-  const auto give_up = [&looks] { return ++looks == 2; };
+  std::atomic<int> inspections = 0;
+  const auto give_up = [&inspections] { return ++inspections == 2; };
   std::optional<Error> refused;
   {
     const std::lock_guard alone(hdf5::library());
     std::thread([&] {
-      refused = write_hdf5(dataset, folder / "stopped.h5", {.stop_asked = give_up}).error();
+      refused = write_hdf5(dataset, folder / "stopped.h5", {.stop_requested = give_up}).error();
     }).join();
   }
   REQUIRE(refused);
   CHECK(refused->code == Errc::wrong_state);
-  CHECK(looks == 2);
+  CHECK(inspections == 2);
   CHECK_FALSE(std::filesystem::exists(folder / "stopped.h5"));
   const auto once = [] { return true; };
-  CHECK(read_hdf5(folder / "whole.h5", {.stop_asked = once}).error().code == Errc::wrong_state);
+  CHECK(read_hdf5(folder / "whole.h5", {.stop_requested = once}).error().code == Errc::wrong_state);
 }
 
 TEST_CASE("columns are written with the library to oneself, digests made with it free") {
   const TemporaryFolder folder;
   const Dataset dataset = recorded(folder);
   std::size_t free = 0, taken = 0;
-  const auto look = [&] {
+  const auto inspect = [&] {
     std::thread([&] {
       const std::unique_lock other(hdf5::library(), std::try_to_lock);
       ++(other.owns_lock() ? free : taken);
     }).join();
     return false;
   };
-  REQUIRE(write_hdf5(dataset, folder / "d.h5", {.stop_asked = look}));
+  REQUIRE(write_hdf5(dataset, folder / "d.h5", {.stop_requested = inspect}));
   CHECK(free == dataset.trials.size());
   CHECK(taken > 0);
 }

@@ -7,9 +7,9 @@
 #include <catch2/catch.hpp>
 #include <thread>
 
-#include "daemon/storage/certificate/file_print.hpp"
+#include "daemon/storage/certificate/file_checksums.hpp"
 #include "daemon/storage/certificate/verify.hpp"
-#include "daemon/storage/recorder/campaign_past.hpp"
+#include "daemon/storage/recorder/campaign_history.hpp"
 #include "daemon/storage/recorder/log_check.hpp"
 #include "daemon/storage/recorder/sqlite.hpp"
 #include "tests/unit/daemon/storage/support.hpp"
@@ -58,13 +58,13 @@ TEST_CASE("looking at a file that is being written leaves the writer its locks")
   still_held("is_campaign_file");
   CHECK(load_journal(path)->size() == 1);
   still_held("load_journal");
-  CHECK(load_past(path));
+  CHECK(load_history(path));
   still_held("load_past");
   CHECK(read_log(path));
   still_held("read_log");
   CHECK(expects_log(path));
   still_held("expects_log");
-  CHECK(print_of(path, {}));
+  CHECK(file_checksums(path, {}));
   still_held("print_of");
   CHECK(verify(folder.path()));
   still_held("verify");
@@ -75,7 +75,7 @@ TEST_CASE("a campaign begins while somebody looks at its file again and again") 
   const TemporaryFolder folder;
   std::atomic<int> at = 0;
   std::atomic<int> looked = 0;
-  const std::jthread onlooker([&](const std::stop_token& stop) {
+  const std::jthread frame_sampler([&](const std::stop_token& stop) {
     while (!stop.stop_requested()) {
       const auto path = folder / (std::to_string(at) + ".sqlite");
       std::this_thread::yield();
@@ -115,7 +115,7 @@ TEST_CASE("a campaign ends while somebody has its file open, and the file is who
   CHECK(load_journal(alone)->size() == 1);
   CHECK(load_progress(alone)->finished);
   CHECK_FALSE(expects_log(alone).value());
-  CHECK(verify(path)->findings.empty());
+  CHECK(verify(path)->found_problems.empty());
 }
 
 }  // namespace live_file_test

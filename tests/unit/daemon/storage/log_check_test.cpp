@@ -4,7 +4,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "daemon/storage/recorder/campaign_past.hpp"
+#include "daemon/storage/recorder/campaign_history.hpp"
 #include "daemon/storage/recorder/sqlite.hpp"
 #include "tests/unit/daemon/storage/support.hpp"
 

@@ -88,13 +88,13 @@ TEST_CASE("an imported set becomes an HDF5 file's worth of content without a gro
 
 TEST_CASE("numbers are read the same whatever the locale") {
   const char* before = std::setlocale(LC_ALL, nullptr);
-  const std::string kept = before;
+  const std::string saved = before;
   std::setlocale(LC_ALL, "de_DE.UTF-8");  // has a decimal comma, where installed
   const TemporaryFolder folder;
   write_file(folder / "m.csv", "file,label\na.csv,Silk\n");
   write_file(folder / "a.csv", good_trial);
   const auto dataset = import_manifest(folder / "m.csv");
-  std::setlocale(LC_ALL, kept.c_str());
+  std::setlocale(LC_ALL, saved.c_str());
   REQUIRE(dataset);
   CHECK(dataset->trials[0].counts[5] == 6.5);
 }

@@ -47,7 +47,7 @@ TEST_CASE("a trial's imprint is its last scan of phase P, folded as the array sa
   add_trial(dataset, "KNIT2", "SP", TrialOutcome::aborted);
   REQUIRE(holds_scans(dataset));
   CHECK(holds_imprints(dataset));
-  const auto imprints = imprints_of(dataset);
+  const auto imprints = extract_imprints(dataset);
   REQUIRE(imprints);
   REQUIRE(imprints->size() == 2);
   const auto& rasp = imprints->front();
@@ -64,7 +64,7 @@ TEST_CASE("a trial's imprint is its last scan of phase P, folded as the array sa
 TEST_CASE("a press that was never scanned is named") {
   Dataset dataset = scans();
   add_trial(dataset, "KNIT3", "SSE");
-  const auto imprints = imprints_of(dataset);
+  const auto imprints = extract_imprints(dataset);
   REQUIRE_FALSE(imprints);
   CHECK(imprints.error().what == "no scan in phase P");
   CHECK(imprints.error().where.find("KNIT31") != std::string::npos);

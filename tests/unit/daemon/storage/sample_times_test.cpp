@@ -97,9 +97,9 @@ double rate_hz(const Times& t_ns) {
   return 1 / sampled_time(t_ns).period_s();
 }
 
-bool may_be_together(const Times& a, const Times& b) {
+bool can_be_together(const Times& a, const Times& b) {
   const double period_s = common_period_s({a, a, b, b});
-  return may_have_period(a, period_s) && may_have_period(b, period_s);
+  return can_have_period(a, period_s) && can_have_period(b, period_s);
 }
 
 TEST_CASE("a coarse clock does not change the rate") {
@@ -117,11 +117,11 @@ TEST_CASE("a coarse clock does not change the rate") {
 }
 
 TEST_CASE("two rates are two in coarse stamps as well") {
-  CHECK_FALSE(may_be_together(ticked(300, 0.001), ticked(390, 0.001)));
-  CHECK_FALSE(may_be_together(ticked(700, 0.001), ticked(1000, 0.001)));
-  CHECK_FALSE(may_be_together(ticked(50, tick_s), ticked(60, tick_s)));
-  CHECK_FALSE(may_be_together(ticked(75, 0.01), ticked(100, 0.01)));
-  CHECK(may_be_together(ticked(60, tick_s), ticked(60, 1e-6)));
+  CHECK_FALSE(can_be_together(ticked(300, 0.001), ticked(390, 0.001)));
+  CHECK_FALSE(can_be_together(ticked(700, 0.001), ticked(1000, 0.001)));
+  CHECK_FALSE(can_be_together(ticked(50, tick_s), ticked(60, tick_s)));
+  CHECK_FALSE(can_be_together(ticked(75, 0.01), ticked(100, 0.01)));
+  CHECK(can_be_together(ticked(60, tick_s), ticked(60, 1e-6)));
 }
 
 TEST_CASE("stalls, scatter and lost frames leave the rate") {
@@ -218,8 +218,8 @@ TEST_CASE("samples that were read in batches have the rate at which they were ta
       CAPTURE(batch, within_ms);
       const auto t_ns = in_batches(batch, within_ms, 300);
       CHECK(sampled_time(t_ns).period_s() == Approx(0.01).epsilon(0.01));
-      CHECK(may_have_period(t_ns, 0.01));
-      CHECK_FALSE(may_have_period(t_ns, 0.0116));
+      CHECK(can_have_period(t_ns, 0.01));
+      CHECK_FALSE(can_have_period(t_ns, 0.0116));
       const auto between = paused(t_ns, {80, 96, 240});
       CHECK(sampled_time(between).period_s() == Approx(0.01).epsilon(0.01));
     }
@@ -234,8 +234,8 @@ TEST_CASE("samples that a slow reader takes all at once have the rate at which t
       CAPTURE(batch, within_ms);
       const auto t_ns = in_batches(batch, within_ms, 3000);
       CHECK(sampled_time(t_ns).period_s() == Approx(0.01).epsilon(0.01));
-      CHECK(may_have_period(t_ns, 0.01));
-      CHECK_FALSE(may_have_period(t_ns, 0.0116));
+      CHECK(can_have_period(t_ns, 0.01));
+      CHECK_FALSE(can_have_period(t_ns, 0.0116));
       if (batch == 500) continue;  // 5 s are no pause to it
       const auto between = paused(t_ns, {600, 1500});
       CHECK(sampled_time(between).period_s() == Approx(0.01).epsilon(0.01));
@@ -243,23 +243,23 @@ TEST_CASE("samples that a slow reader takes all at once have the rate at which t
 }
 
 TEST_CASE("times of a slow reader or of a fast sensor, which do not tell which, tell no rate") {
-  const auto tell_nothing = [](const Times& t_ns) {
-    return common_period_s({t_ns}) == 0 && may_have_period(t_ns, 0.01);
+  const auto know_nothing = [](const Times& t_ns) {
+    return common_period_s({t_ns}) == 0 && can_have_period(t_ns, 0.01);
   };
-  CHECK(tell_nothing(in_batches(100, 1.0, 1000)));  // 1 kHz for 0.1 s in each second, or 100 Hz
-  CHECK(tell_nothing(in_batches(8, 4.0, 400)));
-  CHECK(tell_nothing(in_batches(100, 0.2, 150)));  // too few
-  CHECK(tell_nothing(in_batches(100, 0.2, 100)));
-  CHECK(tell_nothing(in_batches(100, 0.01, 100)));
+  CHECK(know_nothing(in_batches(100, 1.0, 1000)));  // 1 kHz for 0.1 s in each second, or 100 Hz
+  CHECK(know_nothing(in_batches(8, 4.0, 400)));
+  CHECK(know_nothing(in_batches(100, 0.2, 150)));  // too few
+  CHECK(know_nothing(in_batches(100, 0.2, 100)));
+  CHECK(know_nothing(in_batches(100, 0.01, 100)));
   std::vector<double> strokes_ms(2400, 0.125);  // 8 kHz for 0.3 s in each second, or 2400 Hz
   strokes_ms.back() = 700;
-  CHECK(tell_nothing(times(strokes_ms, 24000)));
+  CHECK(know_nothing(times(strokes_ms, 24000)));
   std::vector<double> uneven_ms;  // of batches of one rate their wait is as long
   for (int stroke = 0; stroke < 10; ++stroke) {
     uneven_ms.insert(uneven_ms.end(), 99, 0.2);
     uneven_ms.push_back(600 + 150 * (stroke % 4));
   }
-  CHECK(tell_nothing(times(uneven_ms, 1000)));
+  CHECK(know_nothing(times(uneven_ms, 1000)));
 }
 
 TEST_CASE("64 bits need not hold what lies between two times") {
@@ -269,23 +269,23 @@ TEST_CASE("64 bits need not hold what lies between two times") {
 }
 
 TEST_CASE("few stamps lengthen a period where a frame is lost and do not shorten one") {
-  CHECK_FALSE(may_be_together(times({10}, 25), times({1000.0 / 120}, 25)));
-  CHECK_FALSE(may_be_together(times({10}, 9), times({1000.0 / 150}, 9)));
+  CHECK_FALSE(can_be_together(times({10}, 25), times({1000.0 / 120}, 25)));
+  CHECK_FALSE(can_be_together(times({10}, 9), times({1000.0 / 150}, 9)));
   auto lost = times({10}, 25);
   for (std::size_t i = 12; i < lost.size(); ++i) lost[i] += 10'000'000;
-  CHECK(may_be_together(times({10}, 25), lost));
+  CHECK(can_be_together(times({10}, 25), lost));
 }
 
 TEST_CASE("a recording may be of the rate that its times tell, whatever came late") {
   auto stalled = times({10}, 200);
   for (std::size_t i = 50; i < 90; ++i) stalled[i] = stalled[90];  // read late, all at once
-  CHECK(may_have_period(stalled, 0.01));
-  CHECK(may_have_period(times({8, 9, 9, 8, 9}, 101), 0.0086));
-  CHECK(may_have_period(times({10}, 100), 0.0104));
-  CHECK_FALSE(may_have_period(times({10}, 100), 0.0108));
-  CHECK_FALSE(may_have_period(stalled, 0.0116));
-  CHECK(may_have_period(times({0}, 100), 0.01));  // tells nothing
-  CHECK(may_have_period({7}, 0.01));
+  CHECK(can_have_period(stalled, 0.01));
+  CHECK(can_have_period(times({8, 9, 9, 8, 9}, 101), 0.0086));
+  CHECK(can_have_period(times({10}, 100), 0.0104));
+  CHECK_FALSE(can_have_period(times({10}, 100), 0.0108));
+  CHECK_FALSE(can_have_period(stalled, 0.0116));
+  CHECK(can_have_period(times({0}, 100), 0.01));  // tells nothing
+  CHECK(can_have_period({7}, 0.01));
 }
 
 TEST_CASE("the period in common is the mean one, lost frames counted") {
@@ -297,17 +297,17 @@ TEST_CASE("the period in common is the mean one, lost frames counted") {
   CHECK(common_period_s({times({8, 9, 9, 8, 9}, 101), times({9, 8, 8, 9, 9}, 101)}) ==
         Approx(0.0086));
   CHECK(common_period_s({times({1, 2}, 101), times({2, 1}, 100)}) == Approx(0.0015).epsilon(0.01));
-  const auto all_may = [](const std::vector<std::vector<std::int64_t>>& recordings) {
+  const auto all_can = [](const std::vector<std::vector<std::int64_t>>& recordings) {
     return std::ranges::all_of(recordings,
                                [period_s = common_period_s(recordings)](const auto& t_ns) {
-                                 return may_have_period(t_ns, period_s);
+                                 return can_have_period(t_ns, period_s);
                                });
   };
-  CHECK(all_may({clean, lossy}));
-  CHECK(all_may({clean, times({1000 / 105.0}, 400)}));
-  CHECK(all_may({clean, clean, clean, times({1000 / 105.0}, 400)}));
-  CHECK_FALSE(all_may({clean, times({1000 / 116.0}, 400)}));
-  CHECK_FALSE(all_may({clean, times({20}, 400)}));
+  CHECK(all_can({clean, lossy}));
+  CHECK(all_can({clean, times({1000 / 105.0}, 400)}));
+  CHECK(all_can({clean, clean, clean, times({1000 / 105.0}, 400)}));
+  CHECK_FALSE(all_can({clean, times({1000 / 116.0}, 400)}));
+  CHECK_FALSE(all_can({clean, times({20}, 400)}));
   CHECK(common_period_s({}) == 0);
   CHECK(common_period_s({{5}, {}}) == 0);
 }

@@ -25,13 +25,13 @@ double value_of(std::uint32_t trial, std::uint32_t i, std::size_t k) {
 Status record_blocks(Recorder& recorder, std::uint32_t trial, std::uint32_t blocks) {
   for (std::uint32_t i = 0; i < blocks; ++i) {
     std::array<double, 6> shaken{};
-    std::array<double, 5> heard{};
+    std::array<double, 5> received{};
     for (std::size_t k = 0; k < 6; ++k) shaken[k] = value_of(trial, i, k);
-    for (std::size_t k = 0; k < 5; ++k) heard[k] = -value_of(trial, i, k);
+    for (std::size_t k = 0; k < 5; ++k) received[k] = -value_of(trial, i, k);
     const std::uint32_t lost = i == 3 ? 1 : 0;
     const Stamp stamp{at_ms(100000 * trial + 20 * i), i + (i >= 3 ? 1u : 0u), lost};
     auto done = recorder.acceleration(stamp, {shaken, 200, 20000 * i, i % 2});
-    if (done) done = recorder.sound(stamp, {heard, 8000, 20000 * i + 7, 0});
+    if (done) done = recorder.sound(stamp, {received, 8000, 20000 * i + 7, 0});
     if (!done) return done;
   }
   return {};

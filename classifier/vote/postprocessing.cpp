@@ -1,0 +1,129 @@
+#include "classifier/vote/postprocessing.hpp"
+
+#include <algorithm>
+
+#include "classifier/base/parallel.hpp"
+#include "classifier/fabric/pair_problem.hpp"
+#include "classifier/vote/cross_decisions.hpp"
+
+namespace weft::classifier {
+namespace {
+
+constexpr std::size_t least_rows = 200;
+
+// Rows whose full decisions are worth computing: all, or evenly spread ones of a large model.
+std::vector<std::size_t> sampled_rows(std::size_t rows, const FabricModel& model) {
+  const std::size_t count = std::min(rows, std::max(least_rows, rows_at_a_time(model)));
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < count; ++i) out.push_back(i * rows / count);
+  return out;
+}
+
+// Some rows at a time: the decisions of all on a large model would be gigabytes.
+HeldOut held_out_answers(const FabricModel& model, const FeatureMatrix& matrix,
+                         const CrossDecisions& decisions, const Calibration& calibration,
+                         std::size_t threads) {
+  HeldOut out;
+  out.row = sampled_rows(matrix.size(), model);
+  out.winner.resize(out.row.size());
+  out.probability.resize(out.row.size());
+  const std::vector<std::size_t> classes = numbers_below(model.labels().size());
+  const std::size_t batch = rows_at_a_time(model);
+  for (std::size_t from = 0; from < out.row.size(); from += batch) {
+    const std::size_t count = std::min(batch, out.row.size() - from);
+    const Matrix decision =
+        decisions.of_rows(model, matrix.values, std::span(out.row).subspan(from, count), threads);
+    parallel_for(count, threads, [&](std::size_t i) {
+      const auto f = decision.row(i);
+      out.winner[from + i] =
+          count_votes(model.pairs(), {f.begin(), f.end()}, classes.size()).winner;
+      out.probability[from + i] = probabilities(calibration, classes.size(), classes, f);
+    });
+  }
+  return out;
+}
+
+// Scores of training rows as a trial of another day would get them.
+std::vector<Novelty> held_out_scores(const VotePostprocessing& postprocessing,
+                                     const HeldOut& held_out, std::span<const std::size_t> own,
+                                     std::span<const std::size_t> unit, std::size_t threads) {
+  std::vector<Novelty> out(held_out.row.size());
+  parallel_for(out.size(), threads, [&](std::size_t i) {
+    std::vector<double> p = held_out.probability[i];
+    sharpen(p, postprocessing.calibration.sharpness);
+    const std::size_t winner = held_out.winner[i];
+    out[i] = training_novelty(postprocessing.reject, postprocessing.profile, own, unit,
+                              held_out.row[i], winner, p[winner]);
+  });
+  return out;
+}
+
+}  // namespace
+
+VotePostprocessing with_held_out(VotePostprocessing postprocessing, const HeldOut& held_out,
+                                 const FeatureMatrix& matrix, std::span<const std::size_t> own,
+                                 const TrainOptions& options, double false_reject) {
+  std::vector<std::size_t> truth;
+  for (const std::size_t r : held_out.row) truth.push_back(own[r]);
+  if (!truth.empty())
+    postprocessing.calibration.sharpness = fit_sharpness(held_out.probability, truth);
+  const std::vector<std::size_t> unit = row_units(matrix, options.fold_unit);
+  postprocessing.reject = fit_reject(matrix, postprocessing.profile, own, unit, options.threads);
+  postprocessing.reject.false_reject = false_reject;
+  const std::vector<Novelty> scores =
+      held_out_scores(postprocessing, held_out, own, unit, options.threads);
+  for (std::size_t k = 0; k < reject_kinds; ++k) {
+    std::vector<double> one;
+    for (const Novelty& score : scores) one.push_back(score[k]);
+    postprocessing.reject.threshold[k] = upper_threshold(std::move(one), false_reject);
+  }
+  return postprocessing;
+}
+
+Result<VotePostprocessing> fit_postprocessing(const FabricModel& model, const FeatureMatrix& matrix,
+                                              const TrainOptions& options, double false_reject) {
+  const auto decisions = cross_decisions(model, matrix, options);
+  if (!decisions) return pass(decisions.error());
+  return fit_postprocessing(model, matrix, *decisions, options, false_reject);
+}
+
+Result<VotePostprocessing> fit_postprocessing(const FabricModel& model, const FeatureMatrix& matrix,
+                                              const CrossDecisions& decisions,
+                                              const TrainOptions& options, double false_reject) {
+  if (!(false_reject > 0.0 && false_reject < 1.0))
+    return fail({.code = Errc::range,
+                 .where = "learn_aids",
+                 .what = "unusable share of known trials to refuse",
+                 .expected = "between 0 and 1",
+                 .got = std::to_string(false_reject)});
+  auto profile = fit_profile(matrix, model.labels());
+  if (!profile) return pass(profile.error());
+  VotePostprocessing begun;
+  begun.profile = std::move(*profile);
+  begun.calibration.sigmoid = fit_sigmoids(model, decisions, options.threads);
+  const HeldOut held_out =
+      held_out_answers(model, matrix, decisions, begun.calibration, options.threads);
+  return with_held_out(std::move(begun), held_out, matrix, decisions.own, options, false_reject);
+}
+
+Result<Prediction> predict(const FabricModel& model, const VotePostprocessing& postprocessing,
+                           std::span<const double> features, VoteOptions options) {
+  options.profile = &postprocessing.profile;
+  auto ballot = vote(model, features, options);
+  if (!ballot) return pass(ballot.error());
+  return postprocess(std::move(*ballot), postprocessing, features);
+}
+
+Prediction postprocess(Ballot ballot, const VotePostprocessing& postprocessing,
+                       std::span<const double> features) {
+  Prediction out;
+  out.ballot = std::move(ballot);
+  out.probability = probabilities(postprocessing.calibration, out.ballot);
+  const double p = out.probability.empty() ? 1.0 : out.probability[out.ballot.winner];
+  out.novelty =
+      novelty(postprocessing.reject, postprocessing.profile, features, out.ballot.winner, p);
+  out.none_of_these = postprocessing.reject.refuses(out.novelty);
+  return out;
+}
+
+}  // namespace weft::classifier

@@ -1,0 +1,68 @@
+#pragma once
+// What a model needs beside its cores to say how sure it is, and when none of its fabrics fits. All
+// of it is learnt from the training part.
+
+#include <span>
+#include <vector>
+
+#include "classifier/fabric/model.hpp"
+#include "classifier/vote/calibration.hpp"
+#include "classifier/vote/class_profile.hpp"
+#include "classifier/vote/novelty.hpp"
+#include "classifier/vote/vote.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::classifier {
+
+struct VotePostprocessing {
+  ClassProfile profile;
+  Calibration calibration;
+  RejectRule reject;
+};
+
+/// Answers on training rows by what was trained without them. One place per row asked.
+struct HeldOut {
+  std::vector<std::size_t> row;  ///< of the training matrix
+  std::vector<std::size_t> winner;
+  std::vector<std::vector<double>> probability;  ///< per class, not sharpened
+};
+
+/// What held-out answers teach: the sharpness, between 1/8 and 8, under which the true classes
+/// `own` (per training row) are most likely, and the reject rule with its thresholds.
+/// `postprocessing` has the profile and, of cores, the sigmoids. Nothing held out: the sharpness
+/// stays, nothing is refused.
+VotePostprocessing with_held_out(VotePostprocessing postprocessing, const HeldOut& held_out,
+                                 const FeatureMatrix& matrix, std::span<const std::size_t> own,
+                                 const TrainOptions& options, double false_reject);
+
+/// `matrix` and `options` are those of the training. Cores are trained once more per fold, with the
+/// parameters they have; up to 4 million decisions, of at least 200 rows, evenly spread, enter
+/// sharpness and thresholds. Refuses what cross_decisions() refuses, and a share `false_reject` of
+/// known trials to refuse outside (0, 1).
+Result<VotePostprocessing> fit_postprocessing(const FabricModel& model, const FeatureMatrix& matrix,
+                                              const TrainOptions& options,
+                                              double false_reject = 0.05);
+
+/// The same from decisions that are there already.
+Result<VotePostprocessing> fit_postprocessing(const FabricModel& model, const FeatureMatrix& matrix,
+                                              const CrossDecisions& decisions,
+                                              const TrainOptions& options,
+                                              double false_reject = 0.05);
+
+/// Everything known about one trial.
+struct Prediction {
+  Ballot ballot;
+  std::vector<double> probability;  ///< per class; empty for VoteKind::dag, a short-list of one
+  Novelty novelty{};
+  bool none_of_these = false;  ///< aids.reject refuses the trial; the ballot says what is nearest
+};
+
+/// `options.profile` need not be set. Refuses what vote() refuses.
+Result<Prediction> predict(const FabricModel& model, const VotePostprocessing& postprocessing,
+                           std::span<const double> features, VoteOptions options = {});
+
+/// The same of a vote on these features that was held already.
+Prediction postprocess(Ballot ballot, const VotePostprocessing& postprocessing,
+                       std::span<const double> features);
+
+}  // namespace weft::classifier

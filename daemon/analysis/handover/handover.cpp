@@ -1,0 +1,280 @@
+#include "daemon/analysis/handover/handover.hpp"
+
+#include <algorithm>
+#include <new>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "daemon/analysis/handover/imprints.hpp"
+#include "daemon/analysis/handover/train.hpp"
+#include "daemon/analysis/handover/train_vibration.hpp"
+#include "daemon/base/file/sha256.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/base/version/software_version.hpp"
+#include "daemon/storage/certificate/certificate.hpp"
+#include "daemon/storage/recorder/campaign_folder.hpp"
+#include "daemon/storage/recorder/recorder.hpp"
+#include "recipes/engine/plan.hpp"
+
+namespace weft::daemon {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+constexpr std::size_t steps_per_exploration = 3;
+
+fs::path campaign_in(const fs::path& folder) {
+  return folder / campaign_file_name;
+}
+
+/// The recipe on record against the rig on record.
+Result<recipes::Plan> parse_plan(const DatasetInfo& info) {
+  const auto limits = recipes::parse_rig_limits(info.rig_json);
+  if (!limits) return pass(limits.error());
+  recipes::CheckReport report = recipes::check_recipe(info.recipe_json, *limits, info.seed);
+  if (report.plan) return std::move(*report.plan);
+  return fail({.code = Errc::corrupt,
+               .what = "the recipe on record cannot be run: " +
+                       recipes::to_string(report.problems.front())});
+}
+
+/// What is partial never goes into training: every planned trial is done, by the certificate.
+Result<Certificate> complete_certificate(const fs::path& folder) {
+  const auto read = read_certificate(folder);
+  if (!read) return pass(read.error());
+  if (!*read)
+    return fail({.code = Errc::wrong_state,
+                 .where = folder.string(),
+                 .what = "the campaign has not come to its end",
+                 .hint = "Only a complete campaign is handed over"});
+  const auto done = std::ranges::count_if((*read)->trials, [](const CertifiedTrial& trial) {
+    const auto outcome = trial_outcome_from(trial.outcome);
+    return outcome && is_done(*outcome);
+  });
+  const std::string planned = std::to_string((*read)->trials_planned);
+  if (static_cast<std::uint64_t>(done) < (*read)->trials_planned)
+    return fail({.code = Errc::wrong_state,
+                 .where = folder.string(),
+                 .what = "the campaign is not complete",
+                 .expected = planned + " trials",
+                 .got = std::to_string(done),
+                 .hint = "Only a complete campaign is handed over"});
+  return **read;
+}
+
+/// The complete trials, when they are those of the certificate.
+Result<Dataset> certified_data(const fs::path& folder, const Certificate& certificate,
+                               const StopRequested& stop) {
+  auto data = load_campaign(campaign_in(folder), {.stop_requested = stop});
+  if (!data) return pass(data.error());
+  const std::string found = dataset_sha256(*data);
+  if (found == certificate.dataset_sha256) return data;
+  return fail({.code = Errc::corrupt,
+               .where = folder.string(),
+               .what = "the campaign is not what its certificate says",
+               .expected = certificate.dataset_sha256,
+               .got = found,
+               .hint = "weft verify tells what differs"});
+}
+
+/// The wall time that the recipe gives, and the caller's own stop.
+class TimeLimit {
+ public:
+  TimeLimit(const HandoverHooks& hooks, double at_most_s)
+      : hooks_(&hooks), at_most_s_(at_most_s), began_s_(now()) {}
+
+  [[nodiscard]] bool is_over() const { return now() - began_s_ > at_most_s_; }
+  [[nodiscard]] bool stops() const { return (hooks_->stop && hooks_->stop()) || is_over(); }
+  /// In place of "stopped", which is all that those who were stopped know.
+  [[nodiscard]] Error limited(Error error) const {
+    if (hooks_->stop && hooks_->stop())
+      return {.code = Errc::wrong_state, .what = "the hand-over was stopped before its end"};
+    if (!is_over()) return error;
+    return {
+        .code = Errc::timeout,
+        .where = "/hand_over/at_most_s",
+        .what = "the hand-over took longer than its recipe allows",
+        .expected = general(at_most_s_) + " s",
+        .hint =
+            "Raise at_most_s, or take fewer trials or, where there is a choice, a learner that is "
+            "trained sooner"};
+  }
+
+ private:
+  [[nodiscard]] double now() const { return hooks_->seconds_now ? hooks_->seconds_now() : 0; }
+  const HandoverHooks* hooks_;
+  double at_most_s_, began_s_;
+};
+
+/// Everything of it but the files.
+class HandoverJob {
+ public:
+  HandoverJob(const Dataset& data, std::string dataset_sha256, const recipes::Plan& plan,
+              const HandoverHooks& hooks, const TimeLimit& allowed)
+      : data_(&data), sha256_(std::move(dataset_sha256)), plan_(&plan), hooks_(&hooks) {
+    options_.threads = hooks.threads;
+    options_.stop = [&allowed] { return allowed.stops(); };
+    for (const recipes::TrialSpec& trial : plan.trials)
+      repetitions_ = std::max(repetitions_, trial.repetition);
+  }
+
+  Status work() {
+    const std::vector<std::string> explorations = list_explorations(*data_);
+    if (explorations.empty())
+      return fail({.code = Errc::wrong_state,
+                   .where = "/explorations",
+                   .what = "no slide went on to its whole length, so none is to learn from",
+                   .hint = "A live vote ended them all early"});
+    progress_.steps = explorations.size() * (from_vibration() ? vibration_steps(*plan_->handover)
+                                                              : steps_per_exploration);
+    for (const std::string& exploration : explorations)
+      if (Status ok = from_vibration() ? add_vibration(exploration) : add(exploration); !ok)
+        return pass(ok.error(), exploration);
+    return {};
+  }
+
+  [[nodiscard]] ordered_json evaluation() const {
+    const DatasetInfo& info = data_->info;
+    return {{"bench", to_string(info.kind)},
+            {"campaign", info.name},
+            {"dataset_sha256", sha256_},
+            {"recipe_sha256", info.recipe_sha256},
+            {"rig_sha256", info.rig_sha256},
+            {"software_version", software_version()},
+            {"hand_over",
+             {{"from", to_string(plan_->handover->from)},
+              {"learner", plan_->handover->learner},
+              {"groups", plan_->handover->groups},
+              {"at_most_s", plan_->handover->at_most_s}}},
+            {"meaning",
+             from_vibration()
+                 ? "Evaluated only, no model is kept. Each answer is of a learner that was chosen "
+                   "and trained without the group of repetitions that it was asked about."
+                 : "A model is of all trials of its exploration. The accuracy is of others, each "
+                   "trained without the group of repetitions that it was asked about."},
+            {"models", models_},
+            {"evaluations", evaluations_},
+            {"explorations", explorations_}};
+  }
+  [[nodiscard]] const std::vector<HandoverText>& texts() const { return texts_; }
+
+ private:
+  [[nodiscard]] bool from_vibration() const {
+    return plan_->handover->from == recipes::HandoverSource::vibration;
+  }
+
+  Status add_vibration(const std::string& exploration) {
+    const auto set = vibration_material(
+        *data_, exploration, recipes::repetition_groups(repetitions_, plan_->handover->groups));
+    if (!set) return pass(set.error());
+    const auto training_result =
+        train_vibration(*set, *plan_->handover, *hooks_, options_.stop,
+                        [&](const std::string& what) { announce(exploration + ": " + what); });
+    if (!training_result) return pass(training_result.error());
+    auto page = vibration_html(exploration, *set, *training_result);
+    if (!page) return pass(page.error());
+    texts_.push_back({exploration + ".html", std::move(*page)});
+    evaluations_.push_back(evaluation_line_json(
+        make_evaluation(exploration, std::string(handover_folder_name) + "/" + texts_.back().name,
+                        *set, *training_result)));
+    explorations_[exploration] = vibration_json(*set, *training_result);
+    return {};
+  }
+
+  Status add(const std::string& exploration) {
+    const LearningMaterial material = collect_material(*data_, exploration);
+    const auto training_result =
+        train_exploration(material, data_->info, sha256_, *plan_->handover, repetitions_, options_,
+                          *hooks_, [this](const std::string& what) { announce(what); });
+    if (!training_result) return pass(training_result.error());
+    std::ostringstream model;
+    if (Status ok = classifier::save_model(training_result->model, model); !ok) return ok;
+    texts_.push_back({exploration + ".model", model.str()});
+    const classifier::LearnerEvaluation& e = training_result->evaluation;
+    models_.push_back(model_json(
+        {exploration, std::string(handover_folder_name) + "/" + texts_.back().name,
+         sha256_hex(texts_.back().text), training_result->learner, material.trials.size(),
+         e.confusion.total(), e.accuracy, e.ci95.low, e.ci95.high}));
+    explorations_[exploration] = training_json(material, *training_result);
+    texts_.push_back({exploration + ".html",
+                      training_html(material, data_->info, *plan_->handover, *training_result)});
+    return {};
+  }
+
+  void announce(const std::string& what) {
+    progress_.what = what;
+    if (hooks_->progress) hooks_->progress(progress_);
+    ++progress_.step;
+  }
+
+  const Dataset* data_;
+  std::string sha256_;
+  const recipes::Plan* plan_;
+  const HandoverHooks* hooks_;
+  classifier::TrainOptions options_;
+  std::uint32_t repetitions_ = 0;
+  EvaluationProgress progress_;
+  ordered_json models_ = ordered_json::array(), evaluations_ = ordered_json::array(),
+               explorations_ = ordered_json::object();
+  std::vector<HandoverText> texts_;
+};
+
+}  // namespace
+
+Result<std::optional<recipes::Handover>> load_handover_spec(const fs::path& folder) {
+  const auto header = load_header(campaign_in(folder));
+  if (!header) return pass(header.error());
+  auto plan = parse_plan(header->info);
+  if (!plan) return pass(plan.error(), folder.string());
+  return std::move(plan->handover);
+}
+
+namespace {
+
+Result<HandoverResult> run_whole_handover(const fs::path& folder, const HandoverHooks& hooks) {
+  const auto lock = FolderLock::take(folder);
+  if (!lock) return pass(lock.error());
+  const auto certificate = complete_certificate(folder);
+  if (!certificate) return pass(certificate.error());
+  if (auto done = read_handover(folder);
+      done && *done && (*done)->dataset_sha256 == certificate->dataset_sha256)
+    return std::move(**done);
+  const auto header = load_header(campaign_in(folder));
+  if (!header) return pass(header.error());
+  const auto plan = parse_plan(header->info);
+  if (!plan) return pass(plan.error(), folder.string());
+  if (!plan->handover)
+    return fail({.code = Errc::not_found,
+                 .where = folder.string(),
+                 .what = "the campaign's recipe has no hand_over"});
+  const TimeLimit allowed(hooks, plan->handover->at_most_s);
+  const auto data = certified_data(folder, *certificate, [&] { return allowed.stops(); });
+  if (!data) return pass(allowed.limited(data.error()));
+  if (plan->handover->from == recipes::HandoverSource::imprints) {
+    const auto result = run_imprint_handover(*data, certificate->dataset_sha256, *plan->handover,
+                                             hooks, [&] { return allowed.stops(); });
+    if (!result || allowed.stops())
+      return pass(allowed.limited(result ? Error{.code = Errc::wrong_state, .what = "stopped"}
+                                         : result.error()));
+    return write_handover(folder, ordered_json::parse(result->evaluation_json), result->texts);
+  }
+  HandoverJob job(*data, certificate->dataset_sha256, *plan, hooks, allowed);
+  if (Status ok = job.work(); !ok) return pass(allowed.limited(ok.error()));
+  return write_handover(folder, job.evaluation(), job.texts());
+}
+
+}  // namespace
+
+Result<HandoverResult> run_handover(const fs::path& folder, const HandoverHooks& hooks) {
+  try {
+    return run_whole_handover(folder, hooks);
+  } catch (const std::bad_alloc&) {
+    return fail({.code = Errc::range,
+                 .where = folder.string(),
+                 .what = "the campaign is too large for the memory of this machine",
+                 .hint = "Hand it over on a machine with more memory"});
+  }
+}
+
+}  // namespace weft::daemon

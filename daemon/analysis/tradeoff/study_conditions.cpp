@@ -1,0 +1,258 @@
+#include "daemon/analysis/tradeoff/study_conditions.hpp"
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include "classifier/features/options.hpp"
+#include "daemon/base/text/format.hpp"
+#include "recipes/schema/diagnostic.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using classifier::Learner;
+using classifier::VoteKind;
+
+constexpr std::array family_names = {std::pair{TradeoffFamily::features, "features"},
+                                     std::pair{TradeoffFamily::learner, "learner"},
+                                     std::pair{TradeoffFamily::slide, "slide"},
+                                     std::pair{TradeoffFamily::speed, "speed"},
+                                     std::pair{TradeoffFamily::exploration, "exploration"},
+                                     std::pair{TradeoffFamily::vote, "vote"},
+                                     std::pair{TradeoffFamily::stop, "stop"}};
+
+constexpr std::array<std::size_t, 7> feature_counts = {1, 2, 5, 10, 20, 40, 80};
+constexpr std::array slides_s = {0.5, 1.0, 2.0, 4.0, 8.0, 16.0};
+constexpr std::array<std::size_t, 4> shortlists = {2, 3, 5, 10};
+constexpr std::array sure_at = {0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999};
+constexpr std::array learners = {Learner::pvalue, Learner::pca,   Learner::all, Learner::lda,
+                                 Learner::svc,    Learner::trees, Learner::best};
+
+std::string format_learner(Learner learner) {
+  switch (learner) {
+    case Learner::pvalue:
+      return "p-value cores";
+    case Learner::pca:
+      return "PCA cores";
+    case Learner::all:
+      return "all-feature cores";
+    case Learner::lda:
+      return "LDA";
+    case Learner::svc:
+      return "SVC";
+    case Learner::trees:
+      return "trees";
+    case Learner::cores_best:
+      return "best cores";
+    case Learner::best:
+      return "best of all";
+  }
+  return {};
+}
+
+bool has_count(Learner learner) {
+  return learner == Learner::pvalue || learner == Learner::pca;
+}
+
+bool votes(Learner learner) {
+  return has_count(learner) || learner == Learner::all || learner == Learner::cores_best;
+}
+
+std::string why_not(Learner learner, const std::string& reason) {
+  const bool choice = learner == Learner::best || learner == Learner::cores_best;
+  return choice ? "what a choice comes to differs by split" : reason;
+}
+
+/// Adds the arms of one family after another; each function returns why there are none, or nothing.
+class Planner {
+ public:
+  Planner(const Dataset& dataset, const Material& base, std::size_t labels, StudyCondition standard)
+      : dataset_(&dataset), base_(&base), labels_(labels), standard_(std::move(standard)) {
+    out_.arms.push_back(standard_);
+  }
+
+  void add(TradeoffFamily family) {
+    const std::size_t before = out_.arms.size();
+    family_ = to_string(family);
+    const std::string why = add_arms(family);
+    if (out_.arms.size() == before) out_.left_out.emplace_back(family_, why);
+  }
+  TradeoffPlan take() { return std::move(out_); }
+
+ private:
+  std::string add_arms(TradeoffFamily family) {
+    switch (family) {
+      case TradeoffFamily::features:
+        return add_counts();
+      case TradeoffFamily::learner:
+        return add_learners();
+      case TradeoffFamily::slide:
+        return add_slides();
+      case TradeoffFamily::speed:
+        return add_speeds();
+      case TradeoffFamily::exploration:
+        return add_explorations();
+      case TradeoffFamily::vote:
+        return add_votes();
+      case TradeoffFamily::stop:
+        return add_stops();
+    }
+    return {};
+  }
+
+  StudyCondition& add(std::string name) {
+    out_.arms.push_back(standard_);
+    out_.arms.back().name = std::move(name);
+    out_.arms.back().family = family_;
+    return out_.arms.back();
+  }
+
+  std::string add_counts() {
+    if (!has_count(standard_.learner))
+      return why_not(standard_.learner, "the default has no feature count");
+    const std::size_t all = base_->features.names.size();
+    std::set<std::size_t> counts{all};
+    for (const std::size_t n : feature_counts)
+      if (n < all) counts.insert(n);
+    counts.erase(std::min(standard_.cap, all));
+    for (const std::size_t n : counts) add("N " + std::to_string(n)).cap = n;
+    return "there is one feature";
+  }
+
+  std::string add_learners() {
+    for (const Learner learner : learners)
+      if (learner != standard_.learner) add(format_learner(learner)).learner = learner;
+    return {};
+  }
+
+  std::string add_slides() {
+    for (const double s : slides_s)
+      if (s < base_->longest_slide_s) add(general(s) + " s").slide_s = s;
+    return "no slide is longer than " + general(slides_s.front()) + " s";
+  }
+
+  std::string add_speeds() {
+    std::set<double> speeds;
+    for (const auto& speed : base_->speed_mm_s)
+      if (speed) speeds.insert(*speed);
+    if (speeds.empty()) return "no recording names its speed";
+    if (speeds.size() == 1) return "all recordings have one speed";
+    for (const double speed : speeds) add(general(speed) + " mm/s").speed_mm_s = speed;
+    return {};
+  }
+
+  std::string add_explorations() {
+    const auto present = list_explorations(*dataset_);
+    for (const std::string& name : present)
+      if (name != standard_.exploration) add(name).exploration = name;
+    for (std::size_t a = 0; a < present.size(); ++a)
+      for (std::size_t b = a + 1; b < present.size(); ++b) {
+        const std::string both = present[a] + "+" + present[b];
+        if (both != standard_.exploration) add(both).exploration = both;
+      }
+    return "the data set has one exploration";
+  }
+
+  std::string add_votes() {
+    if (!votes(standard_.learner))
+      return why_not(standard_.learner, "the default has no cores that vote");
+    if (labels_ < 3) return "two labels have one core";
+    add("soft vote").vote.kind = VoteKind::soft;
+    add("DAG").vote.kind = VoteKind::dag;
+    for (const std::size_t k : shortlists)
+      if (k < labels_) add("short-list of " + std::to_string(k)).vote = {VoteKind::shortlist, k};
+    return {};
+  }
+
+  std::string add_stops() {
+    if (standard_.exploration.find('+') != std::string::npos)
+      return "two slides side by side have no common moment";
+    if (base_->longest_slide_s <= 2 * least_slide_s) return "no slide is longer than 1 s";
+    for (const double sure : sure_at) add("sure " + general(sure)).sure = sure;
+    return {};
+  }
+
+  const Dataset* dataset_;
+  const Material* base_;
+  std::size_t labels_;
+  StudyCondition standard_;
+  std::string family_;
+  TradeoffPlan out_;
+};
+
+}  // namespace
+
+std::string_view to_string(TradeoffFamily family) {
+  for (const auto& [value, name] : family_names)
+    if (value == family) return name;
+  return {};
+}
+
+Result<TradeoffFamily> tradeoff_family_from(std::string_view word) {
+  std::vector<std::string_view> known;
+  for (const auto& [value, name] : family_names) {
+    if (name == word) return value;
+    known.emplace_back(name);
+  }
+  const std::string_view meant = recipes::closest(word, known);
+  std::vector<std::string> names(known.begin(), known.end());
+  return fail({.code = Errc::invalid_argument,
+               .what = "no such thing to vary",
+               .expected = joined(names),
+               .got = std::string(word),
+               .hint = meant.empty() ? "" : "Did you mean " + std::string(meant) + "?"});
+}
+
+std::vector<TradeoffFamily> all_tradeoff_families() {
+  std::vector<TradeoffFamily> out;
+  for (const auto& [value, name] : family_names) out.push_back(value);
+  return out;
+}
+
+bool StudyCondition::same_material(const StudyCondition& other) const {
+  return exploration == other.exploration && slide_s == other.slide_s;
+}
+
+bool StudyCondition::same_training(const StudyCondition& other) const {
+  return same_material(other) && learner == other.learner && cap == other.cap;
+}
+
+TradeoffPlan plan_tradeoff(const Dataset& dataset, const Material& base, std::size_t labels,
+                           const std::string& exploration,
+                           const ClassifierTradeoffOptions& options) {
+  StudyCondition standard;
+  standard.name = standard.family = "default";
+  standard.exploration = exploration;
+  standard.learner = options.learner;
+  standard.cap = options.training.cap;
+  Planner planner(dataset, base, labels, std::move(standard));
+  for (const TradeoffFamily family : all_tradeoff_families())
+    if (std::ranges::find(options.vary, family) != options.vary.end()) planner.add(family);
+  return planner.take();
+}
+
+std::vector<Setting> list_settings(const StudyCondition& arm,
+                                   const ClassifierTradeoffOptions& options) {
+  std::vector<Setting> out{{"learner", std::string(classifier::to_string(arm.learner))}};
+  if (has_count(arm.learner)) out.emplace_back("N", static_cast<double>(arm.cap));
+  if (votes(arm.learner))
+    out.emplace_back("vote", std::string(classifier::to_string(arm.vote.kind)));
+  if (arm.vote.kind == VoteKind::shortlist)
+    out.emplace_back("shortlist", static_cast<double>(arm.vote.shortlist));
+  if (arm.sure) {
+    out.emplace_back("sure_probability", *arm.sure);
+    out.emplace_back("least_slide_s", least_slide_s);
+  }
+  if (arm.slide_s > 0)
+    out.emplace_back("slide_s", arm.slide_s);
+  else
+    out.emplace_back("slide_s", std::string("whole"));
+  if (!arm.exploration.empty()) out.emplace_back("exploration", arm.exploration);
+  if (arm.speed_mm_s) out.emplace_back("tested_speed_mm_s", *arm.speed_mm_s);
+  out.emplace_back("norm",
+                   std::string(options.features.norm == classifier::Norm::rms ? "rms" : "l2"));
+  return out;
+}
+
+}  // namespace weft::daemon

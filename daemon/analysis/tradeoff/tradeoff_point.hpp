@@ -1,0 +1,67 @@
+#pragma once
+// What was measured of one choice of settings, and of all choices on one data set.
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "classifier/base/interval.hpp"
+#include "daemon/base/text/bench_kind.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon {
+
+/// A number or a word, under its name.
+using Setting = std::pair<std::string, std::variant<double, std::string>>;
+
+struct TradeoffPoint {
+  std::string name;    ///< short, for the picture: "N 5"
+  std::string family;  ///< which setting differs from the default: "feature count"
+  std::vector<Setting> settings;
+  BenchKind bench = BenchKind::unknown;
+  double accuracy = 0;  ///< share of right answers on trials that did not train
+  classifier::Interval ci95;
+  std::size_t tested = 0;         ///< test trials over all splits
+  std::vector<double> timings_s;  ///< of an answer, one per timed trial: median of repetitions
+  double answer_s = 0;            ///< mean of timings_s
+  double features_s = 0;          ///< part of answer_s
+  double vote_s = 0;
+  double contact_s = 0;  ///< seconds of sliding that an answer needs, mean over the trials
+  double train_s = 0;    ///< grid search included, mean over the splits
+};
+
+/// One direction of the picture: what accuracy is weighed against.
+struct TradeoffCost {
+  std::string key;    ///< in JSON: "answer_s"
+  std::string title;  ///< with unit
+  std::string words;  ///< for a table: "compute time"
+  double TradeoffPoint::*seconds;
+};
+
+/// Everything measured on one data set. One front is never drawn over two of them.
+struct TradeoffSet {
+  std::string dataset;  ///< as it was named
+  std::string sha256;
+  BenchKind bench = BenchKind::unknown;
+  std::vector<Setting> facts;                                 ///< trials, split, training ...
+  std::vector<std::pair<std::string, std::string>> left_out;  ///< what, why
+  std::vector<TradeoffPoint> points;                          ///< at least one
+};
+
+/// Indices of the points on the front of `cost`, by rising cost. Refuses no points, a figure that
+/// is not finite, a time that is not positive, and a point of another bench than the set's.
+Result<std::vector<std::size_t>> find_front(const TradeoffSet& set, const TradeoffCost& cost);
+
+/// The families of all sets, in the order of their first points.
+std::vector<std::string> list_families(std::span<const TradeoffSet> sets);
+
+/// "20" or "pvalue".
+std::string format_text(const Setting& setting);
+/// The middle one, or the mean of the middle two; 0 without values.
+double compute_median(std::vector<double> values);
+
+}  // namespace weft::daemon

@@ -1,0 +1,122 @@
+// What the reports of the devices mean.
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <map>
+
+#include "daemon/base/text/format.hpp"
+#include "daemon/campaign/diagnostics/doctor.hpp"
+
+namespace weft::daemon {
+namespace {
+
+constexpr double rate_warning = 0.05;  // of the configured rate; a stream that starts is a bit off
+constexpr double rate_problem = 0.20;
+// A stage that is asked every cycle of 10 ms answers well before the next but one.
+constexpr double slow_answer_s = 0.020;
+
+/// All digits that matter: these are what counts are turned into SI with.
+std::string shortest(double value) {
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  return {text.data(), end};
+}
+
+std::string format_identity(const DeviceIdentity& identity) {
+  std::string out;
+  for (const auto& [key, text] : identity.reported)
+    out += (out.empty() ? "" : ", ") + key + " " + text;
+  return out.empty() ? "reports nothing of itself" : out;
+}
+
+std::string format_calibration(const DeviceIdentity& identity) {
+  std::string out;
+  for (const auto& [key, value] : identity.scale)
+    out += (out.empty() ? "" : ", ") + key + " " + shortest(value);
+  return out.empty() ? "raw counts" : out;
+}
+
+Diagnosis rate(const DeviceReport& device) {
+  const double off = std::abs(device.rate_hz / device.configured_rate_hz - 1);
+  const std::string what = fixed(device.rate_hz, 1) + " Hz seen, " +
+                           fixed(device.configured_rate_hz, 1) + " Hz configured, longest gap " +
+                           fixed(1000 * device.longest_gap_s, 0) + " ms";
+  if (off <= rate_warning) return {Severity::ok, device.name, what, {}};
+  return {off <= rate_problem ? Severity::warning : Severity::problem, device.name, what,
+          "Correct rate_hz in the rig file, or the device's own setting; look for a slow link"};
+}
+
+Diagnosis latency(const DeviceReport& device) {
+  const std::string what = "answers in " + fixed(1000 * device.latency_s, 1) + " ms (median of " +
+                           std::to_string(device.samples) + "), " +
+                           fixed(1000 * device.worst_latency_s, 1) + " ms at most";
+  if (device.latency_s <= slow_answer_s) return {Severity::ok, device.name, what, {}};
+  return {
+      Severity::warning, device.name, what,
+      "A USB chip with a latency timer of 16 ms, a hub, or a busy machine; see `weft doctor` of "
+      "an idle one"};
+}
+
+/// Of blocks; their driver has compared the rates of the readings with the configured ones.
+Diagnosis blocks(const DeviceReport& device) {
+  return {Severity::ok,
+          device.name,
+          fixed(device.rate_hz, 1) + " blocks/s seen, longest gap " +
+              fixed(device.longest_gap_s * 1e3, 1) + " ms",
+          {}};
+}
+
+void check_device(const DeviceReport& device, std::vector<Diagnosis>& out) {
+  if (device.answered)
+    out.push_back({Severity::ok,
+                   device.name,
+                   device.driver + (device.plugin.empty() ? "" : " (" + device.plugin + ")") +
+                       " on " + device.link + ": " + format_identity(device.identity) +
+                       "; scale: " + format_calibration(device.identity),
+                   {}});
+  if (device.error) return out.push_back(problem_of(device.name, *device.error));
+  if (!device.armed) return;
+  if (device.samples == 0)
+    return out.push_back({Severity::problem, device.name, "is armed and sends nothing",
+                          "Look at the device's own settings"});
+  if (device.role == "vibro")
+    out.push_back(blocks(device));
+  else
+    out.push_back(device.configured_rate_hz > 0 ? rate(device) : latency(device));
+  if (device.lost > 0)
+    out.push_back({Severity::warning, device.name,
+                   std::to_string(device.lost) + " of " +
+                       std::to_string(device.lost + device.samples) + " frames were lost",
+                   "Look for a bad cable or a network with other traffic"});
+}
+
+/// One device that answers on two ports is a wiring that the rig file does not know.
+void check_serials(const std::vector<DeviceReport>& devices, std::vector<Diagnosis>& out) {
+  std::map<std::string, std::string> owners;
+  for (const DeviceReport& device : devices)
+    for (const auto& [key, text] : device.identity.reported) {
+      if (key != "serial") continue;
+      const auto [owner, first] = owners.emplace(device.driver + " " + text, device.name);
+      if (!first)
+        out.push_back({Severity::problem, device.name,
+                       "reports the serial number of " + owner->second + ", " + text,
+                       "One device has two entries in the rig file"});
+    }
+}
+
+}  // namespace
+
+Diagnosis problem_of(const std::string& subject, Error error, const std::string& hint) {
+  const std::string own = std::exchange(error.hint, {});
+  return {Severity::problem, subject, to_string(error), hint.empty() ? own : hint};
+}
+
+std::vector<Diagnosis> check_devices(const std::vector<DeviceReport>& devices) {
+  std::vector<Diagnosis> out;
+  for (const DeviceReport& device : devices) check_device(device, out);
+  check_serials(devices, out);
+  return out;
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,35 @@
+#include "daemon/pages/plot/interval_text.hpp"
+
+namespace weft::daemon {
+
+namespace {
+
+namespace vibro = classifier::vibro;
+
+void name_left_out(classifier::Interval& interval, const std::string& what) {
+  if (interval.method.starts_with("Student"))
+    interval.method = "Student t with the Nadeau-Bengio variance, over the " + what + " left out";
+}
+
+}  // namespace
+
+void name_groups_left_out(classifier::Interval& interval) {
+  name_left_out(interval, "groups");
+}
+
+void name_groups_left_out(classifier::LearnerEvaluation& evaluation) {
+  name_groups_left_out(evaluation.ci95);
+  if (!evaluation.calibration) return;
+  for (classifier::BinCheck& bin : evaluation.calibration->bins)
+    name_groups_left_out(bin.observed_ci95);
+}
+
+void name_left_out(vibro::CrossValidation& assessment, vibro::Protocol protocol) {
+  if (protocol == vibro::Protocol::random) return;
+  const bool groups = protocol == vibro::Protocol::groups;
+  for (classifier::Interval* one :
+       {&assessment.accuracy_ci95, &assessment.f_score_ci95, &assessment.voted_ci95})
+    name_left_out(*one, groups ? "groups" : "contiguous parts of each recording");
+}
+
+}  // namespace weft::daemon

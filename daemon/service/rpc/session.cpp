@@ -1,0 +1,366 @@
+#include "daemon/service/rpc/session.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "daemon/base/file/sha256.hpp"
+#include "daemon/service/rpc/session_errors.hpp"
+#include "recipes/schema/diagnostic.hpp"
+
+namespace weft::daemon::server {
+namespace {
+
+using nlohmann::json;
+using rpc::Outcome;
+using rpc::rpc_error;
+namespace code = rpc::code;
+
+std::string_view without_spaces(std::string_view line) {
+  constexpr std::string_view spaces = " \t\r\n";
+  const std::size_t first = line.find_first_not_of(spaces);
+  if (first == std::string_view::npos) return {};
+  return line.substr(first, line.find_last_not_of(spaces) - first + 1);
+}
+
+bool is_supported(std::string_view wanted) {
+  return wanted.empty() || wanted == "1.x" || wanted == protocol_version;
+}
+
+/// Those that the daemon has, of what the client wants; all where it names none.
+json features_for(const json& params) {
+  json out = json::array();
+  const auto want = params.find("want");
+  for (const char* const feature : {"every-mode", "replay"})
+    if (want == params.end() || std::ranges::find(*want, json(feature)) != want->end())
+      out.push_back(feature);
+  return out;
+}
+
+/// As long for any request, as it is kept. Whose lease it is asked with is not part of the wish:
+/// who asks again after a restart has a new one.
+std::string compute_request_digest(const rpc::MethodSpec& spec, json params) {
+  if (!std::string_view(spec.name).starts_with("lease.")) params.erase("lease");
+  return sha256_hex(std::string(spec.name) +
+                    params.dump(-1, ' ', false, json::error_handler_t::replace));
+}
+
+}  // namespace
+
+const rpc::MethodSpec& session_open() {
+  static const rpc::MethodSpec spec{
+      "session.open",
+      "introduces the client and settles protocol and role; the first request",
+      access::Role::observer,
+      rpc::Effect::read,
+      {{"client", rpc::ParamType::text, true, "name of the program"},
+       {"version", rpc::ParamType::text, false, "of the program"},
+       {"protocol", rpc::ParamType::text, false, "wanted, \"1.x\""},
+       {"token", rpc::ParamType::text, false, "where the peer's credentials do not do"},
+       {"want", rpc::ParamType::list, false,
+        "features; those of them that there are come back, all where it is left out"}},
+      "session, user (with a token: as token.add says), role, protocol, features, epoch, seq, "
+      "ready"};
+  return spec;
+}
+
+void add_session_open(rpc::Methods& methods) {
+  methods.add(session_open(), [](const rpc::Call& call) -> Outcome {
+    return tl::unexpected(rpc_error(code::access + 7, "session.again",
+                                    {.code = Errc::wrong_state,
+                                     .where = "/method",
+                                     .what = "introduced already",
+                                     .got = call.caller.session,
+                                     .hint = "Open another connection for another role"}));
+  });
+}
+
+void add_cancel(rpc::Methods& methods) {
+  methods.add(
+      {"$/cancel",
+       "ends the wait for an answer on this connection: the call is answered with the error "
+       "request.cancelled",
+       access::Role::observer,
+       rpc::Effect::read,
+       {{"id", rpc::ParamType::id, true, "of the request that waits"}},
+       "cancelled"},
+      [](const rpc::Call& call) -> Outcome {
+        const std::string id =
+            call.params.at("id").dump(-1, ' ', false, json::error_handler_t::replace);
+        const Status done = call.client_session == nullptr
+                                ? fail({.code = Errc::unsupported,
+                                        .what = "a call by POST ends with its connection"})
+                                : call.client_session->cancel(id);
+        if (!done) return tl::unexpected(rpc::from(done.error()));
+        return R"({"cancelled":)" + id + "}";
+      });
+}
+
+Session::Session(Shared& shared, Peer peer, std::string session, Send send)
+    : shared_(&shared), peer_(std::move(peer)), send_(std::move(send)) {
+  caller_.session = std::move(session);
+  caller_.user = peer_.user;
+  caller_.local = peer_.local;
+  shared_->sessions.add(*this, caller_.session);
+}
+
+Session::~Session() {
+  alive_.reset();
+  shared_->sessions.remove(caller_.session);
+}
+
+void Session::send_hello() {
+  json ways = json::array();
+  if (peer_.role) ways.push_back("peercred");
+  ways.push_back("token");
+  send_(rpc::notification_line("hello", json{{"product", "weftd"},
+                                             {"protocol", {protocol_version}},
+                                             {"auth", std::move(ways)},
+                                             {"epoch", shared_->epoch}}
+                                            .dump()));
+}
+
+bool Session::on_unfinished_message(std::string_view rest) {
+  const std::string_view word = without_spaces(rest);
+  if (word != rpc::halt_line && word != rpc::emergency_line) return false;
+  on_message(word);
+  return true;
+}
+
+void Session::on_message(std::string_view line) {
+  const std::string_view word = without_spaces(line);
+  if (word.empty()) return;
+  const bool emergency = word == rpc::emergency_line && shared_->emergency_stop;
+  if (word == rpc::halt_line || emergency) {
+    if (peer_.local)
+      return emergency ? halt("estop", shared_->emergency_stop) : halt("halt", shared_->halt);
+    return send_(rpc::error_line(
+        "null", rpc_error(code::access + 5, "access.local_only",
+                          {.code = Errc::wrong_state,
+                           .what = std::string(word) + " is for the local socket",
+                           .hint = emergency ? "Call rig.estop" : "Call rig.halt"})));
+  }
+  const auto request = rpc::parse_request(line);
+  if (request) return handle(*request);
+  const rpc::Refused& refused = request.error();
+  if (refused.received)
+    if (const auto* const stops = stop_named(refused.received->method))
+      return stop(*stops, *refused.received, &refused.error);
+  send_(rpc::error_line(refused.id_json, refused.error));
+}
+
+// Whoever pulls the line is told, subscribed or not (docs/api.md, rig.halt).
+void Session::halt(std::string_view kind, const std::function<void(const rpc::Caller&)>& stop) {
+  stop(caller_);
+  const json latched{{"topic", "rig"},
+                     {"seq", shared_->hub->seq()},
+                     {"delta", {{"latched", kind}, {"by", rpc::by(caller_)}}}};
+  send_(json{{"jsonrpc", "2.0"}, {"method", "event"}, {"params", latched}}.dump());
+}
+
+const rpc::Methods::Entry* Session::stop_named(const std::string& method) const {
+  if (!is_open_ && !peer_.local) return nullptr;
+  const auto entry = shared_->methods->find(method);
+  return entry && (*entry)->spec.urgency == rpc::Urgency::stop ? *entry : nullptr;
+}
+
+// Done each time that it is asked for, also with a key that was used before: to stop twice does no
+// harm, not to stop does. What was wrong with the request is told with the answer.
+void Session::stop(const rpc::Methods::Entry& entry, const rpc::Request& request,
+                   const rpc::RpcError* wrong) {
+  const rpc::Usable usable = rpc::usable_params(entry.spec, *request.params);
+  json warnings = json::array();
+  const auto warn = [&warnings](const rpc::RpcError& problem) {
+    warnings.push_back(json::parse(rpc::to_json(problem)));
+  };
+  if (wrong != nullptr) warn(*wrong);
+  std::ranges::for_each(usable.problems, warn);
+  entry.handler({*usable.params, caller_}, [&](const Outcome& outcome) {
+    if (!outcome || warnings.empty()) return answer(request.id_json, outcome);
+    json reply = json::parse(*outcome);
+    reply["warnings"] = warnings;
+    answer(request.id_json, reply.dump(-1, ' ', false, json::error_handler_t::replace));
+  });
+}
+
+void Session::handle(const rpc::Request& request) {
+  if (const auto* const stops = stop_named(request.method)) return stop(*stops, request, nullptr);
+  if (!is_open_) {
+    if (request.method != session_open().name)
+      return answer(request.id_json,
+                    tl::unexpected(rpc_error(code::access, "session.required",
+                                             {.code = Errc::wrong_state,
+                                              .where = "/method",
+                                              .what = "not introduced yet",
+                                              .expected = "session.open",
+                                              .got = recipes::clipped(request.method)})));
+    return answer(request.id_json, open_session(*request.params));
+  }
+  const auto entry = shared_->methods->find(request.method);
+  if (!entry) return answer(request.id_json, tl::unexpected(entry.error()));
+  if (auto refused = refusal((*entry)->spec))
+    return answer(request.id_json, tl::unexpected(std::move(*refused)));
+  if (auto fits = rpc::check_params((*entry)->spec, *request.params); !fits)
+    return answer(request.id_json, tl::unexpected(fits.error()));
+  dispatch(**entry, request);
+}
+
+std::optional<rpc::RpcError> Session::refusal(const rpc::MethodSpec& spec) const {
+  if (caller_.role < spec.role) return role_too_low(caller_.role, spec.role, spec.name);
+  if (spec.urgency != rpc::Urgency::usual) return std::nullopt;
+  if (!peer_.local && !shared_->rates.take(caller_.user, shared_->now()))
+    return requests_too_fast(caller_.user);
+  if (only_urgent_)
+    return rpc_error(code::request + 32, "server.full",
+                     {.code = Errc::wrong_state,
+                      .where = std::string(spec.name),
+                      .what = "all places are taken, and this one is kept for stops",
+                      .expected = "rig.halt, rig.estop, run.abort and their like",
+                      .hint = "Ask again when somebody has gone"},
+                     true);
+  if (pending_.size() < most_pending) return std::nullopt;
+  return rpc_error(code::request + 29, "request.too_many",
+                   {.code = Errc::wrong_state,
+                    .what = "too many requests wait for their answers",
+                    .expected = "at most " + std::to_string(most_pending),
+                    .got = std::to_string(pending_.size())},
+                   true);
+}
+
+rpc::RpcError Session::wrong_token(const Error& why) {
+  rpc::RpcError reply = rpc_error(code::access + 1, "access.token", why);
+  if (++wrong_tokens_ >= most_wrong_tokens) end(reply);
+  return reply;
+}
+
+Outcome Session::open_session(const json& params) {
+  if (auto fits = rpc::check_params(session_open(), params); !fits)
+    return tl::unexpected(fits.error());
+  if (const std::string wanted = params.value("protocol", ""); !is_supported(wanted))
+    return tl::unexpected(rpc_error(code::request + 2, "protocol.version",
+                                    {.code = Errc::unsupported,
+                                     .where = "/params/protocol",
+                                     .what = "another protocol",
+                                     .expected = std::string(protocol_version) + " or 1.x",
+                                     .got = wanted}));
+  if (params.contains("token")) {
+    const auto owner = shared_->token_owner(params.at("token").get_ref<const std::string&>());
+    if (!owner) return tl::unexpected(wrong_token(owner.error()));
+    caller_.user = owner->user;
+    caller_.role = owner->role;
+    caller_.token = owner->token.name;
+    owner_ = *owner;
+  } else if (peer_.role) {
+    caller_.role = *peer_.role;
+  } else {
+    return tl::unexpected(rpc_error(code::access + 1, "access.token",
+                                    {.code = Errc::wrong_state,
+                                     .where = "/params/token",
+                                     .what = "a token is needed here",
+                                     .hint = "weft token add makes one"}));
+  }
+  caller_.client = params.at("client").get<std::string>();
+  is_open_ = true;
+  const json result{{"session", caller_.session},
+                    {"user", caller_.user},
+                    {"role", access::to_string(caller_.role)},
+                    {"protocol", protocol_version},
+                    {"features", features_for(params)},
+                    {"epoch", shared_->epoch},
+                    {"seq", shared_->hub->seq()},
+                    {"ready", json::parse(shared_->readiness_json())}};
+  return result.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+void Session::dispatch(const rpc::Methods::Entry& entry, const rpc::Request& request) {
+  std::string key;
+  if (entry.spec.effect == rpc::Effect::change) key = request.params->value("idem", "");
+  if (!key.empty()) {
+    using Found = access::IdempotencyCache::Found;
+    const auto lookup = shared_->answered->lookup(
+        caller_.user, key, compute_request_digest(entry.spec, *request.params),
+        entry.spec.memory == rpc::Memory::over_restarts, caller_.token);
+    if (lookup.found == Found::answered) return answer(request.id_json, *lookup.outcome);
+    if (lookup.found != Found::fresh)
+      return answer(request.id_json, tl::unexpected(key_in_use(lookup.found, key)));
+  }
+  const std::uint64_t number = next_request_++;
+  const Pending& requested =
+      pending_.emplace(number, Pending{request.id_json, entry.spec.effect == rpc::Effect::change})
+          .first->second;
+  const auto respond = [this, alive = std::weak_ptr(alive_), shared = shared_, key, number,
+                        user = caller_.user](const Outcome& outcome) {
+    if (!key.empty()) shared->answered->answered(user, key, outcome);
+    if (alive.expired()) return;
+    if (const auto waited = pending_.extract(number)) answer(waited.mapped().id_json, outcome);
+  };
+  entry.handler({*request.params, caller_, peer_.stays ? this : nullptr, requested.listener},
+                respond);
+}
+
+Status Session::cancel(const std::string& id_json) {
+  const auto found = std::find_if(pending_.begin(), pending_.end(),
+                                  [&](const auto& one) { return one.second.id_json == id_json; });
+  if (found == pending_.end())
+    return fail({.code = Errc::not_found,
+                 .where = "/params/id",
+                 .what = "no call of this id waits for its answer",
+                 .got = recipes::clipped(id_json),
+                 .hint = "It may have been answered meanwhile"});
+  if (found->second.changes)
+    return fail({.code = Errc::wrong_state,
+                 .where = "/params/id",
+                 .what = "a change is done all the same",
+                 .expected = "a call that changes nothing",
+                 .got = recipes::clipped(id_json),
+                 .hint = "See what takes it back: queue.remove, run.abort, handover.cancel"});
+  pending_.erase(found);
+  answer(id_json, tl::unexpected(
+                      rpc_error(code::request + 31, "request.cancelled",
+                                {.code = Errc::wrong_state, .what = "the caller waits no more"})));
+  return {};
+}
+
+void Session::answer(const std::optional<std::string>& id_json, const Outcome& outcome) {
+  if (!id_json) return;  // a notification wants none
+  if (outcome && outcome->size() > most_answer_bytes)
+    return send_(rpc::error_line(*id_json, answer_too_long(outcome->size())));
+  send_(outcome ? rpc::result_line(*id_json, *outcome)
+                : rpc::error_line(*id_json, outcome.error()));
+}
+
+std::optional<rpc::RpcError> Session::over() const {
+  if (ended_) return ended_;
+  if (!owner_ || !shared_->is_token_valid || shared_->is_token_valid(*owner_)) return std::nullopt;
+  return rpc_error(code::access + 1, "access.token",
+                   {.code = Errc::wrong_state,
+                    .where = "/params/token",
+                    .what = "the time of this token is over, or it was removed",
+                    .hint = "weft token add makes one; what runs goes on"});
+}
+
+void Session::subscribe(std::shared_ptr<Subscription> subscription) {
+  subscriptions_.emplace(subscription->id(), std::move(subscription));
+}
+
+bool Session::unsubscribe(std::string_view id) {
+  const auto found = subscriptions_.find(id);
+  if (found == subscriptions_.end()) return false;
+  subscriptions_.erase(found);
+  return true;
+}
+
+Subscription* Session::subscription(std::string_view id) const {
+  const auto found = subscriptions_.find(id);
+  return found == subscriptions_.end() ? nullptr : found->second.get();
+}
+
+void Session::pump(const std::function<bool()>& has_space) {
+  for (const auto& [id, subscription] : subscriptions_)
+    while (has_space()) {
+      const std::string params = subscription->take(shared_->now());
+      if (params.empty()) break;
+      send_(rpc::notification_line("event", params));
+    }
+}
+
+}  // namespace weft::daemon::server

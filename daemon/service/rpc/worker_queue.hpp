@@ -1,0 +1,48 @@
+#pragma once
+// Work that would keep the server's thread from its clients, a halt among them: done one after the
+// other on a thread of its own.
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon::server {
+
+class WorkerQueue {
+ public:
+  /// Errands that may wait while one is under way [count].
+  static constexpr std::size_t most_waiting = 32;
+
+  /// What is left to do on the server's thread once the work is done.
+  using Report = std::function<void()>;
+  using Work = std::function<Report()>;
+  /// In place of the report, where the work threw.
+  using Failed = std::function<void(const Error&)>;
+  /// `post` takes a report to the server's thread, from any.
+  explicit WorkerQueue(std::function<void(Report)> post);
+  ~WorkerQueue();  ///< waits for the one under way; those that wait are dropped
+  WorkerQueue(const WorkerQueue&) = delete;
+  WorkerQueue& operator=(const WorkerQueue&) = delete;
+
+  /// False where too many wait already.
+  bool send(Work work, Failed failed);
+
+ private:
+  struct BackgroundTask {
+    Work work;
+    Failed failed;
+  };
+  void run(const std::stop_token& stop);
+
+  std::function<void(Report)> post_;
+  std::mutex mutex_;
+  std::condition_variable_any arrived_;
+  std::deque<BackgroundTask> waiting_;
+  std::jthread thread_;  // last: it uses all the others
+};
+
+}  // namespace weft::daemon::server

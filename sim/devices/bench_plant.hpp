@@ -1,0 +1,93 @@
+#pragma once
+// The five stages and the plant in one time. The plant's state moves only on a fixed grid, the
+// pads' conversion times; what is asked in between is a step that is thrown away. So the result
+// does not depend on who asked for what in which order.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "protocols/base/time.hpp"
+#include "sim/devices/bench_motion.hpp"
+#include "sim/plant/plant.hpp"
+#include "sim/plant/stage.hpp"
+
+namespace weft::sim {
+
+enum class AxisId : std::uint8_t { x, y, z, rx, ry };
+constexpr std::size_t axis_count = 5;
+
+/// From stage readings to the fabric frame (sim/README.md, recipes/kinematics).
+struct BenchGeometry {
+  double origin_x_m = 0;  ///< stage positions with the probe over the fabric frame's origin
+  double origin_y_m = 0;
+  double probe_arm_m = 0;  ///< from the axis about which the probe turns down to its face
+};
+
+struct BenchPlantParams {
+  std::array<StageParams, axis_count> stages;
+  BenchGeometry geometry;
+  PlantParams plant;
+};
+
+/// One finished scan of the pads.
+struct PadFrame {
+  std::uint64_t index = 0;  ///< since time zero
+  std::array<std::uint16_t, pad_count> counts{};
+};
+
+class BenchPlant {
+ public:
+  BenchPlant(const BenchPlantParams& params, std::uint64_t seed);
+
+  /// Moves the plant along its grid up to `now`. Earlier times than before change nothing.
+  void advance_to(TimePoint now);
+  /// Puts another patch on the plate.
+  void mount(const Patch& patch, TimePoint now);
+  /// The stage after everything up to `now` has happened. Plan its moves through this only.
+  Stage& stage(AxisId axis, TimePoint now);
+  [[nodiscard]] const Stage& stage(AxisId axis) const { return stages_[index(axis)]; }
+  /// The contact at `now`, which must not lie before the last advance.
+  ContactState contact(TimePoint now);
+  /// The last scan that was complete at `now`.
+  const PadFrame& frame(TimePoint now);
+  [[nodiscard]] const Plant& plant() const { return plant_; }
+  /// What lies on the plate, and how often that was changed.
+  [[nodiscard]] const Patch& patch() const { return patch_; }
+  [[nodiscard]] std::uint64_t mounts() const { return mounts_; }
+  /// What accelerometer and microphone have read since this was last called, without a gap from one
+  /// patch to the next; nothing below level L3.
+  VibrationReadings extract_vibration(TimePoint now);
+
+  /// From the next mount() on, the stages' motion is kept, or not any more.
+  void record_motion(bool on) { record_motion_ = on; }
+  /// The motion since the last mount(), where it was kept, up to now; it is kept no longer.
+  std::optional<BenchMotion> extract_motion() { return std::exchange(motion_, std::nullopt); }
+
+  /// Start of frame `frame`, and the first frame that starts at or after `t`.
+  static TimePoint frame_start(std::uint64_t frame);
+  static std::uint64_t frame_at_or_after(TimePoint t);
+
+ private:
+  static std::size_t index(AxisId axis) { return static_cast<std::size_t>(axis); }
+  [[nodiscard]] Pose pose(TimePoint t) const;
+  void step_grid();
+  void drain_vibration(const Pose& there, TimePoint now);
+
+  BenchGeometry geometry_;
+  std::vector<Stage> stages_;
+  Plant plant_;
+  Patch patch_;
+  std::uint64_t mounts_ = 1;   ///< the bare plate was the first
+  bool listens_;               ///< the plant hears vibrations
+  VibrationReadings earlier_;  ///< under earlier patches
+  TimePoint plant_time_{};
+  GridPoint next_;  ///< of the grid
+  PadFrame finished_;
+  bool record_motion_ = false;
+  std::optional<BenchMotion> motion_;
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,241 @@
+// Protocols, and what came out of them.
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <iterator>
+#include <set>
+
+#include "classifier/vibro/cross_validation.hpp"
+#include "tests/unit/classifier/noise_levels.hpp"
+
+namespace weft::classifier::vibro::vibro_assess_test {
+namespace {
+
+using namespace noise_levels;
+
+TEST_CASE("Every protocol splits what it says, and only random windows leak") {
+  const auto recordings = levels(3, 2);
+  const Cut random = cut(recordings, with(Protocol::random));
+  REQUIRE(random.splits.size() == 1);
+  CHECK(random.splits[0].test.size() == 3 * 2 * 20);
+  CHECK(random.splits[0].train.size() == 3 * 2 * 80);
+  CHECK(measure_leak(random.windows, random.splits).median > 0.9);
+
+  // A few windows of a long recording: most touch none that trains, and still some do.
+  ProtocolOptions few = with(Protocol::random);
+  few.per_recording = 4;
+  few.window_s = 1.0;
+  few.test_share = 0.25;
+  const Cut sparse = cut(levels(3, 20), few);
+  const Leak seen = measure_leak(sparse.windows, sparse.splits);
+  CHECK(seen.windows > 0.0);
+  CHECK(seen.windows < 1.0);
+  CHECK(seen.largest > seen.median);
+  CHECK(seen.largest <= 1.0);
+
+  const Cut blocks = cut(recordings, with(Protocol::blocks));
+  REQUIRE(blocks.splits.size() == 5);
+  CHECK(blocks.splits[0].test.size() == 3 * 2 * 5);
+  CHECK(measure_leak(blocks.windows, blocks.splits).largest == 0.0);
+  // Windows that touch across a border whose place is no binary fraction.
+  ProtocolOptions touching = with(Protocol::blocks);
+  touching.step_s = 0.2;
+  const Cut close = cut(levels(3, 1, 24.0), touching);
+  CHECK(measure_leak(close.windows, close.splits).largest == 0.0);
+
+  ProtocolOptions options = with(Protocol::groups);
+  options.test_groups = {"2"};
+  const Cut groups = cut(recordings, options);
+  REQUIRE(groups.splits.size() == 1);
+  for (const std::size_t r : groups.splits[0].test) CHECK(groups.windows.matrix.groups[r] == "2");
+  CHECK(measure_leak(groups.windows, groups.splits).largest == 0.0);
+
+  const Cut each = cut(recordings, with(Protocol::groups));
+  REQUIRE(each.splits.size() == 2);
+  for (const Split& split : each.splits) {
+    std::set<std::string> tested;
+    for (const std::size_t r : split.test) tested.insert(each.windows.matrix.groups[r]);
+    CHECK(tested.size() == 1);
+    CHECK(split.train.size() + split.test.size() == each.windows.places.size());
+  }
+  CHECK(measure_leak(each.windows, each.splits).largest == 0.0);
+
+  for (const Cut* c : {&random, &blocks, &groups, &each})
+    for (const Split& split : c->splits) {
+      std::vector<std::size_t> both;
+      std::set_intersection(split.train.begin(), split.train.end(), split.test.begin(),
+                            split.test.end(), std::back_inserter(both));
+      CHECK(both.empty());
+    }
+}
+
+TEST_CASE("A group tests the labels that it has: one missing recording does not refuse the rest") {
+  auto recordings = levels(3, 4);
+  std::erase_if(recordings, [](const Recording& r) { return r.file == "c3"; });
+  const Cut each = cut(recordings, with(Protocol::groups));
+  REQUIRE(each.splits.size() == 4);
+  PipelineOptions options;
+  options.method = Method::lda;
+  const auto got = cross_validate(each.windows, each.splits, options).value();
+  CHECK(got.voted == 11);
+  CHECK(got.accuracy > 0.9);
+  CHECK(got.split_f_score[2] == Approx(got.split_accuracy[2]).margin(0.1));
+
+  // A label that only one group has cannot be learnt without it.
+  std::erase_if(recordings, [](const Recording& r) { return r.file == "c1" || r.file == "c2"; });
+  const auto windows = cut_and_extract(recordings, 2.0, places_of(with(Protocol::groups)), {});
+  const auto refused = split_windows(*windows, with(Protocol::groups));
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().what == "no training window");
+  // A group whose recordings are all shorter than a window has nothing to test.
+  auto some = levels(2, 2);
+  for (Recording& r : some)
+    if (r.group == "2") r.samples[0].resize(100);
+  ProtocolOptions second = with(Protocol::groups);
+  second.test_groups = {"2"};
+  const auto rest = cut_and_extract(some, 2.0, places_of(second), {});
+  CHECK_FALSE(split_windows(*rest, second));
+}
+
+TEST_CASE("Splits that cannot train or test are refused") {
+  const auto recordings = levels(2, 2);
+  const auto refuses = [&](const ProtocolOptions& options) {
+    const auto windows = cut_and_extract(recordings, options.window_s, places_of(options), {});
+    return windows && !split_windows(*windows, options);
+  };
+  ProtocolOptions options = with(Protocol::blocks);
+  options.blocks = 1;
+  CHECK(refuses(options));
+  options.blocks = 10;  // 1.5 s each, windows of 2 s
+  CHECK(refuses(options));
+  options = with(Protocol::groups);
+  options.train_groups = {"1"};
+  CHECK(refuses(options));  // nothing to test
+  options.train_groups.clear();
+  options.test_groups = {"7"};
+  CHECK(refuses(options));
+  options.test_groups = {"1", "2"};
+  CHECK(refuses(options));  // nothing to train
+  options = with(Protocol::random);
+  options.test_share = 0.0;
+  CHECK(refuses(options));
+  const auto one_group = levels(2, 1);
+  const auto windows = cut_and_extract(one_group, 2.0, places_of(with(Protocol::groups)), {});
+  CHECK_FALSE(split_windows(*windows, with(Protocol::groups)));
+  CHECK_FALSE(protocol_from("loo"));
+  for (const Protocol p : {Protocol::random, Protocol::blocks, Protocol::groups})
+    CHECK(protocol_from(to_string(p)).value() == p);
+}
+
+TEST_CASE("Training windows that cannot be parted refuse a choice before anything is trained") {
+  const Cut two = cut(levels(3, 2), with(Protocol::groups));
+  CHECK_FALSE(check_choice(two.windows, two.splits, Protocol::groups));
+  std::size_t inspections = 0;
+  const auto clock = [&] { return static_cast<double>(++inspections); };
+  CHECK_FALSE(
+      cross_validate_chosen(two.windows, two.splits, Protocol::groups, quick_methods(), {}, clock));
+  CHECK(inspections == 0);
+  const Cut three = cut(levels(3, 3), with(Protocol::groups));
+  CHECK(check_choice(three.windows, three.splits, Protocol::groups));
+}
+
+TEST_CASE("The macro F-score is the mean over the labels that were asked about or answered") {
+  Confusion c({"a", "b", "c"});
+  c.at(0, 0) = 3;
+  c.at(0, 1) = 1;
+  c.at(1, 1) = 2;
+  // a: 2*3/(4+3), b: 2*2/(2+3), c: nothing, as where its recording of a group is missing
+  CHECK(f_score(c) == Approx((6.0 / 7.0 + 4.0 / 5.0) / 2.0));
+  c.at(0, 2) = 1;  // answered, never right: 2*3/(5+3), 2*2/(2+3), 0
+  CHECK(f_score(c) == Approx((6.0 / 8.0 + 4.0 / 5.0) / 3.0));
+  CHECK(f_score(Confusion({"a", "b"})) == 0.0);
+}
+
+TEST_CASE("Drawing more random splits asks the same recordings, and no more is known of them") {
+  auto recordings = levels(3, 2, 12.0);
+  for (std::size_t r = 0; r < recordings.size(); ++r)
+    recordings[r].label = std::string(1, static_cast<char>('a' + (r + r / 3) % 3));  // some wrong
+  ProtocolOptions random = with(Protocol::random);
+  random.per_recording = 10;
+  PipelineOptions options;
+  options.method = Method::lda;
+  const auto width = [&](std::size_t repeats) {
+    random.repeats = repeats;
+    const Cut c = cut(recordings, random);
+    const auto got = cross_validate(c.windows, c.splits, options).value();
+    CHECK(got.voted == 6);
+    CHECK(got.voted_answers == 6 * repeats);
+    CHECK(got.voted_ci95.low <= got.voted_accuracy);
+    CHECK(got.voted_ci95.high >= got.voted_accuracy);
+    CHECK(got.voted_ci95.method.find("Nadeau-Bengio") != std::string::npos);
+    return got.voted_ci95.high - got.voted_ci95.low;
+  };
+  CHECK(width(100) > 0.5 * width(10));
+}
+
+TEST_CASE(
+    "Levels of noise are told apart on blocks and on recordings, not where they mean nothing") {
+  auto recordings = levels(3, 3);
+  PipelineOptions options;
+  options.method = Method::lda;
+  ProtocolOptions groups = with(Protocol::groups);
+  groups.test_groups = {"3"};
+  for (const ProtocolOptions& protocol : {with(Protocol::blocks), groups}) {
+    const Cut c = cut(recordings, protocol);
+    const auto got = cross_validate(c.windows, c.splits, options).value();
+    CHECK(got.accuracy > 0.9);
+    CHECK(got.f_score == Approx(got.accuracy).margin(0.1));
+    CHECK(got.voted_accuracy > 0.9);
+    CHECK(got.voted == (protocol.protocol == Protocol::blocks ? 5 * 9 : 3));
+    CHECK(got.confusion.total() == (protocol.protocol == Protocol::blocks ? 45 * 5 : 3 * 53));
+    CHECK(got.explained == Approx(1.0));
+    CHECK(got.train_s == 0.0);
+    CHECK(got.voted_ci95.low < got.voted_accuracy);
+    CHECK(got.voted_ci95.high >= got.voted_accuracy);
+    if (protocol.protocol == Protocol::groups) {  // one split
+      CHECK(got.accuracy_ci95.low == 0.0);
+      CHECK(got.accuracy_ci95.high == 1.0);
+    } else {
+      CHECK(got.accuracy_ci95.low > 1.0 / 3.0);
+      CHECK(got.accuracy_ci95.low <= got.accuracy);
+      CHECK(got.accuracy_ci95.high >= got.accuracy);
+    }
+  }
+  // A level means another label in every group: what was learnt is wrong in the one that tests.
+  for (std::size_t r = 0; r < recordings.size(); ++r)
+    recordings[r].label = std::string(1, static_cast<char>('a' + (r + r / 3) % 3));
+  const Cut c = cut(recordings, groups);
+  CHECK(cross_validate(c.windows, c.splits, options)->accuracy < 0.3);
+}
+
+TEST_CASE("The learner is chosen by parts of the training windows alone") {
+  const auto recordings = levels(3, 1);
+  const Cut c = cut(recordings, with(Protocol::blocks));
+  PipelineOptions options;
+  options.learner.trees = 20;
+  const std::vector<Method> candidates = {Method::knn, Method::lda};
+  const auto got =
+      cross_validate_chosen(c.windows, c.splits, Protocol::blocks, candidates, options);
+  REQUIRE(got);
+  REQUIRE(got->chosen.size() == 5);
+  for (const Method m : got->chosen) CHECK((m == Method::knn || m == Method::lda));
+  CHECK(got->accuracy > 0.9);
+  CHECK_FALSE(cross_validate_chosen(c.windows, c.splits, Protocol::blocks, {}, options));
+  // One part alone, or one that has a class for itself, leaves nothing to choose by.
+  ProtocolOptions one = with(Protocol::blocks);
+  one.blocks = 2;
+  const Cut halves = cut(levels(3, 1), one);
+  CHECK_FALSE(
+      cross_validate_chosen(halves.windows, halves.splits, Protocol::blocks, candidates, options));
+  CHECK_FALSE(cross_validate(c.windows, {}, options));
+  int requested = 0;
+  options.stop = [&] { return ++requested > 3; };
+  const auto stopped =
+      cross_validate_chosen(c.windows, c.splits, Protocol::blocks, candidates, options);
+  REQUIRE_FALSE(stopped);
+  CHECK(stopped.error().code == Errc::wrong_state);
+}
+
+}  // namespace
+}  // namespace weft::classifier::vibro::vibro_assess_test

@@ -1,0 +1,68 @@
+// What weft run and weft align say of a bench that they could not leave as they should. SIMULATED.
+
+#include "daemon/apps/weft/rig_text.hpp"
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "daemon/apps/weft/app.hpp"
+#include "tests/unit/daemon/benches/trial_bench.hpp"
+
+namespace rig_text_test {
+
+using namespace weft;
+using namespace weft::daemon;
+using recipes::Cleanup;
+using recipes::RigFact;
+using weft::daemon::test::TemporaryFolder;
+
+namespace {
+
+/// What a run says whose device has a fault from this time on.
+std::string text_of_run(const std::string& device, const std::string& fault, double start_s) {
+  const TemporaryFolder folder;
+  nlohmann::json rig = test::bench17();
+  rig["simulation"]["faults"] = {{{"device", device}, {"fault", fault}, {"start_s", start_s}}};
+  const CampaignRequest request = test::request_in(folder, test::short_recipe("denim"), rig);
+  const std::string recipe = request.recipe.string(), rig_path = request.rig.string(),
+                    out_path = request.out.string();
+  std::ostringstream out, err;
+  cli::Console console{out, err};
+  const char* arguments[] = {"weft",           "run",   recipe.c_str(),   "--rig",
+                             rig_path.c_str(), "--out", out_path.c_str(), "--no-evaluate"};
+  CHECK(cli::run(8, arguments, console) == cli::exit_failure);
+  return out.str() + err.str();
+}
+
+constexpr double first_trial_s = 70;  // amid it, after homing
+
+}  // namespace
+
+TEST_CASE("nothing is said where the probe is up, all else is told with what to do") {
+  CHECK(cli::format_rig(Cleanup::done, RigFact::safe).empty());
+  CHECK(cli::format_rig(Cleanup::skipped, RigFact::safe).empty());  // nothing was left of a resume
+  CHECK_THAT(cli::format_rig(Cleanup::failed, RigFact::unknown),
+             Catch::Contains("the rig is unknown, and the probe may still bear on the cloth") &&
+                 Catch::Contains("look at the bench"));
+  CHECK_THAT(cli::format_rig(Cleanup::skipped, RigFact::holding),
+             Catch::Contains("was not lifted") && Catch::Contains("look at the bench"));
+  CHECK_THAT(cli::format_rig(Cleanup::partial, RigFact::safe), Catch::Contains("the probe is up"));
+  CHECK_THAT(cli::format_rig(Cleanup::partial, RigFact::unknown),
+             Catch::Contains("look at the bench"));
+}
+
+TEST_CASE("a run whose probe could not be lifted says so; one that lifted it does not") {
+  const std::string lost = text_of_run("stage.z", "over_temperature", first_trial_s);
+  CHECK_THAT(lost, Catch::Contains("the probe may still bear on the cloth"));
+  const std::string lifted = text_of_run("ft", "silent", first_trial_s);
+  CHECK_THAT(lifted, !Catch::Contains("not lifted"));
+}
+
+TEST_CASE("a run counts a trial alike in all it says, from 1") {
+  const std::string reported = text_of_run("ft", "noise", 0);  // it never comes to rest
+  INFO(reported);
+  CHECK_THAT(reported, Catch::Contains("trial 1 (denim M1 #1) did not complete"));
+  CHECK_THAT(reported, Catch::Contains("trial 1 (denim, M1, repetition 1): biasing"));
+}
+
+}  // namespace rig_text_test

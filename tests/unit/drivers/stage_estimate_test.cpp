@@ -1,0 +1,74 @@
+// Which statuses of a stage its driver believes.
+
+#include "tests/unit/drivers/stage_bench.hpp"
+
+namespace stage_estimate_test {
+
+using namespace weft;
+using namespace weft::testing;
+
+namespace {
+
+constexpr std::uint32_t fault_bits[] = {0x4000U,     0x8000U,     0x20000U,    0x40000U,
+                                        0x80000U,    0x01000000U, 0x02000000U, 0x04000000U,
+                                        0x08000000U, 0x40000000U};
+
+const Bytes request_status = hex("80 04 01 00 50 01");
+
+}  // namespace
+
+TEST_CASE("every fault bit, in two statuses in a row, faults the driver and stops the stage") {
+  for (const std::uint32_t bit : fault_bits) {
+    StageBench bench = StageBench::lts();
+    bench.arm_lts();
+    bench.receive_status(0, idle_homed | bit);
+    CHECK(bench.link().take_written() == request_status);  // at once, not with the next poll
+    bench.receive_status(0, idle_homed | bit);
+    CHECK(bench.fault_code() == Errc::device);
+    CHECK(bench.link().take_written() == hex("65 04 01 01 50 01"));
+    CHECK(bench.loop().timers() == 0);
+    CHECK_FALSE(bench.link().listened_to());
+  }
+}
+
+TEST_CASE("one damaged status word is dropped: the stage stays armed and moves") {
+  constexpr std::uint32_t disabled = idle_homed & 0x7FFFFFFF;
+  std::vector<std::uint32_t> damaged{disabled, idle_not_homed, 0};
+  for (const std::uint32_t bit : fault_bits) damaged.push_back(idle_homed | bit);
+  for (const std::uint32_t word : damaged) {
+    INFO(word);
+    StageBench bench = StageBench::lts();
+    bench.arm_lts();
+    for (int i = 0; i < 3; ++i) {
+      bench.receive_status(0, word);
+      CHECK(bench.host.samples.empty());
+      CHECK(bench.driver->command(MoveCommand{0.01, 0.01}));
+      bench.receive_status(0, idle_homed);
+      CHECK(bench.host.samples.size() == 1);
+      bench.host.samples.clear();
+    }
+    CHECK(bench.host.faults.empty());
+  }
+}
+
+TEST_CASE("an end of a move whose status word is damaged is an end all the same") {
+  StageBench bench = StageBench::lts();
+  bench.arm_lts();
+  const std::uint32_t id = bench.driver->command(MoveCommand{0.01, 0.01}).value();
+  bench.receive_completed(4096000, idle_homed | fault_bits[0]);
+  CHECK(bench.host.samples.empty());
+  bench.receive_status(4096000, idle_homed);
+  CHECK(bench.last_sample().move_id == id);
+  CHECK(bench.host.faults.empty());
+}
+
+TEST_CASE("a stage that has lost its home is believed at the second status, and refuses motion") {
+  StageBench bench = StageBench::lts();
+  bench.arm_lts();
+  for (int i = 0; i < 2; ++i) bench.receive_status(0, idle_not_homed);
+  CHECK_FALSE(bench.last_sample().homed);
+  CHECK(bench.driver->command(MoveCommand{0.01, 0.01}).error().code == Errc::wrong_state);
+  CHECK(bench.host.faults.empty());
+}
+
+}  // namespace stage_estimate_test

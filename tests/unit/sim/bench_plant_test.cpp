@@ -1,0 +1,107 @@
+#include "sim/devices/bench_plant.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "sim/devices/taxel_emulator.hpp"
+#include "sim/plant/random.hpp"
+#include "tests/unit/plant/support.hpp"
+
+namespace bench_plant_test {
+
+using namespace weft;
+using namespace weft::sim;
+
+namespace {
+
+BenchPlantParams plant_params() {
+  BenchPlantParams params;
+  for (StageParams& stage : params.stages)
+    stage = {.low = -1, .high = 1, .start = 0.05, .quantum = 1e-6, .backlash = 0};
+  params.stages[3].start = params.stages[4].start = 0;
+  params.plant.geometry.plate_z_m = 0.06;
+  return params;
+}
+
+/// A press and a slide, looked at `extra` times more than needed; returns all counts and forces.
+std::vector<double> press_and_slide(std::uint64_t seed, std::uint64_t patch, int extra,
+                                    Level level = Level::quasistatic) {
+  BenchPlantParams params = plant_params();
+  params.plant.level = level;
+  BenchPlant bench_plant(params, seed);
+  Random random(extra);
+  std::vector<double> seen;
+  bench_plant.mount(test::patch_of(test::library(), "jersey", patch), {});
+  for (int i = 0; i < 300; ++i) {
+    const TimePoint t{Duration(i * 20'000'000LL)};
+    for (int k = 0; k < extra; ++k)
+      bench_plant.contact(t - Duration(static_cast<std::int64_t>(random.uniform(0, 2e7))));
+    if (i == 5) bench_plant.stage(AxisId::z, t).move_to(0.0601, {4e-3, 0.02}, t);
+    if (i == 205) bench_plant.stage(AxisId::y, t).move_to(0.07, {2e-3, 0.02}, t);
+    seen.push_back(bench_plant.contact(t).normal_n);
+    for (const auto count : bench_plant.frame(t).counts) seen.push_back(count);
+  }
+  return seen;
+}
+
+}  // namespace
+
+TEST_CASE("what the world does not depend on is who looks at it, and when") {
+  const auto once = press_and_slide(1, 1, 0);
+  CHECK(once == press_and_slide(1, 1, 3));
+  CHECK(once != press_and_slide(2, 1, 0));
+  CHECK(once != press_and_slide(1, 2, 0));
+  const auto dynamic = press_and_slide(1, 1, 0, Level::dynamic);
+  CHECK(dynamic == press_and_slide(1, 1, 3, Level::dynamic));
+  CHECK(dynamic != once);
+}
+
+TEST_CASE("pads are converted two at a time, 3.072 ms apart") {
+  BenchPlant bench_plant(plant_params(), 1);
+  bench_plant.mount(test::patch_of(test::library(), "felt", 1), {});
+  bench_plant.stage(AxisId::z, {}).move_to(0.06, {4e-3, 0.02}, {});
+  bench_plant.advance_to(TimePoint(std::chrono::seconds(8)));
+  // Dead stop of the press: pads converted before it and after it tell the force at their own time.
+  const TimePoint start = BenchPlant::frame_start(400);
+  bench_plant.advance_to(start);
+  const auto before = bench_plant.plant().pad_pressures_pa();
+  bench_plant.stage(AxisId::z, start)
+      .move_to(0.0604, {1, 100}, start);  // a blow within milliseconds
+  bench_plant.advance_to(start + Duration(3 * pad_timing::stage_ns));
+  const auto after = bench_plant.plant().pad_pressures_pa();
+  for (std::size_t pad = 0; pad < pad_count; ++pad) {
+    const bool converted = pad % 8 < 3;
+    CHECK((after[pad] != before[pad]) == converted);
+  }
+}
+
+TEST_CASE("the sensor sends 37 whole frames a second, however they are cut") {
+  for (const std::size_t chunk : {0U, 1U, 5U, 100U}) {
+    BenchPlant bench_plant(plant_params(), 1);
+    const TimePoint on{std::chrono::milliseconds(40)};
+    TaxelEmulator sensor({chunk, 9}, bench_plant, on);
+    protocols::taxel::Splitter splitter;
+    std::size_t largest = 0;
+    ByteSink sink = [&](ByteView bytes) {
+      largest = std::max(largest, bytes.size());
+      splitter.push(bytes);
+    };
+    for (TimePoint t = *sensor.next_wakeup(); t <= on + std::chrono::seconds(10);
+         t = *sensor.next_wakeup())
+      sensor.wake(t, sink);
+    protocols::taxel::Frame frame;
+    int frames = 0;
+    std::uint32_t last_us = 0;
+    while (splitter.next(frame)) {
+      CHECK(frame.sequence == frames++);
+      CHECK(frame.taxel_count == 16);
+      CHECK(frame.counts[0] >= 3900);
+      if (last_us != 0) CHECK(frame.device_us - last_us == Approx(27027).margin(1));
+      last_us = frame.device_us;
+    }
+    CHECK(frames == Approx(369).margin(1));
+    CHECK(splitter.skipped_bytes() == 0);
+    CHECK(largest <= (chunk == 0 ? protocols::taxel::frame_size(16) : chunk));
+  }
+}
+
+}  // namespace bench_plant_test
