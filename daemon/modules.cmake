@@ -39,9 +39,11 @@ weft_module(daemon/service/rpc USES daemon/storage/recorder recipes)
 weft_module(daemon/service/client USES daemon/service/rpc PRIVATE_SYSTEM OpenSSL::SSL)
 weft_module(daemon/service/web)
 weft_module(daemon/service/transport USES daemon/service/rpc daemon/service/web PRIVATE_SYSTEM OpenSSL::SSL)
-weft_module(daemon/service/runs USES daemon/campaign)
-weft_module(daemon/service/handover USES daemon/service/runs daemon/analysis/handover)
-weft_module(daemon/service/methods USES daemon/service/rpc daemon/service/handover)
+weft_module(daemon/service/run_model USES daemon/campaign)
+weft_module(daemon/service/run_store USES daemon/service/run_model)
+weft_module(daemon/service/runs USES daemon/service/run_store)
+weft_module(daemon/service/handover USES daemon/service/run_store daemon/analysis/handover)
+weft_module(daemon/service/methods USES daemon/service/rpc daemon/service/runs daemon/service/handover)
 weft_module(daemon/service/daemon USES daemon/service/methods daemon/service/transport)
 
 # apps: programs
@@ -52,7 +54,8 @@ set(WEFT_DAEMON_MODULES
     base/file base/text base/version base/loop hardware/link hardware/plugins hardware/rig
     storage/dataset storage/recorder storage/recordings storage/certificate storage/imprints campaign campaign/diagnostics pages/plot
     analysis/report analysis/tradeoff analysis/design analysis/imprint analysis/handover
-    service/rpc service/client service/web service/transport service/runs service/handover service/methods service/daemon
+    service/rpc service/client service/web service/transport service/run_model service/run_store service/runs
+    service/handover service/methods service/daemon
     apps/weft apps/weft_rig)
 list(TRANSFORM WEFT_DAEMON_MODULES REPLACE "/" "_")
 add_library(weft_daemon INTERFACE)  # all below apps

@@ -15,7 +15,7 @@
 
 #include "daemon/analysis/handover/handover.hpp"
 #include "daemon/service/handover/handover_store.hpp"
-#include "daemon/service/runs/run_store.hpp"
+#include "daemon/service/run_store/run_store.hpp"
 
 namespace weft::daemon::handover {
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string_view>
 
-#include "daemon/service/runs/run_store.hpp"
+#include "daemon/service/run_store/run_store.hpp"
 
 namespace weft::daemon::api {
 

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/service/runs/repeated_stops.hpp"
+#include "daemon/service/run_model/repeated_stops.hpp"
 #include "daemon/service/runs/run_executor.hpp"
 #include "daemon/service/runs/run_recovery.hpp"
 

@@ -7,8 +7,8 @@
 #include <string_view>
 
 #include "daemon/campaign/campaign.hpp"
-#include "daemon/service/runs/operator_prompts.hpp"
-#include "daemon/service/runs/run_store.hpp"
+#include "daemon/service/run_model/operator_prompts.hpp"
+#include "daemon/service/run_store/run_store.hpp"
 #include "daemon/storage/certificate/handover_status.hpp"
 
 namespace weft::daemon::runs {

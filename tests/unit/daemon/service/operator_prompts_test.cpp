@@ -1,6 +1,6 @@
 // Which operator prompt is open, and which confirmation it takes, with the time as an argument.
 
-#include "daemon/service/runs/operator_prompts.hpp"
+#include "daemon/service/run_model/operator_prompts.hpp"
 
 #include <catch2/catch.hpp>
 

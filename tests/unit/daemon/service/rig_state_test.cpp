@@ -1,6 +1,6 @@
 // The state of the rig as a value: what each event makes of it, and which run may move it.
 
-#include "daemon/service/runs/rig_state.hpp"
+#include "daemon/service/run_model/rig_state.hpp"
 
 #include <catch2/catch.hpp>
 

@@ -1,6 +1,6 @@
 // The queue as a value: what each change makes of it, and which run is next.
 
-#include "daemon/service/runs/run_queue.hpp"
+#include "daemon/service/run_model/run_queue.hpp"
 
 #include <catch2/catch.hpp>
 

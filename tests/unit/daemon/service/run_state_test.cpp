@@ -4,7 +4,7 @@
 #include <map>
 #include <random>
 
-#include "daemon/service/runs/run_state.hpp"
+#include "daemon/service/run_model/run_state.hpp"
 
 namespace run_state_test {
 

@@ -1,4 +1,4 @@
-#include "daemon/service/runs/run_store.hpp"
+#include "daemon/service/run_store/run_store.hpp"
 
 #include <unistd.h>
 
@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "daemon/campaign/resume.hpp"
-#include "daemon/service/runs/run_rows.hpp"
-#include "daemon/service/runs/run_schema.hpp"
+#include "daemon/service/run_store/run_rows.hpp"
+#include "daemon/service/run_store/run_schema.hpp"
 
 namespace weft::daemon::runs {
 namespace {

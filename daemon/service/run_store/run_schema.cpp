@@ -1,4 +1,4 @@
-#include "daemon/service/runs/run_schema.hpp"
+#include "daemon/service/run_store/run_schema.hpp"
 
 #include <array>
 #include <string>

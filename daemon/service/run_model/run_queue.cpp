@@ -1,4 +1,4 @@
-#include "daemon/service/runs/run_queue.hpp"
+#include "daemon/service/run_model/run_queue.hpp"
 
 #include <algorithm>
 #include <iterator>

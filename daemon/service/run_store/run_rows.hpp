@@ -1,7 +1,7 @@
 #pragma once
-// A run as a row of its table. For .cpp files of daemon/service/runs.
+// A run as a row of its table. For .cpp files of daemon/service/run_store.
 
-#include "daemon/service/runs/run_store.hpp"
+#include "daemon/service/run_store/run_store.hpp"
 
 namespace weft::daemon::runs {
 

@@ -1,4 +1,4 @@
-#include "daemon/service/runs/rig_state.hpp"
+#include "daemon/service/run_model/rig_state.hpp"
 
 #include <array>
 

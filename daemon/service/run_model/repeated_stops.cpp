@@ -1,4 +1,4 @@
-#include "daemon/service/runs/repeated_stops.hpp"
+#include "daemon/service/run_model/repeated_stops.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "daemon/service/runs/run_rows.hpp"
+#include "daemon/service/run_store/run_rows.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -173,11 +173,11 @@ Status write_run(sqlite::Database& database, const std::filesystem::path& home,
                  const StoredRun& run) {
   auto change = database.prepare(run_sql().write);
   if (!change) return pass(change.error());
-  StoredRun persisted = run;
-  persisted.folder = stored_folder(run.folder, home);
+  StoredRun kept = run;
+  kept.folder = stored_folder(run.folder, home);
   RowBinder binder{*change};
   binder.texts.reserve(8);  // bound text stays where it is
-  visit_columns(persisted, [&](const char*, const auto& value, Column) {
+  visit_columns(kept, [&](const char*, const auto& value, Column) {
     binder.bind(value);
     ++binder.column;
   });

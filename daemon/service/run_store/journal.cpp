@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "daemon/service/runs/run_store.hpp"
+#include "daemon/service/run_store/run_store.hpp"
 
 namespace weft::daemon::runs {
 namespace {

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/service/runs/run_queue.hpp"
-#include "daemon/service/runs/run_state.hpp"
+#include "daemon/service/run_model/run_queue.hpp"
+#include "daemon/service/run_model/run_state.hpp"
 #include "daemon/storage/recorder/sqlite.hpp"
 
 namespace weft::daemon::runs {

@@ -1,4 +1,4 @@
-#include "daemon/service/runs/run_state.hpp"
+#include "daemon/service/run_model/run_state.hpp"
 
 #include <algorithm>
 #include <array>

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/service/runs/rig_state.hpp"
+#include "daemon/service/run_model/rig_state.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon::runs {

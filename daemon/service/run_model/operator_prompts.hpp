@@ -10,13 +10,13 @@
 #include <string_view>
 
 #include "daemon/campaign/campaign.hpp"
-#include "daemon/service/runs/run_state.hpp"
+#include "daemon/service/run_model/run_state.hpp"
 
 namespace weft::daemon::runs {
 
 /// What a person is asked for, or will be.
 struct OperatorPrompt {
-  recipes::StepPrompt prompt;
+  recipes::StepPrompt ask;
   std::string step = {};  ///< names what is asked now, "Q-12"; empty where it is not asked yet
   /// Since when, or when it will be as far as is known, by the monotonic clock.
   std::optional<std::chrono::nanoseconds> at = {};

@@ -1,5 +1,5 @@
 #pragma once
-// The tables of weftd.sqlite. For .cpp files of daemon/service/runs.
+// The tables of weftd.sqlite. For .cpp files of daemon/service/run_store.
 
 #include "daemon/storage/recorder/sqlite.hpp"
 
