@@ -13,7 +13,7 @@ bool OperatorPrompts::on_step(std::int64_t run, RunState state, const RunStatusU
                               std::chrono::nanoseconds now) {
   if (state == RunState::awaiting_operator && moment.requested) {
     std::string name = "Q-" + std::to_string(++names_taken_);
-    entries_[run] = {{moment.requested->ask, std::move(name), now}, moment.requested->ticket};
+    entries_[run] = {{moment.requested->prompt, std::move(name), now}, moment.requested->ticket};
     return true;
   }
   if (state != RunState::running) return false;

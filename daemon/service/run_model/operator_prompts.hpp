@@ -16,7 +16,7 @@ namespace weft::daemon::runs {
 
 /// What a person is asked for, or will be.
 struct OperatorPrompt {
-  recipes::StepPrompt ask;
+  recipes::StepPrompt prompt;
   std::string step = {};  ///< names what is asked now, "Q-12"; empty where it is not asked yet
   /// Since when, or when it will be as far as is known, by the monotonic clock.
   std::optional<std::chrono::nanoseconds> at = {};

@@ -86,8 +86,8 @@ TEST_CASE("LDA answers as scikit-learn's with more rows than features and with f
       out += std::to_string(*lda->classify(requested.row(r)));
     return out;
   };
-  CHECK(predict_all(4) == "1101201200202002002012020020020121101201");
-  CHECK(predict_all(15) == "1201201201202100112112010120021201201201");
+  CHECK(answers(4) == "1101201200202002002012020020020121101201");
+  CHECK(answers(15) == "1201201201202100112112010120021201201201");
 }
 
 TEST_CASE("LDA stands constant columns, doubled rows, single trials and numbers of any size") {

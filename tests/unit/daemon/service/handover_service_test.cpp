@@ -55,7 +55,7 @@ void kill(std::unique_ptr<Life>& life, const TemporaryFolder& folder) {
   const std::int64_t number = life->run.number;
   life.reset();
   RunStore store = RunStore::open(folder / "weftd.sqlite").value();
-  REQUIRE(HandoverStore(store.database()).keep(number, then));
+  REQUIRE(HandoverStore(store.database()).persist(number, then));
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ TEST_CASE("a prompt that opens has a name of its own, its time and its ticket") 
   CHECK(prompts.on_step(1, RunState::awaiting_operator, asking(5, "mount a1"), 3s));
   REQUIRE(prompts.find(1) != nullptr);
   CHECK(prompts.find(1)->step == "Q-12");
-  CHECK(prompts.find(1)->query.text == "mount a1");
+  CHECK(prompts.find(1)->prompt.text == "mount a1");
   CHECK(prompts.find(1)->at == 3s);
   CHECK(prompts.ticket(1) == 5);
   CHECK(prompts.check(1, "Q-12"));
@@ -55,7 +55,7 @@ TEST_CASE("the next prompt is known from the plan, and with its time from the ru
   moment.next_prompt = query("mount a2");
   moment.next_prompt_in_s = 2.5;
   CHECK_FALSE(prompts.on_step(1, RunState::running, moment, 10s));
-  CHECK(prompts.find(1)->query.text == "mount a2");
+  CHECK(prompts.find(1)->prompt.text == "mount a2");
   CHECK(prompts.find(1)->at == 12500ms);
   moment.next_prompt_in_s.reset();
   prompts.on_step(1, RunState::running, moment, 11s);
