@@ -2,7 +2,6 @@
 
 #include <sys/random.h>
 
-#include <asio/ip/host_name.hpp>
 #include <nlohmann/json.hpp>
 
 #include "daemon/base/loop/monotonic_utc_clock.hpp"
@@ -13,6 +12,7 @@
 #include "daemon/service/rpc/token_keeper.hpp"
 #include "daemon/service/rpc/worker_queue.hpp"
 #include "daemon/service/transport/http_server.hpp"
+#include "daemon/service/transport/loopback.hpp"
 #include "daemon/service/transport/socket_server.hpp"
 
 namespace weft::daemon::server {
@@ -43,14 +43,6 @@ Status make_folder(const std::filesystem::path& folder) {
   return {};
 }
 
-std::string http_url(const asio::ip::address& address, std::uint16_t port, bool tls) {
-  std::string host = address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
-  asio::error_code nameless;
-  if (address.is_unspecified())  // it listens everywhere, and that is nobody's address
-    if (const std::string name = asio::ip::host_name(nameless); !nameless) host = name;
-  return (tls ? "https://" : "http://") + host + ":" + std::to_string(port);
-}
-
 /// One wording for all that can be wrong with a token.
 Result<TokenOwner> find_token_owner(access::TokenKeeper& tokens, std::string_view token,
                                     std::int64_t utc_us) {
@@ -79,6 +71,7 @@ class Daemon final : private runs::RunObserver {
  private:
   Daemon(access::TokenKeeper tokens, runs::RunStore log)
       : tokens_(std::move(tokens)), log_(std::move(log)) {}
+  api::Services services_for(const DaemonOptions& options);
   void wire(const DaemonOptions& options);
   runs::RunContext run_context(const DaemonOptions& options);
   Status load_tls(const DaemonOptions& options);
@@ -133,43 +126,47 @@ Result<std::unique_ptr<Daemon>> Daemon::open(const DaemonOptions& options, const
   return daemon;
 }
 
+api::Services Daemon::services_for(const DaemonOptions& options) {
+  return {.hub = &hub_,
+          .leases = &leases_,
+          .run_manager = nullptr,
+          .log = &log_,
+          .rig = options.rig,
+          .rig_name = options.rig.stem().string(),
+          .recipes = options.recipes,
+          .data = options.data,
+          .epoch = epoch_,
+          .now = [] { return steady_wall_now(); },
+          .utc_us = [this] { return utc_us(); },
+          .background =
+              [this](WorkerQueue::Work work, WorkerQueue::Failed failed) {
+                return workers_->send(std::move(work), std::move(failed));
+              },
+          .change_background =
+              [this](WorkerQueue::Work work, WorkerQueue::Failed failed) {
+                return change_workers_->send(std::move(work), std::move(failed));
+              },
+          .file_background =
+              [this](WorkerQueue::Work work, WorkerQueue::Failed failed) {
+                return file_workers_->send(std::move(work), std::move(failed));
+              },
+          .files = &files_,
+          .pace = &pace_,
+          .add_token = [this](std::string name, access::Role role, std::int64_t expires_us,
+                              std::string user) -> Result<std::string> {
+            if (own_ != nullptr)
+              return fail({.code = Errc::wrong_state,
+                           .what = "a daemon inside weft run has no tokens",
+                           .hint = "It is there for this machine's users alone"});
+            return tokens_.add(std::move(name), role, expires_us, std::move(user), utc_us());
+          },
+          .remove_token = [this](std::string_view name) { return tokens_.remove(name); },
+          .tokens_problem = [this] { return tokens_.problem(); },
+          .one_run = own_ != nullptr};
+}
+
 void Daemon::wire(const DaemonOptions& options) {
-  services_ = {.hub = &hub_,
-               .leases = &leases_,
-               .run_manager = nullptr,
-               .log = &log_,
-               .rig = options.rig,
-               .rig_name = options.rig.stem().string(),
-               .recipes = options.recipes,
-               .data = options.data,
-               .epoch = epoch_,
-               .now = [] { return steady_wall_now(); },
-               .utc_us = [this] { return utc_us(); },
-               .background =
-                   [this](WorkerQueue::Work work, WorkerQueue::Failed failed) {
-                     return workers_->send(std::move(work), std::move(failed));
-                   },
-               .change_background =
-                   [this](WorkerQueue::Work work, WorkerQueue::Failed failed) {
-                     return change_workers_->send(std::move(work), std::move(failed));
-                   },
-               .file_background =
-                   [this](WorkerQueue::Work work, WorkerQueue::Failed failed) {
-                     return file_workers_->send(std::move(work), std::move(failed));
-                   },
-               .files = &files_,
-               .pace = &pace_,
-               .add_token = [this](std::string name, access::Role role, std::int64_t expires_us,
-                                   std::string user) -> Result<std::string> {
-                 if (own_ != nullptr)
-                   return fail({.code = Errc::wrong_state,
-                                .what = "a daemon inside weft run has no tokens",
-                                .hint = "It is there for this machine's users alone"});
-                 return tokens_.add(std::move(name), role, expires_us, std::move(user), utc_us());
-               },
-               .remove_token = [this](std::string_view name) { return tokens_.remove(name); },
-               .tokens_problem = [this] { return tokens_.problem(); },
-               .one_run = own_ != nullptr};
+  services_ = services_for(options);
   pace_ = options.pace;
   shared_.methods = &methods_;
   shared_.hub = &hub_;

@@ -137,6 +137,8 @@ Outcome move(const Services& services, const Call& call) {
                  services.run_manager->move(run_of(call), at->value_or(end), by(call.caller)));
 }
 
+constexpr rpc::ParamSpec queue_lease{"lease", ParamType::text, true, "your lease of the rig"};
+
 void add_queue_reads(rpc::Methods& methods, const Services* s) {
   methods.add(
       {"queue.list", "the runs that wait for the rig, the next first", {}, {}, {}, whole_queue},
@@ -146,14 +148,13 @@ void add_queue_reads(rpc::Methods& methods, const Services* s) {
 }
 
 void add_queue_changes(rpc::Methods& methods, const Services* s) {
-  constexpr rpc::ParamSpec lease{"lease", ParamType::text, true, "your lease of the rig"};
   methods.add({"queue.add",
                "puts a campaign in line, with its recipe as it is now; it begins when its turn "
                "comes and the rig is free",
                Role::operator_,
                Effect::change,
                {{"recipe", ParamType::text, true, "name of a recipe, see recipe.list"},
-                lease,
+                queue_lease,
                 {"seed", ParamType::integer, false, "in place of the recipe's"},
                 {"name", ParamType::text, false, "added to the folder's name"},
                 {"digest", ParamType::text, false,
@@ -182,6 +183,9 @@ void add_queue_changes(rpc::Methods& methods, const Services* s) {
                {in_line, place, if_rev},
                whole_queue},
               [s](const Call& call) { return move(*s, call); });
+}
+
+void add_queue_pauses(rpc::Methods& methods, const Services* s) {
   methods.add({"queue.pause",
                "nothing more begins; the run under way goes on",
                Role::operator_,
@@ -198,7 +202,7 @@ void add_queue_changes(rpc::Methods& methods, const Services* s) {
                "which pauses a queue that is not empty",
                Role::operator_,
                Effect::change,
-               {lease, if_rev},
+               {queue_lease, if_rev},
                whole_queue},
               [s](const Call& call) -> Outcome {
                 if (auto allowed = can_begin(*s, call); !allowed)
@@ -223,6 +227,7 @@ json queue_json(const runs::RunQueue& queue) {
 void add_queue_methods(rpc::Methods& methods, const Services& services) {
   add_queue_reads(methods, &services);
   add_queue_changes(methods, &services);
+  add_queue_pauses(methods, &services);
 }
 
 }  // namespace weft::daemon::api

@@ -1,5 +1,7 @@
 #include "daemon/service/transport/loopback.hpp"
 
+#include <asio/ip/host_name.hpp>
+
 namespace weft::daemon::server {
 
 using asio::ip::tcp;
@@ -38,6 +40,14 @@ Status listen_on(tcp::acceptor& acceptor, const asio::ip::address& address, std:
                  .got = error.message(),
                  .hint = "Another program may hold the port"});
   return {};
+}
+
+std::string http_url(const asio::ip::address& address, std::uint16_t port, bool tls) {
+  std::string host = address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
+  asio::error_code nameless;
+  if (address.is_unspecified())  // it listens everywhere, and that is nobody's address
+    if (const std::string name = asio::ip::host_name(nameless); !nameless) host = name;
+  return (tls ? "https://" : "http://") + host + ":" + std::to_string(port);
 }
 
 }  // namespace weft::daemon::server

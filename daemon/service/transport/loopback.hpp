@@ -22,4 +22,7 @@ Result<asio::ip::address> address_to_listen_on(const std::string& text, bool wit
 Status listen_on(asio::ip::tcp::acceptor& acceptor, const asio::ip::address& address,
                  std::uint16_t port);
 
+/// "http://127.0.0.1:8080"; with the machine's name where the daemon listens on every address.
+std::string http_url(const asio::ip::address& address, std::uint16_t port, bool tls);
+
 }  // namespace weft::daemon::server
