@@ -40,5 +40,5 @@ endif()
 file(GLOB kernels CONFIGURE_DEPENDS classifier/base/*.cpp classifier/features/*.cpp classifier/selection/*.cpp classifier/learn/*.cpp
      classifier/fabric/*.cpp classifier/vote/*.cpp)
 list(FILTER kernels EXCLUDE REGEX
-     "classifier/(base/(line_io|checksummed_text|interval)|fabric/(.*_text|options)|vote/(.*_text|postprocessing.*|calibration|class_profile|compare|cross_decisions|learner_prediction|measure_reject|novelty|reliability))")
+     "classifier/(base/(line_io|checksummed_text|interval)|fabric/(.*_text|options)|vote/(.*_text|postprocessing|calibration|class_profile|cross_decisions|learner_prediction|novelty|reliability))")
 set_source_files_properties(${kernels} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)

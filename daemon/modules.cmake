@@ -1,7 +1,7 @@
 # The daemon's modules in eight layers, lowest first (see weft_module() in the top CMakeLists.txt and docs/architecture.md).
 
 # base: time, text, files
-weft_module(daemon/base/file USES protocols/base)
+weft_module(daemon/base/file USES protocols/base PRIVATE_SYSTEM OpenSSL::Crypto)
 weft_module(daemon/base/text USES protocols/base)
 weft_module(daemon/base/version)
 weft_module(daemon/base/loop USES drivers/api SYSTEM Threads::Threads)

@@ -5,7 +5,6 @@
 
 #include "classifier/base/parallel.hpp"
 #include "classifier/fabric/core_text.hpp"
-#include "classifier/fabric/matrix_text.hpp"
 
 namespace weft::classifier {
 namespace {

@@ -7,7 +7,6 @@
 #include "classifier/base/memory.hpp"
 #include "classifier/base/parallel.hpp"
 #include "classifier/learn/distance.hpp"
-#include "classifier/learn/exponential.hpp"
 #include "classifier/learn/svm_solver.hpp"
 
 namespace weft::classifier {

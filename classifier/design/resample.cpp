@@ -26,6 +26,15 @@ Interval percentiles(std::span<const double> values, std::size_t draws, std::uin
           "percentiles of " + std::to_string(draws) + " resamples of the trials"};
 }
 
+/// Of the share's clusters, as they would be of a single answer: n var(share).
+double between_clusters(const ClusteredShare& one) {
+  const double share = one.share(), count = static_cast<double>(one.clusters.size());
+  double squares = 0;
+  for (const ClusteredShare::Cluster& cluster : one.clusters)
+    squares += std::pow(cluster.answers * (cluster.share - share), 2);
+  return squares * count / (count - 1) / one.requested();
+}
+
 }  // namespace
 
 std::vector<std::size_t> resampled(std::size_t count, RandomEngine& engine) {
@@ -55,6 +64,38 @@ Interval median_interval(std::span<const double> values, std::size_t draws, std:
   return percentiles(values, draws, seed, [](std::span<const double> drawn) {
     return quantile({drawn.begin(), drawn.end()}, 0.5);
   });
+}
+
+double ClusteredShare::share() const {
+  double right = 0;
+  for (const Cluster& cluster : clusters) right += cluster.share * cluster.answers;
+  return right / requested();
+}
+
+double ClusteredShare::requested() const {
+  double sum = 0;
+  for (const Cluster& cluster : clusters) sum += cluster.answers;
+  return sum;
+}
+
+double design_effect(std::span<const ClusteredShare> shares) {
+  double between = 0, independent = 0, most = 1;
+  for (const ClusteredShare& one : shares) {
+    const double requested = one.requested();
+    if (one.clusters.size() < 2 || requested <= 1) continue;
+    between += between_clusters(one);
+    // p (1 - p) of a sample is too small by 1 / n in the mean
+    independent += one.share() * (1 - one.share()) * requested / (requested - 1);
+    for (const ClusteredShare::Cluster& cluster : one.clusters)
+      most = std::max(most, cluster.answers);
+  }
+  return independent > 0 ? std::clamp(between / independent, 1.0, most) : 1.0;
+}
+
+Interval clustered_interval(const ClusteredShare& share, double effect) {
+  Interval out = wilson_of_share(share.share(), share.requested() / effect);
+  out.method = "Wilson score of the effective number of answers";
+  return out;
 }
 
 }  // namespace weft::classifier::design

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "classifier/base/random.hpp"
-#include "classifier/features/windows.hpp"
+#include "classifier/features/trial.hpp"
 #include "classifier/vote/learner_prediction.hpp"
 
 namespace weft::classifier {

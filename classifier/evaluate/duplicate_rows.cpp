@@ -7,7 +7,7 @@
 #include <set>
 #include <vector>
 
-#include "classifier/features/windows.hpp"
+#include "classifier/features/trial.hpp"
 
 namespace weft::classifier {
 namespace {

@@ -6,7 +6,7 @@
 #include <set>
 #include <string>
 
-#include "classifier/features/windows.hpp"
+#include "classifier/features/trial.hpp"
 
 namespace weft::classifier {
 

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "classifier/learn/exponential_block.hpp"
+#include "classifier/learn/block.hpp"
 
 namespace weft::classifier {
 namespace {

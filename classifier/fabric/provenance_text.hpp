@@ -9,9 +9,16 @@
 #include <vector>
 
 #include "classifier/base/line_io.hpp"
-#include "classifier/fabric/provenance.hpp"
 
 namespace weft::classifier {
+
+/// Where a model comes from.
+struct Provenance {
+  std::string bench = "unknown";  ///< "simulated", "real" or "unknown"
+  std::string dataset_sha256;
+  std::string software_version;
+  std::string training;  ///< options of the training, for people
+};
 
 /// Of the words of an enumeration, in the order of its enumerators.
 template <std::size_t n, class Enum>

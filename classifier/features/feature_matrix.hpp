@@ -3,16 +3,41 @@
 // evaluation.
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "classifier/base/matrix.hpp"
+#include "classifier/features/feature_stream.hpp"
 #include "classifier/features/options.hpp"
 #include "classifier/features/trial.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {
+
+// From a trial to its feature vector: Table I of Khan et al. 2016, section III-C.
+//
+// Where the paper is silent the choices are those of classifier/README.md (AMB-1 to AMB-11).
+
+/// Extracts one trial after another, keeping memory and the tables that depend on the length of the
+/// motion: no allocation once it has seen trials of the size. One object per thread.
+class FeatureExtractor {
+ public:
+  explicit FeatureExtractor(FeatureOptions options = {}) : options_(options) {}
+
+  /// Features in the order of FeatureLayout(trial.taxels, phases_of(trial)), all finite; valid
+  /// until the next call. Refuses: sizes that disagree, no sample in phase M, a NaN or infinite
+  /// sample (named by its index and taxel), samples so large that a moment overflows.
+  Result<std::span<const double>> extract(const Trial& trial);
+
+ private:
+  FeatureOptions options_;
+  std::optional<FeatureStream> stream_;
+};
+
+/// The same for a single trial.
+Result<std::vector<double>> extract(const Trial& trial, const FeatureOptions& options = {});
 
 /// One row per trial. `labels`, `groups` and `files` have one entry per row, `names` one per
 /// column.

@@ -1,4 +1,4 @@
-#include "classifier/features/mode.hpp"
+#include "classifier/features/taxel_block.hpp"
 
 #include <algorithm>
 #include <cmath>

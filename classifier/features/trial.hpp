@@ -5,9 +5,11 @@
 #include <cstddef>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "protocols/base/phase.hpp"
+#include "protocols/base/result.hpp"
 
 namespace weft::classifier {
 
@@ -30,5 +32,26 @@ struct Trial {
     return {counts.data() + i * taxels, taxels};
   }
 };
+
+// Cutting the motion of a trial into windows of equal duration.
+
+struct WindowOptions {
+  double window_s = 2.8;
+  double step_s = 0.0;           ///< from one start to the next; 0: no overlap
+  double sample_period_s = 0.0;  ///< of the recording; must be given
+};
+
+/// What the rows of a window are called: "a.csv#w0", "a.csv#w1" ...
+std::string window_name(std::string_view recording, std::size_t number);
+/// The recording that a file name is of: without what window_name() appends. "press#3" is one.
+std::string_view recording_of(std::string_view file);
+/// The same; a row without a name is a recording of its own.
+std::string recording_of(const std::string& file, std::size_t row);
+
+/// Windows of phase M, in order; what is left over at the end is dropped. Each inherits label and
+/// group, so that a split by group never puts windows of one recording on both sides, and is called
+/// window_name(). Only phase M is kept: rests and pressure belong to the whole stroke. Refuses
+/// durations that are not positive, and a motion shorter than one window.
+Result<std::vector<Trial>> cut_windows(const Trial& trial, const WindowOptions& options);
 
 }  // namespace weft::classifier

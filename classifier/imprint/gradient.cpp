@@ -1,4 +1,4 @@
-#include "classifier/imprint/gradient.hpp"
+#include "classifier/imprint/step_edges.hpp"
 
 #include <algorithm>
 #include <array>

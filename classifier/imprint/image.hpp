@@ -2,6 +2,8 @@
 // One static imprint of a tactile array, as the classifier takes it.
 
 #include <cstddef>
+#include <span>
+#include <vector>
 
 #include "classifier/base/matrix.hpp"
 #include "protocols/base/result.hpp"
@@ -19,5 +21,38 @@ inline constexpr std::size_t most_taxels = std::size_t{1} << 24;
 /// Refuses an image without taxels or with more than most_taxels, and a value that is not finite or
 /// beyond largest_count (named by row and column): nothing computed from the others can become NaN.
 Status check(const Image& image);
+
+// Gaussian smoothing at any scale (Ellis 1986, section 3.3: a window of four standard deviations),
+// the edge's value replicated beyond the border (choice E1).
+
+/// The kernel of 1000 taxels has 8001 weights: more is a mistake in a unit.
+inline constexpr double largest_sigma = 1000.0;
+
+/// Smooths images of any size at one scale. Keeps its scratch memory: one object per thread.
+class GaussianFilter {
+ public:
+  /// `sigma` in taxels, 0 to largest_sigma; 0 leaves images as they are. Refuses everything else.
+  static Result<GaussianFilter> make(double sigma);
+
+  /// `out` takes the size of `in`, a checked image, which must be another object. Time grows with
+  /// taxels x sigma, also where sigma is larger than the image. A constant image stays exactly
+  /// constant, and a mirrored image gives the mirrored result to the last bit.
+  void apply(const Image& in, Image& out);
+
+  [[nodiscard]] double sigma() const { return sigma_; }
+  /// Weights at distance 0, 1, ... ceil(4 sigma); both sides together sum to 1.
+  [[nodiscard]] std::span<const double> weights() const { return weights_; }
+
+ private:
+  GaussianFilter(double sigma, std::vector<double> weights)
+      : sigma_(sigma), weights_(std::move(weights)) {}
+  void smooth_columns(const Image& in);
+  void smooth_rows(Image& out);
+
+  double sigma_;
+  std::vector<double> weights_;
+  Image between_;
+  std::vector<double> padded_;
+};
 
 }  // namespace weft::classifier::imprint

@@ -5,7 +5,7 @@
 
 #include "classifier/base/checksummed_text.hpp"
 #include "classifier/fabric/provenance_text.hpp"
-#include "classifier/model/model_io.hpp"
+#include "classifier/model/model_file.hpp"
 #include "classifier/vote/learner_prediction.hpp"
 
 namespace weft::classifier::imprint {

@@ -10,9 +10,8 @@
 #include <vector>
 
 #include "classifier/baseline/learner.hpp"
-#include "classifier/fabric/provenance.hpp"
+#include "classifier/fabric/provenance_text.hpp"
 #include "classifier/imprint/imprint_set.hpp"
-#include "classifier/imprint/taxel_grid.hpp"
 #include "classifier/vote/postprocessing.hpp"
 #include "classifier/vote/vote.hpp"
 

@@ -1,6 +1,7 @@
 #pragma once
 // Imprints with what is known about each, and the feature matrix of them all.
 
+#include <cstddef>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,5 +36,25 @@ Classes find_classes(std::span<const std::string> labels);
 
 /// The named columns, in the order given.
 FeatureMatrix select_columns(const FeatureMatrix& matrix, std::span<const std::size_t> columns);
+
+// The array that imprints are read from, as far as a model of imprints needs to know it.
+
+/// An array, or the part of it that is scanned.
+struct TaxelGrid {
+  std::size_t rows = 0, cols = 0;
+  double pitch_m = 0.0;        ///< from one taxel to the next; 0: not known
+  std::size_t count_bits = 0;  ///< of a count; 0: not known
+};
+
+/// Imprints of both may be compared: as many rows and columns, and where both know it, a pitch that
+/// is the same to 1 % (features are of scales in taxels) and as many bits.
+bool is_same_grid(const TaxelGrid& a, const TaxelGrid& b);
+
+/// "32 x 32 taxels, 0.281 mm apart, counts of 7 bits".
+std::string format_grid(const TaxelGrid& grid);
+
+/// Refuses an imprint of another size, and where the bits are known one with a count that they do
+/// not hold.
+Status check_imprint(const TaxelGrid& grid, const Imprint& imprint);
 
 }  // namespace weft::classifier::imprint

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <vector>
 
 namespace weft::classifier::imprint {
 namespace {
@@ -35,6 +36,27 @@ double largest_of(const Image& image) {
   double largest = 1.0;
   for (const double value : image.data()) largest = std::max(largest, std::abs(value));
   return largest;
+}
+
+double circular(std::span<const EdgeTaxel> edges) {
+  double cosine = 0.0, sine = 0.0;  // of twice the angle
+  for (const EdgeTaxel& edge : edges) {
+    const double x = edge.x / edge.strength, y = edge.y / edge.strength;
+    cosine += x * x - y * y;
+    sine += 2.0 * x * y;
+  }
+  // 1 - R from what turns away from the mean direction: R itself cannot tell small spreads from
+  // rounding.
+  const double middle = 0.5 * std::atan2(sine, cosine);
+  const double along_x = std::cos(middle), along_y = std::sin(middle);
+  double away = 0.0;
+  for (const EdgeTaxel& edge : edges) {
+    const double turned = (edge.y * along_x - edge.x * along_y) / edge.strength;
+    away += 2.0 * turned * turned;
+  }
+  const auto n = static_cast<double>(edges.size());
+  away = std::min(away / n, 1.0 - 1.0 / n);
+  return std::sqrt(-2.0 * std::log1p(-away)) / 2.0;
 }
 
 }  // namespace
@@ -101,6 +123,49 @@ Result<std::span<const double>> ScaleFeatures::extract(const Image& image) {
   values_.clear();
   for (GaussianFilter& filter : filters_) add_scale(image, filter);
   return std::span<const double>(values_);
+}
+
+void find_extrema(const Image& image, Extrema& out) {
+  out.minima.clear();
+  out.maxima.clear();
+  for (std::size_t r = 1; r + 1 < image.rows(); ++r) {
+    const double* const above = image.row(r - 1).data();
+    const double* const here = image.row(r).data();
+    const double* const below = image.row(r + 1).data();
+    for (std::size_t c = 1; c + 1 < image.cols(); ++c) {
+      const double ring[] = {above[c - 1], above[c],     above[c + 1], here[c - 1],
+                             here[c + 1],  below[c - 1], below[c],     below[c + 1]};
+      const double value = here[c];
+      const bool low = value<ring[0], high = value> ring[0];
+      if (!low && !high) continue;
+      bool extreme = true;
+      double sum = 0.0;
+      for (const double near : ring) {
+        extreme = extreme && (low ? value < near : value > near);
+        sum += near;
+      }
+      if (extreme) (low ? out.minima : out.maxima).push_back(std::abs(value - sum / 8.0));
+    }
+  }
+}
+
+Moments moments(std::span<const double> values) {
+  if (values.empty()) return {};
+  const auto n = static_cast<double>(values.size());
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  const double mean = sum / n;
+  double square = 0.0;
+  for (const double value : values) square += (value - mean) * (value - mean);
+  return {mean, std::sqrt(square / n)};
+}
+
+double orientation_spread(std::span<const EdgeTaxel> edges, OrientationSpread kind) {
+  if (edges.size() < 2) return 0.0;
+  if (kind == OrientationSpread::circular) return circular(edges);
+  std::vector<double> angles;
+  for (const EdgeTaxel& edge : edges) angles.push_back(std::atan2(edge.y, edge.x));
+  return moments(angles).deviation;
 }
 
 }  // namespace weft::classifier::imprint

@@ -8,12 +8,39 @@
 #include <string_view>
 #include <vector>
 
-#include "classifier/imprint/extrema.hpp"
-#include "classifier/imprint/gaussian.hpp"
-#include "classifier/imprint/statistics.hpp"
+#include "classifier/imprint/image.hpp"
 #include "classifier/imprint/step_edges.hpp"
 
 namespace weft::classifier::imprint {
+
+// Mean and spread of what was found in an imprint: of lengths, and of directions.
+
+struct Moments {
+  double mean = 0;       ///< 0 of nothing
+  double deviation = 0;  ///< biased; 0 of fewer than two
+};
+Moments moments(std::span<const double> values);
+
+/// How the orientations of edges are spread (choice E3).
+enum class OrientationSpread {
+  /// sqrt(-2 ln R) / 2 in radians, of directions modulo pi: an edge has no front. R is their mean
+  /// resultant length, at least 1/n. 0 of fewer than two.
+  circular,
+  /// Standard deviation of the gradient's angle in (-pi, pi], as if an angle were a length.
+  linear
+};
+double orientation_spread(std::span<const EdgeTaxel> edges, OrientationSpread kind);
+
+// Local minima and maxima of a smoothed imprint (Ellis 1986, section 3.3).
+
+/// For every taxel below (above) all of its eight neighbours, how far below (above) their mean it
+/// is, in counts, in row order. Strict, and interior taxels only (choice E4): a plateau has none.
+struct Extrema {
+  std::vector<double> minima, maxima;
+};
+
+/// `out` keeps its memory.
+void find_extrema(const Image& image, Extrema& out);
 
 /// The ten of a scale, in the order of the vector:
 ///   edges.n     taxels on a step edge

@@ -4,10 +4,9 @@
 #include <vector>
 
 #include "classifier/base/lanes.hpp"
-#include "classifier/learn/exponential.hpp"
+#include "classifier/learn/block.hpp"
 
 namespace weft::classifier {
-
 namespace {
 
 using simd::Lanes;
@@ -61,6 +60,18 @@ Matrix rbf(const Matrix& squared, double gamma) {
   Matrix out;
   rbf(squared, gamma, out);
   return out;
+}
+
+WEFT_CLONES("arch=x86-64-v4", "avx2")
+void exp_of_negative(std::span<double> values, double factor) {
+  const std::size_t whole = values.size() / simd::width * simd::width;
+  for (std::size_t i = 0; i < whole; i += simd::width)
+    simd::store(&values[i], exp_block(simd::load(&values[i]) * -factor));
+  if (whole == values.size()) return;
+  double rest[simd::width] = {};
+  std::copy(values.begin() + static_cast<std::ptrdiff_t>(whole), values.end(), rest);
+  simd::store(rest, exp_block(simd::load(rest) * -factor));
+  std::copy_n(rest, values.size() - whole, values.begin() + static_cast<std::ptrdiff_t>(whole));
 }
 
 }  // namespace weft::classifier

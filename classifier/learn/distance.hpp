@@ -2,10 +2,16 @@
 // Squared distances that grow column by column, and the radial basis function on them.
 
 #include <cstddef>
+#include <span>
 
 #include "classifier/base/matrix.hpp"
 
 namespace weft::classifier {
+
+/// value -> exp(-factor value) for factor >= 0 and values >= 0, in place. Within 2 units in the
+/// last place of the true result; 0 where that is below 2^-1021. NaN stays NaN. The same on every
+/// processor and compiler.
+void exp_of_negative(std::span<double> values, double factor);
 
 /// Adds to `squared` [a rows x n] the squared differences of columns from <= k < to, between the
 /// rows of a and the first n rows of b. Differences first, then squares: a^2 + b^2 - 2ab loses

@@ -1,9 +1,9 @@
 #include "classifier/learn/svm.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-
-#include "classifier/learn/libsvm.hpp"
+#include <string_view>
 
 namespace weft::classifier {
 namespace {
@@ -17,6 +17,16 @@ svm_parameter parameters(double c, double tolerance) {
   p.C = c;
   p.shrinking = 1;
   return p;
+}
+
+thread_local std::size_t iterations = 0;
+
+void capture_iterations(const char* text) {
+  constexpr std::string_view words = "#iter = ";
+  const std::string_view line(text);
+  const std::size_t at = line.find(words);
+  if (at != std::string_view::npos)
+    std::from_chars(line.data() + at + words.size(), line.data() + line.size(), iterations);
 }
 
 }  // namespace
@@ -103,6 +113,18 @@ Result<SvmSolution> SvmTrainer::solve(double c, double tolerance) const {
     out.coefficient[order_[at]] = -model->sv_coef[0][s];
   }
   return out;
+}
+
+void silence_libsvm() {
+  static const bool done = [] {
+    svm_set_print_string_function(&capture_iterations);
+    return true;
+  }();
+  static_cast<void>(done);
+}
+
+std::size_t libsvm_iterations() {
+  return iterations;
 }
 
 }  // namespace weft::classifier

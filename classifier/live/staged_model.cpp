@@ -11,7 +11,7 @@
 
 #include "classifier/base/checksummed_text.hpp"
 #include "classifier/base/line_io.hpp"
-#include "classifier/baseline/fold_report.hpp"
+#include "classifier/baseline/class_folds.hpp"
 #include "classifier/fabric/pair_problem.hpp"
 
 namespace weft::classifier {

@@ -10,12 +10,31 @@
 #include <vector>
 
 #include "classifier/baseline/learner.hpp"
-#include "classifier/fabric/provenance.hpp"
-#include "classifier/features/extract.hpp"
+#include "classifier/baseline/learner_text.hpp"
+#include "classifier/fabric/provenance_text.hpp"
+#include "classifier/features/feature_matrix.hpp"
 #include "classifier/vote/learner_prediction.hpp"
+#include "classifier/vote/postprocessing.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {
+
+// What was learnt, whatever the features are of, as lines of a stored model: learner, labels, names
+// of the features, vote aids.
+
+struct ModelParts {
+  TrainedLearner learner;
+  std::optional<VotePostprocessing> postprocessing;
+};
+
+void write_model_parts(LineWriter& out, const TrainedLearner& learner,
+                       const std::optional<VotePostprocessing>& postprocessing);
+
+/// What follows head and labels, bit for bit. Refuses features of other names than `expected`.
+/// `in` keeps the first problem; nothing then.
+std::optional<ModelParts> read_model_parts(LineReader& in, const LearnerHead& head,
+                                           std::vector<std::string> labels,
+                                           const std::vector<std::string>& expected);
 
 /// How a trial became the feature vector that the model takes.
 struct FeatureSetup {

@@ -5,7 +5,9 @@
 #include <string>
 
 #include "classifier/features/feature_stream.hpp"
-#include "classifier/vibro/level_features.hpp"
+#include "classifier/vibro/bin_tables.hpp"
+#include "classifier/vibro/frame_features.hpp"
+#include "classifier/vibro/short_time.hpp"
 #include "protocols/base/number_text.hpp"
 
 namespace weft::classifier::vibro {
@@ -87,6 +89,9 @@ double mean_crossing_rate(FrameSize size, std::span<const double> samples,
   }
   return static_cast<double>(sum) / static_cast<double>(size.length) / static_cast<double>(frames);
 }
+
+constexpr std::size_t first_bin = 2;  // below is the level, spread by the window
+constexpr double least_band_power = 1e-10;
 
 }  // namespace
 
@@ -193,6 +198,43 @@ Result<double> ChannelExtractor::mean_amplitude(std::span<const double> samples)
   if (std::isfinite(out)) return out;  // and so were all samples
   if (auto ok = check_samples(samples); !ok) return pass(ok.error());
   return overflowed("FFT", samples);
+}
+
+std::array<std::size_t, band_count + 1> band_edges(std::size_t bins) {
+  std::array<std::size_t, band_count + 1> out{};
+  const double octaves = std::log2(std::max(static_cast<double>(bins) / first_bin, 1.0));
+  for (std::size_t b = 0; b < out.size(); ++b) {
+    const double share = static_cast<double>(b) / static_cast<double>(band_count);
+    const auto edge = static_cast<std::size_t>(
+        std::llround(static_cast<double>(first_bin) * std::exp2(octaves * share)));
+    out[b] = b == 0 ? std::min(edge, bins) : std::min(std::max(edge, out[b - 1] + 1), bins);
+  }
+  return out;
+}
+
+void BandSums::add(const double* magnitudes, std::size_t frames) {
+  constexpr std::size_t lanes = ShortTimeSpectrum::lanes;
+  for (std::size_t b = 0; b < band_count; ++b) {
+    PerFrame power{};
+    for (std::size_t k = edges_[b]; k < edges_[b + 1]; ++k)
+      for (std::size_t f = 0; f < lanes; ++f)
+        power[f] += magnitudes[k * lanes + f] * magnitudes[k * lanes + f];
+    for (std::size_t f = 0; f < std::min(frames, lanes); ++f)
+      level_db_[b].push_back(10.0 * std::log10(std::max(power[f], least_band_power)));
+  }
+}
+
+BandFeatures BandSums::figures() const {
+  BandFeatures out{};
+  for (std::size_t b = 0; b < band_count; ++b) {
+    const auto n = static_cast<double>(level_db_[b].size());
+    double mean = 0.0, squares = 0.0;
+    for (const double level : level_db_[b]) mean += level / n;
+    for (const double level : level_db_[b]) squares += (level - mean) * (level - mean);
+    out[b] = mean;
+    out[band_count + b] = std::sqrt(squares / n);
+  }
+  return out;
 }
 
 }  // namespace weft::classifier::vibro

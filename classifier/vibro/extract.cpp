@@ -7,7 +7,7 @@
 #include <string>
 
 #include "classifier/base/parallel.hpp"
-#include "classifier/features/windows.hpp"
+#include "classifier/features/trial.hpp"
 
 namespace weft::classifier::vibro {
 namespace {

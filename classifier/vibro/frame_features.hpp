@@ -2,10 +2,27 @@
 // What is read from the spectra of sixteen frames at once.
 
 #include <array>
+#include <cstddef>
+#include <span>
 
 #include "classifier/vibro/short_time.hpp"
 
 namespace weft::classifier::vibro {
+
+// Sums over the samples of a window, eight side by side.
+
+/// A sample whose magnitude is not above this has no sign: librosa's threshold.
+inline constexpr double zero_level = 1e-10;
+
+/// Eight running sums: fast, and nearer to the true sum than one.
+double sum_of(std::span<const double> values);
+/// Of (value - middle)^2, likewise.
+double sum_of_squares(std::span<const double> values, double middle = 0.0);
+/// How many values are negative, below -zero_level, where the one before is not, or the other way
+/// round. The first has none before it.
+std::size_t changes_of_sign(std::span<const double> values);
+/// |value - middle| of each, to `out`, which holds as many.
+void deviations(std::span<const double> values, double middle, double* out);
 
 struct FrameFeatures {
   PerFrame centroid_hz{};   ///< mean frequency, weighted by the magnitude; 0 of a silent frame

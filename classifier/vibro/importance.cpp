@@ -7,7 +7,7 @@
 #include "classifier/base/interval.hpp"
 #include "classifier/base/random.hpp"
 #include "classifier/vibro/cross_validation.hpp"
-#include "classifier/vibro/learn/tree.hpp"
+#include "classifier/vibro/learn/learners.hpp"
 
 namespace weft::classifier::vibro {
 namespace {

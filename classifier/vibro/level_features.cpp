@@ -1,4 +1,4 @@
-#include "classifier/vibro/level_features.hpp"
+#include "classifier/vibro/frame_features.hpp"
 
 #include <cstdint>
 

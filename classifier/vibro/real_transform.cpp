@@ -8,7 +8,6 @@
 
 #include "classifier/features/fourier.hpp"
 #include "classifier/features/fourier_tables.hpp"
-#include "classifier/vibro/transpose.hpp"
 
 namespace weft::classifier::vibro {
 namespace {

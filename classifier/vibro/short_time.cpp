@@ -9,7 +9,7 @@
 #include "classifier/features/fourier.hpp"
 #include "classifier/features/fourier_tables.hpp"
 #include "classifier/features/scaling.hpp"
-#include "classifier/vibro/transpose.hpp"
+#include "classifier/vibro/real_transform.hpp"
 
 namespace weft::classifier::vibro {
 namespace {

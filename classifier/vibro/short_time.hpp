@@ -9,7 +9,6 @@
 
 #include "classifier/base/lanes.hpp"
 #include "classifier/vibro/bin_tables.hpp"
-#include "classifier/vibro/filters.hpp"
 
 namespace weft::classifier::vibro {
 

@@ -7,10 +7,32 @@
 
 #include "classifier/fabric/model.hpp"
 #include "classifier/vote/cross_decisions.hpp"
-#include "classifier/vote/sigmoid.hpp"
 #include "classifier/vote/vote.hpp"
 
 namespace weft::classifier {
+
+// From a core's decision value to the probability of its first class (Platt 2000, with the
+// numerics of Lin, Lin and Weng 2007).
+
+/// p(f) = 1 / (1 + exp(slope f + offset)), slope <= 0: a larger f never makes class a less likely.
+struct Sigmoid {
+  double slope = 0.0;
+  double offset = 0.0;
+
+  /// In [0, 1]; never NaN, whatever finite f, slope and offset.
+  [[nodiscard]] double operator()(double f) const;
+};
+
+/// Maximum likelihood on decision values that cross-validation held out, with Platt's targets
+/// (n+ + 1) / (n+ + 2) and 1 / (n- + 2). Where decision values say the opposite of the signs, the
+/// best sigmoid that does not fall is a constant. `f` finite; `sign` > 0 is class a.
+Sigmoid fit_sigmoid(std::span<const double> f, std::span<const int> sign);
+
+/// `first_wins` per pair in the order of all_pairs(classes): probability that it is the first of
+/// the two, if it is one of the two; NaN is not allowed, values are clipped to [1e-7, 1 - 1e-7].
+/// Returns p >= 0 of sum 1 that minimises sum over pairs of (r_ji p_i - r_ij p_j)^2: where the
+/// pairs agree with each other (r_ij = p_i / (p_i + p_j)), exactly that p. Needs 2 classes or more.
+std::vector<double> couple(std::span<const double> first_wins, std::size_t classes);
 
 /// Learnt from decisions on training trials that the cores had not seen.
 struct Calibration {

@@ -2,9 +2,12 @@
 // What a model needs beside its cores to say how sure it is, and when none of its fabrics fits. All
 // of it is learnt from the training part.
 
+#include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "classifier/base/line_io.hpp"
 #include "classifier/fabric/model.hpp"
 #include "classifier/vote/calibration.hpp"
 #include "classifier/vote/class_profile.hpp"
@@ -64,5 +67,15 @@ Result<Prediction> predict(const FabricModel& model, const VotePostprocessing& p
 /// The same of a vote on these features that was held already.
 Prediction postprocess(Ballot ballot, const VotePostprocessing& postprocessing,
                        std::span<const double> features);
+
+// Vote aids as lines of a stored model.
+
+/// One section; nothing is written as "aids 0".
+void write_postprocessing(LineWriter& out, const std::optional<VotePostprocessing>& postprocessing);
+
+/// The section back, bit for bit; `in` keeps the first problem. Sizes must fit the model's;
+/// `sigmoids` is one per core, 0 for a learner without cores.
+std::optional<VotePostprocessing> read_postprocessing(LineReader& in, std::size_t classes,
+                                                      std::size_t features, std::size_t sigmoids);
 
 }  // namespace weft::classifier

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "daemon/campaign/open_rig.hpp"
+#include "daemon/campaign/bench_check.hpp"
 
 namespace weft::daemon {
 AlignRun::AlignRun(const recipes::AlignPlan& plan, Loop& loop, Bench& bench)

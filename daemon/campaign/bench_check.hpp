@@ -4,10 +4,23 @@
 #include <filesystem>
 #include <vector>
 
-#include "daemon/campaign/open_rig.hpp"
+#include "daemon/campaign/campaign.hpp"
+#include "daemon/hardware/rig/rig_file.hpp"
 #include "recipes/engine/plan.hpp"
+#include "recipes/engine/rig_limits.hpp"
 
 namespace weft::daemon {
+
+// A rig file with what is read from it, as every command begins that works on a rig.
+
+struct OpenedRig {
+  RigFile file;               ///< its drivers also from plugins
+  recipes::RigLimits limits;  ///< that the file sets
+};
+
+/// Errors: those of read_text_file(), recipes::parse_rig_limits() and parse_rig_file(), with the
+/// file's name.
+Result<OpenedRig> open_rig(const std::filesystem::path& path, const PluginSettings& plugins);
 
 /// Findings with pointers into the rig file or into the recipe.
 struct BenchProblems {
@@ -37,5 +50,36 @@ std::vector<recipes::Diagnostic> check_rig(const OpenedRig& rig,
 /// Both of a file as it is now, plugins' drivers unread. Errors: open_rig()'s; invalid_argument,
 /// the first problem.
 Status check_rig_file(const std::filesystem::path& path);
+
+// All that can be found out about a recipe and a rig before anything moves or is written.
+
+/// A finding and the file that it is about.
+struct FileProblem {
+  std::filesystem::path file;
+  recipes::Diagnostic what;
+};
+
+/// `plan` is there when the recipe by itself can be planned; the bench is looked at only then.
+struct Preflight {
+  std::string recipe_text;
+  std::optional<recipes::Plan> plan;
+  SimulationNote simulation;
+  std::vector<FileProblem> problems;
+  std::vector<recipes::Diagnostic> warnings;
+};
+
+/// Of what a request names as recipe, rig, seed, fidelity and plugins. Errors: what keeps the files
+/// from being read at all.
+Result<Preflight> preflight(const CampaignRequest& request,
+                            PluginDrivers plugins = PluginDrivers::built);
+
+/// The bench of a request as a plan finds it, its fidelity chosen; `rig`: its file, with drivers.
+struct BenchPreflight {
+  SimulationNote simulation;
+  BenchProblems found_problems;
+};
+/// Errors: what keeps the settled rig file from being read.
+Result<BenchPreflight> preflight_bench(const CampaignRequest& request, const recipes::Plan& plan,
+                                       const RigFile& rig, PluginDrivers plugins);
 
 }  // namespace weft::daemon

@@ -1,15 +1,102 @@
 #include "daemon/campaign/bench_session.hpp"
 
+#include <deque>
+#include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "daemon/base/loop/real_loop.hpp"
 #include "daemon/base/loop/real_time.hpp"
 #include "daemon/campaign/monitor.hpp"
-#include "daemon/campaign/rig_console.hpp"
 #include "daemon/campaign/simulated_bench.hpp"
+#include "drivers/api/link.hpp"
 
 namespace weft::daemon {
 namespace {
+
+using nlohmann::json;
+
+/// The host's end. Thread-bound to the link's loop.
+class RigConsole {
+ public:
+  using Answer = std::function<void(Status)>;
+  explicit RigConsole(std::unique_ptr<Link> link);
+
+  /// Puts a patch of a fabric on the emulated plate. Errors told: those of weft-rig; io.
+  void mount(std::string_view fabric, std::uint64_t patch_seed, Answer answer);
+  /// Lets a fault befall a device, or ends some: `fault_json` as FaultOrder has it. Errors told:
+  /// likewise.
+  void inject_fault(std::string_view fault_json, bool ends, Answer answer);
+
+ private:
+  void send(const std::string& order, Answer answer);
+  void take(ByteView bytes);
+  void answer(Status status);
+
+  std::deque<Answer> waiting_;
+  std::string line_;
+  std::unique_ptr<Link> link_;
+};
+
+constexpr std::size_t longest_answer = 65536;
+
+Status read_answer(const std::string& line) {
+  const json object = json::parse(line, nullptr, false);
+  if (!object.is_object())
+    return fail({.code = Errc::parse,
+                 .where = "console",
+                 .what = "weft-rig's answer is not understood",
+                 .expected = "an object",
+                 .got = line});
+  if (object.value("ok", false)) return {};
+  return fail({.code = Errc::device_refused,
+               .where = "weft-rig",
+               .what = object.value("error", "weft-rig gave no reason")});
+}
+
+RigConsole::RigConsole(std::unique_ptr<Link> link) : link_(std::move(link)) {
+  link_->on_receive([this](ByteView bytes, TimePoint) { take(bytes); });
+  link_->on_closed([this](const Error& why) {
+    while (!waiting_.empty()) answer(pass(why, "console"));
+  });
+}
+
+void RigConsole::mount(std::string_view fabric, std::uint64_t patch_seed, Answer done) {
+  send(json{{"order", "mount"}, {"fabric", fabric}, {"patch_seed", patch_seed}}.dump(),
+       std::move(done));
+}
+
+void RigConsole::inject_fault(std::string_view fault_json, bool ends, Answer done) {
+  json order = json::parse(fault_json);
+  order["order"] = ends ? "clear" : "fault";
+  send(order.dump(), std::move(done));
+}
+
+void RigConsole::send(const std::string& order, Answer done) {
+  waiting_.push_back(std::move(done));
+  const std::string line = order + "\n";
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(line.data());
+  if (Status sent = link_->write({bytes, line.size()}); !sent) answer(std::move(sent));
+}
+
+void RigConsole::take(ByteView bytes) {
+  for (const std::uint8_t byte : bytes) {
+    if (byte != '\n') {
+      if (line_.size() < longest_answer) line_.push_back(static_cast<char>(byte));
+      continue;
+    }
+    answer(read_answer(line_));
+    line_.clear();
+  }
+}
+
+void RigConsole::answer(Status status) {
+  if (waiting_.empty()) return;
+  const Answer done = std::move(waiting_.front());
+  waiting_.pop_front();
+  done(std::move(status));
+}
 
 Status apply_fault(sim::Rig& rig, const FaultOrder& order, TimePoint now) {
   if (!order.ends) return rig.inject(order.json, now);

@@ -8,12 +8,12 @@
 #include <optional>
 #include <string>
 
-#include "daemon/campaign/bench_pace.hpp"
 #include "daemon/campaign/bench_session.hpp"
 #include "daemon/campaign/device_log.hpp"
 #include "daemon/campaign/live_classifier.hpp"
 #include "daemon/campaign/live_frame_sampler.hpp"
 #include "daemon/campaign/run_orders.hpp"
+#include "daemon/campaign/run_pace.hpp"
 #include "daemon/campaign/simulation.hpp"
 #include "daemon/campaign/trial_recording.hpp"
 #include "daemon/hardware/rig/rig_file.hpp"

@@ -2,8 +2,8 @@
 
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/campaign/bench_check.hpp"
 #include "daemon/campaign/campaign.hpp"
-#include "daemon/campaign/preflight.hpp"
 #include "daemon/hardware/rig/plate_tilt_file.hpp"
 
 namespace weft::daemon {

@@ -10,11 +10,35 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "protocols/base/result.hpp"
 #include "recipes/engine/engine.hpp"
 
 namespace weft::daemon {
+
+/// Events that the effects of a machine cause wait in line, so that the machine never runs inside
+/// itself.
+template <class Event>
+class EventQueue {
+ public:
+  /// Takes `event` and, unless a call further out does so, hands it and all that it causes to
+  /// `take`, one after the other.
+  void dispatch(Event event, const std::function<void(const Event&)>& take) {
+    waiting_.push_back(std::move(event));
+    if (std::exchange(dispatching_, true)) return;
+    while (!waiting_.empty()) {
+      const Event next = std::move(waiting_.front());
+      waiting_.pop_front();
+      take(next);
+    }
+    dispatching_ = false;
+  }
+
+ private:
+  std::deque<Event> waiting_;
+  bool dispatching_ = false;
+};
 
 enum class Order : std::uint8_t { pause, pause_now, resume, confirm, stop, abort, halt };
 std::string_view to_string(Order order);

@@ -9,6 +9,8 @@ double seconds(RunPace::Clock time) {
   return std::chrono::duration<double>(time).count();
 }
 
+constexpr std::chrono::nanoseconds most_behind = std::chrono::milliseconds(100);
+
 }  // namespace
 
 RunPace::RunPace(const recipes::Plan& plan, std::size_t first_trial, bool runs_in_real_time,
@@ -64,6 +66,19 @@ std::optional<double> RunPace::machine_until_s(std::size_t from, std::size_t to,
   const auto each = trial_s(now);
   if (!each) return std::nullopt;
   return *each * static_cast<double>(to - from);
+}
+
+std::chrono::nanoseconds PaceKeeper::ahead(TimePoint bench, std::chrono::nanoseconds wall) {
+  const double requested = requested_ == nullptr ? 0 : requested_->load(std::memory_order_relaxed);
+  if (requested == 0 || requested != pace_) since_.reset();
+  pace_ = requested;
+  if (requested == 0) return {};
+  if (!since_) since_ = Since{bench, wall};
+  const std::chrono::duration<double, std::nano> passed = bench - since_->bench;
+  const auto due =
+      since_->wall + std::chrono::duration_cast<std::chrono::nanoseconds>(passed / requested);
+  if (wall - due > most_behind) since_ = Since{bench, wall};
+  return std::max(due - wall, std::chrono::nanoseconds{});
 }
 
 }  // namespace weft::daemon

@@ -5,7 +5,6 @@
 #include <memory>
 
 #include "daemon/base/loop/timed_loop.hpp"
-#include "daemon/base/loop/virtual_loop.hpp"
 #include "daemon/hardware/link/memory_link.hpp"
 #include "daemon/hardware/rig/bench.hpp"
 #include "recipes/engine/rig_limits.hpp"

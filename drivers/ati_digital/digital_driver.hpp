@@ -1,17 +1,44 @@
 #pragma once
 // The state machine of one Digital F/T sensor.
 
+#include <cstdint>
+#include <string>
+#include <string_view>
 #include <vector>
 
+#include "drivers/api/driver.hpp"
 #include "drivers/api/driver_base.hpp"
 #include "drivers/api/wrench_watch.hpp"
 #include "drivers/ati_digital/exchange.hpp"
-#include "drivers/ati_digital/settings.hpp"
 #include "drivers/ati_digital/wrench_mean.hpp"
 #include "protocols/ati_digital/calibration.hpp"
 #include "protocols/ati_digital/stream.hpp"
+#include "protocols/base/result.hpp"
+#include "protocols/base/time.hpp"
 
 namespace weft::drivers {
+
+struct DigitalSettings {
+  std::uint8_t slave = 10;
+  int calibration = 1;  ///< 1 to 16, of those that the sensor holds
+  /// Fz of the sample = sign_z * Fz of the device. +1 where pushing the plate down is positive.
+  double sign_z = 1;
+  double rate_hz = 100;       ///< samples a second
+  std::uint32_t average = 1;  ///< records of the stream whose mean is a sample
+  Duration reply_timeout{};   ///< of each of a few tries of a request
+  Duration stale_after{};
+  Duration stuck_after{};          ///< zero: never
+  std::string calibration_serial;  ///< empty: any
+};
+
+/// JSON Schema of the configuration.
+extern const char digital_config_schema[];
+
+/// Errors: parse, invalid_argument, range; each at its JSON pointer.
+Result<DigitalSettings> read_digital_settings(std::string_view config_json);
+
+/// Driver for an ATI Digital F/T sensor. One page about it: README.md.
+extern const DriverEntry ati_digital_entry;
 
 /// Bit of WrenchSample::status that is not of the sensor's status word: a record of
 /// the stream said that the word is not 0. Its other bits are those read when the sensor was

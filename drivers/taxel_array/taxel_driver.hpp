@@ -1,13 +1,41 @@
 #pragma once
 // The state machine of one tactile array.
 
+#include <cstdint>
+#include <string_view>
+
+#include "drivers/api/driver.hpp"
 #include "drivers/api/listening_driver.hpp"
 #include "drivers/api/timer.hpp"
 #include "drivers/taxel_array/frame_watch.hpp"
-#include "drivers/taxel_array/settings.hpp"
+#include "protocols/base/result.hpp"
+#include "protocols/base/time.hpp"
 #include "protocols/taxel/taxel.hpp"
 
 namespace weft::drivers {
+
+enum class TaxelForm : std::uint8_t {
+  weft,     ///< our own framing over a serial stream (protocols/taxel/README.md)
+  cpm_udp,  ///< datagrams of the CPM-Finger's gateway
+};
+
+struct TaxelSettings {
+  std::uint8_t taxels = 16;
+  TaxelForm form = TaxelForm::weft;
+  Duration reply_timeout{};  ///< for the first frame
+  Duration stale_after{};
+  double rate_hz = 37;
+  Duration watch{};  ///< windows in which taxels, rate and clock are judged; zero: they are not
+};
+
+/// JSON Schema of the configuration.
+extern const char taxel_config_schema[];
+
+/// Errors: parse, invalid_argument, range; each at its JSON pointer.
+Result<TaxelSettings> read_taxel_settings(std::string_view config_json);
+
+/// Driver for the tactile array, in either of its framings. One page about it: README.md.
+extern const DriverEntry taxel_array_entry;
 
 /// Publishes each frame as a TaxelSample. The sensor sends without being asked, so this driver only
 /// listens. Nothing allocates while streaming.

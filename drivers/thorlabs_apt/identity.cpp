@@ -1,4 +1,4 @@
-#include "drivers/thorlabs_apt/identity.hpp"
+#include "drivers/thorlabs_apt/settings.hpp"
 
 #include <array>
 #include <string>

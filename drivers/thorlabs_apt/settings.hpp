@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "drivers/api/driver.hpp"
+#include "protocols/apt/bodies.hpp"
 #include "protocols/apt/stage_scale.hpp"
 #include "protocols/base/result.hpp"
 #include "protocols/base/time.hpp"
@@ -50,5 +52,14 @@ extern const char stage_config_schema[];
 
 /// Errors: parse, invalid_argument (key, type, unknown stage), range; each at its JSON pointer.
 Result<StageSettings> read_stage_settings(std::string_view config_json);
+
+// Is the unit at the other end the one that the configuration means?
+
+/// Compares the controller's model, its stage id and its channels with the settings, and whether
+/// the stage's scale on that controller is known. Errors: device, naming both sides.
+Status check_identity(const StageSettings& settings, const protocols::apt::HardwareInfo& info);
+
+/// What the controller says of itself, and the scale of its counts.
+DeviceIdentity identity_of(const StageSettings& settings, const protocols::apt::HardwareInfo& info);
 
 }  // namespace weft::drivers

@@ -1,6 +1,5 @@
 // Lifecycle, commands and the bytes that go out. What comes in is in stage_status.cpp, which of
 // it is believed in stage_belief.cpp.
-
 #include "drivers/thorlabs_apt/stage_driver.hpp"
 
 #include <algorithm>
@@ -27,6 +26,12 @@ constexpr auto stop_profiled = static_cast<std::uint8_t>(StopMode::profiled);
 
 tl::unexpected<Error> link_failed() {
   return fail({.code = Errc::io, .what = "the link refused the command"});
+}
+
+Result<std::unique_ptr<Driver>> create(std::string_view config_json, DriverHost& host) noexcept {
+  const Result<StageSettings> settings = read_stage_settings(config_json);
+  if (!settings) return pass(settings.error());
+  return std::make_unique<StageDriver>(*settings, host);
 }
 
 }  // namespace
@@ -355,5 +360,12 @@ bool StageDriver::flush() {
   out_.clear();
   return sent;
 }
+
+constinit const DriverEntry thorlabs_apt_entry{
+    .name = "thorlabs_apt",
+    .summary = "One Thorlabs stage behind an APT controller",
+    .config_schema_json = stage_config_schema,
+    .create = create,
+};
 
 }  // namespace weft::drivers

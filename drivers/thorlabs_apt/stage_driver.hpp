@@ -1,6 +1,7 @@
 #pragma once
 // The state machine of one stage.
 
+#include "drivers/api/driver.hpp"
 #include "drivers/api/driver_base.hpp"
 #include "drivers/api/timer.hpp"
 #include "drivers/thorlabs_apt/motion.hpp"
@@ -8,6 +9,9 @@
 #include "protocols/apt/apt.hpp"
 
 namespace weft::drivers {
+
+/// Driver for one Thorlabs stage behind an APT controller. One page about it: README.md.
+extern const DriverEntry thorlabs_apt_entry;
 
 /// One stage on one link. Motion commands are finite, and are followed by a time limit. In steady
 /// state neither a command nor a status message allocates.

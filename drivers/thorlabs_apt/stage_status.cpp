@@ -5,7 +5,7 @@
 #include <string>
 #include <type_traits>
 
-#include "drivers/thorlabs_apt/identity.hpp"
+#include "drivers/thorlabs_apt/settings.hpp"
 #include "drivers/thorlabs_apt/stage_driver.hpp"
 
 namespace weft::drivers {

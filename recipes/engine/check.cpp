@@ -1,20 +1,246 @@
 #include <nlohmann/json.hpp>
+#include <numeric>
+#include <string>
 #include <utility>
+#include <vector>
 
-#include "recipes/engine/canonical.hpp"
 #include "recipes/engine/forecast.hpp"
 #include "recipes/engine/last_steps.hpp"
-#include "recipes/engine/layout.hpp"
 #include "recipes/engine/operator_steps.hpp"
 #include "recipes/engine/plan.hpp"
 #include "recipes/engine/recipe_reader.hpp"
+#include "recipes/engine/splitmix.hpp"
 #include "recipes/engine/sweep_cells.hpp"
-#include "recipes/engine/sweep_warnings.hpp"
-#include "recipes/engine/trial_order.hpp"
 #include "recipes/schema/json_text.hpp"
 
 namespace weft::recipes {
 namespace {
+
+using nlohmann::json;
+
+/// Uniform in [0, bound) without bias: draws in the incomplete last interval are thrown away.
+std::uint64_t below(std::uint64_t bound, std::uint64_t& state) {
+  const std::uint64_t remainder = (UINT64_MAX % bound + 1) % bound;
+  std::uint64_t draw = next_splitmix64(state);
+  while (draw > UINT64_MAX - remainder) draw = next_splitmix64(state);
+  return draw % bound;
+}
+
+TrialSpec trial_of(const StatedRecipe& stated, std::size_t fabric, std::size_t exploration,
+                   std::uint32_t repetition) {
+  return {0, fabric, exploration, repetition,
+          patch_seed(stated.seed, stated.fabrics[fabric],
+                     stated.explorations[exploration].exploration.name, repetition)};
+}
+
+template <class Item>
+void shuffle(std::vector<Item>& list, std::uint64_t& state) {
+  for (std::size_t i = list.size(); i > 1; --i) std::swap(list[i - 1], list[below(i, state)]);
+}
+
+/// The trials of a sweep. Each replicate of a fabric is a complete block, drawn anew.
+class SweptTrials {
+ public:
+  SweptTrials(const StatedRecipe& stated, const Sweep& sweep)
+      : stated_(stated), sweep_(sweep), state_(sweep.seed) {}
+
+  std::vector<TrialSpec> all() {
+    const bool by_replicate = sweep_.block_by == BlockBy::replicate;
+    if (by_replicate)
+      for (std::uint32_t r = 1; r <= sweep_.replicates; ++r)
+        for (const std::size_t f : make_order(stated_.fabrics.size())) add_block(f, r);
+    else
+      for (std::size_t f = 0; f < stated_.fabrics.size(); ++f)
+        for (std::uint32_t r = 1; r <= sweep_.replicates; ++r) add_block(f, r);
+    if (sweep_.block_by == BlockBy::none && sweep_.randomised) shuffle(trials_, state_);
+    return std::move(trials_);
+  }
+
+ private:
+  std::vector<std::size_t> make_order(std::size_t count) {
+    std::vector<std::size_t> order(count);
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    if (sweep_.randomised) shuffle(order, state_);
+    return order;
+  }
+
+  void add_block(std::size_t fabric, std::uint32_t replicate) {
+    for (const std::size_t e : make_order(stated_.explorations.size()))
+      trials_.push_back(trial_of(stated_, fabric, e, replicate));
+  }
+
+  const StatedRecipe& stated_;
+  const Sweep& sweep_;
+  std::uint64_t state_;
+  std::vector<TrialSpec> trials_;
+};
+
+std::vector<TrialSpec> blocked(const StatedRecipe& stated) {
+  std::vector<TrialSpec> trials;
+  for (std::size_t f = 0; f < stated.fabrics.size(); ++f)
+    for (std::size_t e = 0; e < stated.explorations.size(); ++e)
+      for (std::uint32_t r = 1; r <= stated.repetitions; ++r)
+        trials.push_back(trial_of(stated, f, e, r));
+  return trials;
+}
+
+std::vector<TrialSpec> shuffled(const StatedRecipe& stated) {
+  std::vector<TrialSpec> trials = blocked(stated);
+  std::uint64_t state = stated.order_seed;
+  shuffle(trials, state);
+  return trials;
+}
+
+/// Blocked: fabric by fabric, in each exploration by exploration, in each repetition by repetition.
+/// Randomised: the blocked list shuffled (Fisher and Yates) by splitmix64 from the order's seed.
+std::vector<TrialSpec> ordered_trials(const StatedRecipe& stated) {
+  std::vector<TrialSpec> trials = stated.sweep ? SweptTrials(stated, *stated.sweep).all()
+                                  : stated.order == Order::randomised ? shuffled(stated)
+                                                                      : blocked(stated);
+  for (std::size_t i = 0; i < trials.size(); ++i) trials[i].index = i;
+  return trials;
+}
+
+json normal(const Vec2& point) {
+  return {{"x_m", point.x_m}, {"y_m", point.y_m}};
+}
+
+json normal(const PhaseStep& step) {
+  json out{{"phase", std::string(1, to_char(step.phase))}};
+  if (step.phase != Phase::motion) out["duration_s"] = step.duration_s;
+  if (step.phase == Phase::press || step.phase == Phase::motion) {
+    out["force_n"] = step.force_n;
+    out["force_band_n"] = step.force_band_n;
+  }
+  if (step.phase == Phase::motion) {
+    out["speed_mps"] = step.speed_mps;
+    for (const Vec2& corner : step.path_m) out["corners"].push_back(normal(corner));
+  }
+  return out;
+}
+
+json normal(const LiveVote& vote) {
+  json out{{"model", vote.model}};
+  if (vote.stop_early)
+    out["stop_early"] = {{"sure_probability", vote.stop_early->sure_probability},
+                         {"least_slide_s", vote.stop_early->least_slide_s}};
+  return out;
+}
+
+json normal(const Exploration& exploration) {
+  json phases = json::array();
+  for (const PhaseStep& step : exploration.phases) phases.push_back(normal(step));
+  json out{{"phases", std::move(phases)}, {"start", normal(exploration.start_m)}};
+  if (exploration.live_vote) out["live_vote"] = normal(*exploration.live_vote);
+  return out;
+}
+
+json normal(const RepeatBad& bad) {
+  return {{"at_most", bad.at_most},
+          {"lost_fraction", bad.lost_fraction},
+          {"saturated_fraction", bad.saturated_fraction},
+          {"still_taxel_s", bad.still_taxel_s},
+          {"force_in_band_fraction", bad.force_in_band_fraction}};
+}
+
+json normal(const OperatorStep& step, const std::vector<std::string>& names) {
+  const bool once = step.before == OperatorStep::Before::campaign;
+  json out{
+      {"before", once ? "campaign" : "fabric"}, {"text", step.text}, {"people_s", step.people_s}};
+  for (const std::size_t fabric : step.fabrics) out["fabrics"].push_back(names[fabric]);
+  return out;
+}
+
+json normal(const std::vector<LastStep>& steps) {
+  json out = json::array();
+  for (const LastStep& step : steps)
+    if (const auto* const park = std::get_if<ParkStep>(&step))
+      out.push_back({{"do", "park"}, {"x_m", park->x_m}, {"y_m", park->y_m}});
+    else
+      out.push_back({{"do", "wait"}, {"duration_s", std::get<WaitStep>(step).duration_s}});
+  return out;
+}
+
+json normal(const Finally& finally) {
+  return {{"on_success", normal(finally.on_success)},
+          {"on_stop", normal(finally.on_stop)},
+          {"on_fault", normal(finally.on_fault)},
+          {"budget_s", finally.budget_s}};
+}
+
+json normal(const Handover& handover) {
+  json out{{"learner", handover.learner},
+           {"groups", handover.groups},
+           {"at_most_s", handover.at_most_s}};
+  if (handover.from != HandoverSource::taxels) out["from"] = to_string(handover.from);
+  return out;
+}
+
+/// The cells follow from it.
+json normal(const Sweep& sweep) {
+  json out{{"replicates", sweep.replicates},
+           {"order", sweep.randomised ? "randomised" : "as_listed"},
+           {"block_by", to_string(sweep.block_by)},
+           {"design", "full"}};
+  if (sweep.randomised) out["seed"] = sweep.seed;
+  for (const Factor& factor : sweep.factors)
+    out["factors"].push_back({{"name", factor_name(factor.kind)}, {"values", factor.values}});
+  if (sweep.fraction)
+    out["design"] = {{"cell_fraction", sweep.fraction->share},
+                     {"model", to_string(sweep.fraction->model)}};
+  return out;
+}
+
+/// Swept or not. Where a stroke is swept the start is centred for each, unless it is stated.
+json normal(const StatedExploration& stated, const std::optional<Sweep>& sweep) {
+  if (!sweep) return normal(stated.exploration);
+  json out = normal(at_first_values(stated.exploration, *sweep));
+  if (varies(*sweep, FactorKind::stroke) && !stated.start_m) out.erase("start");
+  return out;
+}
+
+json normal_order(const StatedRecipe& stated) {
+  if (stated.order == Order::blocked) return {{"kind", "blocked"}};
+  return {{"kind", "randomised"}, {"seed", stated.order_seed}};
+}
+
+/// Sorted keys, SI units, defaults and chosen starts written out; description and source left out.
+/// Numbers are the shortest that read back as the same double.
+std::string canonical_json(const StatedRecipe& stated) {
+  json explorations = json::object();
+  for (const StatedExploration& e : stated.explorations)
+    explorations[e.exploration.name] = normal(e, stated.sweep);
+  const bool stops = stated.on_trial_failure == OnTrialFailure::stop;
+  json document{
+      {"schema_version", 1},
+      {"name", stated.name},
+      {"seed", stated.seed},
+      {"fabrics", stated.fabrics},
+      {"repetitions", stated.repetitions},
+      {"order", normal_order(stated)},
+      {"explorations", std::move(explorations)},
+      {"approach",
+       {{"speed_mps", stated.approach.speed_mps},
+        {"seat_speed_mps", stated.approach.seat_speed_mps},
+        {"transfer_speed_mps", stated.approach.transfer_speed_mps},
+        {"contact_force_n", stated.approach.contact_force_n}}},
+      {"settle", {{"dwell_s", stated.settle.dwell_s}, {"timeout_s", stated.settle.timeout_s}}},
+      {"on_trial_failure", stops ? "stop" : "continue"},
+      {"mount_timeout_s", stated.mount_timeout_s}};
+  for (std::size_t i = 0; i < stated.class_of.size(); ++i)
+    document["classes"][stated.class_of[i]].push_back(stated.fabrics[i]);
+  if (stated.repeat_bad) document["repeat_bad"] = normal(*stated.repeat_bad);
+  for (const OperatorStep& step : stated.operator_steps)
+    document["operator_steps"].push_back(normal(step, stated.fabrics));
+  if (!is_empty(stated.finally)) document["finally"] = normal(stated.finally);
+  if (stated.handover) document["hand_over"] = normal(*stated.handover);
+  if (stated.sweep) {
+    document["sweep"] = normal(*stated.sweep);
+    document.erase("repetitions");
+    document.erase("order");
+  }
+  return document.dump();
+}
 
 void check_trial_count(const StatedRecipe& stated, Problems& problems) {
   const std::uint64_t trials =

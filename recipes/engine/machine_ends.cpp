@@ -1,11 +1,52 @@
 // How trials and the campaign end: cut short, judged, gone on with, and what is done finally.
 
 #include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
 
+#include "recipes/engine/engine.hpp"
 #include "recipes/engine/machine.hpp"
-#include "recipes/engine/trial_end.hpp"
+#include "recipes/engine/motion.hpp"
+#include "recipes/engine/plan.hpp"
 
 namespace weft::recipes {
+namespace {
+
+/// How the trial under way has ended. One that came to its end with a bad record is taken again, or
+/// has failed at last; `place` says where, for people.
+Outcome evaluated(const Plan& plan, State& state, const std::string& place) {
+  const Outcome outcome = state.trial_outcome.value_or(Outcome::complete);
+  std::optional<Error> bad = std::exchange(state.bad_attempt, {});
+  if (outcome != Outcome::complete || !bad) return outcome;
+  if (++state.rejected < most_attempts(plan)) {
+    state.trial_error = std::move(bad);
+    return Outcome::rejected;
+  }
+  state.trial_error = still_bad(place, state.rejected, *bad);
+  if (!state.first_error) state.first_error = state.trial_error;
+  return Outcome::failed;
+}
+
+/// How the campaign ends before a trial is run again, or nothing when it goes on.
+std::optional<Outcome> end_before_repeat(const State& state) {
+  if (state.campaign_outcome) return state.campaign_outcome;
+  if (state.stop_requested) return Outcome::stopped;
+  return std::nullopt;
+}
+
+/// How the campaign ends after a trial with this outcome, or nothing when it goes on.
+std::optional<Outcome> campaign_end(const Plan& plan, const State& state, Outcome trial_outcome) {
+  if (state.campaign_outcome) return state.campaign_outcome;
+  const bool stops = plan.on_trial_failure == OnTrialFailure::stop;
+  if (trial_outcome == Outcome::failed && stops) return Outcome::failed;
+  if (state.trial + 1 == plan.trials.size())
+    return state.failed == 0 ? Outcome::complete : Outcome::failed;
+  if (state.stop_requested) return Outcome::stopped;
+  return std::nullopt;
+}
+
+}  // namespace
 
 void Machine::fail_trial(Error error) {
   cut_short(Outcome::failed, std::move(error));
@@ -97,4 +138,5 @@ void Machine::end(Outcome outcome, Cleanup cleanup, RigFact rig) {
   ++state_.ticket;
   emit(CampaignDone{outcome, cleanup, rig, state_.first_error});
 }
+
 }  // namespace weft::recipes

@@ -4,9 +4,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "recipes/engine/class_reader.hpp"
 #include "recipes/engine/exploration_reader.hpp"
-#include "recipes/engine/finally_reader.hpp"
 #include "recipes/engine/operator_reader.hpp"
 #include "recipes/engine/sweep_reader.hpp"
 #include "recipes/schema/object_reader.hpp"

@@ -2,7 +2,7 @@
 // counters and the status word say in apt_stage_status.cpp.
 
 #include "sim/devices/apt_stage_emulator.hpp"
-#include "sim/devices/apt_units.hpp"
+#include "sim/devices/apt_parameters.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/devices/apt_parameters.hpp"
 #include "sim/devices/apt_stage_emulator.hpp"
-#include "sim/devices/apt_units.hpp"
 
 namespace weft::sim {
 

@@ -1,7 +1,7 @@
 // Counters and the status word of the APT stage.
 
+#include "sim/devices/apt_parameters.hpp"
 #include "sim/devices/apt_stage_emulator.hpp"
-#include "sim/devices/apt_units.hpp"
 
 namespace weft::sim {
 

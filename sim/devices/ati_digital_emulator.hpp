@@ -10,7 +10,6 @@
 #include "protocols/modbus/rtu.hpp"
 #include "sim/devices/bench_plant.hpp"
 #include "sim/devices/digital_registers.hpp"
-#include "sim/devices/force_emulator.hpp"
 #include "sim/devices/ft_sensor.hpp"
 
 namespace weft::sim {

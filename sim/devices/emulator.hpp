@@ -52,4 +52,11 @@ class Emulator {
   FaultBoard* board_ = nullptr;
 };
 
+/// An emulator that serves one connection of many to the same device.
+class ClientEmulator : public Emulator {
+ public:
+  /// The client asked for the connection to end, or sent what the port does not serve.
+  [[nodiscard]] virtual bool finished() const = 0;
+};
+
 }  // namespace weft::sim

@@ -4,8 +4,10 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "protocols/base/time.hpp"
+#include "sim/devices/emulator.hpp"
 #include "sim/plant/contact.hpp"
 
 namespace weft::sim {
@@ -61,6 +63,20 @@ class FtSensor {
   std::uint64_t seed_;
   bool noisy_;  ///< without noise no number is drawn
   Wrench bias_{};
+};
+
+/// What befalls the reading of a force sensor, whatever wire it is sent on.
+class ForceEmulator : public Emulator {
+ protected:
+  /// Drift, a jump of the bias and noise on Fz [N], as the gauges have it: a bias takes it off.
+  double fz_off_n(TimePoint at);
+  /// The values stay what they were when the fault began.
+  void hold_if_stuck(FtReading& reading, TimePoint at);
+  /// What the counts are multiplied by; 1 without a fault.
+  [[nodiscard]] double calibration_factor(TimePoint at) const;
+
+ private:
+  std::optional<FtReading> stuck_;
 };
 
 }  // namespace weft::sim

@@ -11,10 +11,8 @@
 #include "protocols/rdt/rdt.hpp"
 #include "protocols/rdt/tcp_command.hpp"
 #include "sim/devices/bench_plant.hpp"
-#include "sim/devices/force_emulator.hpp"
 #include "sim/devices/ft_sensor.hpp"
 #include "sim/devices/netft_settings.hpp"
-#include "sim/devices/tool_transform.hpp"
 
 namespace weft::sim {
 

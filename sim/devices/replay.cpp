@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/plant/fidelity/setting.hpp"
+#include "sim/plant/fidelity/table.hpp"
 
 namespace weft::sim {
 

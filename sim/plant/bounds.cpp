@@ -4,8 +4,6 @@
 #include <cstdio>
 #include <string>
 
-#include "sim/plant/inside.hpp"
-
 namespace weft::sim {
 
 namespace {

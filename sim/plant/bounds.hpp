@@ -7,6 +7,11 @@
 
 namespace weft::sim {
 
+/// False for NaN.
+constexpr bool inside(double value, double low, double high) {
+  return value >= low && value <= high;
+}
+
 struct Bound {
   const char* name;
   double value, low, high;

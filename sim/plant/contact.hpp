@@ -8,8 +8,6 @@
 
 #include "sim/plant/fabric_law.hpp"
 #include "sim/plant/friction.hpp"
-#include "sim/plant/hysteresis.hpp"
-#include "sim/plant/mount.hpp"
 #include "sim/plant/near.hpp"
 #include "sim/plant/pose.hpp"
 #include "sim/plant/relaxation.hpp"

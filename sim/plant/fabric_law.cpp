@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "sim/plant/inside.hpp"
+#include "sim/plant/bounds.hpp"
 
 namespace weft::sim {
 

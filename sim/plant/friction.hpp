@@ -3,12 +3,26 @@
 // piece of path. Fabrics do not follow Amontons' law: F_C = mu N0 (N/N0)^n (Wilson 1963; Ramkumar).
 // Source: docs/reference/plant.md, Friction.
 
+#include <array>
 #include <cmath>
 
 #include "sim/plant/near.hpp"
-#include "sim/plant/vector2.hpp"
 
 namespace weft::sim {
+
+// Vectors in the plane of the cloth.
+
+using Vector2 = std::array<double, 2>;
+
+/// a x + b y
+inline Vector2 sum(double a, const Vector2& x, double b, const Vector2& y) {
+  return {a * x[0] + b * y[0], a * x[1] + b * y[1]};
+}
+
+/// Euclidean length; not guarded against overflow, for the quantities of a plant are small.
+inline double size(const Vector2& x) {
+  return std::sqrt(x[0] * x[0] + x[1] * x[1]);
+}
 
 struct Friction {
   double coefficient = 0.2;          ///< mu at the reference load; 0 switches friction off
@@ -29,9 +43,17 @@ inline Vector2 bristle_after(const Vector2& share, const Vector2& displacement_m
   const double distance = std::sqrt(displacement_m[0] * displacement_m[0] +
                                     displacement_m[1] * displacement_m[1]);  // 0 below 1e-162 m
   if (distance <= 0) return share;
-  const double retained = nearby_exp(-distance / length_m), taken = (1 - retained) / distance;
-  return {displacement_m[0] * taken + retained * share[0],
-          displacement_m[1] * taken + retained * share[1]};
+  const double decay = nearby_exp(-distance / length_m), taken = (1 - decay) / distance;
+  return {displacement_m[0] * taken + decay * share[0],
+          displacement_m[1] * taken + decay * share[1]};
 }
+
+/// The contact at one instant, as sensors see it that are faster than the stages.
+struct SlidingContact {
+  Vector2 place_m{};         ///< of the face's centre over the cloth, fabric frame
+  Vector2 friction_n{};      ///< on the cloth
+  double normal_n = 0;       ///< cloth's force on the face, >= 0
+  double stiffness_n_m = 0;  ///< dF/d(indentation) of the whole face there
+};
 
 }  // namespace weft::sim

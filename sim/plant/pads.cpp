@@ -5,9 +5,9 @@
 #include <numbers>
 
 #include "sim/plant/bounds.hpp"
-#include "sim/plant/hysteresis.hpp"
 #include "sim/plant/lanes_math.hpp"
 #include "sim/plant/random.hpp"
+#include "sim/plant/relaxation.hpp"
 
 namespace weft::sim {
 
@@ -128,8 +128,8 @@ WEFT_SIM_CLONES void PadArray::compute(const Law& law, const Sensor& sensor, con
       level = simd::log(1.0 + felt * (1 / level_pressure_pa));
       const Lanes moved = level - load(&from.level[i]);
       const Lanes target = moved > 0 ? simd::all(1) : simd::all(-1);
-      const Lanes retained = simd::exp(-simd::abs(moved) * law.per_hysteresis_length);
-      branch = target + (load(&from.branch[i]) - target) * retained;
+      const Lanes decay = simd::exp(-simd::abs(moved) * law.per_hysteresis_length);
+      branch = target + (load(&from.branch[i]) - target) * decay;
       felt *= (1.0 - law.hysteresis * branch) * (1 / (1 + law.hysteresis));
     }
     store(&to.level[i], level);

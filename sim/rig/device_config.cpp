@@ -5,18 +5,92 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
 
+#include "protocols/base/result.hpp"
 #include "protocols/base/units.hpp"
+#include "sim/devices/ati_digital_emulator.hpp"
+#include "sim/devices/imprint_emulator.hpp"
 #include "sim/plant/field_reader.hpp"
-#include "sim/rig/digital_config.hpp"
-#include "sim/rig/imprint_config.hpp"
-#include "sim/rig/vibro_config.hpp"
+#include "sim/plant/scene/scene.hpp"
 
 namespace weft::sim {
-
 namespace {
 
 using nlohmann::json;
+
+/// Also what shares load between neighbours is a choice of the scene's, by its level.
+Result<Level> read_level(const std::string& text, const std::string& where) {
+  const auto level = level_from(text);
+  if (!level)
+    return fail({.code = Errc::parse,
+                 .where = where,
+                 .what = level.error().what,
+                 .expected = "Z or Z+",
+                 .got = text});
+  if (Status s = check(Scene{"imprint", {Channel::imprint}, {}}, *level); !s)
+    return fail({.code = s.error().code,
+                 .where = where,
+                 .what = s.error().what,
+                 .expected = "Z or Z+",
+                 .got = text});
+  return *level;
+}
+
+/// Errors: parse, range, and unsupported for a level that does not press statically; below `where`.
+Result<ImprintEmulatorParams> read_imprint(const nlohmann::json& emulator,
+                                           const std::string& where) {
+  ImprintEmulatorParams params;
+  std::string kind, level{to_string(params.level)};
+  double rate_hz = 5, serial = params.serial, bits = params.taxels.bits, chunk = 0;
+  FieldReader reader(emulator, where);
+  reader.text("kind", kind).text("level", level).number("rate_hz", rate_hz, 0.1, 1000);
+  reader.number("full_scale_pa", params.taxels.full_scale_pa, 1, 1e9).number("bits", bits, 1, 7);
+  reader.number("hysteresis", params.taxels.hysteresis, 0, 4);
+  reader.number("noise_counts", params.taxels.noise_counts, 0, 100);
+  reader.number("serial", serial, 0, 4294967295.0).number("largest_chunk_bytes", chunk, 0, 4096);
+  if (Status s = reader.finish(); !s) return pass(s.error());
+  const auto read = read_level(level, where + "/level");
+  if (!read) return pass(read.error());
+  params.level = *read;
+  params.taxels.bits = static_cast<int>(bits);
+  params.period_ns = std::llround(1e9 / rate_hz);
+  params.serial = static_cast<std::uint32_t>(serial);
+  params.largest_chunk_bytes = static_cast<std::size_t>(chunk);
+  return params;
+}
+
+/// Errors: parse and range below `where`, a JSON pointer.
+Result<AtiDigitalParams> read_digital(const nlohmann::json& emulator, const std::string& where) {
+  AtiDigitalParams params;
+  FtSensorParams& sensor = params.sensor;
+  std::string kind, framing = "rtu";
+  double slave = params.slave, calibration = params.calibration, status = 0, noise = 1;
+  FieldReader reader(emulator, where);
+  reader.text("kind", kind).text("framing", framing).text("serial", params.serial);
+  reader.number("rate_hz", params.rate_hz, 1, 7000).number("slave", slave, 1, 247);
+  reader.number("calibration", calibration, 1, protocols::ati_digital::calibrations);
+  reader.number("status_word", status, 0, 0x3FFF);
+  reader.number("counts_per_n", sensor.counts_per_n, 1000, 1e7);
+  reader.number("counts_per_nm", sensor.counts_per_nm, 1000, 1e7);
+  reader.number("plate_mass_kg", sensor.plate_mass_kg, 0, 5);
+  reader.number("height_mm", sensor.height_m, 0, 500, m_per_mm);
+  reader.number("noise_scale", noise, 0, 1000);
+  if (Status s = reader.finish(); !s) return pass(s.error());
+  if (framing != "rtu" && framing != "tcp")
+    return fail({.code = Errc::parse,
+                 .where = where + "/framing",
+                 .what = "no such framing",
+                 .expected = "rtu or tcp",
+                 .got = framing});
+  params.modbus_tcp = framing == "tcp";
+  params.slave = static_cast<std::uint8_t>(slave);
+  params.calibration = static_cast<int>(calibration);
+  params.status_word = static_cast<std::uint16_t>(status);
+  for (double& component : sensor.noise) component *= noise;
+  return params;
+}
 
 constexpr const char* kinds = "apt_stage, rdt, ati_digital, taxel, vibro or imprint";
 constexpr std::array<std::string_view, axis_count> axis_roles{"x", "y", "z", "rx", "ry"};

@@ -1,4 +1,4 @@
-#include "sim/rig/fault_config.hpp"
+#include "sim/rig/rig_config.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>

@@ -7,14 +7,12 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/devices/faults/faulty_wire.hpp"
-#include "sim/devices/netft_command_emulator.hpp"
 #include "sim/devices/netft_page_emulator.hpp"
 #include "sim/devices/replay.hpp"
 #include "sim/plant/fabric_library.hpp"
 #include "sim/plant/imprint/objects.hpp"
 #include "sim/plant/random.hpp"
 #include "sim/rig/attachment.hpp"
-#include "sim/rig/fault_config.hpp"
 #include "sim/rig/rig_config.hpp"
 
 namespace weft::sim {

@@ -6,10 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "protocols/base/units.hpp"
-#include "sim/plant/fidelity/setting.hpp"
+#include "sim/plant/fidelity/table.hpp"
 #include "sim/plant/field_reader.hpp"
 #include "sim/rig/device_config.hpp"
-#include "sim/rig/fault_config.hpp"
 
 namespace weft::sim {
 

@@ -1,4 +1,4 @@
-#include "sim/rig/vibro_config.hpp"
+#include "sim/rig/device_config.hpp"
 
 #include <cmath>
 #include <nlohmann/json.hpp>

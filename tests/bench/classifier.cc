@@ -15,7 +15,7 @@
 
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/fabric/model.hpp"
-#include "classifier/features/extract.hpp"
+#include "classifier/features/feature_matrix.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "tests/bench/classifier_libsvm.hpp"
 #include "tests/bench/classifier_set.hpp"

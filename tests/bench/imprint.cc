@@ -10,7 +10,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "classifier/features/extract.hpp"
+#include "classifier/features/feature_matrix.hpp"
 #include "classifier/imprint/scale_features.hpp"
 #include "daemon/analysis/imprint/imprint_scene.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"

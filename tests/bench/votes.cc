@@ -8,15 +8,15 @@
 
 #include "classifier/baseline/learner.hpp"
 #include "classifier/evaluate/splits.hpp"
-#include "classifier/features/windows.hpp"
-#include "classifier/vote/compare.hpp"
-#include "classifier/vote/measure_reject.hpp"
+#include "classifier/features/trial.hpp"
 #include "classifier/vote/postprocessing.hpp"
 #include "classifier/vote/reliability.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/dataset/import.hpp"
 #include "tests/bench/classifier_set.hpp"
 #include "tests/bench/figures.hpp"
+#include "tests/bench/measure_reject.hpp"
+#include "tests/bench/vote_costs.hpp"
 
 namespace {
 

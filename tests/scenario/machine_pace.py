@@ -1,33 +1,74 @@
-"""Whether this machine serves a process in time: what runs in real time needs that, and another process can take it away."""
+"""Whether this machine serves programs in time: what runs in real time needs that, and another process can take it away."""
+import collections
+import pathlib
 import threading
 import time
 
 from cli_support import Checks
 
-LATE_S = 0.03    # a sensor may be silent for 100 ms, and its records pass through two processes
-PERIOD_S = 0.005
+WATCHED = ("weft", "weft-rig", "weftd")
+WINDOW_S = 0.3   # the longest that a sensor of the emulated bench may be silent
+LATE_S = 0.05    # of such a window; the force sensor may be silent for 100 ms, and its records pass through two processes
+PERIOD_S = 0.02
 TOO_SLOW = 77    # exit status: skipped
 
 
+def waited_s(task):
+    """Seconds that a thread was ready to run and had to wait for a processor (Linux: Documentation/scheduler/sched-stats)."""
+    return int(pathlib.Path(task, "schedstat").read_text().split()[1]) * 1e-9
+
+
 class Lateness(threading.Thread):
-    """Sleeps again and again, and keeps how much later than asked it woke up. Use: `with Lateness() as late: ...; late.most_s()`."""
+    """Watches how long the threads of Weft's programs wait for a processor, and how late it wakes up itself.
+
+    Use: `with Lateness() as late: ...; late.most_s()`."""
 
     def __init__(self):
         super().__init__(daemon=True)
         self.on = True
-        self.late = []  # (time, seconds late)
+        self.late = []      # (time, seconds late within the last WINDOW_S)
+        self.last = {}      # thread -> seconds waited so far
+        self.recent = {}    # thread -> (time, seconds waited) of the last WINDOW_S
+
+    def tasks(self):
+        for process in pathlib.Path("/proc").glob("[0-9]*"):
+            try:
+                if (process / "comm").read_text().strip() in WATCHED:
+                    yield from (process / "task").iterdir()
+            except OSError:
+                pass  # it has ended
+
+    def look(self, tasks, now):
+        for task in tasks:
+            try:
+                waited = waited_s(task)
+            except (OSError, ValueError, IndexError):
+                continue
+            key = task.name
+            recent = self.recent.setdefault(key, collections.deque())
+            recent.append((now, waited - self.last.get(key, waited)))
+            self.last[key] = waited
+            while recent and recent[0][0] < now - WINDOW_S:
+                recent.popleft()
+            self.note(now, sum(seconds for _, seconds in recent))
+
+    def note(self, now, seconds):
+        if seconds > LATE_S / 10:
+            self.late.append((now, seconds))
 
     def run(self):
-        before = time.monotonic()
+        before, refreshed, tasks = time.monotonic(), 0.0, []
         while self.on:
             time.sleep(PERIOD_S)
             now = time.monotonic()
-            if now - before - PERIOD_S > LATE_S / 10:
-                self.late.append((now, now - before - PERIOD_S))
-            before = now
+            self.note(now, now - before - PERIOD_S)
+            if now - refreshed > 0.5:
+                tasks, refreshed = list(self.tasks()), now
+            self.look(tasks, now)
+            before = time.monotonic()
 
     def most_s(self, since=0.0):
-        return max((seconds for when, seconds in self.late if when >= since), default=0.0)
+        return max((seconds for when, seconds in list(self.late) if when >= since), default=0.0)
 
     def __enter__(self):
         self.start()

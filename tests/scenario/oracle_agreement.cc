@@ -24,7 +24,7 @@
 #include "classifier/base/student_t.hpp"
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/fabric/pair_problem.hpp"
-#include "classifier/features/windows.hpp"
+#include "classifier/features/trial.hpp"
 #include "classifier/selection/t_test.hpp"
 #include "tests/unit/classifier/support.hpp"
 

@@ -100,11 +100,11 @@ def recipe_page():
 
 
 def rig_page():
-    out = ["# Rig files: what drivers take", "", MADE.format("the schemas of the drivers (`drivers/*/settings.cpp`), by which a rig file's `devices[].config` is read"),
+    out = ["# Rig files: what drivers take", "", MADE.format("the schemas of the drivers (`config_schema` in `drivers/*/*.cpp`), by which a rig file's `devices[].config` is read"),
            "A rig file names devices, limits, probe and plate. `limits`, `probe`, `plate`, `control`: [recipes](../../recipes/README.md#what-a-plan-needs-from-the-rig-file). `devices[].emulator`, "
            "`simulation`, `fabrics`: [sim/rig](../../sim/rig/README.md). `devices[].link` and complete files: [sim/rigs](../../sim/rigs/README.md).", ""]
-    for file in sorted((ROOT / "drivers").glob("*/settings.cpp")):
-        (text,) = re.findall(r'config_schema\[\] = R"\((.*?)\)";', file.read_text(), re.S)
+    schemas = {file: re.findall(r'config_schema\[\] = R"\((.*?)\)";', file.read_text(), re.S) for file in (ROOT / "drivers").glob("*/*.cpp")}
+    for file, (text,) in sorted((file, found) for file, found in schemas.items() if found):
         schema = json.loads(text)
         out += [f"## {file.parent.name}", "", f"{schema['title']}: [drivers/{file.parent.name}](../../drivers/{file.parent.name}/README.md).", ""]
         out += rows(schema)

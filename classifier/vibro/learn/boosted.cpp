@@ -1,4 +1,4 @@
-#include "classifier/vibro/learn/boosted.hpp"
+#include "classifier/vibro/learn/learners.hpp"
 
 #include <string>
 

@@ -1,4 +1,4 @@
-#include "classifier/vibro/learn/fabric_method.hpp"
+#include "classifier/vibro/learn/learners.hpp"
 
 #include <algorithm>
 #include <string>

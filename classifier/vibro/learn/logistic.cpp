@@ -1,10 +1,10 @@
-#include "classifier/vibro/learn/logistic.hpp"
+#include "classifier/vibro/learn/learners.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
-#include "classifier/fabric/matrix_text.hpp"
+#include "classifier/fabric/core_text.hpp"
 #include "classifier/vibro/learn/minimise.hpp"
 
 namespace weft::classifier::vibro {

@@ -6,13 +6,7 @@
 #include <utility>
 
 #include "classifier/features/feature_stream.hpp"
-#include "classifier/vibro/learn/boosted.hpp"
-#include "classifier/vibro/learn/fabric_method.hpp"
-#include "classifier/vibro/learn/logistic.hpp"
-#include "classifier/vibro/learn/network.hpp"
-#include "classifier/vibro/learn/simple.hpp"
-#include "classifier/vibro/learn/svm_method.hpp"
-#include "classifier/vibro/learn/tree.hpp"
+#include "classifier/vibro/learn/learners.hpp"
 #include "protocols/base/names.hpp"
 
 namespace weft::classifier::vibro {

@@ -1,4 +1,4 @@
-#include "classifier/vibro/learn/network.hpp"
+#include "classifier/vibro/learn/learners.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <string>
 
 #include "classifier/base/random.hpp"
-#include "classifier/fabric/matrix_text.hpp"
+#include "classifier/fabric/core_text.hpp"
 #include "classifier/vibro/learn/product.hpp"
 
 namespace weft::classifier::vibro {

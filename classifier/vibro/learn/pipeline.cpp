@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "classifier/fabric/matrix_text.hpp"
+#include "classifier/fabric/core_text.hpp"
 #include "classifier/features/feature_stream.hpp"
 
 namespace weft::classifier::vibro {

@@ -1,11 +1,11 @@
-#include "classifier/vibro/learn/simple.hpp"
+#include "classifier/vibro/learn/learners.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
-#include "classifier/fabric/matrix_text.hpp"
+#include "classifier/fabric/core_text.hpp"
 
 namespace weft::classifier::vibro {
 namespace {

@@ -1,11 +1,11 @@
-#include "classifier/vibro/learn/svm_method.hpp"
+#include "classifier/vibro/learn/learners.hpp"
 
 #include <algorithm>
 #include <numeric>
 
-#include "classifier/fabric/matrix_text.hpp"
+#include "classifier/fabric/core_text.hpp"
 #include "classifier/fabric/model.hpp"
-#include "classifier/learn/libsvm.hpp"
+#include "classifier/learn/svm.hpp"
 
 namespace weft::classifier::vibro {
 namespace {

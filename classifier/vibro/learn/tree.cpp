@@ -1,4 +1,4 @@
-#include "classifier/vibro/learn/tree.hpp"
+#include "classifier/vibro/learn/learners.hpp"
 
 #include <numeric>
 

@@ -1,10 +1,8 @@
-#include "daemon/analysis/design/campaign_design.hpp"
 
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "classifier/features/feature_matrix.hpp"
-#include "daemon/analysis/design/design_json.hpp"
 #include "daemon/analysis/design/design_page.hpp"
 
 namespace weft::daemon {

@@ -1,4 +1,4 @@
-#include "daemon/analysis/design/design_json.hpp"
+#include "daemon/analysis/design/design_page.hpp"
 
 #include <algorithm>
 #include <array>

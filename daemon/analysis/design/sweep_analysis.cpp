@@ -7,7 +7,6 @@
 #include "classifier/base/parallel.hpp"
 #include "classifier/design/resample.hpp"
 #include "classifier/features/feature_matrix.hpp"
-#include "daemon/analysis/design/swept_cells.hpp"
 
 namespace weft::daemon {
 namespace {

@@ -1,4 +1,4 @@
-#include "daemon/analysis/design/swept_cells.hpp"
+#include "daemon/analysis/design/sweep_analysis.hpp"
 
 #include <algorithm>
 #include <set>

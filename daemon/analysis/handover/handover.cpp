@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "daemon/analysis/handover/imprints.hpp"
 #include "daemon/analysis/handover/train.hpp"
 #include "daemon/analysis/handover/train_vibration.hpp"
 #include "daemon/base/file/sha256.hpp"

@@ -1,4 +1,3 @@
-#include "daemon/analysis/handover/imprints.hpp"
 
 #include <nlohmann/json.hpp>
 #include <sstream>

@@ -1,19 +1,39 @@
 #pragma once
 // One exploration of a hand-over: features, groups of repetitions, evaluation, model.
 
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "classifier/baseline/fold_report.hpp"
+#include "classifier/baseline/class_folds.hpp"
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/model/model_file.hpp"
 #include "classifier/vote/postprocessing.hpp"
 #include "daemon/analysis/handover/handover.hpp"
+#include "daemon/storage/certificate/handover_file.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 
 namespace weft::daemon {
+
+// The hand-over of a campaign of presses: the experiments of Ellis 1986 on its imprints, and a
+// model of them all.
+
+struct HandoverImprints {
+  std::string evaluation_json;      ///< what evaluation.json says
+  std::vector<HandoverText> texts;  ///< imprints.html, imprints.json, imprints.model
+};
+
+/// The tables of daemon/storage/imprints on the complete trials of `data`, with all scales, forms
+/// and rules; a model with `weft train`'s defaults, and its accuracy by leaving each object out in
+/// turn. Errors: a data set without imprints, what the rules and the learners refuse, wrong_state
+/// where it is stopped.
+Result<HandoverImprints> run_imprint_handover(const Dataset& data,
+                                              const std::string& dataset_sha256,
+                                              const recipes::Handover& wanted,
+                                              const HandoverHooks& hooks,
+                                              std::function<bool()> stop);
 
 /// The complete trials of one exploration, and the repetition of each.
 struct LearningMaterial {

@@ -1,7 +1,6 @@
 #include "daemon/analysis/imprint/tables.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/html.hpp"
-#include "daemon/pages/plot/page_parts.hpp"
 
 namespace weft::daemon {
 namespace {

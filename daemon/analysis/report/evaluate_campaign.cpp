@@ -5,7 +5,6 @@
 #include <thread>
 
 #include "classifier/evaluate/permutation.hpp"
-#include "classifier/features/extract.hpp"
 #include "classifier/features/feature_matrix.hpp"
 #include "daemon/base/text/format.hpp"
 

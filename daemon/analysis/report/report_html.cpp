@@ -1,9 +1,8 @@
+#include "daemon/analysis/report/figures.hpp"
 #include "daemon/analysis/report/report.hpp"
-#include "daemon/analysis/report/sections.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/html.hpp"
-#include "daemon/pages/plot/marks.hpp"
 #include "daemon/pages/plot/scatter.hpp"
 
 namespace weft::daemon {

@@ -1,10 +1,9 @@
 #include "classifier/fabric/model.hpp"
 #include "daemon/analysis/report/figures.hpp"
 #include "daemon/analysis/report/paper.hpp"
-#include "daemon/analysis/report/sections.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/heat_map.hpp"
 #include "daemon/pages/plot/html.hpp"
+#include "daemon/pages/plot/scatter.hpp"
 
 namespace weft::daemon {
 namespace {

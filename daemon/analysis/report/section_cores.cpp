@@ -1,8 +1,8 @@
 #include <algorithm>
 
 #include "daemon/analysis/report/core_rows.hpp"
+#include "daemon/analysis/report/figures.hpp"
 #include "daemon/analysis/report/paper.hpp"
-#include "daemon/analysis/report/sections.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/html.hpp"
 

@@ -1,5 +1,4 @@
 #include "daemon/analysis/report/figures.hpp"
-#include "daemon/analysis/report/sections.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/html.hpp"
 

@@ -2,8 +2,8 @@
 #include <cstdio>
 #include <set>
 
-#include "daemon/analysis/report/sections.hpp"
-#include "daemon/analysis/report/simulation_text.hpp"
+#include "daemon/analysis/report/figures.hpp"
+#include "daemon/analysis/report/json_parts.hpp"
 #include "daemon/base/text/format.hpp"
 #include "recipes/engine/engine.hpp"
 

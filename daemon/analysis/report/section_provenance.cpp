@@ -1,7 +1,7 @@
 #include <nlohmann/json.hpp>
 
+#include "daemon/analysis/report/figures.hpp"
 #include "daemon/analysis/report/paper.hpp"
-#include "daemon/analysis/report/sections.hpp"
 #include "daemon/base/text/format.hpp"
 
 namespace weft::daemon {

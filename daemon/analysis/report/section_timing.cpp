@@ -2,7 +2,6 @@
 
 #include "daemon/analysis/report/figures.hpp"
 #include "daemon/analysis/report/paper.hpp"
-#include "daemon/analysis/report/sections.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/html.hpp"
 

@@ -1,8 +1,8 @@
 #include <cctype>
 
+#include "daemon/analysis/report/json_parts.hpp"
 #include "daemon/analysis/report/paper.hpp"
 #include "daemon/analysis/report/report.hpp"
-#include "daemon/analysis/report/simulation_text.hpp"
 #include "daemon/base/text/format.hpp"
 #include "recipes/engine/engine.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <deque>
 
-#include "classifier/features/extract.hpp"
+#include "classifier/features/feature_matrix.hpp"
 #include "daemon/analysis/tradeoff/tradeoff_point.hpp"
 
 namespace weft::daemon {

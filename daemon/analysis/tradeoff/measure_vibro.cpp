@@ -5,8 +5,6 @@
 
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/interval_text.hpp"
-#include "daemon/pages/plot/leak_text.hpp"
-#include "daemon/pages/plot/too_short_text.hpp"
 
 namespace weft::daemon {
 

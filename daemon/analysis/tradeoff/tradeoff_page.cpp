@@ -4,7 +4,6 @@
 
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/html.hpp"
-#include "daemon/pages/plot/page_parts.hpp"
 #include "daemon/pages/plot/scatter.hpp"
 
 namespace weft::daemon {

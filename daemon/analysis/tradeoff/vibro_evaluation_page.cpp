@@ -5,9 +5,8 @@
 #include "daemon/analysis/tradeoff/measure_classifier.hpp"
 #include "daemon/analysis/tradeoff/tradeoff_page.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/heat_map.hpp"
 #include "daemon/pages/plot/html.hpp"
-#include "daemon/pages/plot/page_parts.hpp"
+#include "daemon/pages/plot/scatter.hpp"
 
 namespace weft::daemon {
 namespace {

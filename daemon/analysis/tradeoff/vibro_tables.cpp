@@ -1,4 +1,4 @@
-#include "daemon/analysis/tradeoff/vibro_tables.hpp"
+#include "daemon/analysis/tradeoff/vibro_evaluation_page.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,10 +1,10 @@
-#include "daemon/apps/weft/align_command.hpp"
+#include "daemon/apps/weft/bench_commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "daemon/apps/weft/rig_text.hpp"
+#include "daemon/apps/weft/answer_text.hpp"
 #include "daemon/apps/weft/stop_signals.hpp"
 #include "daemon/apps/weft/table.hpp"
 #include "daemon/base/text/format.hpp"

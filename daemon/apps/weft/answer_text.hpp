@@ -5,10 +5,15 @@
 #include <string>
 #include <vector>
 
-#include "classifier/fabric/provenance.hpp"
+#include "classifier/fabric/provenance_text.hpp"
 #include "classifier/vote/learner_prediction.hpp"
+#include "recipes/engine/engine.hpp"
 
 namespace weft::daemon::cli {
+
+/// What is not as after a good end, and what to do; empty where the probe is up and nothing was
+/// left out.
+std::string format_rig(recipes::Cleanup cleanup, recipes::RigFact rig);
 
 /// A line that says so where the model learnt from simulated data; nothing otherwise.
 std::string trained_banner(const classifier::Provenance& provenance);

@@ -2,15 +2,19 @@
 
 #include <sys/utsname.h>
 
+#include <nlohmann/json.hpp>
 #include <ostream>
 #include <thread>
 
-#include "daemon/analysis/design/campaign_design.hpp"
+#include "daemon/analysis/design/design_page.hpp"
+#include "daemon/analysis/handover/handover.hpp"
 #include "daemon/analysis/report/evaluate_campaign.hpp"
 #include "daemon/analysis/report/report.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/stop_signals.hpp"
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/base/text/format.hpp"
 #include "daemon/base/version/software_version.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
@@ -28,6 +32,11 @@ constexpr std::uintmax_t most_report_bytes = std::uintmax_t{1} << 30;
 
 std::filesystem::path json_beside(std::filesystem::path html) {
   return html.replace_extension(".json");
+}
+
+std::string share_text(const HandoverShare& share) {
+  return percent(share.share, 1) + " % (95 %: " + percent(share.ci95_low, 1) + " to " +
+         percent(share.ci95_high, 1) + ")";
 }
 
 }  // namespace
@@ -97,6 +106,53 @@ Result<CampaignReport> write_report_to(const CampaignSummary& summary, const Dat
   if (auto ok = write_report_json(input, report.json); !ok) return pass(ok.error());
   report.summary = summary_text(input);
   return report;
+}
+
+std::optional<RunHandover> handover_of_run(const CampaignSummary& summary,
+                                           const std::filesystem::path& folder, Console& console) {
+  if (!is_complete(summary)) return std::nullopt;
+  const auto wanted = load_handover_spec(folder);
+  if (!wanted) return RunHandover{std::nullopt, wanted.error()};
+  if (!*wanted) return std::nullopt;
+  const StopSignals signals;
+  HandoverHooks hooks;
+  hooks.stop = [&signals] { return signals.requested().load(std::memory_order_relaxed); };
+  hooks.seconds_now = steady_wall_seconds;
+  hooks.progress = [&console](const EvaluationProgress& p) {
+    console.err << "hand over " << p.step + 1 << "/" << p.steps << ": " << p.what << std::endl;
+  };
+  auto done = run_handover(folder, hooks);
+  if (!done) return RunHandover{std::nullopt, done.error()};
+  return RunHandover{std::move(*done), std::nullopt, folder / handover_folder_name};
+}
+
+std::string format_text(const RunHandover& handover) {
+  if (!handover.done) return {};
+  std::string out;
+  if (handover.done->models.empty() && handover.done->evaluations.empty())
+    out += "Handed over (" + handover.done->bench + "): " + handover.folder.string() + "\n";
+  for (const HandoverModel& model : handover.done->models)
+    out += "Model " + model.file + " (" + model.learner + ", " + std::to_string(model.trained) +
+           " trials, " + handover.done->bench + "): accuracy " + percent(model.accuracy, 1) +
+           " % (95 %: " + percent(model.ci95_low, 1) + " to " + percent(model.ci95_high, 1) +
+           ") on " + std::to_string(model.requested) + " trials left out in turn\n";
+  for (const HandoverEvaluation& e : handover.done->evaluations)
+    out += "Sound and vibration of " + e.exploration + " (" + e.learner + ", " +
+           std::to_string(e.recordings) + " slides over " + std::to_string(e.materials) +
+           " textures, " + handover.done->bench + "), repetitions left out: windows of " +
+           general(e.window_s) + " s " + share_text(e.windows) + ", slides " +
+           share_text(e.slides) + ", chance " + percent(1.0 / static_cast<double>(e.materials), 1) +
+           " %; " + e.page + "\n";
+  return out;
+}
+
+nlohmann::json json_of(const RunHandover& handover) {
+  if (handover.done) {
+    nlohmann::json out = handover_result_json(*handover.done);
+    out["state"] = "done";
+    return out;
+  }
+  return {{"state", "failed"}, {"error", to_string(*handover.failed)}};
 }
 
 }  // namespace weft::daemon::cli

@@ -1,10 +1,9 @@
-#include "daemon/apps/weft/check_command.hpp"
+#include "daemon/apps/weft/bench_commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "daemon/analysis/report/json_parts.hpp"
-#include "daemon/analysis/report/simulation_text.hpp"
 #include "daemon/apps/weft/file_problems.hpp"
 #include "daemon/apps/weft/table.hpp"
 #include "daemon/base/text/format.hpp"

@@ -1,5 +1,6 @@
 #include "daemon/apps/weft/console.hpp"
 
+#include <CLI/CLI.hpp>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <ostream>
@@ -86,6 +87,16 @@ int report_usage(Console& console, const std::string& message) {
   if (console.json)
     put(console.out, {{"error", {{"code", "usage"}, {"message", message}, {"sentence", message}}}});
   return exit_usage;
+}
+
+std::optional<int> parse_command_line(CLI::App& app, int argc, const char* const* argv) {
+  try {
+    app.parse(argc, argv);
+    return std::nullopt;
+  } catch (const CLI::ParseError& e) {
+    const int status = app.exit(e);
+    return status == 0 ? exit_ok : exit_usage;
+  }
 }
 
 }  // namespace weft::daemon::cli

@@ -4,12 +4,21 @@
 #include <exception>
 #include <iosfwd>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "protocols/base/result.hpp"
 
+namespace CLI {
+class App;
+}
+
 namespace weft::daemon::cli {
+
+/// The exit status when the command line itself ends the program: 0 after help, version or manual,
+/// 2 for one that is not understood, with a sentence on standard error. Nothing: go on.
+std::optional<int> parse_command_line(CLI::App& app, int argc, const char* const* argv);
 
 /// Exit status of a process.
 inline constexpr int exit_ok = 0;

@@ -2,6 +2,7 @@
 // How commands speak to a running weftd. For .cpp files of daemon/apps/weft.
 
 #include <chrono>
+#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
@@ -10,7 +11,21 @@
 #include "daemon/apps/weft/daemon_commands.hpp"
 #include "daemon/service/client/client.hpp"
 
+namespace CLI {
+class App;
+}
+
 namespace weft::daemon::cli {
+
+/// A client, and whether it came by the Unix socket.
+struct Reached {
+  client::Client client;
+  bool is_local = false;
+};
+/// What is typed is meant, whatever the environment says. Errors: invalid_argument, where neither
+/// names a daemon or the environment names two; the token file's; Client::open()'s.
+Result<Reached> reached(const SocketArgs& args);
+Result<client::Client> opened(const SocketArgs& args);
 
 /// The socket's options, and RUN.
 void add_run(CLI::App& command, RunOrderArgs& args);

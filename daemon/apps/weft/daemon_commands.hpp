@@ -1,6 +1,5 @@
 #pragma once
-// `weft status | start | watch | pause | resume | recover | confirm | stop | abort | halt | log |
-// call | page`: what a person asks of a running weftd.
+// Commands of a running daemon: runs, the queue, tokens.
 
 #include <cstdint>
 #include <filesystem>
@@ -8,13 +7,53 @@
 #include <string>
 
 #include "daemon/apps/weft/console.hpp"
-#include "daemon/apps/weft/daemon_address.hpp"
+#include "protocols/base/result.hpp"
 
 namespace CLI {
 class App;
 }
 
 namespace weft::daemon::cli {
+
+// Which daemon a command speaks to, by its options or by the environment.
+
+/// Where the daemon is: --socket or --daemon; where there is neither, the environment's WEFT_SOCKET
+/// or WEFT_DAEMON.
+struct SocketArgs {
+  std::filesystem::path socket;
+  std::string daemon;                ///< "tls://HOST:PORT" or "tcp://127.0.0.1:PORT"
+  std::filesystem::path tls_ca;      ///< --tls-ca, WEFT_TLS_CA
+  std::filesystem::path token_file;  ///< one token; else the environment's WEFT_TOKEN
+};
+
+void add_socket(CLI::App& command, SocketArgs& args);
+
+// `weft token add | list | remove`: the tokens of a daemon's clients by TCP and HTTP, in its file.
+
+struct TokenAddArgs {
+  std::filesystem::path file;
+  std::string name;
+  std::string role = "operator";
+  int days = 30;
+};
+struct TokenListArgs {
+  std::filesystem::path file;
+};
+struct TokenRemoveArgs {
+  std::filesystem::path file;
+  std::string name;
+};
+
+void add_options(CLI::App& command, TokenAddArgs& args);
+void add_options(CLI::App& command, TokenListArgs& args);
+void add_options(CLI::App& command, TokenRemoveArgs& args);
+
+/// Makes a token for TCP and prints it, once.
+Result<int> run_token_add(const TokenAddArgs& args, Console& console);
+/// Names, roles and until when each is good: the file knows no more of a token.
+Result<int> run_token_list(const TokenListArgs& args, Console& console);
+/// Takes one away; within a second or so it is good for nothing more.
+Result<int> run_token_remove(const TokenRemoveArgs& args, Console& console);
 
 struct StatusArgs : SocketArgs {};
 struct StartArgs : SocketArgs {
@@ -95,5 +134,37 @@ Result<int> run_log(const LogArgs& args, Console& console);
 Result<int> run_call(const CallArgs& args, Console& console);
 /// Has the daemon make a token, and prints the link that opens its page with it.
 Result<int> run_page(const PageArgs& args, Console& console);
+
+// `weft queue list | add | remove | move | pause | start`: the runs that wait for a daemon's rig.
+
+struct QueueListArgs : SocketArgs {};
+struct QueueAddArgs : SocketArgs {
+  std::string recipe;
+  std::optional<std::uint64_t> seed;
+  std::string name;
+  std::optional<std::int64_t> place;  ///< from 0; the end
+};
+struct QueueRemoveArgs : SocketArgs {
+  std::string run;
+};
+struct QueueMoveArgs : QueueRemoveArgs {
+  std::int64_t place = 0;
+};
+struct QueuePauseArgs : SocketArgs {};
+struct QueueStartArgs : SocketArgs {};
+
+void add_options(CLI::App& command, QueueListArgs& args);
+void add_options(CLI::App& command, QueueAddArgs& args);
+void add_options(CLI::App& command, QueueRemoveArgs& args);
+void add_options(CLI::App& command, QueueMoveArgs& args);
+void add_options(CLI::App& command, QueuePauseArgs& args);
+void add_options(CLI::App& command, QueueStartArgs& args);
+
+Result<int> run_queue_list(const QueueListArgs& args, Console& console);
+Result<int> run_queue_add(const QueueAddArgs& args, Console& console);
+Result<int> run_queue_remove(const QueueRemoveArgs& args, Console& console);
+Result<int> run_queue_move(const QueueMoveArgs& args, Console& console);
+Result<int> run_queue_pause(const QueuePauseArgs& args, Console& console);
+Result<int> run_queue_start(const QueueStartArgs& args, Console& console);
 
 }  // namespace weft::daemon::cli

@@ -1,4 +1,4 @@
-#include "daemon/apps/weft/dataset_command.hpp"
+#include "daemon/apps/weft/data_commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <charconv>
@@ -11,10 +11,9 @@
 #include "daemon/apps/weft/table.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/storage/dataset/copies.hpp"
+#include "daemon/storage/dataset/digest.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/dataset/import.hpp"
-#include "daemon/storage/imprints/import_imprints.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
 #include "daemon/storage/recordings/import_recordings.hpp"
 
@@ -157,7 +156,7 @@ FabricslideGroup group_of(const std::string& word) {
 
 Result<Dataset> import(const ImportArgs& args) {
   if (args.format == "fabricslide")
-    return import_fabricslide(args.source, args.filter, group_of(args.group));
+    return import_fabricslide(args.source, args.filter, group_of(args.group), args.rate_hz);
   if (args.format == "icub20")
     return import_icub20(args.source,
                          args.order == "filed" ? Icub20Order::filed : Icub20Order::time);
@@ -167,7 +166,7 @@ Result<Dataset> import(const ImportArgs& args) {
     if (!shape) return pass(shape.error(), "--shape");
     return import_imprint_table(args.source, shape->first, shape->second);
   }
-  return import_manifest(args.source);
+  return import_manifest(args.source, args.rate_hz);
 }
 
 json recordings_json(const char* command, const std::filesystem::path& file,
@@ -223,8 +222,8 @@ Result<RecordingSet> import_set(const ImportArgs& args) {
                                             ? std::vector<std::string>{"X", "Y", "Z"}
                                             : args.channels);
   if (args.format == "lmt_sound") return import_lmt_sound(args.source);
-  if (args.format == "hapmat") return import_hapmat(args.source);
-  return import_recordings(args.source);
+  if (args.format == "hapmat") return import_hapmat(args.source, args.rate_hz);
+  return import_recordings(args.source, args.rate_hz);
 }
 
 Result<int> run_import_recordings(const ImportArgs& args, Console& console) {
@@ -273,6 +272,11 @@ void add_options(CLI::App& command, ImportArgs& args) {
                   "icub20: the values of a slide as frames in the order of time (time), in which "
                   "the published table does not have them, or its rows as they stand (filed)")
       ->check(CLI::IsMember({"time", "filed"}));
+  command
+      .add_option("--rate-hz", args.rate_hz,
+                  "manifest, fabricslide, recordings, hapmat: rate of the sensor; needed where the "
+                  "times are not evenly spaced (default: as the times tell)")
+      ->check(CLI::Range(1e-3, 1e6));
 }
 
 Result<int> run_import(const ImportArgs& args, Console& console) {
@@ -301,6 +305,12 @@ Result<int> run_import(const ImportArgs& args, Console& console) {
                  .where = "--order",
                  .what = "only icub20 has two orders",
                  .got = args.order});
+  const bool has_times = args.format == "manifest" || args.format == "fabricslide" ||
+                         args.format == "recordings" || args.format == "hapmat";
+  if (args.rate_hz != 0 && !has_times)
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--rate-hz",
+                 .what = args.format + " has no column of times"});
   if (auto ok = check_output(args.out); !ok) return pass(ok.error());
   if (makes_recordings(args.format)) return run_import_recordings(args, console);
   Result<Dataset> dataset = import(args);

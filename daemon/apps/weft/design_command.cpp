@@ -1,10 +1,9 @@
-#include "daemon/apps/weft/design_command.hpp"
+#include "daemon/apps/weft/study_commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "daemon/analysis/design/design_json.hpp"
 #include "daemon/analysis/design/design_page.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/number_range.hpp"

@@ -1,4 +1,4 @@
-#include "daemon/apps/weft/doctor_command.hpp"
+#include "daemon/apps/weft/bench_commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-#include "daemon/apps/weft/evaluate_importance.hpp"
+#include "daemon/apps/weft/evaluate_recordings.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>

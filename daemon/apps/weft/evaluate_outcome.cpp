@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <map>
 
-#include "classifier/baseline/fold_report.hpp"
+#include "classifier/baseline/class_folds.hpp"
 #include "classifier/evaluate/open_set_check.hpp"
 #include "daemon/apps/weft/imprint_features.hpp"
 #include "daemon/base/loop/wall_clock.hpp"

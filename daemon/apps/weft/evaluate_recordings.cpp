@@ -9,17 +9,13 @@
 #include "daemon/analysis/tradeoff/vibro_evaluation_page.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/evaluate_command.hpp"
-#include "daemon/apps/weft/evaluate_importance.hpp"
 #include "daemon/apps/weft/evaluate_text.hpp"
 #include "daemon/apps/weft/number_range.hpp"
-#include "daemon/apps/weft/open_recordings.hpp"
 #include "daemon/apps/weft/table.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/interval_text.hpp"
-#include "daemon/pages/plot/leak_text.hpp"
-#include "daemon/pages/plot/too_short_text.hpp"
 #include "daemon/storage/recordings/recording_set.hpp"
 
 namespace weft::daemon::cli {

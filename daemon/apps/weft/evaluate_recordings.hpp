@@ -1,10 +1,14 @@
 #pragma once
 // `weft evaluate` on recordings of sound and vibration.
 
+#include <cstddef>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "classifier/vibro/feature_set.hpp"
+#include "classifier/vibro/importance.hpp"
 #include "daemon/apps/weft/console.hpp"
 #include "protocols/base/result.hpp"
 
@@ -13,6 +17,22 @@ class App;
 }
 
 namespace weft::daemon::cli {
+
+// `weft evaluate --importance`: which features of sound and vibration a learner leans on.
+
+/// How many features the paper kept of its ten.
+inline constexpr std::size_t features_selected = 5;
+
+/// Weighs the columns of `windows` on the splits, and adds to `json` and the text it gives back
+/// what came out: permutation of test windows by `options.method`, and a forest of training
+/// windows. Then what the learner reaches with the columns that the same permutation selects on the
+/// training windows of each split, parted as `protocol` says, beside the paper's five and all.
+/// Errors: weigh_features()'s and reach_by_selection()'s.
+Result<std::string> add_importance(const classifier::vibro::WindowSet& windows,
+                                   std::span<const classifier::Split> splits,
+                                   classifier::vibro::Protocol protocol,
+                                   const classifier::vibro::PipelineOptions& options,
+                                   std::size_t repeats, nlohmann::json& json);
 
 struct EvaluateArgs;
 

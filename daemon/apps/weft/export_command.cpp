@@ -1,4 +1,4 @@
-#include "daemon/apps/weft/export_command.hpp"
+#include "daemon/apps/weft/data_commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>

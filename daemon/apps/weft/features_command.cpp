@@ -1,4 +1,4 @@
-#include "daemon/apps/weft/features_command.hpp"
+#include "daemon/apps/weft/data_commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <map>

@@ -2,7 +2,7 @@
 // Problems of files, as a command tells them.
 
 #include "daemon/apps/weft/console.hpp"
-#include "daemon/campaign/preflight.hpp"
+#include "daemon/campaign/bench_check.hpp"
 
 namespace weft::daemon::cli {
 

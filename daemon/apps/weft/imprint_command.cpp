@@ -1,4 +1,4 @@
-#include "daemon/apps/weft/imprint_command.hpp"
+#include "daemon/apps/weft/data_commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -7,7 +7,7 @@
 #include "daemon/analysis/imprint/imprint_scene.hpp"
 #include "daemon/analysis/imprint/tables.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
-#include "daemon/apps/weft/scale_list.hpp"
+#include "daemon/apps/weft/number_range.hpp"
 #include "daemon/apps/weft/table.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
 #include "daemon/base/file/atomic_file.hpp"

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <sstream>
 
-#include "daemon/apps/weft/scale_list.hpp"
+#include "daemon/apps/weft/number_range.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
-#include "daemon/storage/imprints/recorded_imprints.hpp"
 
 namespace weft::daemon::cli {
 

@@ -12,13 +12,12 @@
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/evaluate_recordings.hpp"
 #include "daemon/apps/weft/evaluate_text.hpp"
-#include "daemon/apps/weft/open_recordings.hpp"
 #include "daemon/apps/weft/train_command.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/base/version/software_version.hpp"
-#include "daemon/pages/plot/too_short_text.hpp"
+#include "daemon/pages/plot/interval_text.hpp"
 
 namespace weft::daemon::cli {
 namespace {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "daemon/storage/imprints/number_lines.hpp"
+
 namespace weft::daemon::cli {
 
 CLI::Validator number_range(double least, double most) {
@@ -15,6 +17,23 @@ CLI::Validator number_range(double least, double most) {
     return range(text);
   };
   return {problem, range.get_description()};
+}
+
+Result<std::vector<double>> scales_from(std::string_view text) {
+  NumberLines lines("scales", text);
+  if (!lines.next())
+    return fail({.code = Errc::parse, .what = "no scale", .expected = "such as 1,2,4"});
+  std::vector<double> out;
+  for (std::size_t i = 0; i < lines.fields().size(); ++i) {
+    const auto sigma = lines.number(i);
+    if (!sigma)
+      return fail({.code = Errc::parse,
+                   .what = "a scale is not a number",
+                   .expected = "such as 1,2,4",
+                   .got = std::string(text)});
+    out.push_back(*sigma);
+  }
+  return out;
 }
 
 }  // namespace weft::daemon::cli

@@ -7,12 +7,29 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "sim/plant/fidelity/table.hpp"
+
 namespace weft::daemon::cli {
 namespace {
 
 // Past the streams, which the thread that hangs may hold.
 void write_line(int descriptor, const std::string& line) {
   [[maybe_unused]] const auto written = ::write(descriptor, line.data(), line.size());
+}
+
+template <class Parse>
+auto problem_of(Parse parse) {
+  return [parse](const std::string& text) {
+    const Result<double> read = parse(text);
+    return read ? std::string() : to_string(read.error());
+  };
+}
+
+template <class Parse>
+std::optional<double> read(const std::string& text, Parse parse) {
+  if (text.empty()) return std::nullopt;
+  const Result<double> value = parse(text);
+  return value ? std::optional<double>(*value) : std::nullopt;
 }
 
 }  // namespace
@@ -38,6 +55,24 @@ PluginSettings make_settings(const PluginArgs& args, const Console& console) {
     ::_exit(exit_failure);
   };
   return settings;
+}
+
+void add_options(CLI::App& command, FidelityArgs& args) {
+  command
+      .add_option("--accuracy", args.accuracy,
+                  "largest error of the simulated force, 10mN or 0.5% of 5 N: the fastest measured "
+                  "setting of the plant that keeps it")
+      ->check(problem_of(sim::parse_accuracy_n));
+  command
+      .add_option("--budget", args.budget,
+                  "least speed of the plant, 1000x real time: the most accurate measured setting "
+                  "that reaches it")
+      ->check(problem_of(sim::parse_times_real_time));
+}
+
+FidelityRequest fidelity_request(const FidelityArgs& args) {
+  return {read(args.accuracy, sim::parse_accuracy_n),
+          read(args.budget, sim::parse_times_real_time)};
 }
 
 }  // namespace weft::daemon::cli

@@ -2,9 +2,11 @@
 // `--plugins` and `--plugins-only`, of the commands that make a rig's drivers.
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "daemon/apps/weft/console.hpp"
+#include "daemon/campaign/simulation.hpp"
 #include "daemon/hardware/plugins/driver_catalog.hpp"
 
 namespace CLI {
@@ -12,6 +14,16 @@ class App;
 }
 
 namespace weft::daemon::cli {
+
+// `--accuracy` and `--budget`, of the commands that simulate a campaign or look at one.
+
+struct FidelityArgs {
+  std::string accuracy, budget;  ///< as typed; empty: not asked for
+};
+/// A text that cannot be read is refused with the command line.
+void add_options(CLI::App& command, FidelityArgs& args);
+
+FidelityRequest fidelity_request(const FidelityArgs& args);
 
 struct PluginArgs {
   std::vector<std::filesystem::path> folders;

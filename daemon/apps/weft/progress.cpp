@@ -1,6 +1,11 @@
 #include "daemon/apps/weft/progress.hpp"
 
+#include <poll.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <ostream>
 
 #include "daemon/base/text/format.hpp"
@@ -59,6 +64,49 @@ void ProgressPrinter::step(const TrialProgress& p, const std::string& line) {
 void ProgressPrinter::finish() {
   if (terminal_ && last_width_ > 0) *out_ << '\n' << std::flush;
   last_width_ = 0;
+}
+
+ConsolePrompt::ConsolePrompt(int terminal, std::ostream& out, RunOrders& orders)
+    : terminal_(terminal), out_(&out), orders_(&orders) {
+  if (terminal_ >= 0) listener_ = std::jthread([this](const std::stop_token& s) { listen(s); });
+}
+
+void ConsolePrompt::moment(const RunStatusUpdate& moment) {
+  const std::lock_guard lock(mutex_);
+  requested_.reset();
+  if (!moment.requested) return;
+  const recipes::StepPrompt& prompt = moment.requested->prompt;
+  if (terminal_ < 0) return orders_->give({Order::confirm, "auto:--yes", moment.requested->ticket});
+  *out_ << "\n>> " << prompt.text << "  Then press Enter (about " << duration(prompt.people_s)
+        << "; Ctrl-C ends the run)." << std::endl;
+  if (gone_) return orders_->give({Order::stop, "terminal closed"});
+  requested_ = moment.requested->ticket;
+}
+
+void ConsolePrompt::received() {
+  const std::lock_guard lock(mutex_);
+  if (!requested_) return;
+  orders_->give({Order::confirm, "terminal", *requested_});
+  requested_.reset();
+}
+
+void ConsolePrompt::closed() {
+  const std::lock_guard lock(mutex_);
+  gone_ = true;
+  if (requested_) orders_->give({Order::stop, "terminal closed"});
+}
+
+void ConsolePrompt::listen(const std::stop_token& stop) {
+  constexpr int poll_interval_ms = 100;
+  std::array<char, 256> bytes{};
+  while (!stop.stop_requested()) {
+    pollfd look{terminal_, POLLIN, 0};
+    if (::poll(&look, 1, poll_interval_ms) <= 0) continue;
+    const ssize_t count = ::read(terminal_, bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return closed();
+    if (std::find(bytes.begin(), bytes.begin() + count, '\n') != bytes.begin() + count) received();
+  }
 }
 
 }  // namespace weft::daemon::cli

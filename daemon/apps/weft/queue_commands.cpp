@@ -1,4 +1,4 @@
-#include "daemon/apps/weft/queue_commands.hpp"
+#include "daemon/apps/weft/daemon_commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>

@@ -1,4 +1,3 @@
-#include "daemon/apps/weft/report_command.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -6,13 +5,13 @@
 #include <ostream>
 
 #include "daemon/analysis/report/force_quality.hpp"
-#include "daemon/analysis/tradeoff/sim/fidelity_section.hpp"
+#include "daemon/analysis/tradeoff/sim/sim_page.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
-#include "daemon/apps/weft/trade_command.hpp"
+#include "daemon/apps/weft/study_commands.hpp"
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
-#include "daemon/storage/certificate/verify_json.hpp"
+#include "daemon/storage/certificate/verify.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
 #include "daemon/storage/recorder/campaign_history.hpp"
 

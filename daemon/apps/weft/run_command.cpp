@@ -2,34 +2,98 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <ostream>
+#include <vector>
 
 #include "daemon/analysis/report/json_parts.hpp"
 #include "daemon/analysis/report/report.hpp"
-#include "daemon/analysis/report/simulation_text.hpp"
+#include "daemon/apps/weft/answer_text.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"
-#include "daemon/apps/weft/console_prompt.hpp"
+#include "daemon/apps/weft/console.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
-#include "daemon/apps/weft/embedded_daemon.hpp"
 #include "daemon/apps/weft/file_problems.hpp"
 #include "daemon/apps/weft/number_range.hpp"
 #include "daemon/apps/weft/progress.hpp"
-#include "daemon/apps/weft/rig_text.hpp"
-#include "daemon/apps/weft/run_handover.hpp"
 #include "daemon/apps/weft/stop_signals.hpp"
 #include "daemon/apps/weft/table.hpp"
 #include "daemon/apps/weft/train_options.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
+#include "daemon/base/loop/catch_as_error.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/resume.hpp"
+#include "daemon/service/daemon/weftd.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 
 namespace weft::daemon::cli {
 namespace {
 
 using nlohmann::json;
+
+using Campaign = std::function<Result<CampaignSummary>(const CampaignHooks& hooks)>;
+
+/// Folders that were made for the socket alone go with it.
+class FoldersForSocket {
+ public:
+  explicit FoldersForSocket(const std::filesystem::path& folder) {
+    std::error_code error;
+    for (auto missing = std::filesystem::absolute(folder);
+         missing.has_relative_path() && !std::filesystem::exists(missing, error);
+         missing = missing.parent_path())
+      missing_.push_back(missing);
+  }
+  ~FoldersForSocket() {
+    std::error_code error;  // one that is not empty stays, and those above it
+    for (const auto& folder : missing_) std::filesystem::remove(folder, error);
+  }
+  FoldersForSocket(const FoldersForSocket&) = delete;
+  FoldersForSocket& operator=(const FoldersForSocket&) = delete;
+
+ private:
+  std::vector<std::filesystem::path> missing_;  // the innermost first
+};
+
+/// Calls `campaign` once, on another thread, with what others ask for as orders in `hooks`, and
+/// serves it on the socket until it has ended. Where no socket can be had that is said, and the
+/// campaign runs all the same, on this thread. What it throws is an error.
+Result<CampaignSummary> run_with_daemon(const RunArgs& args, const CampaignRequest& request,
+                                        const Campaign& campaign, Console& console) {
+  const FoldersForSocket folders(request.out);
+  const auto socket = args.socket.empty() ? request.out / "weftd.sock" : args.socket;
+  std::optional<Result<CampaignSummary>> ran;
+  server::EmbeddedRun own;
+  own.request.recipe = request.recipe;
+  own.request.seed = request.seed;
+  own.request.by = "weft run";
+  own.request.folder = std::filesystem::absolute(request.out);
+  own.check = [&request] { return check_quickly(request); };
+  own.perform = [&](const CampaignHooks& hooks) -> Result<CampaignSummary> {
+    if (console.terminal)
+      console.err << "weft: from elsewhere: weft watch, pause, stop, halt ... --socket "
+                  << socket.string() << std::endl;
+    ran = catch_as_error([&] { return campaign(hooks); });
+    return *ran;
+  };
+  server::DaemonOptions options;
+  options.rig = request.rig;
+  options.recipes = std::filesystem::absolute(request.recipe).parent_path();
+  options.data = request.out;
+  options.socket = socket;
+  const Status served =
+      catch_as_error([&] { return server::run_daemon_for(options, own); }, "daemon");
+  if (ran) return std::move(*ran);
+  CampaignHooks alone;
+  alone.rig_acquired = [&] {
+    if (!served)
+      console.err << "weft: nobody else can look at this run or stop it: "
+                  << to_string(served.error()) << std::endl;
+    return Status{};
+  };
+  return campaign(alone);
+}
 
 json summary_json(const CampaignSummary& s) {
   json out = run_json(s);

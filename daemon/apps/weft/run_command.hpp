@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "daemon/apps/weft/console.hpp"
-#include "daemon/apps/weft/fidelity_options.hpp"
 #include "daemon/apps/weft/plugin_options.hpp"
 
 namespace CLI {

@@ -1,4 +1,4 @@
-#include "daemon/apps/weft/trade_command.hpp"
+#include "daemon/apps/weft/study_commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

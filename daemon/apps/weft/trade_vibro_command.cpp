@@ -1,4 +1,4 @@
-#include "daemon/apps/weft/trade_vibro_command.hpp"
+#include "daemon/apps/weft/study_commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -6,19 +6,18 @@
 
 #include "daemon/analysis/tradeoff/measure_vibro.hpp"
 #include "daemon/analysis/tradeoff/tradeoff_page.hpp"
-#include "daemon/analysis/tradeoff/vibro_tables.hpp"
+#include "daemon/analysis/tradeoff/vibro_evaluation_page.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/evaluate_recordings.hpp"
 #include "daemon/apps/weft/number_range.hpp"
-#include "daemon/apps/weft/open_recordings.hpp"
 #include "daemon/apps/weft/table.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/base/version/software_version.hpp"
-#include "daemon/pages/plot/page_parts.hpp"
+#include "daemon/pages/plot/html.hpp"
 
 namespace weft::daemon::cli {
 namespace {

@@ -5,7 +5,7 @@
 #include <set>
 #include <sstream>
 
-#include "classifier/baseline/fold_report.hpp"
+#include "classifier/baseline/class_folds.hpp"
 #include "classifier/imprint/imprint_model.hpp"
 #include "classifier/live/staged_model.hpp"
 #include "daemon/analysis/report/json_parts.hpp"

@@ -227,7 +227,7 @@ Result<std::vector<Trial>> in_windows(std::vector<Trial> strokes,
     return fail(
         {.code = Errc::invalid_argument,
          .what = "the sample rate is not known, so no window can be cut",
-         .hint = "Where samples were read many at once, give each the time at which it was taken"});
+         .hint = "State the rate of the sensor when importing: weft dataset import --rate-hz"});
   std::vector<Trial> out;
   for (const Trial& stroke : strokes) {
     auto windows = classifier::cut_windows(stroke, options);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "classifier/features/feature_matrix.hpp"
-#include "classifier/features/windows.hpp"
+#include "classifier/features/trial.hpp"
 #include "classifier/imprint/feature_plan.hpp"
 #include "classifier/model/model_file.hpp"
 #include "daemon/apps/weft/kind_options.hpp"

@@ -1,4 +1,4 @@
-#include "daemon/apps/weft/verify_command.hpp"
+#include "daemon/apps/weft/data_commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -6,7 +6,7 @@
 #include "daemon/analysis/handover/handover.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/campaign/resume.hpp"
-#include "daemon/storage/certificate/verify_json.hpp"
+#include "daemon/storage/certificate/verify.hpp"
 
 namespace weft::daemon::cli {
 namespace {

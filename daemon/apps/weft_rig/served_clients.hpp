@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "daemon/apps/weft_rig/served_socket.hpp"
-#include "sim/devices/client_emulator.hpp"
+#include "sim/devices/emulator.hpp"
 
 namespace weft::daemon {
 

@@ -1,14 +1,27 @@
 #pragma once
 // The device's end of a link: it waits for a host at the place that the rig file names.
 
+#include <functional>
 #include <memory>
 #include <vector>
 
-#include "daemon/apps/weft_rig/served_hosts.hpp"
+#include "daemon/apps/weft_rig/served_place.hpp"
 #include "daemon/apps/weft_rig/served_socket.hpp"
 #include "daemon/hardware/rig/link_settings.hpp"
+#include "drivers/api/link.hpp"
 
 namespace weft::daemon {
+
+// A device on a TCP port that serves several hosts at once.
+
+/// How many bytes at the front are whole messages, or no part of any.
+using WholeMessages = std::function<std::size_t(ByteView)>;
+
+/// Each host's messages are handed on whole, so that none is mixed with another host's. An answer
+/// goes to whom it answers; what a fault has delayed, to who asked last. Unplugged, connections are
+/// reset and others refused. Errors: not_found (address), io (port taken).
+Result<std::unique_ptr<ServedPlace>> serve_tcp_to_many(RealLoop& loop, const Endpoint& at,
+                                                       WholeMessages whole);
 
 /// Serves one device. What is sent while nobody listens is lost, as on a wire. A host may come, go
 /// and come again.

@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
-#include "daemon/apps/weft/command_line.hpp"
+#include "daemon/apps/weft/console.hpp"
 #include "daemon/apps/weft/stop_signals.hpp"
 #include "daemon/apps/weft_rig/rig_server.hpp"
 #include "daemon/base/file/read_file.hpp"

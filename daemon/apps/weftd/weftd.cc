@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "daemon/apps/weft/command_line.hpp"
+#include "daemon/apps/weft/console.hpp"
 #include "daemon/apps/weft/manual.hpp"
 #include "daemon/apps/weft/stop_signals.hpp"
 #include "daemon/base/version/software_version.hpp"

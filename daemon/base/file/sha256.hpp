@@ -1,25 +1,27 @@
 #pragma once
-// SHA-256 (FIPS 180-4), for digests of content. Not a secret keeper: no constant-time claims.
+// SHA-256 (FIPS 180-4) by OpenSSL, for digests of content.
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 
-#include "daemon/base/file/sha256_blocks.hpp"
 #include "protocols/base/bytes.hpp"
+
+struct evp_md_ctx_st;  // OpenSSL's EVP_MD_CTX
 
 namespace weft::daemon {
 
 using Sha256Digest = std::array<std::uint8_t, 32>;
 
+/// Throws std::runtime_error where OpenSSL has no memory or no SHA-256.
 class Sha256 {
  public:
-  Sha256();  ///< with the fastest inner function that this processor has
-  explicit Sha256(Sha256Compress compress) : compress_(compress) {}
+  Sha256();
 
   Sha256& update(ByteView bytes);
   Sha256& text(std::string_view characters);
@@ -50,14 +52,7 @@ class Sha256 {
   Sha256Digest finish();
 
  private:
-  void pad(std::uint64_t message_bytes);
-
-  Sha256Compress compress_;
-  Sha256State state_{0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a,
-                     0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19};
-  std::array<std::uint8_t, 64> block_{};  ///< bytes that do not fill a block yet
-  std::size_t held_ = 0;
-  std::uint64_t total_bytes_ = 0;
+  std::unique_ptr<evp_md_ctx_st, void (*)(evp_md_ctx_st*)> context_;
 };
 
 /// Lower-case hexadecimal.

@@ -4,7 +4,7 @@
 #include <functional>
 #include <memory>
 
-#include "daemon/base/loop/timer_queue.hpp"
+#include "daemon/base/loop/timed_loop.hpp"
 
 namespace asio {
 class io_context;

@@ -1,5 +1,6 @@
 #include "daemon/base/loop/timed_loop.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "daemon/base/loop/wall_clock.hpp"
@@ -13,6 +14,51 @@ TimerId TimedLoop::at(TimePoint when, Callback callback) {
     callback();
     spent_ += stride * (steady_wall_now() - begin);
   });
+}
+
+TimerId TimerQueue::add(TimePoint when, Loop::Callback callback) {
+  const TimerId id = ++last_id_;
+  callbacks_.emplace(id, std::move(callback));
+  heap_.push_back({when, id});
+  std::push_heap(heap_.begin(), heap_.end(), std::greater<>{});
+  return id;
+}
+
+std::optional<TimePoint> TimerQueue::next_due() {
+  while (!heap_.empty() && !callbacks_.contains(heap_.front().id)) {
+    std::pop_heap(heap_.begin(), heap_.end(), std::greater<>{});
+    heap_.pop_back();
+  }
+  if (heap_.empty()) return std::nullopt;
+  return heap_.front().when;
+}
+
+Loop::Callback TimerQueue::pop_next() {
+  std::pop_heap(heap_.begin(), heap_.end(), std::greater<>{});
+  auto node = callbacks_.extract(heap_.back().id);
+  heap_.pop_back();
+  return std::move(node.mapped());
+}
+
+bool VirtualLoop::run_one() {
+  const std::optional<TimePoint> due = timers_.next_due();
+  if (!due) return false;
+  const Callback callback = timers_.pop_next();
+  now_ = *due;
+  ++events_;
+  callback();
+  return true;
+}
+
+bool VirtualLoop::run_until(const std::function<bool()>& done) {
+  while (!done())
+    if (!run_one()) return done();
+  return true;
+}
+
+void VirtualLoop::run_to(TimePoint end) {
+  for (auto due = timers_.next_due(); due && *due <= end; due = timers_.next_due()) run_one();
+  now_ = std::max(now_, end);
 }
 
 }  // namespace weft::daemon

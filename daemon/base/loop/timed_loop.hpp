@@ -2,9 +2,39 @@
 // Tells where the wall time of a virtual run goes: a view of a loop that times the callbacks set
 // through it.
 
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
 #include "drivers/api/loop.hpp"
 
 namespace weft::daemon {
+
+/// Callbacks by due time; those of one instant come out in the order in which they went in.
+class TimerQueue {
+ public:
+  TimerId add(TimePoint when, Loop::Callback callback);
+  /// An id that was taken already or never existed is ignored.
+  void cancel(TimerId id) { callbacks_.erase(id); }
+
+  /// When the next callback is due; nothing when there is none.
+  [[nodiscard]] std::optional<TimePoint> next_due();
+  /// Takes the next callback out. There must be one.
+  Loop::Callback pop_next();
+
+ private:
+  struct Due {
+    TimePoint when;
+    TimerId id;
+    bool operator>(const Due& o) const { return when != o.when ? when > o.when : id > o.id; }
+  };
+
+  TimerId last_id_ = 0;
+  std::vector<Due> heap_;  ///< cancelled entries stay until they surface
+  std::unordered_map<TimerId, Loop::Callback> callbacks_;
+};
 
 /// Times one callback in `stride` and scales, so that measuring stays well under the work measured.
 class TimedLoop final : public Loop {
@@ -22,6 +52,32 @@ class TimedLoop final : public Loop {
   Loop* inner_;
   unsigned count_ = 0;
   std::chrono::nanoseconds spent_{};
+};
+
+/// A loop whose clock moves only from timer to timer. Same calls, same order, same result.
+class VirtualLoop final : public Loop {
+ public:
+  [[nodiscard]] TimePoint now() const override { return now_; }
+  TimerId at(TimePoint when, Callback callback) override {
+    return timers_.add(std::max(when, now_), std::move(callback));
+  }
+  void cancel(TimerId id) override { timers_.cancel(id); }
+
+  /// Runs the next timer, moving the clock to it. False when there is none.
+  bool run_one();
+  /// Runs until `done()` is true, looked at after each callback, or no timer is left.
+  /// Returns done().
+  bool run_until(const std::function<bool()>& done);
+  /// Runs all timers up to and including `end`, then sets the clock to `end`.
+  void run_to(TimePoint end);
+
+  /// Timers run so far: a measure of work that no machine changes.
+  [[nodiscard]] std::uint64_t events() const { return events_; }
+
+ private:
+  TimePoint now_{};
+  std::uint64_t events_ = 0;
+  TimerQueue timers_;
 };
 
 }  // namespace weft::daemon

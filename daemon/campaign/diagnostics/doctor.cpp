@@ -5,9 +5,8 @@
 #include <set>
 
 #include "daemon/base/loop/real_loop.hpp"
+#include "daemon/campaign/bench_check.hpp"
 #include "daemon/campaign/diagnostics/port_checks.hpp"
-#include "daemon/campaign/diagnostics/system_checks.hpp"
-#include "daemon/campaign/open_rig.hpp"
 #include "daemon/campaign/simulated_bench.hpp"
 
 namespace weft::daemon {

@@ -4,7 +4,6 @@
 #include <filesystem>
 
 #include "daemon/campaign/diagnostics/bench_examination.hpp"
-#include "daemon/campaign/diagnostics/diagnosis.hpp"
 #include "daemon/campaign/diagnostics/port_checks.hpp"
 #include "daemon/hardware/rig/rig_file.hpp"
 

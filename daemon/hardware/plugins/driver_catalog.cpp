@@ -5,9 +5,6 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "daemon/hardware/plugins/builtin_drivers.hpp"
-#include "daemon/hardware/plugins/plugin_file.hpp"
-
 namespace weft::daemon {
 namespace {
 

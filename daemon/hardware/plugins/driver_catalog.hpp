@@ -6,12 +6,32 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "daemon/hardware/plugins/plugin_driver.hpp"
+#include "drivers/api/driver.hpp"
 
 namespace weft::daemon {
+
+/// The drivers linked into this program: one per folder of drivers/, listed by CMake.
+std::span<const DriverEntry* const> builtin_drivers();
+
+// One shared object with a driver in it: found in order before anything in it is called.
+
+/// "weft-driver-NAME.so"
+std::string plugin_file_name(std::string_view driver);
+/// NAME of such a file name; empty when it is another one.
+std::string load_driver(const std::filesystem::path& file);
+
+/// Refuses a table that this program cannot call; reads version and size before all else.
+/// Errors: unsupported, with what was expected and what the plugin has.
+Status check_table(const weft_driver_entry_v1& table);
+
+/// Loads the file and checks its table; its driver must be the one that the file's name says.
+/// Errors: not_found, unsupported (no shared object, no driver in it, another ABI).
+Result<LoadedPlugin> load_plugin(const std::filesystem::path& file);
 
 /// Says that a plugin's code does not come back. Called on another thread than the loop's, which is
 /// lost: the process cannot go on, and this ends it.

@@ -1,4 +1,4 @@
-#include "daemon/hardware/plugins/plugin_file.hpp"
+#include "daemon/hardware/plugins/driver_catalog.hpp"
 
 #include <dlfcn.h>
 

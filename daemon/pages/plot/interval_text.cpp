@@ -1,7 +1,8 @@
 #include "daemon/pages/plot/interval_text.hpp"
 
-namespace weft::daemon {
+#include "daemon/base/text/format.hpp"
 
+namespace weft::daemon {
 namespace {
 
 namespace vibro = classifier::vibro;
@@ -30,6 +31,21 @@ void name_left_out(vibro::CrossValidation& assessment, vibro::Protocol protocol)
   for (classifier::Interval* one :
        {&assessment.accuracy_ci95, &assessment.f_score_ci95, &assessment.voted_ci95})
     name_left_out(*one, groups ? "groups" : "contiguous parts of each recording");
+}
+
+std::string format_too_short(const std::vector<classifier::vibro::TooShort>& recordings,
+                             std::size_t parts) {
+  std::vector<std::string> names;
+  for (const classifier::vibro::TooShort& one : recordings)
+    names.push_back(one.file + " (" + one.label + ")");
+  const bool one = names.size() == 1;
+  const std::string what = one ? "it" : "them";
+  return std::to_string(names.size()) + (one ? " recording is" : " recordings are") +
+         " left out, as no window fits into " +
+         (parts > 1 ? "one of the " + std::to_string(parts) + " parts of " + what +
+                          " (--blocks; fewer are longer)"
+                    : what) +
+         ": " + joined(names);
 }
 
 }  // namespace weft::daemon

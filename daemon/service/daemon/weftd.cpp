@@ -289,12 +289,12 @@ void Daemon::remember_answers() {
 }
 
 void Daemon::on_run_changed(const runs::RunView& run) {
-  nlohmann::json callback = api::run_json(run);
+  nlohmann::json delta = api::run_json(run);
   // A patch that leaves something out takes nothing away: what a recovery has cleared is told.
   for (const char* const gone :
        {"outcome", "cleanup", "rig", "error", "dataset_error", "dataset_sha256", "campaign_since"})
-    if (!callback.contains(gone)) callback[gone] = nullptr;
-  hub_.publish("run:" + run.stored.id(), callback, utc_us());
+    if (!delta.contains(gone)) delta[gone] = nullptr;
+  hub_.publish("run:" + run.stored.id(), delta, utc_us());
   if (handovers_ && own_ == nullptr)  // `weft run` does that itself
     handovers_->consider(run.stored, run.has_handover);
 }

@@ -3,8 +3,8 @@
 #include "daemon/service/methods/data_files.hpp"
 #include "daemon/service/methods/helpers.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
-#include "daemon/storage/certificate/export_check.hpp"
-#include "daemon/storage/certificate/verify_json.hpp"
+#include "daemon/storage/certificate/exports.hpp"
+#include "daemon/storage/certificate/verify.hpp"
 
 namespace weft::daemon::api {
 namespace {
@@ -153,7 +153,6 @@ json trials_json(const Certificate& certificate, std::size_t from, std::size_t m
   return out;
 }
 
-/// Without the checksums of blocks, which have megabytes: they are in the file.
 Outcome certified(const runs::StoredRun& run, std::size_t from, std::size_t most) {
   const auto read = read_certificate(run.folder);
   if (!read) return refused(read.error());

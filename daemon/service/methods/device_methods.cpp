@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "daemon/campaign/open_rig.hpp"
+#include "daemon/campaign/bench_check.hpp"
 #include "daemon/service/methods/helpers.hpp"
 #include "recipes/schema/diagnostic.hpp"
 

@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "daemon/service/methods/services.hpp"
+#include "daemon/service/rpc/session.hpp"
 #include "recipes/schema/diagnostic.hpp"
 
 namespace weft::daemon::api {
@@ -204,6 +206,28 @@ rpc::Outcome runs_page(const Services& services, const rpc::Call& call, const ch
     break;
   }
   return std::string("{\"") + name + "\":" + page.text() + R"(,"next":)" + format_text(next) + "}";
+}
+
+void add_methods(rpc::Methods& methods, const Services& services) {
+  server::add_session_open(methods);
+  server::add_cancel(methods);
+  add_session_methods(methods, services);
+  add_system_methods(methods, services);
+  add_lease_methods(methods, services);
+  add_recipe_methods(methods, services);
+  add_recipe_put(methods, services);
+  add_run_methods(methods, services);
+  add_queue_methods(methods, services);
+  add_rig_methods(methods, services);
+  add_rig_description(methods, services);
+  add_device_methods(methods, services);
+  add_classify_methods(methods, services);
+  add_data_methods(methods, services);
+  add_plan_methods(methods, services);
+  add_handover_methods(methods, services);
+  add_sim_methods(methods, services);
+  add_subscription_methods(methods, services);
+  add_token_methods(methods, services);
 }
 
 }  // namespace weft::daemon::api

@@ -1,14 +1,25 @@
 #pragma once
 // Small things that all groups of methods use. For .cpp files of daemon/service/methods.
 
+#include <cstddef>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "daemon/service/methods/services.hpp"
 
 namespace weft::daemon::api {
+
+/// The recipe's JSON Schema, built into the program from recipes/schema/recipe.schema.json.
+std::string_view recipe_schema_json();
+
+/// [{where, change: "added" | "removed" | "changed", was, is}], objects by key, lists by position;
+/// `was` and `is` where there is such a thing. At most `most`; `all` counts them all.
+/// Goes one call deeper at each level of the two: their depth is bounded by whoever read them.
+nlohmann::json differences(const nlohmann::json& was, const nlohmann::json& is, std::size_t most,
+                           std::size_t& all);
 
 /// JSON on one line; text that is not UTF-8 is replaced.
 std::string format_text(const nlohmann::json& value);

@@ -7,9 +7,8 @@
 
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/file/sha256.hpp"
-#include "daemon/campaign/open_rig.hpp"
+#include "daemon/campaign/bench_check.hpp"
 #include "daemon/service/methods/helpers.hpp"
-#include "daemon/service/methods/recipe_difference.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
 #include "recipes/engine/forecast.hpp"
 #include "recipes/schema/json_text.hpp"

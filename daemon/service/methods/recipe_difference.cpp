@@ -1,4 +1,4 @@
-#include "daemon/service/methods/recipe_difference.hpp"
+#include "daemon/service/methods/helpers.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>

@@ -3,9 +3,8 @@
 
 #include "daemon/analysis/report/json_parts.hpp"
 #include "daemon/base/file/sha256.hpp"
-#include "daemon/campaign/preflight.hpp"
+#include "daemon/campaign/bench_check.hpp"
 #include "daemon/service/methods/helpers.hpp"
-#include "daemon/service/methods/recipe_schema.hpp"
 #include "recipes/engine/operator_steps.hpp"
 
 namespace weft::daemon::api {

@@ -6,7 +6,7 @@
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/file/sha256.hpp"
-#include "daemon/campaign/preflight.hpp"
+#include "daemon/campaign/bench_check.hpp"
 #include "daemon/service/methods/helpers.hpp"
 #include "recipes/schema/diagnostic.hpp"
 

@@ -189,7 +189,7 @@ void wait(const Services& services, const Call& call, const rpc::Responder& resp
     };
     s->handovers->when_over(id, reply, listener);
   };
-  services.run_manager->on_ended_call(id, over, call.listener);
+  services.run_manager->when_ended(id, over, call.listener);
 }
 
 // Into the line and out of it.

@@ -8,12 +8,13 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
-#include "daemon/campaign/bench_pace.hpp"
 #include "daemon/campaign/live_frame_sampler.hpp"
+#include "daemon/campaign/run_pace.hpp"
+#include "daemon/hardware/rig/rig_file.hpp"
 #include "daemon/service/handover/handover_service.hpp"
 #include "daemon/service/methods/data_files.hpp"
-#include "daemon/service/methods/rig_watch.hpp"
 #include "daemon/service/rpc/event_hub.hpp"
 #include "daemon/service/rpc/leases.hpp"
 #include "daemon/service/rpc/method.hpp"
@@ -22,6 +23,21 @@
 #include "daemon/service/runs/run_manager.hpp"
 
 namespace weft::daemon::api {
+
+/// Looks the file over as recipe.check does, short of what a recipe has to do with it; again only
+/// once its text, or that of its cloth table, is another, or there are other plugins.
+class RigWatch {
+ public:
+  /// Sentences; none where the rig can be run.
+  const std::vector<std::string>& problems(const std::filesystem::path& file,
+                                           const std::string& text);
+
+ private:
+  std::optional<RigFile> rig_;  ///< as it was looked at; none where it could not be read
+  std::optional<std::string> text_, fabrics_;
+  std::vector<std::filesystem::path> plugins_;  ///< that there were, and their folders
+  std::vector<std::string> problems_;
+};
 
 /// Outlives the methods. Used by the server's thread alone.
 struct Services {

@@ -1,6 +1,6 @@
 #include <nlohmann/json.hpp>
 
-#include "daemon/campaign/open_rig.hpp"
+#include "daemon/campaign/bench_check.hpp"
 #include "daemon/service/methods/helpers.hpp"
 
 namespace weft::daemon::api {

@@ -172,22 +172,35 @@ Status RunStore::in_place() const {
 }
 
 Status RunStore::commit(const RunChange& change) {
-  Status done = in_place();
-  if (done) done = database_.execute("BEGIN IMMEDIATE");
-  if (!done) return done;
-  done = write(unwritten_);
-  if (done) done = write(change);
-  if (done) done = database_.execute("COMMIT");
-  if (done)
-    unwritten_ = {};
-  else  // where SQLite has rolled back by itself, as on a full disk, there is no more to do
-    static_cast<void>(database_.execute("ROLLBACK"));
+  const Status done = transact({&unwritten_, &change});
+  if (done) unwritten_ = {};
   return done;
 }
 
+// A full disk may have room for the rig's one row and not for the journal: a daemon that died then
+// would have forgotten a latch.
 void RunStore::persist(const RunChange& change) {
-  const bool has_work = !change.is_empty() || !is_persisted();
-  if (has_work && !commit(change)) unwritten_.add(change);
+  if ((change.is_empty() && is_persisted()) || commit(change)) return;
+  unwritten_.add(change);
+  RunChange facts = unwritten_;
+  facts.journal.clear();
+  const RunChange rig{.rig = unwritten_.rig};
+  if (!facts.is_empty() && transact({&facts}))
+    unwritten_ = {.journal = std::move(unwritten_.journal)};
+  else if (rig.rig && transact({&rig}))
+    unwritten_.rig.reset();
+}
+
+Status RunStore::transact(std::initializer_list<const RunChange*> changes) {
+  Status done = in_place();
+  if (done) done = database_.execute("BEGIN IMMEDIATE");
+  if (!done) return done;
+  for (const RunChange* const change : changes)
+    if (done) done = write(*change);
+  if (done) done = database_.execute("COMMIT");
+  // Where SQLite has rolled back by itself, as on a full disk, there is no more to do.
+  if (!done) static_cast<void>(database_.execute("ROLLBACK"));
+  return done;
 }
 
 Status RunStore::append_journal(std::int64_t utc_us, std::string_view run, std::string_view kind,

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <limits>
 #include <optional>
 #include <string>
@@ -94,7 +95,8 @@ class RunStore {
   /// One transaction, with what persist() could not write before. Errors: io; nothing of `change`
   /// is written then.
   Status commit(const RunChange& change);
-  /// Of what has happened already: what is refused now is written with the next change.
+  /// Of what has happened already: what is refused now is written with the next change. Rig, runs
+  /// and queue are then tried without the journal.
   void persist(const RunChange& change);
   /// False: something that has happened is not written, and would be forgotten with the daemon.
   [[nodiscard]] bool is_persisted() const { return unwritten_.is_empty(); }
@@ -131,6 +133,8 @@ class RunStore {
   RunStore(sqlite::Database database, std::filesystem::path home)
       : database_(std::move(database)), home_(std::move(home)) {}
   Status recover_after_restart();
+  /// All of `changes` or nothing.
+  Status transact(std::initializer_list<const RunChange*> changes);
   Status write(const RunChange& change);
   Status write(const StoredRun& run);
   Status write(const RunQueue& queue);

@@ -229,7 +229,7 @@ void RunManager::stage(Run& run, const RunStep& step, std::string_view by, RunCh
 
 void RunManager::apply(Run& run, const RunStep& step, std::string_view by, RunChange change) {
   stage(run, step, by, change);
-  store_.persist(change);
+  if (!change.is_empty()) store_.persist(change);  // tick() retries what was refused
   if (change.rig && context_.observer != nullptr) context_.observer->on_rig_state_changed(rig_, by);
   if (change.queue) notify_queue(by);
   if (step.lost) notify_ended(run);
@@ -300,8 +300,8 @@ std::vector<RunView> RunManager::all() const {
   return out;
 }
 
-void RunManager::on_ended_call(std::string_view id, std::function<void(const RunView&)> on_ended,
-                               std::weak_ptr<const void> listener) {
+void RunManager::when_ended(std::string_view id, std::function<void(const RunView&)> on_ended,
+                            std::weak_ptr<const void> listener) {
   const auto run = find(id);
   if (!run) return;
   if ((*run)->view.is_over()) return on_ended(shown(**run));

@@ -106,8 +106,8 @@ class RunManager final : private RunReports {
   [[nodiscard]] std::optional<std::string> active() const;
   [[nodiscard]] ManagerStatus status() const;
   /// Calls back once, when the run has ended; at once where it has; never, once `listener` is gone.
-  void on_ended_call(std::string_view id, std::function<void(const RunView&)> on_ended,
-                     std::weak_ptr<const void> listener);
+  void when_ended(std::string_view id, std::function<void(const RunView&)> on_ended,
+                  std::weak_ptr<const void> listener);
   /// What became of its handover is shown as part of the run.
   void set_handover(std::string_view id, const HandoverStatus& fact);
 

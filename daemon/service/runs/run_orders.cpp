@@ -105,7 +105,8 @@ Result<RunView> RunManager::confirm(std::string_view id, std::string_view step,
   if (!next) return pass(next.error(), run.view.stored.id());
   if (Status ok = prompts_.check(run.number(), step); !ok) return pass(ok.error());
   const json payload{{"step", step}};
-  apply(run, *next, by, {.journal = {line(id, "confirmed", by, payload)}});
+  store_.persist({.journal = {line(id, "confirmed", by, payload)}});  // before the rig may move
+  apply(run, *next, by);
   return shown(run);
 }
 
@@ -129,7 +130,7 @@ void RunManager::halt(RigState::Stop stop, std::string_view by, std::string_view
   if (repeated_stops_.is_journalled({kind, std::string(by), std::string(reason)}, is_news,
                                     context_.now()))
     change.journal.push_back(line("", kind, by, payload));
-  store_.persist(change);
+  if (!change.is_empty()) store_.persist(change);
   for (Run* const run : halted) notify(*run, by);
   if (context_.observer != nullptr) context_.observer->on_rig_state_changed(rig_, by);
 }

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "daemon/service/transport/http_answer.hpp"
-#include "daemon/service/transport/http_page.hpp"
+#include "daemon/service/transport/http_file.hpp"
 #include "daemon/service/transport/http_server_internal.hpp"
 
 namespace weft::daemon::server {

@@ -12,6 +12,9 @@
 
 namespace weft::daemon::server {
 
+/// 200 or, by If-None-Match, 304; without the bytes for HEAD. Nothing: no file of the page.
+std::optional<std::string> page_answer(const HttpRequest& request);
+
 /// Bytes `first` up to, not with, `end`.
 struct ByteRange {
   std::uint64_t first = 0, end = 0;

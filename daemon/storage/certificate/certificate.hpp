@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/storage/certificate/file_checksums.hpp"
+#include "daemon/base/file/stop_requested.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 
 namespace weft::daemon {
@@ -42,6 +42,17 @@ struct CertifiedTable {
   std::string sha256;
   bool operator==(const CertifiedTable&) const = default;
 };
+
+/// A file and the SHA-256 of its bytes.
+struct FileChecksums {
+  std::string name;  ///< without folder
+  std::uint64_t bytes = 0;
+  std::string sha256;
+  bool operator==(const FileChecksums&) const = default;
+};
+/// Errors: not_found, io; wrong_state when it was stopped.
+Result<FileChecksums> file_checksums(const std::filesystem::path& file,
+                                     const StopRequested& stop_requested = {});
 
 struct Certificate {
   std::string bench_kind, name, seed, software_version;

@@ -1,4 +1,3 @@
-#include <charconv>
 #include <nlohmann/json.hpp>
 
 #include "daemon/base/file/sha256.hpp"
@@ -10,26 +9,8 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* own_digest = "certificate_sha256";
-constexpr int certificate_version = 1;
-
-std::string format_hex(const std::vector<std::uint32_t>& numbers) {
-  constexpr char digits[] = "0123456789abcdef";
-  std::string text;
-  text.reserve(numbers.size() * 8);
-  for (const std::uint32_t number : numbers)
-    for (int shift = 28; shift >= 0; shift -= 4) text += digits[number >> shift & 0xF];
-  return text;
-}
-
-std::vector<std::uint32_t> parse_hex_numbers(const std::string& hex) {
-  std::vector<std::uint32_t> numbers;
-  for (std::size_t i = 0; i + 8 <= hex.size(); i += 8) {
-    std::uint32_t number = 0;
-    std::from_chars(hex.data() + i, hex.data() + i + 8, number, 16);
-    numbers.push_back(number);
-  }
-  return numbers;
-}
+constexpr int certificate_version = 2;
+constexpr int oldest_version = 1;  ///< with checksums of blocks, which are passed over
 
 json trial_json(const CertifiedTrial& trial) {
   json gaps = json::array();
@@ -43,18 +24,6 @@ json trial_json(const CertifiedTrial& trial) {
           {"gaps", std::move(gaps)}};
 }
 
-json file_json(const FileChecksums& file) {
-  json regions = json::array();
-  for (const FileRegion& region : file.regions)
-    regions.push_back({region.first, region.bytes, region.holds});
-  return {{"name", file.name},
-          {"bytes", file.bytes},
-          {"sha256", file.sha256},
-          {"block_bytes", FileChecksums::block_bytes},
-          {"block_crc32", format_hex(file.block_crc32)},
-          {"regions", std::move(regions)}};
-}
-
 CertifiedTrial trial_from(const json& object) {
   CertifiedTrial trial{object.at("name"),
                        object.at("outcome"),
@@ -64,17 +33,6 @@ CertifiedTrial trial_from(const json& object) {
   for (const json& gap : object.at("gaps"))
     trial.gaps.push_back({gap.at("stream"), gap.at("before_sequence"), gap.at("lost")});
   return trial;
-}
-
-FileChecksums file_from(const json& object) {
-  FileChecksums file;
-  file.name = object.at("name");
-  file.bytes = object.at("bytes");
-  file.sha256 = object.at("sha256");
-  file.block_crc32 = parse_hex_numbers(object.at("block_crc32").get_ref<const std::string&>());
-  for (const json& region : object.at("regions"))
-    file.regions.push_back({region.at(0), region.at(1), region.at(2)});
-  return file;
 }
 
 json all_of(const Certificate& c) {
@@ -99,7 +57,8 @@ json all_of(const Certificate& c) {
   for (const CertifiedTrial& trial : c.trials) out["trials"].push_back(trial_json(trial));
   for (const CertifiedTable& table : c.tables)
     out["tables"].push_back({{"name", table.name}, {"sha256", table.sha256}});
-  for (const FileChecksums& file : c.files) out["files"].push_back(file_json(file));
+  for (const FileChecksums& file : c.files)
+    out["files"].push_back({{"name", file.name}, {"bytes", file.bytes}, {"sha256", file.sha256}});
   return out;
 }
 
@@ -120,7 +79,8 @@ Certificate certificate_from(const json& object) {
   for (const json& trial : object.at("trials")) c.trials.push_back(trial_from(trial));
   for (const json& table : object.at("tables"))
     c.tables.push_back({table.at("name"), table.at("sha256")});
-  for (const json& file : object.at("files")) c.files.push_back(file_from(file));
+  for (const json& file : object.at("files"))
+    c.files.push_back({file.at("name"), file.at("bytes"), file.at("sha256")});
   return c;
 }
 
@@ -145,7 +105,9 @@ Result<Certificate> certificate_from_json(const std::string& text) {
                  .expected = recorded,
                  .got = found});
   try {
-    if (object.at("format") != "weft-certificate" || object.at("version") != certificate_version)
+    const json& version = object.at("version");
+    if (object.at("format") != "weft-certificate" ||
+        (version != certificate_version && version != oldest_version))
       return fail({.code = Errc::unsupported,
                    .what = "a certificate of another layout",
                    .expected = std::to_string(certificate_version)});

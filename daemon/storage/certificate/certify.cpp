@@ -1,9 +1,10 @@
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/file/read_file.hpp"
+#include "daemon/base/file/sha256.hpp"
 #include "daemon/storage/certificate/catalogue_digest.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
-#include "daemon/storage/certificate/hdf5_regions.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
+#include "daemon/storage/recorder/sqlite.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -52,6 +53,29 @@ Status add_trials(const std::filesystem::path& campaign, const Dataset& all, Cer
 
 }  // namespace
 
+Result<FileChecksums> file_checksums(const std::filesystem::path& file,
+                                     const StopRequested& stop_requested) {
+  constexpr std::size_t block_bytes = std::size_t{1} << 16;
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored))
+    return fail({.code = Errc::not_found, .where = file.string(), .what = "no such file"});
+  FileChecksums checksums{file.filename().string(), 0, {}};
+  const auto in = sqlite::RawFile::open(file);  // this process may be writing it
+  if (!in) return pass(in.error());
+  Bytes block(block_bytes);
+  Sha256 hash;
+  while (true) {
+    const auto got = in->read(checksums.bytes, block);
+    if (!got) return pass(got.error(), file.string());
+    if (*got == 0) break;
+    if (stop_requested && stop_requested()) return pass(stopped_early(file.string()));
+    hash.update(ByteView(block).first(*got));
+    checksums.bytes += *got;
+  }
+  checksums.sha256 = to_hex(hash.finish());
+  return checksums;
+}
+
 Result<Certificate> certify(const std::filesystem::path& campaign,
                             const std::filesystem::path& dataset) {
   const auto progress = load_progress(campaign);
@@ -62,13 +86,12 @@ Result<Certificate> certify(const std::filesystem::path& campaign,
   describe(all->info, out);
   out.trials_planned = progress->planned;
   if (Status ok = add_trials(campaign, *all, out); !ok) return pass(ok.error());
-  auto checksums = file_checksums(campaign, regions_of_campaign(campaign));
+  auto checksums = file_checksums(campaign);
   if (!checksums) return pass(checksums.error());
   out.files.push_back(std::move(*checksums));
   if (dataset.empty()) return out;
-  const Dataset complete = select_complete(std::move(*all));
-  out.dataset_sha256 = dataset_sha256(complete);
-  auto exported = file_checksums(dataset, regions_of_dataset(dataset, complete));
+  out.dataset_sha256 = dataset_sha256(select_complete(std::move(*all)));
+  auto exported = file_checksums(dataset);
   if (!exported) return pass(exported.error());
   out.files.push_back(std::move(*exported));
   return out;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -57,5 +58,13 @@ struct VerifyReport {
 /// was one of ours; wrong_state when it was stopped.
 Result<VerifyReport> verify(const std::filesystem::path& path,
                             const StopRequested& stop_requested = {});
+
+// What verify() found, as programs are told.
+
+/// {holds, certified, finished, blank, trials_planned, trials_complete, attempts, lost_samples,
+/// dataset_sha256, software_version, exports: [exports_json()'s], findings: [{where, what, hint}]}.
+nlohmann::json verify_json(const VerifyReport& report);
+/// [{name, state, trials, trials_done, trials_done_now}].
+nlohmann::json exports_json(const std::vector<CheckedExport>& exports);
 
 }  // namespace weft::daemon

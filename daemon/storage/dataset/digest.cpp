@@ -1,8 +1,12 @@
 // The canonical serialisation behind the digests, specified in docs/dataset.md, "Digest".
 #include "daemon/storage/dataset/digest.hpp"
 
+#include <algorithm>
+#include <bit>
+#include <map>
+#include <span>
+
 #include "daemon/base/file/sha256.hpp"
-#include "daemon/storage/dataset/counts.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -30,7 +34,7 @@ void add_counts(Sha256& hash, const classifier::Trial& trial) {
   } else {
     hash.text("f").numbers(std::span<const double>(trial.counts));
   }
-  for (const Phase phase : trial.phase) hash.number(static_cast<std::uint8_t>(phase));
+  hash.numbers(std::span<const Phase>(trial.phase));
 }
 
 template <class Number>
@@ -73,6 +77,14 @@ Sha256Digest trial_digest(const classifier::Trial& trial, const TrialRecord& rec
   return hash.finish();
 }
 
+std::string content_of(const classifier::Trial& trial) {
+  Sha256 hash;
+  hash.number(static_cast<std::uint64_t>(trial.taxels));
+  for (const Phase phase : trial.phase) hash.number(to_char(phase));
+  hash.numbers(std::span<const double>(trial.counts));
+  return to_hex(hash.finish());
+}
+
 }  // namespace
 
 std::string trial_sha256(const classifier::Trial& trial, const TrialRecord& record) {
@@ -111,6 +123,56 @@ Result<DatasetDigest> compute_digest(const Dataset& dataset, const StopRequested
 
 std::string dataset_sha256(const Dataset& dataset) {
   return compute_digest(dataset).dataset_sha256;
+}
+
+std::optional<std::vector<std::uint16_t>> as_u16(std::span<const double> counts) {
+  std::vector<std::uint16_t> whole;
+  whole.reserve(counts.size());
+  for (const double count : counts) {
+    if (!(count >= 0.0 && count <= 65535.0)) return std::nullopt;
+    const auto rounded = static_cast<std::uint16_t>(count);
+    // By bits, because -0.0 equals 0 and would not come back.
+    if (std::bit_cast<std::uint64_t>(static_cast<double>(rounded)) !=
+        std::bit_cast<std::uint64_t>(count))
+      return std::nullopt;
+    whole.push_back(rounded);
+  }
+  return whole;
+}
+
+Copies copies_among(const std::vector<std::string>& names,
+                    const std::vector<std::string>& contents) {
+  Copies all;
+  std::map<std::string, std::size_t> place;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto [at, is_new] = place.emplace(contents[i], all.size());
+    if (is_new) all.emplace_back();
+    all[at->second].push_back(names[i]);
+  }
+  std::erase_if(all, [](const auto& own) { return own.size() < 2; });
+  return all;
+}
+
+Copies copies_in(const Dataset& dataset) {
+  std::vector<std::string> names, contents;
+  for (const classifier::Trial& trial : dataset.trials) {
+    names.push_back(trial.file);
+    contents.push_back(content_of(trial));
+  }
+  return copies_among(names, contents);
+}
+
+std::string copies_text(const Copies& copies) {
+  constexpr std::size_t most_named = 5;
+  if (copies.empty()) return {};
+  std::string out = "COPIES: the same samples under several names: ";
+  for (std::size_t i = 0; i < std::min(copies.size(), most_named); ++i) {
+    if (i > 0) out += "; ";
+    for (std::size_t k = 0; k < copies[i].size(); ++k) out += (k > 0 ? " = " : "") + copies[i][k];
+  }
+  if (copies.size() > most_named)
+    out += "; and " + std::to_string(copies.size() - most_named) + " more";
+  return out + ". Leave all but one of each out: a copy that trains answers for one that tests.\n";
 }
 
 }  // namespace weft::daemon

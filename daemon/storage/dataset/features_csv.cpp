@@ -3,7 +3,7 @@
 #include <charconv>
 #include <map>
 
-#include "classifier/features/windows.hpp"
+#include "classifier/features/trial.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/storage/dataset/import.hpp"
 

@@ -1,7 +1,19 @@
 #include "daemon/storage/dataset/hdf5_derived.hpp"
 
+#include <algorithm>
+#include <numeric>
+
 namespace weft::daemon::hdf5 {
 namespace {
+
+constexpr std::size_t most_named = 6;
+
+/// The family of /trials/<family>_samples to which a column belongs.
+std::string family_of(const std::string& column) {
+  if (column == "/taxel/device_us") return "device_us";
+  const std::string group = column.substr(1, column.find('/', 1) - 1);
+  return group == "acceleration" || group == "sound" ? group + "_blocks" : group;
+}
 
 /// `name`: a column that may be missing.
 template <class Number>
@@ -73,6 +85,28 @@ void compare_axes(Reader& in, const std::vector<Axis>& axes) {
   std::vector<double> per_unit;
   for (const Axis& axis : axes) per_unit.push_back(axis.quanta_per_unit());
   compare(in, "/stages/per_unit", per_unit, "not what this layout counts in");
+}
+
+Error with_damaged_trials(Error error, const std::filesystem::path& file, const Dataset& dataset) {
+  const std::string column = error.where;
+  if (error.what != Reader::damaged_column || !column.starts_with('/')) return error;
+  auto in = Reader::open(file);
+  if (!in) return error;
+  const auto samples =
+      in->column<std::uint64_t>(("/trials/" + family_of(column) + "_samples").c_str());
+  const std::uint64_t all = std::accumulate(samples.begin(), samples.end(), std::uint64_t{0});
+  if (samples.size() != dataset.trials.size() || all == 0) return error;
+  const std::uint64_t rows_per_sample = in->rows_of(column.c_str()) / all;  // readings of a block
+  std::vector<std::string> damaged;
+  std::uint64_t first = 0;
+  for (std::size_t i = 0; i < samples.size(); first += samples[i++] * rows_per_sample)
+    if (!in->can_read(column.c_str(), first, samples[i] * rows_per_sample))
+      damaged.push_back(dataset.trials[i].file);
+  for (std::size_t i = 0; i < std::min(damaged.size(), most_named); ++i)
+    error.where += (i > 0 ? ", " : damaged.size() > 1 ? " of trials " : " of trial ") + damaged[i];
+  if (damaged.size() > most_named)
+    error.where += " and " + std::to_string(damaged.size() - most_named) + " more";
+  return error;
 }
 
 }  // namespace weft::daemon::hdf5

@@ -39,4 +39,8 @@ void compare_quantum(Reader& in, const char* column, double per_unit);
 /// /stages/per_unit with what the layout counts each axis in.
 void compare_axes(Reader& in, const std::vector<Axis>& axes);
 
+/// An error of a damaged column of samples, with the trials whose rows in it cannot be read in its
+/// `where`: "/taxel/counts of trial 0007-denim-M1-r03". Any other error as it is.
+Error with_damaged_trials(Error error, const std::filesystem::path& file, const Dataset& dataset);
+
 }  // namespace weft::daemon::hdf5

@@ -5,7 +5,7 @@
 #include "daemon/storage/dataset/digest.hpp"
 #include "daemon/storage/dataset/hdf5_derived.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
-#include "daemon/storage/dataset/hdf5_layout.hpp"
+#include "daemon/storage/dataset/hdf5_handle.hpp"
 #include "daemon/storage/dataset/hdf5_reader.hpp"
 #include "drivers/api/sample.hpp"
 
@@ -366,7 +366,8 @@ Result<Dataset> read_columns(const std::filesystem::path& path, const Hdf5LoadOp
   if (done && options.streams) done = read_vibrations(*in, dataset);
   if (done && options.streams && options.verify_digest)
     done = read_reported_counts(*in, dataset, reported);
-  if (!done) return pass(std::move(done).error(), path.string());
+  if (!done)
+    return pass(hdf5::with_damaged_trials(std::move(done).error(), path, dataset), path.string());
   return dataset;
 }
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <string_view>
 
-#include "daemon/storage/dataset/hdf5_layout.hpp"
+#include "daemon/storage/dataset/hdf5_handle.hpp"
 
 namespace weft::daemon::hdf5 {
 namespace {
@@ -120,7 +120,7 @@ std::optional<Reader::Column> Reader::open_column(const char* name, H5T_class_t 
 void Reader::read_into(const Column& column, const char* name, hid_t type, void* values) {
   if (column.items == 0) return;
   require(H5Dread(column.handle.id(), type, whole_column, whole_column, H5P_DEFAULT, values) >= 0,
-          name, "the column is damaged");
+          name, damaged_column);
 }
 
 std::vector<std::string> Reader::texts(const char* name) {
@@ -180,6 +180,29 @@ std::size_t Reader::text_width(const char* name) {
                                H5Sget_simple_extent_dims(space.id(), size.data(), nullptr) >= 0;
   require(two_dimensional, name, "the column is missing, damaged or not two-dimensional");
   return static_cast<std::size_t>(size[1]);
+}
+
+std::uint64_t Reader::rows_of(const char* name) {
+  const Handle column(H5Dopen2(file_.id(), name, H5P_DEFAULT), H5Dclose);
+  const Handle space(H5Dget_space(column.id()), H5Sclose);
+  std::array<hsize_t, 2> size{0, 0};
+  H5Sget_simple_extent_dims(space.id(), size.data(), nullptr);
+  return size[0];
+}
+
+bool Reader::can_read(const char* name, std::uint64_t first, std::uint64_t rows) {
+  if (rows == 0) return true;
+  const Handle column(H5Dopen2(file_.id(), name, H5P_DEFAULT), H5Dclose);
+  const Handle type(H5Dget_type(column.id()), H5Tclose);
+  const Handle space(H5Dget_space(column.id()), H5Sclose);
+  std::array<hsize_t, 2> count{0, 1};
+  const int dimensions = H5Sget_simple_extent_dims(space.id(), count.data(), nullptr);
+  const std::array<hsize_t, 2> start{first, 0};
+  count[0] = rows;
+  H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr);
+  const Handle slice(H5Screate_simple(dimensions, count.data(), nullptr), H5Sclose);
+  std::string bytes(rows * count[1] * H5Tget_size(type.id()), '\0');
+  return H5Dread(column.id(), type.id(), slice.id(), space.id(), H5P_DEFAULT, bytes.data()) >= 0;
 }
 
 }  // namespace weft::daemon::hdf5

@@ -17,6 +17,8 @@ namespace weft::daemon::hdf5 {
 /// memory is taken.
 class Reader {
  public:
+  static constexpr const char* damaged_column = "the column is damaged";
+
   /// Errors: not_found, parse (no HDF5 file), corrupt (cut short).
   static Result<Reader> open(const std::filesystem::path& path);
 
@@ -44,6 +46,10 @@ class Reader {
   /// Whether a column holds whole numbers; and the second extent of a two-dimensional one.
   bool is_integer(const char* name);
   std::size_t text_width(const char* name);
+
+  /// Whether these rows of a column can be read; of a column whose shape was checked.
+  bool can_read(const char* name, std::uint64_t first, std::uint64_t rows);
+  [[nodiscard]] std::uint64_t rows_of(const char* name);
 
   /// Notes Errc::corrupt at `where` unless `fine`.
   bool require(bool fine, const char* where, const char* what);

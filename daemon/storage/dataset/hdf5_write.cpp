@@ -3,11 +3,10 @@
 #include <limits>
 
 #include "daemon/base/file/atomic_file.hpp"
-#include "daemon/storage/dataset/counts.hpp"
 #include "daemon/storage/dataset/digest.hpp"
 #include "daemon/storage/dataset/hdf5_derived.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
-#include "daemon/storage/dataset/hdf5_layout.hpp"
+#include "daemon/storage/dataset/hdf5_handle.hpp"
 #include "daemon/storage/dataset/hdf5_writer.hpp"
 
 namespace weft::daemon {

@@ -12,8 +12,9 @@ namespace weft::daemon {
 
 /// Reads a manifest with columns `file,label[,group]` in any order (quoted fields allowed) and each
 /// trial file it names, relative to the manifest: `t_s,[phase,]ch1..chN`, no phase column means all
-/// M. Errors carry file:line. Bench kind of the result: unknown.
-Result<Dataset> import_manifest(const std::filesystem::path& manifest);
+/// M. Errors carry file:line. Bench kind of the result: unknown. `rate_hz`: as stated, or 0 for
+/// that of the times, which must then be regular (sample_times.hpp).
+Result<Dataset> import_manifest(const std::filesystem::path& manifest, double rate_hz = 0);
 
 /// One such trial file by itself: a data set of one trial without label or group.
 Result<Dataset> import_trial(const std::filesystem::path& path);
@@ -28,10 +29,11 @@ enum class FabricslideGroup {
 };
 
 /// Reads every `<Fabric>_F<grip>_V[-]<speed>mmps_<repetition>.csv` in `folder` whose name matches
-/// `filter` (shell wildcards * and ?). Label = fabric, all phase M, 16 taxels.
+/// `filter` (shell wildcards * and ?). Label = fabric, all phase M, 16 taxels. `rate_hz` as above.
 Result<Dataset> import_fabricslide(const std::filesystem::path& folder,
                                    std::string_view filter = "*",
-                                   FabricslideGroup group = FabricslideGroup::repetition);
+                                   FabricslideGroup group = FabricslideGroup::repetition,
+                                   double rate_hz = 0);
 
 /// How the values of an icub20 slide make frames.
 enum class Icub20Order {

@@ -94,7 +94,7 @@ Result<std::vector<std::filesystem::path>> matching_files(const std::filesystem:
 }  // namespace
 
 Result<Dataset> import_fabricslide(const std::filesystem::path& folder, std::string_view filter,
-                                   FabricslideGroup group) {
+                                   FabricslideGroup group, double rate_hz) {
   auto files = matching_files(folder, std::string(filter));
   if (!files) return pass(std::move(files).error());
   Dataset dataset;
@@ -110,7 +110,7 @@ Result<Dataset> import_fabricslide(const std::filesystem::path& folder, std::str
     if (done) done = append(dataset, std::move(trial), std::move(record));
     if (!done) return pass(std::move(done).error());
   }
-  dataset.info.taxel_rate_hz = common_rate_hz(dataset);
+  if (auto done = settle_rate(dataset, rate_hz); !done) return pass(done.error(), folder.string());
   return dataset;
 }
 

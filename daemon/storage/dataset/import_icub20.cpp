@@ -3,7 +3,7 @@
 #include <array>
 #include <set>
 
-#include "daemon/base/text/utf8.hpp"
+#include "daemon/base/text/format.hpp"
 #include "daemon/base/version/software_version.hpp"
 #include "daemon/storage/dataset/import.hpp"
 #include "daemon/storage/dataset/trial_csv.hpp"

@@ -1,6 +1,5 @@
 #include "daemon/base/version/software_version.hpp"
 #include "daemon/storage/dataset/import.hpp"
-#include "daemon/storage/dataset/manifest.hpp"
 #include "daemon/storage/dataset/trial_csv.hpp"
 
 namespace weft::daemon {
@@ -49,7 +48,7 @@ Result<Dataset> one_trial(const std::filesystem::path& name, Result<CsvReader> c
 
 }  // namespace
 
-Result<Dataset> import_manifest(const std::filesystem::path& path) {
+Result<Dataset> import_manifest(const std::filesystem::path& path, double rate_hz) {
   const auto entries = read_manifest(path);
   if (!entries) return pass(entries.error());
   Dataset dataset;
@@ -58,7 +57,7 @@ Result<Dataset> import_manifest(const std::filesystem::path& path) {
   dataset.info.software_version = software_version();
   for (const ManifestEntry& entry : *entries)
     if (auto done = import_entry(entry, dataset); !done) return pass(std::move(done).error());
-  dataset.info.taxel_rate_hz = common_rate_hz(dataset);
+  if (auto done = settle_rate(dataset, rate_hz); !done) return pass(done.error(), path.string());
   return dataset;
 }
 

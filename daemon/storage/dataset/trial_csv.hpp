@@ -1,13 +1,31 @@
 #pragma once
 // A table of samples, a line each, as one trial.
 
+#include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "daemon/base/text/csv.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
+#include "protocols/base/result.hpp"
 
 namespace weft::daemon {
+
+// A list of recordings: which file holds what.
+
+struct ManifestEntry {
+  std::string file;            ///< as written
+  std::filesystem::path path;  ///< relative to the manifest's folder
+  std::string label;
+  std::string group;  ///< empty where the manifest has no such column
+  std::string where;  ///< manifest:line
+};
+
+/// A CSV with columns `file,label[,group]` in any order (quoted fields allowed); other columns, an
+/// empty file or label, a file listed twice (under whatever name: `./a.csv`, a link) and a list
+/// without files are refused with file:line.
+Result<std::vector<ManifestEntry>> read_manifest(const std::filesystem::path& path);
 
 /// Which columns of a file hold what.
 struct TrialColumns {
@@ -30,6 +48,9 @@ std::optional<std::size_t> find_column(const CsvReader& csv, std::string_view na
 /// The sample rate that the phases M of all trials have in common, as common_period_s() tells it; 0
 /// when their times do not tell.
 double common_rate_hz(const Dataset& dataset);
+/// Puts the rate into the set: `stated_hz`, or with 0 common_rate_hz().
+/// Errors: parse, where none is stated and the times of a trial are not regular.
+Status settle_rate(Dataset& dataset, double stated_hz);
 
 /// Adds a trial to a set whose trials must all have as many taxels as the first.
 Status append(Dataset& dataset, classifier::Trial trial, TrialRecord record);

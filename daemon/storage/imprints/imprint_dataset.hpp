@@ -2,16 +2,46 @@
 // Imprints in a data set (docs/dataset.md, "Imprints"): a trial of exploration `imprint` whose
 // samples are the rows of the array, top to bottom, and whose taxels are its columns.
 
+#include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "classifier/imprint/imprint_set.hpp"
-#include "classifier/imprint/taxel_grid.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 
 namespace weft::daemon {
+
+// Other people's imprints as a data set.
+
+/// A manifest `file,label[,group]` as import_manifest() takes it; each file is one imprint that
+/// read_image() reads, all with the same number of columns. A group is the object that was pressed,
+/// or the number of the press.
+Result<Dataset> import_imprints(const std::filesystem::path& manifest);
+
+/// One file, one imprint a line: label, group, then rows x cols values, row by row. Lines that
+/// begin with # are skipped, and so is a first line that has a word where a value should be. Errors
+/// carry file:line.
+Result<Dataset> import_imprint_table(const std::filesystem::path& table, std::size_t rows,
+                                     std::size_t cols);
+
+// Imprints in what a run has recorded: trials whose frames are scans of a dense array
+// (docs/dataset.md, "Imprints"). The imprint of a trial is the last scan of phase P, when the force
+// has been held the longest.
+
+/// A device tells of rows and columns whose product is the number of taxels: those, with the pitch
+/// and the bits where it tells of them; nothing of an empty set.
+std::optional<classifier::imprint::TaxelGrid> grid_of_scans(const Dataset& dataset);
+/// Whether there is one.
+bool holds_scans(const Dataset& dataset);
+
+/// One of each complete trial, in order: its object is the trial's label (the fabric), its label
+/// the class that the recipe on record gives the object, or the object where the recipe has no
+/// classes. Errors: invalid_argument, for a trial without a scan in phase P; corrupt, for a recipe
+/// on record that cannot be read.
+Result<std::vector<classifier::imprint::Imprint>> imprints_of_scans(const Dataset& dataset);
 
 inline constexpr std::string_view imprint_exploration = "imprint";
 

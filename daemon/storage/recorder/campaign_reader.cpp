@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "daemon/storage/recorder/chunk.hpp"
-#include "daemon/storage/recorder/raw_file.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
 #include "daemon/storage/recorder/schema.hpp"
 #include "daemon/storage/recorder/sqlite.hpp"

@@ -11,6 +11,9 @@
 
 namespace weft::daemon {
 
+/// Errors: io; corrupt, at a byte of the log or with the log that is missing, and what to do.
+Status check_wal(const std::filesystem::path& campaign);
+
 /// Bytes that keep SQLite from reading what was committed behind them.
 struct LogDamage {
   std::uint64_t at = 0;  ///< byte of the log where the damaged frame begins; 0: its header

@@ -7,9 +7,7 @@
 #include <regex>
 
 #include "daemon/base/text/csv.hpp"
-#include "daemon/storage/dataset/manifest.hpp"
-#include "daemon/storage/dataset/sample_times.hpp"
-#include "daemon/storage/recordings/sound_file.hpp"
+#include "daemon/storage/dataset/trial_csv.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -44,39 +42,30 @@ struct LongestInterval {
   std::string where;
 };
 
-// Since the first one.
-std::vector<std::int64_t> in_ns(const std::vector<double>& times) {
-  std::vector<std::int64_t> out;
-  for (const double t : times) out.push_back(std::llround(1e9 * (t - times.front())));
-  return out;
-}
-
 // Few decimals of the times tell the rate to a hundredth, a slow one to four digits.
 TimedRate timed_rate(double rate_hz, double tolerance_hz) {
   const double grain = rate_hz >= 1 ? 0.01 : std::pow(10.0, std::floor(std::log10(rate_hz)) - 3);
   return {rate_hz, std::round(rate_hz / grain) * grain, tolerance_hz};
 }
 
-// No sample may be missing. The rate of times that are even but for how they are written: both ends
-// may be off by as much as the worst time between them, over all of the duration. Where some are
-// later than by half a step, as if read in batches, that of the line to which they return.
+// The rate of times that are even but for how they are written: both ends may be off by as much as
+// the worst time between them, over all of the duration. No sample may be missing.
 Result<TimedRate> even_rate(const std::vector<double>& times, const LongestInterval& longest) {
   const double duration_s = times.back() - times.front();
   const double step_s = duration_s / static_cast<double>(times.size() - 1);
-  const std::vector<std::int64_t> t_ns = in_ns(times);
-  if (missing_samples(t_ns) >= 0.5)
+  double worst_s = 0.0;
+  for (std::size_t i = 0; i < times.size(); ++i)
+    worst_s =
+        std::max(worst_s, std::abs(times[i] - times.front() - static_cast<double>(i) * step_s));
+  if (worst_s > 0.5 * step_s || longest.s > 1.5 * step_s)
     return fail({.code = Errc::parse,
                  .where = longest.where,
                  .what = "the samples are not evenly spaced",
                  .expected = "a sample each " + std::to_string(step_s) + " s",
                  .got = "one after " + std::to_string(longest.s) + " s",
-                 .hint = "Cut the recording where samples are missing, or resample it"});
-  double worst_s = 0.0;
-  for (std::size_t i = 0; i < times.size(); ++i)
-    worst_s =
-        std::max(worst_s, std::abs(times[i] - times.front() - static_cast<double>(i) * step_s));
-  if (worst_s <= 0.5 * step_s) return timed_rate(1 / step_s, 2 * worst_s / step_s / duration_s);
-  return timed_rate(1 / sampled_time(t_ns).period_s(), 1 / duration_s);
+                 .hint = "Cut the recording where samples are missing; where none are, state the "
+                         "rate of the sensor: --rate-hz"});
+  return timed_rate(1 / step_s, 2 * worst_s / step_s / duration_s);
 }
 
 // The tables of one set are of one rate where their times do not tell otherwise: that of the first,
@@ -120,7 +109,7 @@ class TableRates {
 
 // Evenly sampled columns beside a column of times; the rate of its channels is settled later.
 Result<TimedRate> read_table(const std::filesystem::path& path, const std::string& time,
-                             const std::string& unit, Recording& out) {
+                             double stated_hz, Recording& out) {
   auto csv = CsvReader::open(path);
   if (!csv) return pass(csv.error());
   const auto& header = csv->header();
@@ -128,7 +117,7 @@ Result<TimedRate> read_table(const std::filesystem::path& path, const std::strin
   if (at == header.end()) return csv->complaint("the column " + time + " is missing");
   const auto time_column = static_cast<std::size_t>(at - header.begin());
   for (std::size_t c = 0; c < header.size(); ++c)
-    if (c != time_column) out.channels.push_back({header[c], 0.0, unit});
+    if (c != time_column) out.channels.push_back({header[c], 0.0, "1"});
   if (out.channels.empty()) return csv->complaint("a table without a channel");
   out.samples.resize(out.channels.size());
   std::vector<double> times;
@@ -145,6 +134,7 @@ Result<TimedRate> read_table(const std::filesystem::path& path, const std::strin
     const double since_s = times.size() > 1 ? times.back() - times[times.size() - 2] : 0.0;
     if (since_s > longest.s) longest = {since_s, csv->where()};
   }
+  if (stated_hz > 0) return TimedRate{stated_hz, stated_hz, 0.0};
   if (times.size() < 2 || !(times.back() > times.front()))
     return csv->complaint("the times do not tell the sampling rate");
   return even_rate(times, longest);
@@ -236,7 +226,7 @@ Result<RecordingSet> finished(RecordingSet set, const std::filesystem::path& fro
 
 }  // namespace
 
-Result<RecordingSet> import_recordings(const std::filesystem::path& path) {
+Result<RecordingSet> import_recordings(const std::filesystem::path& path, double rate_hz) {
   const auto entries = read_manifest(path);
   if (!entries) return pass(entries.error());
   RecordingSet set{path.stem().string(), "recordings", BenchKind::unknown, {}};
@@ -244,7 +234,7 @@ Result<RecordingSet> import_recordings(const std::filesystem::path& path) {
   for (const ManifestEntry& entry : *entries) {
     Recording own{entry.file, entry.label, entry.group, {}, {}};
     if (is_csv_name(entry.path)) {
-      const auto timed = read_table(entry.path, "t_s", "1", own);
+      const auto timed = read_table(entry.path, "t_s", rate_hz, own);
       if (!timed) return pass(timed.error(), entry.where);
       rates.add(set.recordings.size(), *timed);
     } else if (const Status done = read_sound(entry.path, own); !done) {
@@ -305,14 +295,14 @@ Result<RecordingSet> import_lmt_sound(const std::filesystem::path& folder) {
   return finished(std::move(set), folder);
 }
 
-Result<RecordingSet> import_hapmat(const std::filesystem::path& folder) {
+Result<RecordingSet> import_hapmat(const std::filesystem::path& folder, double rate_hz) {
   if (auto ok = check_folder(folder); !ok) return pass(ok.error());
   RecordingSet set{"hapmat", "hapmat", BenchKind::real, {}};
   TableRates rates;
   for (const auto& path : files_in(folder)) {
     if (!is_csv_name(path)) continue;
     Recording own{path.filename().string(), path.stem().string(), "1", {}, {}};
-    const auto timed = read_table(path, "time", "1", own);
+    const auto timed = read_table(path, "time", rate_hz, own);
     if (!timed) return pass(timed.error());
     rates.add(set.recordings.size(), *timed);
     set.recordings.push_back(std::move(own));

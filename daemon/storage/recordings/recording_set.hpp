@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "classifier/vibro/recording.hpp"
-#include "daemon/storage/dataset/copies.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
+#include "daemon/storage/dataset/digest.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon {

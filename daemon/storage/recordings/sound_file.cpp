@@ -1,4 +1,4 @@
-#include "daemon/storage/recordings/sound_file.hpp"
+#include "daemon/storage/recordings/import_recordings.hpp"
 
 #ifdef WEFT_WITH_SNDFILE
 #include <sndfile.h>

@@ -196,11 +196,11 @@ bool HalfSpace::solve(const HeightMap& map, double load_pa) {
   pressure_.assign(n, load_pa / static_cast<double>(n));
   direction_.assign(n, 0.0);
   const auto [low, high] = std::minmax_element(map.height_m.begin(), map.height_m.end());
-  double last_squares = 1, retained = 0;
+  double last_squares = 1, decay = 0;
   while (iterations_ < params_.iteration_limit) {
     ++iterations_;
     const double squares = gaps_about_their_mean(map);
-    const double beta = last_squares > 0 ? retained * squares / last_squares : 0;
+    const double beta = last_squares > 0 ? decay * squares / last_squares : 0;
     last_squares = squares;
     const double depth_m = mean_gap_m_ + *high;
     const double rounding_m = rounding * (depth_m + *high - *low);
@@ -213,7 +213,7 @@ bool HalfSpace::solve(const HeightMap& map, double load_pa) {
     const bool still = change_when_scaled_to(load_pa) <= params_.tolerance && !joined;
     const double level_m = level_per_tolerance * params_.tolerance * depth_m;
     if (still && unlevel_m <= std::max(level_m, rounding_m)) return true;
-    retained = joined || still ? 0 : 1;
+    decay = joined || still ? 0 : 1;
   }
   return false;
 }

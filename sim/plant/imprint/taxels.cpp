@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "sim/plant/inside.hpp"
+#include "sim/plant/bounds.hpp"
 #include "sim/plant/random.hpp"
 
 namespace weft::sim {

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "sim/plant/inside.hpp"
+#include "sim/plant/bounds.hpp"
 
 namespace weft::sim {
 

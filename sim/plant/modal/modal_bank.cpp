@@ -6,7 +6,7 @@
 #include <numbers>
 #include <string>
 
-#include "sim/plant/inside.hpp"
+#include "sim/plant/bounds.hpp"
 #include "sim/plant/lanes.hpp"
 
 namespace weft::sim {

@@ -9,10 +9,9 @@
 #include <span>
 #include <vector>
 
+#include "sim/plant/friction.hpp"
 #include "sim/plant/height_field.hpp"
 #include "sim/plant/modal/modal_bank.hpp"
-#include "sim/plant/sliding_contact.hpp"
-#include "sim/plant/vector2.hpp"
 
 namespace weft::sim {
 

@@ -2,7 +2,7 @@
 // contact for the slide.
 
 #include "sim/plant/dynamic/dynamic_contact.hpp"
-#include "sim/plant/fidelity/setting.hpp"
+#include "sim/plant/fidelity/table.hpp"
 #include "sim/plant/modal/oscillator.hpp"
 #include "tests/bench/peers/scenes.hpp"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "classifier/design/cells.hpp"
-#include "classifier/design/clustered.hpp"
+#include "classifier/design/resample.hpp"
 #include "tests/unit/classifier/design_data.hpp"
 
 namespace design_cells_test {

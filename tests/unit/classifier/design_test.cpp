@@ -7,7 +7,6 @@
 
 #include "classifier/design/cells.hpp"
 #include "classifier/design/learning_curve.hpp"
-#include "classifier/design/power_law.hpp"
 #include "classifier/design/resample.hpp"
 #include "classifier/design/response.hpp"
 #include "tests/unit/classifier/design_data.hpp"

@@ -1,4 +1,4 @@
-#include "classifier/learn/exponential.hpp"
+#include "classifier/learn/distance.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

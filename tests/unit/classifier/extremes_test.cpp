@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "classifier/fabric/model.hpp"
-#include "classifier/features/extract.hpp"
+#include "classifier/features/feature_matrix.hpp"
 #include "tests/unit/allocations.hpp"
 #include "tests/unit/classifier/support.hpp"
 

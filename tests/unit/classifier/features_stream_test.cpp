@@ -1,6 +1,6 @@
 #include <catch2/catch.hpp>
 
-#include "classifier/features/extract.hpp"
+#include "classifier/features/feature_matrix.hpp"
 #include "classifier/features/feature_stream.hpp"
 #include "classifier/live/staged_model.hpp"
 #include "tests/unit/allocations.hpp"

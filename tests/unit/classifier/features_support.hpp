@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "classifier/features/extract.hpp"
+#include "classifier/features/feature_matrix.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::testing {

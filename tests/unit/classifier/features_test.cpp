@@ -2,7 +2,6 @@
 #include <limits>
 #include <numbers>
 
-#include "classifier/features/extract.hpp"
 #include "classifier/features/feature_matrix.hpp"
 #include "tests/unit/classifier/features_support.hpp"
 #include "tests/unit/classifier/slow_features.hpp"

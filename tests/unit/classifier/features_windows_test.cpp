@@ -1,6 +1,6 @@
 #include <catch2/catch.hpp>
 
-#include "classifier/features/windows.hpp"
+#include "classifier/features/trial.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::features_windows_test {

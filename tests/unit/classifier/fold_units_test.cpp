@@ -9,7 +9,6 @@
 #include <set>
 
 #include "classifier/baseline/class_folds.hpp"
-#include "classifier/baseline/fold_report.hpp"
 #include "classifier/fabric/pair_problem.hpp"
 #include "classifier/vote/learner_prediction.hpp"
 #include "tests/unit/classifier/support.hpp"

@@ -8,7 +8,7 @@
 
 #include "classifier/base/student_t.hpp"
 #include "classifier/fabric/model.hpp"
-#include "classifier/features/extract.hpp"
+#include "classifier/features/feature_matrix.hpp"
 #include "classifier/selection/t_test.hpp"
 #include "tests/unit/classifier/support.hpp"
 

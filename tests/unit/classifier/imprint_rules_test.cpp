@@ -5,10 +5,9 @@
 #include <limits>
 
 #include "classifier/imprint/experiments.hpp"
+#include "classifier/imprint/feature_plan.hpp"
 #include "classifier/imprint/imprint_set.hpp"
-#include "classifier/imprint/kesler.hpp"
-#include "classifier/imprint/laws.hpp"
-#include "classifier/imprint/least_squares_rule.hpp"
+#include "classifier/imprint/linear_rule.hpp"
 #include "classifier/imprint/scale_search.hpp"
 #include "tests/unit/classifier/support.hpp"
 

@@ -1,4 +1,4 @@
-#include "classifier/fabric/loss_bound.hpp"
+#include "classifier/fabric/fold_problem.hpp"
 
 #include <catch2/catch.hpp>
 #include <numeric>

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "classifier/vibro/bin_tables.hpp"
 #include "classifier/vibro/extract.hpp"
-#include "classifier/vibro/filters.hpp"
 #include "tests/unit/classifier/features_support.hpp"
 
 namespace weft::classifier::vibro::vibro_features_test {

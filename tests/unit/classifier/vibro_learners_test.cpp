@@ -7,10 +7,10 @@
 #include <numeric>
 
 #include "classifier/baseline/decision_tree.hpp"
+#include "classifier/vibro/learn/learners.hpp"
 #include "classifier/vibro/learn/minimise.hpp"
 #include "classifier/vibro/learn/pipeline.hpp"
 #include "classifier/vibro/learn/product.hpp"
-#include "classifier/vibro/learn/tree.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::vibro::vibro_learners_test {

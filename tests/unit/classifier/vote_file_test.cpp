@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "classifier/vote/postprocessing_text.hpp"
+#include "classifier/vote/postprocessing.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::vote_file_test {

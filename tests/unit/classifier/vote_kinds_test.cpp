@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "classifier/vote/compare.hpp"
 #include "classifier/vote/vote.hpp"
+#include "tests/bench/vote_costs.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::vote_kinds_test {

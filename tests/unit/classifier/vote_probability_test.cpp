@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "classifier/fabric/pair_problem.hpp"
-#include "classifier/vote/coupling.hpp"
+#include "classifier/vote/calibration.hpp"
 #include "classifier/vote/postprocessing.hpp"
 #include "classifier/vote/reliability.hpp"
 #include "tests/unit/classifier/support.hpp"

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "classifier/vote/measure_reject.hpp"
 #include "classifier/vote/postprocessing.hpp"
+#include "tests/bench/measure_reject.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::vote_reject_test {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "drivers/ati_digital/ati_digital.hpp"
 #include "drivers/ati_digital/digital_driver.hpp"
 #include "protocols/ati_digital/calibration.hpp"
 #include "protocols/ati_digital/stream.hpp"

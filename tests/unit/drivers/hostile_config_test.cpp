@@ -5,11 +5,11 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "drivers/ati_digital/ati_digital.hpp"
-#include "drivers/ati_netft/ati_netft.hpp"
-#include "drivers/taxel_array/taxel_array.hpp"
-#include "drivers/thorlabs_apt/thorlabs_apt.hpp"
-#include "drivers/vibro/vibro.hpp"
+#include "drivers/ati_digital/digital_driver.hpp"
+#include "drivers/ati_netft/netft_driver.hpp"
+#include "drivers/taxel_array/taxel_driver.hpp"
+#include "drivers/thorlabs_apt/stage_driver.hpp"
+#include "drivers/vibro/vibro_driver.hpp"
 #include "protocols/rdt/rdt.hpp"
 #include "tests/unit/drivers/fakes.hpp"
 #include "tests/unit/hostile_json.hpp"

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <memory>
 
-#include "drivers/imprint_array/imprint_array.hpp"
+#include "drivers/imprint_array/imprint_driver.hpp"
 #include "protocols/imprint/imprint.hpp"
 #include "tests/unit/allocations.hpp"
 #include "tests/unit/drivers/fakes.hpp"

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 #include <memory>
 
-#include "drivers/ati_netft/ati_netft.hpp"
+#include "drivers/ati_netft/netft_driver.hpp"
 #include "protocols/rdt/rdt.hpp"
 #include "tests/unit/allocations.hpp"
 #include "tests/unit/drivers/fakes.hpp"

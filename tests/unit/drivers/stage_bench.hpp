@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-#include "drivers/thorlabs_apt/thorlabs_apt.hpp"
+#include "drivers/thorlabs_apt/stage_driver.hpp"
 #include "protocols/apt/apt.hpp"
 #include "tests/unit/drivers/fakes.hpp"
 

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 #include <memory>
 
-#include "drivers/taxel_array/taxel_array.hpp"
+#include "drivers/taxel_array/taxel_driver.hpp"
 #include "protocols/taxel/cpm_finger.hpp"
 #include "protocols/taxel/taxel.hpp"
 #include "tests/unit/allocations.hpp"

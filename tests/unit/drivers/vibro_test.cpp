@@ -1,4 +1,4 @@
-#include "drivers/vibro/vibro.hpp"
+#include "drivers/vibro/vibro_driver.hpp"
 
 #include <catch2/catch.hpp>
 #include <limits>

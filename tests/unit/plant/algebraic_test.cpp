@@ -1,4 +1,4 @@
-#include "sim/plant/algebraic/algebraic_contact.hpp"
+#include "sim/plant/algebraic/algebraic_probe.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -7,7 +7,7 @@
 
 #include "sim/plant/dynamic/dynamic_contact.hpp"
 #include "sim/plant/dynamic/lugre.hpp"
-#include "sim/plant/fidelity/setting.hpp"
+#include "sim/plant/fidelity/table.hpp"
 #include "tests/unit/plant/support.hpp"
 
 namespace weft::sim::test {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "sim/plant/algebraic/algebraic_contact.hpp"
+#include "sim/plant/algebraic/algebraic_probe.hpp"
 #include "sim/plant/plant.hpp"
 #include "sim/plant/stage.hpp"
 #include "tests/unit/plant/dynamic_support.hpp"

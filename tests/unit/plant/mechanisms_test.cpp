@@ -4,8 +4,7 @@
 #include <cmath>
 
 #include "sim/plant/friction.hpp"
-#include "sim/plant/hysteresis.hpp"
-#include "sim/plant/mount.hpp"
+#include "sim/plant/pose.hpp"
 #include "sim/plant/relaxation.hpp"
 
 namespace mechanisms_test {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/plant/algebraic/algebraic_contact.hpp"
+#include "sim/plant/algebraic/algebraic_probe.hpp"
 #include "tests/unit/plant/dynamic_support.hpp"
 
 namespace unreachable_test {

@@ -285,7 +285,7 @@ class QueueMethods:
         return self._call("queue.pause", {"if_rev": if_rev, "idem": idem})
 
     def remove(self, *, run: str, if_rev: Optional[int] = None, idem: Optional[str] = None) -> JsonObject:
-        """Takes a run out of the line, as run.withdraw does.
+        """Takes a run out of the queue.
 
         run: its name, "R-000318"
         if_rev: rev of the queue as you know it: refused (rev.changed) where it is another by now
@@ -565,7 +565,7 @@ class RunMethods:
         return self._call("run.wait", {"run": run, "hand_over": hand_over})
 
     def withdraw(self, *, run: str, idem: Optional[str] = None) -> JsonObject:
-        """Takes a run out of the line.
+        """Takes a run out of the queue: the old name of queue.remove, kept for one version.
 
         run: its name, "R-000318"
         idem: key of this change: asked again, the first answer comes

@@ -1,4 +1,4 @@
-#include "daemon/analysis/tradeoff/sim/downstream_page.hpp"
+#include "daemon/analysis/tradeoff/sim/sim_page.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,6 @@
 
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/html.hpp"
-#include "daemon/pages/plot/page_parts.hpp"
 
 namespace weft::daemon {
 

@@ -1,13 +1,12 @@
-#include "daemon/analysis/tradeoff/sim/fidelity_section.hpp"
+#include "daemon/analysis/tradeoff/sim/sim_page.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "daemon/analysis/tradeoff/pareto.hpp"
+#include "daemon/analysis/tradeoff/tradeoff_point.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/html.hpp"
-#include "daemon/pages/plot/page_parts.hpp"
 #include "daemon/pages/plot/scatter.hpp"
 
 namespace weft::daemon {

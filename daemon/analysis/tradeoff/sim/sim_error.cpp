@@ -1,4 +1,4 @@
-#include "daemon/analysis/tradeoff/sim/sim_error.hpp"
+#include "daemon/analysis/tradeoff/sim/measure_sim.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,5 @@
 #include <nlohmann/json.hpp>
 
-#include "daemon/analysis/tradeoff/sim/downstream_page.hpp"
 #include "daemon/analysis/tradeoff/sim/sim_page.hpp"
 
 namespace weft::daemon {

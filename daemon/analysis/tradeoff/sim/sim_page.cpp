@@ -2,11 +2,9 @@
 
 #include <algorithm>
 
-#include "daemon/analysis/tradeoff/pareto.hpp"
-#include "daemon/analysis/tradeoff/sim/downstream_page.hpp"
+#include "daemon/analysis/tradeoff/tradeoff_point.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/html.hpp"
-#include "daemon/pages/plot/page_parts.hpp"
 #include "daemon/pages/plot/scatter.hpp"
 
 namespace weft::daemon {

@@ -5,12 +5,26 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "daemon/analysis/tradeoff/sim/downstream.hpp"
 #include "daemon/analysis/tradeoff/sim/measure_sim.hpp"
+#include "sim/plant/fidelity/table.hpp"
 
 namespace weft::daemon {
+
+/// A section with a picture and the front as a table; `setting` ("L1 3.072 ms") is the campaign's,
+/// and marked. Empty where the table has nothing of a campaign of many fabrics.
+/// Errors: what pareto_front() refuses.
+Result<std::string> fidelity_section_html(const sim::FidelityTable& table,
+                                          std::string_view setting);
+
+// The part of the page, of the data and of the text that is about trained classifiers.
+
+/// A <section> with the tables.
+std::string downstream_html(const DownstreamResult& result);
+nlohmann::ordered_json downstream_json(const DownstreamResult& result);
 
 struct SimTradeoffReport {
   std::vector<SimSceneResult> scenes;

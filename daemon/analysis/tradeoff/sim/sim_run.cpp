@@ -7,7 +7,7 @@
 #include "daemon/base/text/format.hpp"
 #include "sim/plant/algebraic/algebraic_probe.hpp"
 #include "sim/plant/dynamic/dynamic_contact.hpp"
-#include "sim/plant/fidelity/setting.hpp"
+#include "sim/plant/fidelity/table.hpp"
 #include "sim/plant/modal/sounding_contact.hpp"
 
 namespace weft::daemon {

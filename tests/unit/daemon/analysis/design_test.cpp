@@ -4,8 +4,6 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "daemon/analysis/design/campaign_design.hpp"
-#include "daemon/analysis/design/design_json.hpp"
 #include "daemon/analysis/design/design_page.hpp"
 #include "daemon/analysis/design/repetition_study.hpp"
 #include "tests/unit/daemon/analysis/swept_data.hpp"

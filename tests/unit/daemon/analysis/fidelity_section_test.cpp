@@ -1,6 +1,6 @@
 // The section of a report on what the plant's fidelity costs.
 
-#include "daemon/analysis/tradeoff/sim/fidelity_section.hpp"
+#include "daemon/analysis/tradeoff/sim/sim_page.hpp"
 
 #include <catch2/catch.hpp>
 

@@ -7,7 +7,6 @@
 #include "daemon/analysis/imprint/tables.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/imprints/image_file.hpp"
-#include "daemon/storage/imprints/import_imprints.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
 #include "tests/unit/daemon/storage/support.hpp"
 

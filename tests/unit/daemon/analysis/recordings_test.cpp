@@ -7,7 +7,6 @@
 
 #include "daemon/analysis/handover/train_vibration.hpp"
 #include "daemon/storage/recordings/import_recordings.hpp"
-#include "daemon/storage/recordings/sound_file.hpp"
 #include "tests/unit/daemon/storage/support.hpp"
 
 namespace weft::daemon::recordings_test {

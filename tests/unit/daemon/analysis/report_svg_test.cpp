@@ -4,8 +4,8 @@
 
 #include "daemon/analysis/report/trace.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/heat_map.hpp"
 #include "daemon/pages/plot/html.hpp"
+#include "daemon/pages/plot/scatter.hpp"
 #include "daemon/pages/plot/svg.hpp"
 #include "tests/unit/daemon/analysis/report_fixture.hpp"
 

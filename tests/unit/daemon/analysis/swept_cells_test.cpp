@@ -4,9 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "classifier/design/response.hpp"
-#include "daemon/analysis/design/design_json.hpp"
 #include "daemon/analysis/design/design_page.hpp"
-#include "recipes/engine/sweep_warnings.hpp"
+#include "recipes/engine/sweep_cells.hpp"
 #include "tests/unit/daemon/analysis/swept_data.hpp"
 
 namespace swept_cells_test {

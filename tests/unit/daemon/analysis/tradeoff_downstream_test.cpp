@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "daemon/analysis/tradeoff/sim/downstream_page.hpp"
+#include "daemon/analysis/tradeoff/sim/sim_page.hpp"
 
 namespace trade_downstream_test {
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "classifier/features/extract.hpp"
+#include "classifier/features/feature_matrix.hpp"
 #include "tests/unit/daemon/analysis/tradeoff_fixture.hpp"
 
 namespace trade_material_test {

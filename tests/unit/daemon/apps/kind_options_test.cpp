@@ -6,10 +6,10 @@
 #include <sstream>
 
 #include "daemon/apps/weft/app.hpp"
-#include "daemon/apps/weft/design_command.hpp"
+#include "daemon/apps/weft/data_commands.hpp"
 #include "daemon/apps/weft/evaluate_command.hpp"
-#include "daemon/apps/weft/features_command.hpp"
 #include "daemon/apps/weft/kind_options.hpp"
+#include "daemon/apps/weft/study_commands.hpp"
 #include "daemon/apps/weft/train_command.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"

@@ -1,6 +1,6 @@
 // What weft run and weft align say of a bench that they could not leave as they should. SIMULATED.
 
-#include "daemon/apps/weft/rig_text.hpp"
+#include "daemon/apps/weft/answer_text.hpp"
 
 #include <nlohmann/json.hpp>
 #include <sstream>

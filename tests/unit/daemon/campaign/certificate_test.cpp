@@ -1,12 +1,15 @@
 // `weft verify`: a flipped bit anywhere in a campaign's files is found and said by place.
 
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
+#include "daemon/base/file/sha256.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/certificate/verify.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/recorder/sqlite.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"
+#include "tests/unit/daemon/storage/hdf5_poke.hpp"
 
 namespace certificate_test {
 
@@ -115,6 +118,37 @@ TEST_CASE("damage is said by trial, stream and chunk, or by table, without a cer
   CHECK(says(verified(out), "table journal: a row is not as it was certified"));
   test::write_file(s.campaign_file, whole);
   CHECK(verified(out).holds());
+}
+
+TEST_CASE("a damaged data set names its trials, and its bytes differ from the certified ones") {
+  const TemporaryFolder folder;
+  const CampaignSummary s = recorded(folder);
+  const auto out = s.campaign_file.parent_path();
+  test::flip_stored_bit(s.dataset_file, "/taxel/counts", 0);
+  const VerifyReport report = verified(out);
+  CHECK(says(report, "dataset.h5: altered: its SHA-256 disagrees"));
+  CHECK(
+      says(report,
+           "/taxel/counts of trials 0000-denim-M1-r01, 0001-denim-M1-r02: the column is damaged"));
+}
+
+TEST_CASE("a certificate with checksums of blocks, as version 1 had them, is read") {
+  const TemporaryFolder folder;
+  const auto out = recorded(folder).campaign_file.parent_path();
+  auto old = nlohmann::json::parse(test::read_file(out / certificate_file_name));
+  old.erase("certificate_sha256");
+  old["version"] = 1;
+  for (auto& file : old["files"]) {
+    file["block_bytes"] = 16384;
+    file["block_crc32"] = "0123abcd4567ef89";
+    file["regions"] = nlohmann::json::array({{0, 32768, "table chunk"}});
+  }
+  old["certificate_sha256"] = sha256_hex(old.dump());
+  test::write_file(out / certificate_file_name, old.dump(1));
+  const VerifyReport report = verified(out);
+  INFO(format_report(report));
+  CHECK(report.holds());
+  CHECK(report.certified);
 }
 
 TEST_CASE("a page of the database that is gone is a sentence and not a crash") {

@@ -1,7 +1,5 @@
 // What becomes of an export when its run is gone on with. SIMULATED.
 
-#include "daemon/storage/certificate/export_check.hpp"
-
 #include <unistd.h>
 
 #include <catch2/catch.hpp>

@@ -4,12 +4,12 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "drivers/ati_digital/ati_digital.hpp"
-#include "drivers/ati_netft/ati_netft.hpp"
-#include "drivers/imprint_array/imprint_array.hpp"
-#include "drivers/taxel_array/taxel_array.hpp"
-#include "drivers/thorlabs_apt/thorlabs_apt.hpp"
-#include "drivers/vibro/vibro.hpp"
+#include "drivers/ati_digital/digital_driver.hpp"
+#include "drivers/ati_netft/netft_driver.hpp"
+#include "drivers/imprint_array/imprint_driver.hpp"
+#include "drivers/taxel_array/taxel_driver.hpp"
+#include "drivers/thorlabs_apt/stage_driver.hpp"
+#include "drivers/vibro/vibro_driver.hpp"
 #include "tests/unit/source_text.hpp"
 
 namespace weft::testing {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/base/loop/virtual_loop.hpp"
+#include "daemon/base/loop/timed_loop.hpp"
 #include "daemon/hardware/link/memory_link.hpp"
 #include "drivers/api/driver.hpp"
 #include "sim/rig/rig.hpp"

@@ -1,6 +1,6 @@
 #include <catch2/catch.hpp>
 
-#include "daemon/base/loop/virtual_loop.hpp"
+#include "daemon/base/loop/timed_loop.hpp"
 #include "daemon/hardware/link/memory_link.hpp"
 
 namespace loop_test {

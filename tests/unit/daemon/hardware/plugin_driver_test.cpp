@@ -9,8 +9,8 @@
 #include <stdexcept>
 
 #include "drivers/api/plugin.hpp"
-#include "drivers/taxel_array/taxel_array.hpp"
-#include "drivers/thorlabs_apt/thorlabs_apt.hpp"
+#include "drivers/taxel_array/taxel_driver.hpp"
+#include "drivers/thorlabs_apt/stage_driver.hpp"
 #include "protocols/taxel/taxel.hpp"
 #include "tests/unit/drivers/fakes.hpp"
 

@@ -1,7 +1,5 @@
 // Shared objects that must be refused, each with what was expected and what was there.
 
-#include "daemon/hardware/plugins/plugin_file.hpp"
-
 #include <catch2/catch.hpp>
 
 #include "daemon/hardware/plugins/driver_catalog.hpp"

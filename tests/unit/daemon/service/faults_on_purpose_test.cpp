@@ -15,10 +15,9 @@ using test::TemporaryFolder;
 
 namespace {
 
-using CallbackLog = std::optional<Status>;
+using Reported = std::optional<Status>;
 
-void inject_fault(RunManagerBench& bench, const std::string& fault, bool ends,
-                  CallbackLog& reported) {
+void inject_fault(RunManagerBench& bench, const std::string& fault, bool ends, Reported& reported) {
   bench.manager->inject_fault({fault, ends, "ada", {}},
                               [&reported](const Status& done) { reported = done; });
 }
@@ -43,7 +42,7 @@ TEST_CASE("a fault befalls the run under way, and both journals have it") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
   const std::string id = begun(bench).stored.id();
-  CallbackLog unknown, silent, cleared;
+  Reported unknown, silent, cleared;
   inject_fault(bench, R"({"device": "fu", "fault": "silent"})", false, unknown);
   inject_fault(bench, R"({"device": "ft", "fault": "noise", "amount": 0.001})", false, cleared);
   inject_fault(bench, R"({"device": "ft", "fault": "silent"})", false, silent);
@@ -69,7 +68,7 @@ TEST_CASE("a fault that was ended leaves the trials whole") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
   const std::string id = begun(bench).stored.id();
-  CallbackLog given, ended;
+  Reported given, ended;
   inject_fault(bench, R"({"device": "ft", "fault": "silent", "start_s": 5})", false, given);
   inject_fault(bench, R"({"device": "ft", "fault": ""})", true, ended);
   bench.posted.let_go();
@@ -83,18 +82,18 @@ TEST_CASE("a fault that was ended leaves the trials whole") {
 TEST_CASE("without a run a fault is refused; one that no run takes up any more is told so") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
-  CallbackLog reported;
+  Reported reported;
   inject_fault(bench, R"({"device": "ft", "fault": "silent"})", false, reported);
   REQUIRE(reported);
   CHECK(reported->error().code == Errc::wrong_state);
   const std::string id = begun(bench).stored.id();
   REQUIRE(bench.manager->order(id, Order::abort, "ada"));
-  CallbackLog late;
+  Reported late;
   inject_fault(bench, R"({"device": "ft", "fault": "silent"})", false, late);
   bench.posted.let_go();
   bench.ended(id);
   REQUIRE(bench.posted.run_until([&] { return late.has_value(); }));
-  CallbackLog after;
+  Reported after;
   inject_fault(bench, R"({"device": "ft", "fault": "silent"})", false, after);
   REQUIRE(after);
   CHECK(after->error().code == Errc::wrong_state);

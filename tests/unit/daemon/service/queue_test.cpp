@@ -190,10 +190,10 @@ TEST_CASE("any sequence of changes leaves a line of exactly the runs that wait, 
     Numbers waiting;
     for (const RunView& run : bench.manager->all())
       if (run.machine.state == RunState::queued) waiting.push_back(run.stored.number);
-    Numbers on_queue_changed = bench.manager->queue().runs();
+    Numbers queued = bench.manager->queue().runs();
     REQUIRE(bench.manager->queue() == bench.store.queue().value());
-    std::sort(on_queue_changed.begin(), on_queue_changed.end());
-    REQUIRE(on_queue_changed == waiting);
+    std::sort(queued.begin(), queued.end());
+    REQUIRE(queued == waiting);
     REQUIRE(bench.manager->queue().revision() >= revision);
     revision = bench.manager->queue().revision();
   }

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "daemon/campaign/preflight.hpp"
+#include "daemon/campaign/bench_check.hpp"
 #include "daemon/service/methods/services.hpp"
 #include "tests/unit/daemon/service/run_manager_bench.hpp"
 

@@ -1,6 +1,6 @@
 // What differs between two recipes, by JSON pointer.
 
-#include "daemon/service/methods/recipe_difference.hpp"
+#include "daemon/service/methods/helpers.hpp"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>

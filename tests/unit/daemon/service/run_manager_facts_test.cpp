@@ -318,9 +318,9 @@ TEST_CASE("a rig file that is damaged while runs wait costs none of them") {
     CHECK_FALSE(bench.manager->active());
     CHECK(bench.manager->queue().runs() == std::vector<std::int64_t>{1, 2});
     CHECK(bench.manager->queue().paused_by() == "auto:failed");
-    const JournalLine reply = bench.store.tail("", 1)->front();
-    CHECK(reply.kind == "queue_paused");
-    CHECK(reply.payload_json.find(bench.request.rig.string()) != std::string::npos);
+    const JournalLine newest = bench.store.tail("", 1)->front();
+    CHECK(newest.kind == "queue_paused");
+    CHECK(newest.payload_json.find(bench.request.rig.string()) != std::string::npos);
   }
   test::write_file(bench.request.rig, rig);
   REQUIRE(bench.manager->resume_queue("test"));

@@ -239,9 +239,9 @@ TEST_CASE("nobody is told of an end who is gone by then") {
   const auto here = std::make_shared<int>();
   auto gone = std::make_shared<int>();
   int reported = 0;
-  bench.manager->on_ended_call(
+  bench.manager->when_ended(
       id, [&](const RunView&) { ++reported; }, here);
-  bench.manager->on_ended_call(
+  bench.manager->when_ended(
       id, [&](const RunView&) { reported += 100; }, gone);
   gone.reset();
   bench.posted.let_go();
@@ -264,6 +264,23 @@ TEST_CASE("what belongs together is written together or not at all") {
   REQUIRE(store.database().execute("DROP TRIGGER full"));
   REQUIRE(store.commit(change));
   CHECK(store.runs()->size() == 1);
+}
+
+TEST_CASE("a latch is on the disk where only the journal is refused, and its lines follow later") {
+  const TemporaryFolder folder;
+  {
+    RunManagerBench bench(folder);
+    REQUIRE(bench.store.database().execute(
+        "CREATE TRIGGER full BEFORE INSERT ON journal BEGIN SELECT RAISE(ABORT, 'no room'); END"));
+    bench.manager->halt(RigState::Stop::halt, "ada", "smoke");
+    CHECK_FALSE(bench.store.is_persisted());
+    CHECK(bench.store.rig_state()->is_latched());
+    REQUIRE(bench.store.database().execute("DROP TRIGGER full"));
+    bench.manager->tick();
+    CHECK(bench.store.is_persisted());
+    CHECK(bench.store.tail("", 1)->front().kind == "halt");
+  }
+  CHECK(RunStore::open(folder / "weftd.sqlite").value().rig_state()->is_latched());
 }
 
 TEST_CASE("a run is taken into the line by its model's head; the rest is read on its own thread") {

@@ -6,6 +6,7 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <fstream>
 
 #include "daemon/storage/dataset/hdf5_handle.hpp"
 
@@ -26,6 +27,31 @@ void poke(const std::filesystem::path& path, const char* column_name, hsize_t ro
                    H5Sclose);
   REQUIRE(H5Dwrite(column.id(), hdf5::native_type<Number>(), one.id(), space.id(), H5P_DEFAULT,
                    &value) >= 0);
+}
+
+/// Flips a bit in the middle of the stored chunk that holds a row of a column.
+inline void flip_stored_bit(const std::filesystem::path& path, const char* column_name,
+                            hsize_t row) {
+  using hdf5::Handle;
+  haddr_t address = 0;
+  hsize_t bytes = 0;
+  {
+    const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    const Handle column(H5Dopen2(file.id(), column_name, H5P_DEFAULT), H5Dclose);
+    const Handle properties(H5Dget_create_plist(column.id()), H5Pclose);
+    std::array<hsize_t, 2> chunk{1, 1}, at{0, 0};
+    REQUIRE(H5Pget_chunk(properties.id(), 2, chunk.data()) > 0);
+    at[0] = row / chunk[0] * chunk[0];
+    unsigned filters = 0;
+    REQUIRE(H5Dget_chunk_info_by_coord(column.id(), at.data(), &filters, &address, &bytes) >= 0);
+  }
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  const auto place = static_cast<std::streamoff>(address + bytes / 2);
+  file.seekg(place);
+  const int byte = file.get();
+  file.seekp(place);
+  file.put(static_cast<char>(byte ^ 0x10));
+  REQUIRE(file.good());
 }
 
 /// Puts another number into an attribute of a group or column.

@@ -139,6 +139,30 @@ TEST_CASE("an altered number is found, and the trial it is in is named") {
   CHECK(read_hdf5(path, {.streams = true, .verify_digest = false}));
 }
 
+TEST_CASE("a column that cannot be unpacked names the trials whose rows are lost, and no other") {
+  const TemporaryFolder folder;
+  const auto path = folder / "d.h5";
+  constexpr std::uint32_t samples = 20000;  // the times of a trial take more than half a chunk
+  const Dataset dataset = recorded(folder, 4, samples);
+  REQUIRE(write_hdf5(dataset, path));
+  flip_stored_bit(path, "/taxel/t_ns", samples * 4 - 1);
+  const Error error = read_error(path);
+  CHECK(error.code == Errc::corrupt);
+  CHECK(error.where == path.string() + ": /taxel/t_ns of trial " + dataset.trials[3].file);
+  CHECK(error.what == "the column is damaged");
+}
+
+TEST_CASE("a damaged column of a stream names its trials too") {
+  const TemporaryFolder folder;
+  const auto path = folder / "d.h5";
+  const Dataset dataset = recorded(folder);
+  REQUIRE(write_hdf5(dataset, path));
+  flip_stored_bit(path, "/wrench/quanta", 0);
+  CHECK(read_error(path).where ==
+        path.string() + ": /wrench/quanta of trials " + dataset.trials[0].file + ", " +
+            dataset.trials[1].file + ", " + dataset.trials[2].file + ", " + dataset.trials[3].file);
+}
+
 TEST_CASE("a simulated set whose bench kind was rewritten is refused") {
   const TemporaryFolder folder;
   Dataset dataset = recorded(folder);

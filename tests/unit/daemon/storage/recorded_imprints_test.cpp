@@ -1,7 +1,5 @@
 // Imprints in the scans that a run has recorded.
 
-#include "daemon/storage/imprints/recorded_imprints.hpp"
-
 #include <catch2/catch.hpp>
 
 #include "daemon/storage/dataset/trial_csv.hpp"

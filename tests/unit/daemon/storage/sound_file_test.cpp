@@ -1,6 +1,6 @@
 // Sound files whose headers do not tell the truth.
 
-#include "daemon/storage/recordings/sound_file.hpp"
+#include "daemon/storage/recordings/import_recordings.hpp"
 
 #include <catch2/catch.hpp>
 

@@ -47,18 +47,38 @@ double rate_hz(const std::vector<double>& t_s) {
   return set ? set->recordings[0].channels[0].rate_hz : 0.0;
 }
 
-TEST_CASE("samples of a table that were read late are of the rate at which they were taken") {
-  std::vector<double> batches, scattered = even(400);
+// Refused with the advice to state the rate, which is then taken.
+void needs_a_stated_rate(const std::vector<double>& t_s) {
+  const TemporaryFolder folder;
+  const auto refused = imported(folder, {table(t_s)});
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == Errc::parse);
+  CHECK(refused.error().what == "the samples are not evenly spaced");
+  CHECK(refused.error().hint.ends_with("--rate-hz"));
+  const auto set = import_recordings(folder / "m.csv", 400);
+  REQUIRE(set);
+  CHECK(set->recordings[0].channels[0].rate_hz == 400);
+  CHECK(set->recordings[0].samples[0].size() == t_s.size());
+}
+
+TEST_CASE("samples of a table that were read late need a stated rate") {
+  std::vector<double> batches, scattered = even(400), each_second;
   for (int i = 0; i < 3200; ++i) batches.push_back(i / 8 * 0.02 + i % 8 * 0.0002);
-  CHECK(rate_hz(batches) == Approx(400).epsilon(0.001));
+  needs_a_stated_rate(batches);
+  for (int i = 0; i < 4000; ++i) each_second.push_back(i / 400 + i % 400 * 0.0002);
+  needs_a_stated_rate(each_second);
   std::mt19937 engine(1);
   std::normal_distribution<double> late_s(0, 0.25 / 400);
   for (double& t : scattered) t += late_s(engine);
-  CHECK(rate_hz(scattered) == Approx(400).epsilon(0.001));
-  for (std::vector<double>* times : {&batches, &scattered}) {
-    times->erase(times->begin() + 800, times->begin() + 808);
-    CHECK(rate_hz(*times) == 0.0);
-  }
+  needs_a_stated_rate(scattered);
+}
+
+TEST_CASE("the stated rate is that of all tables of a set") {
+  const TemporaryFolder folder;
+  CHECK_FALSE(imported(folder, {table(even(400)), table(even(401))}));
+  const auto set = import_recordings(folder / "m.csv", 400.5);
+  REQUIRE(set);
+  for (const auto& recording : set->recordings) CHECK(recording.channels[0].rate_hz == 400.5);
 }
 
 TEST_CASE("samples that are missing in a table are named by the line after them") {
@@ -85,12 +105,6 @@ TEST_CASE("a sample that is missing in a table is found near its ends and in bet
   for (std::ptrdiff_t at = 3200 - 3200 % 512 - 1; at > 0; at -= 512)
     periodic.erase(periodic.begin() + at);
   CHECK(rate_hz(periodic) == 0.0);
-}
-
-TEST_CASE("a table whose samples were read all at once each second has their rate") {
-  std::vector<double> times;
-  for (int i = 0; i < 4000; ++i) times.push_back(i / 400 + i % 400 * 0.0002);
-  CHECK(rate_hz(times) == Approx(400).epsilon(0.001));
 }
 
 TEST_CASE("times of a table in another unit than seconds are refused by their line") {

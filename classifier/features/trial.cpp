@@ -1,0 +1,93 @@
+#include "classifier/features/trial.hpp"
+
+#include <cmath>
+
+namespace weft::classifier {
+namespace {
+
+// People and other programs number recordings by "#3" themselves.
+constexpr std::string_view window_mark = "#w";
+
+// Whole samples in a duration, or 0 when that is not a sensible number.
+std::size_t samples_in(double duration_s, double period_s) {
+  const double samples = std::nearbyint(duration_s / period_s);
+  return samples >= 1.0 && samples < 1e15 ? static_cast<std::size_t>(samples) : 0;
+}
+
+std::vector<std::size_t> motion_samples(const Trial& trial) {
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < trial.samples(); ++i) {
+    if (trial.phase[i] == Phase::motion) out.push_back(i);
+  }
+  return out;
+}
+
+Trial one_window(const Trial& trial, std::span<const std::size_t> samples, std::size_t number) {
+  Trial out;
+  out.file = window_name(trial.file, number);
+  out.label = trial.label;
+  out.group = trial.group;
+  out.taxels = trial.taxels;
+  out.phase.assign(samples.size(), Phase::motion);
+  out.counts.reserve(samples.size() * trial.taxels);
+  for (const std::size_t i : samples) {
+    const auto row = trial.row(i);
+    out.counts.insert(out.counts.end(), row.begin(), row.end());
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string window_name(std::string_view recording, std::size_t number) {
+  return std::string(recording).append(window_mark) + std::to_string(number);
+}
+
+std::string_view recording_of(std::string_view file) {
+  const std::size_t mark = file.rfind(window_mark);
+  if (mark == std::string_view::npos) return file;
+  const std::string_view number = file.substr(mark + window_mark.size());
+  const bool numbered =
+      !number.empty() && number.find_first_not_of("0123456789") == std::string_view::npos;
+  return numbered ? file.substr(0, mark) : file;
+}
+
+std::string recording_of(const std::string& file, std::size_t row) {
+  const std::string_view name = recording_of(file);
+  return name.empty() ? "#" + std::to_string(row) : std::string(name);
+}
+
+Result<std::vector<Trial>> cut_windows(const Trial& trial, const WindowOptions& options) {
+  if (trial.counts.size() != trial.samples() * trial.taxels) {
+    return fail({.code = Errc::invalid_argument,
+                 .where = trial.file,
+                 .what = "samples and phases disagree"});
+  }
+  const std::size_t length = samples_in(options.window_s, options.sample_period_s);
+  const double step_s = options.step_s == 0.0 ? options.window_s : options.step_s;
+  const std::size_t step = samples_in(step_s, options.sample_period_s);
+  if (length == 0 || step == 0) {
+    return fail({.code = Errc::invalid_argument,
+                 .where = "window",
+                 .what = "window and step must hold at least one sample",
+                 .expected = "positive durations",
+                 .got = std::to_string(options.window_s) + " s, step " + std::to_string(step_s) +
+                        " s at a period of " + std::to_string(options.sample_period_s) + " s"});
+  }
+  const std::vector<std::size_t> motion = motion_samples(trial);
+  if (motion.size() < length) {
+    return fail({.code = Errc::range,
+                 .where = trial.file,
+                 .what = "motion is shorter than one window",
+                 .expected = std::to_string(length) + " samples",
+                 .got = std::to_string(motion.size())});
+  }
+  std::vector<Trial> out;
+  for (std::size_t from = 0; from + length <= motion.size(); from += step) {
+    out.push_back(
+        one_window(trial, std::span<const std::size_t>(motion).subspan(from, length), out.size()));
+  }
+  return out;
+}
+
+}  // namespace weft::classifier
