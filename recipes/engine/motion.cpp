@@ -101,13 +101,12 @@ Error step_timed_out(std::string place, const std::optional<Error>& awaited) {
 }
 
 Error still_bad(std::string place, std::uint32_t takes, const Error& last) {
-  return {
-      .code = Errc::measurement,
-      .where = std::move(place) + (last.where.empty() ? "" : ", " + last.where),
-      .what = "the record is bad in all of " + std::to_string(takes) + " takes: " + last.what,
-      .expected = last.expected,
-      .got = last.got,
-      .hint = last.hint};
+  return {.code = Errc::measurement,
+          .where = std::move(place) + (last.where.empty() ? "" : ", " + last.where),
+          .what = "the record is bad in all of " + std::to_string(takes) + " takes: " + last.what,
+          .expected = last.expected,
+          .got = last.got,
+          .hint = last.hint};
 }
 
 Error nothing_bears(std::string place) {

@@ -126,10 +126,11 @@ TEST_CASE("a damaged data set names its trials, and its bytes differ from the ce
   const auto out = s.campaign_file.parent_path();
   test::flip_stored_bit(s.dataset_file, "/taxel/counts", 0);
   const VerifyReport report = verified(out);
+  INFO(format_report(report));
   CHECK(says(report, "dataset.h5: altered: its SHA-256 disagrees"));
   CHECK(
       says(report,
-           "/taxel/counts of trials 0000-denim-M1-r01, 0001-denim-M1-r02: the column is damaged"));
+           "/taxel/counts of trials 0000-denim-M1-r01, 0001-denim-M2-r01: the column is damaged"));
 }
 
 TEST_CASE("a certificate with checksums of blocks, as version 1 had them, is read") {
