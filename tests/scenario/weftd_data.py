@@ -285,7 +285,7 @@ def beside_others(web, client, folder, data):
     assert web.get(data["path"], If_Match=f'"{data["sha256"]}"')[0] == 412
     run = data["path"].split("/")[2]
     seen = client.call("data.verify", run=run)
-    assert not seen["holds"] and seen["findings"][0]["where"].startswith("dataset.h5: bytes"), seen
+    assert not seen["holds"] and seen["findings"][0]["where"] == "dataset.h5" and seen["findings"][0]["what"].startswith("altered"), seen
     file.write_bytes(whole)
     assert web.get(data["path"])[0] == 200
     seen = web.post("data.verify", run=run)["result"]
