@@ -259,8 +259,8 @@ def slow_reader(t, d):
     for name, within in (("fast", 0.0002), ("even", 0.002)):
         lines = [f"{k // 100 + k % 100 * within:.4f},{1000 + k % 7}" for k in range(1000)]
         (folder / f"{name}.csv").write_text("\n".join(["t_s,ch1", *lines]) + "\n")
-        stated(t, folder, name, [[f"{name}.csv", "felt", "1"]], 100)
-        t.succeeds("features", f"{name}.h5", "-o", "f.csv", "--window-s", "1", cwd=folder)
+        stated(t, folder, f"{name}-set", [[f"{name}.csv", "felt", "1"]], 100)
+        t.succeeds("features", f"{name}-set.h5", "-o", "f.csv", "--window-s", "1", cwd=folder)
         windows = (folder / "f.csv").read_text().count(f"{name}.csv#w")
         t.expect(windows == 10, f"{windows} windows of 1 s in 10 s")
     # One sample tells no rate, and there is nothing to refuse.
