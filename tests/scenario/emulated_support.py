@@ -11,8 +11,8 @@ from machine_pace import LATE_S, TOO_SLOW, Lateness
 
 # A machine with other work may keep a port waiting for longer than a sensor may be silent. A virtual one does so too: its host
 # counts the processor's time in tenths of a second, and where that is used up (by a build, say) a thread of real-time priority 50
-# with locked memory that only sleeps is late by 100 ms. That is a finding of the guard, not of a test of something else. Whether the
-# machine was late is measured; where it was not, the same finding is a fault.
+# with locked memory that only sleeps is late by 100 ms. That is a finding of the guard, not of a test of something else: it is tried
+# again. Whether the machine was late is measured; where it never was, the same finding in each attempt is a fault.
 ATTEMPTS = 3
 
 
@@ -22,16 +22,20 @@ def kept_waiting(said):
 
 
 def tried(once):
-    """What `once(attempt)` gives: a finished process, or one with more about it. Again where the machine kept a port waiting; skipped where
-    it does so each time."""
+    """What `once(attempt)` gives: a finished process, or one with more about it. Again where a port was silent; where it is each time, the
+    test is skipped if the machine was late, and the finding stands if it was not."""
+    was_late = False
     for attempt in range(ATTEMPTS):
         with Lateness() as late:
             found = once(attempt)
         ran = found[0] if isinstance(found, tuple) else found
         silence = kept_waiting(ran.stdout + ran.stderr)
-        if ran.returncode == 0 or not silence or late.most_s() <= LATE_S:
+        if ran.returncode == 0 or not silence:
             return found
-        print(f"attempt {attempt + 1}: the machine was {1e3 * late.most_s():.0f} ms late, and a port silent ({silence})", flush=True)
+        was_late = was_late or late.most_s() > LATE_S
+        print(f"attempt {attempt + 1}: a port was silent ({silence}), the machine {1e3 * late.most_s():.0f} ms late", flush=True)
+    if not was_late:
+        return found
     print(f"skipped: the machine is too slow for real time, in {ATTEMPTS} attempts")
     raise SystemExit(TOO_SLOW)
 
