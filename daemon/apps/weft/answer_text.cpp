@@ -75,7 +75,7 @@ using recipes::Cleanup;
 using recipes::RigFact;
 
 std::string format_rig(Cleanup cleanup, RigFact rig) {
-  const std::string look =
+  const std::string cleanup_text =
       "; look at the bench before anything moves, and lift the probe by hand if a stage is dead: "
       "the next run homes z, upwards, before all else";
   // What is done finally begins only where the probe is up.
@@ -89,10 +89,10 @@ std::string format_rig(Cleanup cleanup, RigFact rig) {
   if (rig == RigFact::holding)
     return "the probe was not lifted: the stages stand where they were, and it may bear on the "
            "cloth" +
-           look;
+           cleanup_text;
   return "the probe was not lifted, as far as is known: the rig is " +
          std::string(recipes::to_string(rig)) + ", and the probe may still bear on the cloth" +
-         look;
+         cleanup_text;
 }
 
 }  // namespace weft::daemon::cli

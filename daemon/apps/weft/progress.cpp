@@ -100,8 +100,8 @@ void ConsolePrompt::listen(const std::stop_token& stop) {
   constexpr int poll_interval_ms = 100;
   std::array<char, 256> bytes{};
   while (!stop.stop_requested()) {
-    pollfd look{terminal_, POLLIN, 0};
-    if (::poll(&look, 1, poll_interval_ms) <= 0) continue;
+    pollfd input{terminal_, POLLIN, 0};
+    if (::poll(&input, 1, poll_interval_ms) <= 0) continue;
     const ssize_t count = ::read(terminal_, bytes.data(), bytes.size());
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) return closed();

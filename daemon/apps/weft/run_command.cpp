@@ -64,13 +64,13 @@ Result<CampaignSummary> run_with_daemon(const RunArgs& args, const CampaignReque
   const FoldersForSocket folders(request.out);
   const auto socket = args.socket.empty() ? request.out / "weftd.sock" : args.socket;
   std::optional<Result<CampaignSummary>> ran;
-  server::EmbeddedRun own;
-  own.request.recipe = request.recipe;
-  own.request.seed = request.seed;
-  own.request.by = "weft run";
-  own.request.folder = std::filesystem::absolute(request.out);
-  own.check = [&request] { return check_quickly(request); };
-  own.perform = [&](const CampaignHooks& hooks) -> Result<CampaignSummary> {
+  server::EmbeddedRun embedded;
+  embedded.request.recipe = request.recipe;
+  embedded.request.seed = request.seed;
+  embedded.request.by = "weft run";
+  embedded.request.folder = std::filesystem::absolute(request.out);
+  embedded.check = [&request] { return check_quickly(request); };
+  embedded.perform = [&](const CampaignHooks& hooks) -> Result<CampaignSummary> {
     if (console.terminal)
       console.err << "weft: from elsewhere: weft watch, pause, stop, halt ... --socket "
                   << socket.string() << std::endl;
@@ -83,7 +83,7 @@ Result<CampaignSummary> run_with_daemon(const RunArgs& args, const CampaignReque
   options.data = request.out;
   options.socket = socket;
   const Status served =
-      catch_as_error([&] { return server::run_daemon_for(options, own); }, "daemon");
+      catch_as_error([&] { return server::run_daemon_for(options, embedded); }, "daemon");
   if (ran) return std::move(*ran);
   CampaignHooks alone;
   alone.rig_acquired = [&] {

@@ -155,7 +155,7 @@ bool has_page_of(const fs::path& database, const LogFrame& frame) {
          std::equal(page.begin(), page.end(), content.begin());
 }
 
-std::string words_of(const LogDamage& damage) {
+std::string format_damage(const LogDamage& damage) {
   if (damage.at == 0) return "damaged: nothing of the log can be read";
   return "damaged: " + std::to_string(damage.transactions_lost) +
          (damage.transactions_lost == 1 ? " transaction" : " transactions") +
@@ -211,7 +211,7 @@ Status check_wal(const std::filesystem::path& campaign) {
   if (log->damage)
     return fail({.code = Errc::corrupt,
                  .where = where + ": byte " + std::to_string(log->damage->at),
-                 .what = words_of(*log->damage),
+                 .what = format_damage(*log->damage),
                  .hint = hint_of(*log)});
   const auto expected = expects_log(campaign);  // what keeps it from being read is told elsewhere
   if (!expected || !*expected || log->bytes > 0) return {};
