@@ -22,18 +22,19 @@ def kept_waiting(said):
 
 
 def tried(once):
-    """What `once(attempt)` gives: a finished process, or one with more about it. Again where a port was silent; where it is each time, the
-    test is skipped if the machine was late, and the finding stands if it was not."""
+    """What `once(attempt)` gives: a finished process, or one with more about it. Again where it failed and a port was silent or the machine
+    late; where it fails each time, the test is skipped if the machine was late, and the finding stands if it never was."""
     was_late = False
     for attempt in range(ATTEMPTS):
         with Lateness() as late:
             found = once(attempt)
         ran = found[0] if isinstance(found, tuple) else found
-        silence = kept_waiting(ran.stdout + ran.stderr)
-        if ran.returncode == 0 or not silence:
+        silence, is_late = kept_waiting(ran.stdout + ran.stderr), late.most_s() > LATE_S
+        if ran.returncode == 0 or not (silence or is_late):
             return found
-        was_late = was_late or late.most_s() > LATE_S
-        print(f"attempt {attempt + 1}: a port was silent ({silence}), the machine {1e3 * late.most_s():.0f} ms late", flush=True)
+        was_late = was_late or is_late
+        print(f"attempt {attempt + 1}: status {ran.returncode} ({silence or 'no port was silent'}), the machine was "
+              f"{1e3 * late.most_s():.0f} ms late", flush=True)
     if not was_late:
         return found
     print(f"skipped: the machine is too slow for real time, in {ATTEMPTS} attempts")
