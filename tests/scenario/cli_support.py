@@ -8,6 +8,8 @@ import sys
 class Checks:
     """Counts what was looked at; ends the process with 1 when anything was wrong."""
 
+    any_failed = False  # of all objects of this process
+
     def __init__(self, weft):
         self.weft = str(pathlib.Path(weft).resolve())
         self.count = 0
@@ -17,6 +19,7 @@ class Checks:
         self.count += 1
         if not fine:
             self.failures.append(what)
+            Checks.any_failed = True
             print("FAILED:", what)
 
     def run(self, *arguments, cwd):

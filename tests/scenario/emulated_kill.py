@@ -23,7 +23,7 @@ import typing
 
 from emulated_support import ATTEMPTS, ServedRig, kept_waiting, near_home, rig_file
 from killed_campaign import Campaign
-from machine_pace import TOO_SLOW, TimedChecks
+from machine_pace import TimedChecks, skip_as_too_slow
 
 FORCE_CAP_N = 10.0
 STOPPED_WITHIN_S = 1.0      # of the kill; without the monitor a slide goes on to its end
@@ -171,8 +171,7 @@ class Bench:
             return False
         print(f"attempt {attempt + 1}: weft-rig stood still for {watch.stood_still_s():.2f} s, and a port was silent ({silence})", flush=True)
         if attempt + 1 == ATTEMPTS:
-            print(f"skipped: the machine is too slow for real time, in {ATTEMPTS} attempts")
-            raise SystemExit(TOO_SLOW)
+            skip_as_too_slow(f"{ATTEMPTS} attempts")
         return True
 
     def under_cap(self, watch, what):

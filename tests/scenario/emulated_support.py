@@ -6,7 +6,7 @@ import random
 import socket
 import subprocess
 
-from machine_pace import LATE_S, TOO_SLOW, Lateness
+from machine_pace import LATE_S, Lateness, skip_as_too_slow
 
 
 # A machine with other work may keep a port waiting for longer than a sensor may be silent. A virtual one does so too: its host
@@ -37,8 +37,7 @@ def tried(once):
               f"{1e3 * late.most_s():.0f} ms late", flush=True)
     if not was_late:
         return found
-    print(f"skipped: the machine is too slow for real time, in {ATTEMPTS} attempts")
-    raise SystemExit(TOO_SLOW)
+    skip_as_too_slow(f"{ATTEMPTS} attempts")
 
 
 def free_port(kind):
