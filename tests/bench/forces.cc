@@ -11,6 +11,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "daemon/base/file/read_file.hpp"
 #include "daemon/campaign/bench_session.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/simulated_bench.hpp"
