@@ -26,11 +26,17 @@ def trials(campaign, outcome):
         database.close()
 
 
+def let_signals_through():
+    """Even where this test was started in the background or by nohup."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+
+
 def start(t, d, rig, out):
-    """A long campaign with two trials done. Ctrl-C is let through even where this test was started in the background."""
+    """A long campaign with two trials done."""
     process = subprocess.Popen(
         [t.weft, "run", "recipe.json", "--rig", str(rig), "--out", out, "--json"], cwd=d, text=True,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=let_signals_through)
     campaign, end = d / out / "campaign.sqlite", time.monotonic() + PATIENCE_S
     while process.poll() is None and time.monotonic() < end:
         try:

@@ -36,6 +36,16 @@ json bench17() {
   return rig;
 }
 
+json bench17_near_home() {
+  json rig = bench17();
+  rig["plate"]["surface_z_mm"] = 16;
+  rig["plate"]["size_mm"] = {34, 34};
+  for (json& device : rig["devices"])
+    if (device["role"] == "x" || device["role"] == "y" || device["role"] == "z")
+      device["emulator"]["start_mm"] = 4;
+  return rig;
+}
+
 json& device_of(json& rig, const std::string& role) {
   for (json& device : rig["devices"])
     if (device["role"] == role) return device;
@@ -44,7 +54,7 @@ json& device_of(json& rig, const std::string& role) {
 }
 
 CampaignRequest request_in(const TemporaryFolder& folder, const std::string& recipe) {
-  return request_in(folder, recipe, bench17());
+  return request_in(folder, recipe, bench17_near_home());
 }
 
 CampaignRequest request_in(const TemporaryFolder& folder, const std::string& recipe,

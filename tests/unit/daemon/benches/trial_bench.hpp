@@ -23,9 +23,11 @@ std::string changed(std::string text, const std::string& from, const std::string
 std::string with_keys(const std::string& keys, const std::string& fabric = "denim");
 /// bench17, its cloth table findable from anywhere.
 nlohmann::json bench17();
+/// The same with a smaller plate near where the stages home: most of a campaign's work is the way.
+nlohmann::json bench17_near_home();
 /// The device of a rig that has this role.
 nlohmann::json& device_of(nlohmann::json& rig, const std::string& role);
-/// Recipe and rig as files in the folder; the rig is bench17 unless given.
+/// Recipe and rig as files in the folder; the rig is bench17_near_home() unless given.
 CampaignRequest request_in(const TemporaryFolder& folder, const std::string& recipe);
 CampaignRequest request_in(const TemporaryFolder& folder, const std::string& recipe,
                            const nlohmann::json& rig);

@@ -149,8 +149,8 @@ TEST_CASE(
       std::optional<Life> life(std::in_place, bench, *host, recorder_at(file));
       const TimePoint begun = bench.loop.now();
       life->supervisor.start();
-      // From home, the first trial takes some 50 s, its retreat included.
-      const double moment_s = std::uniform_real_distribution<>(0, 60)(random);
+      // From home, the first trial takes some 25 s, its retreat included.
+      const double moment_s = std::uniform_real_distribution<>(0, 30)(random);
       bench.loop.run_until([&] {
         return bench.loop.now() - begun >= from_seconds(moment_s) ||
                life->supervisor.result().has_value();
