@@ -30,9 +30,10 @@ STOPPED_WITHIN_S = 1.0      # of the kill; without the monitor a slide goes on t
 HUNG_ENDED_WITHIN_S = 4.0   # patience of the monitor (2 s) and a busy machine
 LACKS_AT_MOST_S = 0.12      # 100 ms of the recorder, and a sample of the force sensor (10 ms) on each side
 PLACE_WITHIN_M = 200e-6     # of what is recorded and the truth: 2 mm/s, and 100 ms of the recorder on one side
-SLIDE_MM, SLIDE_MM_S = 15, 2
-PLATE_MM = (18, 33)         # a little more than the slide and the probe need: homing goes at 2 mm/s
-PHASE_S = {"S": 1, "P": 1, "M": SLIDE_MM / SLIDE_MM_S, "E": 1}  # the least that each of the recipe's phases is recorded for
+SLIDE_MM, SLIDE_MM_S = 6, 2
+SLIDE_S = SLIDE_MM / SLIDE_MM_S
+PLATE_MM = (18, 24)         # a little more than the slide and the probe need: homing goes at 2 mm/s
+PHASE_S = {"S": 1, "P": 1, "M": SLIDE_S, "E": 1}  # the least that each of the recipe's phases is recorded for
 LATEST_S = 90.0             # a run of this recipe is over by then
 LATEST_BEFORE_S = 0.5       # a machine that is late this long before a kill explains what is not on record
 STOOD_STILL_S = 0.06        # of the console, asked every 20 ms: the sensor may be silent for 100 ms
@@ -46,9 +47,9 @@ class Window(typing.NamedTuple):
 
 
 # A row is in the file 50 to 100 ms after it was taken.
-WINDOWS = [Window("phase S", "S", 0, 0.85), Window("phase P", "P", 0, 0.85), Window("phase M", "M", 0, 7.3), Window("phase E", "E", 0, 0.85),
-           Window("start, homing, approach", "", 0, 30), Window("pressing", "S", 0.95, 2.4), Window("release", "M", 7.5, 8.1),
-           Window("retreat", "E", 1.0, 2.2)]
+WINDOWS = [Window("phase S", "S", 0, 0.85), Window("phase P", "P", 0, 0.85), Window("phase M", "M", 0, SLIDE_S - STOPPED_WITHIN_S - 0.1),
+           Window("phase E", "E", 0, 0.85), Window("start, homing, approach", "", 0, 25), Window("pressing", "S", 0.95, 2.4),
+           Window("release", "M", SLIDE_S, SLIDE_S + 0.6), Window("retreat", "E", 1.0, 2.2)]
 
 
 class Watch(threading.Thread):

@@ -155,17 +155,13 @@ endforeach()
 
 # The same bench loses its host: killed in the slide; in the nightly preset also elsewhere, and hung until the monitor ends it.
 # What holds a force in real time runs alone; a machine that is too slow for it is told apart from a fault (machine_pace.py).
-add_test(NAME scenario_emulated_kill
-         COMMAND ${WEFT_PYTHON} ${cli_tests}/emulated_kill.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR} 1 2)
-add_test(NAME nightly_emulated_kill CONFIGURATIONS Nightly
-         COMMAND ${WEFT_PYTHON} ${cli_tests}/emulated_kill.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR} 4 0)
-set_tests_properties(scenario_emulated_kill nightly_emulated_kill
+set(emulated_kill ${WEFT_PYTHON} ${cli_tests}/emulated_kill.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+# Beside it a rig file that says "real", with weft-rig behind its ports: the two wait nearly all of the time.
+set(real_bench ${WEFT_PYTHON} ${cli_tests}/real_bench.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+add_test(NAME scenario_real_time COMMAND ${WEFT_PYTHON} ${cli_tests}/side_by_side.py ${emulated_kill} 1 2 -- ${real_bench})
+add_test(NAME nightly_emulated_kill CONFIGURATIONS Nightly COMMAND ${emulated_kill} 4 0)
+set_tests_properties(scenario_real_time nightly_emulated_kill
                      PROPERTIES SKIP_RETURN_CODE 77 RUN_SERIAL ON TIMEOUT 900 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
-
-# A rig file that says "real", with weft-rig behind its ports.
-add_test(NAME scenario_real_bench
-         COMMAND ${WEFT_PYTHON} ${cli_tests}/real_bench.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
-set_tests_properties(scenario_real_bench PROPERTIES SKIP_RETURN_CODE 77 RUN_SERIAL ON TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Every device on TCP too, and hosts that leave in the middle of a message.
 add_test(NAME scenario_rig_tcp
