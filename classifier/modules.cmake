@@ -21,9 +21,8 @@ foreach(module ${WEFT_CLASSIFIER_MODULES})
 endforeach()
 
 # Square roots that need not set errno are taken for all lanes at once.
-set_source_files_properties(classifier/features/spectrum.cpp classifier/features/taxel_block.cpp classifier/imprint/gradient.cpp
-                            classifier/vibro/frame_features.cpp classifier/vibro/short_time.cpp classifier/vibro/learn/network.cpp
-                            classifier/vibro/learn/product.cpp classifier/vibro/level_features.cpp classifier/vibro/median.cpp
+set_source_files_properties(classifier/features/spectrum.cpp classifier/features/taxel_block.cpp classifier/imprint/step_edges.cpp
+                            classifier/vibro/short_time.cpp classifier/vibro/learn/network.cpp classifier/vibro/level_features.cpp
                             classifier/vibro/real_transform.cpp PROPERTIES COMPILE_OPTIONS -fno-math-errno)
 if(WEFT_XGBOOST)
   # Loaded when it is asked for, by the name under which programs find it: that to which the name for linking leads.
@@ -31,7 +30,7 @@ if(WEFT_XGBOOST)
   if(IS_SYMLINK "${XGBOOST_LIBRARY}")
     file(READ_SYMLINK "${XGBOOST_LIBRARY}" xgboost_library)
   endif()
-  set_property(SOURCE classifier/vibro/learn/boosted.cpp classifier/vibro/learn/xgboost_library.cpp APPEND
+  set_property(SOURCE classifier/vibro/learn/boosted.cpp APPEND
                PROPERTY COMPILE_DEFINITIONS "WEFT_XGBOOST_LIBRARY=\"${xgboost_library}\"" "WEFT_XGBOOST_BUILT_WITH=\"${XGBOOST_LIBRARY}\"")
   target_link_libraries(weft_classifier_vibro PRIVATE ${CMAKE_DL_LIBS})
 endif()
@@ -40,5 +39,5 @@ endif()
 file(GLOB kernels CONFIGURE_DEPENDS classifier/base/*.cpp classifier/features/*.cpp classifier/selection/*.cpp classifier/learn/*.cpp
      classifier/fabric/*.cpp classifier/vote/*.cpp)
 list(FILTER kernels EXCLUDE REGEX
-     "classifier/(base/(line_io|checksummed_text|interval)|fabric/(.*_text|options)|vote/(.*_text|postprocessing|calibration|class_profile|cross_decisions|learner_prediction|novelty|reliability))")
+     "classifier/(base/(line_io|interval)|fabric/(model_text|options)|vote/(postprocessing|calibration|novelty))")
 set_source_files_properties(${kernels} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)

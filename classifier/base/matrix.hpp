@@ -2,6 +2,7 @@
 // A dense row-major table of doubles: the one container that the classifier's folders share, so
 // that their headers do not pull in Eigen.
 
+#include <algorithm>
 #include <cstddef>
 #include <numeric>
 #include <span>
@@ -57,6 +58,12 @@ inline std::vector<std::size_t> numbers_below(std::size_t count) {
   std::vector<std::size_t> out(count);
   std::iota(out.begin(), out.end(), std::size_t{0});
   return out;
+}
+
+/// Place of the largest of the values, at least one; the lowest of several.
+template <class Values>
+std::size_t place_of_largest(const Values& values) {
+  return static_cast<std::size_t>(std::ranges::max_element(values) - std::ranges::begin(values));
 }
 
 }  // namespace weft::classifier

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <vector>
 
 #include "classifier/base/random.hpp"
@@ -59,8 +58,7 @@ std::vector<std::size_t> deal(const std::vector<Unit>& units, std::size_t rows, 
                               const Balance& balance) {
   std::vector<std::vector<std::size_t>> classes;
   for (const Unit& unit : units) classes.push_back(balanced_classes(unit, balance));
-  std::vector<std::size_t> order(units.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::vector<std::size_t> order = numbers_below(units.size());
   std::ranges::stable_sort(order, {},
                            [&](std::size_t u) { return balance.rank[classes[u].front()]; });
   std::vector<RowsOfClass> held(folds);
@@ -124,8 +122,7 @@ std::vector<Fold> assigned_by_first_class(std::span<const std::size_t> of_row, s
   if (k < 2) return {};
   RandomEngine engine(seed);
   shuffle(units, engine);
-  Balance balance{std::vector<std::size_t>(classes)};
-  std::iota(balance.rank.begin(), balance.rank.end(), std::size_t{0});
+  const Balance balance{numbers_below(classes)};
   std::vector<Fold> out = as_folds(deal(units, of_row.size(), k, balance), k);
   return short_classes(out, of_row, classes).empty() ? out : std::vector<Fold>{};
 }
@@ -145,8 +142,7 @@ Assigned assigned_by_all_classes(std::span<const std::size_t> of_row,
   std::vector<Unit> units = gather_units(of_row, unit, assigned);
   const std::vector<std::size_t> count = units_of_each(units, classes);
   std::size_t fewest = folds;
-  std::vector<std::size_t> order(classes);
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::vector<std::size_t> order = numbers_below(classes);
   std::ranges::stable_sort(order, {}, [&](std::size_t c) { return count[c]; });
   Balance balance{std::vector<std::size_t>(classes), classes};
   for (std::size_t i = 0; i < classes; ++i) balance.rank[order[i]] = i;

@@ -9,10 +9,9 @@
 #include <vector>
 
 #include "classifier/baseline/learner.hpp"
-#include "classifier/fabric/fold_units.hpp"
+#include "classifier/fabric/folds.hpp"
 #include "classifier/fabric/options.hpp"
 #include "classifier/features/feature_matrix.hpp"
-#include "classifier/learn/folds.hpp"
 
 namespace weft::classifier {
 

@@ -1,26 +1,26 @@
 #include "classifier/baseline/learner.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
 
-#include "classifier/base/memory.hpp"
+#include "classifier/base/parallel.hpp"
 #include "classifier/baseline/class_folds.hpp"
-#include "classifier/fabric/pair_problem.hpp"
+#include "classifier/fabric/folds.hpp"
+#include "protocols/base/names.hpp"
 
 namespace weft::classifier {
 namespace {
 
-constexpr std::array learner_names = {std::pair{Learner::pvalue, "pvalue"},
-                                      std::pair{Learner::pca, "pca"},
-                                      std::pair{Learner::all, "all"},
-                                      std::pair{Learner::lda, "lda"},
-                                      std::pair{Learner::svc, "svc"},
-                                      std::pair{Learner::trees, "trees"},
-                                      std::pair{Learner::cores_best, "cores-best"},
-                                      std::pair{Learner::best, "best"}};
+constexpr NameTable<Learner, 8> learner_names = {{{Learner::pvalue, "pvalue"},
+                                                  {Learner::pca, "pca"},
+                                                  {Learner::all, "all"},
+                                                  {Learner::lda, "lda"},
+                                                  {Learner::svc, "svc"},
+                                                  {Learner::trees, "trees"},
+                                                  {Learner::cores_best, "cores-best"},
+                                                  {Learner::best, "best"}}};
 
 constexpr std::string_view cores_prefix = "cores-";
 
@@ -90,7 +90,7 @@ Result<TrainedLearner> trained_on(FeatureMatrix rows, std::optional<std::size_t>
   if (auto ok = check(rows); !ok) return pass(ok.error());
   if (auto ok = check_labels(rows.labels); !ok) return pass(ok.error());
   const Classes classes = find_classes(rows);
-  if (auto ok = unless_stopped(options); !ok) return pass(ok.error());
+  if (auto ok = unless_stopped(options.stop); !ok) return pass(ok.error());
   FeatureView view = FeatureView::fit(recipe.view, rows.values);
   view.apply(rows.values);
   options.cap = recipe.cap;
@@ -168,28 +168,20 @@ Result<Choice> choose(const FeatureMatrix& matrix, const std::vector<Recipe>& re
 }  // namespace
 
 std::string_view to_string(Learner learner) {
-  for (const auto& [value, name] : learner_names)
-    if (value == learner) return name;
-  return "?";
+  return name_in(learner_names, learner);
 }
 
 Result<Learner> learner_from(std::string_view text) {
-  const std::string_view plain =
-      text.substr(0, cores_prefix.size()) == cores_prefix && text != "cores-best"
-          ? text.substr(cores_prefix.size())
-          : text;
-  for (const auto& [value, name] : learner_names)
-    if (plain == name && (plain == text || is_cores(value))) return value;
-  return fail({.code = Errc::invalid_argument,
-               .what = "unknown learner",
-               .expected = "pvalue, pca, all, lda, svc, trees, cores-best or best",
-               .got = std::string(text)});
+  if (text.starts_with(cores_prefix)) {
+    const auto cores = value_in(learner_names, text.substr(cores_prefix.size()));
+    if (cores && is_cores(*cores)) return *cores;
+  }
+  return value_from(learner_names, text, "unknown learner",
+                    "pvalue, pca, all, lda, svc, trees, cores-best or best");
 }
 
 std::vector<Learner> all_learners() {
-  std::vector<Learner> out;
-  for (const auto& entry : learner_names) out.push_back(entry.first);
-  return out;
+  return values_of(learner_names);
 }
 
 std::string to_string(const Recipe& recipe) {
@@ -209,13 +201,8 @@ Learner TrainedLearner::kind() const {
 }
 
 Result<std::vector<double>> TrainedLearner::prepared(std::span<const double> features) const {
-  if (features.size() != features_.size())
-    return fail({.code = Errc::invalid_argument,
-                 .where = "classify",
-                 .what = "wrong number of features",
-                 .expected = std::to_string(features_.size()),
-                 .got = std::to_string(features.size()),
-                 .hint = "Was the model trained for another sensor?"});
+  if (auto ok = check_length(features, features_.size(), "classify", another_sensor); !ok)
+    return pass(ok.error());
   if (auto ok = check_features(features, features_); !ok) return pass(ok.error());
   std::vector<double> out(features.begin(), features.end());
   view_.apply(out);

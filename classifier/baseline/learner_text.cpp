@@ -4,7 +4,7 @@
 #include <array>
 
 #include "classifier/base/parallel.hpp"
-#include "classifier/fabric/core_text.hpp"
+#include "classifier/fabric/model_text.hpp"
 
 namespace weft::classifier {
 namespace {
@@ -147,33 +147,15 @@ void write_head(LineWriter& out, const LearnerHead& head) {
   out.text("view", to_string(head.view));
 }
 
-namespace {
-
-LearnerHead read_head_of(LineReader& in, std::size_t known) {
-  const Learner kind = read_kind(in, "learner", known);
+LearnerHead read_head(LineReader& in, int version) {
+  if (version == 3) return {read_kind(in, "reduction", kinds_of_version_3), View::plain};
+  const Learner kind = read_kind(in, "learner", version < 6 ? kinds_of_version_5 : kinds.size());
+  if (version == 4)
+    return {kind, in.count("compressed", 0, 1) == 1 ? View::compressed : View::plain};
   const std::string word = in.text("view");
   const auto view = view_from(word);
   if (!view) in.refuse(view.error().what, view.error().expected, word);
   return {kind, view.value_or(View::plain)};
-}
-
-}  // namespace
-
-LearnerHead read_head(LineReader& in) {
-  return read_head_of(in, kinds.size());
-}
-
-LearnerHead read_head_of_version_5(LineReader& in) {
-  return read_head_of(in, kinds_of_version_5);
-}
-
-LearnerHead read_head_of_version_4(LineReader& in) {
-  const Learner kind = read_kind(in, "learner", kinds_of_version_5);
-  return {kind, in.count("compressed", 0, 1) == 1 ? View::compressed : View::plain};
-}
-
-LearnerHead read_head_of_version_3(LineReader& in) {
-  return {read_kind(in, "reduction", kinds_of_version_3), View::plain};
 }
 
 void write_learner(LineWriter& out, const TrainedLearner& learner) {

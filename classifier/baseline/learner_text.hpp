@@ -15,12 +15,8 @@ struct LearnerHead {
   View view = View::plain;
 };
 void write_head(LineWriter& out, const LearnerHead& head);
-LearnerHead read_head(LineReader& in);
-/// Of a file of version 5, which knows no trees, of version 4, which knows no ranks either, and of
-/// version 3, which knows plain cores only.
-LearnerHead read_head_of_version_5(LineReader& in);
-LearnerHead read_head_of_version_4(LineReader& in);
-LearnerHead read_head_of_version_3(LineReader& in);
+/// Of a file of fabrics of this version: 5 knows no trees, 4 no ranks either, 3 plain cores only.
+LearnerHead read_head(LineReader& in, int version = 6);
 
 /// All but the head, labels and features.
 void write_learner(LineWriter& out, const TrainedLearner& learner);

@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
-#include "classifier/base/memory.hpp"
 #include "classifier/base/parallel.hpp"
-#include "classifier/learn/distance.hpp"
+#include "classifier/fabric/folds.hpp"
+#include "classifier/features/feature_matrix.hpp"
 #include "classifier/learn/svm_solver.hpp"
 
 namespace weft::classifier {
@@ -20,8 +19,7 @@ struct PairRows {
 };
 
 std::vector<PairRows> pair_rows(std::span<const std::size_t> of_row, std::size_t classes) {
-  std::vector<std::vector<std::size_t>> members(classes);
-  for (std::size_t r = 0; r < of_row.size(); ++r) members[of_row[r]].push_back(r);
+  const auto members = rows_by_class(of_row, classes);
   std::vector<PairRows> out;
   for (std::size_t a = 0; a < classes; ++a) {
     for (std::size_t b = a + 1; b < classes; ++b) {
@@ -52,11 +50,6 @@ std::vector<std::size_t> classes_at(std::span<const std::size_t> of_row,
   std::vector<std::size_t> out;
   for (const std::size_t r : rows) out.push_back(of_row[r]);
   return out;
-}
-
-// Most votes, the lowest class of several.
-std::size_t most_voted(std::span<const int> votes) {
-  return static_cast<std::size_t>(std::max_element(votes.begin(), votes.end()) - votes.begin());
 }
 
 // A fold's problem: distances among its training rows and from those it validates.
@@ -94,7 +87,7 @@ Status fold_errors(const FoldDistances& fold, std::size_t classes, double gamma,
   const std::size_t rows = across.rows();
   std::vector<std::vector<int>> votes(options.grid.c.size(), std::vector<int>(rows * classes));
   for (const PairRows& pair : fold.pairs) {
-    if (auto ok = unless_stopped(options); !ok) return ok;
+    if (auto ok = unless_stopped(options.stop); !ok) return ok;
     const Matrix own = extract_part(kernel, pair.row);
     SvmSolver solver(pair.sign, options.search != Search::libsvm);
     if (auto ok = solver.set_kernel(own); !ok) return ok;
@@ -110,7 +103,9 @@ Status fold_errors(const FoldDistances& fold, std::size_t classes, double gamma,
   }
   for (std::size_t c = 0; c < votes.size(); ++c)
     for (std::size_t v = 0; v < rows; ++v)
-      errors[c] += most_voted({votes[c].data() + v * classes, classes}) != fold.truth[v] ? 1 : 0;
+      errors[c] +=
+          place_of_largest(std::span(votes[c]).subspan(v * classes, classes)) != fold.truth[v] ? 1
+                                                                                               : 0;
   return {};
 }
 
@@ -199,12 +194,7 @@ Result<MultiClassSvc> MultiClassSvc::fit(const Matrix& rows, std::span<const std
 
 Result<MultiClassSvc::Tally> MultiClassSvc::vote(std::span<const double> features) const {
   const Matrix& support = parts_.support;
-  if (features.size() != support.cols())
-    return fail({.code = Errc::invalid_argument,
-                 .where = "SVC",
-                 .what = "wrong number of features",
-                 .expected = std::to_string(support.cols()),
-                 .got = std::to_string(features.size())});
+  if (auto ok = check_length(features, support.cols(), "SVC"); !ok) return pass(ok.error());
   std::vector<double> kernel(support.rows()), z(features.size());
   for (std::size_t k = 0; k < z.size(); ++k) z[k] = parts_.scaler.apply(k, features[k]);
   for (std::size_t r = 0; r < kernel.size(); ++r) {
@@ -230,7 +220,7 @@ Result<MultiClassSvc::Tally> MultiClassSvc::vote(std::span<const double> feature
       out.support[b] += std::tanh(f);
     }
   }
-  out.winner = most_voted(out.votes);
+  out.winner = place_of_largest(out.votes);
   return out;
 }
 

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "classifier/base/matrix.hpp"
+#include "classifier/fabric/folds.hpp"
 #include "classifier/fabric/options.hpp"
-#include "classifier/learn/folds.hpp"
-#include "classifier/learn/scaler.hpp"
+#include "classifier/learn/feature_view.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {

@@ -3,7 +3,9 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <string>
+
+#include "classifier/fabric/folds.hpp"
+#include "classifier/features/feature_matrix.hpp"
 
 namespace weft::classifier {
 namespace {
@@ -17,13 +19,6 @@ constexpr double least_variance = 1e-10;
 Eigen::Map<const RowMajor> view(const Matrix& m) {
   return {m.data().data(), static_cast<Eigen::Index>(m.rows()),
           static_cast<Eigen::Index>(m.cols())};
-}
-
-std::vector<std::vector<std::size_t>> rows_of(std::span<const std::size_t> of_row,
-                                              std::size_t classes) {
-  std::vector<std::vector<std::size_t>> out(classes);
-  for (std::size_t r = 0; r < of_row.size(); ++r) out[of_row[r]].push_back(r);
-  return out;
 }
 
 // factor' factor + diagonal: all classes' shrunk covariances, weighted and added up.
@@ -79,7 +74,7 @@ double ledoit_wolf_shrinkage(const Matrix& rows) {
 
 Result<ShrinkageLda> ShrinkageLda::fit(const Matrix& rows, std::span<const std::size_t> of_row,
                                        std::size_t classes) {
-  const auto members = rows_of(of_row, classes);
+  const auto members = rows_by_class(of_row, classes);
   if (of_row.size() != rows.rows() ||
       std::any_of(members.begin(), members.end(), [](const auto& m) { return m.empty(); }))
     return fail({.code = Errc::invalid_argument,
@@ -115,12 +110,7 @@ Result<ShrinkageLda> ShrinkageLda::fit(const Matrix& rows, std::span<const std::
 }
 
 Result<std::vector<double>> ShrinkageLda::discriminants(std::span<const double> features) const {
-  if (features.size() != weight_.cols())
-    return fail({.code = Errc::invalid_argument,
-                 .where = "LDA",
-                 .what = "wrong number of features",
-                 .expected = std::to_string(weight_.cols()),
-                 .got = std::to_string(features.size())});
+  if (auto ok = check_length(features, weight_.cols(), "LDA"); !ok) return pass(ok.error());
   std::vector<double> score = bias_;
   for (std::size_t k = 0; k < features.size(); ++k) {
     const double z = scaler_.apply(k, features[k]);
@@ -137,7 +127,7 @@ Result<std::vector<double>> ShrinkageLda::discriminants(std::span<const double> 
 Result<std::size_t> ShrinkageLda::classify(std::span<const double> features) const {
   const auto score = discriminants(features);
   if (!score) return pass(score.error());
-  return static_cast<std::size_t>(std::max_element(score->begin(), score->end()) - score->begin());
+  return place_of_largest(*score);
 }
 
 }  // namespace weft::classifier

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "classifier/base/matrix.hpp"
-#include "classifier/learn/scaler.hpp"
+#include "classifier/learn/feature_view.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {

@@ -6,15 +6,12 @@
 #include <numeric>
 
 #include "classifier/base/parallel.hpp"
+#include "classifier/features/feature_matrix.hpp"
 
 namespace weft::classifier {
 namespace {
 
 constexpr std::size_t most_trees = 1'000'000;
-
-std::size_t largest(const std::vector<double>& values) {
-  return static_cast<std::size_t>(std::max_element(values.begin(), values.end()) - values.begin());
-}
 
 }  // namespace
 
@@ -33,22 +30,17 @@ std::vector<double> TreeEnsemble::shares(std::span<const double> features) const
 TreeEnsemble::Tally TreeEnsemble::tally(std::span<const double> features) const {
   const double trees = static_cast<double>(trees_.size());
   Tally out{0, sums(features)};
-  out.winner = largest(out.log_share);
+  out.winner = place_of_largest(out.log_share);
   for (double& sum : out.log_share) sum = std::log(std::max(sum, 0.5) / trees);
   return out;
 }
 
 std::size_t TreeEnsemble::most(std::span<const double> features) const {
-  return largest(sums(features));
+  return place_of_largest(sums(features));
 }
 
 Result<std::size_t> TreeEnsemble::classify(std::span<const double> features) const {
-  if (features.size() != features_)
-    return fail({.code = Errc::invalid_argument,
-                 .where = "classify",
-                 .what = "wrong number of features",
-                 .expected = std::to_string(features_),
-                 .got = std::to_string(features.size())});
+  if (auto ok = check_length(features, features_, "classify"); !ok) return pass(ok.error());
   return most(features);
 }
 
@@ -88,7 +80,7 @@ Result<TreeEnsemble> fit_extra_trees(const Matrix& rows, std::span<const std::si
   std::atomic<bool> stopped{false};
   parallel_for(trees, options.threads, [&](std::size_t t) {
     if (stopped) return;
-    status[t] = unless_stopped(options);
+    status[t] = unless_stopped(options.stop);
     if (!status[t]) {
       stopped = true;
       return;

@@ -124,9 +124,7 @@ class Forecaster {
 
   RepetitionForecast run() {
     RepetitionForecast out;
-    std::vector<std::size_t> all(curve_.repetitions);
-    for (std::size_t r = 0; r < all.size(); ++r) all[r] = r;
-    out.law = fit_power_law(make_points(all));
+    out.law = fit_power_law(make_points(numbers_below(curve_.repetitions)));
     std::vector<double> laws, measured, enough;
     for (std::size_t b = 0; b < options_.resamples; ++b) {
       const PowerLaw law = drawn_law(make_points(resampled(curve_.repetitions, engine_)));
@@ -271,24 +269,20 @@ Result<RepetitionForecast> forecast_repetitions(const LearningCurve& curve,
                  .what = "one point is no learning curve",
                  .expected = "2 points",
                  .got = std::to_string(curve.points.size())});
+  const auto refuse = [](const char* what, std::string expected, std::string got) {
+    return fail({.code = Errc::range,
+                 .where = "forecast",
+                 .what = what,
+                 .expected = std::move(expected),
+                 .got = std::move(got)});
+  };
   if (options.predict <= least_trained)
-    return fail({.code = Errc::range,
-                 .where = "forecast",
-                 .what = "no forecast for so few repetitions",
-                 .expected = std::to_string(least_trained + 1) + " or more",
-                 .got = std::to_string(options.predict)});
+    return refuse("no forecast for so few repetitions",
+                  std::to_string(least_trained + 1) + " or more", std::to_string(options.predict));
   if (!(options.accuracy > 0) || !(options.accuracy < 1))
-    return fail({.code = Errc::range,
-                 .where = "forecast",
-                 .what = "no such accuracy to reach",
-                 .expected = "above 0 and below 1",
-                 .got = std::to_string(options.accuracy)});
-  if (options.resamples == 0)
-    return fail({.code = Errc::range,
-                 .where = "forecast",
-                 .what = "no resamples, no interval",
-                 .expected = "1 or more",
-                 .got = "0"});
+    return refuse("no such accuracy to reach", "above 0 and below 1",
+                  std::to_string(options.accuracy));
+  if (options.resamples == 0) return refuse("no resamples, no interval", "1 or more", "0");
   return Forecaster(curve, options).run();
 }
 

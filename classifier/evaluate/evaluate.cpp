@@ -4,14 +4,14 @@
 #include <optional>
 #include <set>
 
+#include "classifier/base/random.hpp"
+
 namespace weft::classifier {
 namespace {
 
 Status check_split(const FeatureMatrix& matrix, const Split& split) {
   if (split.test.empty())
     return fail({.code = Errc::invalid_argument, .where = "split", .what = "nothing to test"});
-  std::set<std::size_t> train_rows;
-  std::set<std::string> train_labels;
   for (const auto* rows : {&split.train, &split.test}) {
     for (const std::size_t r : *rows) {
       if (r < matrix.size()) continue;
@@ -22,10 +22,8 @@ Status check_split(const FeatureMatrix& matrix, const Split& split) {
                    .got = std::to_string(r)});
     }
   }
-  for (const std::size_t r : split.train) {
-    train_rows.insert(r);
-    train_labels.insert(matrix.labels[r]);
-  }
+  const std::set<std::size_t> train_rows(split.train.begin(), split.train.end());
+  const std::set<std::string> train_labels = labels_in(matrix, split.train);
   for (const std::size_t r : split.test) {
     if (train_rows.count(r) != 0) {
       return fail({.code = Errc::invalid_argument,
@@ -41,12 +39,6 @@ Status check_split(const FeatureMatrix& matrix, const Split& split) {
     }
   }
   return {};
-}
-
-std::vector<std::string> sorted_labels(const FeatureMatrix& matrix, const Split& split) {
-  std::set<std::string> labels;
-  for (const std::size_t r : split.train) labels.insert(matrix.labels[r]);
-  return {labels.begin(), labels.end()};
 }
 
 // One trial at a time on the calling thread, as the paper times it. `answer`: class of a feature
@@ -68,7 +60,8 @@ Result<std::vector<std::size_t>> collect_predictions(const Predict& answer,
 // fewer classes than the first. Returns the split's accuracy.
 double count_answers(const FeatureMatrix& matrix, const Split& split,
                      std::vector<std::size_t> answers, Scores& out) {
-  const std::vector<std::string> own = sorted_labels(matrix, split);
+  const std::set<std::string> trained = labels_in(matrix, split.train);
+  const std::vector<std::string> own(trained.begin(), trained.end());
   std::size_t correct = 0;
   for (std::size_t i = 0; i < answers.size(); ++i) {
     const std::string& truth = matrix.labels[split.test[i]];
@@ -102,8 +95,7 @@ Result<Confusion> empty_confusion(const FeatureMatrix& matrix, std::span<const S
   std::set<std::string> labels;
   for (const Split& split : splits) {
     if (auto ok = check_split(matrix, split); !ok) return pass(ok.error());
-    const auto trained = sorted_labels(matrix, split);
-    labels.insert(trained.begin(), trained.end());
+    labels.merge(labels_in(matrix, split.train));
   }
   return Confusion(std::vector<std::string>(labels.begin(), labels.end()));
 }
@@ -133,6 +125,52 @@ Result<Scores> over_splits(const FeatureMatrix& matrix, std::span<const Split> s
     if (auto ok = sink(std::move(*trained), split); !ok) return pass(ok.error());
   }
   summarise(splits, out);
+  return out;
+}
+
+// Matches to expect if the answers were dealt out blindly: sum over labels of (answers x trials) /
+// n.
+double blind_matches(const Confusion& confusion) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < confusion.classes(); ++k) {
+    double answers = 0.0, trials = 0.0;
+    for (std::size_t j = 0; j < confusion.classes(); ++j) {
+      answers += static_cast<double>(confusion.at(j, k));
+      trials += static_cast<double>(confusion.at(k, j));
+    }
+    sum += answers * trials;
+  }
+  return sum / static_cast<double>(confusion.total());
+}
+
+// `evaluate_on` gives the scores of a matrix over splits.
+template <class EvaluateOn>
+Result<PermutationResult> permuted(const FeatureMatrix& matrix, std::uint64_t seed,
+                                   const PermutationOptions& options,
+                                   const EvaluateOn& evaluate_on) {
+  if (options.permutations == 0)
+    return fail({.code = Errc::range,
+                 .where = "permutations",
+                 .what = "no permutation",
+                 .expected = "at least 1",
+                 .got = "0"});
+  RandomEngine engine(seed);
+  FeatureMatrix shuffled = matrix;
+  PermutationResult out;
+  double matches = 0.0;
+  for (std::size_t p = 0; p < options.permutations; ++p) {
+    shuffled.labels = permuted_labels(matrix.labels, engine());
+    const auto splits =
+        stratified_splits(shuffled.labels, options.train_fraction, options.splits, engine());
+    if (!splits) return pass(splits.error(), "permuted labels");
+    const auto evaluation = evaluate_on(shuffled, *splits);
+    if (!evaluation) return pass(evaluation.error(), "permuted labels");
+    out.accuracy.push_back(evaluation->accuracy);
+    out.trials += evaluation->confusion.total();
+    matches += blind_matches(evaluation->confusion);
+  }
+  out.mean = compute_mean(out.accuracy);
+  out.chance = matches / static_cast<double>(out.trials);
   return out;
 }
 
@@ -186,6 +224,23 @@ Result<LearnerEvaluation> evaluate(const FeatureMatrix& matrix, std::span<const 
   if (!check) return pass(check.error());
   out.calibration = std::move(*check);
   return out;
+}
+
+Result<PermutationResult> evaluate_permuted(const FeatureMatrix& matrix, const TrainOptions& train,
+                                            const PermutationOptions& options) {
+  return permuted(matrix, train.seed, options,
+                  [&](const FeatureMatrix& shuffled, const std::vector<Split>& splits) {
+                    return evaluate(shuffled, splits, train);
+                  });
+}
+
+Result<PermutationResult> evaluate_permuted(const FeatureMatrix& matrix, Learner learner,
+                                            const TrainOptions& train,
+                                            const PermutationOptions& options) {
+  return permuted(matrix, train.seed, options,
+                  [&](const FeatureMatrix& shuffled, const std::vector<Split>& splits) {
+                    return evaluate(shuffled, splits, learner, train);
+                  });
 }
 
 }  // namespace weft::classifier

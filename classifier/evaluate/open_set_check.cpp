@@ -3,7 +3,7 @@
 #include <map>
 #include <set>
 
-#include "classifier/vote/learner_prediction.hpp"
+#include "classifier/vote/postprocessing.hpp"
 
 namespace weft::classifier {
 namespace {
@@ -87,17 +87,11 @@ class Tally {
   std::size_t known_ = 0, refused_ = 0;
 };
 
-std::set<std::string> collect_labels(const FeatureMatrix& matrix, const Split& split) {
-  std::set<std::string> out;
-  for (const std::size_t r : split.train) out.insert(matrix.labels[r]);
-  return out;
-}
-
 }  // namespace
 
 Status check_labels_can_be_left_out(const FeatureMatrix& matrix, std::span<const Split> splits) {
   for (const Split& split : splits) {
-    const std::size_t labels = collect_labels(matrix, split).size();
+    const std::size_t labels = labels_in(matrix, split.train).size();
     if (labels < 3)
       return fail({.code = Errc::invalid_argument,
                    .where = "none of these",
@@ -120,7 +114,7 @@ Result<OpenSetCheck> check_open_set(const FeatureMatrix& matrix, std::span<const
   Tally tally(matrix, options);
   for (std::size_t s = 0; s < splits.size(); ++s) {
     tally.begin_split();
-    for (const std::string& label : collect_labels(matrix, splits[s]))
+    for (const std::string& label : labels_in(matrix, splits[s].train))
       if (auto ok = tally.leave_out(label, splits[s], recipes[s]); !ok) return pass(ok.error());
   }
   return tally.finish(mean_sizes(splits));

@@ -1,23 +1,51 @@
 #pragma once
-// Which trials train and which test. A recording is never on both sides: trials of one group stay
-// together.
+// Which trials train and which test, and how often each label was recognised. A recording is never
+// on both sides: trials of one group stay together.
 
 #include <cstddef>
 #include <cstdint>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "classifier/base/interval.hpp"
+#include "classifier/features/feature_matrix.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {
+
+/// count[t x classes + p]: trials of class t that were taken for class p.
+struct Confusion {
+  std::vector<std::string> labels;
+  std::vector<std::size_t> count;
+
+  explicit Confusion(std::vector<std::string> names)
+      : labels(std::move(names)), count(labels.size() * labels.size()) {}
+
+  [[nodiscard]] std::size_t classes() const { return labels.size(); }
+  std::size_t& at(std::size_t truth, std::size_t predicted) {
+    return count[truth * classes() + predicted];
+  }
+  [[nodiscard]] std::size_t at(std::size_t truth, std::size_t predicted) const {
+    return count[truth * classes() + predicted];
+  }
+  [[nodiscard]] std::size_t total() const;
+  [[nodiscard]] std::size_t correct() const;
+  /// Share of correct trials; 0 without trials.
+  [[nodiscard]] double accuracy() const;
+  /// Share of each class's trials that were recognised; 0 for a class without trials.
+  [[nodiscard]] std::vector<double> recall() const;
+};
 
 /// Row numbers, ascending.
 struct Split {
   std::vector<std::size_t> train;
   std::vector<std::size_t> test;
 };
+
+/// The different labels of these rows.
+std::set<std::string> labels_in(const FeatureMatrix& matrix, std::span<const std::size_t> rows);
 
 SplitSizes size_of(const Split& split);
 /// Means over at least one split.
@@ -64,5 +92,20 @@ Result<std::vector<Split>> thinned(std::span<const Split> splits,
 
 /// The labels in random order: what a classifier must not be able to learn.
 std::vector<std::string> permuted_labels(std::span<const std::string> labels, std::uint64_t seed);
+
+// Test rows that training has seen under another name.
+
+/// Test rows with a twin: a training row of the same split with the same features to the last bit,
+/// from a recording that is a copy. What a learner says of them is no test of it. Two recordings
+/// are copies when they have more than half of the different rows of the shorter one in common:
+/// windows of silence are all one row, and make none.
+struct DuplicateRows {
+  std::size_t tested = 0;         ///< test rows, each counted in every split that tests it
+  std::size_t found = 0;          ///< of these, those with a twin
+  std::size_t contradicting = 0;  ///< of these, those with a twin of another label
+  std::string test;   ///< file of the first one, of a contradicting one if any; empty: none
+  std::string train;  ///< and of its twin
+};
+DuplicateRows find_duplicates(const FeatureMatrix& matrix, std::span<const Split> splits);
 
 }  // namespace weft::classifier

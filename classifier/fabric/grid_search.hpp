@@ -7,12 +7,101 @@
 #include <vector>
 
 #include "classifier/base/matrix.hpp"
-#include "classifier/fabric/fold_problem.hpp"
 #include "classifier/fabric/options.hpp"
 #include "classifier/fabric/reducer.hpp"
+#include "classifier/learn/svm_solver.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {
+
+// One fold of a core's cross-validation: every SVM of the grid on its training rows, scored on the
+// rows held out.
+
+/// Lower bound of the hinge loss of one fold's held-out rows, for every C and gamma. Of a positive
+/// row p and a negative row n held out, hinge(p) + hinge(n) >= 2 - (f(p) - f(n)), and the bias is
+/// gone from the difference, sum_i alpha_i y_i (K(p, i) - K(n, i)). It is small
+///  - where the kernel is flat: 0 <= alpha <= C and |exp(-x) - exp(-y)| <= |x - y|;
+///  - where the kernel is nearly the identity: every K(p, i) is small, and the multipliers have
+///    sum(alpha) <= 2 n / (1 - r), r the largest sum of a row of K without its diagonal, because
+///    the dual objective sum(alpha) - alpha Q alpha / 2 never falls below its start, 0.
+class LossBound {
+ public:
+  /// `squared`: distances [(train + held out) x train]; signs of the rows in that order.
+  LossBound(const Matrix& squared, std::span<const int> train, std::span<const int> held_out);
+
+  /// At most the sum of max(0, 1 - y f) over the rows held out, less 1e-9 for rounding.
+  [[nodiscard]] double least_loss(double c, double gamma) const;
+
+ private:
+  [[nodiscard]] double farthest_apart(double c, double gamma) const;
+
+  double rows_;                // in training
+  double nearest_train_;       // smallest squared distance between two training rows
+  double nearest_across_;      // between a training row and one held out
+  std::vector<double> reach_;  // per pair held out: sum_i max(0, y_i (D(n, i) - D(p, i)))
+};
+
+/// A place of the grid: numbers of the member (delta or explained share), of gamma and of C.
+struct GridPoint {
+  std::size_t member = 0, gamma = 0, c = 0;
+};
+
+/// Validation result of one grid point, of one fold or summed over the folds.
+struct GridScore {
+  std::size_t errors = 0;
+  double loss = 0.0;  ///< hinge loss: sum of max(0, 1 - y f)
+};
+
+/// Solves on demand and remembers. Grid members that come to the same number of directions are one
+/// problem; distances are shared by all gammas; a solution that never touched C serves every
+/// larger C.
+class FoldProblem {
+ public:
+  /// `reducer` has been learnt from the training rows of this fold or from all rows. Forgets what
+  /// was, but keeps its memory.
+  void reset(const Matrix& rows, std::span<const int> sign, const Reducer& reducer,
+             const Fold& fold, const TrainOptions& options);
+
+  /// The number of directions that a grid member uses.
+  [[nodiscard]] std::size_t size_of(std::size_t member) const { return sizes_[member]; }
+  Result<GridScore> score(const GridPoint& at);
+  /// A lower bound of a score's loss, without solving anything.
+  [[nodiscard]] double least_loss(const GridPoint& at) const {
+    return bounds_[slot_of_[at.member]].least_loss(options_->grid.c[at.c],
+                                                   options_->grid.gamma[at.gamma]);
+  }
+  /// SVMs actually solved.
+  [[nodiscard]] std::size_t fits() const { return fits_; }
+
+ private:
+  struct Remembered {
+    GridScore score;
+    bool known = false;
+  };
+  void measure();
+  Status use_kernel(std::size_t slot, std::size_t gamma);
+  [[nodiscard]] GridScore validate() const;
+  [[nodiscard]] std::size_t number_of(std::size_t gamma, std::size_t c, std::size_t slot) const {
+    return (slot * options_->grid.gamma.size() + gamma) * options_->grid.c.size() + c;
+  }
+
+  const TrainOptions* options_ = nullptr;
+  std::vector<std::size_t> train_;  // rows, those with sign -1 first: the order of the solver
+  std::vector<int> train_sign_;
+  Matrix projected_;                  // [(train + validate) x directions]
+  std::vector<std::size_t> sizes_;    // per member
+  std::vector<std::size_t> slot_of_;  // per member: where its distances are
+  std::vector<Matrix> distances_;     // [(train + validate) x train] per distinct size
+  std::size_t slots_ = 0;             // of distances_ in use
+  std::vector<LossBound> bounds_;     // per distances
+  std::vector<int> sign_;             // of the rows held out
+  SvmSolver solver_;
+  Matrix kernel_;  // [(train + validate) x train] of the problem that the solver holds
+  std::size_t held_slot_ = 0, held_gamma_ = 0;
+  bool holds_kernel_ = false;
+  std::vector<Remembered> scores_;
+  std::size_t fits_ = 0;
+};
 
 /// The chosen point. `member` counts deltas (or explained shares).
 struct GridResult {

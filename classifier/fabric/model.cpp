@@ -8,9 +8,8 @@
 #include <optional>
 #include <tuple>
 
-#include "classifier/base/memory.hpp"
 #include "classifier/base/parallel.hpp"
-#include "classifier/fabric/pair_problem.hpp"
+#include "classifier/fabric/folds.hpp"
 
 namespace weft::classifier {
 namespace {
@@ -80,14 +79,8 @@ FabricModel::FabricModel(std::vector<std::string> labels, std::vector<std::strin
 }
 
 Result<Vote> FabricModel::classify(std::span<const double> features) const {
-  if (features.size() != features_.size()) {
-    return fail({.code = Errc::invalid_argument,
-                 .where = "classify",
-                 .what = "wrong number of features",
-                 .expected = std::to_string(features_.size()),
-                 .got = std::to_string(features.size()),
-                 .hint = "Was the model trained for another sensor?"});
-  }
+  if (auto ok = check_length(features, features_.size(), "classify", another_sensor); !ok)
+    return pass(ok.error());
   if (auto ok = check_features(features, features_); !ok) return pass(ok.error());
   std::vector<double> decision;
   decision.reserve(cores_.size());
@@ -142,7 +135,7 @@ Result<std::vector<FabricCore>> train_cores(const FeatureMatrix& matrix,
   parallel_workers(pairs.size(), options.threads, [&] {
     auto trainer = std::make_shared<PairTrainer>(matrix, options, rare);
     return [&, trainer](std::size_t i) {
-      if (const Status ok = unless_stopped(options); !ok)
+      if (const Status ok = unless_stopped(options.stop); !ok)
         trained[i].emplace(pass(ok.error()));
       else
         trained[i].emplace(

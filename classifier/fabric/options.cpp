@@ -77,8 +77,8 @@ void note_unconverged(const TrainOptions& options) {
   if (options.unconverged) ++*options.unconverged;
 }
 
-Status unless_stopped(const TrainOptions& options) {
-  if (options.stop && options.stop())
+Status unless_stopped(const std::function<bool()>& stop) {
+  if (stop && stop())
     return fail({.code = Errc::wrong_state,
                  .where = "train",
                  .what = "the training was stopped before its end"});

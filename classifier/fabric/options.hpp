@@ -10,7 +10,6 @@
 #include <string_view>
 #include <vector>
 
-#include "classifier/learn/folds.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {
@@ -75,6 +74,15 @@ struct Grid {
   std::vector<double> explained = {0.80, 0.90, 0.95, 0.99, 0.999};
 };
 
+/// A fold of a cross-validation. Row numbers, ascending.
+struct Fold {
+  std::vector<std::size_t> train;
+  std::vector<std::size_t> validate;
+};
+
+/// Fewest rows to select features from: the pooled t-test has n - 2 degrees of freedom.
+inline constexpr std::size_t least_fold_rows = 3;
+
 /// The folds of one core from the signs of its training rows (class a +1, class b -1).
 using FoldMaker = std::function<std::vector<Fold>(std::span<const int> sign)>;
 
@@ -103,8 +111,8 @@ struct TrainOptions {
 /// To options.unconverged.
 void note_unconverged(const TrainOptions& options);
 
-/// Errors: wrong_state, when the training is to be given up.
-Status unless_stopped(const TrainOptions& options);
+/// Errors: wrong_state, when `stop`, which may be empty, says that the training is to be given up.
+Status unless_stopped(const std::function<bool()>& stop);
 
 /// Refuses empty or unusable grids, cap 0, folds < 2.
 Status check(const TrainOptions& options);

@@ -2,8 +2,7 @@
 
 #include <algorithm>
 
-#include "classifier/selection/pca.hpp"
-#include "classifier/selection/t_test.hpp"
+#include "classifier/selection/selection.hpp"
 
 namespace weft::classifier {
 namespace {

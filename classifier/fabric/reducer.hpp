@@ -8,7 +8,7 @@
 #include "classifier/base/matrix.hpp"
 #include "classifier/base/student_t.hpp"
 #include "classifier/fabric/options.hpp"
-#include "classifier/learn/scaler.hpp"
+#include "classifier/learn/feature_view.hpp"
 
 namespace weft::classifier {
 

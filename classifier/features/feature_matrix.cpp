@@ -78,16 +78,22 @@ Status check(const Trial& trial) {
 
 Status check_feature(double value, const std::string& where) {
   if (std::abs(value) <= largest_feature) return {};
-  if (!std::isfinite(value))
-    return fail({.code = Errc::invalid_argument,
-                 .where = where,
-                 .what = "feature is not finite",
-                 .expected = "a finite number",
-                 .got = std::to_string(value)});
+  if (!std::isfinite(value)) return not_finite(where, "feature", value);
   return fail({.code = Errc::invalid_argument,
                .where = where,
                .what = "feature is too large",
                .expected = "magnitudes up to 2.2e307"});
+}
+
+Status check_length(std::span<const double> values, std::size_t expected, std::string where,
+                    std::string hint) {
+  if (values.size() == expected) return {};
+  return fail({.code = Errc::invalid_argument,
+               .where = std::move(where),
+               .what = "wrong number of features",
+               .expected = std::to_string(expected),
+               .got = std::to_string(values.size()),
+               .hint = std::move(hint)});
 }
 
 Status check_features(std::span<const double> values, std::span<const std::string> names) {

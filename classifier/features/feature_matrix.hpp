@@ -10,7 +10,7 @@
 
 #include "classifier/base/matrix.hpp"
 #include "classifier/features/feature_stream.hpp"
-#include "classifier/features/options.hpp"
+#include "classifier/features/layout.hpp"
 #include "classifier/features/trial.hpp"
 #include "protocols/base/result.hpp"
 
@@ -58,6 +58,13 @@ inline constexpr double largest_feature = 0x1p1021;
 Status check_feature(double value, const std::string& where);
 /// Of a whole vector; the first bad one by its name.
 Status check_features(std::span<const double> values, std::span<const std::string> names);
+
+/// The hint where vectors come from elsewhere than the training.
+inline constexpr const char* another_sensor = "Was the model trained for another sensor?";
+
+/// Refuses a vector that has not the number of features that something trained, `where`, takes.
+Status check_length(std::span<const double> values, std::size_t expected, std::string where,
+                    std::string hint = {});
 
 /// Refuses sizes that disagree and what check_feature() refuses (named by file and feature).
 Status check(const FeatureMatrix& matrix);

@@ -47,6 +47,14 @@ std::size_t first_not_finite(std::span<const double> values) {
   return static_cast<std::size_t>(bad - values.begin());
 }
 
+tl::unexpected<Error> not_finite(std::string where, const std::string& what, double got) {
+  return fail({.code = Errc::invalid_argument,
+               .where = std::move(where),
+               .what = what + " is not finite",
+               .expected = "a finite number",
+               .got = std::to_string(got)});
+}
+
 Status check_motion_frames(std::size_t frames, std::size_t taxels) {
   const std::size_t most = FeatureStream::most_motion_frames(taxels);
   if (frames <= most) return {};

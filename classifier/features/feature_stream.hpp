@@ -5,10 +5,10 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "classifier/features/layout.hpp"
-#include "classifier/features/options.hpp"
 #include "classifier/features/taxel_block.hpp"
 #include "protocols/base/phase.hpp"
 #include "protocols/base/result.hpp"
@@ -80,6 +80,9 @@ class FeatureStream {
 
 /// Refuses a motion of more than FeatureStream::most_motion_frames().
 Status check_motion_frames(std::size_t frames, std::size_t taxels);
+
+/// The error of a value that is not finite; `what` it is: "feature", "sample".
+tl::unexpected<Error> not_finite(std::string where, const std::string& what, double got);
 
 /// Index of the first value that is not finite, or the number of values.
 std::size_t first_not_finite(std::span<const double> values);

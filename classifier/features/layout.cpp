@@ -11,49 +11,34 @@ struct BlockText {
   std::string_view unit;
 };
 
-BlockText format_text(Block block) {
-  switch (block) {
-    case Block::mean_p:
-      return {"mean.P", "F_mean^P", "count"};
-    case Block::diff_sp:
-      return {"diff.SP", "F_diff^S,P", "count"};
-    case Block::diff_pe:
-      return {"diff.PE", "F_diff^P,E", "count"};
-    case Block::max:
-      return {"max", "F_max", "count"};
-    case Block::min:
-      return {"min", "F_min", "count"};
-    case Block::mean:
-      return {"mean", "F_mean", "count"};
-    case Block::var:
-      return {"var", "F_var", "count^2"};
-    case Block::norm:
-      return {"norm", "F_norm", "count"};
-    case Block::kurt:
-      return {"kurt", "F_kurt", "1"};
-    case Block::skew:
-      return {"skew", "F_skew", "1"};
-    case Block::range:
-      return {"range", "F_range", "count"};
-    case Block::mode:
-      return {"mode", "F_mode", "count"};
-    case Block::m5:
-      return {"m5", "F_5th", "count^5"};
-    case Block::hfrq:
-      return {"Hfrq", "F_H.frq", "count"};
-    case Block::sh:
-      return {"Sh", "F_S.h", "count"};
-  }
-  return {};
+// In the order of Block.
+constexpr std::array<BlockText, 15> block_texts = {{{"mean.P", "F_mean^P", "count"},
+                                                    {"diff.SP", "F_diff^S,P", "count"},
+                                                    {"diff.PE", "F_diff^P,E", "count"},
+                                                    {"max", "F_max", "count"},
+                                                    {"min", "F_min", "count"},
+                                                    {"mean", "F_mean", "count"},
+                                                    {"var", "F_var", "count^2"},
+                                                    {"norm", "F_norm", "count"},
+                                                    {"kurt", "F_kurt", "1"},
+                                                    {"skew", "F_skew", "1"},
+                                                    {"range", "F_range", "count"},
+                                                    {"mode", "F_mode", "count"},
+                                                    {"m5", "F_5th", "count^5"},
+                                                    {"Hfrq", "F_H.frq", "count"},
+                                                    {"Sh", "F_S.h", "count"}}};
+
+const BlockText& text_of(Block block) {
+  return block_texts[static_cast<std::size_t>(block)];
 }
 
 FeatureInfo whole_pad(Block block) {
-  const BlockText text = format_text(block);
+  const BlockText& text = text_of(block);
   return {std::string(text.name), std::string(text.symbol), block, 0, text.unit};
 }
 
 FeatureInfo one_taxel(Block block, std::size_t taxel) {
-  const BlockText text = format_text(block);
+  const BlockText& text = text_of(block);
   const std::string number = std::to_string(taxel);
   return {std::string(text.name) + ".M." + number, std::string(text.symbol) + "^M." + number, block,
           taxel, text.unit};

@@ -10,8 +10,6 @@
 #include <utility>
 
 #include "classifier/features/fourier.hpp"
-#include "classifier/features/fourier_tables.hpp"
-#include "classifier/features/scaling.hpp"
 
 namespace weft::classifier {
 namespace {

@@ -9,7 +9,6 @@
 
 #include "classifier/base/lanes.hpp"
 #include "classifier/features/layout.hpp"
-#include "classifier/features/options.hpp"
 #include "classifier/features/spectrum.hpp"
 
 namespace weft::classifier {

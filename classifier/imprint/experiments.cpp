@@ -1,26 +1,20 @@
 #include "classifier/imprint/experiments.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
-#include <cmath>
 #include <functional>
-#include <limits>
+#include <optional>
+#include <string>
 #include <vector>
 
+#include "classifier/base/parallel.hpp"
 #include "classifier/baseline/learner.hpp"
-#include "classifier/imprint/imprint_set.hpp"
+#include "classifier/fabric/folds.hpp"
 #include "classifier/imprint/linear_rule.hpp"
 
 namespace weft::classifier::imprint {
 namespace {
 
 using Rounds = std::vector<std::vector<std::size_t>>;
-
-Rounds rows_by(const Classes& classes) {
-  Rounds out(classes.names.size());
-  for (std::size_t r = 0; r < classes.of_row.size(); ++r) out[classes.of_row[r]].push_back(r);
-  return out;
-}
 
 // The k-th of each list together, for all k that every list has.
 Rounds side_by_side(const std::vector<Rounds>& lists) {
@@ -51,16 +45,9 @@ DecisionRule answer_of(LinearRule rule, std::vector<std::string> names) {
 }
 
 Learner learner_of(Rule rule) {
-  switch (rule) {
-    case Rule::cores:
-      return Learner::pvalue;
-    case Rule::cores_all:
-      return Learner::all;
-    case Rule::lda:
-      return Learner::lda;
-    default:
-      return Learner::svc;
-  }
+  if (rule == Rule::cores) return Learner::pvalue;
+  if (rule == Rule::cores_all) return Learner::all;
+  return rule == Rule::lda ? Learner::lda : Learner::svc;
 }
 
 Result<Trained> train_learner_rule(const FeatureMatrix& matrix, Rule rule) {
@@ -98,141 +85,44 @@ std::vector<std::size_t> others(std::size_t rows, const std::vector<std::size_t>
   return out;
 }
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
+using Subset = std::vector<std::size_t>;
 
-constexpr double no_distance = 1e-7;
-constexpr double least_product = 1e-10;  // of unit vectors: far above rounding
-constexpr double least_weight = 1e-12;
-
-// A row of unit length, once with every wrong class: +row in its own class's block of weights, -row
-// in the wrong one's, divided by sqrt 2.
-struct Corner {
-  Index row;
-  Index own, wrong;
-};
-
-class Hull {
- public:
-  Hull(const Matrix& rows, std::span<const std::size_t> of_row, std::size_t classes)
-      : rows_(static_cast<Index>(rows.rows()), static_cast<Index>(rows.cols())) {
-    for (Index r = 0; r < rows_.rows(); ++r) {
-      const auto from = rows.row(static_cast<std::size_t>(r));
-      rows_.row(r) = Eigen::Map<const Eigen::RowVectorXd>(from.data(), rows_.cols()).normalized();
-      const auto own = static_cast<Index>(of_row[static_cast<std::size_t>(r)]);
-      for (Index wrong = 0; wrong < static_cast<Index>(classes); ++wrong)
-        if (wrong != own) corners_.push_back({r, own, wrong});
-    }
-    products_ = rows_ * rows_.transpose();
-    weight_ = MatrixXd::Zero(static_cast<Index>(classes), rows_.cols());
+// Subsets of {0 .. count - 1} with `size` members, in lexical order.
+void add_subsets(std::size_t count, std::size_t size, Subset& begun, std::vector<Subset>& out) {
+  if (begun.size() == size) {
+    out.push_back(begun);
+    return;
   }
-
-  [[nodiscard]] double product(const Corner& a, const Corner& b) const {
-    const double blocks = (a.own == b.own ? 1.0 : 0.0) - (a.own == b.wrong ? 1.0 : 0.0) -
-                          (a.wrong == b.own ? 1.0 : 0.0) + (a.wrong == b.wrong ? 1.0 : 0.0);
-    return 0.5 * blocks * products_(a.row, b.row);
-  }
-
-  /// The corner with the least product with the point, and that product.
-  std::pair<std::size_t, double> least() {
-    const MatrixXd scores = rows_ * weight_.transpose();
-    std::pair<std::size_t, double> out{0, std::numeric_limits<double>::infinity()};
-    for (std::size_t i = 0; i < corners_.size(); ++i) {
-      const Corner& c = corners_[i];
-      const double value = (scores(c.row, c.own) - scores(c.row, c.wrong)) / std::sqrt(2.0);
-      if (value < out.second) out = {i, value};
-    }
-    return out;
-  }
-
-  /// The point as a combination of corners.
-  void place(const std::vector<std::size_t>& corral, const VectorXd& share) {
-    weight_.setZero();
-    for (std::size_t i = 0; i < corral.size(); ++i) {
-      const Corner& c = corners_[corral[i]];
-      const Eigen::RowVectorXd part =
-          share(static_cast<Index>(i)) / std::sqrt(2.0) * rows_.row(c.row);
-      weight_.row(c.own) += part;
-      weight_.row(c.wrong) -= part;
-    }
-  }
-
-  [[nodiscard]] double squared_length() const { return weight_.squaredNorm(); }
-  [[nodiscard]] const std::vector<Corner>& corners() const { return corners_; }
-
- private:
-  MatrixXd rows_, products_, weight_;
-  std::vector<Corner> corners_;
-};
-
-// Shares, summing to 1, of the point nearest to the origin in the plane through the corral.
-VectorXd nearest_in_plane(const Hull& hull, const std::vector<std::size_t>& corral) {
-  const auto n = static_cast<Index>(corral.size());
-  MatrixXd system(n, n);
-  for (Index i = 0; i < n; ++i)
-    for (Index j = 0; j <= i; ++j)
-      system(i, j) = system(j, i) =
-          1.0 + hull.product(hull.corners()[corral[static_cast<std::size_t>(i)]],
-                             hull.corners()[corral[static_cast<std::size_t>(j)]]);
-  const VectorXd solution = system.ldlt().solve(VectorXd::Ones(n));
-  return solution / solution.sum();
-}
-
-// Wolfe's minor cycle: towards the plane's nearest point until a share would turn negative; that
-// corner is dropped.
-void shrink(const Hull& hull, std::vector<std::size_t>& corral, VectorXd& share) {
-  for (;;) {
-    const VectorXd goal = nearest_in_plane(hull, corral);
-    if (goal.minCoeff() > least_weight || corral.size() == 1) {
-      share = goal;
-      return;
-    }
-    double step = 1.0;
-    for (Index i = 0; i < goal.size(); ++i)
-      if (goal(i) <= least_weight && share(i) > goal(i))
-        step = std::min(step, share(i) / (share(i) - goal(i)));
-    share = (1.0 - step) * share + step * goal;
-    std::vector<std::size_t> retained;
-    std::vector<double> retained_share;
-    for (Index i = 0; i < share.size(); ++i)
-      if (share(i) > least_weight) {
-        retained.push_back(corral[static_cast<std::size_t>(i)]);
-        retained_share.push_back(share(i));
-      }
-    if (retained.size() == corral.size() || retained.empty())
-      return;  // rounding: nothing left to drop
-    corral = std::move(retained);
-    share = Eigen::Map<const VectorXd>(retained_share.data(),
-                                       static_cast<Index>(retained_share.size()));
-    share /= share.sum();
+  for (std::size_t i = begun.empty() ? 0 : begun.back() + 1; i < count; ++i) {
+    begun.push_back(i);
+    add_subsets(count, size, begun, out);
+    begun.pop_back();
   }
 }
 
-SeparabilityOutcome walk(Hull& hull, std::size_t most_steps) {
-  std::vector<std::size_t> corral{0};
-  VectorXd share = VectorXd::Ones(1);
-  SeparabilityOutcome out;
-  for (out.steps = 1; out.steps <= most_steps; ++out.steps) {
-    hull.place(corral, share);
-    const double length = std::sqrt(hull.squared_length());
-    if (length <= no_distance) {
-      out.verdict = Separability::not_separable;
-      return out;
-    }
-    const auto [corner, product] = hull.least();
-    if (product > least_product * length) {
-      out.verdict = Separability::separable;
-      out.margin = product / length;
-      return out;
-    }
-    if (std::find(corral.begin(), corral.end(), corner) != corral.end()) return out;  // rounding
-    corral.push_back(corner);
-    share.conservativeResize(share.size() + 1);
-    share(share.size() - 1) = 0.0;
-    shrink(hull, corral, share);
+std::size_t subsets_up_to(std::size_t count, std::size_t most) {
+  std::size_t sum = 0, of_size = 1;
+  for (std::size_t k = 1; k <= most && sum <= 1000000; ++k) {
+    of_size = of_size * (count - k + 1) / k;
+    sum += of_size;
   }
+  return sum;
+}
+
+std::vector<std::size_t> columns_of(const Subset& scales, std::size_t width) {
+  std::vector<std::size_t> out;
+  for (const std::size_t s : scales)
+    for (std::size_t k = 0; k < width; ++k) out.push_back(s * width + k);
   return out;
+}
+
+/// More right, or as many by fewer scales. A rule that did not converge has none right.
+bool is_better(const ScaleScore& a, const ScaleScore& b) {
+  const auto right = [](const ScaleScore& s) {
+    return s.outcome.converged ? s.outcome.correct : 0;
+  };
+  if (right(a) != right(b)) return right(a) > right(b);
+  return a.sigmas.size() < b.sigmas.size();
 }
 
 }  // namespace
@@ -256,7 +146,8 @@ Result<Rounds> test_rounds(Experiment experiment, std::span<const std::string> l
                  .what = "every imprint needs a class and an object",
                  .expected = std::to_string(labels.size()),
                  .got = std::to_string(objects.size())});
-  const Rounds of_class = rows_by(find_classes(labels)), of_object = rows_by(find_classes(objects));
+  const Rounds of_class = rows_by_class(find_classes(labels).of_row),
+               of_object = rows_by_class(find_classes(objects).of_row);
   for (const auto& rows : of_object)
     for (const std::size_t r : rows)
       if (labels[r] != labels[rows.front()])
@@ -272,11 +163,8 @@ Result<Rounds> test_rounds(Experiment experiment, std::span<const std::string> l
   };
   std::vector<Rounds> lists;
   switch (experiment) {
-    case Experiment::one_of_all: {
-      std::vector<std::size_t> all(labels.size());
-      for (std::size_t r = 0; r < all.size(); ++r) all[r] = r;
-      return singly(all);
-    }
+    case Experiment::one_of_all:
+      return singly(numbers_below(labels.size()));
     case Experiment::object_of_all:
       return of_object;
     case Experiment::one_of_class:
@@ -294,7 +182,7 @@ Result<Rounds> test_rounds(Experiment experiment, std::span<const std::string> l
 }
 
 Status check_rounds(const Rounds& rounds, std::span<const std::string> labels) {
-  const Rounds of_class = rows_by(find_classes(labels));
+  const Rounds of_class = rows_by_class(find_classes(labels).of_row);
   for (const auto& aside : rounds)
     for (const auto& rows : of_class) {
       const auto left = std::ranges::count_if(
@@ -335,23 +223,43 @@ Result<ExperimentOutcome> run_experiment(const FeatureMatrix& matrix, Experiment
   return out;
 }
 
-std::string_view to_string(Separability verdict) {
-  switch (verdict) {
-    case Separability::separable:
-      return "separable";
-    case Separability::not_separable:
-      return "not separable";
-    case Separability::undecided:
-      break;
+Result<std::vector<ScaleScore>> search_scales(std::span<const Imprint> imprints,
+                                              const ScaleSearchOptions& options) {
+  constexpr std::size_t most_sets = 2000;
+  const std::size_t count = options.sigmas.size(), most = std::min(options.most_scales, count);
+  const std::size_t sets = subsets_up_to(count, most);
+  if (sets == 0 || sets > most_sets)
+    return fail({.code = Errc::range,
+                 .where = "sigmas",
+                 .what = "so many sets of scales are not searched",
+                 .expected = "1 to " + std::to_string(most_sets) + " sets",
+                 .got = std::to_string(sets)});
+  ScaleOptions scales;
+  scales.sigmas = options.sigmas;
+  scales.form = options.form;
+  const auto matrix = build_matrix(imprints, scales, options.threads);
+  if (!matrix) return pass(matrix.error());
+  std::vector<Subset> subsets;
+  for (std::size_t size = 1; size <= most; ++size) {
+    Subset begun;
+    add_subsets(count, size, begun, subsets);
   }
-  return "undecided";
-}
-
-Result<SeparabilityOutcome> separability(const Matrix& rows, std::span<const std::size_t> of_row,
-                                         std::size_t classes, std::size_t most_steps) {
-  if (auto ok = check_training(rows, of_row, classes); !ok) return pass(ok.error(), "separability");
-  Hull hull(with_ones(scaled(fit_scaler(rows), rows)), of_row, classes);
-  return walk(hull, most_steps);
+  std::vector<std::optional<Result<ExperimentOutcome>>> outcomes(subsets.size());
+  const std::size_t width = matrix->names.size() / count;
+  parallel_for(subsets.size(), options.threads, [&](std::size_t i) {
+    outcomes[i] = run_experiment(select_columns(*matrix, columns_of(subsets[i], width)),
+                                 options.evaluated_by, options.rule);
+  });
+  std::vector<ScaleScore> out;
+  for (std::size_t i = 0; i < subsets.size(); ++i) {
+    const auto& outcome = *outcomes[i];
+    if (!outcome) return pass(outcome.error());
+    ScaleScore score{{}, *outcome};
+    for (const std::size_t s : subsets[i]) score.sigmas.push_back(options.sigmas[s]);
+    out.push_back(std::move(score));
+  }
+  std::stable_sort(out.begin(), out.end(), is_better);
+  return out;
 }
 
 }  // namespace weft::classifier::imprint

@@ -11,37 +11,11 @@
 
 #include "classifier/base/matrix.hpp"
 #include "classifier/features/feature_matrix.hpp"
+#include "classifier/imprint/imprint_set.hpp"
 #include "classifier/imprint/scale_features.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier::imprint {
-
-// Whether classes are linearly separable at all, said next to a perceptron that stops after 1000
-// rounds (choice E5).
-
-enum class Separability {
-  separable,      ///< proved: weights were found that take every row for its class
-  not_separable,  ///< proved, to a margin of 1e-7: see separability()
-  undecided       ///< the work allowed did not suffice
-};
-std::string_view to_string(Separability verdict);
-
-struct SeparabilityOutcome {
-  Separability verdict = Separability::undecided;
-  /// Least distance from the origin that the hull was shown to keep, 0 where it has it inside.
-  double margin = 0;
-  std::size_t steps = 0;
-};
-
-/// Kesler's construction makes one vector of every row and wrong class; classes are separable if
-/// and only if one direction has a positive product with all of them, that is if their convex hull
-/// does not contain the origin. The hull's point nearest to the origin is found by Wolfe's
-/// algorithm (Wolfe 1976, Mathematical Programming 11) on unit vectors of z-scored rows with a
-/// bias: scaling changes nothing about separability. `separable` is checked row by row with the
-/// weights found; `not_separable` is a convex combination of unit vectors that is at most 1e-7
-/// long. Refuses what check_training() refuses.
-Result<SeparabilityOutcome> separability(const Matrix& rows, std::span<const std::size_t> of_row,
-                                         std::size_t classes, std::size_t most_steps = 20000);
 
 enum class Experiment {
   one_of_all,       ///< 1/N: one imprint
@@ -94,5 +68,29 @@ struct ExperimentOutcome {
 /// what test_rounds(), check_rounds() and the rule refuse.
 Result<ExperimentOutcome> run_experiment(const FeatureMatrix& matrix, Experiment experiment,
                                          Rule rule);
+
+// The search of scale space that Ellis 1986, section 4, leaves to others: which scales of smoothing
+// tell the classes apart best.
+
+struct ScaleSearchOptions {
+  std::vector<double> sigmas = {0, 0.5, 1, 1.5, 2, 2.5, 3, 3.5, 4, 5, 6};
+  std::size_t most_scales = 3;
+  Form form = Form::full;
+  Rule rule = Rule::least_squares;
+  Experiment evaluated_by = Experiment::object_of_all;  ///< an object that was never seen
+  std::size_t threads = 0;
+};
+
+struct ScaleScore {
+  std::vector<double> sigmas;
+  ExperimentOutcome outcome;
+};
+
+/// Every set of one to most_scales of the scales, best first: most right answers, none where a
+/// training did not converge; then fewer scales; then in the order given. The
+/// imprints are those to learn from: what is found on them says nothing about their own accuracy.
+/// Refuses what ScaleFeatures and run_experiment() refuse, no set, and more than 2000 of them.
+Result<std::vector<ScaleScore>> search_scales(std::span<const Imprint> imprints,
+                                              const ScaleSearchOptions& options);
 
 }  // namespace weft::classifier::imprint

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 
-#include "classifier/base/checksummed_text.hpp"
-#include "classifier/fabric/provenance_text.hpp"
+#include "classifier/base/line_io.hpp"
+#include "classifier/fabric/model_text.hpp"
 #include "classifier/model/model_file.hpp"
-#include "classifier/vote/learner_prediction.hpp"
+#include "classifier/vote/postprocessing.hpp"
 
 namespace weft::classifier::imprint {
 namespace {
@@ -40,14 +40,14 @@ void write_plan(LineWriter& out, const FeaturePlan& plan) {
   out.count("scales", plan.scales ? plan.scales->sigmas.size() : 0);
   if (plan.scales) {
     out.numbers("sigmas", plan.scales->sigmas);
-    out.text("form", name_in(form_names, plan.scales->form));
-    out.text("noise", name_in(noise_names, plan.scales->noise));
-    out.text("orientation", name_in(orientation_names, plan.scales->orientation));
+    out.text("form", word_in(form_names, plan.scales->form));
+    out.text("noise", word_in(noise_names, plan.scales->noise));
+    out.text("orientation", word_in(orientation_names, plan.scales->orientation));
     out.number("edges_low", plan.scales->thresholds.low);
     out.number("edges_high", plan.scales->thresholds.high);
   }
   out.count("laws", plan.laws.size());
-  for (const LawsSize size : plan.laws) out.text("laws_size", name_in(laws_names, size));
+  for (const LawsSize size : plan.laws) out.text("laws_size", word_in(laws_names, size));
 }
 
 FeaturePlan read_plan(LineReader& in) {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "classifier/baseline/learner.hpp"
-#include "classifier/fabric/provenance_text.hpp"
+#include "classifier/fabric/model_text.hpp"
 #include "classifier/imprint/imprint_set.hpp"
 #include "classifier/vote/postprocessing.hpp"
 #include "classifier/vote/vote.hpp"

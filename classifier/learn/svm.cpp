@@ -19,7 +19,13 @@ svm_parameter parameters(double c, double tolerance) {
   return p;
 }
 
+// Of the last problem that this thread solved, as libsvm reported them.
 thread_local std::size_t iterations = 0;
+
+// At so many it gives up on a problem of `rows`, and returns what it has (svm.cpp, Solver::Solve).
+std::size_t most_iterations(std::size_t rows) {
+  return std::max<std::size_t>(10'000'000, 100 * rows);
+}
 
 void capture_iterations(const char* text) {
   constexpr std::string_view words = "#iter = ";
@@ -53,10 +59,6 @@ SvmTrainer::SvmTrainer(std::span<const int> sign) {
     row_.push_back(row);
   }
 }
-
-SvmTrainer::~SvmTrainer() = default;
-SvmTrainer::SvmTrainer(SvmTrainer&&) noexcept = default;
-SvmTrainer& SvmTrainer::operator=(SvmTrainer&&) noexcept = default;
 
 Status SvmTrainer::set_kernel(const Matrix& kernel) {
   const std::size_t n = order_.size();
@@ -105,7 +107,7 @@ Result<SvmSolution> SvmTrainer::solve(double c, double tolerance) const {
   const svm_problem problem{static_cast<int>(label.size()), label.data(), row.data()};
   const SvmModel model(svm_train(&problem, &parameter));
   SvmSolution out;
-  out.converged = libsvm_iterations() < libsvm_most_iterations(label.size());
+  out.converged = iterations < most_iterations(label.size());
   out.coefficient.assign(label.size(), 0.0);
   out.bias = model->rho[0];  // f = -(sum - rho)
   for (int s = 0; s < model->l; ++s) {
@@ -121,10 +123,6 @@ void silence_libsvm() {
     return true;
   }();
   static_cast<void>(done);
-}
-
-std::size_t libsvm_iterations() {
-  return iterations;
 }
 
 }  // namespace weft::classifier

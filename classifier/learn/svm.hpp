@@ -4,7 +4,6 @@
 
 #include <libsvm/svm.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -13,22 +12,13 @@
 #include "classifier/base/matrix.hpp"
 #include "protocols/base/result.hpp"
 
-struct svm_node;
-
 namespace weft::classifier {
 
 // What every user of libsvm needs. Only for .cpp files: it brings libsvm's header with it.
 
 /// libsvm reports progress through one process-wide function; silenced once, before the first
-/// training, but for what libsvm_iterations() wants to know.
+/// training, but for the iterations by which SvmSolution::converged is told.
 void silence_libsvm();
-
-/// Of the last problem that this thread solved, as libsvm reported them.
-std::size_t libsvm_iterations();
-/// At so many it gives up on a problem of `rows`, and returns what it has (svm.cpp, Solver::Solve).
-constexpr std::size_t libsvm_most_iterations(std::size_t rows) {
-  return std::max<std::size_t>(10'000'000, 100 * rows);
-}
 
 struct FreeSvmModel {
   void operator()(svm_model* model) const { svm_free_and_destroy_model(&model); }
@@ -48,9 +38,8 @@ class SvmTrainer {
  public:
   /// `sign`: +1 or -1 per training row; both must occur.
   explicit SvmTrainer(std::span<const int> sign);
-  ~SvmTrainer();
-  SvmTrainer(SvmTrainer&&) noexcept;
-  SvmTrainer& operator=(SvmTrainer&&) noexcept;
+  SvmTrainer(SvmTrainer&&) noexcept = default;  // row_ points into node_: not copied
+  SvmTrainer& operator=(SvmTrainer&&) noexcept = default;
 
   /// [n x n] kernel values between the training rows. Refuses a wrong size, one class only, NaN and
   /// infinity (libsvm itself trains on NaN without a word).

@@ -8,10 +8,9 @@
 #include <ostream>
 #include <string_view>
 
-#include "classifier/base/checksummed_text.hpp"
 #include "classifier/base/line_io.hpp"
 #include "classifier/base/parallel.hpp"
-#include "classifier/fabric/provenance_text.hpp"
+#include "classifier/fabric/model_text.hpp"
 #include "classifier/vote/postprocessing.hpp"
 
 namespace weft::classifier {
@@ -39,9 +38,9 @@ std::string phase_letters(PhaseSet phases) {
 void write_setup(LineWriter& out, const FeatureSetup& setup) {
   out.count("taxels", setup.taxels);
   out.text("phases", phase_letters(setup.phases));
-  out.text("skew", name_in(skew_names, setup.options.skew));
-  out.text("norm", name_in(norm_names, setup.options.norm));
-  out.text("spectrum", name_in(spectrum_names, setup.options.spectrum));
+  out.text("skew", word_in(skew_names, setup.options.skew));
+  out.text("norm", word_in(norm_names, setup.options.norm));
+  out.text("spectrum", word_in(spectrum_names, setup.options.spectrum));
   out.number("mode_bin_counts", setup.options.mode_bin_counts);
   out.number("window_s", setup.window_s);
   out.number("window_step_s", setup.window_step_s);
@@ -80,13 +79,11 @@ FeatureSetup read_setup(LineReader& in) {
   return setup;
 }
 
-using HeadReader = LearnerHead (*)(LineReader&);
-
-Result<StoredModel> read_body(std::string_view body, HeadReader head_reader) {
+Result<StoredModel> read_body(std::string_view body, int version) {
   LineReader in(body);
   Provenance provenance = read_provenance(in);
   FeatureSetup setup = read_setup(in);
-  const LearnerHead head = head_reader(in);
+  const LearnerHead head = read_head(in, version);
   std::vector<std::string> labels = read_labels(in);
   // Each taxel has twelve lines of names: what a short file claims costs no memory.
   if (setup.taxels > body.size() / 12)
@@ -103,15 +100,14 @@ Result<StoredModel> read_body(std::string_view body, HeadReader head_reader) {
 
 struct Body {
   std::string_view text;
-  HeadReader head = read_head;
+  int version = 0;
 };
 
-// By the first line; nullptr for a version that is not known.
-HeadReader head_reader_of(std::string_view header) {
-  if (header == model_file_header) return read_head;
-  if (header == model_file_header_5) return read_head_of_version_5;
-  if (header == model_file_header_4) return read_head_of_version_4;
-  return header == model_file_header_3 ? read_head_of_version_3 : nullptr;
+// By the first line; 0 for a version that is not known.
+int version_of(std::string_view header) {
+  for (const int version : {6, 5, 4, 3})
+    if (header == std::string(header_keyword) + std::to_string(version)) return version;
+  return 0;
 }
 
 // What follows the header.
@@ -122,14 +118,14 @@ Result<Body> after_header(std::string_view text) {
                  .expected = model_file_header,
                  .got = std::string(text.substr(0, std::min(text.find('\n'), std::size_t{40})))});
   const std::string_view first = text.substr(0, text.find('\n'));
-  const HeadReader head = head_reader_of(first);
-  if (head == nullptr)
+  const int version = version_of(first);
+  if (version == 0)
     return fail({.code = Errc::unsupported,
                  .what = "a model file of another version",
                  .expected = std::string(model_file_header) + ", 5, 4 or 3",
                  .got = std::string(first.substr(0, 40)),
                  .hint = "Train the model again with this version"});
-  return Body{text.substr(std::min(first.size() + 1, text.size())), head};
+  return Body{text.substr(std::min(first.size() + 1, text.size())), version};
 }
 
 // The text between header and checksum, once both are in order.
@@ -138,7 +134,7 @@ Result<Body> body_of(std::string_view text) {
   if (!rest) return rest;
   const Result<std::string_view> body = check_checksum(text, text.size() - rest->text.size());
   if (!body) return pass(body.error());
-  return Body{*body, rest->head};
+  return Body{*body, rest->version};
 }
 
 // [trials x features] of trials that the model may take; one extractor a thread.
@@ -181,7 +177,7 @@ Result<StoredModel> load_model(std::istream& in) {
   if (in.bad()) return fail({.code = Errc::io, .what = "cannot read the model"});
   const Result<Body> body = body_of(text);
   if (!body) return pass(body.error());
-  return read_body(body->text, body->head);
+  return read_body(body->text, body->version);
 }
 
 Result<ModelHead> load_model_head(std::string_view beginning) {

@@ -11,9 +11,8 @@
 
 #include "classifier/baseline/learner.hpp"
 #include "classifier/baseline/learner_text.hpp"
-#include "classifier/fabric/provenance_text.hpp"
+#include "classifier/fabric/model_text.hpp"
 #include "classifier/features/feature_matrix.hpp"
-#include "classifier/vote/learner_prediction.hpp"
 #include "classifier/vote/postprocessing.hpp"
 #include "protocols/base/result.hpp"
 
@@ -56,13 +55,8 @@ struct StoredModel {
 };
 
 /// First line of every file.
+/// Still read are versions 5 to 3, see read_head().
 inline constexpr const char* model_file_header = "weft-fabric-model 6";
-
-/// Still read: of version 5 no trees; of version 4 no ranked features either; of version 3 plain
-/// cores only.
-inline constexpr const char* model_file_header_5 = "weft-fabric-model 5";
-inline constexpr const char* model_file_header_4 = "weft-fabric-model 4";
-inline constexpr const char* model_file_header_3 = "weft-fabric-model 3";
 
 /// Refuses a model whose features are not those of `setup`; Errc::io when the stream fails.
 Status save_model(const StoredModel& stored, std::ostream& out);

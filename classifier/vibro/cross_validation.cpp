@@ -6,23 +6,11 @@
 #include <set>
 #include <utility>
 
-#include "classifier/fabric/fold_units.hpp"
-#include "classifier/vibro/median.hpp"
+#include "classifier/fabric/folds.hpp"
+#include "classifier/vibro/level_features.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
-
-struct Rows {
-  Matrix values;
-  std::vector<std::size_t> of_row;
-};
-
-Rows taken(const WindowSet& windows, const std::vector<std::size_t>& classes,
-           std::span<const std::size_t> rows) {
-  Rows out{windows.matrix.values.take(rows), {}};
-  for (const std::size_t r : rows) out.of_row.push_back(classes[r]);
-  return out;
-}
 
 // Gathers over the splits what an Assessment tells.
 class CrossValidator {
@@ -36,8 +24,10 @@ class CrossValidator {
   [[nodiscard]] double seconds() const { return now_ ? now_() : 0.0; }
   [[nodiscard]] Result<Pipeline> train(std::span<const std::size_t> rows,
                                        const PipelineOptions& options) const {
-    const Rows own = taken(windows_, classes_.of_row, rows);
-    return Pipeline::train({&own.values, own.of_row, classes_.labels.size()}, options);
+    const Matrix values = windows_.matrix.values.take(rows);
+    std::vector<std::size_t> of_row;
+    for (const std::size_t r : rows) of_row.push_back(classes_.of_row[r]);
+    return Pipeline::train({&values, of_row, classes_.labels.size()}, options);
   }
 
   // Share of right answers alone.
@@ -74,11 +64,9 @@ class CrossValidator {
     }
     SplitShare& voted = voted_of_split_.emplace_back();
     for (const auto& [where, vote] : votes) {
-      const auto winner = std::max_element(vote.begin(), vote.end()) - vote.begin();
       voted_.insert(where);
       voted.whole += 1.0;
-      voted.part +=
-          classes_.labels[static_cast<std::size_t>(winner)] == label_of(where.first) ? 1.0 : 0.0;
+      voted.part += classes_.labels[place_of_largest(vote)] == label_of(where.first) ? 1.0 : 0.0;
     }
     for (std::size_t i = 0; i < own.count.size(); ++i) out_.confusion.count[i] += own.count[i];
     out_.split_accuracy.push_back(own.accuracy());
@@ -166,11 +154,7 @@ std::vector<Split> inner_splits(const WindowSet& windows, const Split& outer, Pr
                                  : std::to_string(i % fifths);
     parts[part].push_back(r);
   }
-  const auto collect_labels = [&](const std::vector<std::size_t>& rows) {
-    std::set<std::string> labels;
-    for (const std::size_t r : rows) labels.insert(windows.matrix.labels[r]);
-    return labels;
-  };
+  const std::set<std::string> labels = labels_in(windows.matrix, outer.train);
   std::vector<Split> out;
   for (const auto& [part, tests] : parts) {
     Split split;
@@ -178,7 +162,7 @@ std::vector<Split> inner_splits(const WindowSet& windows, const Split& outer, Pr
     std::set_difference(outer.train.begin(), outer.train.end(), tests.begin(), tests.end(),
                         std::back_inserter(split.train));
     // A class that only this part has cannot be learnt without it.
-    if (collect_labels(split.train) == collect_labels(outer.train)) out.push_back(std::move(split));
+    if (labels_in(windows.matrix, split.train) == labels) out.push_back(std::move(split));
   }
   return out;
 }

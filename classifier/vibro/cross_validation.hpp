@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "classifier/base/interval.hpp"
-#include "classifier/evaluate/confusion.hpp"
 #include "classifier/evaluate/evaluate.hpp"
+#include "classifier/evaluate/splits.hpp"
 #include "classifier/vibro/learn/pipeline.hpp"
 #include "classifier/vibro/protocol.hpp"
 

@@ -1,11 +1,11 @@
 #include "classifier/vibro/importance.hpp"
 
 #include <algorithm>
-#include <set>
 #include <string>
 
 #include "classifier/base/interval.hpp"
 #include "classifier/base/random.hpp"
+#include "classifier/fabric/folds.hpp"
 #include "classifier/vibro/cross_validation.hpp"
 #include "classifier/vibro/learn/learners.hpp"
 
@@ -23,16 +23,6 @@ Result<double> measure_accuracy(const Pipeline& pipeline, const Matrix& rows,
   return static_cast<double>(right) / static_cast<double>(rows.rows());
 }
 
-// By the sorted labels.
-std::vector<std::size_t> classes_in(const WindowSet& windows, const std::set<std::string>& labels,
-                                    std::span<const std::size_t> rows) {
-  std::vector<std::size_t> out;
-  for (const std::size_t r : rows)
-    out.push_back(static_cast<std::size_t>(
-        std::distance(labels.begin(), labels.find(windows.matrix.labels[r]))));
-  return out;
-}
-
 // The windows of one split with their classes.
 struct Parted {
   Matrix train, test;
@@ -42,10 +32,15 @@ struct Parted {
 };
 
 Parted parted(const WindowSet& windows, const Split& split) {
-  const std::set<std::string> labels(windows.matrix.labels.begin(), windows.matrix.labels.end());
-  return {windows.matrix.values.take(split.train), windows.matrix.values.take(split.test),
-          classes_in(windows, labels, split.train), classes_in(windows, labels, split.test),
-          labels.size()};
+  const Classes classes = find_classes(windows.matrix);
+  Parted out{windows.matrix.values.take(split.train),
+             windows.matrix.values.take(split.test),
+             {},
+             {},
+             classes.labels.size()};
+  for (const std::size_t r : split.train) out.of_train.push_back(classes.of_row[r]);
+  for (const std::size_t r : split.test) out.of_test.push_back(classes.of_row[r]);
+  return out;
 }
 
 // Adds what permutation says on one split, a share of it, to `sum`.

@@ -5,7 +5,7 @@
 #include <set>
 
 #include "classifier/base/random.hpp"
-#include "classifier/vibro/median.hpp"
+#include "classifier/vibro/level_features.hpp"
 #include "protocols/base/names.hpp"
 
 namespace weft::classifier::vibro {
@@ -54,17 +54,11 @@ Result<Split> split_by_groups(const std::vector<std::string>& groups,
   return grouped_split(groups, train, test);
 }
 
-std::set<std::string> labels_in(const WindowSet& windows, const std::vector<std::size_t>& rows) {
-  std::set<std::string> out;
-  for (const std::size_t r : rows) out.insert(windows.matrix.labels[r]);
-  return out;
-}
-
 Status check_side(const WindowSet& windows, const std::vector<std::size_t>& rows,
                   const std::string& side) {
   std::set<std::string> all(windows.matrix.labels.begin(), windows.matrix.labels.end());
   for (const TooShort& one : windows.too_short) all.insert(one.label);
-  const auto own = labels_in(windows, rows);
+  const auto own = labels_in(windows.matrix, rows);
   for (const std::string& label : all)
     if (!own.contains(label))
       return fail({.code = Errc::invalid_argument,

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "classifier/features/fourier.hpp"
-#include "classifier/features/fourier_tables.hpp"
 
 namespace weft::classifier::vibro {
 namespace {

@@ -1,10 +1,12 @@
 #include "classifier/vibro/recording.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "classifier/base/random.hpp"
+#include "protocols/base/names.hpp"
 #include "protocols/base/number_text.hpp"
 
 namespace weft::classifier::vibro {
@@ -37,6 +39,33 @@ bool lies_before(const Recording& recording, double start_s, double window_s,
     if (first_sample(start_s, rate) + samples_in(window_s, rate) > ends[c]) return false;
   }
   return true;
+}
+
+constexpr NameTable<Family, 7> families = {{
+    {Family::smmrp, "SMMRP"},
+    {Family::smmrp10, "SMMRP10"},
+    {Family::fft, "FFT"},
+    {Family::smmrpfft, "SMMRPFFT"},
+    {Family::all, "ALL"},
+    {Family::bands, "BANDS"},
+    {Family::wide, "WIDE"},
+}};
+constexpr NameTable<Combine, 2> combinations = {
+    {{Combine::mean, "mean"}, {Combine::concat, "concat"}}};
+
+// In the order of FrameFeature; empty: that of a sample.
+constexpr std::array<std::string_view, figure_count> figure_units = {"",   "",   "",   "",   "1",
+                                                                     "Hz", "Hz", "Hz", "dB", "1"};
+
+std::string unit_of(FrameFeature figure, const std::string& sample_unit) {
+  const std::string_view own = figure_units[static_cast<std::size_t>(figure)];
+  return own.empty() ? sample_unit : std::string(own);
+}
+
+std::string common_unit(const std::vector<Channel>& channels) {
+  const bool same = std::all_of(channels.begin(), channels.end(),
+                                [&](const Channel& c) { return c.unit == channels.front().unit; });
+  return same && !channels.empty() ? channels.front().unit : "mixed";
 }
 
 }  // namespace
@@ -113,6 +142,76 @@ std::vector<Place> block_places(const Recording& recording, double window_s, std
       if (lies_before(recording, start, window_s, ends)) out.push_back({start, b});
     }
   }
+  return out;
+}
+
+bool same_sensor(const std::vector<Channel>& a, const std::vector<Channel>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Channel& x, const Channel& y) {
+    return x.name == y.name && x.unit == y.unit &&
+           std::abs(x.rate_hz - y.rate_hz) <= clock_tolerance * x.rate_hz;
+  });
+}
+
+std::string format_channels(const std::vector<Channel>& channels) {
+  std::string out;
+  for (const Channel& c : channels)
+    out += (out.empty() ? "" : ", ") + c.name + " " + std::to_string(c.rate_hz) + " Hz [" + c.unit +
+           "]";
+  return out;
+}
+
+std::string_view to_string(Family family) {
+  return name_in(families, family);
+}
+Result<Family> family_from(std::string_view text) {
+  return value_from(families, text, "unknown set of features", name_list(families));
+}
+std::string_view to_string(Combine combine) {
+  return name_in(combinations, combine);
+}
+Result<Combine> combine_from(std::string_view text) {
+  return value_from(combinations, text, "unknown way to combine channels", name_list(combinations));
+}
+
+std::vector<FrameFeature> features_of_family(Family family) {
+  if (family == Family::fft || family == Family::bands) return {};
+  if (family == Family::smmrp || family == Family::smmrpfft)
+    return {FrameFeature::mean, FrameFeature::std, FrameFeature::mad, FrameFeature::rmse,
+            FrameFeature::perceptual};
+  std::vector<FrameFeature> out;
+  for (std::size_t k = 0; k < figure_count; ++k) out.push_back(static_cast<FrameFeature>(k));
+  return out;
+}
+
+bool has_fft(Family family) {
+  return family == Family::fft || family == Family::smmrpfft || family == Family::all ||
+         family == Family::wide;
+}
+
+bool has_bands(Family family) {
+  return family == Family::bands || family == Family::wide;
+}
+
+std::vector<Column> columns_of(const std::vector<Channel>& channels, FeatureChoice choice) {
+  std::vector<Column> out;
+  const auto figures = features_of_family(choice.family);
+  if (choice.combine == Combine::mean) {
+    for (const FrameFeature f : figures)
+      out.push_back({std::string(to_string(f)), unit_of(f, common_unit(channels))});
+  } else {
+    for (const Channel& c : channels)
+      for (const FrameFeature f : figures)
+        out.push_back({std::string(to_string(f)) + "." + c.name, unit_of(f, c.unit)});
+  }
+  if (has_fft(choice.family))
+    for (const Channel& c : channels) out.push_back({"FFT." + c.name, c.unit});
+  if (!has_bands(choice.family)) return out;
+  for (std::size_t c = 0; c < (choice.combine == Combine::mean ? 1 : channels.size()); ++c)
+    for (const char* what : {"BAND", "BANDSTD"})
+      for (std::size_t b = 1; b <= band_count; ++b)
+        out.push_back({what + std::to_string(b) +
+                           (choice.combine == Combine::mean ? "" : "." + channels[c].name),
+                       "dB"});
   return out;
 }
 

@@ -5,12 +5,71 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "classifier/vibro/feature_set.hpp"
+#include "classifier/vibro/channel_features.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier::vibro {
+
+// The sets of features of the 2023 paper, their names and units.
+
+/// One source of samples.
+struct Channel {
+  std::string name;      ///< "S", "X", "Y", "Z"
+  double rate_hz = 0.0;  ///< above 0
+  std::string unit;      ///< of a sample: "count", "m/s^2"; "1" where it has none
+  friend bool operator==(const Channel&, const Channel&) = default;
+};
+
+/// By how much the rates of two recordings of one sensor may differ: the clocks of two sensors of
+/// one model are off by 100 ppm each.
+inline constexpr double clock_tolerance = 2e-4;
+/// Whether recordings of both can be compared: the same names and units in the same order, rates
+/// within clock_tolerance.
+bool same_sensor(const std::vector<Channel>& a, const std::vector<Channel>& b);
+
+/// "S 8000.000000 Hz [Pa], X 200.000000 Hz [m/s2]", for messages.
+std::string format_channels(const std::vector<Channel>& channels);
+
+enum class Family {
+  smmrp,     ///< the five that the paper kept: MEAN, STD, MAD, RMSE, PERCEPTUAL
+  smmrp10,   ///< all ten figures, before the paper's selection
+  fft,       ///< one number per channel: the mean amplitude of its spectrum (S6)
+  smmrpfft,  ///< smmrp, then fft
+  all,       ///< smmrp10, then fft
+  bands,     ///< ours: power in sixteen bands, its mean and deviation over the frames
+  wide,      ///< ours: all, then bands
+};
+std::string_view to_string(Family family);
+Result<Family> family_from(std::string_view text);
+
+/// What happens to a figure that every channel has (S1).
+enum class Combine {
+  mean,   ///< its mean over the channels, whatever their units: the paper's ten columns
+  concat  ///< a column per channel
+};
+std::string_view to_string(Combine combine);
+Result<Combine> combine_from(std::string_view text);
+
+struct FeatureChoice {
+  Family family = Family::smmrpfft;
+  Combine combine = Combine::mean;
+  friend bool operator==(const FeatureChoice&, const FeatureChoice&) = default;
+};
+
+struct Column {
+  std::string name;  ///< "MEAN", "MEAN.X" with concat, "FFT.X"
+  std::string unit;  ///< "mixed" for a mean over channels of several units
+};
+
+/// The figures of a family, in their order; none of `fft`.
+std::vector<FrameFeature> features_of_family(Family family);
+bool has_fft(Family family);
+bool has_bands(Family family);
+/// Figures (channel by channel with concat), then FFT channel by channel, then bands as figures.
+std::vector<Column> columns_of(const std::vector<Channel>& channels, FeatureChoice choice);
 
 struct Recording {
   std::string file;   ///< unique in its data set

@@ -1,11 +1,10 @@
 #include "classifier/vibro/recording_model.hpp"
 
 #include <algorithm>
-#include <iterator>
-#include <set>
 
-#include "classifier/base/checksummed_text.hpp"
-#include "classifier/fabric/provenance_text.hpp"
+#include "classifier/base/line_io.hpp"
+#include "classifier/fabric/folds.hpp"
+#include "classifier/fabric/model_text.hpp"
 #include "classifier/vibro/protocol.hpp"
 
 namespace weft::classifier::vibro {
@@ -94,24 +93,20 @@ Result<RecordingModel> train_recording_model(std::span<const Recording> recordin
                  .what = "no recording is as long as a window",
                  .expected = std::to_string(setup.window_s) + " s",
                  .hint = "Take a shorter --window-s"});
-  const std::set<std::string> sorted(matrix.labels.begin(), matrix.labels.end());
+  Classes classes = find_classes(matrix);
   for (const TooShort& one : windows->too_short)
-    if (!sorted.contains(one.label))
+    if (!std::ranges::binary_search(classes.labels, one.label))
       return fail({.code = Errc::invalid_argument,
                    .where = one.label,
                    .what = "no recording of the label is as long as a window",
                    .expected = std::to_string(setup.window_s) + " s",
                    .hint = "Take a shorter --window-s"});
-  std::vector<std::string> labels(sorted.begin(), sorted.end());
-  std::vector<std::size_t> of_row;
-  for (const std::string& label : matrix.labels)
-    of_row.push_back(static_cast<std::size_t>(std::distance(sorted.begin(), sorted.find(label))));
-  auto pipeline = Pipeline::train({&matrix.values, of_row, labels.size()}, options);
+  auto pipeline = Pipeline::train({&matrix.values, classes.of_row, classes.labels.size()}, options);
   if (!pipeline) return pass(pipeline.error());
   RecordingSetup own = setup;
   own.channels = recordings.front().channels;
-  return RecordingModel{std::move(provenance), std::move(own), std::move(labels), options.method,
-                        std::move(*pipeline)};
+  return RecordingModel{std::move(provenance), std::move(own), std::move(classes.labels),
+                        options.method, std::move(*pipeline)};
 }
 
 Status save_recording_model(const RecordingModel& model, std::ostream& out) {
@@ -153,13 +148,12 @@ Result<std::vector<RecordingAnswer>> classify_recordings(const RecordingModel& m
     ++out[windows->recording[r]].windows[*label];
   }
   for (RecordingAnswer& answer : out) {
-    const auto most = std::max_element(answer.windows.begin(), answer.windows.end());
-    if (*most == 0)
+    answer.label = place_of_largest(answer.windows);
+    if (answer.windows[answer.label] == 0)
       return fail({.code = Errc::invalid_argument,
                    .where = answer.file,
                    .what = "the recording is shorter than a window",
                    .expected = std::to_string(setup.window_s) + " s"});
-    answer.label = static_cast<std::size_t>(most - answer.windows.begin());
   }
   return out;
 }

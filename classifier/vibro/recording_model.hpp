@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "classifier/fabric/provenance_text.hpp"
+#include "classifier/fabric/model_text.hpp"
 #include "classifier/vibro/extract.hpp"
 #include "classifier/vibro/learn/pipeline.hpp"
 

@@ -122,20 +122,9 @@ std::size_t rows_at_a_time(const FabricModel& model) {
 
 Status check_features(const FabricModel& model, std::span<const double> features) {
   const std::vector<std::string>& names = model.feature_names();
-  if (features.size() != names.size())
-    return fail({.code = Errc::invalid_argument,
-                 .where = "vote",
-                 .what = "wrong number of features",
-                 .expected = std::to_string(names.size()),
-                 .got = std::to_string(features.size()),
-                 .hint = "Was the model trained for another sensor?"});
-  for (std::size_t k = 0; k < features.size(); ++k)
-    if (!std::isfinite(features[k]))
-      return fail({.code = Errc::invalid_argument,
-                   .where = names[k],
-                   .what = "feature is not finite",
-                   .expected = "a finite number",
-                   .got = std::to_string(features[k])});
+  if (auto ok = check_length(features, names.size(), "vote", another_sensor); !ok) return ok;
+  const std::size_t bad = first_not_finite(features);
+  if (bad < features.size()) return not_finite(names[bad], "feature", features[bad]);
   return {};
 }
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "classifier/fabric/model.hpp"
-#include "classifier/vote/class_profile.hpp"
+#include "classifier/vote/novelty.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {

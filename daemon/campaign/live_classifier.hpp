@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "classifier/live/live_voter.hpp"
+#include "classifier/live/staged_model.hpp"
 #include "drivers/api/sample.hpp"
 #include "recipes/engine/plan.hpp"
 

@@ -9,9 +9,9 @@
 #include <tuple>
 #include <vector>
 
+#include "classifier/fabric/folds.hpp"
 #include "classifier/fabric/reducer.hpp"
-#include "classifier/learn/distance.hpp"
-#include "classifier/learn/folds.hpp"
+#include "classifier/learn/svm_solver.hpp"
 
 namespace weft::bench {
 

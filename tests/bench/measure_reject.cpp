@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "classifier/vote/class_profile.hpp"
-#include "classifier/vote/cross_decisions.hpp"
+#include "classifier/vote/calibration.hpp"
+#include "classifier/vote/novelty.hpp"
 #include "classifier/vote/postprocessing.hpp"
 
 namespace weft::classifier {

@@ -7,10 +7,10 @@
 #include <optional>
 
 #include "classifier/baseline/learner.hpp"
+#include "classifier/evaluate/calibration_check.hpp"
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/features/trial.hpp"
 #include "classifier/vote/postprocessing.hpp"
-#include "classifier/vote/reliability.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/dataset/import.hpp"
 #include "tests/bench/classifier_set.hpp"

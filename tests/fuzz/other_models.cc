@@ -7,7 +7,7 @@
 
 #include "classifier/imprint/imprint_model.hpp"
 #include "classifier/vibro/recording_model.hpp"
-#include "classifier/vote/learner_prediction.hpp"
+#include "classifier/vote/postprocessing.hpp"
 #include "tests/fuzz/checksum.hpp"
 #include "tests/fuzz/target.hpp"
 

@@ -156,7 +156,7 @@ weft_module(daemon/campaign USES daemon/storage/recorder
         "sim/devices/a.cpp": ('#include "drivers/api/link.hpp"', True),
         "sim/rig/a.cpp": ('#include "daemon/base/loop/virtual_loop.hpp"', True),
         "classifier/features/a.cpp": ('#include "recipes/engine/plan.hpp"', True),
-        "classifier/features/b.cpp": ('#include "classifier/selection/t_test.hpp"', True),  # upwards
+        "classifier/features/b.cpp": ('#include "classifier/selection/selection.hpp"', True),  # upwards
         "classifier/selection/b.cpp": ('#include "classifier/base/matrix.hpp"', False),
         "recipes/engine/a.hpp": ("#include <nlohmann/json.hpp>", True),
         "recipes/engine/b.cpp": ("auto t = std::chrono::steady_clock::now();", True),

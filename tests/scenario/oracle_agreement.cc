@@ -23,9 +23,9 @@
 
 #include "classifier/base/student_t.hpp"
 #include "classifier/evaluate/evaluate.hpp"
-#include "classifier/fabric/pair_problem.hpp"
+#include "classifier/fabric/folds.hpp"
 #include "classifier/features/trial.hpp"
-#include "classifier/selection/t_test.hpp"
+#include "classifier/selection/selection.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace {

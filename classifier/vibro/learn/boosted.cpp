@@ -3,12 +3,14 @@
 #include <string>
 
 #ifdef WEFT_XGBOOST_LIBRARY
+#include <dlfcn.h>
+#include <xgboost/c_api.h>
+
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <utility>
 
-#include "classifier/vibro/learn/booster_check.hpp"
-#include "classifier/vibro/learn/xgboost_library.hpp"
 #endif
 
 namespace weft::classifier::vibro {
@@ -25,6 +27,58 @@ tl::unexpected<Error> not_there() {
 
 #ifdef WEFT_XGBOOST_LIBRARY
 namespace {
+
+// XGBoost's C interface, loaded when it is first asked for: a daemon that never learns with it need
+// not hold its four megabytes.
+
+// Its functions by the names that they have in the library's header.
+struct XgboostLibrary {
+  decltype(&::XGBGetLastError) last_error = nullptr;
+  decltype(&::XGDMatrixCreateFromMat) matrix_from_mat = nullptr;
+  decltype(&::XGDMatrixSetFloatInfo) matrix_set_float_info = nullptr;
+  decltype(&::XGDMatrixFree) matrix_free = nullptr;
+  decltype(&::XGBoosterCreate) create = nullptr;
+  decltype(&::XGBoosterFree) free = nullptr;
+  decltype(&::XGBoosterSetParam) set_parameter = nullptr;
+  decltype(&::XGBoosterUpdateOneIter) update = nullptr;
+  decltype(&::XGBoosterPredictFromDense) predict = nullptr;
+  decltype(&::XGBoosterSaveModelToBuffer) save = nullptr;
+  decltype(&::XGBoosterLoadModelFromBuffer) load = nullptr;
+};
+
+template <class Function>
+bool find(void* library, const char* name, Function& out) {
+  out = reinterpret_cast<Function>(::dlsym(library, name));
+  return out != nullptr;
+}
+
+// It is never unloaded: threads of OpenMP live in it.
+std::optional<XgboostLibrary> loaded() {
+  constexpr int how = RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE;
+  void* library = ::dlopen(WEFT_XGBOOST_LIBRARY, how);
+  if (library == nullptr) library = ::dlopen(WEFT_XGBOOST_BUILT_WITH, how);
+  if (library == nullptr) return std::nullopt;
+  XgboostLibrary out;
+  const bool whole = find(library, "XGBGetLastError", out.last_error) &&
+                     find(library, "XGDMatrixCreateFromMat", out.matrix_from_mat) &&
+                     find(library, "XGDMatrixSetFloatInfo", out.matrix_set_float_info) &&
+                     find(library, "XGDMatrixFree", out.matrix_free) &&
+                     find(library, "XGBoosterCreate", out.create) &&
+                     find(library, "XGBoosterFree", out.free) &&
+                     find(library, "XGBoosterSetParam", out.set_parameter) &&
+                     find(library, "XGBoosterUpdateOneIter", out.update) &&
+                     find(library, "XGBoosterPredictFromDense", out.predict) &&
+                     find(library, "XGBoosterSaveModelToBuffer", out.save) &&
+                     find(library, "XGBoosterLoadModelFromBuffer", out.load);
+  return whole ? std::optional(out) : std::nullopt;
+}
+
+// Loaded once for the life of the process; null where the system does not have it. May be called by
+// several threads.
+const XgboostLibrary* xgboost_library() {
+  static const std::optional<XgboostLibrary> library = loaded();
+  return library ? &*library : nullptr;
+}
 
 // Of a library that is there: nothing below is reached without.
 const XgboostLibrary& xgboost() {
@@ -76,8 +130,7 @@ class Boosted final : public Classifier {
 
   // Class 0 where the library refuses, which it does not for the features that fit() has seen.
   [[nodiscard]] std::size_t classify(std::span<const double> features) const override {
-    const auto share = shares(features);
-    return static_cast<std::size_t>(std::ranges::max_element(share) - share.begin());
+    return place_of_largest(shares(features));
   }
 
   void write(LineWriter& out) const override {
@@ -112,8 +165,8 @@ class Boosted final : public Classifier {
 
 using Parameters = std::vector<std::pair<const char*, std::string>>;
 
-Result<std::unique_ptr<Classifier>> boost(const Training& training, Parameters parameters,
-                                          int rounds, const MethodOptions& options) {
+Result<ClassifierPtr> boost(const Training& training, Parameters parameters, int rounds,
+                            const MethodOptions& options) {
   if (!have_xgboost()) return not_there();
   auto matrix = matrix_of(training);
   if (!matrix) return pass(matrix.error());
@@ -141,13 +194,11 @@ bool have_xgboost() {
   return xgboost_library() != nullptr;
 }
 
-Result<std::unique_ptr<Classifier>> fit_xgb(const Training& training,
-                                            const MethodOptions& options) {
+Result<ClassifierPtr> fit_xgb(const Training& training, const MethodOptions& options) {
   return boost(training, {}, 100, options);
 }
 
-Result<std::unique_ptr<Classifier>> fit_xgbrf(const Training& training,
-                                              const MethodOptions& options) {
+Result<ClassifierPtr> fit_xgbrf(const Training& training, const MethodOptions& options) {
   return boost(training,
                {{"num_parallel_tree", std::to_string(trees_of_forest)},
                 {"learning_rate", "1"},
@@ -157,8 +208,7 @@ Result<std::unique_ptr<Classifier>> fit_xgbrf(const Training& training,
                1, options);
 }
 
-std::unique_ptr<Classifier> read_boosted(LineReader& in, std::size_t features,
-                                         std::size_t classes) {
+ClassifierPtr read_boosted(LineReader& in, std::size_t features, std::size_t classes) {
   const std::string text = in.text("booster");
   if (!have_xgboost()) in.refuse(not_there().value().what + ", which the model is of");
   const auto checked = checked_booster(text, features, classes);
@@ -184,18 +234,15 @@ bool have_xgboost() {
   return false;
 }
 
-Result<std::unique_ptr<Classifier>> fit_xgb(const Training& /*training*/,
-                                            const MethodOptions& /*options*/) {
+Result<ClassifierPtr> fit_xgb(const Training& /*training*/, const MethodOptions& /*options*/) {
   return not_there();
 }
 
-Result<std::unique_ptr<Classifier>> fit_xgbrf(const Training& /*training*/,
-                                              const MethodOptions& /*options*/) {
+Result<ClassifierPtr> fit_xgbrf(const Training& /*training*/, const MethodOptions& /*options*/) {
   return not_there();
 }
 
-std::unique_ptr<Classifier> read_boosted(LineReader& in, std::size_t /*features*/,
-                                         std::size_t /*classes*/) {
+ClassifierPtr read_boosted(LineReader& in, std::size_t /*features*/, std::size_t /*classes*/) {
   in.text("booster");
   in.refuse(not_there().value().what + ", which the model is of");
   return nullptr;

@@ -1,4 +1,4 @@
-#include "classifier/vibro/learn/booster_check.hpp"
+#include "classifier/vibro/learn/learners.hpp"
 
 #include <algorithm>
 #include <array>

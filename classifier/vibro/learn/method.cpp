@@ -27,7 +27,37 @@ constexpr NameTable<Method, 12> method_names = {{
     {Method::cores, "Cores"},
 }};
 
-constexpr std::size_t hidden_units = 100;
+struct LearnerFunctions {
+  Result<ClassifierPtr> (*fit)(const Training& training, const MethodOptions& options);
+  ClassifierPtr (*read)(LineReader& in, std::size_t features, std::size_t classes);
+};
+
+template <std::size_t layers>
+Result<ClassifierPtr> fit_layers(const Training& training, const MethodOptions& options) {
+  constexpr std::size_t hidden_units = 100;
+  return fit_network(training, std::vector<std::size_t>(layers, hidden_units), options);
+}
+
+template <Learner learner>
+Result<ClassifierPtr> fit_own(const Training& training, const MethodOptions& options) {
+  return fit_fabric(training, learner, options);
+}
+
+// In the order of the enumeration.
+constexpr std::array<LearnerFunctions, method_names.size()> learners = {{
+    {fit_naive_bayes, read_naive_bayes},
+    {fit_neighbours, read_neighbours},
+    {fit_tree, read_trees},
+    {fit_forest, read_trees},
+    {fit_svm, read_svm},
+    {fit_logistic, read_logistic},
+    {fit_layers<1>, read_network},
+    {fit_layers<2>, read_network},
+    {fit_xgb, read_boosted},
+    {fit_xgbrf, read_boosted},
+    {fit_own<Learner::lda>, read_fabric},
+    {fit_own<Learner::all>, read_fabric},
+}};
 
 Status check_training(const Training& training) {
   const Matrix& rows = *training.rows;
@@ -50,12 +80,9 @@ Status check_training(const Training& training) {
         {.code = Errc::invalid_argument, .what = "two classes are the least, each with a row"});
   const std::span<const double> values(rows.data());
   if (const std::size_t bad = first_not_finite(values); bad < values.size())
-    return fail({.code = Errc::invalid_argument,
-                 .where = "row " + std::to_string(bad / rows.cols()) + ", feature " +
+    return not_finite("row " + std::to_string(bad / rows.cols()) + ", feature " +
                           std::to_string(bad % rows.cols()),
-                 .what = "feature is not finite",
-                 .expected = "a finite number",
-                 .got = std::to_string(values[bad])});
+                      "feature", values[bad]);
   return {};
 }
 
@@ -85,61 +112,13 @@ bool available(Method method) {
 
 std::unique_ptr<Classifier> read_classifier(Method method, LineReader& in, std::size_t features,
                                             std::size_t classes) {
-  switch (method) {
-    case Method::nb:
-      return read_naive_bayes(in, features, classes);
-    case Method::knn:
-      return read_neighbours(in, features, classes);
-    case Method::logistic:
-      return read_logistic(in, features, classes);
-    case Method::nn:
-    case Method::mlp2:
-      return read_network(in, features, classes);
-    case Method::lda:
-    case Method::cores:
-      return read_fabric(in, features, classes);
-    case Method::tree:
-    case Method::forest:
-      return read_trees(in, features, classes);
-    case Method::svm:
-      return read_svm(in, features, classes);
-    case Method::xgb:
-    case Method::xgbrf:
-      return read_boosted(in, features, classes);
-  }
-  return nullptr;
+  return learners[static_cast<std::size_t>(method)].read(in, features, classes);
 }
 
 Result<std::unique_ptr<Classifier>> fit(Method method, const Training& training,
                                         const MethodOptions& options) {
   if (auto ok = check_training(training); !ok) return pass(ok.error(), to_string(method));
-  switch (method) {
-    case Method::nb:
-      return fit_naive_bayes(training);
-    case Method::knn:
-      return fit_neighbours(training);
-    case Method::tree:
-      return fit_tree(training, options);
-    case Method::forest:
-      return fit_forest(training, options);
-    case Method::svm:
-      return fit_svm(training);
-    case Method::logistic:
-      return fit_logistic(training);
-    case Method::nn:
-      return fit_network(training, {hidden_units}, options);
-    case Method::mlp2:
-      return fit_network(training, {hidden_units, hidden_units}, options);
-    case Method::xgb:
-      return fit_xgb(training, options);
-    case Method::xgbrf:
-      return fit_xgbrf(training, options);
-    case Method::lda:
-      return fit_fabric(training, Learner::lda, options);
-    case Method::cores:
-      return fit_fabric(training, Learner::all, options);
-  }
-  return fail({.code = Errc::invalid_argument, .what = "unknown learner"});
+  return learners[static_cast<std::size_t>(method)].fit(training, options);
 }
 
 }  // namespace weft::classifier::vibro

@@ -1,14 +1,11 @@
-#include "classifier/vibro/learn/learners.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <string>
 
 #include "classifier/base/random.hpp"
-#include "classifier/fabric/core_text.hpp"
-#include "classifier/vibro/learn/product.hpp"
+#include "classifier/fabric/model_text.hpp"
+#include "classifier/vibro/learn/learners.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
@@ -127,8 +124,7 @@ Layer read_layer(LineReader& in, std::size_t inputs) {
 class Trainer {
  public:
   Trainer(const Training& training, const std::vector<std::size_t>& hidden, std::uint64_t seed)
-      : training_(training), engine_(seed), order_(training.rows->rows()) {
-    std::iota(order_.begin(), order_.end(), std::size_t{0});
+      : training_(training), engine_(seed), order_(numbers_below(training.rows->rows())) {
     std::size_t from = training.rows->cols();
     for (const std::size_t to : hidden) add_layer(from, to);
     add_layer(from, training.classes);
@@ -253,11 +249,47 @@ class Trainer {
   std::size_t steps_ = 0;
 };
 
+using Floats = float __attribute__((vector_size(column_step * sizeof(float))));
+constexpr std::size_t rows_at_once = 6, vectors_at_once = 2;  // sums stay in registers
+
+struct __attribute__((packed, may_alias)) Loose {
+  Floats value;
+};
+WEFT_INLINE Floats load(const float* p) {
+  return reinterpret_cast<const Loose*>(p)->value;
+}
+
+template <std::size_t R, std::size_t V>
+WEFT_INLINE void tile(const float* a, std::size_t inner, std::size_t a_stride, const float* b,
+                      std::size_t columns, float* out) {
+  Floats sum[R][V] = {};
+  for (std::size_t i = 0; i < inner; ++i, b += columns) {
+    Floats row[V];
+    for (std::size_t v = 0; v < V; ++v) row[v] = load(b + v * column_step);
+    for (std::size_t r = 0; r < R; ++r) {
+      const float factor = a[r * a_stride + i];
+      for (std::size_t v = 0; v < V; ++v) sum[r][v] += row[v] * factor;
+    }
+  }
+  for (std::size_t r = 0; r < R; ++r)
+    for (std::size_t v = 0; v < V; ++v)
+      reinterpret_cast<Loose*>(out + r * columns + v * column_step)->value = sum[r][v];
+}
+
+template <std::size_t R>
+WEFT_INLINE void stripe(const float* a, std::size_t inner, std::size_t a_stride, const float* b,
+                        std::size_t columns, float* out) {
+  constexpr std::size_t wide = vectors_at_once * column_step;
+  std::size_t c = 0;
+  for (; c + wide <= columns; c += wide)
+    tile<R, vectors_at_once>(a, inner, a_stride, b + c, columns, out + c);
+  if (c < columns) tile<R, 1>(a, inner, a_stride, b + c, columns, out + c);
+}
+
 }  // namespace
 
-Result<std::unique_ptr<Classifier>> fit_network(const Training& training,
-                                                const std::vector<std::size_t>& hidden,
-                                                const MethodOptions& options) {
+Result<ClassifierPtr> fit_network(const Training& training, const std::vector<std::size_t>& hidden,
+                                  const MethodOptions& options) {
   auto layers = Trainer(training, hidden, options.seed).train();
   for (const Layer& layer : layers)
     for (const float w : layer.weight)
@@ -269,8 +301,7 @@ Result<std::unique_ptr<Classifier>> fit_network(const Training& training,
   return std::make_unique<Network>(std::move(layers));
 }
 
-std::unique_ptr<Classifier> read_network(LineReader& in, std::size_t features,
-                                         std::size_t classes) {
+ClassifierPtr read_network(LineReader& in, std::size_t features, std::size_t classes) {
   std::vector<Layer> layers;
   std::size_t inputs = features;
   for (std::size_t left = in.count("layers", 1, most_layers); in.ok() && left > 0; --left) {
@@ -281,6 +312,15 @@ std::unique_ptr<Classifier> read_network(LineReader& in, std::size_t features,
     in.refuse("the last layer has another number of units than there are labels",
               std::to_string(classes), std::to_string(inputs));
   return in.ok() ? std::make_unique<Network>(std::move(layers)) : nullptr;
+}
+
+WEFT_CLONES("arch=x86-64-v4", "avx2")
+void product(const float* a, std::size_t rows, std::size_t inner, std::size_t a_stride,
+             const float* b, std::size_t columns, float* out) {
+  std::size_t r = 0;
+  for (; r + rows_at_once <= rows; r += rows_at_once)
+    stripe<rows_at_once>(a + r * a_stride, inner, a_stride, b, columns, out + r * columns);
+  for (; r < rows; ++r) stripe<1>(a + r * a_stride, inner, a_stride, b, columns, out + r * columns);
 }
 
 }  // namespace weft::classifier::vibro

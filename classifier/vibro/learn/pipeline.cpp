@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <string>
 
-#include "classifier/fabric/core_text.hpp"
-#include "classifier/features/feature_stream.hpp"
+#include "classifier/fabric/model_text.hpp"
+#include "classifier/fabric/options.hpp"
+#include "classifier/features/feature_matrix.hpp"
 
 namespace weft::classifier::vibro {
 
@@ -19,10 +20,7 @@ std::vector<double> Pipeline::prepared(std::span<const double> features) const {
 }
 
 Result<Pipeline> Pipeline::train(const Training& training, const PipelineOptions& options) {
-  if (options.stop && options.stop())
-    return fail({.code = Errc::wrong_state,
-                 .where = "train",
-                 .what = "the training was stopped before its end"});
+  if (auto ok = unless_stopped(options.stop); !ok) return pass(ok.error());
   const std::span<const double> values(training.rows->data());
   Pipeline out;
   // Rows that fit() refuses must not be scaled before it has seen them.
@@ -69,18 +67,10 @@ std::optional<Pipeline> Pipeline::read(LineReader& in, Method method, std::size_
 }
 
 Result<std::size_t> Pipeline::classify(std::span<const double> features) const {
-  if (features.size() != scaler_.mean.size())
-    return fail({.code = Errc::invalid_argument,
-                 .where = "classify",
-                 .what = "wrong number of features",
-                 .expected = std::to_string(scaler_.mean.size()),
-                 .got = std::to_string(features.size())});
+  if (auto ok = check_length(features, scaler_.mean.size(), "classify"); !ok)
+    return pass(ok.error());
   if (const std::size_t bad = first_not_finite(features); bad < features.size())
-    return fail({.code = Errc::invalid_argument,
-                 .where = "feature " + std::to_string(bad),
-                 .what = "feature is not finite",
-                 .expected = "a finite number",
-                 .got = std::to_string(features[bad])});
+    return not_finite("feature " + std::to_string(bad), "feature", features[bad]);
   return classifier_->classify(prepared(features));
 }
 

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "classifier/learn/scaler.hpp"
-#include "classifier/selection/pca.hpp"
+#include "classifier/learn/feature_view.hpp"
+#include "classifier/selection/selection.hpp"
 #include "classifier/vibro/learn/method.hpp"
 
 namespace weft::classifier::vibro {

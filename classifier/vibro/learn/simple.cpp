@@ -5,14 +5,10 @@
 #include <numbers>
 #include <utility>
 
-#include "classifier/fabric/core_text.hpp"
+#include "classifier/fabric/model_text.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
-
-std::size_t largest(std::span<const double> values) {
-  return static_cast<std::size_t>(std::max_element(values.begin(), values.end()) - values.begin());
-}
 
 class NaiveBayes final : public Classifier {
  public:
@@ -56,7 +52,7 @@ class NaiveBayes final : public Classifier {
         score[c] -= 0.5 * away * away * precision_(c, f);
       }
     }
-    return largest(score);
+    return place_of_largest(score);
   }
 
   void write(LineWriter& out) const override {
@@ -111,7 +107,7 @@ class Neighbours final : public Classifier {
     }
     std::vector<double> votes(classes_, 0.0);
     for (std::size_t i = 0; i < found; ++i) votes[near[i].second] += 1.0;
-    return largest(votes);
+    return place_of_largest(votes);
   }
 
   void write(LineWriter& out) const override {
@@ -133,22 +129,20 @@ class Neighbours final : public Classifier {
 
 }  // namespace
 
-Result<std::unique_ptr<Classifier>> fit_naive_bayes(const Training& training) {
+Result<ClassifierPtr> fit_naive_bayes(const Training& training, const MethodOptions& /*options*/) {
   return std::make_unique<NaiveBayes>(training);
 }
 
-Result<std::unique_ptr<Classifier>> fit_neighbours(const Training& training) {
+Result<ClassifierPtr> fit_neighbours(const Training& training, const MethodOptions& /*options*/) {
   return std::make_unique<Neighbours>(training);
 }
 
-std::unique_ptr<Classifier> read_naive_bayes(LineReader& in, std::size_t features,
-                                             std::size_t classes) {
+ClassifierPtr read_naive_bayes(LineReader& in, std::size_t features, std::size_t classes) {
   auto out = std::make_unique<NaiveBayes>(in, features, classes);
   return in.ok() ? std::move(out) : nullptr;
 }
 
-std::unique_ptr<Classifier> read_neighbours(LineReader& in, std::size_t features,
-                                            std::size_t classes) {
+ClassifierPtr read_neighbours(LineReader& in, std::size_t features, std::size_t classes) {
   auto out = std::make_unique<Neighbours>(in, features, classes);
   return in.ok() ? std::move(out) : nullptr;
 }

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
-#include "classifier/fabric/core_text.hpp"
 #include "classifier/fabric/model.hpp"
+#include "classifier/fabric/model_text.hpp"
 #include "classifier/learn/svm.hpp"
 
 namespace weft::classifier::vibro {
@@ -104,11 +104,10 @@ std::unique_ptr<Svm> taken_from(const svm_model& model, double gamma, std::size_
 
 // Rows are given class by class, so that libsvm's classes are in our order and its vote gives ties
 // to the lowest.
-Result<std::unique_ptr<Classifier>> fit_svm(const Training& training) {
+Result<ClassifierPtr> fit_svm(const Training& training, const MethodOptions& /*options*/) {
   const Matrix& rows = *training.rows;
   const std::size_t width = rows.cols() + 1;
-  std::vector<std::size_t> order(rows.rows());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::vector<std::size_t> order = numbers_below(rows.rows());
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return training.of_row[a] < training.of_row[b];
   });
@@ -135,7 +134,7 @@ Result<std::unique_ptr<Classifier>> fit_svm(const Training& training) {
   return taken_from(*model, p.gamma, rows.cols());
 }
 
-std::unique_ptr<Classifier> read_svm(LineReader& in, std::size_t features, std::size_t classes) {
+ClassifierPtr read_svm(LineReader& in, std::size_t features, std::size_t classes) {
   const double gamma = in.positive("gamma");
   auto of_class = in.counts("vectors", classes);
   std::size_t vectors = 0;

@@ -1,9 +1,11 @@
-#include "classifier/vibro/learn/learners.hpp"
-
+#include <algorithm>
 #include <numeric>
+#include <string>
 
 #include "classifier/base/parallel.hpp"
+#include "classifier/baseline/learner_text.hpp"
 #include "classifier/baseline/tree_ensemble.hpp"
+#include "classifier/vibro/learn/learners.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
@@ -33,7 +35,13 @@ struct Forest {
   std::vector<double> importance;
 };
 
-Forest grow_forest(const Training& training, const MethodOptions& options) {
+Result<Forest> grow_forest(const Training& training, const MethodOptions& options) {
+  if (options.trees == 0)
+    return fail({.code = Errc::invalid_argument,
+                 .where = "RForest",
+                 .what = "a forest needs a tree",
+                 .expected = "at least 1",
+                 .got = "0"});
   const RankedRows rows(*training.rows, training.of_row, training.classes);
   const SplitRule rule{features_of_a_split(rows.features())};
   Forest out;
@@ -51,10 +59,38 @@ Forest grow_forest(const Training& training, const MethodOptions& options) {
   return out;
 }
 
+// Names in the order of the classes: a learner's labels are sorted.
+std::string name_of(std::size_t class_number) {
+  const std::string digits = std::to_string(class_number);
+  return std::string(8 - std::min<std::size_t>(8, digits.size()), '0') + digits;
+}
+
+std::vector<std::string> names_of(std::size_t count) {
+  std::vector<std::string> out;
+  for (std::size_t k = 0; k < count; ++k) out.push_back(name_of(k));
+  return out;
+}
+
+class Fabric final : public Classifier {
+ public:
+  explicit Fabric(TrainedLearner trained) : trained_(std::move(trained)) {}
+  // Rows are finite and of the right length, which is all that is refused.
+  [[nodiscard]] std::size_t classify(std::span<const double> features) const override {
+    return trained_.classify(features).value_or(0);
+  }
+
+  void write(LineWriter& out) const override {
+    write_head(out, {trained_.kind(), trained_.view().kind()});
+    write_learner(out, trained_);
+  }
+
+ private:
+  TrainedLearner trained_;
+};
+
 }  // namespace
 
-Result<std::unique_ptr<Classifier>> fit_tree(const Training& training,
-                                             const MethodOptions& options) {
+Result<ClassifierPtr> fit_tree(const Training& training, const MethodOptions& options) {
   const RankedRows rows(*training.rows, training.of_row, training.classes);
   std::vector<std::uint32_t> all(rows.rows());
   std::iota(all.begin(), all.end(), 0U);
@@ -64,32 +100,47 @@ Result<std::unique_ptr<Classifier>> fit_tree(const Training& training,
   return std::make_unique<Trees>(TreeEnsemble(rows.features(), training.classes, std::move(one)));
 }
 
-Result<std::unique_ptr<Classifier>> fit_forest(const Training& training,
-                                               const MethodOptions& options) {
-  if (options.trees == 0)
-    return fail({.code = Errc::invalid_argument,
-                 .where = "RForest",
-                 .what = "a forest needs a tree",
-                 .expected = "at least 1",
-                 .got = "0"});
+Result<ClassifierPtr> fit_forest(const Training& training, const MethodOptions& options) {
+  auto grown = grow_forest(training, options);
+  if (!grown) return pass(grown.error());
   return std::make_unique<Trees>(
-      TreeEnsemble(training.rows->cols(), training.classes, grow_forest(training, options).trees));
+      TreeEnsemble(training.rows->cols(), training.classes, std::move(grown->trees)));
 }
 
-std::unique_ptr<Classifier> read_trees(LineReader& in, std::size_t features, std::size_t classes) {
+ClassifierPtr read_trees(LineReader& in, std::size_t features, std::size_t classes) {
   auto trees = TreeEnsemble::read(in, features, classes);
   return in.ok() ? std::make_unique<Trees>(std::move(trees)) : nullptr;
 }
 
 Result<std::vector<double>> forest_importance(const Training& training,
                                               const MethodOptions& options) {
-  if (options.trees == 0)
-    return fail({.code = Errc::invalid_argument,
-                 .where = "RForest",
-                 .what = "a forest needs a tree",
-                 .expected = "at least 1",
-                 .got = "0"});
-  return grow_forest(training, options).importance;
+  auto grown = grow_forest(training, options);
+  if (!grown) return pass(grown.error());
+  return std::move(grown->importance);
+}
+
+Result<ClassifierPtr> fit_fabric(const Training& training, Learner learner,
+                                 const MethodOptions& options) {
+  FeatureMatrix matrix;
+  matrix.values = *training.rows;
+  matrix.names = names_of(matrix.values.cols());
+  for (std::size_t r = 0; r < matrix.values.rows(); ++r) {
+    matrix.labels.push_back(name_of(training.of_row[r]));
+    matrix.groups.emplace_back();
+    matrix.files.push_back(name_of(r));
+  }
+  TrainOptions own;
+  own.threads = options.threads;
+  auto trained = train_recipe(matrix, {learner, own.cap}, own);
+  if (!trained) return pass(trained.error());
+  return std::make_unique<Fabric>(std::move(*trained));
+}
+
+ClassifierPtr read_fabric(LineReader& in, std::size_t features, std::size_t classes) {
+  const LearnerHead head = read_head(in);
+  auto trained = read_learner(in, head, names_of(classes), names_of(features));
+  if (!trained || !in.ok()) return nullptr;
+  return std::make_unique<Fabric>(std::move(*trained));
 }
 
 }  // namespace weft::classifier::vibro

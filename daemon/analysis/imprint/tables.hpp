@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "classifier/imprint/experiments.hpp"
-#include "classifier/imprint/feature_plan.hpp"
+#include "classifier/imprint/imprint_set.hpp"
 #include "classifier/imprint/scale_features.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 

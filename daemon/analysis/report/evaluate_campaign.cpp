@@ -4,7 +4,7 @@
 #include <array>
 #include <thread>
 
-#include "classifier/evaluate/permutation.hpp"
+#include "classifier/evaluate/evaluate.hpp"
 #include "classifier/features/feature_matrix.hpp"
 #include "daemon/base/text/format.hpp"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "classifier/evaluate/evaluate.hpp"
-#include "classifier/features/options.hpp"
+#include "classifier/features/layout.hpp"
 #include "daemon/analysis/tradeoff/material.hpp"
 #include "protocols/base/result.hpp"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "classifier/evaluate/evaluate.hpp"
-#include "classifier/live/live_voter.hpp"
+#include "classifier/live/staged_model.hpp"
 #include "daemon/analysis/tradeoff/material.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 #include "protocols/base/result.hpp"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "classifier/features/feature_matrix.hpp"
-#include "classifier/features/options.hpp"
+#include "classifier/features/layout.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 #include "protocols/base/result.hpp"
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <map>
 #include <memory>
-#include <set>
 
-#include "classifier/vote/class_profile.hpp"
+#include "classifier/fabric/folds.hpp"
+#include "classifier/vote/novelty.hpp"
 #include "daemon/analysis/tradeoff/answer_timing.hpp"
 #include "daemon/analysis/tradeoff/early_stop.hpp"
 #include "daemon/analysis/tradeoff/study_conditions.hpp"
@@ -53,10 +53,6 @@ void score(const SplitPlan& plan, const std::vector<Count>& counts, TradeoffPoin
   point.accuracy = classifier::compute_mean(accuracy);
   point.ci95 = classifier::split_interval(accuracy, mean_sizes(sizes));
   if (plan.groups_left_out) name_groups_left_out(point.ci95);
-}
-
-std::size_t label_count(const FeatureMatrix& features) {
-  return std::set<std::string>(features.labels.begin(), features.labels.end()).size();
 }
 
 /// Answers one trial with the machine of a split.
@@ -123,7 +119,7 @@ class Measurement {
     auto bench = bench_for(exploration, 0);
     if (!bench) return pass(bench.error());
     base_ = std::move(*bench);
-    const std::size_t labels = label_count(base_.material.features);
+    const std::size_t labels = classifier::find_classes(base_.material.features).labels.size();
     if (labels < 2)
       return fail({.code = Errc::invalid_argument,
                    .where = "labels",
@@ -191,28 +187,37 @@ class Measurement {
     if (&arm == &standard || !arm.same_training(standard)) {
       auto trained = train(arm, bench);
       if (!trained) return pass(trained.error());
-      fresh = std::move(*trained);
-    }
-    if (&arm == &standard) {
-      trained_ = std::move(*fresh);
-      fresh.reset();
+      if (&arm == &standard)
+        trained_ = std::move(*trained);
+      else
+        fresh = std::move(*trained);
     }
     return add_point(arm, bench, fresh ? *fresh : trained_);
   }
 
-  Status add_point(const StudyCondition& arm, const Bench& bench, const Training& training) {
+  [[nodiscard]] TradeoffPoint begin_point(const StudyCondition& arm, double train_s) const {
     TradeoffPoint point;
     point.name = arm.name;
     point.family = arm.family;
     point.settings = list_settings(arm, *options_);
     point.bench = dataset_->info.kind;
-    point.train_s = training.train_s;
-    add_chosen(training, point);
+    point.train_s = train_s;
+    return point;
+  }
+
+  Status add_point(const StudyCondition& arm, const Bench& bench, const Training& training) {
+    TradeoffPoint point = begin_point(arm, training.train_s);
+    std::vector<std::string> chosen;
+    for (const auto& [recipe, splits] : training.chosen)
+      chosen.push_back(recipe + " (" + std::to_string(splits) + ")");
+    if (!chosen.empty()) point.settings.emplace_back("chose", joined(chosen, "; "));
     const auto counts = count(arm, bench, training);
     if (!counts) return pass(counts.error());
     score(bench.plan, *counts, point);
     const std::vector<std::size_t> rows = rows_of(arm, bench.material);
-    point.contact_s = contact_of(rows, bench.material);
+    std::vector<double> slides;
+    for (const std::size_t row : rows) slides.push_back(bench.material.slide_s[row]);
+    point.contact_s = classifier::compute_mean(slides);
     out_.points.push_back(std::move(point));
     timings_.add({arm.speed_mm_s ? timed_trials(rows, bench.material) : bench.timed,
                   answer_function(arm, training, 0)});
@@ -241,12 +246,7 @@ class Measurement {
 
   Status measure_stop(const StudyCondition& arm) {
     if (Status ok = watch_all(); !ok) return ok;
-    TradeoffPoint point;
-    point.name = arm.name;
-    point.family = arm.family;
-    point.settings = list_settings(arm, *options_);
-    point.bench = dataset_->info.kind;
-    point.train_s = watched_s_;
+    TradeoffPoint point = begin_point(arm, watched_s_);
     std::vector<Count> counts;
     double slide_s = 0;
     std::size_t stopped = 0;
@@ -283,13 +283,6 @@ class Measurement {
                   }});
   }
 
-  static void add_chosen(const Training& training, TradeoffPoint& point) {
-    std::vector<std::string> words;
-    for (const auto& [recipe, splits] : training.chosen)
-      words.push_back(recipe + " (" + std::to_string(splits) + ")");
-    if (!words.empty()) point.settings.emplace_back("chose", joined(words, "; "));
-  }
-
   static bool concerns(const StudyCondition& arm, const Material& material, std::size_t row) {
     return !arm.speed_mm_s || material.speed_mm_s[row] == arm.speed_mm_s;
   }
@@ -299,12 +292,6 @@ class Measurement {
     for (std::size_t row = 0; row < material.slide_s.size(); ++row)
       if (concerns(arm, material, row)) out.push_back(row);
     return out;
-  }
-
-  static double contact_of(const std::vector<std::size_t>& rows, const Material& material) {
-    std::vector<double> slides;
-    for (const std::size_t row : rows) slides.push_back(material.slide_s[row]);
-    return classifier::compute_mean(slides);
   }
 
   [[nodiscard]] std::shared_ptr<const std::vector<AnswerTrials>> timed_trials(
@@ -321,8 +308,7 @@ class Measurement {
       if (!one) return pass(one.error());
       out.push_back(*one);
     }
-    const bool any = std::ranges::any_of(out, [](const Count& c) { return c.tested > 0; });
-    if (!any)
+    if (std::ranges::none_of(out, [](const Count& c) { return c.tested > 0; }))
       return fail({.code = Errc::invalid_argument, .where = arm.name, .what = "nothing to test"});
     return out;
   }
@@ -368,7 +354,7 @@ class Measurement {
     const FeatureMatrix& features = base_.material.features;
     const auto number = [](std::size_t n) { return static_cast<double>(n); };
     out_.facts = {{"trials", number(features.size())},
-                  {"labels", number(label_count(features))},
+                  {"labels", number(classifier::find_classes(features).labels.size())},
                   {"features", number(features.names.size())},
                   {"split", base_.plan.words},
                   {"splits", number(base_.plan.splits.size())},

@@ -9,7 +9,7 @@
 
 #include "classifier/baseline/learner.hpp"
 #include "classifier/evaluate/evaluate.hpp"
-#include "classifier/features/options.hpp"
+#include "classifier/features/layout.hpp"
 #include "daemon/analysis/tradeoff/tradeoff_point.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 #include "protocols/base/result.hpp"

@@ -4,7 +4,7 @@
 #include <array>
 #include <set>
 
-#include "classifier/features/options.hpp"
+#include "classifier/features/layout.hpp"
 #include "daemon/base/text/format.hpp"
 #include "recipes/schema/diagnostic.hpp"
 

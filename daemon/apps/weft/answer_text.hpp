@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "classifier/fabric/provenance_text.hpp"
-#include "classifier/vote/learner_prediction.hpp"
+#include "classifier/fabric/model_text.hpp"
+#include "classifier/vote/postprocessing.hpp"
 #include "recipes/engine/engine.hpp"
 
 namespace weft::daemon::cli {

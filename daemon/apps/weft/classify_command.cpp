@@ -5,7 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "classifier/base/checksummed_text.hpp"
+#include "classifier/base/line_io.hpp"
 #include "classifier/imprint/imprint_model.hpp"
 #include "classifier/live/staged_model.hpp"
 #include "classifier/model/model_file.hpp"

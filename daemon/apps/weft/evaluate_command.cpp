@@ -3,8 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "classifier/evaluate/evaluate.hpp"
 #include "classifier/evaluate/open_set_check.hpp"
-#include "classifier/evaluate/permutation.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/evaluate_text.hpp"
 #include "daemon/apps/weft/number_range.hpp"

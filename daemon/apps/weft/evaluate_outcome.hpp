@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "classifier/evaluate/duplicate_rows.hpp"
 #include "classifier/evaluate/evaluate.hpp"
+#include "classifier/evaluate/splits.hpp"
 #include "daemon/analysis/report/evaluation_page.hpp"
 #include "daemon/apps/weft/evaluate_command.hpp"
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "classifier/vibro/feature_set.hpp"
 #include "classifier/vibro/importance.hpp"
+#include "classifier/vibro/recording.hpp"
 #include "daemon/apps/weft/console.hpp"
 #include "protocols/base/result.hpp"
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "classifier/evaluate/evaluate.hpp"
-#include "classifier/imprint/feature_plan.hpp"
 #include "classifier/imprint/imprint_set.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "classifier/imprint/scale_search.hpp"
+#include "classifier/imprint/experiments.hpp"
 #include "daemon/analysis/imprint/tables.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/imprint_features.hpp"

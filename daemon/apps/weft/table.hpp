@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "classifier/evaluate/confusion.hpp"
+#include "classifier/evaluate/splits.hpp"
 
 namespace weft::daemon::cli {
 

@@ -6,7 +6,7 @@
 #include <map>
 #include <tuple>
 
-#include "classifier/features/options.hpp"
+#include "classifier/features/layout.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/imprint_features.hpp"
 #include "daemon/apps/weft/number_range.hpp"

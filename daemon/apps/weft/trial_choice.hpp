@@ -8,7 +8,7 @@
 
 #include "classifier/features/feature_matrix.hpp"
 #include "classifier/features/trial.hpp"
-#include "classifier/imprint/feature_plan.hpp"
+#include "classifier/imprint/imprint_set.hpp"
 #include "classifier/model/model_file.hpp"
 #include "daemon/apps/weft/kind_options.hpp"
 #include "daemon/storage/dataset/dataset.hpp"

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "classifier/evaluate/confusion.hpp"
+#include "classifier/evaluate/splits.hpp"
 
 namespace weft::daemon {
 

@@ -8,8 +8,8 @@
 #include "classifier/baseline/class_folds.hpp"
 #include "classifier/baseline/learner.hpp"
 #include "classifier/evaluate/evaluate.hpp"
-#include "classifier/fabric/pair_problem.hpp"
-#include "classifier/vote/learner_prediction.hpp"
+#include "classifier/fabric/folds.hpp"
+#include "classifier/vote/postprocessing.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::baseline_test {

@@ -1,4 +1,4 @@
-#include "classifier/evaluate/duplicate_rows.hpp"
+#include "classifier/evaluate/splits.hpp"
 
 #include <catch2/catch.hpp>
 

@@ -2,7 +2,6 @@
 #include <set>
 
 #include "classifier/evaluate/evaluate.hpp"
-#include "classifier/evaluate/permutation.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::evaluate_test {

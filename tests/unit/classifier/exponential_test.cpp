@@ -1,4 +1,4 @@
-#include "classifier/learn/distance.hpp"
+#include "classifier/learn/svm_solver.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

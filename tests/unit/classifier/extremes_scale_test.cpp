@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "classifier/baseline/learner.hpp"
-#include "classifier/learn/scaler.hpp"
-#include "classifier/vote/learner_prediction.hpp"
+#include "classifier/learn/feature_view.hpp"
+#include "classifier/vote/postprocessing.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::extremes_scale_test {

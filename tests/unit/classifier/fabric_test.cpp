@@ -4,7 +4,7 @@
 
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/fabric/model.hpp"
-#include "classifier/learn/distance.hpp"
+#include "classifier/learn/svm_solver.hpp"
 #include "tests/unit/allocations.hpp"
 #include "tests/unit/classifier/support.hpp"
 

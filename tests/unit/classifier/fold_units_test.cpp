@@ -1,7 +1,7 @@
 // Folds where a label has too few groups, recordings or trials: only that label is dealt finer or
 // left out of the test, and it is said.
 
-#include "classifier/fabric/fold_units.hpp"
+#include "classifier/fabric/folds.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -9,8 +9,7 @@
 #include <set>
 
 #include "classifier/baseline/class_folds.hpp"
-#include "classifier/fabric/pair_problem.hpp"
-#include "classifier/vote/learner_prediction.hpp"
+#include "classifier/vote/postprocessing.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::fold_units_test {

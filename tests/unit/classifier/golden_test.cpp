@@ -9,7 +9,7 @@
 #include "classifier/base/student_t.hpp"
 #include "classifier/fabric/model.hpp"
 #include "classifier/features/feature_matrix.hpp"
-#include "classifier/selection/t_test.hpp"
+#include "classifier/selection/selection.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::golden_test {

@@ -5,10 +5,8 @@
 #include <limits>
 
 #include "classifier/imprint/experiments.hpp"
-#include "classifier/imprint/feature_plan.hpp"
 #include "classifier/imprint/imprint_set.hpp"
 #include "classifier/imprint/linear_rule.hpp"
-#include "classifier/imprint/scale_search.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::imprint::imprint_rules_test {

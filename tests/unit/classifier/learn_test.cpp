@@ -5,12 +5,11 @@
 #include <new>
 #include <set>
 
-#include "classifier/base/memory.hpp"
 #include "classifier/base/parallel.hpp"
-#include "classifier/learn/distance.hpp"
-#include "classifier/learn/folds.hpp"
-#include "classifier/learn/scaler.hpp"
+#include "classifier/fabric/folds.hpp"
+#include "classifier/learn/feature_view.hpp"
 #include "classifier/learn/svm.hpp"
+#include "classifier/learn/svm_solver.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::learn_test {

@@ -7,7 +7,7 @@
 
 #include "classifier/evaluate/calibration_check.hpp"
 #include "classifier/evaluate/evaluate.hpp"
-#include "classifier/vote/learner_prediction.hpp"
+#include "classifier/vote/postprocessing.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::learner_answer_test {

@@ -5,8 +5,7 @@
 #include <limits>
 #include <sstream>
 
-#include "classifier/base/checksummed_text.hpp"
-#include "classifier/live/live_voter.hpp"
+#include "classifier/base/line_io.hpp"
 #include "classifier/live/staged_model.hpp"
 #include "tests/unit/classifier/support.hpp"
 

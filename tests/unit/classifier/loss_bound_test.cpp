@@ -1,10 +1,9 @@
-#include "classifier/fabric/fold_problem.hpp"
+#include "classifier/fabric/grid_search.hpp"
 
 #include <catch2/catch.hpp>
 #include <numeric>
 #include <random>
 
-#include "classifier/learn/distance.hpp"
 #include "classifier/learn/svm_solver.hpp"
 
 namespace loss_bound_test {

@@ -3,8 +3,7 @@
 #include <numbers>
 
 #include "classifier/base/student_t.hpp"
-#include "classifier/selection/pca.hpp"
-#include "classifier/selection/t_test.hpp"
+#include "classifier/selection/selection.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::selection_test {

@@ -14,7 +14,7 @@
 #include "classifier/fabric/model.hpp"
 #include "classifier/features/feature_matrix.hpp"
 #include "classifier/features/trial.hpp"
-#include "classifier/selection/t_test.hpp"
+#include "classifier/selection/selection.hpp"
 
 namespace weft::classifier::testing {
 

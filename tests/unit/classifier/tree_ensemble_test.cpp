@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "classifier/baseline/learner.hpp"
-#include "classifier/fabric/fold_units.hpp"
+#include "classifier/fabric/folds.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::tree_ensemble_test {

@@ -8,9 +8,7 @@
 
 #include "classifier/baseline/decision_tree.hpp"
 #include "classifier/vibro/learn/learners.hpp"
-#include "classifier/vibro/learn/minimise.hpp"
 #include "classifier/vibro/learn/pipeline.hpp"
-#include "classifier/vibro/learn/product.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::vibro::vibro_learners_test {

@@ -5,7 +5,7 @@
 #include <iterator>
 #include <sstream>
 
-#include "classifier/base/checksummed_text.hpp"
+#include "classifier/base/line_io.hpp"
 #include "classifier/vibro/recording_model.hpp"
 #include "tests/unit/classifier/damaged_model.hpp"
 #include "tests/unit/classifier/features_support.hpp"

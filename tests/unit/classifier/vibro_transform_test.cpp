@@ -8,7 +8,6 @@
 #include <numeric>
 
 #include "classifier/vibro/bin_tables.hpp"
-#include "classifier/vibro/frame_features.hpp"
 #include "classifier/vibro/real_transform.hpp"
 #include "classifier/vibro/short_time.hpp"
 #include "tests/unit/classifier/features_support.hpp"

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <limits>
 
-#include "classifier/fabric/pair_problem.hpp"
+#include "classifier/evaluate/calibration_check.hpp"
+#include "classifier/fabric/folds.hpp"
 #include "classifier/vote/calibration.hpp"
 #include "classifier/vote/postprocessing.hpp"
-#include "classifier/vote/reliability.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::vote_probability_test {

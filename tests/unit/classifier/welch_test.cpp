@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "classifier/fabric/model.hpp"
-#include "classifier/selection/t_test.hpp"
+#include "classifier/selection/selection.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::welch_test {

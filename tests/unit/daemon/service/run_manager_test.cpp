@@ -3,7 +3,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "classifier/base/checksummed_text.hpp"
+#include "classifier/base/line_io.hpp"
 #include "classifier/live/staged_model.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
 #include "tests/unit/daemon/service/run_manager_bench.hpp"

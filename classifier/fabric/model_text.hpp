@@ -1,5 +1,5 @@
 #pragma once
-// What every stored model says first: where it comes from; and its labels.
+// One core as lines of a stored model, bit for bit.
 
 #include <algorithm>
 #include <array>
@@ -9,8 +9,14 @@
 #include <vector>
 
 #include "classifier/base/line_io.hpp"
+#include "classifier/base/matrix.hpp"
+#include "classifier/fabric/core.hpp"
+#include "classifier/learn/feature_view.hpp"
+#include "protocols/base/result.hpp"
 
 namespace weft::classifier {
+
+// What every stored model says first: where it comes from; and its labels.
 
 /// Where a model comes from.
 struct Provenance {
@@ -22,7 +28,7 @@ struct Provenance {
 
 /// Of the words of an enumeration, in the order of its enumerators.
 template <std::size_t n, class Enum>
-std::string_view name_in(const std::array<std::string_view, n>& words, Enum value) {
+std::string_view word_in(const std::array<std::string_view, n>& words, Enum value) {
   return words[static_cast<std::size_t>(value)];
 }
 
@@ -47,5 +53,27 @@ std::vector<std::string> read_names(LineReader& in, std::string_view keyword, st
 void write_labels(LineWriter& out, const std::vector<std::string>& labels);
 /// Two at least, sorted, none twice.
 std::vector<std::string> read_labels(LineReader& in);
+
+// Tables and scalers as lines of a stored model.
+
+/// A line per row.
+void write_rows(LineWriter& out, std::string_view keyword, const Matrix& matrix);
+/// [rows x cols]. `rows` may be what a damaged file claims: memory grows with the text.
+Matrix read_rows(LineReader& in, std::string_view keyword, std::size_t rows, std::size_t cols);
+
+/// The number of rows under `keyword`, then the rows.
+void write_matrix(LineWriter& out, std::string_view keyword, const Matrix& matrix);
+Matrix read_matrix(LineReader& in, std::string_view keyword, std::size_t cols);
+
+void write_scaler(LineWriter& out, const Scaler& scaler);
+/// Refuses deviations that are not positive.
+Scaler read_scaler(LineReader& in, std::size_t columns);
+
+/// The lines of a core.
+std::string core_text(const FabricCore& core);
+/// `in` keeps the first problem. `features`: length of a full feature vector.
+FabricCore read_core(LineReader& in, std::size_t features);
+/// Of such a text by itself: for cores that travel between processes. Errors: corrupt.
+Result<FabricCore> core_from_text(std::string_view text, std::size_t features);
 
 }  // namespace weft::classifier

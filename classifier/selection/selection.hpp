@@ -10,6 +10,23 @@
 
 namespace weft::classifier {
 
+// Principal components of one core's scaled training rows: what section IV-B of Khan et al. 2016
+// compares with.
+
+struct PcaBasis {
+  Matrix axes;  ///< [components x features], orthonormal rows, largest variance first
+  std::vector<double> explained;  ///< cumulative share of the variance, one per component
+};
+
+/// Components of `rows` [n x features], which must have zero column means. At most `cap`
+/// components; directions below 1e-7 of the largest deviation are dropped as rounding. The sign of
+/// an axis is fixed by its largest entry being positive. No variance at all gives one axis of
+/// zeros.
+PcaBasis pca_basis(const Matrix& rows, std::size_t cap);
+
+/// The fewest components that explain at least `share` of the variance; at least one, at most all.
+std::size_t components_for(const PcaBasis& basis, double share);
+
 /// Two-sample t statistic with pooled variance of every column, of the rows `which`; those with
 /// sign[i] > 0 against the others, `sign` has one entry per row of the matrix. Each side needs a
 /// row, both together three (otherwise every t is 0). Columns are compared at their own scale, so

@@ -1,4 +1,4 @@
-#include "classifier/features/fourier_tables.hpp"
+#include "classifier/features/fourier.hpp"
 
 #include <cmath>
 #include <numbers>

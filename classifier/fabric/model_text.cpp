@@ -1,7 +1,9 @@
-#include "classifier/fabric/core_text.hpp"
+#include "classifier/fabric/model_text.hpp"
 
 #include <algorithm>
 #include <array>
+#include <functional>
+#include <iterator>
 
 namespace weft::classifier {
 namespace {
@@ -58,6 +60,9 @@ Reducer read_reducer(LineReader& in, std::size_t features) {
 }
 
 constexpr std::size_t most_rows = 100'000'000;
+
+constexpr std::array<std::string_view, 3> bench_names{"unknown", "simulated", "real"};
+constexpr std::size_t most_labels = 10'000;
 
 }  // namespace
 
@@ -126,6 +131,41 @@ Scaler read_scaler(LineReader& in, std::size_t columns) {
   scaler.mean = in.numbers("mean", columns);
   scaler.deviation = in.positives("deviation", columns);
   return scaler;
+}
+
+void write_provenance(LineWriter& out, const Provenance& provenance) {
+  out.text("bench", provenance.bench);
+  out.text("dataset_sha256", provenance.dataset_sha256);
+  out.text("software", provenance.software_version);
+  out.text("training", provenance.training);
+}
+
+Provenance read_provenance(LineReader& in) {
+  Provenance provenance;
+  provenance.bench = bench_names[word(in, "bench", bench_names)];
+  provenance.dataset_sha256 = in.text("dataset_sha256");
+  provenance.software_version = in.text("software");
+  provenance.training = in.text("training");
+  return provenance;
+}
+
+std::vector<std::string> read_names(LineReader& in, std::string_view keyword, std::size_t count) {
+  std::vector<std::string> out;
+  for (std::size_t i = 0; in.ok() && i < count; ++i) out.push_back(in.text(keyword));
+  return out;
+}
+
+void write_labels(LineWriter& out, const std::vector<std::string>& labels) {
+  out.count("labels", labels.size());
+  for (const std::string& label : labels) out.text("label", label);
+}
+
+std::vector<std::string> read_labels(LineReader& in) {
+  std::vector<std::string> labels = read_names(in, "label", in.count("labels", 2, most_labels));
+  const auto late = std::adjacent_find(labels.begin(), labels.end(), std::greater_equal<>());
+  if (late != labels.end())
+    in.refuse("labels are not in order", "one after " + *late, *std::next(late));
+  return labels;
 }
 
 }  // namespace weft::classifier
