@@ -6,7 +6,7 @@
 
 #include "protocols/taxel/taxel.hpp"
 #include "sim/devices/bench_plant.hpp"
-#include "sim/devices/frame_emulator.hpp"
+#include "sim/devices/emulator.hpp"
 
 namespace weft::sim {
 

@@ -8,7 +8,7 @@
 
 #include "protocols/vibro/vibro.hpp"
 #include "sim/devices/bench_plant.hpp"
-#include "sim/devices/frame_emulator.hpp"
+#include "sim/devices/emulator.hpp"
 
 namespace weft::sim {
 

@@ -7,11 +7,9 @@
 #include <limits>
 
 #include "sim/plant/fabric_law.hpp"
-#include "sim/plant/friction.hpp"
+#include "sim/plant/height_field.hpp"
 #include "sim/plant/near.hpp"
 #include "sim/plant/pose.hpp"
-#include "sim/plant/relaxation.hpp"
-#include "sim/plant/waviness.hpp"
 
 namespace weft::sim {
 

@@ -6,10 +6,10 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "sim/devices/faults/faulty_wire.hpp"
+#include "sim/devices/emulator.hpp"
 #include "sim/devices/netft_page_emulator.hpp"
 #include "sim/devices/replay.hpp"
-#include "sim/plant/fabric_library.hpp"
+#include "sim/plant/fabric.hpp"
 #include "sim/plant/imprint/objects.hpp"
 #include "sim/plant/random.hpp"
 #include "sim/rig/attachment.hpp"

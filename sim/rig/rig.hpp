@@ -14,7 +14,7 @@
 #include "drivers/api/loop.hpp"
 #include "protocols/base/result.hpp"
 #include "protocols/base/time.hpp"
-#include "sim/devices/run_error.hpp"
+#include "sim/devices/replay.hpp"
 
 namespace weft::sim {
 

@@ -12,13 +12,11 @@
 
 namespace weft::sim {
 
-// How finely a bench is simulated: level, integrator and step. Everything else about a rig says
-// what is simulated.
-
 /// The pads' conversion times are the plant's grid: it moves at most this far at once, but at L1,
 /// whose balance may span the conversions of a scan.
 constexpr double grid_step_s = 1e-9 * static_cast<double>(pad_timing::stage_ns);
 
+/// How finely a bench is simulated. Everything else about a rig says what is simulated.
 struct FidelitySetting {
   Level level = Level::quasistatic;
   Integrator integrator = Integrator::midpoint;  ///< from L2 on
