@@ -31,7 +31,7 @@ class NetftCommandEmulator final : public ClientEmulator {
 
 /// One connection, one answer; in memory, where there are no connections, what comes after an
 /// answer is of the next. Pages: /netftapi2.xml (with "index=n", of that configuration),
-/// /netftcalapi.xml; those that netft_settings.hpp names, which send on to a page for people;
+/// /netftcalapi.xml; those of NetftSettings, which send on to a page for people;
 /// /rundata.cgi?cmd=bias, also setuserbias and clearuserbias; / (a word of welcome).
 class NetftPageEmulator final : public ClientEmulator {
  public:

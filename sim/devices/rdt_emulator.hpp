@@ -6,15 +6,52 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "protocols/rdt/page.hpp"
 #include "protocols/rdt/rdt.hpp"
 #include "protocols/rdt/tcp_command.hpp"
 #include "sim/devices/bench_plant.hpp"
 #include "sim/devices/ft_sensor.hpp"
-#include "sim/devices/netft_settings.hpp"
 
 namespace weft::sim {
+
+/// The new origin lies `offset_m` from the sensor's, along the sensor's axes; the frame is then
+/// turned about its own x, then its y, then its z axis. This order is from memory.
+class ToolTransform {
+ public:
+  ToolTransform() = default;
+  /// Errors: unsupported, for a unit that the box does not have.
+  static Result<ToolTransform> create(const protocols::rdt::Configuration& of);
+
+  [[nodiscard]] bool none() const { return *this == ToolTransform{}; }
+  [[nodiscard]] Wrench apply(const Wrench& sensed) const;
+
+  bool operator==(const ToolTransform&) const = default;
+
+ private:
+  std::array<double, 3> offset_m_{};
+  std::array<double, 3> turn_rad_{};
+};
+
+/// A box sends every n-th of so many conversions a second.
+inline constexpr double conversions_hz = 7000;
+
+/// What the web pages of the box set: the forms, keys and limits that a public client has from the
+/// box's manual (9620-05-NET FT-22, 7.1 to 7.4) and has tried on a box of firmware 2.2.59.
+struct NetftSettings {
+  double rate_hz = 100;                          ///< of the next stream, 1 to 7000
+  std::size_t records_per_datagram = 10;         ///< of buffered streams, 1 to 40
+  bool rdt_enabled = true;                       ///< without, no start request is heard
+  bool ethernet_ip = false, multi_unit = false;  ///< shown only [E]
+  unsigned user_filter = 0;  ///< the low-pass filter's number; readings are not filtered [E]
+  bool peak_logging = false;
+  std::array<std::int32_t, 6> bias_counts{};  ///< of force and torque; a box has its gauges' [E]
+  std::array<protocols::rdt::Configuration, protocols::rdt::configurations> configuration;
+  unsigned active = 0;  ///< which configuration
+  bool thresholds_enabled = false;
+  std::array<protocols::rdt::Threshold, protocols::rdt::thresholds> threshold;
+};
 
 struct RdtEmulatorParams {
   double rate_hz = 100;                   ///< RDT output rate of the box at first, 1 to 7000

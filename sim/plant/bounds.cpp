@@ -1,6 +1,7 @@
 #include "sim/plant/bounds.hpp"
 
 #include <array>
+#include <cstdint>
 #include <cstdio>
 #include <string>
 
@@ -24,6 +25,20 @@ Status check_bounds(const char* where, std::initializer_list<Bound> bounds) {
                    .what = std::string(bound.name) + " is outside what can be simulated",
                    .expected = text(bound.low) + " to " + text(bound.high),
                    .got = text(bound.value)});
+  return {};
+}
+
+Status check_limits(std::initializer_list<Limit> limits) {
+  for (const Limit& limit : limits) {
+    if (inside(limit.value, limit.low, limit.high)) continue;
+    const std::string bounds = std::to_string(limit.low) + " to " + std::to_string(limit.high);
+    return fail({.code = Errc::range,
+                 .where = std::string(limit.where),
+                 .what = std::string(limit.what),
+                 .expected = limit.expected.empty() ? bounds : std::string(limit.expected),
+                 .got = limit.whole ? std::to_string(static_cast<std::int64_t>(limit.value))
+                                    : std::to_string(limit.value)});
+  }
   return {};
 }
 

@@ -69,10 +69,7 @@ Result<Structure::Line> parse_line(const json& object, const std::string& where)
 
 Status parse_lines(const json& list, const std::string& where, Structure& structure) {
   if (!list.is_array() || list.size() > most_lines)
-    return fail({.code = Errc::parse,
-                 .where = where,
-                 .what = "not a list of lines",
-                 .expected = "at most 16 lines"});
+    return parse_error(where, {.what = "not a list of lines", .expected = "at most 16 lines"});
   for (std::size_t i = 0; i < list.size(); ++i) {
     auto line = parse_line(list[i], where + "/" + std::to_string(i));
     if (!line) return pass(line.error());
@@ -93,10 +90,8 @@ Result<Structure> parse_structure(const json& object, const std::string& where) 
   const json* lines = reader.child("lines");
   if (const Status status = reader.finish(); !status) return pass(status.error());
   if (source != "estimated")
-    return fail({.code = Errc::parse,
-                 .where = where + "/standing",
-                 .what = "numbers without their standing",
-                 .expected = "estimated"});
+    return parse_error(where + "/standing",
+                       {.what = "numbers without their standing", .expected = "estimated"});
   if (lines != nullptr)
     if (const Status status = parse_lines(*lines, where + "/lines", structure); !status)
       return pass(status.error());
@@ -114,10 +109,8 @@ Result<Structure> parse_structure(const json& object, const std::string& where) 
 Result<Structures> parse_structures(const json& object) {
   Structures structures;
   if (!object.is_object())
-    return fail({.code = Errc::parse,
-                 .where = "/structures",
-                 .what = "not an object",
-                 .expected = "an object of structures"});
+    return parse_error("/structures",
+                       {.what = "not an object", .expected = "an object of structures"});
   for (const auto& [name, value] : object.items()) {
     auto structure = parse_structure(value, "/structures/" + name);
     if (!structure) return pass(structure.error());
@@ -144,8 +137,7 @@ Result<Fabric> parse_fabric(const json& object, const std::string& where,
   reader.number("weft_per_cm", fabric.weft_per_m, 0.5, 200, per_m_per_cm);
   reader.number("grain_um", fabric.grain_m, 5, 5000, m_per_um);
   if (const Status status = reader.finish(); !status) return pass(status.error());
-  if (fabric.name.empty())
-    return fail({.code = Errc::parse, .where = where + "/name", .what = "a fabric without a name"});
+  if (fabric.name.empty()) return parse_error(where + "/name", {.what = "a fabric without a name"});
   const auto found = structures.find(structure);
   if (found == structures.end())
     return fail({.code = Errc::not_found,
@@ -155,10 +147,8 @@ Result<Fabric> parse_fabric(const json& object, const std::string& where,
                  .got = structure});
   fabric.structure = found->second;
   if (!fabric.structure.lines.empty() && !(fabric.warp_per_m > 0 && fabric.weft_per_m > 0))
-    return fail({.code = Errc::parse,
-                 .where = where,
-                 .what = "a structure with yarns needs their counts",
-                 .expected = "warp_per_cm and weft_per_cm"});
+    return parse_error(where, {.what = "a structure with yarns needs their counts",
+                               .expected = "warp_per_cm and weft_per_cm"});
   if (auto law = law_from_kes(fabric.kes); !law) return pass(law.error(), where);
   return fabric;
 }
@@ -195,19 +185,14 @@ Status parse_spread(const json& object, const json& sources, TrialSpread& spread
 Status parse_table(const json& table, const Structures& structures, const json& sources,
                    FabricLibrary& library) {
   if (!table.is_array() || table.empty() || table.size() > most_fabrics)
-    return fail({.code = Errc::parse,
-                 .where = "/fabrics",
-                 .what = "not a table of fabrics",
-                 .expected = "1 to 10000 fabrics"});
+    return parse_error("/fabrics",
+                       {.what = "not a table of fabrics", .expected = "1 to 10000 fabrics"});
   for (std::size_t i = 0; i < table.size(); ++i) {
     const std::string where = "/fabrics/" + std::to_string(i);
     auto fabric = parse_fabric(table[i], where, structures, sources);
     if (!fabric) return pass(fabric.error());
     if (library.find(fabric->name) != nullptr)
-      return fail({.code = Errc::parse,
-                   .where = where + "/name",
-                   .what = "a fabric twice",
-                   .got = fabric->name});
+      return parse_error(where + "/name", {.what = "a fabric twice", .got = fabric->name});
     library.fabrics.push_back(std::move(*fabric));
   }
   return {};
@@ -229,11 +214,8 @@ Result<FabricLibrary> parse_document(const json& document) {
   const json& table = child_or_none("fabrics");
   if (const Status status = reader.finish(); !status) return pass(status.error());
   if (format != "weft-fabrics-1")
-    return fail({.code = Errc::parse,
-                 .where = "/format",
-                 .what = "not a table of fabrics",
-                 .expected = "weft-fabrics-1",
-                 .got = format});
+    return parse_error(
+        "/format", {.what = "not a table of fabrics", .expected = "weft-fabrics-1", .got = format});
   FabricLibrary library;
   const auto structures = parse_structures(structures_json);
   if (!structures) return pass(structures.error());
@@ -329,10 +311,7 @@ std::vector<std::string> FabricLibrary::names() const {
 Result<FabricLibrary> parse_fabrics(std::string_view text) {
   const json document = json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (document.is_discarded())
-    return fail({.code = Errc::parse,
-                 .where = "fabrics",
-                 .what = "not JSON",
-                 .expected = "a JSON document"});
+    return parse_error("fabrics", {.what = "not JSON", .expected = "a JSON document"});
   return parse_document(document);
 }
 

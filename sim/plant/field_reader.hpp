@@ -12,6 +12,9 @@
 
 namespace weft::sim {
 
+/// A failure of a file at `where`, a JSON pointer: `error` with that place and the code parse.
+tl::unexpected<Error> parse_error(std::string where, Error error);
+
 class FieldReader {
  public:
   /// `object` must outlive the reader; `pointer` is its place in the file ("/simulation").
@@ -45,6 +48,7 @@ class FieldReader {
 
  private:
   const nlohmann::json* take(std::string_view key);
+  void complain(std::string_view key, Error error);
   std::optional<double> finite(const nlohmann::json& value, std::string_view key, double low,
                                double high);
   const nlohmann::json* find_source(const nlohmann::json& value, std::string_view key);

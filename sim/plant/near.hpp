@@ -12,9 +12,9 @@ namespace weft::sim {
 
 constexpr float fast_exp_limit = 87;  // e^87 and e^-87 are normal floats
 
-/// e^x for |x| <= fast_exp_limit, nonsense beyond; without branches, so that loops over height fields
-/// vectorise. Relative error below 2e-7. Method: x = n ln 2 + f, polynomial in f (coefficients of
-/// Cephes expf, public domain), exponent n put in by bits.
+/// e^x for |x| <= fast_exp_limit, nonsense beyond; without branches, so that loops over height
+/// fields vectorise. Relative error below 2e-7. Method: x = n ln 2 + f, polynomial in f
+/// (coefficients of Cephes expf, public domain), exponent n put in by bits.
 inline float fast_exp(float x) {
   constexpr float shifter = 12582912.0F;  // 1.5 * 2^23: adding it rounds to an integer
   const float shifted = x * 1.44269504F + shifter;

@@ -22,8 +22,7 @@ constexpr std::array<std::string_view, 5> scenes{"press", "slide", "stick_slip",
 
 Result<FidelityRow> read_row(const json& object, const std::string& where) {
   if (!object.is_object())
-    return fail(
-        {.code = Errc::parse, .where = where, .what = "not a row", .expected = "an object"});
+    return parse_error(where, {.what = "not a row", .expected = "an object"});
   FidelityRow row;
   std::string level, integrator = "none";
   double step_us = 0;
@@ -35,18 +34,14 @@ Result<FidelityRow> read_row(const json& object, const std::string& where) {
   reader.required("times_real_time", row.times_real_time, 1e-9, 1e12);
   if (Status s = reader.finish(); !s) return pass(s.error());
   if (std::find(scenes.begin(), scenes.end(), row.scene) == scenes.end())
-    return fail({.code = Errc::parse,
-                 .where = where + "/scene",
-                 .what = "no such scene",
-                 .expected = "press, slide, stick_slip, retouch or fabrics17",
-                 .got = row.scene});
+    return parse_error(where + "/scene",
+                       {.what = "no such scene",
+                        .expected = "press, slide, stick_slip, retouch or fabrics17",
+                        .got = row.scene});
   const auto known = level_from(level);
   if (!known || !moves(*known))
-    return fail({.code = Errc::parse,
-                 .where = where + "/level",
-                 .what = "no such level of motion",
-                 .expected = "L0 to L3",
-                 .got = level});
+    return parse_error(where + "/level",
+                       {.what = "no such level of motion", .expected = "L0 to L3", .got = level});
   row.setting = {.level = *known, .step_s = step_us * 1e-6};
   if (*known < Level::dynamic) return row;
   const auto method = integrator_from(integrator);
@@ -66,16 +61,10 @@ Result<FidelityTable> read_table(const json& root) {
   const json* rows = reader.child("rows");
   if (Status s = reader.finish(); !s) return pass(s.error());
   if (bench != "simulated")
-    return fail({.code = Errc::parse,
-                 .where = "/bench",
-                 .what = "not a table of simulations",
-                 .expected = "simulated",
-                 .got = bench});
+    return parse_error(
+        "/bench", {.what = "not a table of simulations", .expected = "simulated", .got = bench});
   if (rows == nullptr || !rows->is_array() || rows->size() > most_rows)
-    return fail({.code = Errc::parse,
-                 .where = "/rows",
-                 .what = "not a list of rows",
-                 .expected = "at most 10000 rows"});
+    return parse_error("/rows", {.what = "not a list of rows", .expected = "at most 10000 rows"});
   for (std::size_t i = 0; i < rows->size(); ++i) {
     auto row = read_row((*rows)[i], "/rows/" + std::to_string(i));
     if (!row) return pass(row.error());
@@ -195,10 +184,7 @@ std::optional<Amount> amount(std::string_view text) {
 Result<FidelityTable> parse_fidelity(std::string_view text) {
   const json root = json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (!root.is_object())
-    return fail({.code = Errc::parse,
-                 .where = "fidelity table",
-                 .what = "not a JSON object",
-                 .expected = "an object"});
+    return parse_error("fidelity table", {.what = "not a JSON object", .expected = "an object"});
   return read_table(root);
 }
 

@@ -65,19 +65,10 @@ double solve(const Law& law, double load, std::vector<double>& touching) {
 }
 
 Status check(const SpringLaw& law) {
-  if (!(law.pressure_pa >= 1e-6 && law.pressure_pa <= 1e12))
-    return fail({.code = Errc::range,
-                 .where = "pressure_pa",
-                 .what = "no spring bed has this pressure",
-                 .expected = "1e-6 to 1e12 Pa",
-                 .got = std::to_string(law.pressure_pa)});
-  if (!(law.length_m >= 1e-9 && law.length_m <= 1))
-    return fail({.code = Errc::range,
-                 .where = "length_m",
-                 .what = "no spring bed has this length",
-                 .expected = "1e-9 to 1 m",
-                 .got = std::to_string(law.length_m)});
-  return {};
+  return check_limits(
+      {{"pressure_pa", "no spring bed has this pressure", law.pressure_pa, 1e-6, 1e12,
+        "1e-6 to 1e12 Pa"},
+       {"length_m", "no spring bed has this length", law.length_m, 1e-9, 1, "1e-9 to 1 m"}});
 }
 
 constexpr double largest_pressure_pa = 1e30;
@@ -112,13 +103,8 @@ Status check_grid(std::size_t rows, std::size_t cols, double spacing_m) {
                  .what = "no array has this size",
                  .expected = "1 to 2^22 taxels",
                  .got = std::to_string(rows) + " x " + std::to_string(cols)});
-  if (!(spacing_m >= 1e-6 && spacing_m <= 0.1))  // written so that NaN fails
-    return fail({.code = Errc::range,
-                 .where = "spacing_m",
-                 .what = "no array has this spacing",
-                 .expected = "1e-6 to 0.1 m",
-                 .got = std::to_string(spacing_m)});
-  return {};
+  return check_limits(
+      {{"spacing_m", "no array has this spacing", spacing_m, 1e-6, 0.1, "1e-6 to 0.1 m"}});
 }
 
 Status check(const HeightMap& map) {
@@ -141,12 +127,8 @@ Status check(const HeightMap& map) {
 }
 
 Status check_press(double force_n) {
-  if (force_n >= 0 && force_n <= largest_force_n) return {};
-  return fail({.code = Errc::range,
-               .where = "force_n",
-               .what = "nobody presses with this force",
-               .expected = "0 to 1e6 N",
-               .got = std::to_string(force_n)});
+  return check_limits(
+      {{"force_n", "nobody presses with this force", force_n, 0, largest_force_n, "0 to 1e6 N"}});
 }
 
 double highest_m(const HeightMap& map) {
@@ -208,31 +190,14 @@ Result<Imprint> press_winkler(const HeightMap& map, const SpringLaw& spring, dou
 }
 
 Status check(const TaxelParams& params) {
-  if (!inside(params.full_scale_pa, 1, 1e9))
-    return fail({.code = Errc::range,
-                 .where = "full_scale_pa",
-                 .what = "no array has this full scale",
-                 .expected = "1 to 1e9 Pa",
-                 .got = std::to_string(params.full_scale_pa)});
-  if (params.bits < 1 || params.bits > 12)
-    return fail({.code = Errc::range,
-                 .where = "bits",
-                 .what = "no array has this many bits",
-                 .expected = "1 to 12",
-                 .got = std::to_string(params.bits)});
-  if (!inside(params.hysteresis, 0, 4))
-    return fail({.code = Errc::range,
-                 .where = "hysteresis",
-                 .what = "no cover lingers like this",
-                 .expected = "0 to 4",
-                 .got = std::to_string(params.hysteresis)});
-  if (!inside(params.noise_counts, 0, 100))
-    return fail({.code = Errc::range,
-                 .where = "noise_counts",
-                 .what = "noise is not a number of counts",
-                 .expected = "0 to 100",
-                 .got = std::to_string(params.noise_counts)});
-  return {};
+  return check_limits(
+      {{"full_scale_pa", "no array has this full scale", params.full_scale_pa, 1, 1e9,
+        "1 to 1e9 Pa"},
+       {"bits", "no array has this many bits", static_cast<double>(params.bits), 1, 12, "1 to 12",
+        true},
+       {"hysteresis", "no cover lingers like this", params.hysteresis, 0, 4, "0 to 4"},
+       {"noise_counts", "noise is not a number of counts", params.noise_counts, 0, 100,
+        "0 to 100"}});
 }
 
 Result<TaxelFrame> read_taxels(const TaxelParams& params, const Imprint& imprint, CoverState& cover,

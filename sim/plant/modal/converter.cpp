@@ -16,26 +16,26 @@ constexpr double ns_per_s = 1e9;
 constexpr std::array butterworth{0.9238795325112867, 0.3826834323650898};
 
 Status check(const ConverterParams& params, std::int64_t step_ns) {
-  const auto refuse = [](std::string_view what, std::string expected, double value) {
-    return fail({.code = Errc::range,
-                 .where = std::string(what),
-                 .what = "no converter samples like this",
-                 .expected = std::move(expected),
-                 .got = std::to_string(value)});
-  };
+  constexpr std::string_view what = "no converter samples like this";
   if (params.period_ns < step_ns || params.period_ns > 3'600'000'000'000 ||
       params.period_ns % step_ns != 0)
-    return refuse("period_ns", "a multiple of " + std::to_string(step_ns) + ", up to an hour",
-                  static_cast<double>(params.period_ns));
+    return fail({.code = Errc::range,
+                 .where = "period_ns",
+                 .what = std::string(what),
+                 .expected = "a multiple of " + std::to_string(step_ns) + ", up to an hour",
+                 .got = std::to_string(static_cast<double>(params.period_ns))});
   const double nyquist_hz = 0.5 * ns_per_s / static_cast<double>(step_ns);
-  if (params.bandwidth_hz != 0 && !inside(params.bandwidth_hz, 1e-3, nyquist_hz))
-    return refuse("bandwidth_hz", "0 or 0.001 to " + std::to_string(nyquist_hz),
-                  params.bandwidth_hz);
-  if (!inside(params.noise, 0, 1e6)) return refuse("noise", "0 to 1e6", params.noise);
-  if (!inside(params.range, 1e-9, 1e9)) return refuse("range", "1e-9 to 1e9", params.range);
-  if (params.quantum != 0 && !inside(params.quantum, params.range * 1e-12, params.range))
-    return refuse("quantum", "0 or 1e-12 to 1 of the range", params.quantum);
-  return {};
+  if (params.bandwidth_hz != 0)
+    if (auto ok = check_limits({{"bandwidth_hz", what, params.bandwidth_hz, 1e-3, nyquist_hz,
+                                 "0 or 0.001 to " + std::to_string(nyquist_hz)}});
+        !ok)
+      return ok;
+  if (auto ok = check_limits({{"noise", what, params.noise, 0, 1e6, "0 to 1e6"},
+                              {"range", what, params.range, 1e-9, 1e9, "1e-9 to 1e9"}});
+      !ok || params.quantum == 0)
+    return ok;
+  return check_limits({{"quantum", what, params.quantum, params.range * 1e-12, params.range,
+                        "0 or 1e-12 to 1 of the range"}});
 }
 
 using Wide = long double;  // three digits in reserve where it is wider than double
@@ -122,23 +122,16 @@ Response response(Wide q, Wide kappa) {
 }
 
 Status check(const Oscillator& oscillator, double step_s) {
-  const auto refuse = [](std::string_view what, std::string_view expected, double value) {
-    return fail({.code = Errc::range,
-                 .where = std::string(what),
-                 .what = "no oscillator is stepped with this",
-                 .expected = std::string(expected),
-                 .got = std::to_string(value)});
-  };
+  constexpr std::string_view what = "no oscillator is stepped with this";
   const Oscillator& o = oscillator;
-  if (!inside(o.mass_kg, 1e-12, 1e9)) return refuse("mass_kg", "1e-12 to 1e9", o.mass_kg);
-  if (!inside(o.damping_n_s_m, 0, 1e12))
-    return refuse("damping_n_s_m", "0 to 1e12", o.damping_n_s_m);
-  if (!inside(o.stiffness_n_m, 0, 1e15))
-    return refuse("stiffness_n_m", "0 to 1e15", o.stiffness_n_m);
-  if (!inside(step_s, 0, 1e6)) return refuse("step_s", "0 to 1e6", step_s);
+  if (auto ok = check_limits({{"mass_kg", what, o.mass_kg, 1e-12, 1e9, "1e-12 to 1e9"},
+                              {"damping_n_s_m", what, o.damping_n_s_m, 0, 1e12, "0 to 1e12"},
+                              {"stiffness_n_m", what, o.stiffness_n_m, 0, 1e15, "0 to 1e15"},
+                              {"step_s", what, step_s, 0, 1e6, "0 to 1e6"}});
+      !ok)
+    return ok;
   const double rate = std::max(o.damping_n_s_m / o.mass_kg, std::sqrt(o.stiffness_n_m / o.mass_kg));
-  if (!(rate * step_s <= 1e9)) return refuse("rate times step", "up to 1e9", rate * step_s);
-  return {};
+  return check_limits({{"rate times step", what, rate * step_s, 0, 1e9, "up to 1e9"}});
 }
 
 }  // namespace

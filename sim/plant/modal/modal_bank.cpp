@@ -124,12 +124,10 @@ Status check(const Mode& mode, double rate_hz) {
          .expected = std::to_string(1e-6 * rate_hz) + " to " + std::to_string(0.49 * rate_hz),
          .got = std::to_string(mode.frequency_hz),
          .hint = "Raise the rate or leave the mode out"});
-  if (!inside(mode.damping_ratio, 0, 0.9))
-    return fail({.code = Errc::range,
-                 .where = "damping_ratio",
-                 .what = "a mode does not ring",
-                 .expected = "0 to 0.9",
-                 .got = std::to_string(mode.damping_ratio)});
+  if (auto ok = check_limits(
+          {{"damping_ratio", "a mode does not ring", mode.damping_ratio, 0, 0.9, "0 to 0.9"}});
+      !ok)
+    return ok;
   if (!bounded(mode.drive_1_kg) || !bounded(mode.weight))
     return fail({.code = Errc::range,
                  .where = "drive_1_kg, weight",
@@ -145,24 +143,7 @@ constexpr std::size_t most_modes = 64;
 // (beta_n L)^2 of a clamped-free beam over its first.
 constexpr std::array overtones{1.0, 6.26689, 17.54748, 34.38606};
 
-Status within(std::string_view what, double value, double low, double high) {
-  if (value >= low && value <= high) return {};  // NaN is not
-  return fail({.code = Errc::range,
-               .where = std::string(what),
-               .what = "no structure is made like this",
-               .expected = std::to_string(low) + " to " + std::to_string(high),
-               .got = std::to_string(value)});
-}
-
-struct Bounds {
-  std::string_view what;
-  double value, low, high;
-};
-Status within(std::initializer_list<Bounds> all) {
-  for (const Bounds& b : all)
-    if (auto ok = within(b.what, b.value, b.low, b.high); !ok) return ok;
-  return {};
-}
+constexpr std::string_view no_structure = "no structure is made like this";
 
 /// Shape of a plate's mode at the place of contact.
 double shape(const PlateParams& p, int m, int n) {
@@ -185,24 +166,14 @@ ModalBank::ModalBank(std::size_t modes, std::size_t channels)
 
 Result<ModalBank> ModalBank::make(std::span<const Mode> modes, std::size_t channels,
                                   double rate_hz) {
-  if (modes.empty() || modes.size() > 4096)
-    return fail({.code = Errc::range,
-                 .where = "modes",
-                 .what = "not a bank of modes",
-                 .expected = "1 to 4096",
-                 .got = std::to_string(modes.size())});
-  if (channels < 1 || channels > bank_channels)
-    return fail({.code = Errc::range,
-                 .where = "channels",
-                 .what = "no bank has as many channels",
-                 .expected = "1 to 3",
-                 .got = std::to_string(channels)});
-  if (!inside(rate_hz, 1, 1e7))
-    return fail({.code = Errc::range,
-                 .where = "rate_hz",
-                 .what = "no bank runs at this rate",
-                 .expected = "1 to 1e7",
-                 .got = std::to_string(rate_hz)});
+  if (auto ok =
+          check_limits({{"modes", "not a bank of modes", static_cast<double>(modes.size()), 1, 4096,
+                         "1 to 4096", true},
+                        {"channels", "no bank has as many channels", static_cast<double>(channels),
+                         1, bank_channels, "1 to 3", true},
+                        {"rate_hz", "no bank runs at this rate", rate_hz, 1, 1e7, "1 to 1e7"}});
+      !ok)
+    return pass(ok.error());
   ModalBank bank(modes.size(), channels);
   for (std::size_t i = 0; i < modes.size(); ++i) {
     if (auto ok = check(modes[i], rate_hz); !ok)
@@ -247,13 +218,13 @@ double plate_frequency_hz(const PlateParams& p, int m, int n) {
 }
 
 Result<std::vector<Mode>> arm_modes(const ArmParams& params, double rate_hz) {
-  if (auto ok = within({{"rate_hz", rate_hz, 1, 1e7},
-                        {"mass_kg", params.mass_kg, 1e-4, 1e3},
-                        {"fundamental_hz[0]", params.fundamental_hz[0], 1e-3, 1e6},
-                        {"fundamental_hz[1]", params.fundamental_hz[1], 1e-3, 1e6},
-                        {"fundamental_hz[2]", params.fundamental_hz[2], 1e-3, 1e6},
-                        {"damping_ratio", params.damping_ratio, 0, 0.9},
-                        {"cross_axis", params.cross_axis, 0, 1}});
+  if (auto ok = check_limits({{"rate_hz", no_structure, rate_hz, 1, 1e7},
+                              {"mass_kg", no_structure, params.mass_kg, 1e-4, 1e3},
+                              {"fundamental_hz[0]", no_structure, params.fundamental_hz[0], 1e-3, 1e6},
+                              {"fundamental_hz[1]", no_structure, params.fundamental_hz[1], 1e-3, 1e6},
+                              {"fundamental_hz[2]", no_structure, params.fundamental_hz[2], 1e-3, 1e6},
+                              {"damping_ratio", no_structure, params.damping_ratio, 0, 0.9},
+                              {"cross_axis", no_structure, params.cross_axis, 0, 1}});
       !ok)
     return pass(ok.error(), "arm");
   std::vector<Mode> modes;
@@ -277,17 +248,17 @@ Result<std::vector<Mode>> arm_modes(const ArmParams& params, double rate_hz) {
 }
 
 Result<std::vector<Mode>> plate_modes(const PlateParams& params, double rate_hz) {
-  if (auto ok = within({{"rate_hz", rate_hz, 1, 1e7},
-                        {"length_m", params.length_m, 1e-3, 10},
-                        {"width_m", params.width_m, 1e-3, 10},
-                        {"thickness_m", params.thickness_m, 1e-5, 0.1},
-                        {"modulus_pa", params.modulus_pa, 1e6, 1e13},
-                        {"density_kg_m3", params.density_kg_m3, 1, 1e5},
-                        {"poisson_ratio", params.poisson_ratio, 0, 0.5},
-                        {"damping_ratio", params.damping_ratio, 0, 0.9},
-                        {"contact_x", params.contact_x, 0, 1},
-                        {"contact_y", params.contact_y, 0, 1},
-                        {"microphone_m", params.microphone_m, 1e-3, 100}});
+  if (auto ok = check_limits({{"rate_hz", no_structure, rate_hz, 1, 1e7},
+                              {"length_m", no_structure, params.length_m, 1e-3, 10},
+                              {"width_m", no_structure, params.width_m, 1e-3, 10},
+                              {"thickness_m", no_structure, params.thickness_m, 1e-5, 0.1},
+                              {"modulus_pa", no_structure, params.modulus_pa, 1e6, 1e13},
+                              {"density_kg_m3", no_structure, params.density_kg_m3, 1, 1e5},
+                              {"poisson_ratio", no_structure, params.poisson_ratio, 0, 0.5},
+                              {"damping_ratio", no_structure, params.damping_ratio, 0, 0.9},
+                              {"contact_x", no_structure, params.contact_x, 0, 1},
+                              {"contact_y", no_structure, params.contact_y, 0, 1},
+                              {"microphone_m", no_structure, params.microphone_m, 1e-3, 100}});
       !ok)
     return pass(ok.error(), "plate");
   const double highest = highest_share * rate_hz;

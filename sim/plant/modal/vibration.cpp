@@ -19,12 +19,9 @@ constexpr Duration longest = std::chrono::seconds(1);  // bounds what one step h
 Result<Vibration::Probe> Vibration::probe(const AccelerometerParams& params, std::int64_t step_ns,
                                           std::uint64_t seed, std::int64_t first_step) {
   for (const double g : params.gravity_mps2)
-    if (!(std::abs(g) <= 1e4))  // NaN too
-      return fail({.code = Errc::range,
-                   .where = "gravity_mps2",
-                   .what = "no such gravity",
-                   .expected = "-1e4 to 1e4",
-                   .got = std::to_string(g)});
+    if (auto ok = check_limits({{"gravity_mps2", "no such gravity", g, -1e4, 1e4, "-1e4 to 1e4"}});
+        !ok)
+      return pass(ok.error());
   const auto modes = arm_modes(params.arm, rate_hz(step_ns));
   if (!modes) return pass(modes.error());
   auto bank = ModalBank::make(*modes, 3, rate_hz(step_ns));
@@ -51,18 +48,14 @@ Result<Vibration::Sound> Vibration::sound(const MicrophoneParams& params, std::i
 
 Result<Vibration> Vibration::make(const VibrationParams& params, const HeightField& field,
                                   std::uint64_t seed, const VibrationStart& start) {
-  if (params.step_ns < 1000 || params.step_ns > 100'000'000)
-    return fail({.code = Errc::range,
-                 .where = "step_ns",
-                 .what = "no vibration is stepped like this",
-                 .expected = "1000 to 100000000",
-                 .got = std::to_string(params.step_ns)});
-  if (start.first_step < 0)
-    return fail({.code = Errc::range,
-                 .where = "first_step",
-                 .what = "no vibration starts before time zero",
-                 .expected = "0 or more",
-                 .got = std::to_string(start.first_step)});
+  constexpr double any = std::numeric_limits<double>::infinity();
+  if (auto ok =
+          check_limits({{"step_ns", "no vibration is stepped like this",
+                         static_cast<double>(params.step_ns), 1000, 1e8, "1000 to 100000000", true},
+                        {"first_step", "no vibration starts before time zero",
+                         static_cast<double>(start.first_step), 0, any, "0 or more", true}});
+      !ok)
+    return pass(ok.error());
   auto rubbing = Rubbing::make(params.rubbing, field, mix(seed, "rubbing"), start.skew_rad);
   if (!rubbing) return pass(rubbing.error(), "rubbing");
   Vibration made(params.step_ns, std::move(*rubbing));
