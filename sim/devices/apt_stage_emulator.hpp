@@ -40,7 +40,10 @@ class AptParameters {
   Answer handle(const protocols::apt::Message& message);
 
   /// By the id of the SET message. There must be one: all that have a struct are there.
-  [[nodiscard]] const Bytes& body(protocols::apt::MessageId set) const { return stored_.at(set); }
+  template <class Body>
+  [[nodiscard]] Body body(protocols::apt::MessageId set) const {
+    return protocols::apt::decode_body<Body>(stored_.at(set)).value();
+  }
 
  private:
   std::map<protocols::apt::MessageId, Bytes> stored_;  ///< by the id of the SET message

@@ -18,47 +18,40 @@ constexpr double on_home_switch = 0.1;
 constexpr std::uint8_t forward = 1, reverse = 2;
 
 /// Jerk limit in units/s^3: 2^(index - 1) from 1 to 18, none at 0 (LTS manual 16275-D02, p. 37).
-double bow_value(const Bytes& stored_bytes) {
-  const auto body = decode_body<BowIndex>(stored_bytes);
-  if (!body || body->index == 0) return 0;
-  return std::ldexp(1.0, std::min<int>(body->index, highest_bow) - 1);
+double bow_value(const BowIndex& bow) {
+  return bow.index == 0 ? 0 : std::ldexp(1.0, std::min<int>(bow.index, highest_bow) - 1);
+}
+
+/// In SI: as fast as the counts say, as far as the stage goes so fast.
+double speed_of(const StageModel& model, std::int32_t velocity_counts) {
+  const double speed = velocity_from_counts(model.scale, velocity_counts);
+  return si_per_unit(model) * std::clamp(speed, slowest, model.max_speed);
+}
+double acceleration_of(const StageModel& model, std::int32_t acceleration_counts) {
+  const double acceleration = acceleration_from_counts(model.scale, acceleration_counts);
+  return si_per_unit(model) * std::clamp(acceleration, slowest, model.max_acceleration);
 }
 
 }  // namespace
 
 MotionLimits AptStageEmulator::limits() const {
   const StageModel& model = *params_.stage;
-  const double si = si_per_unit(model);
-  double speed = model.default_speed, acceleration = model.default_acceleration;
-  if (const auto body = decode_body<VelocityParams>(parameters_.body(MessageId::set_velparams))) {
-    speed = velocity_from_counts(model.scale, body->maximum_velocity_counts);
-    acceleration = acceleration_from_counts(model.scale, body->acceleration_counts);
-  }
-  return {si * std::clamp(speed, slowest, model.max_speed),
-          si * std::clamp(acceleration, slowest, model.max_acceleration),
-          si * bow_value(parameters_.body(MessageId::set_bowindex))};
+  const auto body = parameters_.body<VelocityParams>(MessageId::set_velparams);
+  return {speed_of(model, body.maximum_velocity_counts),
+          acceleration_of(model, body.acceleration_counts),
+          si_per_unit(model) * bow_value(parameters_.body<BowIndex>(MessageId::set_bowindex))};
 }
 
 MotionLimits AptStageEmulator::jog_limits() const {
-  const StageModel& model = *params_.stage;
-  const double si = si_per_unit(model);
-  MotionLimits result = limits();
-  const auto body = decode_body<JogParams>(parameters_.body(MessageId::set_jogparams));
-  if (!body) return result;
-  const double speed = velocity_from_counts(model.scale, body->maximum_velocity_counts);
-  const double acceleration = acceleration_from_counts(model.scale, body->acceleration_counts);
-  result.speed = si * std::clamp(speed, slowest, model.max_speed);
-  result.acceleration = si * std::clamp(acceleration, slowest, model.max_acceleration);
-  return result;
+  const auto body = parameters_.body<JogParams>(MessageId::set_jogparams);
+  return {speed_of(*params_.stage, body.maximum_velocity_counts),
+          acceleration_of(*params_.stage, body.acceleration_counts), limits().jerk};
 }
 
 MotionLimits AptStageEmulator::home_limits() const {
-  const StageModel& model = *params_.stage;
   MotionLimits result = limits();
-  const auto body = decode_body<HomeParams>(parameters_.body(MessageId::set_homeparams));
-  const double speed =
-      body ? velocity_from_counts(model.scale, body->velocity_counts) : model.home_speed;
-  result.speed = si_per_unit(model) * std::clamp(speed, slowest, model.max_speed);
+  const auto body = parameters_.body<HomeParams>(MessageId::set_homeparams);
+  result.speed = speed_of(*params_.stage, body.velocity_counts);
   return result;
 }
 
@@ -66,24 +59,23 @@ MotionLimits AptStageEmulator::home_limits() const {
 /// from there. Homing forwards goes to the other end.
 double AptStageEmulator::home_position() const {
   const StageModel& model = *params_.stage;
-  const auto body = decode_body<HomeParams>(parameters_.body(MessageId::set_homeparams));
-  if (homes_at_high_end()) return stage().params().high - length(body->offset_counts);
+  const auto offset = parameters_.body<HomeParams>(MessageId::set_homeparams).offset_counts;
+  if (homes_at_high_end()) return stage().params().high - length(offset);
   const std::int32_t usual = position_to_counts(model.scale, model.home_offset).value_or(0);
-  return body && body->offset_counts != usual ? length(body->offset_counts) - length(usual) : 0;
+  return offset != usual ? length(offset) - length(usual) : 0;
 }
 
 /// A rotary stage has one switch: it is met from either side.
 bool AptStageEmulator::homes_at_high_end() const {
-  const auto body = decode_body<HomeParams>(parameters_.body(MessageId::set_homeparams));
-  return params_.stage->axis == Axis::linear && body && body->direction == forward;
+  return params_.stage->axis == Axis::linear &&
+         parameters_.body<HomeParams>(MessageId::set_homeparams).direction == forward;
 }
 
 double AptStageEmulator::inside_soft_limits(double target) const {
-  const auto soft =
-      decode_body<LimitSwitchParams>(parameters_.body(MessageId::set_limswitchparams));
-  if (!soft || (soft->soft_mode & 0x7F) <= 1) return target;
-  return std::max(std::min(target, zero_ + length(soft->forward_soft_counts)),
-                  zero_ + length(soft->reverse_soft_counts));
+  const auto soft = parameters_.body<LimitSwitchParams>(MessageId::set_limswitchparams);
+  if ((soft.soft_mode & 0x7F) <= 1) return target;
+  return std::max(std::min(target, zero_ + length(soft.forward_soft_counts)),
+                  zero_ + length(soft.reverse_soft_counts));
 }
 
 bool AptStageEmulator::handle_motion(const Message& message, TimePoint now, ByteSink& out) {
@@ -142,8 +134,9 @@ void AptStageEmulator::home_to(double target, Motion leg, TimePoint now) {
 
 bool AptStageEmulator::move(const Message& message, bool relative, TimePoint now) {
   const auto stored = relative ? MessageId::set_moverelparams : MessageId::set_moveabsparams;
-  const auto body =
-      decode_body<ChannelCounts>(message.data.empty() ? parameters_.body(stored) : message.data);
+  const auto body = message.data.empty()
+                        ? Result<ChannelCounts>(parameters_.body<ChannelCounts>(stored))
+                        : decode_body<ChannelCounts>(message.data);
   if (!body) return false;
   const double from = relative ? believed(now) : zero_;
   move_to(from + length(body->value_counts), limits(), Motion::move, now);
@@ -151,11 +144,11 @@ bool AptStageEmulator::move(const Message& message, bool relative, TimePoint now
 }
 
 void AptStageEmulator::jog(const Message& message, TimePoint now) {
-  const auto body = decode_body<JogParams>(parameters_.body(MessageId::set_jogparams));
-  if (!body || body->mode == JogMode::continuous)
+  const auto body = parameters_.body<JogParams>(MessageId::set_jogparams);
+  if (body.mode == JogMode::continuous)
     return run_towards_limit(message.param2, jog_limits(), Motion::jog, now);
   const double direction = message.param2 == reverse ? -1 : 1;
-  move_to(believed(now) + direction * length(body->step_counts), jog_limits(), Motion::jog, now);
+  move_to(believed(now) + direction * length(body.step_counts), jog_limits(), Motion::jog, now);
 }
 
 /// APT16 names this the velocity move: until stopped or at a limit.
@@ -229,10 +222,7 @@ void AptStageEmulator::send_end_of_motion(MessageId id, TimePoint at, ByteSink& 
 void AptStageEmulator::apply_motion_faults(TimePoint now, ByteSink& out) {
   if (hung_ && active_fault(FaultKind::never_homes, now) == nullptr) hung_ = false;
   apply_stall_faults(now);
-  if (active_fault(FaultKind::encoder_frozen, now) == nullptr)
-    frozen_counter_.reset();
-  else if (!frozen_counter_)
-    frozen_counter_ = counter(now);
+  frozen(FaultKind::encoder_frozen, now, counter(now), frozen_counter_);
   const bool dead = active_fault(FaultKind::disabled, now) != nullptr;
   if (dead) enabled_ = false;
   const bool stopped = dead || active_fault(FaultKind::limit_switch, now) != nullptr;
@@ -295,12 +285,11 @@ std::uint32_t AptStageEmulator::limit_bits(TimePoint now) const {
   std::uint32_t bits = 0;
   if (made || (linear && at >= stage().params().high)) bits |= status::forward_limit;
   if (linear && on_low_end_) bits |= status::reverse_limit;
-  const auto soft =
-      decode_body<LimitSwitchParams>(parameters_.body(MessageId::set_limswitchparams));
-  if (!soft || (soft->soft_mode & 0x7F) <= 1) return bits;
+  const auto soft = parameters_.body<LimitSwitchParams>(MessageId::set_limswitchparams);
+  if ((soft.soft_mode & 0x7F) <= 1) return bits;
   const std::int32_t count = counts_at(at);
-  if (count >= soft->forward_soft_counts) bits |= status::forward_soft_limit;
-  if (count <= soft->reverse_soft_counts) bits |= status::reverse_soft_limit;
+  if (count >= soft.forward_soft_counts) bits |= status::forward_soft_limit;
+  if (count <= soft.reverse_soft_counts) bits |= status::reverse_soft_limit;
   return bits;
 }
 

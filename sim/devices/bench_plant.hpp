@@ -107,14 +107,15 @@ class BenchPlant {
   [[nodiscard]] Pose pose(TimePoint t) const;
   void step_grid();
   void drain_vibration(const Pose& there, TimePoint now);
+  void gather_vibration();
 
   BenchGeometry geometry_;
   std::vector<Stage> stages_;
   Plant plant_;
   Patch patch_;
-  std::uint64_t mounts_ = 1;   ///< the bare plate was the first
-  bool listens_;               ///< the plant hears vibrations
-  VibrationReadings earlier_;  ///< under earlier patches
+  std::uint64_t mounts_ = 1;    ///< the bare plate was the first
+  bool listens_;                ///< the plant hears vibrations
+  VibrationReadings gathered_;  ///< of the plant, also under earlier patches
   TimePoint plant_time_{};
   GridPoint next_;  ///< of the grid
   PadFrame finished_;

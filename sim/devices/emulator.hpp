@@ -50,6 +50,16 @@ class Emulator {
     done = fault->from;
     return true;
   }
+  /// What `present` was when the fault began, as long as it holds; `kept` remembers it.
+  template <class Value>
+  const std::optional<Value>& frozen(FaultKind kind, TimePoint at, const Value& present,
+                                     std::optional<Value>& kept) const {
+    if (active_fault(kind, at) == nullptr)
+      kept.reset();
+    else if (!kept)
+      kept = present;
+    return kept;
+  }
   /// Only where something struck.
   Random& fault_dice() { return board_->dice(); }
 
@@ -67,6 +77,8 @@ class ClientEmulator : public Emulator {
 /// What the sensors share that send numbered frames by themselves: taxels, vibration, imprints.
 class FrameEmulator : public Emulator {
  public:
+  /// A sensor that takes no commands: bytes are ignored.
+  void receive(ByteView, TimePoint now, ByteSink& out) override { wake(now, out); }
   void wake(TimePoint now, ByteSink& out) final;
 
  protected:

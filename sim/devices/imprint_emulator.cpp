@@ -158,11 +158,8 @@ void ImprintEmulator::apply_number_faults(TimePoint at) {
 }
 
 void ImprintEmulator::apply_faults(imprint::Frame& frame, TimePoint at) {
-  if (active_fault(FaultKind::frozen_frame, at) == nullptr)
-    frozen_.reset();
-  else if (!frozen_)
-    frozen_ = frame;
-  if (frozen_ && frozen_->window == frame.window) frame.counts = frozen_->counts;
+  if (frozen(FaultKind::frozen_frame, at, frame, frozen_) && frozen_->window == frame.window)
+    frame.counts = frozen_->counts;
   if (const Fault* wrong = active_fault(FaultKind::wrong_count, at))
     frame.window = {0, 0, 1,
                     static_cast<std::uint8_t>(std::clamp(wrong->amount, 1.0, double{side}))};

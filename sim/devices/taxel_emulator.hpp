@@ -28,8 +28,6 @@ class TaxelEmulator final : public FrameEmulator {
   /// scan.
   TaxelEmulator(const TaxelEmulatorParams& params, BenchPlant& bench_plant, TimePoint now);
 
-  /// The sensor takes no commands: bytes are ignored.
-  void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
 
  private:

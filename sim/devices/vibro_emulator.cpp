@@ -56,10 +56,6 @@ VibroEmulator::VibroEmulator(const VibroEmulatorParams& params, BenchPlant& benc
   }
 }
 
-void VibroEmulator::receive(ByteView, TimePoint now, ByteSink& out) {
-  wake(now, out);
-}
-
 std::optional<TimePoint> VibroEmulator::next_wakeup() const {
   TimePoint next = next_description_;
   for (const Channel& channel : channels_)
@@ -138,10 +134,8 @@ void VibroEmulator::apply_number_faults(TimePoint at) {
 
 void VibroEmulator::apply_faults(Channel& channel, vibro::Frame& frame, TimePoint at) {
   const std::size_t axes = vibro::values_per_reading(channel.kind);
-  if (active_fault(FaultKind::frozen_frame, at) == nullptr)
-    channel.frozen.reset();
-  else if (!channel.frozen)
-    channel.frozen = {frame.values[0], frame.values[1], frame.values[2]};
+  frozen(FaultKind::frozen_frame, at, {frame.values[0], frame.values[1], frame.values[2]},
+         channel.frozen);
   const std::int16_t full = counts_of(channel.params.range, channel.params.quantum);
   const bool saturated = active_fault(FaultKind::saturation, at) != nullptr;
   for (std::size_t i = 0; i < frame.value_count; ++i) {

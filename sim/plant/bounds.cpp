@@ -7,15 +7,11 @@
 
 namespace weft::sim {
 
-namespace {
-
-std::string text(double value) {
-  std::array<char, 32> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%g", value);
-  return buffer.data();
+std::string printed(const char* format, double value) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
 }
-
-}  // namespace
 
 Status check_bounds(const char* where, std::initializer_list<Bound> bounds) {
   for (const Bound& bound : bounds)
@@ -23,8 +19,8 @@ Status check_bounds(const char* where, std::initializer_list<Bound> bounds) {
       return fail({.code = Errc::range,
                    .where = where,
                    .what = std::string(bound.name) + " is outside what can be simulated",
-                   .expected = text(bound.low) + " to " + text(bound.high),
-                   .got = text(bound.value)});
+                   .expected = printed("%g to ", bound.low) + printed("%g", bound.high),
+                   .got = printed("%g", bound.value)});
   return {};
 }
 

@@ -2,6 +2,7 @@
 // Parameters within what can be simulated.
 
 #include <initializer_list>
+#include <string>
 #include <string_view>
 
 #include "protocols/base/result.hpp"
@@ -12,6 +13,9 @@ namespace weft::sim {
 constexpr bool inside(double value, double low, double high) {
   return value >= low && value <= high;
 }
+
+/// `value` as `format` of printf has it, up to 63 characters.
+std::string printed(const char* format, double value);
 
 struct Bound {
   const char* name;

@@ -20,10 +20,14 @@ std::string plain(double value) {
 
 }  // namespace
 
-tl::unexpected<Error> parse_error(std::string where, Error error) {
-  error.code = Errc::parse;
+tl::unexpected<Error> fail_at(std::string where, Error error) {
   error.where = std::move(where);
   return fail(std::move(error));
+}
+
+tl::unexpected<Error> parse_error(std::string where, Error error) {
+  error.code = Errc::parse;
+  return fail_at(std::move(where), std::move(error));
 }
 
 FieldReader::FieldReader(const nlohmann::json& object, std::string pointer)
@@ -47,19 +51,15 @@ void FieldReader::complain(std::string_view key, Error error) {
   refuse(parse_error(at(key), std::move(error)).value());
 }
 
-const nlohmann::json* FieldReader::take(std::string_view key) {
+const nlohmann::json* FieldReader::child(std::string_view key) {
   known_.emplace_back(key);
   if (!object_.is_object()) return nullptr;
   const auto found = object_.find(known_.back());
   return found == object_.end() ? nullptr : &*found;
 }
 
-const nlohmann::json* FieldReader::child(std::string_view key) {
-  return take(key);
-}
-
 FieldReader& FieldReader::ignore(std::string_view key) {
-  take(key);
+  child(key);
   return *this;
 }
 
@@ -95,7 +95,7 @@ std::optional<double> FieldReader::finite(const nlohmann::json& value, std::stri
 
 FieldReader& FieldReader::number(std::string_view key, double& value, double low, double high,
                                  double to_si) {
-  const nlohmann::json* found = take(key);
+  const nlohmann::json* found = child(key);
   if (found != nullptr) found = find_source(*found, key);
   if (found == nullptr) return *this;
   if (const auto read = finite(*found, key, low, high)) value = *read * to_si;
@@ -110,7 +110,7 @@ FieldReader& FieldReader::required(std::string_view key, double& value, double l
 }
 
 FieldReader& FieldReader::flag(std::string_view key, bool& value) {
-  const nlohmann::json* found = take(key);
+  const nlohmann::json* found = child(key);
   if (found == nullptr) return *this;
   if (found->is_boolean())
     value = found->get<bool>();
@@ -120,7 +120,7 @@ FieldReader& FieldReader::flag(std::string_view key, bool& value) {
 }
 
 FieldReader& FieldReader::text(std::string_view key, std::string& value) {
-  const nlohmann::json* found = take(key);
+  const nlohmann::json* found = child(key);
   if (found == nullptr) return *this;
   if (found->is_string())
     value = found->get<std::string>();
@@ -131,7 +131,7 @@ FieldReader& FieldReader::text(std::string_view key, std::string& value) {
 
 FieldReader& FieldReader::pair(std::string_view key, double& first, double& second, double low,
                                double high, double to_si) {
-  const nlohmann::json* found = take(key);
+  const nlohmann::json* found = child(key);
   if (found != nullptr) found = find_source(*found, key);
   if (found == nullptr) return *this;
   if (!found->is_array() || found->size() != 2) {

@@ -12,7 +12,9 @@
 
 namespace weft::sim {
 
-/// A failure of a file at `where`, a JSON pointer: `error` with that place and the code parse.
+/// The failure `error` of a file at `where`, a JSON pointer.
+tl::unexpected<Error> fail_at(std::string where, Error error);
+/// The same with the code parse.
 tl::unexpected<Error> parse_error(std::string where, Error error);
 
 class FieldReader {
@@ -47,7 +49,6 @@ class FieldReader {
   [[nodiscard]] Status finish() const;
 
  private:
-  const nlohmann::json* take(std::string_view key);
   void complain(std::string_view key, Error error);
   std::optional<double> finite(const nlohmann::json& value, std::string_view key, double low,
                                double high);

@@ -104,7 +104,14 @@ double Profile::duration_s() const {
 }
 
 double Profile::position(double t_s) const {
-  if (t_s >= duration_s()) return target_;
+  return t_s >= duration_s() ? target_ : at(t_s).position;
+}
+
+double Profile::velocity(double t_s) const {
+  return t_s >= duration_s() ? 0 : at(t_s).velocity;
+}
+
+Profile::Moving Profile::at(double t_s) const {
   double position = position_, velocity = velocity_, left = std::max(0.0, t_s);
   for (std::size_t i = 0; i < used_; ++i) {
     const Segment& segment = segments_[i];
@@ -113,19 +120,7 @@ double Profile::position(double t_s) const {
     velocity += segment.acceleration * t + 0.5 * segment.jerk * t * t;
     left -= t;
   }
-  return position;
-}
-
-double Profile::velocity(double t_s) const {
-  if (t_s >= duration_s()) return 0;
-  double velocity = velocity_, left = std::max(0.0, t_s);
-  for (std::size_t i = 0; i < used_; ++i) {
-    const Segment& segment = segments_[i];
-    const double t = std::min(left, segment.duration_s);
-    velocity += segment.acceleration * t + 0.5 * segment.jerk * t * t;
-    left -= t;
-  }
-  return velocity;
+  return {position, velocity};
 }
 
 }  // namespace weft::sim

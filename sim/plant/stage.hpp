@@ -41,6 +41,10 @@ class Profile {
     double acceleration = 0;  ///< at its begin
     double jerk = 0;
   };
+  struct Moving {
+    double position, velocity;
+  };
+  [[nodiscard]] Moving at(double t_s) const;  ///< before the end
   static constexpr std::size_t trapezoid_segments = 3;
   static constexpr std::size_t s_curve_segments = 7;
 

@@ -26,9 +26,8 @@ struct Fields {
 
 Result<const FaultType*> kind_for(const Fields& fields, const std::string& where,
                                   const std::vector<EmulatedDevice>& devices) {
-  const auto device = std::find_if(devices.begin(), devices.end(),
-                                   [&](const auto& d) { return d.name == fields.device; });
-  if (device == devices.end())
+  const EmulatedDevice* device = find_device(devices, fields.device);
+  if (device == nullptr)
     return fail({.code = Errc::not_found,
                  .where = where + "/device",
                  .what = "the rig file has no such device",
@@ -51,6 +50,12 @@ Result<const FaultType*> kind_for(const Fields& fields, const std::string& where
 }
 
 }  // namespace
+
+const EmulatedDevice* find_device(const std::vector<EmulatedDevice>& devices,
+                                  std::string_view name) {
+  const auto found = std::ranges::find(devices, name, &EmulatedDevice::name);
+  return found == devices.end() ? nullptr : &*found;
+}
 
 std::uint8_t exposure_of(const EmulatedDevice& device) {
   if (std::holds_alternative<AptStageParams>(device.params))

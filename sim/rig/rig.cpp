@@ -16,8 +16,6 @@
 
 namespace weft::sim {
 
-namespace {
-
 /// One emulator on one link and one loop: bytes are fed, answers written, wake-ups kept scheduled.
 /// Callbacks hold it weakly: when its owner drops it, what is still queued does nothing.
 class Attachment : public std::enable_shared_from_this<Attachment> {
@@ -83,8 +81,6 @@ void Attachment::schedule() {
   });
 }
 
-}  // namespace
-
 struct Rig::Parts {
   Parts(RigConfig read_config, FabricLibrary read_library, std::uint64_t rig_seed)
       : config(std::move(read_config)),
@@ -106,13 +102,18 @@ struct Rig::Parts {
 
   /// How a port of the box asks for it; empty for a device that is none.
   [[nodiscard]] std::function<RdtEmulator*()> box_finder(std::string_view name) {
-    for (const EmulatedDevice& device : config.devices)
-      if (device.name == name && std::holds_alternative<RdtEmulatorParams>(device.params))
-        return [this, name = device.name] {
-          const auto found = boxes.find(name);
-          return found == boxes.end() ? nullptr : found->second;
-        };
-    return {};
+    if (params_of<RdtEmulatorParams>(name) == nullptr) return {};
+    return [this, name = std::string(name)] {
+      const auto found = boxes.find(name);
+      return found == boxes.end() ? nullptr : found->second;
+    };
+  }
+
+  /// nullptr for a device of another kind, and an unknown name.
+  template <class Params>
+  [[nodiscard]] const Params* params_of(std::string_view name) const {
+    const EmulatedDevice* device = find_device(config.devices, name);
+    return device == nullptr ? nullptr : std::get_if<Params>(&device->params);
   }
 
   /// The emulator looks at its faults again.
@@ -199,10 +200,8 @@ Result<std::unique_ptr<Rig>> Rig::create(std::string_view rig_json, std::string_
 }
 
 Status Rig::attach(std::string_view device_name, Link& device_end, Loop& loop) {
-  const auto& devices = parts_->config.devices;
-  const auto device = std::find_if(devices.begin(), devices.end(),
-                                   [&](const auto& d) { return d.name == device_name; });
-  if (device == devices.end())
+  const EmulatedDevice* device = find_device(parts_->config.devices, device_name);
+  if (device == nullptr)
     return fail({.code = Errc::not_found,
                  .where = std::string(device_name),
                  .what = "the rig file has no such device"});
@@ -239,20 +238,15 @@ Status Rig::attach_page(std::string_view device_name, Link& device_end, Loop& lo
 }
 
 bool Rig::redirects(std::string_view device_name, ByteView datagram) const {
-  for (const EmulatedDevice& device : parts_->config.devices) {
-    if (device.name != device_name) continue;
-    if (!std::holds_alternative<RdtEmulatorParams>(device.params)) return true;
-    const auto request = protocols::rdt::decode_request(datagram);
-    return request && protocols::rdt::starts_stream(request->command);
-  }
-  return false;
+  if (parts_->params_of<RdtEmulatorParams>(device_name) == nullptr)
+    return find_device(parts_->config.devices, device_name) != nullptr;
+  const auto request = protocols::rdt::decode_request(datagram);
+  return request && protocols::rdt::starts_stream(request->command);
 }
 
 bool Rig::serves_many(std::string_view device_name) const {
-  for (const EmulatedDevice& device : parts_->config.devices)
-    if (const auto* digital = std::get_if<AtiDigitalParams>(&device.params))
-      if (device.name == device_name && digital->modbus_tcp) return true;
-  return false;
+  const auto* digital = parts_->params_of<AtiDigitalParams>(device_name);
+  return digital != nullptr && digital->modbus_tcp;
 }
 
 void Rig::meet_new_host(std::string_view device_name) {
@@ -324,16 +318,13 @@ std::array<double, 5> Rig::stage_positions(TimePoint now) const {
 }
 
 std::optional<double> Rig::stream_rate_hz(std::string_view device_name) const {
-  for (const EmulatedDevice& device : parts_->config.devices) {
-    if (device.name != device_name) continue;
-    if (const auto* box = std::get_if<RdtEmulatorParams>(&device.params)) return box->rate_hz;
-    if (const auto* digital = std::get_if<AtiDigitalParams>(&device.params))
-      return digital->rate_hz;
-    if (std::holds_alternative<TaxelEmulatorParams>(device.params))
-      return 1e9 / pad_timing::frame_ns;
-    if (const auto* array = std::get_if<ImprintEmulatorParams>(&device.params))
-      return 1e9 / static_cast<double>(array->period_ns);
-  }
+  if (const auto* box = parts_->params_of<RdtEmulatorParams>(device_name)) return box->rate_hz;
+  if (const auto* digital = parts_->params_of<AtiDigitalParams>(device_name))
+    return digital->rate_hz;
+  if (parts_->params_of<TaxelEmulatorParams>(device_name) != nullptr)
+    return 1e9 / pad_timing::frame_ns;
+  if (const auto* array = parts_->params_of<ImprintEmulatorParams>(device_name))
+    return 1e9 / static_cast<double>(array->period_ns);
   return std::nullopt;
 }
 

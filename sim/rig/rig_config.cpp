@@ -17,6 +17,7 @@ using nlohmann::json;
 
 constexpr std::size_t most_devices = 64;
 constexpr std::size_t most_faults = 1000;
+constexpr const char* level_place = "/simulation/level";
 
 /// The value at `key`, or an empty object.
 json child_or_empty(const json& object, const char* key) {
@@ -124,10 +125,7 @@ Status read_dynamics(const json& object, DynamicsParams& dynamics) {
   reader.number("viscous_n_s_m", dynamics.viscous_n_s_m, 0, 1e4);
   if (Status s = reader.finish(); !s) return s;
   const auto read = integrator_from(integrator);
-  if (!read)
-    return parse_error(
-        "/simulation/dynamics/integrator",
-        {.what = read.error().what, .expected = read.error().expected, .got = integrator});
+  if (!read) return parse_error("/simulation/dynamics/integrator", read.error());
   dynamics.integrator = *read;
   return {};
 }
@@ -141,10 +139,7 @@ Status read_traits(const json& list, std::vector<Trait>& traits) {
     const std::string at = where + "/" + std::to_string(i);
     if (!list[i].is_string()) return parse_error(at, {.what = "not a trait", .expected = "a name"});
     const auto trait = trait_from(list[i].get<std::string>());
-    if (!trait)
-      return parse_error(at, {.what = trait.error().what,
-                              .expected = trait.error().expected,
-                              .got = trait.error().got});
+    if (!trait) return parse_error(at, trait.error());
     if (std::find(traits.begin(), traits.end(), *trait) != traits.end())
       return parse_error(at, {.what = "a trait twice", .got = std::string(name_of(*trait))});
     traits.push_back(*trait);
@@ -152,30 +147,20 @@ Status read_traits(const json& list, std::vector<Trait>& traits) {
   return {};
 }
 
-/// Where the scene is refused: the place in the file, and the scene's own sentence.
-Status at_level(const Error& error) {
-  return fail({.code = error.code,
-               .where = "/simulation/level",
-               .what = error.what,
-               .expected = error.expected,
-               .got = error.got,
-               .hint = error.hint});
-}
-
 Status read_level(const std::string& text, RigConfig& config) {
   Level& level = config.bench_plant.plant.level;
   if (text == "auto") {
     const auto least = least_level(config.scene);
-    if (!least) return at_level(least.error());
+    if (!least) return fail_at(level_place, least.error());
     level = *least;
     return {};
   }
   const auto named = level_from(text);
   if (!named)
     return parse_error(
-        "/simulation/level",
+        level_place,
         {.what = named.error().what, .expected = "auto, " + named.error().expected, .got = text});
-  if (Status s = check(config.scene, *named); !s) return at_level(s.error());
+  if (Status s = check(config.scene, *named); !s) return fail_at(level_place, s.error());
   level = *named;
   config.level_by_hand = true;
   return {};

@@ -61,6 +61,10 @@ Result<RigConfig> parse_rig_config(std::string_view rig_json);
 Result<EmulatedDevice> read_device(const nlohmann::json& device, const std::string& where,
                                    RigConfig& config);
 
+/// nullptr for a name that the rig file does not have.
+const EmulatedDevice* find_device(const std::vector<EmulatedDevice>& devices,
+                                  std::string_view name);
+
 /// Whom of exposed:: the device of this emulator is.
 std::uint8_t exposure_of(const EmulatedDevice& device);
 

@@ -57,8 +57,8 @@ Slip solve_slip(const LuGre& lugre, BristleRule rule, double a_n_s_m, const Vect
                 const Vector2& bristle, double t_s, double guess_mps);
 
 /// Weights of TR-BDF2: a trapezium over the share gamma of the step, then backward differences over
-/// the rest. gamma = 2 - sqrt 2 gives both stages one implicit coefficient, gamma/2, and L-stability
-/// (Bank et al. 1985; Hosea and Shampine 1996).
+/// the rest. gamma = 2 - sqrt 2 gives both stages one implicit coefficient, gamma/2, and
+/// L-stability (Bank et al. 1985; Hosea and Shampine 1996).
 namespace tr_bdf2 {
 constexpr double share = 2 - std::numbers::sqrt2;
 constexpr double implicit = share / 2;  ///< of the step, in both stages

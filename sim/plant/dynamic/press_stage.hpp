@@ -33,7 +33,7 @@ struct PressLaw {
   [[nodiscard]] double growth(const PressMemory& memory, double s) const;
   /// Of the hysteresis.
   [[nodiscard]] double branch(const PressMemory& memory, double s) const;
-  /// branch_factor() of hysteresis.hpp: (1 + eta b)/(1 + eta).
+  /// branch_factor(): (1 + eta b)/(1 + eta).
   [[nodiscard]] double factor(double branch) const { return 1 + turn * (branch - 1); }
 };
 

@@ -4,11 +4,11 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <tuple>
 
 #include "protocols/base/names.hpp"
+#include "sim/plant/bounds.hpp"
 #include "sim/plant/field_reader.hpp"
 
 namespace weft::sim {
@@ -81,12 +81,6 @@ constexpr NameTable<Integrator, 3> integrator_names = {{
     {Integrator::adaptive, "adaptive"},
 }};
 
-std::string milliseconds(double seconds) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g ms", seconds * 1e3);
-  return text.data();
-}
-
 constexpr double paper_load_n = 5;  // a percentage is one of this: Khan et al. 2016, phases P and M
 constexpr double rounding = 1e-9;
 
@@ -129,19 +123,13 @@ std::optional<FidelityOffer> find_offer(const FidelityTable& table, const Fideli
   return offer;
 }
 
-std::string number(const char* format, double value) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
-}
-
 std::string format_request(const FidelityRequest& request) {
   std::string text;
   if (request.accuracy_n)
-    text = "an error of at most " + number("%.4g mN", *request.accuracy_n * 1e3);
+    text = "an error of at most " + printed("%.4g mN", *request.accuracy_n * 1e3);
   if (request.times_real_time)
     text += (text.empty() ? "" : " and ") +
-            number("at least %.4g times real time", *request.times_real_time);
+            printed("at least %.4g times real time", *request.times_real_time);
   if (request.level) text += " at level " + std::string(to_string(*request.level));
   return text;
 }
@@ -200,7 +188,7 @@ std::string to_string(const FidelitySetting& setting) {
   std::string text{to_string(setting.level)};
   if (setting.level < Level::quasistatic) return text;
   if (setting.level >= Level::dynamic) text += " " + std::string(to_string(setting.integrator));
-  return text + " " + milliseconds(setting.step_s > 0 ? setting.step_s : grid_step_s);
+  return text + printed(" %.4g ms", 1e3 * (setting.step_s > 0 ? setting.step_s : grid_step_s));
 }
 
 FidelitySetting setting_of(const PlantParams& params) {
@@ -232,8 +220,8 @@ std::vector<FidelitySetting> finer_than(const FidelitySetting& setting) {
 }
 
 std::string to_string(const FidelityOffer& offer) {
-  return to_string(offer.setting) + " (" + number("%.3g mN", offer.error_max_n * 1e3) +
-         number(", %.3g times real time)", offer.times_real_time);
+  return to_string(offer.setting) + " (" + printed("%.3g mN", offer.error_max_n * 1e3) +
+         printed(", %.3g times real time)", offer.times_real_time);
 }
 
 std::vector<std::string> involved(const Scene& scene) {

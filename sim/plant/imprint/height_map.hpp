@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "protocols/base/result.hpp"
-#include "sim/plant/fabric_law.hpp"
 
 namespace weft::sim {
 
@@ -68,9 +67,6 @@ struct SpringLaw {
 
   static SpringLaw linear(double stiffness_pa_m) {
     return {Kind::linear, stiffness_pa_m * 1e-3, 1e-3};
-  }
-  static SpringLaw cloth(const FabricLaw& law) {
-    return {Kind::exponential, law.pressure_pa, law.lambda_m};
   }
 };
 

@@ -11,8 +11,8 @@
 
 namespace weft::sim {
 
-/// m x'' + c x' + k x = f(t), advanced exactly for an f that is linear within the step, at any step,
-/// damping or stiffness: under-, critically and over-damped, undamped, and without a spring.
+/// m x'' + c x' + k x = f(t), advanced exactly for an f that is linear within the step, at any
+/// step, damping or stiffness: under-, critically and over-damped, undamped, and without a spring.
 /// Source: docs/reference/plant.md, Integrators and Closed forms (1, 10).
 struct Oscillator {
   double mass_kg = 1;

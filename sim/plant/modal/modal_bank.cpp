@@ -218,13 +218,14 @@ double plate_frequency_hz(const PlateParams& p, int m, int n) {
 }
 
 Result<std::vector<Mode>> arm_modes(const ArmParams& params, double rate_hz) {
-  if (auto ok = check_limits({{"rate_hz", no_structure, rate_hz, 1, 1e7},
-                              {"mass_kg", no_structure, params.mass_kg, 1e-4, 1e3},
-                              {"fundamental_hz[0]", no_structure, params.fundamental_hz[0], 1e-3, 1e6},
-                              {"fundamental_hz[1]", no_structure, params.fundamental_hz[1], 1e-3, 1e6},
-                              {"fundamental_hz[2]", no_structure, params.fundamental_hz[2], 1e-3, 1e6},
-                              {"damping_ratio", no_structure, params.damping_ratio, 0, 0.9},
-                              {"cross_axis", no_structure, params.cross_axis, 0, 1}});
+  if (auto ok =
+          check_limits({{"rate_hz", no_structure, rate_hz, 1, 1e7},
+                        {"mass_kg", no_structure, params.mass_kg, 1e-4, 1e3},
+                        {"fundamental_hz[0]", no_structure, params.fundamental_hz[0], 1e-3, 1e6},
+                        {"fundamental_hz[1]", no_structure, params.fundamental_hz[1], 1e-3, 1e6},
+                        {"fundamental_hz[2]", no_structure, params.fundamental_hz[2], 1e-3, 1e6},
+                        {"damping_ratio", no_structure, params.damping_ratio, 0, 0.9},
+                        {"cross_axis", no_structure, params.cross_axis, 0, 1}});
       !ok)
     return pass(ok.error(), "arm");
   std::vector<Mode> modes;

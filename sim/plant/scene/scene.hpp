@@ -12,8 +12,8 @@
 
 namespace weft::sim {
 
-/// The ladder of fidelity. A higher level knows more mechanisms; it is not a smaller step of a lower
-/// one.
+/// The ladder of fidelity. A higher level knows more mechanisms; it is not a smaller step of a
+/// lower one.
 enum class Level : std::uint8_t {
   z,            ///< one static press: springs side by side (Winkler), exact by sorting
   z_plus,       ///< one static press: elastic half-space, neighbours coupled
