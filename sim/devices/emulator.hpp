@@ -67,11 +67,13 @@ class Emulator {
   FaultBoard* board_ = nullptr;
 };
 
-/// An emulator that serves one connection of many to the same device.
+/// An emulator that serves one connection of many to the same device; it only answers.
 class ClientEmulator : public Emulator {
  public:
+  [[nodiscard]] std::optional<TimePoint> next_wakeup() const final { return std::nullopt; }
+  void wake(TimePoint, ByteSink&) final {}
   /// The client asked for the connection to end, or sent what the port does not serve.
-  [[nodiscard]] virtual bool finished() const = 0;
+  [[nodiscard]] virtual bool finished() const { return false; }
 };
 
 /// What the sensors share that send numbered frames by themselves: taxels, vibration, imprints.
@@ -86,6 +88,9 @@ class FrameEmulator : public Emulator {
   /// sends them whole.
   FrameEmulator(TimePoint now, std::size_t largest_chunk_bytes, std::uint64_t chunk_seed)
       : power_on_(now), largest_chunk_bytes_(largest_chunk_bytes), chunks_(chunk_seed) {}
+
+  /// Of the frames that say who the sensor is.
+  static constexpr Duration description_period = std::chrono::seconds(1);
 
   /// Does what is due at `at`.
   virtual void act(TimePoint at, ByteSink& out) = 0;

@@ -9,7 +9,6 @@ namespace imprint = protocols::imprint;
 
 namespace {
 
-constexpr Duration description_period = std::chrono::seconds(1);
 constexpr double same_force = 1e-3;  // of the force; a full scale's share of it is 1/8 count
 constexpr double least_force_n = 1e-3;
 /// Of the pressures: a hundredth of what one of 127 counts can tell.

@@ -18,9 +18,6 @@ class NetftCommandEmulator final : public ClientEmulator {
   explicit NetftCommandEmulator(std::function<RdtEmulator*()> box) : box_(std::move(box)) {}
 
   void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
-  [[nodiscard]] std::optional<TimePoint> next_wakeup() const override { return std::nullopt; }
-  void wake(TimePoint, ByteSink&) override {}
-  [[nodiscard]] bool finished() const override { return false; }
 
  private:
   void answer(ByteView request, TimePoint now, ByteSink& out);
@@ -39,9 +36,6 @@ class NetftPageEmulator final : public ClientEmulator {
   explicit NetftPageEmulator(std::function<RdtEmulator*()> box) : box_(std::move(box)) {}
 
   void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
-  [[nodiscard]] std::optional<TimePoint> next_wakeup() const override { return std::nullopt; }
-  void wake(TimePoint, ByteSink&) override {}
-
   [[nodiscard]] bool finished() const override { return finished_; }
 
  private:

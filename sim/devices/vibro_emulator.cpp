@@ -13,7 +13,6 @@ namespace {
 /// From a block's last reading to its frame on the wire [E]. More than the longest step of the
 /// plant's grid (3.072 ms), so that the readings are there.
 constexpr Duration block_latency = std::chrono::milliseconds(4);
-constexpr Duration description_period = std::chrono::seconds(1);
 constexpr double micro_per_unit = 1e6;
 
 vibro::ChannelDescription description_of(const VibroChannelParams& channel) {

@@ -109,7 +109,6 @@ class ContactModel {
   }
 
   [[nodiscard]] const ContactMaterial& material() const { return material_; }
-  [[nodiscard]] const Mount& mount() const { return mount_; }
 
  private:
   struct Balance;

@@ -28,6 +28,14 @@ class FieldReader {
                       double to_si = 1);
   FieldReader& required(std::string_view key, double& value, double low, double high,
                         double to_si = 1);
+  /// A whole number in the file's unit: decimals are cut off.
+  template <class Whole>
+  FieldReader& whole(std::string_view key, Whole& value, double low, double high) {
+    auto read = static_cast<double>(value);
+    number(key, read, low, high);
+    value = static_cast<Whole>(read);
+    return *this;
+  }
   FieldReader& flag(std::string_view key, bool& value);
   FieldReader& text(std::string_view key, std::string& value);
   /// Two numbers, in the file's unit within the bounds, the first not above the second.

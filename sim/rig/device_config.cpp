@@ -32,50 +32,50 @@ Result<Level> read_level(const std::string& text, const std::string& where) {
 Result<ImprintEmulatorParams> read_imprint(const nlohmann::json& emulator,
                                            const std::string& where) {
   ImprintEmulatorParams params;
-  std::string kind, level{to_string(params.level)};
-  double rate_hz = 5, serial = params.serial, bits = params.taxels.bits, chunk = 0;
+  std::string level{to_string(params.level)};
+  double rate_hz = 5;
   FieldReader reader(emulator, where);
-  reader.text("kind", kind).text("level", level).number("rate_hz", rate_hz, 0.1, 1000);
-  reader.number("full_scale_pa", params.taxels.full_scale_pa, 1, 1e9).number("bits", bits, 1, 7);
+  reader.ignore("kind").text("level", level).number("rate_hz", rate_hz, 0.1, 1000);
+  reader.number("full_scale_pa", params.taxels.full_scale_pa, 1, 1e9);
+  reader.whole("bits", params.taxels.bits, 1, 7);
   reader.number("hysteresis", params.taxels.hysteresis, 0, 4);
   reader.number("noise_counts", params.taxels.noise_counts, 0, 100);
-  reader.number("serial", serial, 0, 4294967295.0).number("largest_chunk_bytes", chunk, 0, 4096);
+  reader.whole("serial", params.serial, 0, 4294967295.0);
+  reader.whole("largest_chunk_bytes", params.largest_chunk_bytes, 0, 4096);
   if (Status s = reader.finish(); !s) return pass(s.error());
   const auto read = read_level(level, where + "/level");
   if (!read) return pass(read.error());
   params.level = *read;
-  params.taxels.bits = static_cast<int>(bits);
   params.period_ns = std::llround(1e9 / rate_hz);
-  params.serial = static_cast<std::uint32_t>(serial);
-  params.largest_chunk_bytes = static_cast<std::size_t>(chunk);
   return params;
+}
+
+/// What both force sensors have; of `least_counts` per unit at least.
+void read_sensor(FieldReader& reader, double least_counts, FtSensorParams& sensor) {
+  double noise = 1;
+  reader.number("counts_per_n", sensor.counts_per_n, least_counts, 1e7);
+  reader.number("counts_per_nm", sensor.counts_per_nm, least_counts, 1e7);
+  reader.number("plate_mass_kg", sensor.plate_mass_kg, 0, 5);
+  reader.number("height_mm", sensor.height_m, 0, 500, m_per_mm);
+  reader.number("noise_scale", noise, 0, 1000);
+  for (double& component : sensor.noise) component *= noise;
 }
 
 /// Errors: parse and range below `where`, a JSON pointer.
 Result<AtiDigitalParams> read_digital(const nlohmann::json& emulator, const std::string& where) {
   AtiDigitalParams params;
-  FtSensorParams& sensor = params.sensor;
-  std::string kind, framing = "rtu";
-  double slave = params.slave, calibration = params.calibration, status = 0, noise = 1;
+  std::string framing = "rtu";
   FieldReader reader(emulator, where);
-  reader.text("kind", kind).text("framing", framing).text("serial", params.serial);
-  reader.number("rate_hz", params.rate_hz, 1, 7000).number("slave", slave, 1, 247);
-  reader.number("calibration", calibration, 1, protocols::ati_digital::calibrations);
-  reader.number("status_word", status, 0, 0x3FFF);
-  reader.number("counts_per_n", sensor.counts_per_n, 1000, 1e7);
-  reader.number("counts_per_nm", sensor.counts_per_nm, 1000, 1e7);
-  reader.number("plate_mass_kg", sensor.plate_mass_kg, 0, 5);
-  reader.number("height_mm", sensor.height_m, 0, 500, m_per_mm);
-  reader.number("noise_scale", noise, 0, 1000);
+  reader.ignore("kind").text("framing", framing).text("serial", params.serial);
+  reader.number("rate_hz", params.rate_hz, 1, 7000).whole("slave", params.slave, 1, 247);
+  reader.whole("calibration", params.calibration, 1, protocols::ati_digital::calibrations);
+  reader.whole("status_word", params.status_word, 0, 0x3FFF);
+  read_sensor(reader, 1000, params.sensor);
   if (Status s = reader.finish(); !s) return pass(s.error());
   if (framing != "rtu" && framing != "tcp")
     return parse_error(where + "/framing",
                        {.what = "no such framing", .expected = "rtu or tcp", .got = framing});
   params.modbus_tcp = framing == "tcp";
-  params.slave = static_cast<std::uint8_t>(slave);
-  params.calibration = static_cast<int>(calibration);
-  params.status_word = static_cast<std::uint16_t>(status);
-  for (double& component : sensor.noise) component *= noise;
   return params;
 }
 
@@ -137,15 +137,14 @@ Result<VibroEmulatorParams> read_vibro(const json& emulator, const std::string& 
   ChannelKeys acceleration{"acceleration_rate_hz", "acceleration_block", 200, 4,
                            protocols::vibro::axes};
   ChannelKeys sound{"sound_rate_hz", "sound_block", 8000, 160, 1};
-  std::string kind, form = "stream";
-  double serial = params.serial, chunk = 0;
+  std::string form = "stream";
   FieldReader reader(emulator, where);
-  reader.text("kind", kind).text("form", form).number("serial", serial, 0, 4294967295.0);
+  reader.ignore("kind").text("form", form).whole("serial", params.serial, 0, 4294967295.0);
   for (ChannelKeys* keys : {&acceleration, &sound}) {
     reader.number(keys->rate_key, keys->rate_hz, 0, 16000);
     reader.number(keys->block_key, keys->block_readings, 1, protocols::vibro::max_values);
   }
-  reader.number("largest_chunk_bytes", chunk, 0, 4096);
+  reader.whole("largest_chunk_bytes", params.largest_chunk_bytes, 0, 4096);
   if (Status s = reader.finish(); !s) return pass(s.error());
   if (form != "stream" && form != "datagram")
     return parse_error(where + "/form",
@@ -164,8 +163,6 @@ Result<VibroEmulatorParams> read_vibro(const json& emulator, const std::string& 
                  .expected = "a rate above 0 for one of them",
                  .got = "0 for both"});
   params.datagrams = form == "datagram";
-  params.serial = static_cast<std::uint32_t>(serial);
-  params.largest_chunk_bytes = static_cast<std::size_t>(chunk);
   if (Status s = sample_all(acceleration, sound, where, plant, params); !s) return pass(s.error());
   return params;
 }
@@ -194,13 +191,13 @@ Status read_controller(FieldReader& reader, const std::string& where, AptStagePa
   }
   constexpr double no_bay = -1;
   std::string firmware = "1.2.3", retarget = "replan";
-  double serial = params.serial, silent_after = params.silent_after, bay = no_bay;
-  double bays = params.bays;
+  double bay = no_bay;
   reader.text("model", params.model).text("retarget", retarget).text("firmware", firmware);
   reader.text("notes", params.notes).flag("enabled", params.enabled);
   reader.flag("encoder", params.encoder);
-  reader.number("serial", serial, 0, 99'999'999).number("silent_after", silent_after, 0, 1e6);
-  reader.number("bay", bay, 0, 9).number("bays", bays, 1, 10);
+  reader.whole("serial", params.serial, 0, 99'999'999);
+  reader.whole("silent_after", params.silent_after, 0, 1e6);
+  reader.number("bay", bay, 0, 9).whole("bays", params.bays, 1, 10);
   int taken = 0;
   unsigned major = 0, interim = 0, minor = 0;
   if (std::sscanf(firmware.c_str(), "%3u.%3u.%3u%n", &major, &interim, &minor, &taken) != 3 ||
@@ -217,10 +214,7 @@ Status read_controller(FieldReader& reader, const std::string& where, AptStagePa
         {.what = "not a model name", .expected = "1 to 8 characters", .got = params.model});
   params.firmware = {static_cast<std::uint8_t>(major), static_cast<std::uint8_t>(interim),
                      static_cast<std::uint8_t>(minor)};
-  params.serial = static_cast<std::int32_t>(serial);
-  params.silent_after = static_cast<std::uint32_t>(silent_after);
   params.retarget = retarget == "ignore" ? RetargetPolicy::ignore : RetargetPolicy::replan;
-  params.bays = static_cast<std::uint8_t>(bays);
   if (bay != no_bay) params.bay = static_cast<std::uint8_t>(bay);
   return {};
 }
@@ -255,9 +249,9 @@ Result<AptStageParams> read_stage(const json& emulator, const std::string& where
                                .got = role});
   AptStageParams params;
   params.axis = static_cast<AxisId>(axis - axis_roles.begin());
-  std::string kind, name = "LTS150";
+  std::string name = "LTS150";
   FieldReader reader(emulator, where);
-  reader.text("kind", kind).text("stage", name);
+  reader.ignore("kind").text("stage", name);
   params.stage = protocols::apt::find_stage(name);
   if (params.stage == nullptr)
     return fail({.code = Errc::not_found,
@@ -273,16 +267,10 @@ Result<AptStageParams> read_stage(const json& emulator, const std::string& where
 
 Result<RdtEmulatorParams> read_box(const json& emulator, const std::string& where) {
   RdtEmulatorParams params;
-  std::string kind;
-  double per_datagram = 10, noise = 1;
   FieldReader reader(emulator, where);
-  reader.text("kind", kind).number("rate_hz", params.rate_hz, 1, 7000);
-  reader.number("records_per_datagram", per_datagram, 1, 40);
-  reader.number("counts_per_n", params.sensor.counts_per_n, 1, 1e7);
-  reader.number("counts_per_nm", params.sensor.counts_per_nm, 1, 1e7);
-  reader.number("plate_mass_kg", params.sensor.plate_mass_kg, 0, 5);
-  reader.number("height_mm", params.sensor.height_m, 0, 500, m_per_mm);
-  reader.number("noise_scale", noise, 0, 1000);
+  reader.ignore("kind").number("rate_hz", params.rate_hz, 1, 7000);
+  reader.whole("records_per_datagram", params.records_per_datagram, 1, 40);
+  read_sensor(reader, 1, params.sensor);
   reader.number("threshold_n", params.threshold_n, 0, 1e4);
   reader.text("calibration_serial", params.calibration_serial);
   reader.text("torque_unit", params.torque_unit);
@@ -292,23 +280,20 @@ Result<RdtEmulatorParams> read_box(const json& emulator, const std::string& wher
     return parse_error(
         where + "/torque_unit",
         {.what = "no such spelling", .expected = "N-m or Nm", .got = params.torque_unit});
-  params.records_per_datagram = static_cast<std::size_t>(per_datagram);
-  for (double& component : params.sensor.noise) component *= noise;
   return params;
 }
 
 Result<TaxelEmulatorParams> read_taxels(const json& emulator, const std::string& where) {
   TaxelEmulatorParams params;
-  std::string kind, form = "weft";
-  double chunk = 0;
+  std::string form = "weft";
   FieldReader reader(emulator, where);
-  reader.text("kind", kind).text("form", form).number("largest_chunk_bytes", chunk, 0, 4096);
+  reader.ignore("kind").text("form", form);
+  reader.whole("largest_chunk_bytes", params.largest_chunk_bytes, 0, 4096);
   if (Status s = reader.finish(); !s) return pass(s.error());
   if (form != "weft" && form != "cpm_udp")
     return parse_error(where + "/form",
                        {.what = "no such form", .expected = "weft or cpm_udp", .got = form});
   params.wire = form == "weft" ? TaxelWire::weft : TaxelWire::cpm_udp;
-  params.largest_chunk_bytes = static_cast<std::size_t>(chunk);
   return params;
 }
 

@@ -17,7 +17,6 @@ using nlohmann::json;
 
 constexpr std::size_t most_devices = 64;
 constexpr std::size_t most_faults = 1000;
-constexpr const char* level_place = "/simulation/level";
 
 /// The value at `key`, or an empty object.
 json child_or_empty(const json& object, const char* key) {

@@ -21,6 +21,9 @@
 
 namespace weft::sim {
 
+/// Where a rig file names the level.
+inline constexpr const char* level_place = "/simulation/level";
+
 struct EmulatedDevice {
   std::string name;
   std::variant<AptStageParams, RdtEmulatorParams, AtiDigitalParams, TaxelEmulatorParams,

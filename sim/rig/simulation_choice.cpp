@@ -13,8 +13,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr const char* level_place = "/simulation/level";
-
 Scene make_scene(const RigConfig& config, const SimulationRequest& request) {
   Scene scene = config.scene;
   if (config.level_by_hand) return scene;

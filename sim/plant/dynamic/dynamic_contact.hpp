@@ -85,7 +85,7 @@ class DynamicContact {
 
   /// The state `dt_s` later with the stages at `to`, moved there in a straight line, in equal
   /// substeps of at most `step_s` (no more than 1e8 of them), of the adaptive integrator as long
-  /// as the motion allows (dynamic_pace.cpp); a substep in which the face touches
+  /// as the motion allows (dynamic_press.cpp); a substep in which the face touches
   /// or leaves the cloth is cut there. Less than 1 ps lets the stages jump and the probe stay. A
   /// pose that is not finite or further than 1 km away, a negative dt_s and one above an hour
   /// change nothing.

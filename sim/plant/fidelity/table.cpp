@@ -17,8 +17,8 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t most_rows = 10'000;
-constexpr std::array<std::string_view, 5> scenes{"press", "slide", "stick_slip", "retouch",
-                                                 "fabrics17"};
+constexpr std::array<std::string_view, 5> known_scenes{"press", "slide", "stick_slip", "retouch",
+                                                       "fabrics17"};
 
 Result<FidelityRow> read_row(const json& object, const std::string& where) {
   if (!object.is_object())
@@ -33,7 +33,7 @@ Result<FidelityRow> read_row(const json& object, const std::string& where) {
   reader.required("error_rms_n", row.error_rms_n, 0, 1e9);
   reader.required("times_real_time", row.times_real_time, 1e-9, 1e12);
   if (Status s = reader.finish(); !s) return pass(s.error());
-  if (std::find(scenes.begin(), scenes.end(), row.scene) == scenes.end())
+  if (std::find(known_scenes.begin(), known_scenes.end(), row.scene) == known_scenes.end())
     return parse_error(where + "/scene",
                        {.what = "no such scene",
                         .expected = "press, slide, stick_slip, retouch or fabrics17",
@@ -83,6 +83,15 @@ constexpr NameTable<Integrator, 3> integrator_names = {{
 
 constexpr double paper_load_n = 5;  // a percentage is one of this: Khan et al. 2016, phases P and M
 constexpr double rounding = 1e-9;
+
+/// The table's scenes that stand for a bench's: press, slide and fabrics17; retouch for overshoot,
+/// stick_slip for stick-slip.
+std::vector<std::string> involved(const Scene& scene) {
+  std::vector<std::string> kinds{"press", "slide", "fabrics17"};
+  if (is_needed(scene, Trait::overshoot)) kinds.emplace_back("retouch");
+  if (is_needed(scene, Trait::stick_slip)) kinds.emplace_back("stick_slip");
+  return kinds;
+}
 
 /// Fastest first; what is as fast stands in an order of its own, so that a choice does not depend
 /// on the table's.
@@ -222,13 +231,6 @@ std::vector<FidelitySetting> finer_than(const FidelitySetting& setting) {
 std::string to_string(const FidelityOffer& offer) {
   return to_string(offer.setting) + " (" + printed("%.3g mN", offer.error_max_n * 1e3) +
          printed(", %.3g times real time)", offer.times_real_time);
-}
-
-std::vector<std::string> involved(const Scene& scene) {
-  std::vector<std::string> kinds{"press", "slide", "fabrics17"};
-  if (is_needed(scene, Trait::overshoot)) kinds.emplace_back("retouch");
-  if (is_needed(scene, Trait::stick_slip)) kinds.emplace_back("stick_slip");
-  return kinds;
 }
 
 std::vector<FidelityOffer> offers(const FidelityTable& table, const Scene& scene) {

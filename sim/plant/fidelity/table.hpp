@@ -71,10 +71,6 @@ struct FidelityOffer {
 /// "L2 midpoint 0.384 ms (2.1 mN, 1 200 times real time)".
 std::string to_string(const FidelityOffer& offer);
 
-/// The table's scenes that stand for a bench's: press, slide and fabrics17; retouch for overshoot,
-/// stick_slip for stick-slip.
-std::vector<std::string> involved(const Scene& scene);
-
 /// Settings that a bench can run, that provide the scene and are measured on all that it involves;
 /// fastest first. A bench's steps end on its grid: longer ones are no offer.
 std::vector<FidelityOffer> offers(const FidelityTable& table, const Scene& scene);
