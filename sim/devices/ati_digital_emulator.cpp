@@ -221,8 +221,10 @@ AtiDigitalEmulator::GaugeCounts AtiDigitalEmulator::convert(TimePoint at) {
   for (std::size_t g = 0; g < digital::gauges; ++g) {
     double counts = 0;
     for (std::size_t i = 0; i < 6; ++i) counts += gauges_per_count_[g][i] * reading.counts[i];
-    const double gain = 1.0 * registers_.gain(g) / calibration_.gain[g];
-    const double moved = registers_.offset(g) - calibration_.offset[g];
+    const double gain =
+        1.0 * registers_.at(digital::holding::active_gain + g) / calibration_.gain[g];
+    const double moved =
+        registers_.at(digital::holding::active_offset + g) - calibration_.offset[g];
     out[g] = held(gain * factor * counts + moved);
   }
   apply_gauge_faults(out, at);
@@ -238,7 +240,7 @@ void AtiDigitalEmulator::apply_gauge_faults(GaugeCounts& gauges, TimePoint at) {
 
 std::uint16_t AtiDigitalEmulator::status_word(TimePoint at) const {
   constexpr int highest_bit = 13;
-  std::uint16_t word = registers_.status();
+  std::uint16_t word = registers_.at(digital::holding::status);
   if (const Fault* bit = active_fault(FaultKind::status_bits, at))
     word = static_cast<std::uint16_t>(
         word | 1U << std::clamp(static_cast<int>(bit->amount), 0, highest_bit));
@@ -323,18 +325,6 @@ DigitalRegisters::Exceptional DigitalRegisters::write(std::uint16_t address,
   if (locked_) return ExceptionCode::device_failure;
   std::copy(values.begin(), values.end(), values_.begin() + address);
   return std::nullopt;
-}
-
-std::uint16_t DigitalRegisters::gain(std::size_t gauge) const {
-  return values_[holding::active_gain + gauge];
-}
-
-std::uint16_t DigitalRegisters::offset(std::size_t gauge) const {
-  return values_[holding::active_offset + gauge];
-}
-
-std::uint16_t DigitalRegisters::status() const {
-  return values_[holding::status];
 }
 
 }  // namespace weft::sim

@@ -45,9 +45,8 @@ class DigitalRegisters {
   Exceptional write(std::uint16_t address, std::span<const std::uint16_t> values);
   void lock(bool locked) { locked_ = locked; }
 
-  [[nodiscard]] std::uint16_t gain(std::size_t gauge) const;
-  [[nodiscard]] std::uint16_t offset(std::size_t gauge) const;
-  [[nodiscard]] std::uint16_t status() const;
+  /// One register of `protocols::ati_digital::holding`.
+  [[nodiscard]] std::uint16_t at(std::size_t address) const { return values_[address]; }
 
   static constexpr std::size_t size = protocols::ati_digital::holding::first_calibration +
                                       std::size_t{protocols::ati_digital::calibrations} *

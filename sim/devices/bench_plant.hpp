@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "protocols/base/time.hpp"
+#include "sim/plant/contact.hpp"
 #include "sim/plant/fabric.hpp"
 #include "sim/plant/pads.hpp"
 #include "sim/plant/plant.hpp"
-#include "sim/plant/pose.hpp"
 #include "sim/plant/stage.hpp"
 
 namespace weft::sim {

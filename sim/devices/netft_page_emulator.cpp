@@ -1,4 +1,4 @@
-#include "sim/devices/netft_page_emulator.hpp"
+#include "sim/devices/rdt_emulator.hpp"
 
 #include <algorithm>
 #include <array>
@@ -170,15 +170,15 @@ struct Answerer {
   void operator()(const rdt::ReadFt& read) const { append(*out, box->read_ft(read, now)); }
   void operator()(const rdt::ReadCalibration&) const { append(*out, box->calibration_reply(now)); }
   void operator()(const rdt::WriteTransform& write) const {
-    const bool taken = box->set_transform(write).has_value();
-    append(*out, rdt::WriteReply{rdt::TcpCommand::write_transform, taken ? no_error : refused});
+    reply(rdt::TcpCommand::write_transform, box->set_transform(write));
   }
   void operator()(const rdt::WriteCondition& write) const {
-    const bool taken = box->set_condition(write).has_value();
-    append(*out, rdt::WriteReply{rdt::TcpCommand::write_condition, taken ? no_error : refused});
+    reply(rdt::TcpCommand::write_condition, box->set_condition(write));
   }
-
-  static constexpr std::uint8_t no_error = 0, refused = 1;
+  void reply(rdt::TcpCommand command, const Status& taken) const {
+    constexpr std::uint8_t no_error = 0, refused = 1;
+    append(*out, rdt::WriteReply{command, taken ? no_error : refused});
+  }
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,6 +13,7 @@
 #include "protocols/rdt/rdt.hpp"
 #include "protocols/rdt/tcp_command.hpp"
 #include "sim/devices/bench_plant.hpp"
+#include "sim/devices/emulator.hpp"
 #include "sim/devices/ft_sensor.hpp"
 
 namespace weft::sim {
@@ -137,6 +139,47 @@ class RdtEmulator final : public ForceEmulator {
 
   // What faults have done.
   std::optional<TimePoint> jumped_, latched_by_;  ///< onset of the fault that was carried out
+};
+
+// The HTTP port of a Net F/T box: its settings and calibration pages. Source:
+// docs/reference/device-facts.md, Net F/T pages.
+
+/// One connection: READFT, READCALINFO, WRITETRANSFORM and WRITECONDITION (WRITETHRESHOLD in newer
+/// manuals). Other commands are not answered.
+class NetftCommandEmulator final : public ClientEmulator {
+ public:
+  /// `box` is asked at each request; nullptr: the box is off, and nothing is answered.
+  explicit NetftCommandEmulator(std::function<RdtEmulator*()> box) : box_(std::move(box)) {}
+
+  void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
+
+ private:
+  void answer(ByteView request, TimePoint now, ByteSink& out);
+
+  std::function<RdtEmulator*()> box_;
+  Bytes waiting_;
+};
+
+/// One connection, one answer; in memory, where there are no connections, what comes after an
+/// answer is of the next. Pages: /netftapi2.xml (with "index=n", of that configuration),
+/// /netftcalapi.xml; those of NetftSettings, which send on to a page for people;
+/// /rundata.cgi?cmd=bias, also setuserbias and clearuserbias; / (a word of welcome).
+class NetftPageEmulator final : public ClientEmulator {
+ public:
+  /// `box` is asked at each request; nullptr: the box is off.
+  explicit NetftPageEmulator(std::function<RdtEmulator*()> box) : box_(std::move(box)) {}
+
+  void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
+  [[nodiscard]] bool finished() const override { return finished_; }
+
+ private:
+  [[nodiscard]] std::string answer(const std::string& head, TimePoint now);
+  [[nodiscard]] std::string page(const protocols::rdt::HttpRequest& request, TimePoint now);
+  static void take(RdtEmulator& box, const protocols::rdt::HttpRequest& request, TimePoint now);
+
+  std::function<RdtEmulator*()> box_;
+  std::string waiting_;
+  bool finished_ = false;
 };
 
 }  // namespace weft::sim

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/devices/emulator.hpp"
-#include "sim/devices/netft_page_emulator.hpp"
+#include "sim/devices/rdt_emulator.hpp"
 #include "sim/devices/replay.hpp"
 #include "sim/plant/fabric.hpp"
 #include "sim/plant/imprint/objects.hpp"

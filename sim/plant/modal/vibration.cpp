@@ -1,9 +1,10 @@
 #include "sim/plant/modal/vibration.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <string>
+#include <limits>
 #include <utility>
+
+#include "sim/plant/bounds.hpp"
 
 namespace weft::sim {
 namespace {

@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "sim/plant/contact.hpp"
 #include "sim/plant/fabric_law.hpp"
-#include "sim/plant/pose.hpp"
 
 namespace mechanisms_test {
 
