@@ -6,7 +6,7 @@
 
 #include "daemon/campaign/simulation.hpp"
 #include "recipes/engine/plan.hpp"
-#include "sim/devices/bench_motion.hpp"
+#include "sim/devices/bench_plant.hpp"
 #include "sim/rig/rig.hpp"
 
 namespace weft::daemon {

@@ -8,7 +8,7 @@
 
 #include "daemon/hardware/rig/rig_file.hpp"
 #include "recipes/engine/plan.hpp"
-#include "sim/devices/run_error.hpp"
+#include "sim/devices/replay.hpp"
 
 namespace weft::daemon {
 

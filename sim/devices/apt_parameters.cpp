@@ -1,4 +1,4 @@
-#include "sim/devices/apt_parameters.hpp"
+#include "sim/devices/apt_stage_emulator.hpp"
 
 #include <algorithm>
 

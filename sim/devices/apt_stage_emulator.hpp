@@ -3,15 +3,51 @@
 // family (PRM1-Z8 on KDC101, status 0x0491). Source: docs/reference/device-facts.md.
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 
 #include "protocols/apt/apt.hpp"
-#include "sim/devices/apt_parameters.hpp"
+#include "protocols/apt/stage_scale.hpp"
+#include "protocols/base/units.hpp"
 #include "sim/devices/bench_plant.hpp"
 #include "sim/devices/emulator.hpp"
 
 namespace weft::sim {
+
+/// APT tables count in millimetres and degrees, the plant in metres and radians.
+constexpr double si_per_unit(const protocols::apt::StageModel& model) {
+  return model.axis == protocols::apt::Axis::linear ? m_per_mm : rad_per_deg;
+}
+
+/// The parameters that an APT controller keeps: bodies as they were set, given back on request.
+class AptParameters {
+ public:
+  /// The stage database's defaults.
+  explicit AptParameters(const protocols::apt::StageModel& model);
+
+  enum class Outcome : std::uint8_t {
+    unknown,    ///< no parameter message
+    taken,      ///< a SET
+    refused,    ///< a SET whose body has another length than documented
+    is_request  ///< a REQ: answer with `reply`
+  };
+  struct Answer {
+    Outcome outcome = Outcome::unknown;
+    protocols::apt::MessageId reply{};
+    const Bytes* body = nullptr;
+  };
+  Answer handle(const protocols::apt::Message& message);
+
+  /// By the id of the SET message. There must be one: all that have a struct are there.
+  template <class Body>
+  [[nodiscard]] Body body(protocols::apt::MessageId set) const {
+    return protocols::apt::decode_body<Body>(stored_.at(set)).value();
+  }
+
+ private:
+  std::map<protocols::apt::MessageId, Bytes> stored_;  ///< by the id of the SET message
+};
 
 /// What a move command does to the move under way: not specified in APT16, so it can be chosen.
 enum class RetargetPolicy : std::uint8_t {

@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/devices/apt_parameters.hpp"
 #include "sim/devices/apt_stage_emulator.hpp"
 
 namespace weft::sim {
-
 namespace {
 
 using namespace protocols::apt;
@@ -20,47 +18,40 @@ constexpr double on_home_switch = 0.1;
 constexpr std::uint8_t forward = 1, reverse = 2;
 
 /// Jerk limit in units/s^3: 2^(index - 1) from 1 to 18, none at 0 (LTS manual 16275-D02, p. 37).
-double bow_value(const Bytes& stored_bytes) {
-  const auto body = decode_body<BowIndex>(stored_bytes);
-  if (!body || body->index == 0) return 0;
-  return std::ldexp(1.0, std::min<int>(body->index, highest_bow) - 1);
+double bow_value(const BowIndex& bow) {
+  return bow.index == 0 ? 0 : std::ldexp(1.0, std::min<int>(bow.index, highest_bow) - 1);
+}
+
+/// In SI: as fast as the counts say, as far as the stage goes so fast.
+double speed_of(const StageModel& model, std::int32_t velocity_counts) {
+  const double speed = velocity_from_counts(model.scale, velocity_counts);
+  return si_per_unit(model) * std::clamp(speed, slowest, model.max_speed);
+}
+double acceleration_of(const StageModel& model, std::int32_t acceleration_counts) {
+  const double acceleration = acceleration_from_counts(model.scale, acceleration_counts);
+  return si_per_unit(model) * std::clamp(acceleration, slowest, model.max_acceleration);
 }
 
 }  // namespace
 
 MotionLimits AptStageEmulator::limits() const {
   const StageModel& model = *params_.stage;
-  const double si = si_per_unit(model);
-  double speed = model.default_speed, acceleration = model.default_acceleration;
-  if (const auto body = decode_body<VelocityParams>(parameters_.body(MessageId::set_velparams))) {
-    speed = velocity_from_counts(model.scale, body->maximum_velocity_counts);
-    acceleration = acceleration_from_counts(model.scale, body->acceleration_counts);
-  }
-  return {si * std::clamp(speed, slowest, model.max_speed),
-          si * std::clamp(acceleration, slowest, model.max_acceleration),
-          si * bow_value(parameters_.body(MessageId::set_bowindex))};
+  const auto body = parameters_.body<VelocityParams>(MessageId::set_velparams);
+  return {speed_of(model, body.maximum_velocity_counts),
+          acceleration_of(model, body.acceleration_counts),
+          si_per_unit(model) * bow_value(parameters_.body<BowIndex>(MessageId::set_bowindex))};
 }
 
 MotionLimits AptStageEmulator::jog_limits() const {
-  const StageModel& model = *params_.stage;
-  const double si = si_per_unit(model);
-  MotionLimits result = limits();
-  const auto body = decode_body<JogParams>(parameters_.body(MessageId::set_jogparams));
-  if (!body) return result;
-  const double speed = velocity_from_counts(model.scale, body->maximum_velocity_counts);
-  const double acceleration = acceleration_from_counts(model.scale, body->acceleration_counts);
-  result.speed = si * std::clamp(speed, slowest, model.max_speed);
-  result.acceleration = si * std::clamp(acceleration, slowest, model.max_acceleration);
-  return result;
+  const auto body = parameters_.body<JogParams>(MessageId::set_jogparams);
+  return {speed_of(*params_.stage, body.maximum_velocity_counts),
+          acceleration_of(*params_.stage, body.acceleration_counts), limits().jerk};
 }
 
 MotionLimits AptStageEmulator::home_limits() const {
-  const StageModel& model = *params_.stage;
   MotionLimits result = limits();
-  const auto body = decode_body<HomeParams>(parameters_.body(MessageId::set_homeparams));
-  const double speed =
-      body ? velocity_from_counts(model.scale, body->velocity_counts) : model.home_speed;
-  result.speed = si_per_unit(model) * std::clamp(speed, slowest, model.max_speed);
+  const auto body = parameters_.body<HomeParams>(MessageId::set_homeparams);
+  result.speed = speed_of(*params_.stage, body.velocity_counts);
   return result;
 }
 
@@ -68,24 +59,23 @@ MotionLimits AptStageEmulator::home_limits() const {
 /// from there. Homing forwards goes to the other end.
 double AptStageEmulator::home_position() const {
   const StageModel& model = *params_.stage;
-  const auto body = decode_body<HomeParams>(parameters_.body(MessageId::set_homeparams));
-  if (homes_at_high_end()) return stage().params().high - length(body->offset_counts);
+  const auto offset = parameters_.body<HomeParams>(MessageId::set_homeparams).offset_counts;
+  if (homes_at_high_end()) return stage().params().high - length(offset);
   const std::int32_t usual = position_to_counts(model.scale, model.home_offset).value_or(0);
-  return body && body->offset_counts != usual ? length(body->offset_counts) - length(usual) : 0;
+  return offset != usual ? length(offset) - length(usual) : 0;
 }
 
 /// A rotary stage has one switch: it is met from either side.
 bool AptStageEmulator::homes_at_high_end() const {
-  const auto body = decode_body<HomeParams>(parameters_.body(MessageId::set_homeparams));
-  return params_.stage->axis == Axis::linear && body && body->direction == forward;
+  return params_.stage->axis == Axis::linear &&
+         parameters_.body<HomeParams>(MessageId::set_homeparams).direction == forward;
 }
 
 double AptStageEmulator::inside_soft_limits(double target) const {
-  const auto soft =
-      decode_body<LimitSwitchParams>(parameters_.body(MessageId::set_limswitchparams));
-  if (!soft || (soft->soft_mode & 0x7F) <= 1) return target;
-  return std::max(std::min(target, zero_ + length(soft->forward_soft_counts)),
-                  zero_ + length(soft->reverse_soft_counts));
+  const auto soft = parameters_.body<LimitSwitchParams>(MessageId::set_limswitchparams);
+  if ((soft.soft_mode & 0x7F) <= 1) return target;
+  return std::max(std::min(target, zero_ + length(soft.forward_soft_counts)),
+                  zero_ + length(soft.reverse_soft_counts));
 }
 
 bool AptStageEmulator::handle_motion(const Message& message, TimePoint now, ByteSink& out) {
@@ -144,8 +134,9 @@ void AptStageEmulator::home_to(double target, Motion leg, TimePoint now) {
 
 bool AptStageEmulator::move(const Message& message, bool relative, TimePoint now) {
   const auto stored = relative ? MessageId::set_moverelparams : MessageId::set_moveabsparams;
-  const auto body =
-      decode_body<ChannelCounts>(message.data.empty() ? parameters_.body(stored) : message.data);
+  const auto body = message.data.empty()
+                        ? Result<ChannelCounts>(parameters_.body<ChannelCounts>(stored))
+                        : decode_body<ChannelCounts>(message.data);
   if (!body) return false;
   const double from = relative ? believed(now) : zero_;
   move_to(from + length(body->value_counts), limits(), Motion::move, now);
@@ -153,11 +144,11 @@ bool AptStageEmulator::move(const Message& message, bool relative, TimePoint now
 }
 
 void AptStageEmulator::jog(const Message& message, TimePoint now) {
-  const auto body = decode_body<JogParams>(parameters_.body(MessageId::set_jogparams));
-  if (!body || body->mode == JogMode::continuous)
+  const auto body = parameters_.body<JogParams>(MessageId::set_jogparams);
+  if (body.mode == JogMode::continuous)
     return run_towards_limit(message.param2, jog_limits(), Motion::jog, now);
   const double direction = message.param2 == reverse ? -1 : 1;
-  move_to(believed(now) + direction * length(body->step_counts), jog_limits(), Motion::jog, now);
+  move_to(believed(now) + direction * length(body.step_counts), jog_limits(), Motion::jog, now);
 }
 
 /// APT16 names this the velocity move: until stopped or at a limit.
@@ -231,10 +222,7 @@ void AptStageEmulator::send_end_of_motion(MessageId id, TimePoint at, ByteSink& 
 void AptStageEmulator::apply_motion_faults(TimePoint now, ByteSink& out) {
   if (hung_ && active_fault(FaultKind::never_homes, now) == nullptr) hung_ = false;
   apply_stall_faults(now);
-  if (active_fault(FaultKind::encoder_frozen, now) == nullptr)
-    frozen_counter_.reset();
-  else if (!frozen_counter_)
-    frozen_counter_ = counter(now);
+  frozen(FaultKind::encoder_frozen, now, counter(now), frozen_counter_);
   const bool dead = active_fault(FaultKind::disabled, now) != nullptr;
   if (dead) enabled_ = false;
   const bool stopped = dead || active_fault(FaultKind::limit_switch, now) != nullptr;
@@ -254,6 +242,86 @@ void AptStageEmulator::apply_stall_faults(TimePoint now) {
     held_ = false;
     bench_plant_->stage(params_.axis, now).move_to(goal_, goal_limits_, now);
   }
+}
+
+using namespace protocols::apt;
+
+std::uint32_t AptStageEmulator::status_bits(TimePoint now) const {
+  std::uint32_t bits = status::motor_connected | motion_bits(now) | limit_bits(now);
+  if (enabled_) bits |= status::channel_enabled;
+  if (homed_) bits |= status::homed;
+  if (active_fault(FaultKind::motion_error, now) != nullptr) bits |= status::motion_error;
+  if (active_fault(FaultKind::over_temperature, now) != nullptr) bits |= status::over_temperature;
+  return bits;
+}
+
+/// The bits of one motion add up: "in motion, moving clockwise" is of the shaft, "performing a
+/// homing move" and "jogging" of why (issue of December 2025, GET_USTATUSUPDATE; Thorlabs' adapter
+/// for Micro-Manager: "1 - moving, 0 - stationary"). No source shows the word of a real unit that
+/// homes.
+std::uint32_t AptStageEmulator::motion_bits(TimePoint now) const {
+  const double velocity = stage().velocity(now);
+  const bool forward = velocity == 0 ? goal_ >= stage().position(now) : velocity > 0;
+  const std::uint32_t moving = forward ? status::moving_forward : status::moving_reverse;
+  switch (motion_) {
+    case Motion::none:
+      return 0;
+    case Motion::home:
+    case Motion::home_run_off:
+      return moving | status::homing;
+    case Motion::jog:
+      return moving | (forward ? status::jogging_forward : status::jogging_reverse);
+    case Motion::move:
+    case Motion::stopping:
+      return moving;
+  }
+  return 0;
+}
+
+std::uint32_t AptStageEmulator::limit_bits(TimePoint now) const {
+  const double at = stage().position(now);
+  const bool linear = params_.stage->axis == Axis::linear;
+  const bool made = active_fault(FaultKind::limit_switch, now) != nullptr;
+  std::uint32_t bits = 0;
+  if (made || (linear && at >= stage().params().high)) bits |= status::forward_limit;
+  if (linear && on_low_end_) bits |= status::reverse_limit;
+  const auto soft = parameters_.body<LimitSwitchParams>(MessageId::set_limswitchparams);
+  if ((soft.soft_mode & 0x7F) <= 1) return bits;
+  const std::int32_t count = counts_at(at);
+  if (count >= soft.forward_soft_counts) bits |= status::forward_soft_limit;
+  if (count <= soft.reverse_soft_counts) bits |= status::reverse_soft_limit;
+  return bits;
+}
+
+double AptStageEmulator::length(std::int32_t counts) const {
+  return si_per_unit(*params_.stage) * position_from_counts(params_.stage->scale, counts);
+}
+
+std::int32_t AptStageEmulator::counts_at(double position) const {
+  const double units = (position - zero_) / si_per_unit(*params_.stage);
+  return position_to_counts(params_.stage->scale, units).value_or(0);
+}
+
+/// Where the controller takes the stage to be: it counts lost steps as done.
+double AptStageEmulator::believed(TimePoint now) const {
+  const double at = stage().position(now);
+  if (lost_ == 0 && steps_per_way_ == 1) return at;
+  return at + lost_ + (at - lossy_from_) * (steps_per_way_ - 1);
+}
+
+std::int32_t AptStageEmulator::counter(TimePoint now) const {
+  return frozen_counter_ ? *frozen_counter_ : counts_at(believed(now));
+}
+
+std::int32_t AptStageEmulator::encoder(TimePoint now) const {
+  if (frozen_counter_) return *frozen_counter_ - encoder_zero_counts_;
+  return counts_at(stage().position(now)) - encoder_zero_counts_;
+}
+
+/// The LTS lists neither the switch of end-of-move messages nor the acknowledgement
+/// (device-facts.md, APT controllers).
+bool AptStageEmulator::lists_end_message_switch() const {
+  return servo() || !params_.model.starts_with("LTS");
 }
 
 }  // namespace weft::sim

@@ -69,18 +69,19 @@ void BenchPlant::mount(const Patch& patch, TimePoint now) {
 /// one until then.
 void BenchPlant::drain_vibration(const Pose& there, TimePoint now) {
   plant_.advance(there, std::max(0.0, to_seconds(now - plant_time_)));
+  gather_vibration();
+}
+
+void BenchPlant::gather_vibration() {
   VibrationReadings last = plant_.extract_vibration();
-  std::ranges::move(last.acceleration, std::back_inserter(earlier_.acceleration));
-  std::ranges::move(last.sound, std::back_inserter(earlier_.sound));
+  std::ranges::move(last.acceleration, std::back_inserter(gathered_.acceleration));
+  std::ranges::move(last.sound, std::back_inserter(gathered_.sound));
 }
 
 VibrationReadings BenchPlant::extract_vibration(TimePoint now) {
   advance_to(now);
-  VibrationReadings taken = std::exchange(earlier_, {});
-  VibrationReadings last = plant_.extract_vibration();
-  std::ranges::move(last.acceleration, std::back_inserter(taken.acceleration));
-  std::ranges::move(last.sound, std::back_inserter(taken.sound));
-  return taken;
+  gather_vibration();
+  return std::exchange(gathered_, {});
 }
 
 Stage& BenchPlant::stage(AxisId axis, TimePoint now) {

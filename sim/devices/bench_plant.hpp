@@ -10,11 +10,43 @@
 #include <vector>
 
 #include "protocols/base/time.hpp"
-#include "sim/devices/bench_motion.hpp"
+#include "sim/plant/contact.hpp"
+#include "sim/plant/fabric.hpp"
+#include "sim/plant/pads.hpp"
 #include "sim/plant/plant.hpp"
 #include "sim/plant/stage.hpp"
 
 namespace weft::sim {
+
+/// The plant's grid: the ends of the pads' conversions and of their frames, nine points a frame.
+struct GridPoint {
+  std::uint64_t frame = 0;
+  int stage = 0;  ///< 0 to 7 end a conversion, 8 ends the frame
+
+  [[nodiscard]] bool ends_frame() const { return stage == pad_timing::stages; }
+  [[nodiscard]] TimePoint time() const {
+    const auto start_ns = static_cast<std::int64_t>(frame) * pad_timing::frame_ns;
+    return TimePoint(Duration(ends_frame() ? start_ns + pad_timing::frame_ns
+                                           : start_ns + (stage + 1) * pad_timing::stage_ns));
+  }
+  void advance() {
+    stage = ends_frame() ? 0 : stage + 1;
+    frame += stage == 0 ? 1 : 0;
+  }
+};
+
+/// How the stages moved under one mounted patch, on the plant's grid: all that the plant was given,
+/// so that the same minutes can be simulated again at another fidelity.
+struct BenchMotion {
+  /// More than a day; what comes later is not kept.
+  static constexpr std::size_t most_poses = 30'000'000;
+
+  Patch patch;
+  Pose mounted;  ///< stages when the patch was put on
+  TimePoint mounted_at{};
+  GridPoint first;          ///< the grid point of poses[0]
+  std::vector<Pose> poses;  ///< one for each grid point
+};
 
 enum class AxisId : std::uint8_t { x, y, z, rx, ry };
 constexpr std::size_t axis_count = 5;
@@ -75,14 +107,15 @@ class BenchPlant {
   [[nodiscard]] Pose pose(TimePoint t) const;
   void step_grid();
   void drain_vibration(const Pose& there, TimePoint now);
+  void gather_vibration();
 
   BenchGeometry geometry_;
   std::vector<Stage> stages_;
   Plant plant_;
   Patch patch_;
-  std::uint64_t mounts_ = 1;   ///< the bare plate was the first
-  bool listens_;               ///< the plant hears vibrations
-  VibrationReadings earlier_;  ///< under earlier patches
+  std::uint64_t mounts_ = 1;    ///< the bare plate was the first
+  bool listens_;                ///< the plant hears vibrations
+  VibrationReadings gathered_;  ///< of the plant, also under earlier patches
   TimePoint plant_time_{};
   GridPoint next_;  ///< of the grid
   PadFrame finished_;

@@ -103,11 +103,7 @@ double ForceEmulator::fz_off_n(TimePoint at) {
 }
 
 void ForceEmulator::hold_if_stuck(FtReading& reading, TimePoint at) {
-  if (active_fault(FaultKind::stuck_force, at) == nullptr)
-    stuck_.reset();
-  else if (!stuck_)
-    stuck_ = reading;
-  if (stuck_) reading = *stuck_;
+  if (frozen(FaultKind::stuck_force, at, reading, stuck_)) reading = *stuck_;
 }
 
 double ForceEmulator::calibration_factor(TimePoint at) const {

@@ -9,7 +9,6 @@ namespace imprint = protocols::imprint;
 
 namespace {
 
-constexpr Duration description_period = std::chrono::seconds(1);
 constexpr double same_force = 1e-3;  // of the force; a full scale's share of it is 1/8 count
 constexpr double least_force_n = 1e-3;
 /// Of the pressures: a hundredth of what one of 127 counts can tell.
@@ -158,11 +157,8 @@ void ImprintEmulator::apply_number_faults(TimePoint at) {
 }
 
 void ImprintEmulator::apply_faults(imprint::Frame& frame, TimePoint at) {
-  if (active_fault(FaultKind::frozen_frame, at) == nullptr)
-    frozen_.reset();
-  else if (!frozen_)
-    frozen_ = frame;
-  if (frozen_ && frozen_->window == frame.window) frame.counts = frozen_->counts;
+  if (frozen(FaultKind::frozen_frame, at, frame, frozen_) && frozen_->window == frame.window)
+    frame.counts = frozen_->counts;
   if (const Fault* wrong = active_fault(FaultKind::wrong_count, at))
     frame.window = {0, 0, 1,
                     static_cast<std::uint8_t>(std::clamp(wrong->amount, 1.0, double{side}))};

@@ -10,11 +10,11 @@
 
 #include "protocols/imprint/imprint.hpp"
 #include "sim/devices/bench_plant.hpp"
-#include "sim/devices/frame_emulator.hpp"
+#include "sim/devices/emulator.hpp"
 #include "sim/plant/imprint/half_space.hpp"
+#include "sim/plant/imprint/height_map.hpp"
 #include "sim/plant/imprint/objects.hpp"
-#include "sim/plant/imprint/taxels.hpp"
-#include "sim/plant/scene/level.hpp"
+#include "sim/plant/scene/scene.hpp"
 
 namespace weft::sim {
 

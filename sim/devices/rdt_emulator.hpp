@@ -4,17 +4,56 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "protocols/rdt/page.hpp"
 #include "protocols/rdt/rdt.hpp"
 #include "protocols/rdt/tcp_command.hpp"
 #include "sim/devices/bench_plant.hpp"
+#include "sim/devices/emulator.hpp"
 #include "sim/devices/ft_sensor.hpp"
-#include "sim/devices/netft_settings.hpp"
 
 namespace weft::sim {
+
+/// The new origin lies `offset_m` from the sensor's, along the sensor's axes; the frame is then
+/// turned about its own x, then its y, then its z axis. This order is from memory.
+class ToolTransform {
+ public:
+  ToolTransform() = default;
+  /// Errors: unsupported, for a unit that the box does not have.
+  static Result<ToolTransform> create(const protocols::rdt::Configuration& of);
+
+  [[nodiscard]] bool none() const { return *this == ToolTransform{}; }
+  [[nodiscard]] Wrench apply(const Wrench& sensed) const;
+
+  bool operator==(const ToolTransform&) const = default;
+
+ private:
+  std::array<double, 3> offset_m_{};
+  std::array<double, 3> turn_rad_{};
+};
+
+/// A box sends every n-th of so many conversions a second.
+inline constexpr double conversions_hz = 7000;
+
+/// What the web pages of the box set: the forms, keys and limits that a public client has from the
+/// box's manual (9620-05-NET FT-22, 7.1 to 7.4) and has tried on a box of firmware 2.2.59.
+struct NetftSettings {
+  double rate_hz = 100;                          ///< of the next stream, 1 to 7000
+  std::size_t records_per_datagram = 10;         ///< of buffered streams, 1 to 40
+  bool rdt_enabled = true;                       ///< without, no start request is heard
+  bool ethernet_ip = false, multi_unit = false;  ///< shown only [E]
+  unsigned user_filter = 0;  ///< the low-pass filter's number; readings are not filtered [E]
+  bool peak_logging = false;
+  std::array<std::int32_t, 6> bias_counts{};  ///< of force and torque; a box has its gauges' [E]
+  std::array<protocols::rdt::Configuration, protocols::rdt::configurations> configuration;
+  unsigned active = 0;  ///< which configuration
+  bool thresholds_enabled = false;
+  std::array<protocols::rdt::Threshold, protocols::rdt::thresholds> threshold;
+};
 
 struct RdtEmulatorParams {
   double rate_hz = 100;                   ///< RDT output rate of the box at first, 1 to 7000
@@ -100,6 +139,47 @@ class RdtEmulator final : public ForceEmulator {
 
   // What faults have done.
   std::optional<TimePoint> jumped_, latched_by_;  ///< onset of the fault that was carried out
+};
+
+// The HTTP port of a Net F/T box: its settings and calibration pages. Source:
+// docs/reference/device-facts.md, Net F/T pages.
+
+/// One connection: READFT, READCALINFO, WRITETRANSFORM and WRITECONDITION (WRITETHRESHOLD in newer
+/// manuals). Other commands are not answered.
+class NetftCommandEmulator final : public ClientEmulator {
+ public:
+  /// `box` is asked at each request; nullptr: the box is off, and nothing is answered.
+  explicit NetftCommandEmulator(std::function<RdtEmulator*()> box) : box_(std::move(box)) {}
+
+  void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
+
+ private:
+  void answer(ByteView request, TimePoint now, ByteSink& out);
+
+  std::function<RdtEmulator*()> box_;
+  Bytes waiting_;
+};
+
+/// One connection, one answer; in memory, where there are no connections, what comes after an
+/// answer is of the next. Pages: /netftapi2.xml (with "index=n", of that configuration),
+/// /netftcalapi.xml; those of NetftSettings, which send on to a page for people;
+/// /rundata.cgi?cmd=bias, also setuserbias and clearuserbias; / (a word of welcome).
+class NetftPageEmulator final : public ClientEmulator {
+ public:
+  /// `box` is asked at each request; nullptr: the box is off.
+  explicit NetftPageEmulator(std::function<RdtEmulator*()> box) : box_(std::move(box)) {}
+
+  void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
+  [[nodiscard]] bool finished() const override { return finished_; }
+
+ private:
+  [[nodiscard]] std::string answer(const std::string& head, TimePoint now);
+  [[nodiscard]] std::string page(const protocols::rdt::HttpRequest& request, TimePoint now);
+  static void take(RdtEmulator& box, const protocols::rdt::HttpRequest& request, TimePoint now);
+
+  std::function<RdtEmulator*()> box_;
+  std::string waiting_;
+  bool finished_ = false;
 };
 
 }  // namespace weft::sim

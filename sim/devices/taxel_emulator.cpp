@@ -36,10 +36,6 @@ TaxelEmulator::TaxelEmulator(const TaxelEmulatorParams& params, BenchPlant& benc
       bench_plant_(&bench_plant),
       next_frame_(BenchPlant::frame_at_or_after(now)) {}
 
-void TaxelEmulator::receive(ByteView, TimePoint now, ByteSink& out) {
-  wake(now, out);
-}
-
 std::optional<TimePoint> TaxelEmulator::next_wakeup() const {
   return BenchPlant::frame_start(next_frame_ + 1);
 }
@@ -74,11 +70,7 @@ void TaxelEmulator::apply_number_faults(TimePoint at) {
 
 void TaxelEmulator::apply_faults(protocols::taxel::Frame& frame, TimePoint at) {
   apply_pad_faults(frame, at);
-  if (active_fault(FaultKind::frozen_frame, at) == nullptr)
-    frozen_.reset();
-  else if (!frozen_)
-    frozen_ = frame;
-  if (frozen_) frame.counts = frozen_->counts;
+  if (frozen(FaultKind::frozen_frame, at, frame, frozen_)) frame.counts = frozen_->counts;
   if (const Fault* wrong = active_fault(FaultKind::wrong_count, at))
     frame.taxel_count = static_cast<std::uint8_t>(
         std::clamp(wrong->amount, 1.0, double{protocols::taxel::max_taxels}));
@@ -90,12 +82,9 @@ void TaxelEmulator::apply_pad_faults(protocols::taxel::Frame& frame, TimePoint a
     return frame
         .counts[static_cast<std::size_t>(std::clamp(fault->amount, 0.0, double{pad_count - 1}))];
   };
-  if (const Fault* dead = active_fault(FaultKind::dead_pad, at)) {
-    if (!dead_counts_) dead_counts_ = pad(dead);
+  const Fault* dead = active_fault(FaultKind::dead_pad, at);
+  if (frozen(FaultKind::dead_pad, at, dead != nullptr ? pad(dead) : std::uint16_t{0}, dead_counts_))
     pad(dead) = *dead_counts_;
-  } else {
-    dead_counts_.reset();
-  }
   if (const Fault* full = active_fault(FaultKind::saturated_pad, at)) pad(full) = 0xFFFF;
   if (const Fault* noisy = firing_fault(FaultKind::noisy_pad, at))
     pad(noisy) = quantise(pad(noisy) + noise_counts * fault_dice().gaussian());

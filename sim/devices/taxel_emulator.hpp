@@ -6,7 +6,7 @@
 
 #include "protocols/taxel/taxel.hpp"
 #include "sim/devices/bench_plant.hpp"
-#include "sim/devices/frame_emulator.hpp"
+#include "sim/devices/emulator.hpp"
 
 namespace weft::sim {
 
@@ -28,8 +28,6 @@ class TaxelEmulator final : public FrameEmulator {
   /// scan.
   TaxelEmulator(const TaxelEmulatorParams& params, BenchPlant& bench_plant, TimePoint now);
 
-  /// The sensor takes no commands: bytes are ignored.
-  void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
 
  private:

@@ -13,7 +13,6 @@ namespace {
 /// From a block's last reading to its frame on the wire [E]. More than the longest step of the
 /// plant's grid (3.072 ms), so that the readings are there.
 constexpr Duration block_latency = std::chrono::milliseconds(4);
-constexpr Duration description_period = std::chrono::seconds(1);
 constexpr double micro_per_unit = 1e6;
 
 vibro::ChannelDescription description_of(const VibroChannelParams& channel) {
@@ -54,10 +53,6 @@ VibroEmulator::VibroEmulator(const VibroEmulatorParams& params, BenchPlant& benc
     const std::int64_t block_ns = channel.params.period_ns * channel.params.block_readings;
     channel.next_block = static_cast<std::uint64_t>(ns_of(now) / block_ns + 1);
   }
-}
-
-void VibroEmulator::receive(ByteView, TimePoint now, ByteSink& out) {
-  wake(now, out);
 }
 
 std::optional<TimePoint> VibroEmulator::next_wakeup() const {
@@ -138,10 +133,8 @@ void VibroEmulator::apply_number_faults(TimePoint at) {
 
 void VibroEmulator::apply_faults(Channel& channel, vibro::Frame& frame, TimePoint at) {
   const std::size_t axes = vibro::values_per_reading(channel.kind);
-  if (active_fault(FaultKind::frozen_frame, at) == nullptr)
-    channel.frozen.reset();
-  else if (!channel.frozen)
-    channel.frozen = {frame.values[0], frame.values[1], frame.values[2]};
+  frozen(FaultKind::frozen_frame, at, {frame.values[0], frame.values[1], frame.values[2]},
+         channel.frozen);
   const std::int16_t full = counts_of(channel.params.range, channel.params.quantum);
   const bool saturated = active_fault(FaultKind::saturation, at) != nullptr;
   for (std::size_t i = 0; i < frame.value_count; ++i) {

@@ -8,7 +8,7 @@
 
 #include "protocols/vibro/vibro.hpp"
 #include "sim/devices/bench_plant.hpp"
-#include "sim/devices/frame_emulator.hpp"
+#include "sim/devices/emulator.hpp"
 
 namespace weft::sim {
 
@@ -36,8 +36,6 @@ class VibroEmulator final : public FrameEmulator {
   /// Powered on at `now`: the first block of a channel is the first whole one.
   VibroEmulator(const VibroEmulatorParams& params, BenchPlant& bench_plant, TimePoint now);
 
-  /// The sensor takes no commands: bytes are ignored.
-  void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
 
  private:

@@ -2,6 +2,8 @@
 // Parameters within what can be simulated.
 
 #include <initializer_list>
+#include <string>
+#include <string_view>
 
 #include "protocols/base/result.hpp"
 
@@ -12,6 +14,9 @@ constexpr bool inside(double value, double low, double high) {
   return value >= low && value <= high;
 }
 
+/// `value` as `format` of printf has it, up to 63 characters.
+std::string printed(const char* format, double value);
+
 struct Bound {
   const char* name;
   double value, low, high;
@@ -19,5 +24,15 @@ struct Bound {
 
 /// The first parameter outside its bounds, or NaN. Errors: range, naming it and `where` it stands.
 Status check_bounds(const char* where, std::initializer_list<Bound> bounds);
+
+/// A number with its place and with what is wrong where it is out of bounds.
+struct Limit {
+  std::string_view where, what;
+  double value, low, high;
+  std::string_view expected = {};  ///< the bounds in words; empty: "low to high"
+  bool whole = false;              ///< a count: its error shows no decimals
+};
+/// Errors: range, for the first number outside its limits, or NaN.
+Status check_limits(std::initializer_list<Limit> limits);
 
 }  // namespace weft::sim

@@ -1,12 +1,16 @@
 #include "sim/plant/fabric.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
 
+#include "protocols/base/units.hpp"
 #include "sim/plant/bounds.hpp"
+#include "sim/plant/field_reader.hpp"
 #include "sim/plant/random.hpp"
 
 namespace weft::sim {
-
 namespace {
 
 constexpr double steepest_surface = 6;  // std(h)/lambda above which e^{h/lambda} means nothing
@@ -44,6 +48,183 @@ void draw_spread(Patch& patch, const TrialSpread& spread, Random random) {
   patch.tilt_x = spread.tilt * random.gaussian();
   patch.tilt_y = spread.tilt * random.gaussian();
   patch.skew_rad = spread.skew_rad * random.gaussian();
+}
+
+using nlohmann::json;
+using Structures = std::map<std::string, Structure, std::less<>>;
+
+constexpr std::size_t most_fabrics = 10'000;
+constexpr std::size_t most_lines = 16;
+constexpr double per_m_per_cm = 100;
+constexpr double per_m_per_mm = 1000;
+
+Result<Structure::Line> parse_line(const json& object, const std::string& where) {
+  Structure::Line line;
+  FieldReader reader(object, where);
+  reader.required("warp", line.warp, -8, 8).required("weft", line.weft, -8, 8);
+  reader.required("share", line.share, 0, 1).number("phase_rad", line.phase_rad, -10, 10);
+  if (const Status status = reader.finish(); !status) return pass(status.error());
+  return line;
+}
+
+Status parse_lines(const json& list, const std::string& where, Structure& structure) {
+  if (!list.is_array() || list.size() > most_lines)
+    return parse_error(where, {.what = "not a list of lines", .expected = "at most 16 lines"});
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    auto line = parse_line(list[i], where + "/" + std::to_string(i));
+    if (!line) return pass(line.error());
+    structure.lines.push_back(*line);
+  }
+  return {};
+}
+
+Result<Structure> parse_structure(const json& object, const std::string& where) {
+  Structure structure;
+  std::string source;
+  FieldReader reader(object, where);
+  reader.text("standing", source).ignore("note");
+  reader.required("isotropic_share", structure.isotropic_share, 0, 1);
+  reader.required("streak_share", structure.streak_share, 0, 1);
+  reader.interval("band_per_mm", structure.low_per_m, structure.high_per_m, 0.05, 5, per_m_per_mm);
+  reader.number("jitter_rad", structure.jitter_rad, 0, 20);
+  const json* lines = reader.child("lines");
+  if (const Status status = reader.finish(); !status) return pass(status.error());
+  if (source != "estimated")
+    return parse_error(where + "/standing",
+                       {.what = "numbers without their standing", .expected = "estimated"});
+  if (lines != nullptr)
+    if (const Status status = parse_lines(*lines, where + "/lines", structure); !status)
+      return pass(status.error());
+  double total = structure.isotropic_share + structure.streak_share;
+  for (const Structure::Line& line : structure.lines) total += line.share;
+  if (std::abs(total - 1) > 1e-6)
+    return fail({.code = Errc::range,
+                 .where = where,
+                 .what = "shares of the variance do not add up",
+                 .expected = "1",
+                 .got = std::to_string(total)});
+  return structure;
+}
+
+Result<Structures> parse_structures(const json& object) {
+  Structures structures;
+  if (!object.is_object())
+    return parse_error("/structures",
+                       {.what = "not an object", .expected = "an object of structures"});
+  for (const auto& [name, value] : object.items()) {
+    auto structure = parse_structure(value, "/structures/" + name);
+    if (!structure) return pass(structure.error());
+    structures.emplace(name, std::move(*structure));
+  }
+  return structures;
+}
+
+Result<Fabric> parse_fabric(const json& object, const std::string& where,
+                            const Structures& structures, const json& sources) {
+  Fabric fabric;
+  std::string structure;
+  FieldReader reader(object, where);
+  reader.source_required(sources).text("name", fabric.name).text("structure", structure);
+  reader.ignore("construction");
+  reader.required("thickness_mm", fabric.thickness_m, 0.01, 50, m_per_mm);
+  reader.required("LC", fabric.kes.linearity, 0.05, 0.95);
+  reader.required("WC_gfcm_cm2", fabric.kes.work_j_m2, 1e-3, 100, kes_work_j_m2);
+  reader.required("RC_percent", fabric.kes.resilience, 1, 100, 0.01);
+  reader.required("MIU", fabric.friction_mean, 0, 5);
+  reader.required("MMD", fabric.friction_deviation, 0, 1);
+  reader.required("SMD_um", fabric.roughness_m, 0, 500, m_per_um);
+  reader.number("warp_per_cm", fabric.warp_per_m, 0.5, 200, per_m_per_cm);
+  reader.number("weft_per_cm", fabric.weft_per_m, 0.5, 200, per_m_per_cm);
+  reader.number("grain_um", fabric.grain_m, 5, 5000, m_per_um);
+  if (const Status status = reader.finish(); !status) return pass(status.error());
+  if (fabric.name.empty()) return parse_error(where + "/name", {.what = "a fabric without a name"});
+  const auto found = structures.find(structure);
+  if (found == structures.end())
+    return fail({.code = Errc::not_found,
+                 .where = where + "/structure",
+                 .what = "no such structure",
+                 .expected = "a key of /structures",
+                 .got = structure});
+  fabric.structure = found->second;
+  if (!fabric.structure.lines.empty() && !(fabric.warp_per_m > 0 && fabric.weft_per_m > 0))
+    return parse_error(where, {.what = "a structure with yarns needs their counts",
+                               .expected = "warp_per_cm and weft_per_cm"});
+  if (auto law = law_from_kes(fabric.kes); !law) return pass(law.error(), where);
+  return fabric;
+}
+
+Status parse_params(const json& object, const json& sources, MaterialParams& params) {
+  FieldReader reader(object, "/parameters");
+  reader.source_required(sources);
+  reader.pair("relaxation_base", params.relaxation_base[0], params.relaxation_base[1], 0, 0.4);
+  reader.pair("relaxation_slope", params.relaxation_slope[0], params.relaxation_slope[1], 0, 0.4);
+  reader.pair("relaxation_time_s", params.relaxation_time_s[0], params.relaxation_time_s[1], 1e-3,
+              1e4);
+  reader.number("hysteresis_length", params.hysteresis_length, 0.01, 10);
+  reader.number("friction_exponent", params.friction_exponent, 0.3, 1.5);
+  reader.number("friction_reference_N", params.friction_reference_n, 0.1, 100);
+  reader.number("bristle_length_um", params.bristle_length_m, 1, 5000, m_per_um);
+  reader.number("height_per_roughness", params.height_per_roughness, 0.1, 10);
+  reader.number("waviness_um", params.waviness.rms_m, 0, 100, m_per_um);
+  reader.interval("waviness_wave_mm", params.waviness.shortest_wave_m,
+                  params.waviness.longest_wave_m, 16, 1000, m_per_mm);
+  return reader.finish();
+}
+
+Status parse_spread(const json& object, const json& sources, TrialSpread& spread) {
+  FieldReader reader(object, "/trial_spread");
+  reader.source_required(sources);
+  reader.number("lambda", spread.lambda, 0, 0.5).number("pressure", spread.pressure, 0, 0.5);
+  reader.number("friction", spread.friction, 0, 0.5).number("gain", spread.gain, 0, 0.5);
+  reader.number("thickness", spread.thickness, 0, 0.3);
+  reader.number("tilt_mrad", spread.tilt, 0, 50, 1e-3);
+  reader.number("skew_mrad", spread.skew_rad, 0, 500, 1e-3);
+  return reader.finish();
+}
+
+Status parse_table(const json& table, const Structures& structures, const json& sources,
+                   FabricLibrary& library) {
+  if (!table.is_array() || table.empty() || table.size() > most_fabrics)
+    return parse_error("/fabrics",
+                       {.what = "not a table of fabrics", .expected = "1 to 10000 fabrics"});
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    const std::string where = "/fabrics/" + std::to_string(i);
+    auto fabric = parse_fabric(table[i], where, structures, sources);
+    if (!fabric) return pass(fabric.error());
+    if (library.find(fabric->name) != nullptr)
+      return parse_error(where + "/name", {.what = "a fabric twice", .got = fabric->name});
+    library.fabrics.push_back(std::move(*fabric));
+  }
+  return {};
+}
+
+Result<FabricLibrary> parse_document(const json& document) {
+  FieldReader reader(document, "");
+  std::string format;
+  reader.text("format", format).ignore("note");
+  const json none = json::object();
+  const auto child_or_none = [&](std::string_view key) -> const json& {
+    const json* found = reader.child(key);
+    return found == nullptr ? none : *found;
+  };
+  const json& sources = child_or_none("sources");
+  const json& structures_json = child_or_none("structures");
+  const json& parameters = child_or_none("parameters");
+  const json& spread = child_or_none("trial_spread");
+  const json& table = child_or_none("fabrics");
+  if (const Status status = reader.finish(); !status) return pass(status.error());
+  if (format != "weft-fabrics-1")
+    return parse_error(
+        "/format", {.what = "not a table of fabrics", .expected = "weft-fabrics-1", .got = format});
+  FabricLibrary library;
+  const auto structures = parse_structures(structures_json);
+  if (!structures) return pass(structures.error());
+  if (const Status s = parse_params(parameters, sources, library.params); !s)
+    return pass(s.error());
+  if (const Status s = parse_spread(spread, sources, library.spread); !s) return pass(s.error());
+  if (const Status s = parse_table(table, *structures, sources, library); !s)
+    return pass(s.error());
+  return library;
 }
 
 }  // namespace
@@ -113,6 +294,25 @@ Patch bare_plate() {
   Patch patch;
   patch.material.friction.coefficient = 0.15;  // acetate on metal [E]
   return patch;
+}
+
+const Fabric* FabricLibrary::find(std::string_view name) const {
+  const auto found = std::find_if(fabrics.begin(), fabrics.end(),
+                                  [&](const Fabric& fabric) { return fabric.name == name; });
+  return found == fabrics.end() ? nullptr : &*found;
+}
+
+std::vector<std::string> FabricLibrary::names() const {
+  std::vector<std::string> names;
+  for (const Fabric& fabric : fabrics) names.push_back(fabric.name);
+  return names;
+}
+
+Result<FabricLibrary> parse_fabrics(std::string_view text) {
+  const json document = json::parse(text, nullptr, /*allow_exceptions=*/false);
+  if (document.is_discarded())
+    return parse_error("fabrics", {.what = "not JSON", .expected = "a JSON document"});
+  return parse_document(document);
 }
 
 }  // namespace weft::sim

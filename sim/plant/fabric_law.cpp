@@ -28,25 +28,14 @@ double solve_linearity(double linearity) {
 }  // namespace
 
 Result<FabricLaw> law_from_kes(const KesCompression& kes) {
-  // Written so that NaN fails each test.
-  if (!inside(kes.linearity, linearity_at(largest_x), linearity_at(smallest_x)))
-    return fail({.code = Errc::range,
-                 .where = "LC",
-                 .what = "no exponential law has this linearity",
-                 .expected = "0.004 to 0.999",
-                 .got = std::to_string(kes.linearity)});
-  if (!inside(kes.work_j_m2, 1e-6, 1e3))
-    return fail({.code = Errc::range,
-                 .where = "WC",
-                 .what = "work of compression outside what cloth can take",
-                 .expected = "1e-6 to 1e3 J/m2",
-                 .got = std::to_string(kes.work_j_m2)});
-  if (!inside(kes.resilience, 0.01, 1))
-    return fail({.code = Errc::range,
-                 .where = "RC",
-                 .what = "resilience is not a fraction",
-                 .expected = "0.01 to 1",
-                 .got = std::to_string(kes.resilience)});
+  if (const Status s = check_limits(
+          {{"LC", "no exponential law has this linearity", kes.linearity, linearity_at(largest_x),
+            linearity_at(smallest_x), "0.004 to 0.999"},
+           {"WC", "work of compression outside what cloth can take", kes.work_j_m2, 1e-6, 1e3,
+            "1e-6 to 1e3 J/m2"},
+           {"RC", "resilience is not a fraction", kes.resilience, 0.01, 1, "0.01 to 1"}});
+      !s)
+    return pass(s.error());
   const double x = solve_linearity(kes.linearity);
   const double compression_m = 2 * kes.work_j_m2 / (kes.linearity * kes_peak_pressure_pa);
   return FabricLaw{.lambda_m = compression_m / x,

@@ -1,10 +1,139 @@
 #pragma once
-// The compression law of a cloth and how it follows from the KES-FB3 figures that textile tables
-// print. Source: docs/reference/plant.md, Contact law.
+// The laws of a cloth: compression and how it follows from the KES-FB3 figures that textile tables
+// print, hysteresis, relaxation and friction. Source: docs/reference/plant.md, Contact law.
+
+#include <array>
+#include <cmath>
+#include <cstddef>
 
 #include "protocols/base/result.hpp"
+#include "sim/plant/lanes.hpp"
+#include "sim/plant/near.hpp"
 
 namespace weft::sim {
+
+/// Rate-independent hysteresis of compression. The factor on the elastic force runs between 1
+/// (loading curve, which is what KES prints) and (1 - eta)/(1 + eta) (unloading), so that a whole
+/// cycle has the resilience RC. The passage between the two is smooth in s = indentation/lambda: a
+/// Maxwell-slip element with one length.
+struct Hysteresis {
+  double eta = 0;       ///< 0 switches it off
+  double length = 0.3;  ///< change of s over which 1 - 1/e of a reversal is done [E]
+};
+
+/// The branch after s has moved by `moved`: +1 loading, -1 unloading. `retained` =
+/// e^{-|moved|/length}; exact for any step.
+WEFT_SIM_INLINE double branch_after(double branch, double moved, double retained) {
+  const double target = moved > 0 ? 1 : -1;
+  return target + (branch - target) * retained;
+}
+
+inline double branch_factor(double branch, double eta) {
+  return (1 + eta * branch) / (1 + eta);
+}
+
+/// Stress relaxation of cloth: a Prony series (quasi-linear viscoelasticity),
+///   F = F_e - sum q_i,   dq_i/dt = (g_i F_e - q_i)/tau_i,
+/// updated exactly for an F_e that is linear within the step. Source: Closed forms (3) there.
+struct Relaxation {
+  static constexpr std::size_t terms = 2;
+  std::array<double, terms> share{};       ///< g_i, sum below 1; 0 switches a term off
+  std::array<double, terms> time_s{1, 1};  ///< tau_i > 0
+};
+
+/// The memory of a series: relaxed force and the elastic force it was last told.
+struct RelaxationState {
+  std::array<double, Relaxation::terms> relaxed_n{};
+  double elastic_n = 0;
+};
+
+/// The effect of one step on the force, linear in the elastic force at its end: F = gain F_e -
+/// offset.
+struct RelaxationStep {
+  std::array<double, Relaxation::terms> decay{};     ///< e^{-dt/tau}
+  std::array<double, Relaxation::terms> at_begin{};  ///< weight of F_e at the step's begin
+  std::array<double, Relaxation::terms> at_end{};    ///< weight of F_e at the step's end
+  double gain = 1;
+  static constexpr double faded_n = 1e-300;
+
+  /// `dt_s` = 0 is a jump of F_e: nothing relaxes.
+  RelaxationStep(const Relaxation& relaxation, double dt_s) {
+    for (std::size_t i = 0; i < Relaxation::terms; ++i) {
+      const double x = dt_s / relaxation.time_s[i];
+      const double decayed = -std::expm1(-x);
+      const double average = x > 0 ? decayed / x : 1;  // mean of e^{-s} over the step
+      decay[i] = 1 - decayed;
+      at_end[i] = relaxation.share[i] * (1 - average);
+      at_begin[i] = relaxation.share[i] * (average - decay[i]);
+      gain -= at_end[i];
+    }
+  }
+
+  [[nodiscard]] double offset_n(const RelaxationState& state) const {
+    double sum = 0;
+    for (std::size_t i = 0; i < Relaxation::terms; ++i)
+      sum += decay[i] * state.relaxed_n[i] + at_begin[i] * state.elastic_n;
+    return sum;
+  }
+
+  void advance(RelaxationState& state, double elastic_n) const {
+    for (std::size_t i = 0; i < Relaxation::terms; ++i) {
+      const double relaxed_n =
+          decay[i] * state.relaxed_n[i] + at_begin[i] * state.elastic_n + at_end[i] * elastic_n;
+      // A memory fades to zero and not into the denormals, where it would stay and cost.
+      state.relaxed_n[i] = std::abs(relaxed_n) < faded_n ? 0 : relaxed_n;
+    }
+    state.elastic_n = elastic_n;
+  }
+};
+
+/// In the plane of the cloth.
+using Vector2 = std::array<double, 2>;
+
+/// a x + b y
+inline Vector2 sum(double a, const Vector2& x, double b, const Vector2& y) {
+  return {a * x[0] + b * y[0], a * x[1] + b * y[1]};
+}
+
+/// Euclidean length; not guarded against overflow, for the quantities of a plant are small.
+inline double size(const Vector2& x) {
+  return std::sqrt(x[0] * x[0] + x[1] * x[1]);
+}
+
+/// Tangential force of the cloth: bristles with the pre-sliding part of LuGre, exact for a straight
+/// piece of path. Fabrics do not follow Amontons' law: F_C = mu N0 (N/N0)^n (Wilson 1963;
+/// Ramkumar). Source: docs/reference/plant.md, Friction.
+struct Friction {
+  double coefficient = 0.2;          ///< mu at the reference load; 0 switches friction off
+  double reference_load_n = 5;       ///< N0
+  double exponent = 0.9;             ///< n, 0.7 to 1 [E]
+  double bristle_length_m = 150e-6;  ///< shear of the cloth before it slides [E]
+
+  /// Friction of full sliding under the load `normal_n`.
+  [[nodiscard]] double sliding_n(double normal_n) const {
+    if (normal_n <= 0) return 0;
+    return coefficient * reference_load_n * std::pow(normal_n / reference_load_n, exponent);
+  }
+};
+
+/// The bristle's deflection as a share of full sliding, along the motion, after `displacement_m`.
+/// |share| <= 1; closed form 1 - e^{-d/l} from rest.
+inline Vector2 bristle_after(const Vector2& share, const Vector2& displacement_m, double length_m) {
+  const double distance = std::sqrt(displacement_m[0] * displacement_m[0] +
+                                    displacement_m[1] * displacement_m[1]);  // 0 below 1e-162 m
+  if (distance <= 0) return share;
+  const double decay = nearby_exp(-distance / length_m), taken = (1 - decay) / distance;
+  return {displacement_m[0] * taken + decay * share[0],
+          displacement_m[1] * taken + decay * share[1]};
+}
+
+/// The contact at one instant, as sensors see it that are faster than the stages.
+struct SlidingContact {
+  Vector2 place_m{};         ///< of the face's centre over the cloth, fabric frame
+  Vector2 friction_n{};      ///< on the cloth
+  double normal_n = 0;       ///< cloth's force on the face, >= 0
+  double stiffness_n_m = 0;  ///< dF/d(indentation) of the whole face there
+};
 
 /// What KES-FB3 prints for one cloth, pressed from 49 Pa to 4.903 kPa (50 gf/cm2).
 struct KesCompression {

@@ -20,14 +20,23 @@ std::string plain(double value) {
 
 }  // namespace
 
+tl::unexpected<Error> fail_at(std::string where, Error error) {
+  error.where = std::move(where);
+  return fail(std::move(error));
+}
+
+tl::unexpected<Error> parse_error(std::string where, Error error) {
+  error.code = Errc::parse;
+  return fail_at(std::move(where), std::move(error));
+}
+
 FieldReader::FieldReader(const nlohmann::json& object, std::string pointer)
     : object_(object), pointer_(std::move(pointer)) {
   if (!object_.is_object())
-    refuse({.code = Errc::parse,
-            .where = pointer_,
-            .what = "not an object",
-            .expected = "an object",
-            .got = short_dump(object_)});
+    refuse(
+        parse_error(pointer_,
+                    {.what = "not an object", .expected = "an object", .got = short_dump(object_)})
+            .value());
 }
 
 std::string FieldReader::at(std::string_view key) const {
@@ -38,19 +47,19 @@ void FieldReader::refuse(Error error) {
   if (!error_) error_ = std::move(error);
 }
 
-const nlohmann::json* FieldReader::take(std::string_view key) {
+void FieldReader::complain(std::string_view key, Error error) {
+  refuse(parse_error(at(key), std::move(error)).value());
+}
+
+const nlohmann::json* FieldReader::child(std::string_view key) {
   known_.emplace_back(key);
   if (!object_.is_object()) return nullptr;
   const auto found = object_.find(known_.back());
   return found == object_.end() ? nullptr : &*found;
 }
 
-const nlohmann::json* FieldReader::child(std::string_view key) {
-  return take(key);
-}
-
 FieldReader& FieldReader::ignore(std::string_view key) {
-  take(key);
+  child(key);
   return *this;
 }
 
@@ -66,11 +75,9 @@ const nlohmann::json* FieldReader::find_source(const nlohmann::json& value, std:
   const bool sourced = value.is_array() && value.size() == 3 && value[1] == "sourced" &&
                        value[2].is_string() && sources_->contains(value[2]);
   if (estimated || sourced) return &value[0];
-  refuse({.code = Errc::parse,
-          .where = at(key),
-          .what = "a number without its standing",
-          .expected = "[value, \"estimated\"] or [value, \"sourced\", a key of /sources]",
-          .got = short_dump(value)});
+  complain(key, {.what = "a number without its standing",
+                 .expected = "[value, \"estimated\"] or [value, \"sourced\", a key of /sources]",
+                 .got = short_dump(value)});
   return nullptr;
 }
 
@@ -88,7 +95,7 @@ std::optional<double> FieldReader::finite(const nlohmann::json& value, std::stri
 
 FieldReader& FieldReader::number(std::string_view key, double& value, double low, double high,
                                  double to_si) {
-  const nlohmann::json* found = take(key);
+  const nlohmann::json* found = child(key);
   if (found != nullptr) found = find_source(*found, key);
   if (found == nullptr) return *this;
   if (const auto read = finite(*found, key, low, high)) value = *read * to_si;
@@ -98,52 +105,38 @@ FieldReader& FieldReader::number(std::string_view key, double& value, double low
 FieldReader& FieldReader::required(std::string_view key, double& value, double low, double high,
                                    double to_si) {
   if (object_.is_object() && !object_.contains(std::string(key)))
-    refuse({.code = Errc::parse,
-            .where = at(key),
-            .what = "a key is missing",
-            .expected = plain(low) + " to " + plain(high)});
+    complain(key, {.what = "a key is missing", .expected = plain(low) + " to " + plain(high)});
   return number(key, value, low, high, to_si);
 }
 
 FieldReader& FieldReader::flag(std::string_view key, bool& value) {
-  const nlohmann::json* found = take(key);
+  const nlohmann::json* found = child(key);
   if (found == nullptr) return *this;
   if (found->is_boolean())
     value = found->get<bool>();
   else
-    refuse({.code = Errc::parse,
-            .where = at(key),
-            .what = "not a switch",
-            .expected = "true or false",
-            .got = short_dump(*found)});
+    complain(key, {.what = "not a switch", .expected = "true or false", .got = short_dump(*found)});
   return *this;
 }
 
 FieldReader& FieldReader::text(std::string_view key, std::string& value) {
-  const nlohmann::json* found = take(key);
+  const nlohmann::json* found = child(key);
   if (found == nullptr) return *this;
   if (found->is_string())
     value = found->get<std::string>();
   else
-    refuse({.code = Errc::parse,
-            .where = at(key),
-            .what = "not a text",
-            .expected = "a text",
-            .got = short_dump(*found)});
+    complain(key, {.what = "not a text", .expected = "a text", .got = short_dump(*found)});
   return *this;
 }
 
 FieldReader& FieldReader::pair(std::string_view key, double& first, double& second, double low,
                                double high, double to_si) {
-  const nlohmann::json* found = take(key);
+  const nlohmann::json* found = child(key);
   if (found != nullptr) found = find_source(*found, key);
   if (found == nullptr) return *this;
   if (!found->is_array() || found->size() != 2) {
-    refuse({.code = Errc::parse,
-            .where = at(key),
-            .what = "not a pair of numbers",
-            .expected = "[a, b]",
-            .got = short_dump(*found)});
+    complain(key,
+             {.what = "not a pair of numbers", .expected = "[a, b]", .got = short_dump(*found)});
     return *this;
   }
   const auto a = finite((*found)[0], key, low, high);
@@ -171,7 +164,7 @@ Status FieldReader::finish() const {
   if (error_) return tl::unexpected<Error>(*error_);
   for (const auto& [key, value] : object_.items())
     if (std::find(known_.begin(), known_.end(), key) == known_.end())
-      return fail({.code = Errc::parse, .where = at(key), .what = "unknown key"});
+      return parse_error(at(key), {.what = "unknown key"});
   return {};
 }
 

@@ -12,6 +12,11 @@
 
 namespace weft::sim {
 
+/// The failure `error` of a file at `where`, a JSON pointer.
+tl::unexpected<Error> fail_at(std::string where, Error error);
+/// The same with the code parse.
+tl::unexpected<Error> parse_error(std::string where, Error error);
+
 class FieldReader {
  public:
   /// `object` must outlive the reader; `pointer` is its place in the file ("/simulation").
@@ -23,6 +28,14 @@ class FieldReader {
                       double to_si = 1);
   FieldReader& required(std::string_view key, double& value, double low, double high,
                         double to_si = 1);
+  /// A whole number in the file's unit: decimals are cut off.
+  template <class Whole>
+  FieldReader& whole(std::string_view key, Whole& value, double low, double high) {
+    auto read = static_cast<double>(value);
+    number(key, read, low, high);
+    value = static_cast<Whole>(read);
+    return *this;
+  }
   FieldReader& flag(std::string_view key, bool& value);
   FieldReader& text(std::string_view key, std::string& value);
   /// Two numbers, in the file's unit within the bounds, the first not above the second.
@@ -44,7 +57,7 @@ class FieldReader {
   [[nodiscard]] Status finish() const;
 
  private:
-  const nlohmann::json* take(std::string_view key);
+  void complain(std::string_view key, Error error);
   std::optional<double> finite(const nlohmann::json& value, std::string_view key, double low,
                                double high);
   const nlohmann::json* find_source(const nlohmann::json& value, std::string_view key);

@@ -5,9 +5,9 @@
 #include <numbers>
 
 #include "sim/plant/bounds.hpp"
-#include "sim/plant/lanes_math.hpp"
+#include "sim/plant/fabric_law.hpp"
+#include "sim/plant/lanes.hpp"
 #include "sim/plant/random.hpp"
-#include "sim/plant/relaxation.hpp"
 
 namespace weft::sim {
 

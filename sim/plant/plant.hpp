@@ -10,10 +10,10 @@
 #include "sim/plant/contact.hpp"
 #include "sim/plant/dynamic/dynamic_contact.hpp"
 #include "sim/plant/fabric.hpp"
-#include "sim/plant/modal/sounding_contact.hpp"
-#include "sim/plant/pad_bed.hpp"
+#include "sim/plant/modal/vibration.hpp"
 #include "sim/plant/pads.hpp"
-#include "sim/plant/scene/level.hpp"
+#include "sim/plant/scene/scene.hpp"
+#include "sim/plant/texture_map.hpp"
 
 namespace weft::sim {
 

@@ -1,19 +1,13 @@
-#include "sim/rig/device_config.hpp"
+#include "sim/rig/rig_config.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <nlohmann/json_fwd.hpp>
-#include <string>
 
-#include "protocols/base/result.hpp"
 #include "protocols/base/units.hpp"
-#include "sim/devices/ati_digital_emulator.hpp"
-#include "sim/devices/imprint_emulator.hpp"
 #include "sim/plant/field_reader.hpp"
-#include "sim/plant/scene/scene.hpp"
 
 namespace weft::sim {
 namespace {
@@ -24,11 +18,7 @@ using nlohmann::json;
 Result<Level> read_level(const std::string& text, const std::string& where) {
   const auto level = level_from(text);
   if (!level)
-    return fail({.code = Errc::parse,
-                 .where = where,
-                 .what = level.error().what,
-                 .expected = "Z or Z+",
-                 .got = text});
+    return parse_error(where, {.what = level.error().what, .expected = "Z or Z+", .got = text});
   if (Status s = check(Scene{"imprint", {Channel::imprint}, {}}, *level); !s)
     return fail({.code = s.error().code,
                  .where = where,
@@ -42,53 +32,138 @@ Result<Level> read_level(const std::string& text, const std::string& where) {
 Result<ImprintEmulatorParams> read_imprint(const nlohmann::json& emulator,
                                            const std::string& where) {
   ImprintEmulatorParams params;
-  std::string kind, level{to_string(params.level)};
-  double rate_hz = 5, serial = params.serial, bits = params.taxels.bits, chunk = 0;
+  std::string level{to_string(params.level)};
+  double rate_hz = 5;
   FieldReader reader(emulator, where);
-  reader.text("kind", kind).text("level", level).number("rate_hz", rate_hz, 0.1, 1000);
-  reader.number("full_scale_pa", params.taxels.full_scale_pa, 1, 1e9).number("bits", bits, 1, 7);
+  reader.ignore("kind").text("level", level).number("rate_hz", rate_hz, 0.1, 1000);
+  reader.number("full_scale_pa", params.taxels.full_scale_pa, 1, 1e9);
+  reader.whole("bits", params.taxels.bits, 1, 7);
   reader.number("hysteresis", params.taxels.hysteresis, 0, 4);
   reader.number("noise_counts", params.taxels.noise_counts, 0, 100);
-  reader.number("serial", serial, 0, 4294967295.0).number("largest_chunk_bytes", chunk, 0, 4096);
+  reader.whole("serial", params.serial, 0, 4294967295.0);
+  reader.whole("largest_chunk_bytes", params.largest_chunk_bytes, 0, 4096);
   if (Status s = reader.finish(); !s) return pass(s.error());
   const auto read = read_level(level, where + "/level");
   if (!read) return pass(read.error());
   params.level = *read;
-  params.taxels.bits = static_cast<int>(bits);
   params.period_ns = std::llround(1e9 / rate_hz);
-  params.serial = static_cast<std::uint32_t>(serial);
-  params.largest_chunk_bytes = static_cast<std::size_t>(chunk);
   return params;
+}
+
+/// What both force sensors have; of `least_counts` per unit at least.
+void read_sensor(FieldReader& reader, double least_counts, FtSensorParams& sensor) {
+  double noise = 1;
+  reader.number("counts_per_n", sensor.counts_per_n, least_counts, 1e7);
+  reader.number("counts_per_nm", sensor.counts_per_nm, least_counts, 1e7);
+  reader.number("plate_mass_kg", sensor.plate_mass_kg, 0, 5);
+  reader.number("height_mm", sensor.height_m, 0, 500, m_per_mm);
+  reader.number("noise_scale", noise, 0, 1000);
+  for (double& component : sensor.noise) component *= noise;
 }
 
 /// Errors: parse and range below `where`, a JSON pointer.
 Result<AtiDigitalParams> read_digital(const nlohmann::json& emulator, const std::string& where) {
   AtiDigitalParams params;
-  FtSensorParams& sensor = params.sensor;
-  std::string kind, framing = "rtu";
-  double slave = params.slave, calibration = params.calibration, status = 0, noise = 1;
+  std::string framing = "rtu";
   FieldReader reader(emulator, where);
-  reader.text("kind", kind).text("framing", framing).text("serial", params.serial);
-  reader.number("rate_hz", params.rate_hz, 1, 7000).number("slave", slave, 1, 247);
-  reader.number("calibration", calibration, 1, protocols::ati_digital::calibrations);
-  reader.number("status_word", status, 0, 0x3FFF);
-  reader.number("counts_per_n", sensor.counts_per_n, 1000, 1e7);
-  reader.number("counts_per_nm", sensor.counts_per_nm, 1000, 1e7);
-  reader.number("plate_mass_kg", sensor.plate_mass_kg, 0, 5);
-  reader.number("height_mm", sensor.height_m, 0, 500, m_per_mm);
-  reader.number("noise_scale", noise, 0, 1000);
+  reader.ignore("kind").text("framing", framing).text("serial", params.serial);
+  reader.number("rate_hz", params.rate_hz, 1, 7000).whole("slave", params.slave, 1, 247);
+  reader.whole("calibration", params.calibration, 1, protocols::ati_digital::calibrations);
+  reader.whole("status_word", params.status_word, 0, 0x3FFF);
+  read_sensor(reader, 1000, params.sensor);
   if (Status s = reader.finish(); !s) return pass(s.error());
   if (framing != "rtu" && framing != "tcp")
-    return fail({.code = Errc::parse,
-                 .where = where + "/framing",
-                 .what = "no such framing",
-                 .expected = "rtu or tcp",
-                 .got = framing});
+    return parse_error(where + "/framing",
+                       {.what = "no such framing", .expected = "rtu or tcp", .got = framing});
   params.modbus_tcp = framing == "tcp";
-  params.slave = static_cast<std::uint8_t>(slave);
-  params.calibration = static_cast<int>(calibration);
-  params.status_word = static_cast<std::uint16_t>(status);
-  for (double& component : sensor.noise) component *= noise;
+  return params;
+}
+
+/// What the rig file says of one channel.
+struct ChannelKeys {
+  const char* rate_key;
+  const char* block_key;
+  double rate_hz, block_readings;
+  std::size_t axes;
+};
+
+/// Sets `converter` to the rate: its low-pass stays in proportion to it.
+Result<VibroChannelParams> sample(const ChannelKeys& keys, std::int64_t step_ns,
+                                  ConverterParams& converter, const std::string& where) {
+  const auto period_ns = static_cast<std::int64_t>(std::llround(1e9 / keys.rate_hz));
+  if (period_ns % step_ns != 0)
+    return fail({.code = Errc::range,
+                 .where = where + "/" + keys.rate_key,
+                 .what = "the plant does not sample at this rate",
+                 .expected = std::to_string(1'000'000'000 / step_ns) + " divided by a whole number",
+                 .got = std::to_string(keys.rate_hz)});
+  const double values = keys.block_readings * static_cast<double>(keys.axes);
+  if (values > static_cast<double>(protocols::vibro::max_values))
+    return fail({.code = Errc::range,
+                 .where = where + "/" + keys.block_key,
+                 .what = "a block of so many readings does not fit a frame",
+                 .expected = "at most " + std::to_string(protocols::vibro::max_values / keys.axes),
+                 .got = std::to_string(keys.block_readings)});
+  converter.bandwidth_hz *=
+      static_cast<double>(converter.period_ns) / static_cast<double>(period_ns);
+  converter.period_ns = period_ns;
+  return VibroChannelParams{period_ns, converter.range, converter.quantum,
+                            static_cast<std::uint16_t>(keys.block_readings)};
+}
+
+Status sample_all(const ChannelKeys& acceleration, const ChannelKeys& sound,
+                  const std::string& where, VibrationParams& plant, VibroEmulatorParams& params) {
+  if (acceleration.rate_hz == 0)
+    plant.accelerometer.reset();
+  else if (auto made = sample(acceleration, plant.step_ns, plant.accelerometer->converter, where))
+    params.acceleration = *made;
+  else
+    return pass(made.error());
+  if (sound.rate_hz == 0)
+    plant.microphone.reset();
+  else if (auto made = sample(sound, plant.step_ns, plant.microphone->converter, where))
+    params.sound = *made;
+  else
+    return pass(made.error());
+  return {};
+}
+
+/// The plant's sensors, `plant`, are set up to sample as the emulator does; without a rate they are
+/// left out. Errors: parse and range below `where`, a JSON pointer.
+Result<VibroEmulatorParams> read_vibro(const json& emulator, const std::string& where,
+                                       VibrationParams& plant) {
+  VibroEmulatorParams params;
+  plant = {};
+  ChannelKeys acceleration{"acceleration_rate_hz", "acceleration_block", 200, 4,
+                           protocols::vibro::axes};
+  ChannelKeys sound{"sound_rate_hz", "sound_block", 8000, 160, 1};
+  std::string form = "stream";
+  FieldReader reader(emulator, where);
+  reader.ignore("kind").text("form", form).whole("serial", params.serial, 0, 4294967295.0);
+  for (ChannelKeys* keys : {&acceleration, &sound}) {
+    reader.number(keys->rate_key, keys->rate_hz, 0, 16000);
+    reader.number(keys->block_key, keys->block_readings, 1, protocols::vibro::max_values);
+  }
+  reader.whole("largest_chunk_bytes", params.largest_chunk_bytes, 0, 4096);
+  if (Status s = reader.finish(); !s) return pass(s.error());
+  if (form != "stream" && form != "datagram")
+    return parse_error(where + "/form",
+                       {.what = "no such form", .expected = "stream or datagram", .got = form});
+  for (ChannelKeys* keys : {&acceleration, &sound})
+    if (keys->rate_hz != 0 && keys->rate_hz < 1)
+      return fail({.code = Errc::range,
+                   .where = where + "/" + keys->rate_key,
+                   .what = "too slow for a vibration",
+                   .expected = "0 or 1 to 16000",
+                   .got = std::to_string(keys->rate_hz)});
+  if (acceleration.rate_hz == 0 && sound.rate_hz == 0)
+    return fail({.code = Errc::range,
+                 .where = where + "/sound_rate_hz",
+                 .what = "a vibration sensor without a channel",
+                 .expected = "a rate above 0 for one of them",
+                 .got = "0 for both"});
+  params.datagrams = form == "datagram";
+  if (Status s = sample_all(acceleration, sound, where, plant, params); !s) return pass(s.error());
   return params;
 }
 
@@ -116,40 +191,30 @@ Status read_controller(FieldReader& reader, const std::string& where, AptStagePa
   }
   constexpr double no_bay = -1;
   std::string firmware = "1.2.3", retarget = "replan";
-  double serial = params.serial, silent_after = params.silent_after, bay = no_bay;
-  double bays = params.bays;
+  double bay = no_bay;
   reader.text("model", params.model).text("retarget", retarget).text("firmware", firmware);
   reader.text("notes", params.notes).flag("enabled", params.enabled);
   reader.flag("encoder", params.encoder);
-  reader.number("serial", serial, 0, 99'999'999).number("silent_after", silent_after, 0, 1e6);
-  reader.number("bay", bay, 0, 9).number("bays", bays, 1, 10);
+  reader.whole("serial", params.serial, 0, 99'999'999);
+  reader.whole("silent_after", params.silent_after, 0, 1e6);
+  reader.number("bay", bay, 0, 9).whole("bays", params.bays, 1, 10);
   int taken = 0;
   unsigned major = 0, interim = 0, minor = 0;
   if (std::sscanf(firmware.c_str(), "%3u.%3u.%3u%n", &major, &interim, &minor, &taken) != 3 ||
       static_cast<std::size_t>(taken) != firmware.size() || std::max({major, interim, minor}) > 255)
-    return fail({.code = Errc::parse,
-                 .where = where + "/firmware",
-                 .what = "not a version",
-                 .expected = "1.2.3, each up to 255",
-                 .got = firmware});
+    return parse_error(
+        where + "/firmware",
+        {.what = "not a version", .expected = "1.2.3, each up to 255", .got = firmware});
   if (retarget != "replan" && retarget != "ignore")
-    return fail({.code = Errc::parse,
-                 .where = where + "/retarget",
-                 .what = "no such policy",
-                 .expected = "replan or ignore",
-                 .got = retarget});
+    return parse_error(where + "/retarget",
+                       {.what = "no such policy", .expected = "replan or ignore", .got = retarget});
   if (params.model.empty() || params.model.size() > 8)
-    return fail({.code = Errc::parse,
-                 .where = where + "/model",
-                 .what = "not a model name",
-                 .expected = "1 to 8 characters",
-                 .got = params.model});
+    return parse_error(
+        where + "/model",
+        {.what = "not a model name", .expected = "1 to 8 characters", .got = params.model});
   params.firmware = {static_cast<std::uint8_t>(major), static_cast<std::uint8_t>(interim),
                      static_cast<std::uint8_t>(minor)};
-  params.serial = static_cast<std::int32_t>(serial);
-  params.silent_after = static_cast<std::uint32_t>(silent_after);
   params.retarget = retarget == "ignore" ? RetargetPolicy::ignore : RetargetPolicy::replan;
-  params.bays = static_cast<std::uint8_t>(bays);
   if (bay != no_bay) params.bay = static_cast<std::uint8_t>(bay);
   return {};
 }
@@ -179,16 +244,14 @@ Result<AptStageParams> read_stage(const json& emulator, const std::string& where
                                   const std::string& role, StageParams& stage) {
   const auto axis = std::find(axis_roles.begin(), axis_roles.end(), role);
   if (axis == axis_roles.end())
-    return fail({.code = Errc::parse,
-                 .where = where,
-                 .what = "a stage needs an axis as its role",
-                 .expected = "x, y, z, rx or ry",
-                 .got = role});
+    return parse_error(where, {.what = "a stage needs an axis as its role",
+                               .expected = "x, y, z, rx or ry",
+                               .got = role});
   AptStageParams params;
   params.axis = static_cast<AxisId>(axis - axis_roles.begin());
-  std::string kind, name = "LTS150";
+  std::string name = "LTS150";
   FieldReader reader(emulator, where);
-  reader.text("kind", kind).text("stage", name);
+  reader.ignore("kind").text("stage", name);
   params.stage = protocols::apt::find_stage(name);
   if (params.stage == nullptr)
     return fail({.code = Errc::not_found,
@@ -204,47 +267,33 @@ Result<AptStageParams> read_stage(const json& emulator, const std::string& where
 
 Result<RdtEmulatorParams> read_box(const json& emulator, const std::string& where) {
   RdtEmulatorParams params;
-  std::string kind;
-  double per_datagram = 10, noise = 1;
   FieldReader reader(emulator, where);
-  reader.text("kind", kind).number("rate_hz", params.rate_hz, 1, 7000);
-  reader.number("records_per_datagram", per_datagram, 1, 40);
-  reader.number("counts_per_n", params.sensor.counts_per_n, 1, 1e7);
-  reader.number("counts_per_nm", params.sensor.counts_per_nm, 1, 1e7);
-  reader.number("plate_mass_kg", params.sensor.plate_mass_kg, 0, 5);
-  reader.number("height_mm", params.sensor.height_m, 0, 500, m_per_mm);
-  reader.number("noise_scale", noise, 0, 1000);
+  reader.ignore("kind").number("rate_hz", params.rate_hz, 1, 7000);
+  reader.whole("records_per_datagram", params.records_per_datagram, 1, 40);
+  read_sensor(reader, 1, params.sensor);
   reader.number("threshold_n", params.threshold_n, 0, 1e4);
   reader.text("calibration_serial", params.calibration_serial);
   reader.text("torque_unit", params.torque_unit);
   if (Status s = reader.finish(); !s) return pass(s.error());
   // A spelling, not a unit: counts_per_nm stays what it is.
   if (params.torque_unit != "N-m" && params.torque_unit != "Nm")
-    return fail({.code = Errc::parse,
-                 .where = where + "/torque_unit",
-                 .what = "no such spelling",
-                 .expected = "N-m or Nm",
-                 .got = params.torque_unit});
-  params.records_per_datagram = static_cast<std::size_t>(per_datagram);
-  for (double& component : params.sensor.noise) component *= noise;
+    return parse_error(
+        where + "/torque_unit",
+        {.what = "no such spelling", .expected = "N-m or Nm", .got = params.torque_unit});
   return params;
 }
 
 Result<TaxelEmulatorParams> read_taxels(const json& emulator, const std::string& where) {
   TaxelEmulatorParams params;
-  std::string kind, form = "weft";
-  double chunk = 0;
+  std::string form = "weft";
   FieldReader reader(emulator, where);
-  reader.text("kind", kind).text("form", form).number("largest_chunk_bytes", chunk, 0, 4096);
+  reader.ignore("kind").text("form", form);
+  reader.whole("largest_chunk_bytes", params.largest_chunk_bytes, 0, 4096);
   if (Status s = reader.finish(); !s) return pass(s.error());
   if (form != "weft" && form != "cpm_udp")
-    return fail({.code = Errc::parse,
-                 .where = where + "/form",
-                 .what = "no such form",
-                 .expected = "weft or cpm_udp",
-                 .got = form});
+    return parse_error(where + "/form",
+                       {.what = "no such form", .expected = "weft or cpm_udp", .got = form});
   params.wire = form == "weft" ? TaxelWire::weft : TaxelWire::cpm_udp;
-  params.largest_chunk_bytes = static_cast<std::size_t>(chunk);
   return params;
 }
 
@@ -256,17 +305,12 @@ std::string text_at(const json& object, const char* key) {
 /// Channels of a device are named as such.
 Status no_emulator(const std::string& kind, const std::string& where) {
   if (kind == "accelerometer" || kind == "microphone")
-    return fail({.code = Errc::parse,
-                 .where = where,
-                 .what = "a channel of a vibration sensor, not a device",
-                 .expected = "vibro",
-                 .got = kind,
-                 .hint = "acceleration_rate_hz or sound_rate_hz 0 leaves the other channel out"});
-  return fail({.code = Errc::parse,
-               .where = where,
-               .what = "no such emulator",
-               .expected = kinds,
-               .got = kind});
+    return parse_error(
+        where, {.what = "a channel of a vibration sensor, not a device",
+                .expected = "vibro",
+                .got = kind,
+                .hint = "acceleration_rate_hz or sound_rate_hz 0 leaves the other channel out"});
+  return parse_error(where, {.what = "no such emulator", .expected = kinds, .got = kind});
 }
 
 template <class Params>
@@ -304,12 +348,10 @@ Status read_emulator(const json& emulator, const std::string& where, const std::
 Result<EmulatedDevice> read_device(const json& device, const std::string& where,
                                    RigConfig& config) {
   if (!device.is_object())
-    return fail(
-        {.code = Errc::parse, .where = where, .what = "not a device", .expected = "an object"});
+    return parse_error(where, {.what = "not a device", .expected = "an object"});
   EmulatedDevice out;
   out.name = text_at(device, "name");
-  if (out.name.empty())
-    return fail({.code = Errc::parse, .where = where + "/name", .what = "a device without a name"});
+  if (out.name.empty()) return parse_error(where + "/name", {.what = "a device without a name"});
   const json emulator = device.value("emulator", json::object());
   const Status ok =
       read_emulator(emulator, where + "/emulator", text_at(device, "role"), config, out);

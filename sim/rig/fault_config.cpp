@@ -26,9 +26,8 @@ struct Fields {
 
 Result<const FaultType*> kind_for(const Fields& fields, const std::string& where,
                                   const std::vector<EmulatedDevice>& devices) {
-  const auto device = std::find_if(devices.begin(), devices.end(),
-                                   [&](const auto& d) { return d.name == fields.device; });
-  if (device == devices.end())
+  const EmulatedDevice* device = find_device(devices, fields.device);
+  if (device == nullptr)
     return fail({.code = Errc::not_found,
                  .where = where + "/device",
                  .what = "the rig file has no such device",
@@ -52,6 +51,12 @@ Result<const FaultType*> kind_for(const Fields& fields, const std::string& where
 
 }  // namespace
 
+const EmulatedDevice* find_device(const std::vector<EmulatedDevice>& devices,
+                                  std::string_view name) {
+  const auto found = std::ranges::find(devices, name, &EmulatedDevice::name);
+  return found == devices.end() ? nullptr : &*found;
+}
+
 std::uint8_t exposure_of(const EmulatedDevice& device) {
   if (std::holds_alternative<AptStageParams>(device.params))
     return exposed::stage | exposed::stream;
@@ -70,8 +75,7 @@ std::uint8_t exposure_of(const EmulatedDevice& device) {
 Result<DeviceFault> read_fault(const nlohmann::json& object, const std::string& where,
                                const std::vector<EmulatedDevice>& devices, TimePoint origin) {
   if (!object.is_object())
-    return fail(
-        {.code = Errc::parse, .where = where, .what = "not a fault", .expected = "an object"});
+    return parse_error(where, {.what = "not a fault", .expected = "an object"});
   Fields fields;
   FieldReader reader(object, where);
   reader.text("device", fields.device).text("fault", fields.kind).text("towards", fields.towards);
@@ -84,16 +88,12 @@ Result<DeviceFault> read_fault(const nlohmann::json& object, const std::string& 
   reader.number("amount", fault.amount, -1e9, 1e9);
   if (Status s = reader.finish(); !s) return pass(s.error());
   if (fields.towards != "host" && fields.towards != "device")
-    return fail({.code = Errc::parse,
-                 .where = where + "/towards",
-                 .what = "not a direction",
-                 .expected = "host or device",
-                 .got = fields.towards});
+    return parse_error(
+        where + "/towards",
+        {.what = "not a direction", .expected = "host or device", .got = fields.towards});
   fault.to_device = fields.towards == "device";
   if (fault.to_device && ((*type)->whom & exposed::wire) == 0)
-    return fail({.code = Errc::parse,
-                 .where = where + "/towards",
-                 .what = "only faults of the wire have a direction"});
+    return parse_error(where + "/towards", {.what = "only faults of the wire have a direction"});
   fault.probability = fields.probability;
   fault.from = origin + from_seconds(fields.start_s);
   if (fields.duration_s != for_ever_s) fault.until = fault.from + from_seconds(fields.duration_s);

@@ -6,16 +6,80 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "sim/devices/faults/faulty_wire.hpp"
-#include "sim/devices/netft_page_emulator.hpp"
+#include "sim/devices/emulator.hpp"
+#include "sim/devices/rdt_emulator.hpp"
 #include "sim/devices/replay.hpp"
-#include "sim/plant/fabric_library.hpp"
+#include "sim/plant/fabric.hpp"
 #include "sim/plant/imprint/objects.hpp"
 #include "sim/plant/random.hpp"
-#include "sim/rig/attachment.hpp"
 #include "sim/rig/rig_config.hpp"
 
 namespace weft::sim {
+
+/// One emulator on one link and one loop: bytes are fed, answers written, wake-ups kept scheduled.
+/// Callbacks hold it weakly: when its owner drops it, what is still queued does nothing.
+class Attachment : public std::enable_shared_from_this<Attachment> {
+ public:
+  Attachment(std::unique_ptr<Emulator> emulator, Link& link, Loop& loop);
+  /// Starts listening and schedules the first wake-up.
+  void connect();
+  void meet_new_host();
+  /// Lets the emulator act now, because something about it has changed.
+  void poke() { wake(); }
+
+ private:
+  void receive(ByteView bytes);
+  void wake();
+  void schedule();
+
+  std::unique_ptr<Emulator> emulator_;
+  Link* link_;
+  Loop* loop_;
+  ByteSink sink_;
+  std::optional<TimePoint> scheduled_;
+  TimerId timer_ = 0;
+};
+
+Attachment::Attachment(std::unique_ptr<Emulator> emulator, Link& link, Loop& loop)
+    : emulator_(std::move(emulator)), link_(&link), loop_(&loop) {
+  // A host that has gone is no concern of a device: it sends into the void.
+  sink_ = [this](ByteView bytes) { static_cast<void>(link_->write(bytes)); };
+}
+
+void Attachment::connect() {
+  link_->on_receive([weak = weak_from_this()](ByteView bytes, TimePoint) {
+    if (const auto self = weak.lock()) self->receive(bytes);
+  });
+  schedule();
+}
+
+void Attachment::receive(ByteView bytes) {
+  emulator_->receive(bytes, loop_->now(), sink_);
+  schedule();
+}
+
+void Attachment::meet_new_host() {
+  emulator_->meet_new_host();
+  schedule();
+}
+
+void Attachment::wake() {
+  if (scheduled_) loop_->cancel(timer_);
+  scheduled_.reset();
+  emulator_->wake(loop_->now(), sink_);
+  schedule();
+}
+
+void Attachment::schedule() {
+  const std::optional<TimePoint> due = emulator_->next_wakeup();
+  if (due == scheduled_) return;
+  if (scheduled_) loop_->cancel(timer_);
+  scheduled_ = due;
+  if (!due) return;
+  timer_ = loop_->at(std::max(*due, loop_->now()), [weak = weak_from_this()] {
+    if (const auto self = weak.lock()) self->wake();
+  });
+}
 
 struct Rig::Parts {
   Parts(RigConfig read_config, FabricLibrary read_library, std::uint64_t rig_seed)
@@ -38,13 +102,18 @@ struct Rig::Parts {
 
   /// How a port of the box asks for it; empty for a device that is none.
   [[nodiscard]] std::function<RdtEmulator*()> box_finder(std::string_view name) {
-    for (const EmulatedDevice& device : config.devices)
-      if (device.name == name && std::holds_alternative<RdtEmulatorParams>(device.params))
-        return [this, name = device.name] {
-          const auto found = boxes.find(name);
-          return found == boxes.end() ? nullptr : found->second;
-        };
-    return {};
+    if (params_of<RdtEmulatorParams>(name) == nullptr) return {};
+    return [this, name = std::string(name)] {
+      const auto found = boxes.find(name);
+      return found == boxes.end() ? nullptr : found->second;
+    };
+  }
+
+  /// nullptr for a device of another kind, and an unknown name.
+  template <class Params>
+  [[nodiscard]] const Params* params_of(std::string_view name) const {
+    const EmulatedDevice* device = find_device(config.devices, name);
+    return device == nullptr ? nullptr : std::get_if<Params>(&device->params);
   }
 
   /// The emulator looks at its faults again.
@@ -131,10 +200,8 @@ Result<std::unique_ptr<Rig>> Rig::create(std::string_view rig_json, std::string_
 }
 
 Status Rig::attach(std::string_view device_name, Link& device_end, Loop& loop) {
-  const auto& devices = parts_->config.devices;
-  const auto device = std::find_if(devices.begin(), devices.end(),
-                                   [&](const auto& d) { return d.name == device_name; });
-  if (device == devices.end())
+  const EmulatedDevice* device = find_device(parts_->config.devices, device_name);
+  if (device == nullptr)
     return fail({.code = Errc::not_found,
                  .where = std::string(device_name),
                  .what = "the rig file has no such device"});
@@ -171,20 +238,15 @@ Status Rig::attach_page(std::string_view device_name, Link& device_end, Loop& lo
 }
 
 bool Rig::redirects(std::string_view device_name, ByteView datagram) const {
-  for (const EmulatedDevice& device : parts_->config.devices) {
-    if (device.name != device_name) continue;
-    if (!std::holds_alternative<RdtEmulatorParams>(device.params)) return true;
-    const auto request = protocols::rdt::decode_request(datagram);
-    return request && protocols::rdt::starts_stream(request->command);
-  }
-  return false;
+  if (parts_->params_of<RdtEmulatorParams>(device_name) == nullptr)
+    return find_device(parts_->config.devices, device_name) != nullptr;
+  const auto request = protocols::rdt::decode_request(datagram);
+  return request && protocols::rdt::starts_stream(request->command);
 }
 
 bool Rig::serves_many(std::string_view device_name) const {
-  for (const EmulatedDevice& device : parts_->config.devices)
-    if (const auto* digital = std::get_if<AtiDigitalParams>(&device.params))
-      if (device.name == device_name && digital->modbus_tcp) return true;
-  return false;
+  const auto* digital = parts_->params_of<AtiDigitalParams>(device_name);
+  return digital != nullptr && digital->modbus_tcp;
 }
 
 void Rig::meet_new_host(std::string_view device_name) {
@@ -256,16 +318,13 @@ std::array<double, 5> Rig::stage_positions(TimePoint now) const {
 }
 
 std::optional<double> Rig::stream_rate_hz(std::string_view device_name) const {
-  for (const EmulatedDevice& device : parts_->config.devices) {
-    if (device.name != device_name) continue;
-    if (const auto* box = std::get_if<RdtEmulatorParams>(&device.params)) return box->rate_hz;
-    if (const auto* digital = std::get_if<AtiDigitalParams>(&device.params))
-      return digital->rate_hz;
-    if (std::holds_alternative<TaxelEmulatorParams>(device.params))
-      return 1e9 / pad_timing::frame_ns;
-    if (const auto* array = std::get_if<ImprintEmulatorParams>(&device.params))
-      return 1e9 / static_cast<double>(array->period_ns);
-  }
+  if (const auto* box = parts_->params_of<RdtEmulatorParams>(device_name)) return box->rate_hz;
+  if (const auto* digital = parts_->params_of<AtiDigitalParams>(device_name))
+    return digital->rate_hz;
+  if (parts_->params_of<TaxelEmulatorParams>(device_name) != nullptr)
+    return 1e9 / pad_timing::frame_ns;
+  if (const auto* array = parts_->params_of<ImprintEmulatorParams>(device_name))
+    return 1e9 / static_cast<double>(array->period_ns);
   return std::nullopt;
 }
 

@@ -14,12 +14,11 @@
 #include "drivers/api/loop.hpp"
 #include "protocols/base/result.hpp"
 #include "protocols/base/time.hpp"
-#include "sim/devices/run_error.hpp"
+#include "sim/devices/replay.hpp"
 
 namespace weft::sim {
 
-class ClientEmulator;  // sim/devices/client_emulator.hpp
-struct BenchMotion;    // sim/devices/bench_motion.hpp
+class ClientEmulator;  // sim/devices/emulator.hpp
 
 /// What no instrument of the rig can know. For tests, reports and figures only. Of a rig without
 /// force sensor and pads nothing is computed but where the stages are: the rest is NaN.

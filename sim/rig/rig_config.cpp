@@ -8,7 +8,6 @@
 #include "protocols/base/units.hpp"
 #include "sim/plant/fidelity/table.hpp"
 #include "sim/plant/field_reader.hpp"
-#include "sim/rig/device_config.hpp"
 
 namespace weft::sim {
 
@@ -125,12 +124,7 @@ Status read_dynamics(const json& object, DynamicsParams& dynamics) {
   reader.number("viscous_n_s_m", dynamics.viscous_n_s_m, 0, 1e4);
   if (Status s = reader.finish(); !s) return s;
   const auto read = integrator_from(integrator);
-  if (!read)
-    return fail({.code = Errc::parse,
-                 .where = "/simulation/dynamics/integrator",
-                 .what = read.error().what,
-                 .expected = read.error().expected,
-                 .got = integrator});
+  if (!read) return parse_error("/simulation/dynamics/integrator", read.error());
   dynamics.integrator = *read;
   return {};
 }
@@ -138,57 +132,34 @@ Status read_dynamics(const json& object, DynamicsParams& dynamics) {
 Status read_traits(const json& list, std::vector<Trait>& traits) {
   const std::string where = "/simulation/traits";
   if (!list.is_array() || list.size() > all_traits.size())
-    return fail({.code = Errc::parse,
-                 .where = where,
-                 .what = "not a list of traits",
-                 .expected = "names of traits, each once"});
+    return parse_error(where,
+                       {.what = "not a list of traits", .expected = "names of traits, each once"});
   for (std::size_t i = 0; i < list.size(); ++i) {
     const std::string at = where + "/" + std::to_string(i);
-    if (!list[i].is_string())
-      return fail({.code = Errc::parse, .where = at, .what = "not a trait", .expected = "a name"});
+    if (!list[i].is_string()) return parse_error(at, {.what = "not a trait", .expected = "a name"});
     const auto trait = trait_from(list[i].get<std::string>());
-    if (!trait)
-      return fail({.code = Errc::parse,
-                   .where = at,
-                   .what = trait.error().what,
-                   .expected = trait.error().expected,
-                   .got = trait.error().got});
+    if (!trait) return parse_error(at, trait.error());
     if (std::find(traits.begin(), traits.end(), *trait) != traits.end())
-      return fail({.code = Errc::parse,
-                   .where = at,
-                   .what = "a trait twice",
-                   .got = std::string(name_of(*trait))});
+      return parse_error(at, {.what = "a trait twice", .got = std::string(name_of(*trait))});
     traits.push_back(*trait);
   }
   return {};
-}
-
-/// Where the scene is refused: the place in the file, and the scene's own sentence.
-Status at_level(const Error& error) {
-  return fail({.code = error.code,
-               .where = "/simulation/level",
-               .what = error.what,
-               .expected = error.expected,
-               .got = error.got,
-               .hint = error.hint});
 }
 
 Status read_level(const std::string& text, RigConfig& config) {
   Level& level = config.bench_plant.plant.level;
   if (text == "auto") {
     const auto least = least_level(config.scene);
-    if (!least) return at_level(least.error());
+    if (!least) return fail_at(level_place, least.error());
     level = *least;
     return {};
   }
   const auto named = level_from(text);
   if (!named)
-    return fail({.code = Errc::parse,
-                 .where = "/simulation/level",
-                 .what = named.error().what,
-                 .expected = "auto, " + named.error().expected,
-                 .got = text});
-  if (Status s = check(config.scene, *named); !s) return at_level(s.error());
+    return parse_error(
+        level_place,
+        {.what = named.error().what, .expected = "auto, " + named.error().expected, .got = text});
+  if (Status s = check(config.scene, *named); !s) return fail_at(level_place, s.error());
   level = *named;
   config.level_by_hand = true;
   return {};
@@ -201,10 +172,8 @@ Status read_chosen(const json& object, RigConfig& config) {
   if (Status s = reader.finish(); !s) return s;
   const auto control = [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; };
   if (std::ranges::none_of(config.chosen_because, control)) return {};
-  return fail({.code = Errc::parse,
-               .where = "/simulation/chosen/because",
-               .what = "not a line of text",
-               .expected = "no control characters"});
+  return parse_error("/simulation/chosen/because",
+                     {.what = "not a line of text", .expected = "no control characters"});
 }
 
 /// The keys of `simulation` that say how it is simulated, not what.
@@ -234,10 +203,7 @@ Status read_fidelity(FieldReader& reader, RigConfig& config) {
 Status read_faults(const json& list, RigConfig& config) {
   const std::string where = "/simulation/faults";
   if (!list.is_array() || list.size() > most_faults)
-    return fail({.code = Errc::parse,
-                 .where = where,
-                 .what = "not a list of faults",
-                 .expected = "at most 1000 faults"});
+    return parse_error(where, {.what = "not a list of faults", .expected = "at most 1000 faults"});
   for (std::size_t i = 0; i < list.size(); ++i) {
     auto fault = read_fault(list[i], where + "/" + std::to_string(i), config.devices, {});
     if (!fault) return pass(fault.error());
@@ -317,19 +283,15 @@ bool is_vibro(const EmulatedDevice& device) {
 
 Status read_devices(const json& devices, RigConfig& config) {
   if (!devices.is_array() || devices.size() > most_devices)
-    return fail({.code = Errc::parse,
-                 .where = "/devices",
-                 .what = "not a list of devices",
-                 .expected = "at most 64 devices"});
+    return parse_error("/devices",
+                       {.what = "not a list of devices", .expected = "at most 64 devices"});
   for (std::size_t i = 0; i < devices.size(); ++i) {
     auto device = read_device(devices[i], "/devices/" + std::to_string(i), config);
     if (!device) return pass(device.error());
     for (const EmulatedDevice& other : config.devices)
       if (other.name == device->name)
-        return fail({.code = Errc::parse,
-                     .where = "/devices/" + std::to_string(i) + "/name",
-                     .what = "a device twice",
-                     .got = device->name});
+        return parse_error("/devices/" + std::to_string(i) + "/name",
+                           {.what = "a device twice", .got = device->name});
       else if (is_vibro(other) && is_vibro(*device))
         return fail({.code = Errc::unsupported,
                      .where = "/devices/" + std::to_string(i),
@@ -346,10 +308,7 @@ Status read_devices(const json& devices, RigConfig& config) {
 Result<RigConfig> parse_rig_config(std::string_view rig_json) {
   const json rig = json::parse(rig_json, nullptr, /*allow_exceptions=*/false);
   if (!rig.is_object())
-    return fail({.code = Errc::parse,
-                 .where = "rig file",
-                 .what = "not a JSON object",
-                 .expected = "an object"});
+    return parse_error("rig file", {.what = "not a JSON object", .expected = "an object"});
   RigConfig config;
   if (Status s = read_devices(child_or_empty(rig, "devices"), config); !s) return pass(s.error());
   watch(config);

@@ -21,6 +21,9 @@
 
 namespace weft::sim {
 
+/// Where a rig file names the level.
+inline constexpr const char* level_place = "/simulation/level";
+
 struct EmulatedDevice {
   std::string name;
   std::variant<AptStageParams, RdtEmulatorParams, AtiDigitalParams, TaxelEmulatorParams,
@@ -55,7 +58,15 @@ struct RigConfig {
 /// pointer.
 Result<RigConfig> parse_rig_config(std::string_view rig_json);
 
-// One fault as a rig file or an order writes it.
+/// One entry of a rig file's `devices`: reads `name`, `role` and `emulator`; a stage's travel goes
+/// into the world of `config`. Errors: parse and range below `where`, a JSON pointer; unsupported
+/// for a sensor that no emulator plays.
+Result<EmulatedDevice> read_device(const nlohmann::json& device, const std::string& where,
+                                   RigConfig& config);
+
+/// nullptr for a name that the rig file does not have.
+const EmulatedDevice* find_device(const std::vector<EmulatedDevice>& devices,
+                                  std::string_view name);
 
 /// Whom of exposed:: the device of this emulator is.
 std::uint8_t exposure_of(const EmulatedDevice& device);

@@ -1,10 +1,10 @@
 #include "sim/rig/simulation_choice.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "sim/plant/bounds.hpp"
+#include "sim/plant/field_reader.hpp"
 #include "sim/rig/rig_config.hpp"
 
 namespace weft::sim {
@@ -12,14 +12,6 @@ namespace weft::sim {
 namespace {
 
 using nlohmann::ordered_json;
-
-constexpr const char* level_place = "/simulation/level";
-
-std::string number(const char* format, double value) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
-}
 
 Scene make_scene(const RigConfig& config, const SimulationRequest& request) {
   Scene scene = config.scene;
@@ -42,11 +34,7 @@ Result<SimulationChoice> by_scene(const RigConfig& config, const Scene& scene) {
     return choice;
   }
   const auto least = least_level(scene);
-  if (!least)
-    return fail({.code = least.error().code,
-                 .where = level_place,
-                 .what = least.error().what,
-                 .hint = least.error().hint});
+  if (!least) return fail_at(level_place, least.error());
   PlantParams plant = config.bench_plant.plant;
   plant.level = *least;
   choice.setting = setting_of(plant);
@@ -55,12 +43,12 @@ Result<SimulationChoice> by_scene(const RigConfig& config, const Scene& scene) {
 }
 
 std::string format_request(const SimulationRequest& request, const FidelityOffer& offer) {
-  const std::string measured = number("measured %.3g mN at worst", offer.error_max_n * 1e3) +
-                               number(", %.3g times real time)", offer.times_real_time);
+  const std::string measured = printed("measured %.3g mN at worst", offer.error_max_n * 1e3) +
+                               printed(", %.3g times real time)", offer.times_real_time);
   const std::string error =
-      request.accuracy_n ? number(" within %.4g mN", *request.accuracy_n * 1e3) : std::string();
+      request.accuracy_n ? printed(" within %.4g mN", *request.accuracy_n * 1e3) : std::string();
   const std::string speed = request.times_real_time
-                                ? number("%.4g times real time", *request.times_real_time)
+                                ? printed("%.4g times real time", *request.times_real_time)
                                 : std::string();
   if (!request.accuracy_n) return "the most accurate setting at " + speed + " (" + measured;
   return "the fastest setting" + error + (speed.empty() ? "" : " and over " + speed) + " (" +
@@ -80,13 +68,7 @@ Result<SimulationChoice> by_table(const RigConfig& config, const Scene& scene,
                            .times_real_time = request.times_real_time};
   if (config.level_by_hand) fidelity.level = config.bench_plant.plant.level;
   const auto offer = choose(*table, scene, fidelity);
-  if (!offer)
-    return fail({.code = offer.error().code,
-                 .where = level_place,
-                 .what = offer.error().what,
-                 .expected = offer.error().expected,
-                 .got = offer.error().got,
-                 .hint = offer.error().hint});
+  if (!offer) return fail_at(level_place, offer.error());
   return SimulationChoice{
       offer->setting, needs(scene) + ", and this is " + format_request(request, *offer), {}};
 }
@@ -102,7 +84,7 @@ Status write_set_point(const RigConfig& config, const SimulationRequest& request
                  .where = level_place,
                  .what = "level L0 knows one set point, and the recipe holds several",
                  .expected = "L1 or above",
-                 .got = "L0, with " + number("%g to ", *least) + number("%g N", *most),
+                 .got = "L0, with " + printed("%g to ", *least) + printed("%g N", *most),
                  .hint = "Choose that level, or let simulation.set_point_n name one force"});
   simulation["set_point_n"] = *least;
   return {};

@@ -17,7 +17,7 @@
 #include "daemon/campaign/simulated_bench.hpp"
 #include "daemon/campaign/supervisor.hpp"
 #include "daemon/hardware/link/port_link.hpp"
-#include "sim/plant/fabric_library.hpp"
+#include "sim/plant/fabric.hpp"
 
 namespace {
 

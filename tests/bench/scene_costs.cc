@@ -17,10 +17,10 @@
 
 #include "sim/devices/bench_plant.hpp"
 #include "sim/devices/ft_sensor.hpp"
-#include "sim/plant/fabric_library.hpp"
+#include "sim/plant/fabric.hpp"
 #include "sim/plant/imprint/half_space.hpp"
+#include "sim/plant/imprint/height_map.hpp"
 #include "sim/plant/imprint/objects.hpp"
-#include "sim/plant/imprint/winkler.hpp"
 #include "tests/bench/figures.hpp"
 
 namespace {

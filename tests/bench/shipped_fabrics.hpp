@@ -6,7 +6,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "sim/plant/fabric_library.hpp"
+#include "sim/plant/fabric.hpp"
 
 namespace weft::bench {
 

@@ -7,11 +7,11 @@
 #include <sstream>
 
 #include "sim/plant/dynamic/dynamic_contact.hpp"
-#include "sim/plant/fabric_library.hpp"
+#include "sim/plant/fabric.hpp"
 #include "sim/plant/imprint/half_space.hpp"
+#include "sim/plant/imprint/height_map.hpp"
 #include "sim/plant/imprint/objects.hpp"
-#include "sim/plant/imprint/winkler.hpp"
-#include "sim/plant/modal/oscillator.hpp"
+#include "sim/plant/modal/converter.hpp"
 #include "sim/plant/plant.hpp"
 #include "sim/plant/stage.hpp"
 #include "tests/scenario/bytes_digest.hpp"

@@ -5,8 +5,8 @@
 #include <cstdint>
 
 #include "daemon/storage/dataset/dataset.hpp"
-#include "sim/plant/imprint/taxels.hpp"
-#include "sim/plant/scene/level.hpp"
+#include "sim/plant/imprint/height_map.hpp"
+#include "sim/plant/scene/scene.hpp"
 
 namespace weft::daemon {
 

@@ -132,7 +132,7 @@ void FaultBoard::clear(FaultKind kind) {
   std::erase_if(faults_, [kind](const Fault& fault) { return fault.kind == kind; });
 }
 
-const Fault* FaultBoard::active(FaultKind kind, bool to_device, TimePoint now) const {
+const Fault* FaultBoard::active(FaultKind kind, TimePoint now, bool to_device) const {
   for (const Fault& fault : faults_)
     if (fault.kind == kind && fault.to_device == to_device && fault.from <= now &&
         now < fault.until)
@@ -140,18 +140,10 @@ const Fault* FaultBoard::active(FaultKind kind, bool to_device, TimePoint now) c
   return nullptr;
 }
 
-const Fault* FaultBoard::fires(FaultKind kind, bool to_device, TimePoint now) {
-  const Fault* fault = active(kind, to_device, now);
+const Fault* FaultBoard::fires(FaultKind kind, TimePoint now, bool to_device) {
+  const Fault* fault = active(kind, now, to_device);
   if (fault == nullptr || fault->probability >= 1) return fault;
   return dice_.uniform() < fault->probability ? fault : nullptr;
-}
-
-const Fault* FaultBoard::active(FaultKind kind, TimePoint now) const {
-  return active(kind, false, now);
-}
-
-const Fault* FaultBoard::fires(FaultKind kind, TimePoint now) {
-  return fires(kind, false, now);
 }
 
 std::optional<TimePoint> FaultBoard::next_edge(TimePoint now) const {

@@ -118,13 +118,10 @@ class FaultBoard {
   void clear() { faults_.clear(); }
   [[nodiscard]] std::span<const Fault> faults() const { return faults_; }
 
-  /// The fault of this kind that holds at `now`, or nullptr.
-  [[nodiscard]] const Fault* active(FaultKind kind, TimePoint now) const;
+  /// The fault of this kind that holds at `now`, or nullptr; wire faults have a direction.
+  [[nodiscard]] const Fault* active(FaultKind kind, TimePoint now, bool to_device = false) const;
   /// As above, and its die has fallen for this message or sample.
-  const Fault* fires(FaultKind kind, TimePoint now);
-  /// For wire faults, which have a direction.
-  [[nodiscard]] const Fault* active(FaultKind kind, bool to_device, TimePoint now) const;
-  const Fault* fires(FaultKind kind, bool to_device, TimePoint now);
+  const Fault* fires(FaultKind kind, TimePoint now, bool to_device = false);
   /// The next time after `now` at which a fault begins or ends.
   [[nodiscard]] std::optional<TimePoint> next_edge(TimePoint now) const;
   Random& dice() { return dice_; }

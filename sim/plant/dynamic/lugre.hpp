@@ -10,8 +10,9 @@
 // the bristles creep when it oscillates, never when it is steady.
 
 #include <cmath>
+#include <numbers>
 
-#include "sim/plant/friction.hpp"
+#include "sim/plant/fabric_law.hpp"
 
 namespace weft::sim {
 
@@ -54,5 +55,44 @@ struct Slip {
 /// `guess_mps` chooses between roots where a falling friction gives several.
 Slip solve_slip(const LuGre& lugre, BristleRule rule, double a_n_s_m, const Vector2& q_n,
                 const Vector2& bristle, double t_s, double guess_mps);
+
+/// Weights of TR-BDF2: a trapezium over the share gamma of the step, then backward differences over
+/// the rest. gamma = 2 - sqrt 2 gives both stages one implicit coefficient, gamma/2, and
+/// L-stability (Bank et al. 1985; Hosea and Shampine 1996).
+namespace tr_bdf2 {
+constexpr double share = 2 - std::numbers::sqrt2;
+constexpr double implicit = share / 2;  ///< of the step, in both stages
+/// y_1 = middle y_gamma - begin y_0 + implicit h f_1.
+constexpr double middle = 1 / (share * (2 - share));
+constexpr double begin = (1 - share) * (1 - share) / (share * (2 - share));
+}  // namespace tr_bdf2
+
+// One substep of the probe along x and y. The stages carry the plate, so that the probe's velocity
+// in the room, v, is minus the rate of its lag u behind the stages:
+//   m dv/dt = k_l u - c_l v - F(w),  du/dt = -v,  w = V + v
+// with the stages' velocity V, the slip w over the cloth and LuGre's F.
+
+/// The guide along x and y.
+struct GlideLaw {
+  double mass_kg = 0.2;
+  double stiffness_n_m = 1e5;  ///< k_l
+  double damper_n_s_m = 0;     ///< c_l
+};
+
+struct GlideState {
+  Vector2 lag_m{};
+  Vector2 room_mps{};
+  Vector2 bristle{};  ///< as in ContactState
+};
+
+/// Implicit midpoint with bristles that are exact for the slip at the substep's middle; `lugre`
+/// belongs to the load there. Keeps the energy of an undamped probe that is off the cloth.
+GlideState glide_midpoint(const GlideLaw& law, const LuGre& lugre, const GlideState& from,
+                          const Vector2& stage_mps, double h_s);
+
+/// TR-BDF2 for all three; the loads are those at its begin, inner stage and end.
+GlideState glide_tr_bdf2(const GlideLaw& law, const LuGre& begin, const LuGre& middle,
+                         const LuGre& end, const GlideState& from, const Vector2& stage_mps,
+                         double h_s);
 
 }  // namespace weft::sim

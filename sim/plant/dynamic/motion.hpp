@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "sim/plant/dynamic/dynamic_contact.hpp"
-#include "sim/plant/dynamic/tr_bdf2.hpp"
 
 namespace weft::sim {
 

@@ -12,13 +12,11 @@
 
 namespace weft::sim {
 
-// How finely a bench is simulated: level, integrator and step. Everything else about a rig says
-// what is simulated.
-
 /// The pads' conversion times are the plant's grid: it moves at most this far at once, but at L1,
 /// whose balance may span the conversions of a scan.
 constexpr double grid_step_s = 1e-9 * static_cast<double>(pad_timing::stage_ns);
 
+/// How finely a bench is simulated. Everything else about a rig says what is simulated.
 struct FidelitySetting {
   Level level = Level::quasistatic;
   Integrator integrator = Integrator::midpoint;  ///< from L2 on
@@ -72,10 +70,6 @@ struct FidelityOffer {
 };
 /// "L2 midpoint 0.384 ms (2.1 mN, 1 200 times real time)".
 std::string to_string(const FidelityOffer& offer);
-
-/// The table's scenes that stand for a bench's: press, slide and fabrics17; retouch for overshoot,
-/// stick_slip for stick-slip.
-std::vector<std::string> involved(const Scene& scene);
 
 /// Settings that a bench can run, that provide the scene and are measured on all that it involves;
 /// fastest first. A bench's steps end on its grid: longer ones are no offer.

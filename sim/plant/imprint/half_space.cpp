@@ -5,6 +5,8 @@
 #include <numbers>
 #include <string>
 
+#include "sim/plant/bounds.hpp"
+
 namespace weft::sim {
 
 namespace {
@@ -27,25 +29,11 @@ std::vector<double> influences(std::size_t rows, std::size_t cols, double spacin
 }
 
 Status check(const HalfSpaceParams& params) {
-  if (!(params.modulus_pa >= 1 && params.modulus_pa <= 1e12))
-    return fail({.code = Errc::range,
-                 .where = "modulus_pa",
-                 .what = "no medium has this modulus",
-                 .expected = "1 to 1e12 Pa",
-                 .got = std::to_string(params.modulus_pa)});
-  if (!(params.tolerance >= 1e-14 && params.tolerance <= 0.1))
-    return fail({.code = Errc::range,
-                 .where = "tolerance",
-                 .what = "the tolerance cannot be met",
-                 .expected = "1e-14 to 0.1",
-                 .got = std::to_string(params.tolerance)});
-  if (params.iteration_limit < 1 || params.iteration_limit > 1'000'000)
-    return fail({.code = Errc::range,
-                 .where = "iteration_limit",
-                 .what = "not a limit of iterations",
-                 .expected = "1 to 1000000",
-                 .got = std::to_string(params.iteration_limit)});
-  return {};
+  return check_limits(
+      {{"modulus_pa", "no medium has this modulus", params.modulus_pa, 1, 1e12, "1 to 1e12 Pa"},
+       {"tolerance", "the tolerance cannot be met", params.tolerance, 1e-14, 0.1, "1e-14 to 0.1"},
+       {"iteration_limit", "not a limit of iterations", static_cast<double>(params.iteration_limit),
+        1, 1e6, "1 to 1000000", true}});
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // The face of an object as a grid of heights, and what a press of it leaves on a taxel array.
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "protocols/base/result.hpp"
@@ -49,5 +50,64 @@ double loaded_fraction(const std::vector<double>& pressure_pa);
 /// The `rows` x `cols` taxels from (`row`, `col`) on. Errors: range, for a part that is not inside.
 Result<Imprint> extract_part(const Imprint& whole, std::size_t row, std::size_t col,
                              std::size_t rows, std::size_t cols);
+
+// Level Z: a rigid face pressed on springs that stand side by side and do not feel each other
+// (Winkler). The depth follows from the force in closed form once it is known which taxels touch:
+//   linear       p = (P/L) d            depth = (F' - sum t)/n,          F' = F L/(A P)
+//   exponential  p = P (e^{d/L} - 1)    e^{depth/L} = (F' + n)/sum e^{t/L}, F' = F/(A P)
+// with t <= 0 the heights below the highest point. Source: docs/reference/plant.md, Closed forms
+// (13) and Levels.
+
+/// Pressure of one spring under an indentation; both laws have the stiffness P/L at first touch.
+struct SpringLaw {
+  enum class Kind { linear, exponential };
+  Kind kind = Kind::linear;
+  double pressure_pa = 0;  ///< P
+  double length_m = 0;     ///< L
+
+  static SpringLaw linear(double stiffness_pa_m) {
+    return {Kind::linear, stiffness_pa_m * 1e-3, 1e-3};
+  }
+};
+
+/// The imprint of `map` pressed with `force_n` on its back, exact but for rounding, O(n log n).
+/// Errors: range, for a map, force or law outside what `check` allows; P in 1e-6 to 1e12 Pa,
+/// L in 1e-9 to 1 m.
+Result<Imprint> press_winkler(const HeightMap& map, const SpringLaw& law, double force_n);
+
+// What the array makes of pressures: 7 bits, a ceiling, and a cover that lets go late.
+// Source: Ellis (1986), section 3.1.
+
+struct TaxelParams {
+  double full_scale_pa = 150e3;  ///< pressure of the highest count [E]
+  int bits = 7;                  ///< "approximately 7 bits/taxel"
+  double hysteresis = 0.25;      ///< reading that may linger above the pressure, of the pressure;
+                                 ///< "one part in four" is what hysteresis leaves of the force
+  double noise_counts = 0.4;     ///< rms [E]
+};
+
+/// Refuses a full scale outside 1 Pa to 1 GPa, other than 1 to 12 bits, hysteresis outside 0 to 4,
+/// noise outside 0 to 100 counts.
+Status check(const TaxelParams& params);
+
+/// One frame.
+struct TaxelFrame {
+  std::size_t rows = 0;
+  std::size_t cols = 0;
+  std::vector<std::uint16_t> counts;  ///< rows x cols, 0 to 2^bits - 1
+  double saturated_fraction = 0;
+};
+
+/// The cover's memory: what each taxel felt last [Pa]; empty before the first press.
+struct CoverState {
+  std::vector<double> felt_pa;
+};
+
+/// Follows a rise at once and a fall only when the pressure has fallen below felt/(1 + hysteresis):
+/// a play operator, without rate, so that any path between the same extremes reads the same.
+/// Errors: range, for parameters as in `check`, a pressure that is negative or not a number, or a
+/// state of another size.
+Result<TaxelFrame> read_taxels(const TaxelParams& params, const Imprint& imprint, CoverState& cover,
+                               std::uint64_t noise_seed);
 
 }  // namespace weft::sim

@@ -7,7 +7,6 @@
 #include <string_view>
 
 #include "sim/plant/imprint/height_map.hpp"
-#include "sim/plant/imprint/winkler.hpp"
 
 namespace weft::sim {
 

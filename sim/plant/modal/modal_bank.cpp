@@ -10,7 +10,6 @@
 #include "sim/plant/lanes.hpp"
 
 namespace weft::sim {
-
 namespace {
 
 using simd::Lanes;
@@ -125,18 +124,36 @@ Status check(const Mode& mode, double rate_hz) {
          .expected = std::to_string(1e-6 * rate_hz) + " to " + std::to_string(0.49 * rate_hz),
          .got = std::to_string(mode.frequency_hz),
          .hint = "Raise the rate or leave the mode out"});
-  if (!inside(mode.damping_ratio, 0, 0.9))
-    return fail({.code = Errc::range,
-                 .where = "damping_ratio",
-                 .what = "a mode does not ring",
-                 .expected = "0 to 0.9",
-                 .got = std::to_string(mode.damping_ratio)});
+  if (auto ok = check_limits(
+          {{"damping_ratio", "a mode does not ring", mode.damping_ratio, 0, 0.9, "0 to 0.9"}});
+      !ok)
+    return ok;
   if (!bounded(mode.drive_1_kg) || !bounded(mode.weight))
     return fail({.code = Errc::range,
                  .where = "drive_1_kg, weight",
                  .what = "a drive or weight is absurd",
                  .expected = "up to 1e9"});
   return {};
+}
+
+constexpr double pi = std::numbers::pi;
+constexpr double air_kg_m3 = 1.204;  // 20 degrees Celsius, ISO 9613-1
+constexpr double highest_share = 0.45;
+constexpr std::size_t most_modes = 64;
+// (beta_n L)^2 of a clamped-free beam over its first.
+constexpr std::array overtones{1.0, 6.26689, 17.54748, 34.38606};
+
+constexpr std::string_view no_structure = "no structure is made like this";
+
+/// Shape of a plate's mode at the place of contact.
+double shape(const PlateParams& p, int m, int n) {
+  return std::sin(m * pi * p.contact_x) * std::sin(n * pi * p.contact_y);
+}
+
+/// Pressure at the microphone per m/s2 of the mode: its volume acceleration over a half sphere.
+double radiation(const PlateParams& p, int m, int n) {
+  const double area_m2 = 4 * p.length_m * p.width_m / (m * n * pi * pi);
+  return air_kg_m3 * area_m2 / (2 * pi * p.microphone_m);
 }
 
 }  // namespace
@@ -149,24 +166,14 @@ ModalBank::ModalBank(std::size_t modes, std::size_t channels)
 
 Result<ModalBank> ModalBank::make(std::span<const Mode> modes, std::size_t channels,
                                   double rate_hz) {
-  if (modes.empty() || modes.size() > 4096)
-    return fail({.code = Errc::range,
-                 .where = "modes",
-                 .what = "not a bank of modes",
-                 .expected = "1 to 4096",
-                 .got = std::to_string(modes.size())});
-  if (channels < 1 || channels > bank_channels)
-    return fail({.code = Errc::range,
-                 .where = "channels",
-                 .what = "no bank has as many channels",
-                 .expected = "1 to 3",
-                 .got = std::to_string(channels)});
-  if (!inside(rate_hz, 1, 1e7))
-    return fail({.code = Errc::range,
-                 .where = "rate_hz",
-                 .what = "no bank runs at this rate",
-                 .expected = "1 to 1e7",
-                 .got = std::to_string(rate_hz)});
+  if (auto ok =
+          check_limits({{"modes", "not a bank of modes", static_cast<double>(modes.size()), 1, 4096,
+                         "1 to 4096", true},
+                        {"channels", "no bank has as many channels", static_cast<double>(channels),
+                         1, bank_channels, "1 to 3", true},
+                        {"rate_hz", "no bank runs at this rate", rate_hz, 1, 1e7, "1 to 1e7"}});
+      !ok)
+    return pass(ok.error());
   ModalBank bank(modes.size(), channels);
   for (std::size_t i = 0; i < modes.size(); ++i) {
     if (auto ok = check(modes[i], rate_hz); !ok)
@@ -201,6 +208,85 @@ void ModalBank::advance(std::span<const Force> force_n, std::span<double> out) {
     for (std::size_t k = 0; k < channels_; ++k)
       sample[k] += direct_[k][0] * force[0] + direct_[k][1] * force[1] + direct_[k][2] * force[2];
   }
+}
+
+double plate_frequency_hz(const PlateParams& p, int m, int n) {
+  const double bending = p.modulus_pa * p.thickness_m * p.thickness_m /
+                         (12 * (1 - p.poisson_ratio * p.poisson_ratio) * p.density_kg_m3);
+  const double along = m / p.length_m, across = n / p.width_m;
+  return pi / 2 * (along * along + across * across) * std::sqrt(bending);
+}
+
+Result<std::vector<Mode>> arm_modes(const ArmParams& params, double rate_hz) {
+  if (auto ok =
+          check_limits({{"rate_hz", no_structure, rate_hz, 1, 1e7},
+                        {"mass_kg", no_structure, params.mass_kg, 1e-4, 1e3},
+                        {"fundamental_hz[0]", no_structure, params.fundamental_hz[0], 1e-3, 1e6},
+                        {"fundamental_hz[1]", no_structure, params.fundamental_hz[1], 1e-3, 1e6},
+                        {"fundamental_hz[2]", no_structure, params.fundamental_hz[2], 1e-3, 1e6},
+                        {"damping_ratio", no_structure, params.damping_ratio, 0, 0.9},
+                        {"cross_axis", no_structure, params.cross_axis, 0, 1}});
+      !ok)
+    return pass(ok.error(), "arm");
+  std::vector<Mode> modes;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (const double overtone : overtones) {
+      const double frequency = params.fundamental_hz[axis] * overtone;
+      if (frequency > highest_share * rate_hz) break;
+      Mode mode{frequency, params.damping_ratio, {}, {}};
+      mode.drive_1_kg[axis] = 4 / params.mass_kg;
+      mode.weight.fill(params.cross_axis);
+      mode.weight[axis] = 1;
+      modes.push_back(mode);
+    }
+  if (modes.empty())
+    return fail({.code = Errc::range,
+                 .where = "arm fundamental_hz",
+                 .what = "the arm has no mode in the band",
+                 .expected = "below " + std::to_string(highest_share * rate_hz),
+                 .hint = "Raise the rate"});
+  return modes;
+}
+
+Result<std::vector<Mode>> plate_modes(const PlateParams& params, double rate_hz) {
+  if (auto ok = check_limits({{"rate_hz", no_structure, rate_hz, 1, 1e7},
+                              {"length_m", no_structure, params.length_m, 1e-3, 10},
+                              {"width_m", no_structure, params.width_m, 1e-3, 10},
+                              {"thickness_m", no_structure, params.thickness_m, 1e-5, 0.1},
+                              {"modulus_pa", no_structure, params.modulus_pa, 1e6, 1e13},
+                              {"density_kg_m3", no_structure, params.density_kg_m3, 1, 1e5},
+                              {"poisson_ratio", no_structure, params.poisson_ratio, 0, 0.5},
+                              {"damping_ratio", no_structure, params.damping_ratio, 0, 0.9},
+                              {"contact_x", no_structure, params.contact_x, 0, 1},
+                              {"contact_y", no_structure, params.contact_y, 0, 1},
+                              {"microphone_m", no_structure, params.microphone_m, 1e-3, 100}});
+      !ok)
+    return pass(ok.error(), "plate");
+  const double highest = highest_share * rate_hz;
+  const double modal_mass =
+      params.density_kg_m3 * params.thickness_m * params.length_m * params.width_m / 4;
+  std::vector<Mode> modes;
+  for (int m = 1; plate_frequency_hz(params, m, 1) <= highest; m += 2)
+    for (int n = 1; plate_frequency_hz(params, m, n) <= highest; n += 2) {
+      if (modes.size() == most_modes)
+        return fail({.code = Errc::range,
+                     .where = "plate",
+                     .what = "the plate has too many modes in the band",
+                     .expected = "up to 64",
+                     .hint = "Make it stiffer or smaller, or lower the rate"});
+      modes.push_back({plate_frequency_hz(params, m, n),
+                       params.damping_ratio,
+                       {0, 0, shape(params, m, n) / modal_mass},
+                       {radiation(params, m, n), 0, 0}});
+    }
+  if (modes.empty())
+    return fail({.code = Errc::range,
+                 .where = "plate",
+                 .what = "the plate has no mode in the band",
+                 .expected = "a mode below " + std::to_string(highest) + " Hz",
+                 .got = std::to_string(plate_frequency_hz(params, 1, 1)),
+                 .hint = "Raise the rate"});
+  return modes;
 }
 
 }  // namespace weft::sim

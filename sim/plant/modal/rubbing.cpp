@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <string>
+#include <string_view>
 
+#include "sim/plant/bounds.hpp"
 #include "sim/plant/lanes.hpp"
 #include "sim/plant/random.hpp"
 
@@ -139,26 +140,16 @@ Rubbing::Rubbing(const RubbingParams& params, const HeightField& field, std::uin
 
 Result<Rubbing> Rubbing::make(const RubbingParams& params, const HeightField& field,
                               std::uint64_t seed, double skew_rad) {
-  const auto refuse = [](std::string_view what, std::string_view expected, double value) {
-    return fail({.code = Errc::range,
-                 .where = std::string(what),
-                 .what = "no face rubs like this",
-                 .expected = std::string(expected),
-                 .got = std::to_string(value)});
-  };
-  const auto inside = [](double value, double low, double high) {
-    return value >= low && value <= high;  // NaN is not
-  };
-  if (!inside(params.face_half_width_m, 0, 1))
-    return refuse("face_half_width_m", "0 to 1", params.face_half_width_m);
-  if (params.waves > 4096) return refuse("waves", "up to 4096", static_cast<double>(params.waves));
-  if (!inside(params.asperity_share, 0, 10))
-    return refuse("asperity_share", "0 to 10", params.asperity_share);
-  if (!inside(params.coarsest_m, 1e-6, 1))
-    return refuse("coarsest_m", "1e-6 to 1", params.coarsest_m);
-  if (!inside(params.finest_share, 0, 1))
-    return refuse("finest_share", "0 to 1", params.finest_share);
-  if (!inside(skew_rad, -10, 10)) return refuse("skew_rad", "-10 to 10", skew_rad);
+  constexpr std::string_view what = "no face rubs like this";
+  if (auto ok =
+          check_limits({{"face_half_width_m", what, params.face_half_width_m, 0, 1, "0 to 1"},
+                        {"waves", what, static_cast<double>(params.waves), 0, 4096, "up to 4096"},
+                        {"asperity_share", what, params.asperity_share, 0, 10, "0 to 10"},
+                        {"coarsest_m", what, params.coarsest_m, 1e-6, 1, "1e-6 to 1"},
+                        {"finest_share", what, params.finest_share, 0, 1, "0 to 1"},
+                        {"skew_rad", what, skew_rad, -10, 10, "-10 to 10"}});
+      !ok)
+    return pass(ok.error());
   return Rubbing(params, field, seed, skew_rad);
 }
 

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "sim/plant/friction.hpp"
+#include "sim/plant/fabric_law.hpp"
 #include "sim/plant/height_field.hpp"
 #include "sim/plant/modal/modal_bank.hpp"
 

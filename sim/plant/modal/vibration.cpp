@@ -1,28 +1,28 @@
 #include "sim/plant/modal/vibration.hpp"
 
-#include <cmath>
-#include <string>
+#include <algorithm>
+#include <limits>
 #include <utility>
 
-namespace weft::sim {
+#include "sim/plant/bounds.hpp"
 
+namespace weft::sim {
 namespace {
 
 double rate_hz(std::int64_t step_ns) {
   return 1e9 / static_cast<double>(step_ns);
 }
 
+constexpr Duration longest = std::chrono::seconds(1);  // bounds what one step has to remember
+
 }  // namespace
 
 Result<Vibration::Probe> Vibration::probe(const AccelerometerParams& params, std::int64_t step_ns,
                                           std::uint64_t seed, std::int64_t first_step) {
   for (const double g : params.gravity_mps2)
-    if (!(std::abs(g) <= 1e4))  // NaN too
-      return fail({.code = Errc::range,
-                   .where = "gravity_mps2",
-                   .what = "no such gravity",
-                   .expected = "-1e4 to 1e4",
-                   .got = std::to_string(g)});
+    if (auto ok = check_limits({{"gravity_mps2", "no such gravity", g, -1e4, 1e4, "-1e4 to 1e4"}});
+        !ok)
+      return pass(ok.error());
   const auto modes = arm_modes(params.arm, rate_hz(step_ns));
   if (!modes) return pass(modes.error());
   auto bank = ModalBank::make(*modes, 3, rate_hz(step_ns));
@@ -49,18 +49,14 @@ Result<Vibration::Sound> Vibration::sound(const MicrophoneParams& params, std::i
 
 Result<Vibration> Vibration::make(const VibrationParams& params, const HeightField& field,
                                   std::uint64_t seed, const VibrationStart& start) {
-  if (params.step_ns < 1000 || params.step_ns > 100'000'000)
-    return fail({.code = Errc::range,
-                 .where = "step_ns",
-                 .what = "no vibration is stepped like this",
-                 .expected = "1000 to 100000000",
-                 .got = std::to_string(params.step_ns)});
-  if (start.first_step < 0)
-    return fail({.code = Errc::range,
-                 .where = "first_step",
-                 .what = "no vibration starts before time zero",
-                 .expected = "0 or more",
-                 .got = std::to_string(start.first_step)});
+  constexpr double any = std::numeric_limits<double>::infinity();
+  if (auto ok =
+          check_limits({{"step_ns", "no vibration is stepped like this",
+                         static_cast<double>(params.step_ns), 1000, 1e8, "1000 to 100000000", true},
+                        {"first_step", "no vibration starts before time zero",
+                         static_cast<double>(start.first_step), 0, any, "0 or more", true}});
+      !ok)
+    return pass(ok.error());
   auto rubbing = Rubbing::make(params.rubbing, field, mix(seed, "rubbing"), start.skew_rad);
   if (!rubbing) return pass(rubbing.error(), "rubbing");
   Vibration made(params.step_ns, std::move(*rubbing));
@@ -100,6 +96,62 @@ VibrationSample Vibration::advance(const SlidingContact& at_end) {
     sample.sound_pa = sound_->converter.advance(pressure);
   }
   return sample;
+}
+
+SoundingContact::SoundingContact(const DynamicContact& contact, const VibrationParams& params,
+                                 Vibration vibration, TimePoint start)
+    : contact_(contact), vibration_(std::move(vibration)), now_(start) {
+  if (params.accelerometer) acceleration_ns_ = params.accelerometer->converter.period_ns;
+  if (params.microphone) sound_ns_ = params.microphone->converter.period_ns;
+}
+
+Result<SoundingContact> SoundingContact::make(const DynamicContact& contact,
+                                              const VibrationParams& params,
+                                              const HeightField& field, double skew_rad,
+                                              std::uint64_t seed, TimePoint start) {
+  const std::int64_t start_ns = ns_of(start);
+  const std::int64_t step_ns = std::max<std::int64_t>(params.step_ns, 1);
+  const std::int64_t first_step = start_ns < 0 ? -1 : start_ns / step_ns;
+  auto vibration = Vibration::make(params, field, seed, {skew_rad, first_step});
+  if (!vibration) return pass(vibration.error());
+  return SoundingContact(contact, params, std::move(*vibration), start);
+}
+
+Instants SoundingContact::ticks(Duration dt) const {
+  if (!vibration_.listens()) return {};
+  const std::int64_t step = vibration_.step_ns(), begin = ns_of(now_);
+  const std::int64_t first = begin / step + 1, last = (begin + dt.count()) / step;
+  return {.first_s = to_seconds(Duration(first * step - begin)),
+          .every_s = to_seconds(Duration(step)),
+          .count = static_cast<std::size_t>(last - first + 1)};
+}
+
+ContactState SoundingContact::peek(const ContactState& from, const Pose& to, Duration dt) const {
+  if (dt < Duration::zero() || dt > longest) return from;
+  return contact_.step(from, to, to_seconds(dt), ticks(dt), {});
+}
+
+ContactState SoundingContact::advance(const ContactState& from, const Pose& to, Duration dt) {
+  if (dt < Duration::zero() || dt > longest) return from;
+  const Instants instants = ticks(dt);
+  contacts_.resize(instants.count);
+  const ContactState state = contact_.step(from, to, to_seconds(dt), instants, contacts_);
+  std::int64_t at_ns = ns_of(now_) / vibration_.step_ns() * vibration_.step_ns();
+  for (const SlidingContact& contact : contacts_) {
+    at_ns += vibration_.step_ns();
+    const VibrationSample sample = vibration_.advance(contact);
+    if (sample.acceleration_mps2)
+      readings_.acceleration.push_back(
+          {static_cast<std::uint64_t>(at_ns / acceleration_ns_), *sample.acceleration_mps2});
+    if (sample.sound_pa)
+      readings_.sound.push_back({static_cast<std::uint64_t>(at_ns / sound_ns_), *sample.sound_pa});
+  }
+  now_ += dt;
+  return state;
+}
+
+VibrationReadings SoundingContact::take() {
+  return std::exchange(readings_, {});
 }
 
 }  // namespace weft::sim

@@ -17,6 +17,15 @@ constexpr NameTable<Level, 6> level_names = {{
     {Level::modal, "L3"},
 }};
 
+constexpr NameTable<Channel, 6> channel_names = {{
+    {Channel::stages, "stage positions"},
+    {Channel::wrench, "a wrench"},
+    {Channel::taxels, "taxel counts"},
+    {Channel::accelerometer, "acceleration"},
+    {Channel::microphone, "sound"},
+    {Channel::imprint, "an imprint"},
+}};
+
 template <class Wanted>
 bool some_level_provides(Wanted wanted, Level& least) {
   for (const Level level : all_levels) {
@@ -87,21 +96,7 @@ Result<Level> level_from(std::string_view text) {
 }
 
 std::string_view to_string(Channel channel) {
-  switch (channel) {
-    case Channel::stages:
-      return "stage positions";
-    case Channel::wrench:
-      return "a wrench";
-    case Channel::taxels:
-      return "taxel counts";
-    case Channel::accelerometer:
-      return "acceleration";
-    case Channel::microphone:
-      return "sound";
-    case Channel::imprint:
-      return "an imprint";
-  }
-  return "?";
+  return name_in(channel_names, channel);
 }
 
 std::string_view to_string(Trait trait) {

@@ -3,7 +3,7 @@
 
 #include "sim/plant/dynamic/dynamic_contact.hpp"
 #include "sim/plant/fidelity/table.hpp"
-#include "sim/plant/modal/oscillator.hpp"
+#include "sim/plant/modal/converter.hpp"
 #include "tests/bench/peers/scenes.hpp"
 
 namespace weft::bench::peers {

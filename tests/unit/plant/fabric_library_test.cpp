@@ -1,4 +1,4 @@
-#include "sim/plant/fabric_library.hpp"
+#include "sim/plant/fabric.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -4,8 +4,8 @@
 #include <limits>
 #include <set>
 
+#include "sim/plant/imprint/height_map.hpp"
 #include "sim/plant/imprint/objects.hpp"
-#include "sim/plant/imprint/taxels.hpp"
 #include "tests/unit/plant/imprint_support.hpp"
 
 namespace imprint_objects_test {

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "sim/plant/imprint/height_map.hpp"
-#include "sim/plant/imprint/winkler.hpp"
 
 namespace weft::sim::test {
 

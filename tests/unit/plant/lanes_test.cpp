@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/plant/lanes_math.hpp"
+#include "sim/plant/lanes.hpp"
 #include "sim/plant/random.hpp"
 
 namespace lanes_test {

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/plant/dynamic/glide.hpp"
 #include "tests/unit/plant/dynamic_support.hpp"
 
 namespace lugre_test {

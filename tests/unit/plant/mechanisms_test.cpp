@@ -3,9 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "sim/plant/friction.hpp"
-#include "sim/plant/pose.hpp"
-#include "sim/plant/relaxation.hpp"
+#include "sim/plant/contact.hpp"
+#include "sim/plant/fabric_law.hpp"
 
 namespace mechanisms_test {
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "sim/plant/modal/oscillator.hpp"
+#include "sim/plant/modal/converter.hpp"
 #include "sim/plant/random.hpp"
 
 namespace modal_bank_test {

@@ -8,7 +8,7 @@
 #include <numeric>
 #include <vector>
 
-#include "sim/plant/modal/sounding_contact.hpp"
+#include "sim/plant/modal/vibration.hpp"
 #include "tests/unit/plant/dynamic_support.hpp"
 
 namespace weft::sim::test {

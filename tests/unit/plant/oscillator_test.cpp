@@ -1,4 +1,4 @@
-#include "sim/plant/modal/oscillator.hpp"
+#include "sim/plant/modal/converter.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

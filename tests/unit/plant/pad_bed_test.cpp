@@ -1,4 +1,4 @@
-#include "sim/plant/pad_bed.hpp"
+#include "sim/plant/texture_map.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,4 +1,3 @@
-#include "sim/plant/profile.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

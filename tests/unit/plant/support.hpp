@@ -5,7 +5,7 @@
 #include <string>
 
 #include "sim/plant/contact.hpp"
-#include "sim/plant/fabric_library.hpp"
+#include "sim/plant/fabric.hpp"
 #include "sim/plant/height_field.hpp"
 #include "sim/plant/pads.hpp"
 #include "tests/unit/source_text.hpp"

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/plant/fast_exp.hpp"
+#include "sim/plant/near.hpp"
 #include "sim/plant/pads.hpp"
 #include "sim/plant/texture_map.hpp"
 #include "tests/unit/plant/support.hpp"

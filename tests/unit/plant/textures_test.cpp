@@ -4,7 +4,7 @@
 #include <cmath>
 #include <set>
 
-#include "sim/plant/fabric_library.hpp"
+#include "sim/plant/fabric.hpp"
 #include "sim/plant/modal/rubbing.hpp"
 #include "sim/plant/plant.hpp"
 #include "tests/unit/source_text.hpp"

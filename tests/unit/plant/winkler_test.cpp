@@ -1,4 +1,4 @@
-#include "sim/plant/imprint/winkler.hpp"
+#include "sim/plant/imprint/height_map.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "sim/devices/netft_page_emulator.hpp"
+#include "sim/devices/rdt_emulator.hpp"
 #include "tests/unit/sim/netft_box.hpp"
 
 namespace netft_page_test {

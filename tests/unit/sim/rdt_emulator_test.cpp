@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "sim/devices/netft_page_emulator.hpp"
 #include "tests/unit/sim/netft_box.hpp"
 
 namespace rdt_emulator_test {

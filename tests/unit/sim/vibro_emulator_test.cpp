@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "protocols/vibro/vibro.hpp"
-#include "sim/plant/fabric_library.hpp"
+#include "sim/plant/fabric.hpp"
 #include "sim/rig/rig_config.hpp"
 #include "tests/unit/sim/support.hpp"
 

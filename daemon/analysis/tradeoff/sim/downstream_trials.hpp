@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "classifier/features/trial.hpp"
-#include "sim/plant/fabric_library.hpp"
-#include "sim/plant/scene/level.hpp"
+#include "sim/plant/fabric.hpp"
+#include "sim/plant/scene/scene.hpp"
 
 namespace weft::daemon {
 

@@ -8,7 +8,7 @@
 #include "sim/plant/algebraic/algebraic_probe.hpp"
 #include "sim/plant/dynamic/dynamic_contact.hpp"
 #include "sim/plant/fidelity/table.hpp"
-#include "sim/plant/modal/sounding_contact.hpp"
+#include "sim/plant/modal/vibration.hpp"
 
 namespace weft::daemon {
 

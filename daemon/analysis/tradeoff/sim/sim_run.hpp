@@ -8,7 +8,7 @@
 
 #include "daemon/analysis/tradeoff/sim/sim_scene.hpp"
 #include "sim/plant/pads.hpp"
-#include "sim/plant/scene/level.hpp"
+#include "sim/plant/scene/scene.hpp"
 
 namespace weft::sim {
 class DynamicContact;

@@ -12,9 +12,9 @@
 
 #include "protocols/base/result.hpp"
 #include "sim/plant/contact.hpp"
-#include "sim/plant/dynamic/dynamics_params.hpp"
-#include "sim/plant/fabric_library.hpp"
-#include "sim/plant/profile.hpp"
+#include "sim/plant/dynamic/dynamic_contact.hpp"
+#include "sim/plant/fabric.hpp"
+#include "sim/plant/stage.hpp"
 
 namespace weft::daemon {
 

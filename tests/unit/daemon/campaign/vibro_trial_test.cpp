@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/storage/dataset/hdf5_file.hpp"
-#include "sim/devices/bench_motion.hpp"
+#include "sim/devices/bench_plant.hpp"
 #include "sim/rig/rig_config.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"
 

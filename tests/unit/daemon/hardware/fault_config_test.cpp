@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "sim/devices/faults/faulty_wire.hpp"
+#include "sim/devices/emulator.hpp"
 #include "tests/unit/sim/support.hpp"
 
 namespace fault_config_test {
