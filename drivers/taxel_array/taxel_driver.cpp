@@ -60,10 +60,10 @@ void TaxelDriver::received(ByteView bytes, TimePoint arrival) {
 }
 
 std::uint64_t TaxelDriver::on_stream(ByteView bytes, TimePoint arrival) {
-  const std::uint64_t before = splitter_.crc_errors();
+  const std::uint64_t before = splitter_.damaged();
   splitter_.push(bytes);
   while (attached() && splitter_.next(frame_)) on_frame(arrival);
-  return splitter_.crc_errors() - before;
+  return splitter_.damaged() - before;
 }
 
 // The gateway sends no number: the driver counts, and cannot see what got lost.

@@ -76,10 +76,10 @@ void VibroDriver::forget_bytes() noexcept {
 }
 
 void VibroDriver::received(ByteView bytes, TimePoint arrival) {
-  const std::uint64_t before = splitter_.crc_errors();
+  const std::uint64_t before = splitter_.damaged();
   splitter_.push(bytes);
   while (attached() && splitter_.next(frame_)) on_frame(arrival);
-  count_damaged(splitter_.crc_errors() - before, arrival);
+  count_damaged(splitter_.damaged() - before, arrival);
 }
 
 void VibroDriver::on_frame(TimePoint arrival) {

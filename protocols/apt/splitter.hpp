@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "protocols/apt/message.hpp"
-#include "protocols/base/stream_buffer.hpp"
+#include "protocols/base/frame_splitter.hpp"
 
 namespace weft::protocols::apt {
 
@@ -15,36 +15,25 @@ enum class LineEnd : std::uint8_t {
   controller  ///< hears hosts, and believes what their headers say: newer issues have longer bodies
 };
 
-/// push() a chunk, then call next() until it returns false. Any chunking of a stream gives the same
-/// messages. A header is plausible when exactly one side of its route is a known unit (for a
+/// A header is plausible when exactly one side of its route is a known unit (for a
 /// controller: its destination), its length is 1 to 255 and, for ids of the protocol, form and
 /// length are believed. Anything else is skipped byte by byte. Unknown ids with a plausible route
 /// are passed on.
-class Splitter {
+class Splitter : public FrameSplitter {
  public:
   /// Bytes that next() has not taken yet, at most; more than any link delivers in one chunk.
   static constexpr std::size_t capacity = 65536;
 
-  explicit Splitter(LineEnd line_end = LineEnd::host) : line_end_(line_end) {}
-
-  void push(ByteView bytes) { buffer_.push(bytes); }
+  explicit Splitter(LineEnd line_end = LineEnd::host)
+      : FrameSplitter(capacity), line_end_(line_end) {}
 
   /// Overwrites `message` with the next whole one; reuses the room of its data.
   bool next(Message& message);
-
-  /// Forgets a message in progress; the counter stays.
-  void clear() { buffer_.clear(); }
-  /// After next() returned false: whether a message is in progress.
-  [[nodiscard]] bool in_progress() const { return !buffer_.view().empty(); }
-
-  /// Bytes that belonged to no plausible message, or did not fit.
-  [[nodiscard]] std::uint64_t skipped_bytes() const { return buffer_.skipped_bytes(); }
 
  private:
   [[nodiscard]] std::size_t plausible_length(ByteView header) const;
 
   LineEnd line_end_;
-  StreamBuffer buffer_{capacity};
 };
 
 }  // namespace weft::protocols::apt

@@ -15,7 +15,7 @@ void try_stream(const ChunkedInput& input) {
   const auto at_once = split<Frame>(whole, input.stream, {});
   demand(at_once == split<Frame>(pieces, input.stream, input.sizes),
          "any chunking gives the same frames");
-  demand(whole.crc_errors() == pieces.crc_errors(), "any chunking sees the same damage");
+  demand(whole.damaged() == pieces.damaged(), "any chunking sees the same damage");
   demand(whole.skipped_bytes() == pieces.skipped_bytes(), "any chunking skips the same bytes");
   Bytes clean;
   for (const Frame& frame : at_once) {

@@ -78,7 +78,7 @@ Bytes with_checksum(Kind kind, const Bytes& body) {
   // Both checks are over what a right frame has, so the frame is made by hand here.
   Bytes out{protocols::imprint::sync[0],
             protocols::imprint::sync[1],
-            version,
+            1,  // version
             static_cast<std::uint8_t>(kind),
             static_cast<std::uint8_t>(body.size()),
             static_cast<std::uint8_t>(body.size() >> 8),
