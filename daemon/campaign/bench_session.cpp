@@ -10,7 +10,7 @@
 #include "daemon/base/loop/real_time.hpp"
 #include "daemon/campaign/monitor.hpp"
 #include "daemon/campaign/simulated_bench.hpp"
-#include "drivers/api/link.hpp"
+#include "drivers/api/driver.hpp"
 
 namespace weft::daemon {
 namespace {

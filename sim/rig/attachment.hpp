@@ -4,8 +4,8 @@
 #include <memory>
 #include <optional>
 
-#include "drivers/api/link.hpp"
-#include "drivers/api/loop.hpp"
+#include "drivers/api/driver.hpp"
+#include "drivers/api/timer.hpp"
 #include "sim/devices/emulator.hpp"
 
 namespace weft::sim {

@@ -153,7 +153,7 @@ weft_module(daemon/campaign USES daemon/storage/recorder
         "drivers/thorlabs_apt/b.cpp": ('#include "protocols/apt/apt.hpp"', False),
         "drivers/thorlabs_apt/c.cpp": ('#include "protocols/rdt/rdt.hpp"', True),
         "drivers/ati_digital/a.cpp": ('#include "protocols/modbus/rtu.hpp"', False),
-        "sim/devices/a.cpp": ('#include "drivers/api/link.hpp"', True),
+        "sim/devices/a.cpp": ('#include "drivers/api/driver.hpp"', True),
         "sim/rig/a.cpp": ('#include "daemon/base/loop/virtual_loop.hpp"', True),
         "classifier/features/a.cpp": ('#include "recipes/engine/plan.hpp"', True),
         "classifier/features/b.cpp": ('#include "classifier/selection/t_test.hpp"', True),  # upwards

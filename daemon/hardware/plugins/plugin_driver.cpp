@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "drivers/api/lifecycle.hpp"
+#include "drivers/api/driver_base.hpp"
 #include "drivers/api/plugin_convert.hpp"
 
 namespace weft::daemon {
