@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "classifier/base/parallel.hpp"
-#include "protocols/base/number_text.hpp"
+#include "protocols/base/names.hpp"
 
 namespace weft::classifier::imprint {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "protocols/base/number_text.hpp"
+#include "protocols/base/names.hpp"
 
 namespace weft::classifier::imprint {
 

@@ -8,7 +8,7 @@
 #include "classifier/vibro/bin_tables.hpp"
 #include "classifier/vibro/frame_features.hpp"
 #include "classifier/vibro/short_time.hpp"
-#include "protocols/base/number_text.hpp"
+#include "protocols/base/names.hpp"
 
 namespace weft::classifier::vibro {
 namespace {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "classifier/base/random.hpp"
-#include "protocols/base/number_text.hpp"
+#include "protocols/base/names.hpp"
 
 namespace weft::classifier::vibro {
 namespace {

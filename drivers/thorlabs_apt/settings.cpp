@@ -6,7 +6,7 @@
 #include <string>
 
 #include "drivers/api/config.hpp"
-#include "protocols/base/units.hpp"
+#include "protocols/base/time.hpp"
 
 namespace weft::drivers {
 namespace {

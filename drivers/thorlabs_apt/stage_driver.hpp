@@ -10,7 +10,8 @@
 #include "drivers/api/driver_base.hpp"
 #include "drivers/api/timer.hpp"
 #include "drivers/thorlabs_apt/settings.hpp"
-#include "protocols/apt/apt.hpp"
+#include "protocols/apt/bodies.hpp"
+#include "protocols/apt/stage_scale.hpp"
 
 namespace weft::drivers {
 

@@ -1,6 +1,6 @@
 #include "protocols/base/frame_splitter.hpp"
 
-#include "protocols/base/crc.hpp"
+#include "protocols/base/bytes.hpp"
 
 namespace weft {
 namespace {

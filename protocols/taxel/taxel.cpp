@@ -1,6 +1,6 @@
 #include "protocols/taxel/taxel.hpp"
 
-#include "protocols/base/crc.hpp"
+#include "protocols/base/bytes.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::protocols::taxel {

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <variant>
 
-#include "protocols/base/units.hpp"
+#include "protocols/base/time.hpp"
 #include "recipes/schema/object_reader.hpp"
 #include "recipes/schema/quantities.hpp"
 

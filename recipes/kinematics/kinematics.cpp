@@ -20,6 +20,11 @@ bool finite(const ProbePose& pose) {
          std::isfinite(pose.tilt_y_rad);
 }
 
+tl::unexpected<Error> unusable(const char* what, const char* expected) {
+  return fail(
+      {.code = Errc::invalid_argument, .where = "kinematics", .what = what, .expected = expected});
+}
+
 std::string unit_of(Axis axis) {
   return is_linear(axis) ? " m" : " rad";
 }
@@ -70,10 +75,8 @@ Result<Joints> inverse(const Geometry& geometry, const ProbePose& pose) {
   constexpr double quarter_turn = std::numbers::pi / 2;
   if (!finite(pose) || std::abs(pose.tilt_x_rad) >= quarter_turn ||
       std::abs(pose.tilt_y_rad) >= quarter_turn)
-    return fail({.code = Errc::invalid_argument,
-                 .where = "kinematics",
-                 .what = "the probe pose is not usable",
-                 .expected = "finite numbers and tilts under a quarter turn"});
+    return unusable("the probe pose is not usable",
+                    "finite numbers and tilts under a quarter turn");
   const double arm = geometry.probe_arm_m;
   const auto [a, b] = turned(pose.contact_m.y_m - geometry.tilt_axis_y_m,
                              pose.clearance_m + geometry.tilt_axis_depth_m, pose.tilt_x_rad);
@@ -110,21 +113,13 @@ Direction probe_axis(const Tilts& tilts) {
 Result<Tilts> tilts_along(const Direction& normal) {
   const double size = size_of(normal);
   if (!std::isfinite(size) || !(size > 0))
-    return fail({.code = Errc::invalid_argument,
-                 .where = "kinematics",
-                 .what = "the normal has no direction",
-                 .expected = "finite components, not all zero"});
+    return unusable("the normal has no direction", "finite components, not all zero");
   const double across = std::hypot(normal.v, normal.up);
   if (across <= least_across * size)
-    return fail({.code = Errc::invalid_argument,
-                 .where = "kinematics",
-                 .what = "the normal lies along the warp, where rx is undetermined",
-                 .expected = "a normal that points away from the plate"});
+    return unusable("the normal lies along the warp, where rx is undetermined",
+                    "a normal that points away from the plate");
   if (!(normal.up > 0))
-    return fail({.code = Errc::invalid_argument,
-                 .where = "kinematics",
-                 .what = "the normal does not point away from the plate",
-                 .expected = "a lean under a quarter turn"});
+    return unusable("the normal does not point away from the plate", "a lean under a quarter turn");
   return Tilts{std::atan2(normal.v, normal.up), std::atan2(-normal.u, across)};
 }
 

@@ -3,9 +3,9 @@
 
 #include <map>
 
-#include "protocols/apt/apt.hpp"
+#include "protocols/apt/bodies.hpp"
 #include "protocols/apt/stage_scale.hpp"
-#include "protocols/base/units.hpp"
+#include "protocols/base/time.hpp"
 
 namespace weft::sim {
 

@@ -6,7 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "protocols/apt/apt.hpp"
+#include "protocols/apt/bodies.hpp"
+#include "protocols/apt/stage_scale.hpp"
 #include "sim/devices/apt_parameters.hpp"
 #include "sim/devices/bench_plant.hpp"
 #include "sim/devices/emulator.hpp"

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "protocols/base/units.hpp"
+#include "protocols/base/time.hpp"
 
 namespace weft::sim {
 

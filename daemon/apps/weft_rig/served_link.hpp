@@ -7,7 +7,7 @@
 
 #include "daemon/apps/weft_rig/served_place.hpp"
 #include "daemon/apps/weft_rig/served_socket.hpp"
-#include "daemon/hardware/rig/link_settings.hpp"
+#include "daemon/hardware/rig/rig_file.hpp"
 #include "drivers/api/driver.hpp"
 
 namespace weft::daemon {
