@@ -9,7 +9,7 @@
 #include <iterator>
 #include <ostream>
 
-#include "protocols/base/crc.hpp"
+#include "protocols/base/bytes.hpp"
 
 namespace weft::classifier {
 namespace {

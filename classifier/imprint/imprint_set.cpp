@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "classifier/base/parallel.hpp"
-#include "protocols/base/number_text.hpp"
+#include "protocols/base/names.hpp"
 
 namespace weft::classifier::imprint {
 

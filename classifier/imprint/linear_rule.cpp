@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "classifier/features/feature_matrix.hpp"
-#include "protocols/base/number_text.hpp"
+#include "protocols/base/names.hpp"
 
 namespace weft::classifier::imprint {
 

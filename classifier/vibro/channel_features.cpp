@@ -10,7 +10,7 @@
 #include "classifier/features/feature_stream.hpp"
 #include "classifier/vibro/bin_tables.hpp"
 #include "classifier/vibro/short_time.hpp"
-#include "protocols/base/number_text.hpp"
+#include "protocols/base/names.hpp"
 
 namespace weft::classifier::vibro {
 namespace {

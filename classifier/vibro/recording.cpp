@@ -7,7 +7,6 @@
 
 #include "classifier/base/random.hpp"
 #include "protocols/base/names.hpp"
-#include "protocols/base/number_text.hpp"
 
 namespace weft::classifier::vibro {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "daemon/campaign/bench_actions.hpp"
 #include "daemon/campaign/bench_session.hpp"
-#include "daemon/campaign/device_log.hpp"
 #include "daemon/campaign/run_orders.hpp"
+#include "daemon/campaign/trial_recording.hpp"
 #include "recipes/alignment/alignment.hpp"
 
 namespace weft::daemon {

@@ -5,13 +5,13 @@
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/loop/timed_loop.hpp"
 #include "daemon/base/text/format.hpp"
+#include "daemon/campaign/bench_session.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/live_classifier.hpp"
-#include "daemon/campaign/simulated_bench.hpp"
 #include "daemon/hardware/link/memory_link.hpp"
 #include "daemon/hardware/rig/device.hpp"
 #include "drivers/thorlabs_apt/settings.hpp"
-#include "protocols/base/units.hpp"
+#include "protocols/base/time.hpp"
 #include "sim/rig/rig.hpp"
 
 namespace weft::daemon {

@@ -5,9 +5,9 @@
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/campaign/bench_session.hpp"
 #include "daemon/campaign/campaign_file.hpp"
-#include "daemon/campaign/error_check.hpp"
 #include "daemon/campaign/resume.hpp"
 #include "daemon/campaign/run_pace.hpp"
+#include "daemon/campaign/simulation.hpp"
 #include "daemon/campaign/supervisor.hpp"
 #include "daemon/storage/recorder/campaign_folder.hpp"
 

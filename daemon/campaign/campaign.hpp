@@ -9,7 +9,6 @@
 #include <string>
 
 #include "daemon/campaign/bench_session.hpp"
-#include "daemon/campaign/device_log.hpp"
 #include "daemon/campaign/live_classifier.hpp"
 #include "daemon/campaign/live_frame_sampler.hpp"
 #include "daemon/campaign/run_orders.hpp"

@@ -162,24 +162,30 @@ void fail_where_trials_lack(CampaignSummary& summary) {
     summary.outcome = recipes::Outcome::failed;
 }
 
-namespace {
-
-/// What the file says; nobody has looked at the rig.
-CampaignSummary make_summary(const std::filesystem::path& folder, const recipes::Plan& plan,
-                             const RigFile& rig, const CampaignHistory& history) {
+CampaignSummary summary_on_record(const std::filesystem::path& folder,
+                                  const CampaignHistory& history) {
   CampaignSummary summary;
   summary.cleanup = recipes::Cleanup::skipped;
   summary.rig = recipes::RigFact::unknown;
-  summary.name = plan.name;
-  summary.bench = rig.bench;
-  summary.level = rig.plant_level;
-  summary.trials_planned = plan.trials.size();
+  summary.name = history.info.name;
+  summary.bench = history.info.kind;
+  summary.trials_planned = history.progress.planned;
   summary.trials_complete = history.complete();
   summary.attempts_rejected = history.rejected();
   summary.trials_ended_early = history.ended_early();
+  summary.campaign_file = folder / campaign_file_name;
+  return summary;
+}
+
+namespace {
+
+/// Of a campaign whose every trial is on record.
+CampaignSummary make_summary(const std::filesystem::path& folder, const recipes::Plan& plan,
+                             const RigFile& rig, const CampaignHistory& history) {
+  CampaignSummary summary = summary_on_record(folder, history);
+  summary.level = rig.plant_level;
   fail_where_trials_lack(summary);
   summary.forecast_s = plan.forecast.duration_s;
-  summary.campaign_file = folder / campaign_file_name;
   summary.has_handover = plan.handover.has_value();
   return summary;
 }

@@ -34,6 +34,10 @@ void without_dataset(const std::filesystem::path& folder, const Error& why,
 /// refused.
 void fail_where_trials_lack(CampaignSummary& summary);
 
+/// What the file says of its trials; nobody has looked at the rig.
+CampaignSummary summary_on_record(const std::filesystem::path& folder,
+                                  const CampaignHistory& history);
+
 /// Of a campaign whose every trial is on record, but which was not concluded. Where that cannot be
 /// now either, `dataset_error` says why.
 CampaignSummary concluded(const std::filesystem::path& folder, const recipes::Plan& plan,

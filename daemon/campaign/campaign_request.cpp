@@ -4,7 +4,7 @@
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/campaign/bench_check.hpp"
 #include "daemon/campaign/campaign.hpp"
-#include "daemon/hardware/rig/plate_tilt_file.hpp"
+#include "daemon/hardware/rig/rig_file.hpp"
 
 namespace weft::daemon {
 namespace {

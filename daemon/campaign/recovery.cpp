@@ -1,4 +1,4 @@
-#include "daemon/campaign/recovery.hpp"
+#include "daemon/campaign/resume.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -115,17 +115,8 @@ Result<CampaignSummary> keep_partial(const fs::path& folder, std::string_view by
   if (!history) return pass(history.error());
   const auto lock = FolderLock::take(folder);
   if (!lock) return pass(lock.error());
-  CampaignSummary out;
-  out.name = history->info.name;
-  out.bench = history->info.kind;
+  CampaignSummary out = summary_on_record(folder, *history);
   out.outcome = recipes::Outcome::interrupted;
-  out.cleanup = recipes::Cleanup::skipped;
-  out.rig = recipes::RigFact::unknown;
-  out.trials_planned = history->progress.planned;
-  out.trials_complete = history->complete();
-  out.trials_ended_early = history->ended_early();
-  out.attempts_rejected = history->rejected();
-  out.campaign_file = campaign_in(folder);
   const json payload{
       {"by", by}, {"complete", out.trials_complete}, {"planned", out.trials_planned}};
   if (Status ok = end_with(folder, "kept_partial", payload); !ok) return pass(ok.error());

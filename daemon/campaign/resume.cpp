@@ -11,7 +11,7 @@
 #include "daemon/storage/certificate/verify.hpp"
 #include "daemon/storage/recorder/campaign_folder.hpp"
 #include "daemon/storage/recorder/log_check.hpp"
-#include "protocols/base/units.hpp"
+#include "protocols/base/time.hpp"
 #include "recipes/engine/motion.hpp"
 #include "recipes/engine/operator_steps.hpp"
 

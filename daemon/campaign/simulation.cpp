@@ -1,5 +1,7 @@
 #include "daemon/campaign/simulation.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "daemon/base/file/read_file.hpp"
@@ -48,23 +50,27 @@ Result<sim::FidelityTable> read_table(const RigFile& rig, const std::filesystem:
   return table;
 }
 
+struct ErrorFigure {
+  const char* key;
+  double sim::RunError::*value;
+};
+constexpr ErrorFigure error_figures[]{
+    {"force_max_n", &sim::RunError::force_max_n},
+    {"force_rms_n", &sim::RunError::force_rms_n},
+    {"friction_max_n", &sim::RunError::friction_max_n},
+    {"friction_rms_n", &sim::RunError::friction_rms_n},
+    {"taxels_max_counts", &sim::RunError::counts_max},
+    {"taxels_rms_counts", &sim::RunError::counts_rms},
+    {"force_max_n_with_transients", &sim::RunError::anywhere_max_n},
+    {"same_motion_force_max_n", &sim::RunError::unled_max_n},
+    {"same_motion_force_rms_n", &sim::RunError::unled_rms_n}};
+
 json error_json(const SimulationError& error) {
   const sim::RunError& e = error.worst;
-  return {{"setting", e.setting},
-          {"reference", e.reference},
-          {"trials", error.trials},
-          {"samples", e.samples},
-          {"worst_fabric", error.worst_fabric},
-          {"force_max_n", e.force_max_n},
-          {"force_rms_n", e.force_rms_n},
-          {"friction_max_n", e.friction_max_n},
-          {"friction_rms_n", e.friction_rms_n},
-          {"pads", e.pads},
-          {"taxels_max_counts", e.counts_max},
-          {"taxels_rms_counts", e.counts_rms},
-          {"force_max_n_with_transients", e.anywhere_max_n},
-          {"same_motion_force_max_n", e.unled_max_n},
-          {"same_motion_force_rms_n", e.unled_rms_n}};
+  json out{{"setting", e.setting}, {"reference", e.reference},           {"trials", error.trials},
+           {"samples", e.samples}, {"worst_fabric", error.worst_fabric}, {"pads", e.pads}};
+  for (const auto& [key, value] : error_figures) out[key] = e.*value;
+  return out;
 }
 
 SimulationError error_from(const json& each) {
@@ -74,16 +80,8 @@ SimulationError error_from(const json& each) {
   out.trials = each.at("trials").get<std::size_t>();
   out.worst.samples = each.at("samples").get<std::size_t>();
   out.worst_fabric = each.at("worst_fabric").get<std::string>();
-  out.worst.force_max_n = each.at("force_max_n").get<double>();
-  out.worst.force_rms_n = each.at("force_rms_n").get<double>();
-  out.worst.friction_max_n = each.at("friction_max_n").get<double>();
-  out.worst.friction_rms_n = each.at("friction_rms_n").get<double>();
   out.worst.pads = each.value("pads", true);
-  out.worst.counts_max = each.at("taxels_max_counts").get<double>();
-  out.worst.counts_rms = each.at("taxels_rms_counts").get<double>();
-  out.worst.anywhere_max_n = each.at("force_max_n_with_transients").get<double>();
-  out.worst.unled_max_n = each.at("same_motion_force_max_n").get<double>();
-  out.worst.unled_rms_n = each.at("same_motion_force_rms_n").get<double>();
+  for (const auto& [key, value] : error_figures) out.worst.*value = each.at(key).get<double>();
   return out;
 }
 
@@ -145,6 +143,63 @@ Result<SimulationNote> simulation_note_from(std::string_view json_text) {
                  .what = "not what a run says of its simulation",
                  .got = e.what()});
   }
+}
+
+namespace {
+
+void merge(const sim::RunError& found, const std::string& fabric, SimulationError& total) {
+  sim::RunError& worst = total.worst;
+  if (total.trials == 0 || found.force_max_n > worst.force_max_n) total.worst_fabric = fabric;
+  const double before = static_cast<double>(worst.samples),
+               more = static_cast<double>(found.samples);
+  const auto largest = [&](double& a, double b) { a = std::max(a, b); };
+  const auto rms = [&](double& a, double b) {
+    if (before + more > 0) a = std::sqrt((before * a * a + more * b * b) / (before + more));
+  };
+  largest(worst.force_max_n, found.force_max_n);
+  largest(worst.friction_max_n, found.friction_max_n);
+  largest(worst.counts_max, found.counts_max);
+  largest(worst.anywhere_max_n, found.anywhere_max_n);
+  largest(worst.unled_max_n, found.unled_max_n);
+  rms(worst.force_rms_n, found.force_rms_n);
+  rms(worst.friction_rms_n, found.friction_rms_n);
+  rms(worst.counts_rms, found.counts_rms);
+  rms(worst.unled_rms_n, found.unled_rms_n);
+  worst.samples += found.samples;
+  worst.setting = found.setting;
+  worst.reference = found.reference;
+  ++total.trials;
+}
+
+}  // namespace
+
+void ErrorCheck::patch_follows() {
+  if (rig_ == nullptr) return;
+  const bool all_seen = fabrics_.size() >= plan_->fabrics.size() &&
+                        explorations_.size() >= plan_->explorations.size();
+  rig_->record_motion(!all_seen && trials_.size() < most_trials);
+}
+
+void ErrorCheck::trial_done(std::size_t trial, bool complete, TimePoint now,
+                            const std::vector<TimePoint>& sampled) {
+  if (rig_ == nullptr) return;
+  auto motion = rig_->extract_motion(now);
+  if (!motion || !complete) return;
+  const recipes::TrialSpec& spec = plan_->trials[trial];
+  const bool new_fabric = fabrics_.insert(spec.fabric).second;
+  const bool new_exploration = explorations_.insert(spec.exploration).second;
+  if (new_fabric || new_exploration) trials_.push_back({trial, std::move(*motion), sampled});
+}
+
+std::vector<SimulationError> ErrorCheck::errors() const {
+  std::vector<SimulationError> out;
+  for (const StoredTrial& stored : trials_) {
+    const auto found = rig_->run_errors(stored.motion, stored.sampled);
+    out.resize(found.size());
+    for (std::size_t i = 0; i < found.size(); ++i)
+      merge(found[i], plan_->fabrics[plan_->trials[stored.trial].fabric], out[i]);
+  }
+  return out;
 }
 
 }  // namespace weft::daemon

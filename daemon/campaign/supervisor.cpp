@@ -1,5 +1,7 @@
 #include "daemon/campaign/supervisor.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace weft::daemon {
@@ -71,18 +73,6 @@ void Supervisor::carry_out(const recipes::MountFabric& effect) {
   hooks_.mount(effect.fabric, effect.patch_seed, done);
 }
 
-void Supervisor::carry_out(const recipes::MoveTo& effect) {
-  actions_.begin(effect);
-}
-
-void Supervisor::carry_out(const recipes::BiasSensors& effect) {
-  actions_.begin(effect);
-}
-
-void Supervisor::carry_out(const recipes::Descend& effect) {
-  actions_.begin(effect);
-}
-
 void Supervisor::carry_out(const recipes::HoldForce& effect) {
   actions_.end_descent();
   const recipes::SettleDetector settle{effect.band_n, effect.dwell_s};
@@ -122,6 +112,97 @@ void Supervisor::carry_out(const recipes::CampaignDone& effect) {
   loop_->cancel(cycle_timer_);
   loop_->cancel(engine_timer_);
   result_ = effect;
+}
+
+// The scan cycle: read, guard, look for what is awaited, regulate, poll.
+
+namespace {
+
+// All stages are recorded, and those but z are read, once in this many cycles.
+constexpr std::uint64_t slow_divisor = recipes::RigLimits::cycles_per_stage_row;
+
+// Further from the newest reading the mean of a cycle is of a force that moves, or of a reading
+// that no guard has seen.
+constexpr double mean_tolerance_n = 0.1;
+
+/// Normal force of a cycle: the mean of its readings, or the newest, which the guards have passed.
+double force_of(const Snapshot& seen) {
+  const double newest_n = seen.wrench.force_n[2];
+  const double mean_n = seen.wrench_recent.mean().force_n[2];
+  return std::abs(mean_n - newest_n) <= mean_tolerance_n ? mean_n : newest_n;
+}
+
+}  // namespace
+
+void Supervisor::cycle() {
+  const TimePoint now = loop_->now();
+  const Duration since_last = now - std::exchange(last_cycle_, now);
+  ++cycles_;
+  if (guarded(since_last)) {
+    actions_.check_all();
+    if (state_.step == recipes::Step::sliding && hooks_.slid_enough && hooks_.slid_enough())
+      dispatch(recipes::EndSlide{});
+    regulate(since_last);
+  }
+  if (cycles_ % slow_divisor == 0) recording_->stages(bench_->snapshot(), now);
+  actions_.poll(cycles_);
+  recording_->commit_if_due();
+  // From when it was due, not from when it came: lateness does not slow the rate. What was missed
+  // is not made up for.
+  cycle_due_ = std::max(cycle_due_ + period_, now);
+  if (!result_) cycle_timer_ = loop_->at(cycle_due_, [this] { cycle(); });
+}
+
+// Whether this cycle may command. After a fault or a trip the engine's own answer (stop, retreat)
+// is all that goes out in it; a retreat that is under way already goes on to its end.
+bool Supervisor::guarded(Duration since_last) {
+  const bool retreating = state_.step == recipes::Step::retracting;
+  const std::size_t events = trips_;
+  if (const Error* error = bench_->fault()) trip(recipes::Fault{*error});
+  if (recording_->error()) trip(recipes::Fault{*recording_->error()});
+  if (const auto guard = actions_.check_guards(guard_context(since_last))) {
+    const bool at_leisure = guard->action == recipes::GuardAction::finish_trial;
+    if (at_leisure)
+      dispatch(recipes::GuardTripped{*guard});
+    else
+      trip(recipes::GuardTripped{*guard});
+  }
+  if (trips_ == events) return true;
+  if (retreating) actions_.check_motion();
+  return false;
+}
+
+GuardContext Supervisor::guard_context(Duration since_last) const {
+  // Whoever changes the cloth touches the plate, and a bias moves the zero.
+  const bool zero_moves = state_.step < recipes::Step::approaching;
+  return {deadline_, since_last, recording_->free_bytes(), zero_moves};
+}
+
+void Supervisor::trip(recipes::Event event) {
+  ++trips_;
+  dispatch(std::move(event));
+}
+
+void Supervisor::regulate(Duration since_last) {
+  if (!regulation_) return;
+  const Snapshot& seen = bench_->snapshot();
+  const bool fresh = seen.wrench_recent.readings > 0;
+  if (fresh) regulation_->force_n = force_of(seen);
+  const double force_n = regulation_->force_n;
+  const double dt_s = to_seconds(since_last);
+  recipes::ForceLoopInput input;
+  input.setpoint_n = regulation_->order.force_n;
+  input.force_n = force_n;
+  input.z_m = seen.stage[recipes::index(StageAxis::z)].position;
+  input.dt_s = dt_s;
+  input.fresh = fresh;
+  input.learn_stiffness = state_.step != recipes::Step::sliding;
+  const recipes::ForceCommand wanted = recipes::step(force_config_, regulation_->loop, input);
+  actions_.drive(StageAxis::z, wanted.velocity_mps);
+  if (!regulation_ || regulation_->settled) return;
+  if (!regulation_->settle.step(force_n - regulation_->order.force_n, dt_s)) return;
+  regulation_->settled = true;
+  dispatch(recipes::ForceSettled{regulation_->order.ticket});
 }
 
 }  // namespace weft::daemon

@@ -49,14 +49,15 @@ class Supervisor {
   [[nodiscard]] const recipes::PromptOperator* requested() const;
 
  private:
-  // supervisor.cpp: events and effects
+  // events and effects
   void dispatch(recipes::Event event);
+  template <class Order>
+  void carry_out(const Order& order) {
+    actions_.begin(order);
+  }
   void carry_out(const recipes::PromptOperator& effect);
   void carry_out(const recipes::TrialBegin& effect);
   void carry_out(const recipes::MountFabric& effect);
-  void carry_out(const recipes::MoveTo& effect);
-  void carry_out(const recipes::BiasSensors& effect);
-  void carry_out(const recipes::Descend& effect);
   void carry_out(const recipes::HoldForce& effect);
   void carry_out(const recipes::ReleaseForce& effect);
   void carry_out(const recipes::SetPhase& effect);
@@ -65,7 +66,7 @@ class Supervisor {
   void carry_out(const recipes::TrialDone& effect);
   void carry_out(const recipes::CampaignDone& effect);
 
-  // scan_cycle.cpp
+  // the scan cycle
   void cycle();
   bool guarded(Duration since_last);
   void trip(recipes::Event event);

@@ -1,8 +1,10 @@
 #pragma once
 // What is recorded of a trial, and how well its force was held.
 
+#include <functional>
 #include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "daemon/campaign/attempt_quality.hpp"
@@ -75,6 +77,41 @@ class TrialRecording {
   unsigned writes_ = 0;
   std::chrono::nanoseconds spent_{};
   std::vector<TimePoint> sampled_;
+};
+
+// What drivers say in words: warnings and errors, for the campaign's journal and for a person.
+
+struct DeviceLogEntry {
+  TimePoint time;  ///< on the bench's clock
+  LogLevel level = LogLevel::warning;
+  std::string device;
+  std::string text;
+};
+using DeviceLogSink = std::function<void(const DeviceLogEntry&)>;
+
+/// Listens to all devices of a bench, which outlives it. Each warning and error goes to the sink at
+/// once, and to the journal (kind "device_log") as soon as there is one: lines from before are
+/// kept, up to `most_stored`, and how many more there were is journalled too.
+class DeviceLog {
+ public:
+  static constexpr std::size_t most_stored = 256;
+
+  DeviceLog(Bench& bench, Loop& loop, DeviceLogSink sink);
+  ~DeviceLog();
+  DeviceLog(const DeviceLog&) = delete;
+  DeviceLog& operator=(const DeviceLog&) = delete;
+
+  /// Null: lines are kept again.
+  void journal_to(TrialRecording* recording);
+
+ private:
+  void take(DeviceLogEntry line);
+
+  Bench* bench_;
+  DeviceLogSink sink_;
+  TrialRecording* recording_ = nullptr;
+  std::vector<DeviceLogEntry> entries_;
+  std::size_t dropped_ = 0;
 };
 
 }  // namespace weft::daemon

@@ -20,7 +20,6 @@ class LineTaxels final : public DriverBase {
         }) {}
 
   Status open() override {
-    if (Status allowed = require(DriverState::closed, "open"); !allowed) return allowed;
     if (Status taken = attach(); !taken) return taken;
     silence_.expect_within(stale_after_);
     constexpr std::array<std::uint8_t, 2> who_are_you{'?', '\n'};

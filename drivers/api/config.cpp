@@ -31,47 +31,45 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 struct ConfigReader::Document {
   nlohmann::json object;
-
-  const nlohmann::json* find(std::string_view key) const {
-    const auto at = object.find(key);
-    return at == object.end() ? nullptr : &*at;
-  }
 };
 
 ConfigReader::ConfigReader(std::string_view json) : document_(std::make_unique<Document>()) {
   document_->object = nlohmann::json::parse(json, nullptr, /*allow_exceptions=*/false);
   if (document_->object.is_object()) return;
   document_->object = nlohmann::json::object();
-  note({.code = Errc::parse,
-        .what = "the configuration is not a JSON object",
-        .expected = "{\"key\": value, ...}"});
+  problem_ = {.code = Errc::parse,
+              .what = "the configuration is not a JSON object",
+              .expected = "{\"key\": value, ...}"};
 }
 
 ConfigReader::~ConfigReader() = default;
 
-void ConfigReader::note(Error error) {
-  if (!problem_) problem_ = std::move(error);
+const nlohmann::json* ConfigReader::find(std::string_view key) {
+  known_.emplace_back(key);
+  const auto at = document_->object.find(key);
+  return at == document_->object.end() ? nullptr : &*at;
+}
+
+void ConfigReader::note(Errc code, std::string_view key, std::string message, std::string expected,
+                        std::string got) {
+  if (problem_) return;
+  problem_ = {.code = code,
+              .where = "/" + std::string(key),
+              .what = std::move(message),
+              .expected = std::move(expected),
+              .got = std::move(got)};
 }
 
 void ConfigReader::refuse(std::string_view key, std::string message, std::string expected,
                           std::string got) {
-  note({.code = Errc::range,
-        .where = "/" + std::string(key),
-        .what = std::move(message),
-        .expected = std::move(expected),
-        .got = std::move(got)});
+  note(Errc::range, key, std::move(message), std::move(expected), std::move(got));
 }
 
 double ConfigReader::number(std::string_view key, double fallback, NumberRange range) {
-  known_.emplace_back(key);
-  const nlohmann::json* value = document_->find(key);
+  const nlohmann::json* value = find(key);
   if (value == nullptr) return fallback;
   if (!value->is_number()) {
-    note({.code = Errc::invalid_argument,
-          .where = "/" + known_.back(),
-          .what = "not a number",
-          .expected = range_text(range),
-          .got = value->type_name()});
+    note(Errc::invalid_argument, key, "not a number", range_text(range), value->type_name());
     return fallback;
   }
   const double x = value->get<double>();
@@ -87,21 +85,16 @@ std::int64_t ConfigReader::integer(std::string_view key, std::int64_t fallback, 
 }
 
 bool ConfigReader::flag(std::string_view key, bool fallback) {
-  known_.emplace_back(key);
-  const nlohmann::json* value = document_->find(key);
+  const nlohmann::json* value = find(key);
   if (value == nullptr) return fallback;
   if (value->is_boolean()) return value->get<bool>();
-  note({.code = Errc::invalid_argument,
-        .where = "/" + known_.back(),
-        .what = "not true or false",
-        .got = value->type_name()});
+  note(Errc::invalid_argument, key, "not true or false", "", value->type_name());
   return fallback;
 }
 
 std::string ConfigReader::choice(std::string_view key, std::string_view fallback,
                                  const std::vector<std::string_view>& choices) {
-  known_.emplace_back(key);
-  const nlohmann::json* value = document_->find(key);
+  const nlohmann::json* value = find(key);
   if (value == nullptr) return std::string(fallback);
   if (value->is_string()) {
     const auto& text = value->get_ref<const std::string&>();
@@ -110,43 +103,31 @@ std::string ConfigReader::choice(std::string_view key, std::string_view fallback
   std::string expected;
   for (const std::string_view c : choices)
     expected += (expected.empty() ? "" : ", ") + std::string(c);
-  note({.code = Errc::invalid_argument,
-        .where = "/" + known_.back(),
-        .what = "not one of the choices",
-        .expected = expected,
-        .got = value->is_string() ? value->get<std::string>() : value->type_name()});
+  note(Errc::invalid_argument, key, "not one of the choices", expected,
+       value->is_string() ? value->get<std::string>() : value->type_name());
   return std::string(fallback);
 }
 
 std::string ConfigReader::text(std::string_view key, std::string_view fallback,
                                std::size_t longest) {
-  known_.emplace_back(key);
-  const nlohmann::json* value = document_->find(key);
+  const nlohmann::json* value = find(key);
   if (value == nullptr) return std::string(fallback);
   if (value->is_string() && value->get_ref<const std::string&>().size() <= longest)
     return value->get<std::string>();
-  note({.code = Errc::invalid_argument,
-        .where = "/" + known_.back(),
-        .what = "not a text",
-        .expected = "at most " + std::to_string(longest) + " bytes",
-        .got = value->type_name()});
+  note(Errc::invalid_argument, key, "not a text", "at most " + std::to_string(longest) + " bytes",
+       value->type_name());
   return std::string(fallback);
 }
 
 std::vector<double> ConfigReader::numbers(std::string_view key, std::vector<double> fallback,
                                           NumberRange range) {
-  known_.emplace_back(key);
-  const nlohmann::json* value = document_->find(key);
+  const nlohmann::json* value = find(key);
   if (value == nullptr) return fallback;
   const std::string expected =
       std::to_string(fallback.size()) + " numbers, each " + range_text(range);
   if (!value->is_array() || value->size() != fallback.size()) {
-    note({.code = Errc::invalid_argument,
-          .where = "/" + known_.back(),
-          .what = "not a list of the right length",
-          .expected = expected,
-          .got =
-              value->is_array() ? std::to_string(value->size()) + " entries" : value->type_name()});
+    note(Errc::invalid_argument, key, "not a list of the right length", expected,
+         value->is_array() ? std::to_string(value->size()) + " entries" : value->type_name());
     return fallback;
   }
   std::vector<double> out;

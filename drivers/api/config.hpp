@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <initializer_list>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -49,7 +50,10 @@ class ConfigReader {
 
  private:
   struct Document;
-  void note(Error error);
+  /// The value of `key`, which is known from now on; nullptr where it is absent.
+  const nlohmann::json* find(std::string_view key);
+  void note(Errc code, std::string_view key, std::string message, std::string expected,
+            std::string got);
 
   std::unique_ptr<Document> document_;
   std::vector<std::string> known_;

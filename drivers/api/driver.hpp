@@ -10,16 +10,31 @@
 #include <variant>
 #include <vector>
 
-#include "drivers/api/link.hpp"
-#include "drivers/api/loop.hpp"
 #include "drivers/api/sample.hpp"
+#include "drivers/api/timer.hpp"
+#include "protocols/base/bytes.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft {
 
+/// Moves bytes and stamps their arrival; knows nothing about frames.
+/// Serial links deliver any chunking of the stream; datagram links deliver one datagram a call.
+class Link {
+ public:
+  using Receiver = std::function<void(ByteView bytes, TimePoint arrival)>;
+  using Closed = std::function<void(const Error& why)>;
+
+  virtual ~Link() = default;
+  virtual Status write(ByteView bytes) = 0;
+  /// Replaces the receiver; an empty function stops delivery.
+  virtual void on_receive(Receiver receiver) = 0;
+  /// Called at most once, when the far end goes away.
+  virtual void on_closed(Closed closed) = 0;
+};
+
 enum class LogLevel { debug, info, warning, error };
 
-/// Closed, open, armed, faulted: see lifecycle.hpp for the table.
+/// Closed, open, armed, faulted: see driver_base.hpp for the table.
 enum class DriverState { closed, open, armed, faulted };
 
 /// Find the reference mark. Stages only.

@@ -1,8 +1,19 @@
 #include "drivers/api/driver_base.hpp"
 
+#include <nlohmann/json.hpp>
 #include <string>
 
 namespace weft {
+
+// Text from a device need not be UTF-8: what is not becomes U+FFFD.
+std::string to_json(const DeviceIdentity& identity) {
+  nlohmann::json reported = nlohmann::json::object();
+  nlohmann::json scale = nlohmann::json::object();
+  for (const auto& [key, text] : identity.reported) reported[key] = text;
+  for (const auto& [key, value] : identity.scale) scale[key] = value;
+  return nlohmann::json{{"reported", reported}, {"scale", scale}}.dump(
+      -1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
 
 Status DriverBase::require(DriverState wanted, std::string_view action) const {
   if (state_ == wanted) return {};
@@ -15,6 +26,7 @@ Status DriverBase::require(DriverState wanted, std::string_view action) const {
 }
 
 Status DriverBase::attach() {
+  if (Status allowed = require(DriverState::closed, "open"); !allowed) return allowed;
   if (attached_)
     return fail({.code = Errc::wrong_state, .what = "open is refused: opening is under way"});
   attached_ = true;

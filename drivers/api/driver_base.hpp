@@ -1,12 +1,55 @@
 #pragma once
 // What every driver does alike: the lifecycle, the link's callbacks, the way into a fault.
 
+#include <array>
+#include <optional>
 #include <string_view>
 
 #include "drivers/api/driver.hpp"
-#include "drivers/api/lifecycle.hpp"
 
 namespace weft {
+
+/// The lifecycle: a pair that is not in the table is refused.
+enum class LifecycleEvent { opened, armed, disarmed, fault, close };
+
+struct LifecycleRow {
+  DriverState from;
+  LifecycleEvent event;
+  DriverState to;
+};
+
+inline constexpr std::array lifecycle_table{
+    LifecycleRow{DriverState::closed, LifecycleEvent::opened, DriverState::open},
+    LifecycleRow{DriverState::open, LifecycleEvent::armed, DriverState::armed},
+    LifecycleRow{DriverState::armed, LifecycleEvent::disarmed, DriverState::open},
+    LifecycleRow{DriverState::closed, LifecycleEvent::fault, DriverState::faulted},
+    LifecycleRow{DriverState::open, LifecycleEvent::fault, DriverState::faulted},
+    LifecycleRow{DriverState::armed, LifecycleEvent::fault, DriverState::faulted},
+    LifecycleRow{DriverState::closed, LifecycleEvent::close, DriverState::closed},
+    LifecycleRow{DriverState::open, LifecycleEvent::close, DriverState::closed},
+    LifecycleRow{DriverState::armed, LifecycleEvent::close, DriverState::closed},
+    LifecycleRow{DriverState::faulted, LifecycleEvent::close, DriverState::closed},
+};
+
+constexpr std::optional<DriverState> next(DriverState state, LifecycleEvent event) {
+  for (const LifecycleRow& row : lifecycle_table)
+    if (row.from == state && row.event == event) return row.to;
+  return std::nullopt;
+}
+
+constexpr std::string_view to_string(DriverState state) {
+  switch (state) {
+    case DriverState::closed:
+      return "closed";
+    case DriverState::open:
+      return "open";
+    case DriverState::armed:
+      return "armed";
+    case DriverState::faulted:
+      return "faulted";
+  }
+  return "unknown";
+}
 
 /// Base for drivers. A driver that inherits it writes received(), make_safe() and the commands.
 /// The final class owns its timers as members, so that none outlives it.
@@ -32,7 +75,8 @@ class DriverBase : public Driver {
   /// Errors: wrong_state, as a sentence: "open is refused: the driver is armed".
   Status require(DriverState wanted, std::string_view action) const;
 
-  /// Takes the link's callbacks. Errors: wrong_state, while a conversation is under way already.
+  /// The first step of open(): takes the link's callbacks. Errors: wrong_state, unless the driver
+  /// is closed and no conversation is under way.
   Status attach();
   void detach();
   [[nodiscard]] bool attached() const { return attached_; }
@@ -52,5 +96,14 @@ class DriverBase : public Driver {
   DriverState state_ = DriverState::closed;
   bool attached_ = false;
 };
+
+/// DriverEntry::create of a driver: `read_settings` reads its configuration and checks it.
+template <class DriverClass, auto read_settings>
+Result<std::unique_ptr<Driver>> create_driver(std::string_view config_json,
+                                              DriverHost& host) noexcept {
+  const auto settings = read_settings(config_json);
+  if (!settings) return pass(settings.error());
+  return std::make_unique<DriverClass>(*settings, host);
+}
 
 }  // namespace weft

@@ -32,7 +32,6 @@ void ListeningDriver::stop() noexcept {
 
 void ListeningDriver::close() noexcept {
   rest();
-  forget_bytes();
   detach();
   enter(LifecycleEvent::close);
 }
@@ -42,8 +41,16 @@ void ListeningDriver::be_armed() {
   enter(LifecycleEvent::armed);
 }
 
+bool ListeningDriver::advance(Duration stale_after) {
+  if (arming_) be_armed();
+  if (state() != DriverState::armed) return false;
+  silence_.expect_within(stale_after);
+  return true;
+}
+
 void ListeningDriver::rest() noexcept {
   arming_ = false;
+  silence_.stop();
   stop_waiting();
 }
 

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "drivers/api/driver_base.hpp"
+#include "drivers/api/timer.hpp"
 
 namespace weft {
 
@@ -14,7 +15,10 @@ namespace weft {
 class ListeningDriver : public DriverBase {
  public:
   /// `device` with its article, "a tactile array"; must outlive the driver.
-  ListeningDriver(DriverHost& host, std::string_view device) : DriverBase(host), device_(device) {}
+  ListeningDriver(DriverHost& driver_host, std::string_view device)
+      : DriverBase(driver_host),
+        device_(device),
+        silence_(driver_host.loop(), [this] { on_silence(); }) {}
 
   /// Armed when the driver says so with be_armed().
   Status arm() noexcept final;
@@ -27,13 +31,18 @@ class ListeningDriver : public DriverBase {
  protected:
   /// Arming has begun: wait for frames.
   virtual void await_frames() = 0;
-  /// Stop all waiting.
-  virtual void stop_waiting() noexcept = 0;
-  /// Forget the frame that has begun to arrive.
-  virtual void forget_bytes() noexcept = 0;
+  /// Nothing came as long as silence() expects it.
+  virtual void on_silence() = 0;
+  /// Stop all waiting but that of silence().
+  virtual void stop_waiting() noexcept {}
 
+  /// Awaits what the device sends by itself.
+  [[nodiscard]] Watchdog& silence() { return silence_; }
   [[nodiscard]] bool arming() const { return arming_; }
   void be_armed();
+  /// Once open, on a good frame: armed if that is under way, and the next frame awaited. False
+  /// while nothing is to be published.
+  bool advance(Duration stale_after);
   /// So many more frames could not be used. Logged when damage begins, and then once a second.
   void count_damaged(std::uint64_t frames, TimePoint arrival);
 
@@ -42,6 +51,7 @@ class ListeningDriver : public DriverBase {
   void rest() noexcept;
 
   std::string_view device_;
+  Watchdog silence_;
   bool arming_ = false;
   std::uint64_t damaged_ = 0, damaged_reported_ = 0;
   TimePoint damage_reported_at_{};

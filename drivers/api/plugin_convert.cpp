@@ -21,7 +21,7 @@ tl::unexpected<Error> broken_sample(const char* what) {
       {.code = Errc::range, .what = std::string("a sample of the plugin is broken: ") + what});
 }
 
-Result<Sample> with(const weft_sample_v1& sample, decltype(Sample::value) value) {
+Result<Sample> with(const weft_sample_v1& sample, SampleValue value) {
   return Sample{time_of(sample.host_ns), sample.sequence, sample.lost, value};
 }
 
@@ -78,22 +78,15 @@ Errc code_of(std::int32_t code) {
   return known ? static_cast<Errc>(code) : Errc::device;
 }
 
-struct ToC {
-  weft_command_v1 c{sizeof(weft_command_v1), 0, 0, 0, 0, 0};
-  void operator()(const HomeCommand&) { c.kind = WEFT_HOME; }
-  void operator()(const MoveCommand& move) {
-    c.kind = WEFT_MOVE;
-    c.target = move.target;
-    c.speed = move.speed;
-  }
-  void operator()(const ServoCommand& servo) {
-    c.kind = WEFT_SERVO;
-    c.velocity = servo.velocity;
-    c.horizon_ns = servo.horizon.count();
-  }
-  void operator()(const PollCommand&) { c.kind = WEFT_POLL; }
-  void operator()(const BiasCommand&) { c.kind = WEFT_BIAS; }
-};
+weft_block_sample_v1 c_block(std::span<const double> values, double rate_hz,
+                             std::uint32_t device_us, std::uint32_t clipped) {
+  return {sizeof(weft_block_sample_v1),
+          static_cast<std::uint32_t>(values.size()),
+          values.data(),
+          rate_hz,
+          device_us,
+          clipped};
+}
 
 }  // namespace
 
@@ -114,9 +107,17 @@ Error error_of(const weft_error_v1& error) {
 }
 
 weft_command_v1 c_command(const Command& command) {
-  ToC to_c;
-  std::visit(to_c, command);
-  return to_c.c;
+  weft_command_v1 c{
+      sizeof(weft_command_v1), static_cast<std::uint32_t>(command.index() + 1), 0, 0, 0, 0};
+  if (const auto* move = std::get_if<MoveCommand>(&command)) {
+    c.target = move->target;
+    c.speed = move->speed;
+  }
+  if (const auto* servo = std::get_if<ServoCommand>(&command)) {
+    c.velocity = servo->velocity;
+    c.horizon_ns = servo->horizon.count();
+  }
+  return c;
 }
 
 Result<Command> command_of(const weft_command_v1& command) {
@@ -197,21 +198,11 @@ weft_taxel_sample_v1 c_value(const TaxelSample& taxels) {
 }
 
 weft_block_sample_v1 c_value(const AccelerationSample& block) {
-  return {sizeof(weft_block_sample_v1),
-          static_cast<std::uint32_t>(block.acceleration_mps2.size()),
-          block.acceleration_mps2.data(),
-          block.rate_hz,
-          block.device_us,
-          block.clipped};
+  return c_block(block.acceleration_mps2, block.rate_hz, block.device_us, block.clipped);
 }
 
 weft_block_sample_v1 c_value(const SoundSample& block) {
-  return {sizeof(weft_block_sample_v1),
-          static_cast<std::uint32_t>(block.pressure_pa.size()),
-          block.pressure_pa.data(),
-          block.rate_hz,
-          block.device_us,
-          block.clipped};
+  return c_block(block.pressure_pa, block.rate_hz, block.device_us, block.clipped);
 }
 
 }  // namespace weft::plugin

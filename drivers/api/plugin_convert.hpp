@@ -1,6 +1,8 @@
 #pragma once
 // Between the C++ types of drivers and the C structs of the plugin ABI; used on both sides.
 
+#include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "drivers/api/driver.hpp"
@@ -25,6 +27,8 @@ Result<Command> command_of(const weft_command_v1& command);
 /// cannot be).
 Result<Sample> sample_of(const weft_sample_v1& sample);
 
+using SampleValue = decltype(Sample::value);
+
 DeviceIdentity identity_of(const weft_identity_v1& identity);
 
 weft_stage_sample_v1 c_value(const StageSample& stage);
@@ -32,21 +36,12 @@ weft_wrench_sample_v1 c_value(const WrenchSample& wrench);
 weft_taxel_sample_v1 c_value(const TaxelSample& taxels);
 weft_block_sample_v1 c_value(const AccelerationSample& block);
 weft_block_sample_v1 c_value(const SoundSample& block);
-constexpr std::uint32_t kind_of(const StageSample&) {
-  return WEFT_STAGE_SAMPLE;
-}
-constexpr std::uint32_t kind_of(const WrenchSample&) {
-  return WEFT_WRENCH_SAMPLE;
-}
-constexpr std::uint32_t kind_of(const TaxelSample&) {
-  return WEFT_TAXEL_SAMPLE;
-}
-constexpr std::uint32_t kind_of(const AccelerationSample&) {
-  return WEFT_ACCELERATION_SAMPLE;
-}
-constexpr std::uint32_t kind_of(const SoundSample&) {
-  return WEFT_SOUND_SAMPLE;
-}
+
+/// Kinds of samples, like those of commands, are numbered from 1 in the order of the variant.
+static_assert(
+    std::is_same_v<std::variant_alternative_t<WEFT_STAGE_SAMPLE - 1, SampleValue>, StageSample>);
+static_assert(
+    std::is_same_v<std::variant_alternative_t<WEFT_SOUND_SAMPLE - 1, SampleValue>, SoundSample>);
 
 /// Calls `use` with the sample as C has it; nothing allocates.
 template <class Use>
@@ -54,8 +49,9 @@ void with_c_sample(const Sample& sample, const Use& use) {
   std::visit(
       [&](const auto& value) {
         const auto c = c_value(value);
-        use(weft_sample_v1{sizeof(weft_sample_v1), kind_of(value), &c, ns_of(sample.host),
-                           sample.sequence, sample.lost});
+        use(weft_sample_v1{sizeof(weft_sample_v1),
+                           static_cast<std::uint32_t>(sample.value.index() + 1), &c,
+                           ns_of(sample.host), sample.sequence, sample.lost});
       },
       sample.value);
 }

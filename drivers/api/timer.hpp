@@ -1,14 +1,37 @@
 #pragma once
-// Timers that cannot outlive their owner: both cancel themselves when destroyed.
+// The one source of time and timers, and timers that cannot outlive their owner. Two loops live in
+// daemon/base/loop: real (Asio) and virtual (ordered timers; when idle, jump to the next).
 
+#include <cstdint>
+#include <functional>
 #include <optional>
 #include <utility>
 
-#include "drivers/api/loop.hpp"
+#include "protocols/base/time.hpp"
 
 namespace weft {
 
-/// One timer with one callback; starting it again moves it.
+using TimerId = std::uint64_t;
+
+/// Thread-bound: every call and every callback happens on the loop's own thread.
+class Loop {
+ public:
+  using Callback = std::function<void()>;
+
+  virtual ~Loop() = default;
+  [[nodiscard]] virtual TimePoint now() const = 0;
+  /// Runs `callback` once at `when` (at once, after what is queued, when that is past).
+  /// Callbacks due at the same instant run in the order in which they were asked for.
+  virtual TimerId at(TimePoint when, Callback callback) = 0;
+  /// Forgets a timer; an id that already ran or never existed is ignored.
+  virtual void cancel(TimerId id) = 0;
+
+  TimerId after(Duration delay, Callback callback) {
+    return at(now() + delay, std::move(callback));
+  }
+};
+
+/// One timer with one callback, which cancels itself when destroyed; starting it again moves it.
 class Timer {
  public:
   Timer(Loop& loop, Loop::Callback callback) : loop_(&loop), callback_(std::move(callback)) {}
@@ -36,9 +59,9 @@ class Timer {
   std::optional<TimerId> id_;
 };
 
-/// Calls back when nothing has come in time. Feeding it costs one comparison and no timer call, so
-/// that a stream of thousands of frames a second may do it: a timer that finds itself early sleeps
-/// on.
+/// Calls back when nothing has come in time, and cancels itself when destroyed. Feeding it costs
+/// one comparison and no timer call, so that a stream of thousands of frames a second may do it: a
+/// timer that finds itself early sleeps on.
 class Watchdog {
  public:
   Watchdog(Loop& loop, Loop::Callback expired)

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string_view>
 
-#include "drivers/api/suspicion.hpp"
+#include "drivers/api/stream_watch.hpp"
 #include "protocols/base/result.hpp"
 #include "protocols/base/time.hpp"
 

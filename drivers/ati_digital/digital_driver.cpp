@@ -35,7 +35,6 @@ DigitalDriver::DigitalDriver(const DigitalSettings& settings, DriverHost& driver
               "rate_hz is the sensor's records a second divided by average"}) {}
 
 Status DigitalDriver::open() noexcept {
-  if (Status allowed = require(DriverState::closed, "open"); !allowed) return allowed;
   if (Status taken = attach(); !taken) return taken;
   phase_ = Phase::opening;
   registers_.clear();
@@ -305,21 +304,11 @@ void DigitalDriver::on_stale() {
        .hint = "Check the sensor's power and cable"});
 }
 
-namespace {
-
-Result<std::unique_ptr<Driver>> create(std::string_view config_json, DriverHost& host) noexcept {
-  const Result<DigitalSettings> settings = read_digital_settings(config_json);
-  if (!settings) return pass(settings.error());
-  return std::make_unique<DigitalDriver>(*settings, host);
-}
-
-}  // namespace
-
 constinit const DriverEntry ati_digital_entry{
     .name = "ati_digital",
     .summary = "ATI Digital force/torque sensor, Modbus RTU and its raw stream",
     .config_schema_json = digital_config_schema,
-    .create = create,
+    .create = create_driver<DigitalDriver, read_digital_settings>,
 };
 
 const char digital_config_schema[] = R"({

@@ -23,6 +23,48 @@ std::array<double, 6> counts_of(const Record& record) {
 }
 }  // namespace
 
+Status PageReader::read(Link& link) {
+  link_ = &link;
+  at_calibration_ = false;
+  link.on_receive([this](ByteView bytes, TimePoint) { received(bytes); });
+  link.on_closed([this](const Error& why) { finish(pass(why, "the settings page")); });
+  return send_request(settings_path);
+}
+
+void PageReader::let_go() {
+  if (link_ == nullptr) return;
+  link_->on_receive({});
+  link_->on_closed({});
+  link_ = nullptr;
+}
+
+Status PageReader::send_request(std::string_view path) {
+  reply_.clear();
+  const std::string request = http_get(path, "netft");
+  return link_->write({reinterpret_cast<const std::uint8_t*>(request.data()), request.size()});
+}
+
+void PageReader::received(ByteView bytes) {
+  if (Status fine = reply_.push(bytes); !fine) return finish(pass(fine.error()));
+  if (!reply_.complete()) return;
+  if (at_calibration_) {
+    auto page = decode_calibration(reply_.body());
+    if (!page) return finish(pass(page.error(), calibration_path));
+    pages_.calibration = std::move(*page);
+    return finish(pages_);
+  }
+  auto page = decode_settings(reply_.body());
+  if (!page) return finish(pass(page.error(), settings_path));
+  pages_.settings = std::move(*page);
+  at_calibration_ = true;
+  if (Status sent = send_request(calibration_path); !sent) finish(pass(sent.error()));
+}
+
+void PageReader::finish(Result<BoxPages> outcome) {
+  let_go();
+  done_(std::move(outcome));
+}
+
 NetftDriver::NetftDriver(const NetftSettings& settings, DriverHost& driver_host)
     : DriverBase(driver_host),
       settings_(settings),
@@ -33,7 +75,6 @@ NetftDriver::NetftDriver(const NetftSettings& settings, DriverHost& driver_host)
       stale_(driver_host.loop(), [this] { on_stale(); }) {}
 
 Status NetftDriver::open() noexcept {
-  if (Status allowed = require(DriverState::closed, "open"); !allowed) return allowed;
   if (Status taken = attach(); !taken) return taken;
   bad_datagrams_ = late_records_ = 0;
   pages_.reset();
@@ -279,21 +320,11 @@ void NetftDriver::on_stale() {
        .hint = "Another client's start request redirects the stream: look for one"});
 }
 
-namespace {
-
-Result<std::unique_ptr<Driver>> create(std::string_view config_json, DriverHost& host) noexcept {
-  const Result<NetftSettings> settings = read_netft_settings(config_json);
-  if (!settings) return pass(settings.error());
-  return std::make_unique<NetftDriver>(*settings, host);
-}
-
-}  // namespace
-
 constinit const DriverEntry ati_netft_entry{
     .name = "ati_netft",
     .summary = "ATI force/torque sensor behind a Net F/T box, RDT over UDP",
     .config_schema_json = netft_config_schema,
-    .create = create,
+    .create = create_driver<NetftDriver, read_netft_settings>,
 };
 
 namespace {

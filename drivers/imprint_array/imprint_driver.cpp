@@ -15,6 +15,9 @@ namespace {
 constexpr double rate_tolerance = 1e-3;
 /// So many scans of another part may be under way when a part has been asked for anew.
 constexpr int most_foreign_scans = 3;
+constexpr std::uint32_t least_scans = 10;  // of a window that is watched
+/// So many taxels with noise of a fraction of a count never read the same for seconds.
+constexpr std::size_t least_taxels = 64;
 
 std::string format_text(const imprint::Window& window) {
   return std::to_string(window.rows) + " x " + std::to_string(window.cols) + " from row " +
@@ -23,35 +26,53 @@ std::string format_text(const imprint::Window& window) {
 
 }  // namespace
 
+ScanWatch::ScanWatch(double rate_hz, Duration window)
+    : StreamWatch(
+          {.rate_hz = rate_hz,
+           .window = window,
+           .least_frames = least_scans,
+           .rate_code = Errc::device_settings,
+           .rate_what = "the array scans at another rate than configured",
+           .rate_unit = "scans/s",
+           .rate_hint = "Correct rate_hz in the rig file, or look at the array's settings"}) {}
+
+void ScanWatch::begin(const imprint::Frame& scan) {
+  std::ranges::copy(scan.taxels(), first_.begin());
+  changed_ = false;
+}
+
+void ScanWatch::note(const imprint::Frame& scan) {
+  if (!changed_) changed_ = !std::equal(scan.taxels().begin(), scan.taxels().end(), first_.begin());
+}
+
+std::optional<Error> ScanWatch::check_values(const imprint::Frame& scan) const {
+  if (changed_ || scan.taxels().size() < least_taxels) return std::nullopt;
+  return Error{.code = Errc::device_data,
+               .what = "the scans are frozen: no taxel changes",
+               .expected = "the noise that taxels have",
+               .got = std::to_string(frames()) + " equal scans",
+               .hint = "Look at the array's cable; watch_s 0 is for an array without noise"};
+}
+
 ImprintDriver::ImprintDriver(const ImprintSettings& settings, DriverHost& driver_host)
     : ListeningDriver(driver_host, "an imprint array"),
       settings_(settings),
-      watch_(settings.rate_hz, settings.watch),
-      silence_(driver_host.loop(), [this] { on_silence(); }) {}
+      watch_(settings.rate_hz, settings.watch) {}
 
 Status ImprintDriver::open() noexcept {
-  if (Status allowed = require(DriverState::closed, "open"); !allowed) return allowed;
   if (Status taken = attach(); !taken) return taken;
   splitter_.clear();
   sequence_.reset();
   description_.reset();
   watch_.restart();
   foreign_scans_ = 0;
-  silence_.expect_within(settings_.reply_timeout);
+  silence().expect_within(settings_.reply_timeout);
   return {};
 }
 
 void ImprintDriver::await_frames() {
   watch_.restart();
-  silence_.expect_within(std::max(settings_.stale_after, settings_.reply_timeout));
-}
-
-void ImprintDriver::stop_waiting() noexcept {
-  silence_.stop();
-}
-
-void ImprintDriver::forget_bytes() noexcept {
-  splitter_.clear();
+  silence().expect_within(std::max(settings_.stale_after, settings_.reply_timeout));
 }
 
 void ImprintDriver::received(ByteView bytes, TimePoint arrival) {
@@ -79,7 +100,7 @@ void ImprintDriver::on_description() {
   if (!window) return raise(window.error());
   description_ = description_seen;
   window_ = *window;
-  silence_.expect_within(settings_.reply_timeout);
+  silence().expect_within(settings_.reply_timeout);
   request_window();
 }
 
@@ -129,7 +150,12 @@ void ImprintDriver::on_scan(TimePoint arrival) {
   if (frame_.window != window_) return on_foreign_scan();
   foreign_scans_ = 0;
   const std::uint32_t lost = count_lost();
-  if (!advance()) return;
+  if (state() == DriverState::closed) {
+    silence().stop();
+    report_identity();
+    return enter(LifecycleEvent::opened);
+  }
+  if (!advance(settings_.stale_after)) return;
   if (auto wrong = watch_.check(frame_, lost, arrival)) return raise(*wrong);
   publish(lost, arrival);
 }
@@ -156,20 +182,6 @@ std::uint32_t ImprintDriver::count_lost() {
   sequence_.reset();
   sequence_.observe(frame_.sequence);
   return 0;
-}
-
-/// Moves along the lifecycle on a good scan. False while nothing is to be published.
-bool ImprintDriver::advance() {
-  if (state() == DriverState::closed) {
-    silence_.stop();
-    report_identity();
-    enter(LifecycleEvent::opened);
-    return false;
-  }
-  if (arming()) be_armed();
-  if (state() != DriverState::armed) return false;
-  silence_.expect_within(settings_.stale_after);
-  return true;
 }
 
 void ImprintDriver::publish(std::uint32_t lost, TimePoint arrival) {
@@ -209,21 +221,11 @@ void ImprintDriver::on_silence() {
          .hint = state() == DriverState::closed ? "Check the port and the array's power" : ""});
 }
 
-namespace {
-
-Result<std::unique_ptr<Driver>> create(std::string_view config_json, DriverHost& host) noexcept {
-  const Result<ImprintSettings> settings = read_imprint_settings(config_json);
-  if (!settings) return pass(settings.error());
-  return std::make_unique<ImprintDriver>(*settings, host);
-}
-
-}  // namespace
-
 constinit const DriverEntry imprint_array_entry{
     .name = "imprint_array",
     .summary = "Dense array of taxels for static imprints, whole or a part of it",
     .config_schema_json = imprint_config_schema,
-    .create = create,
+    .create = create_driver<ImprintDriver, read_imprint_settings>,
 };
 
 namespace imprint = protocols::imprint;

@@ -6,10 +6,8 @@
 #include <optional>
 #include <string_view>
 
-#include "drivers/api/driver.hpp"
 #include "drivers/api/listening_driver.hpp"
-#include "drivers/api/timer.hpp"
-#include "drivers/imprint_array/scan_watch.hpp"
+#include "drivers/api/stream_watch.hpp"
 #include "protocols/base/result.hpp"
 #include "protocols/base/time.hpp"
 #include "protocols/imprint/imprint.hpp"
@@ -41,6 +39,22 @@ Result<ImprintSettings> read_imprint_settings(std::string_view config_json);
 /// Driver for a dense array of taxels that keeps an imprint. One page about it: README.md.
 extern const DriverEntry imprint_array_entry;
 
+/// Looks for frozen scans, another rate, a clock that runs wrong.
+class ScanWatch final : public StreamWatch<protocols::imprint::Frame> {
+ public:
+  /// `window` zero: it does not look.
+  ScanWatch(double rate_hz, Duration window);
+
+ private:
+  void begin(const protocols::imprint::Frame& scan) override;
+  void note(const protocols::imprint::Frame& scan) override;
+  [[nodiscard]] std::optional<Error> check_values(
+      const protocols::imprint::Frame& scan) const override;
+
+  std::array<std::uint8_t, protocols::imprint::max_taxels> first_{};  ///< of the window
+  bool changed_ = false;
+};
+
 /// Asks for a part of the array and publishes each scan of it as a TaxelSample, row after row.
 /// Nothing allocates while streaming.
 class ImprintDriver final : public ListeningDriver {
@@ -55,8 +69,7 @@ class ImprintDriver final : public ListeningDriver {
   void received(ByteView bytes, TimePoint arrival) override;
   /// Armed when the next scan of the part that was asked for has come.
   void await_frames() override;
-  void stop_waiting() noexcept override;
-  void forget_bytes() noexcept override;
+  void on_silence() override;
 
   void on_description();
   [[nodiscard]] std::optional<Error> unfit(
@@ -65,10 +78,8 @@ class ImprintDriver final : public ListeningDriver {
   void on_foreign_scan();
   void request_window();
   std::uint32_t count_lost();
-  bool advance();
   void publish(std::uint32_t lost, TimePoint arrival);
   void report_identity();
-  void on_silence();
 
   ImprintSettings settings_;
   protocols::imprint::Splitter splitter_;
@@ -80,8 +91,6 @@ class ImprintDriver final : public ListeningDriver {
   int foreign_scans_ = 0;  ///< in a row, of another part
   ScanWatch watch_;
   std::array<std::uint16_t, protocols::imprint::max_taxels> counts_{};
-
-  Watchdog silence_;
 };
 
 }  // namespace weft::drivers

@@ -23,17 +23,15 @@ constexpr int late_run_of_a_restart = 3;
 TaxelDriver::TaxelDriver(const TaxelSettings& settings, DriverHost& driver_host)
     : ListeningDriver(driver_host, "a tactile array"),
       settings_(settings),
-      watch_(settings.rate_hz, settings.watch, settings.form == TaxelForm::weft),
-      silence_(driver_host.loop(), [this] { on_silence(); }) {}
+      watch_(settings.rate_hz, settings.watch, settings.form == TaxelForm::weft) {}
 
 Status TaxelDriver::open() noexcept {
-  if (Status allowed = require(DriverState::closed, "open"); !allowed) return allowed;
   if (Status taken = attach(); !taken) return taken;
   splitter_.clear();
   sequence_.reset();
   frame_ = {};
   frame_.taxel_count = settings_.taxels;
-  silence_.expect_within(settings_.reply_timeout);
+  silence().expect_within(settings_.reply_timeout);
   watch_.restart();
   late_ = 0;
   // A gateway sends unasked; an emulated one learns from this where to.
@@ -43,15 +41,7 @@ Status TaxelDriver::open() noexcept {
 }
 
 void TaxelDriver::await_frames() {
-  silence_.expect_within(std::max(settings_.stale_after, settings_.reply_timeout));
-}
-
-void TaxelDriver::stop_waiting() noexcept {
-  silence_.stop();
-}
-
-void TaxelDriver::forget_bytes() noexcept {
-  splitter_.clear();
+  silence().expect_within(std::max(settings_.stale_after, settings_.reply_timeout));
 }
 
 void TaxelDriver::received(ByteView bytes, TimePoint arrival) {
@@ -60,10 +50,10 @@ void TaxelDriver::received(ByteView bytes, TimePoint arrival) {
 }
 
 std::uint64_t TaxelDriver::on_stream(ByteView bytes, TimePoint arrival) {
-  const std::uint64_t before = splitter_.crc_errors();
+  const std::uint64_t before = splitter_.damaged();
   splitter_.push(bytes);
   while (attached() && splitter_.next(frame_)) on_frame(arrival);
-  return splitter_.crc_errors() - before;
+  return splitter_.damaged() - before;
 }
 
 // The gateway sends no number: the driver counts, and cannot see what got lost.
@@ -87,7 +77,13 @@ void TaxelDriver::on_frame(TimePoint arrival) {
     return;
   }
   const std::optional<std::uint32_t> lost = count_lost();
-  if (!lost || !advance() || state() != DriverState::armed) return;
+  if (!lost) return;
+  if (state() == DriverState::closed) {
+    silence().stop();
+    host().identified({.reported = {{"taxels", std::to_string(frame_.taxel_count)}}, .scale = {}});
+    return enter(LifecycleEvent::opened);
+  }
+  if (!advance(settings_.stale_after)) return;
   if (auto wrong = watch_.check(frame_, *lost, arrival)) return raise(*wrong);
   publish(*lost, arrival);
 }
@@ -122,20 +118,6 @@ bool TaxelDriver::came_late() {
   return last_device_us_ - frame_.device_us < latest_us && late_in_a_row_ < late_run_of_a_restart;
 }
 
-/// Moves along the lifecycle on a good frame. False while nothing is to be published.
-bool TaxelDriver::advance() {
-  if (state() == DriverState::closed) {
-    silence_.stop();
-    host().identified({.reported = {{"taxels", std::to_string(frame_.taxel_count)}}, .scale = {}});
-    enter(LifecycleEvent::opened);
-    return false;
-  }
-  if (arming()) be_armed();
-  if (state() != DriverState::armed) return false;
-  silence_.expect_within(settings_.stale_after);
-  return true;
-}
-
 void TaxelDriver::publish(std::uint32_t lost, TimePoint arrival) {
   host().publish({arrival, frame_.sequence, lost,
                   TaxelSample{frame_.taxels(), frame_.proximity_counts, frame_.ambient_counts,
@@ -150,21 +132,11 @@ void TaxelDriver::on_silence() {
                                                 : ""});
 }
 
-namespace {
-
-Result<std::unique_ptr<Driver>> create(std::string_view config_json, DriverHost& host) noexcept {
-  const Result<TaxelSettings> settings = read_taxel_settings(config_json);
-  if (!settings) return pass(settings.error());
-  return std::make_unique<TaxelDriver>(*settings, host);
-}
-
-}  // namespace
-
 constinit const DriverEntry taxel_array_entry{
     .name = "taxel_array",
     .summary = "Tactile array over a serial line, or a CPM-Finger over its UDP gateway",
     .config_schema_json = taxel_config_schema,
-    .create = create,
+    .create = create_driver<TaxelDriver, read_taxel_settings>,
 };
 
 const char taxel_config_schema[] = R"({

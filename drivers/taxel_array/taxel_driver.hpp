@@ -4,9 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "drivers/api/driver.hpp"
 #include "drivers/api/listening_driver.hpp"
-#include "drivers/api/timer.hpp"
 #include "drivers/taxel_array/frame_watch.hpp"
 #include "protocols/base/result.hpp"
 #include "protocols/base/time.hpp"
@@ -50,8 +48,7 @@ class TaxelDriver final : public ListeningDriver {
   void received(ByteView bytes, TimePoint arrival) override;
   /// Armed when the next good frame has come.
   void await_frames() override;
-  void stop_waiting() noexcept override;
-  void forget_bytes() noexcept override;
+  void on_silence() override;
 
   /// How many damaged frames or datagrams there were.
   std::uint64_t on_stream(ByteView bytes, TimePoint arrival);
@@ -59,9 +56,7 @@ class TaxelDriver final : public ListeningDriver {
   void on_frame(TimePoint arrival);
   std::optional<std::uint32_t> count_lost();
   bool came_late();
-  bool advance();
   void publish(std::uint32_t lost, TimePoint arrival);
-  void on_silence();
 
   TaxelSettings settings_;
   protocols::taxel::Splitter splitter_;
@@ -72,8 +67,6 @@ class TaxelDriver final : public ListeningDriver {
   std::uint64_t late_ = 0;  ///< frames that came twice or late
   std::uint16_t last_late_ = 0;
   int late_in_a_row_ = 0;  ///< each the next of the one before
-
-  Watchdog silence_;
 };
 
 }  // namespace weft::drivers

@@ -1,5 +1,5 @@
 // Lifecycle, commands and the bytes that go out. What comes in is in stage_status.cpp, which of
-// it is believed in stage_belief.cpp.
+// it is believed in stage_estimate.cpp.
 #include "drivers/thorlabs_apt/stage_driver.hpp"
 
 #include <algorithm>
@@ -28,12 +28,6 @@ tl::unexpected<Error> link_failed() {
   return fail({.code = Errc::io, .what = "the link refused the command"});
 }
 
-Result<std::unique_ptr<Driver>> create(std::string_view config_json, DriverHost& host) noexcept {
-  const Result<StageSettings> settings = read_stage_settings(config_json);
-  if (!settings) return pass(settings.error());
-  return std::make_unique<StageDriver>(*settings, host);
-}
-
 }  // namespace
 
 StageDriver::StageDriver(const StageSettings& settings, DriverHost& driver_host)
@@ -48,7 +42,6 @@ StageDriver::StageDriver(const StageSettings& settings, DriverHost& driver_host)
       reply_(driver_host.loop(), [this] { on_reply_timeout(); }) {}
 
 Status StageDriver::open() noexcept {
-  if (Status allowed = require(DriverState::closed, "open"); !allowed) return allowed;
   if (Status taken = attach(); !taken) return taken;
   splitter_.clear();
   last_ = {};
@@ -365,7 +358,7 @@ constinit const DriverEntry thorlabs_apt_entry{
     .name = "thorlabs_apt",
     .summary = "One Thorlabs stage behind an APT controller",
     .config_schema_json = stage_config_schema,
-    .create = create,
+    .create = create_driver<StageDriver, read_stage_settings>,
 };
 
 }  // namespace weft::drivers

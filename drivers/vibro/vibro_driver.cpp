@@ -40,11 +40,9 @@ VibroDriver::VibroDriver(const VibroSettings& settings, DriverHost& driver_host)
     : ListeningDriver(driver_host, "a vibration sensor"),
       settings_(settings),
       acceleration_(*this, vibro::Kind::acceleration, settings.acceleration_rate_hz),
-      sound_(*this, vibro::Kind::sound, settings.sound_rate_hz),
-      silence_(driver_host.loop(), [this] { on_silence(); }) {}
+      sound_(*this, vibro::Kind::sound, settings.sound_rate_hz) {}
 
 Status VibroDriver::open() noexcept {
-  if (Status allowed = require(DriverState::closed, "open"); !allowed) return allowed;
   if (Status taken = attach(); !taken) return taken;
   splitter_.clear();
   description_.reset();
@@ -52,7 +50,7 @@ Status VibroDriver::open() noexcept {
     channel->order.reset();
     channel->late_reported = false;
   }
-  silence_.expect_within(settings_.reply_timeout);
+  silence().expect_within(settings_.reply_timeout);
   return {};
 }
 
@@ -66,20 +64,15 @@ void VibroDriver::await_frames() {
 }
 
 void VibroDriver::stop_waiting() noexcept {
-  silence_.stop();
   acceleration_.silence.stop();
   sound_.silence.stop();
 }
 
-void VibroDriver::forget_bytes() noexcept {
-  splitter_.clear();
-}
-
 void VibroDriver::received(ByteView bytes, TimePoint arrival) {
-  const std::uint64_t before = splitter_.crc_errors();
+  const std::uint64_t before = splitter_.damaged();
   splitter_.push(bytes);
   while (attached() && splitter_.next(frame_)) on_frame(arrival);
-  count_damaged(splitter_.crc_errors() - before, arrival);
+  count_damaged(splitter_.damaged() - before, arrival);
 }
 
 void VibroDriver::on_frame(TimePoint arrival) {
@@ -111,7 +104,7 @@ void VibroDriver::on_description() {
   description_ = description_seen;
   learn(acceleration_, description_seen.acceleration);
   learn(sound_, description_seen.sound);
-  silence_.stop();
+  silence().stop();
   report_identity();
   enter(LifecycleEvent::opened);
 }
@@ -246,21 +239,11 @@ void VibroDriver::on_channel_silence(const Channel& channel) {
          .got = "silence"});
 }
 
-namespace {
-
-Result<std::unique_ptr<Driver>> create(std::string_view config_json, DriverHost& host) noexcept {
-  const Result<VibroSettings> settings = read_vibro_settings(config_json);
-  if (!settings) return pass(settings.error());
-  return std::make_unique<VibroDriver>(*settings, host);
-}
-
-}  // namespace
-
 constinit const DriverEntry vibro_entry{
     .name = "vibro",
     .summary = "Vibration sensor: blocks of accelerometer and microphone readings",
     .config_schema_json = vibro_config_schema,
-    .create = create,
+    .create = create_driver<VibroDriver, read_vibro_settings>,
 };
 
 const char vibro_config_schema[] = R"({

@@ -6,10 +6,8 @@
 #include <optional>
 #include <string_view>
 
-#include "drivers/api/driver.hpp"
 #include "drivers/api/listening_driver.hpp"
 #include "drivers/api/timer.hpp"
-#include "drivers/vibro/block_order.hpp"
 #include "drivers/vibro/block_watch.hpp"
 #include "protocols/base/result.hpp"
 #include "protocols/base/time.hpp"
@@ -65,8 +63,8 @@ class VibroDriver final : public ListeningDriver {
   void received(ByteView bytes, TimePoint arrival) override;
   /// Armed when a block of every configured channel has come.
   void await_frames() override;
+  void on_silence() override;
   void stop_waiting() noexcept override;
-  void forget_bytes() noexcept override;
 
   void on_frame(TimePoint arrival);
   void on_description();
@@ -77,7 +75,6 @@ class VibroDriver final : public ListeningDriver {
   void on_block(Channel& channel, TimePoint arrival);
   bool advance(Channel& channel);
   void publish(const Channel& channel, std::uint32_t lost, TimePoint arrival);
-  void on_silence();
   void on_channel_silence(const Channel& channel);
 
   VibroSettings settings_;
@@ -86,8 +83,6 @@ class VibroDriver final : public ListeningDriver {
   std::optional<protocols::vibro::Description> description_;
   Channel acceleration_, sound_;
   std::array<double, protocols::vibro::max_values> values_{};  ///< of the block in SI
-
-  Watchdog silence_;  ///< for the description
 };
 
 }  // namespace weft::drivers

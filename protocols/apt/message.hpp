@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "protocols/base/bytes.hpp"
+#include "protocols/base/frame_splitter.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::protocols::apt {
@@ -175,5 +176,80 @@ Result<Message> decode(ByteView bytes);
 /// The data length that APT16 gives for an id: nullopt for ids that are unknown or come in several
 /// forms, 0 for header-only messages.
 std::optional<std::size_t> documented_data_size(MessageId id);
+
+// Cuts a byte stream into APT messages. The protocol has neither a sync byte nor a checksum, so a
+// header is believed only when it is plausible.
+
+/// Whose end of the line it is.
+enum class LineEnd : std::uint8_t {
+  host,       ///< believes the lengths of APT16 alone, which gets it over noise
+  controller  ///< hears hosts, and believes what their headers say: newer issues have longer bodies
+};
+
+/// A header is plausible when exactly one side of its route is a known unit (for a
+/// controller: its destination), its length is 1 to 255 and, for ids of the protocol, form and
+/// length are believed. Anything else is skipped byte by byte. Unknown ids with a plausible route
+/// are passed on.
+class Splitter : public FrameSplitter {
+ public:
+  /// Bytes that next() has not taken yet, at most; more than any link delivers in one chunk.
+  static constexpr std::size_t capacity = 65536;
+
+  explicit Splitter(LineEnd line_end = LineEnd::host)
+      : FrameSplitter(capacity), line_end_(line_end) {}
+
+  /// Overwrites `message` with the next whole one; reuses the room of its data.
+  bool next(Message& message);
+
+ private:
+  [[nodiscard]] std::size_t plausible_length(ByteView header) const;
+
+  LineEnd line_end_;
+};
+
+// The status word of APT stages (device-facts.md, APT messages). APT16 gives a subset; the rest
+// is from thorlabs-apt-protocol, aptProtocol.h of infn-epics and pylablib.
+namespace status {
+
+inline constexpr std::uint32_t forward_limit = 0x00000001;  ///< hardware limit, CW
+inline constexpr std::uint32_t reverse_limit = 0x00000002;  ///< hardware limit, CCW
+inline constexpr std::uint32_t forward_soft_limit = 0x00000004;
+inline constexpr std::uint32_t reverse_soft_limit = 0x00000008;
+// The document and observation disagree on which of each pair is forward: use their union only.
+inline constexpr std::uint32_t moving_forward = 0x00000010;
+inline constexpr std::uint32_t moving_reverse = 0x00000020;
+inline constexpr std::uint32_t jogging_forward = 0x00000040;
+inline constexpr std::uint32_t jogging_reverse = 0x00000080;
+inline constexpr std::uint32_t motor_connected = 0x00000100;
+inline constexpr std::uint32_t homing = 0x00000200;
+inline constexpr std::uint32_t homed = 0x00000400;
+inline constexpr std::uint32_t initialising = 0x00000800;
+inline constexpr std::uint32_t tracking = 0x00001000;
+inline constexpr std::uint32_t settled = 0x00002000;
+inline constexpr std::uint32_t motion_error = 0x00004000;  ///< position error too large
+inline constexpr std::uint32_t instrument_error = 0x00008000;
+inline constexpr std::uint32_t interlock = 0x00010000;
+inline constexpr std::uint32_t over_temperature = 0x00020000;
+inline constexpr std::uint32_t bus_voltage_fault = 0x00040000;
+inline constexpr std::uint32_t commutation_error = 0x00080000;
+inline constexpr std::uint32_t digital_inputs = 0x00F00000;
+inline constexpr std::uint32_t overload = 0x01000000;  ///< current limit
+inline constexpr std::uint32_t encoder_fault = 0x02000000;
+inline constexpr std::uint32_t over_current = 0x04000000;
+inline constexpr std::uint32_t supply_current_fault = 0x08000000;
+inline constexpr std::uint32_t power_ok = 0x10000000;
+inline constexpr std::uint32_t active = 0x20000000;
+inline constexpr std::uint32_t error = 0x40000000;
+inline constexpr std::uint32_t channel_enabled = 0x80000000;
+
+inline constexpr std::uint32_t any_limit = forward_limit | reverse_limit;
+inline constexpr std::uint32_t any_motion =
+    moving_forward | moving_reverse | jogging_forward | jogging_reverse | homing;
+/// Any of these ends a run. The interlock bit is not among them: its meaning differs per family.
+inline constexpr std::uint32_t any_fault =
+    motion_error | instrument_error | over_temperature | bus_voltage_fault | commutation_error |
+    overload | encoder_fault | over_current | supply_current_fault | error;
+
+}  // namespace status
 
 }  // namespace weft::protocols::apt

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <string_view>
 
-#include "protocols/base/units.hpp"
+#include "protocols/base/time.hpp"
 
 namespace weft::protocols::ati_digital {
 namespace {
@@ -181,6 +182,29 @@ Result<GaugeMatrix> gauge_matrix(const Calibration& calibration) {
       out.si_per_count[i][g] =
           double{calibration.matrix[i][g]} / (i < 3 ? out.counts_per_n : out.counts_per_nm);
   }
+  return out;
+}
+
+std::string status_text(std::uint16_t status_word) {
+  constexpr std::array<std::string_view, 16> names{"watchdog",
+                                                   "excitation voltage high",
+                                                   "excitation voltage low",
+                                                   "artificial ground",
+                                                   "supply voltage high",
+                                                   "supply voltage low",
+                                                   "bit 6",
+                                                   "EEPROM",
+                                                   "invalid configuration",
+                                                   "gauge supply high",
+                                                   "gauge supply low",
+                                                   "thermistor high",
+                                                   "thermistor low",
+                                                   "gauge converter out of range",
+                                                   "bit 14",
+                                                   "bit 15"};
+  std::string out;
+  for (std::size_t bit = 0; bit < names.size(); ++bit)
+    if ((status_word >> bit & 1) != 0) out += (out.empty() ? "" : ", ") + std::string(names[bit]);
   return out;
 }
 

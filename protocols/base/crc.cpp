@@ -1,4 +1,4 @@
-#include "protocols/base/crc.hpp"
+#include "protocols/base/bytes.hpp"
 
 #include <array>
 

@@ -2,6 +2,7 @@
 // The words for the values of an enumeration, as one table that is read both ways.
 
 #include <array>
+#include <charconv>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -58,6 +59,13 @@ Result<Value> value_from(const NameTable<Value, count>& table, std::string_view 
                .what = std::move(message),
                .expected = std::move(expected),
                .got = std::string(name)});
+}
+
+/// For messages: the fewest digits that are this number: "0.25", "1e+308", of which
+/// std::to_string() has 309.
+inline std::string format_number(double value) {
+  std::array<char, 32> text{};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
 }
 
 }  // namespace weft

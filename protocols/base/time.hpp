@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <numbers>
 
 namespace weft {
 
@@ -33,5 +34,12 @@ constexpr std::int64_t ns_of(TimePoint t) {
 constexpr Duration from_seconds(double seconds) {
   return Duration(static_cast<std::int64_t>(seconds * 1e9 + (seconds < 0 ? -0.5 : 0.5)));
 }
+
+// Unit constants. Names carry units (force_n, speed_mps); these turn what people type into SI.
+
+constexpr double m_per_mm = 1e-3;
+constexpr double m_per_um = 1e-6;
+constexpr double rad_per_deg = std::numbers::pi / 180.0;
+constexpr double standard_gravity_mps2 = 9.80665;  // CGPM 1901
 
 }  // namespace weft

@@ -1,42 +1,25 @@
 #include "protocols/imprint/imprint.hpp"
 
 #include <algorithm>
-#include <optional>
 
-#include "protocols/base/crc.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::protocols::imprint {
 namespace {
 
-constexpr std::size_t head_check_at = 12;
 constexpr std::size_t largest_body = window_size + max_taxels;
 
-struct Head {
-  Kind kind{};
-  std::size_t body_size = 0;
-};
-
-/// The head of a frame, where these are one: right check value, a kind, a body that it may have.
-std::optional<Head> decode_head(ByteView head) {
-  LittleReader check(head.subspan(head_check_at, 2));
-  if (check.read<std::uint16_t>() != crc16_ccitt(head.subspan(2, head_check_at - 2)))
-    return std::nullopt;
-  LittleReader reader(head.subspan(3));
-  const std::uint8_t kind = reader.read<std::uint8_t>();
-  const Head out{static_cast<Kind>(kind), reader.read<std::uint16_t>()};
-  const auto fits = [&] {
-    switch (out.kind) {
-      case Kind::description:
-        return out.body_size == description_size;
-      case Kind::scan:
-        return out.body_size > window_size && out.body_size <= largest_body;
-      case Kind::request:
-        return out.body_size == window_size;
-    }
-    return false;
-  };
-  return fits() ? std::optional(out) : std::nullopt;
+/// A kind that exists, and a body that it may have.
+bool makes_sense(const FrameHead& head) {
+  switch (static_cast<Kind>(head.kind)) {
+    case Kind::description:
+      return head.body_size == description_size;
+    case Kind::scan:
+      return head.body_size > window_size && head.body_size <= largest_body;
+    case Kind::request:
+      return head.body_size == window_size;
+  }
+  return false;
 }
 
 Window read_window(LittleReader& reader) {
@@ -71,7 +54,13 @@ void write_description(LittleWriter& writer, const Description& description) {
 }
 
 /// False for a window that is none, another number of taxels than it has, a count of eight bits.
-bool read_body(LittleReader& reader, ByteView body, Frame& frame) {
+bool read_frame(const FrameHead& head, ByteView body, Frame& frame) {
+  frame.kind = static_cast<Kind>(head.kind);
+  frame.sequence = head.sequence;
+  frame.device_us = head.device_us;
+  frame.description = {};
+  frame.window = {};
+  LittleReader reader(body);
   if (frame.kind == Kind::description) {
     frame.description = read_description(reader);
     return true;
@@ -86,24 +75,6 @@ bool read_body(LittleReader& reader, ByteView body, Frame& frame) {
   return true;
 }
 
-bool read_frame(ByteView bytes, const Head& head, Frame& frame) {
-  const ByteView covered = bytes.subspan(sync.size(), bytes.size() - sync.size() - tail_size);
-  if (LittleReader(bytes.last(tail_size)).read<std::uint32_t>() != crc32(covered)) return false;
-  LittleReader reader(bytes.subspan(6));
-  frame.kind = head.kind;
-  frame.sequence = reader.read<std::uint16_t>();
-  frame.device_us = reader.read<std::uint32_t>();
-  reader.take(2);
-  frame.description = {};
-  frame.window = {};
-  return read_body(reader, bytes.subspan(head_size, head.body_size), frame);
-}
-
-std::size_t body_size(const Frame& frame) {
-  if (frame.kind == Kind::description) return description_size;
-  return window_size + frame.taxels().size();
-}
-
 }  // namespace
 
 bool Frame::operator==(const Frame& other) const {
@@ -113,48 +84,25 @@ bool Frame::operator==(const Frame& other) const {
 }
 
 void append(Bytes& out, const Frame& frame) {
-  WEFT_ASSERT(frame.kind == Kind::description || makes_sense(frame.window));
+  const bool describes = frame.kind == Kind::description;
+  WEFT_ASSERT(describes || makes_sense(frame.window));
   WEFT_ASSERT(std::ranges::all_of(frame.taxels(), [](auto c) { return c <= highest_count; }));
-  const std::size_t start = out.size();
-  const auto since_sync = [&] { return ByteView(out).subspan(start + sync.size()); };
-  LittleWriter writer(out);
-  writer.put(sync).write(version).write(static_cast<std::uint8_t>(frame.kind));
-  writer.write(static_cast<std::uint16_t>(body_size(frame)));
-  writer.write(frame.sequence).write(frame.device_us);
-  writer.write(crc16_ccitt(since_sync()));
-  if (frame.kind == Kind::description)
-    write_description(writer, frame.description);
-  else
-    write_window(writer, frame.window);
-  writer.put(frame.taxels());
-  writer.write(crc32(since_sync()));
+  const std::size_t body_size = describes ? description_size : window_size + frame.taxels().size();
+  const FrameHead head{static_cast<std::uint8_t>(frame.kind), static_cast<std::uint16_t>(body_size),
+                       frame.sequence, frame.device_us};
+  head.append_frame(out, sync, [&](LittleWriter writer) {
+    if (describes)
+      write_description(writer, frame.description);
+    else
+      write_window(writer, frame.window);
+    writer.put(frame.taxels());
+  });
 }
 
 bool Splitter::next(Frame& frame) {
-  const auto skip = [this](std::uint64_t damaged) {
-    buffer_.skip(1);
-    damaged_ += damaged;
-  };
-  for (ByteView bytes = buffer_.view(); bytes.size() >= head_size; bytes = buffer_.view()) {
-    if (bytes[0] != sync[0] || bytes[1] != sync[1] || bytes[2] != version) {
-      skip(0);
-      continue;
-    }
-    const std::optional<Head> head = decode_head(bytes.first(head_size));
-    if (!head) {
-      skip(1);
-      continue;
-    }
-    const std::size_t size = frame_size(head->body_size);
-    if (bytes.size() < size) return false;
-    if (!read_frame(bytes.first(size), *head, frame)) {
-      skip(1);
-      continue;
-    }
-    buffer_.consume(size);
-    return true;
-  }
-  return false;
+  return find(
+      sync, [](const FrameHead& head) { return makes_sense(head); },
+      [&](const FrameHead& head, ByteView body) { return read_frame(head, body, frame); });
 }
 
 }  // namespace weft::protocols::imprint

@@ -6,16 +6,12 @@
 #include <cstdint>
 #include <span>
 
-#include "protocols/base/bytes.hpp"
+#include "protocols/base/frame_splitter.hpp"
 #include "protocols/base/sequence.hpp"
-#include "protocols/base/stream_buffer.hpp"
 
 namespace weft::protocols::imprint {
 
-inline constexpr std::array<std::uint8_t, 2> sync{0xB9, 0x9B};
-inline constexpr std::uint8_t version = 1;
-inline constexpr std::size_t head_size = 14;
-inline constexpr std::size_t tail_size = 4;  ///< CRC-32
+inline constexpr SyncBytes sync{0xB9, 0x9B};
 inline constexpr std::size_t description_size = 20;
 inline constexpr std::size_t window_size = 4;
 inline constexpr std::size_t max_side = 128;  ///< taxels along either side
@@ -71,36 +67,17 @@ struct Frame {
   bool operator==(const Frame& other) const;
 };
 
-constexpr std::size_t frame_size(std::size_t body_size) {
-  return head_size + body_size + tail_size;
-}
-
 /// Appends a frame: a window that makes sense, counts of at most 127. Allocates nothing when `out`
 /// has room.
 void append(Bytes& out, const Frame& frame);
 
-/// push() a chunk, then call next() until it returns false. Any chunking of a stream gives the same
-/// frames. Bytes outside a frame are skipped; after a wrong check value, or a body that no array
-/// sends, the search goes on one byte further, so that a good frame behind a damaged one is not
-/// lost. The head has a check value of its own: a damaged length makes nobody wait for bytes that
-/// do not come.
-class Splitter {
+/// Bodies that no array sends count as damaged.
+class Splitter : public FrameSplitter {
  public:
-  /// Bytes that next() has not taken yet, at most; more than any link delivers in one chunk.
-  static constexpr std::size_t capacity = 131072;
+  static constexpr std::size_t capacity = 131072;  ///< more than any link delivers in one chunk
 
-  void push(ByteView bytes) { buffer_.push(bytes); }
+  Splitter() : FrameSplitter(capacity) {}
   bool next(Frame& frame);
-  /// Forgets a frame in progress; the counters stay.
-  void clear() { buffer_.clear(); }
-
-  [[nodiscard]] std::uint64_t skipped_bytes() const { return buffer_.skipped_bytes(); }
-  /// Frames with sync and version that could not be used.
-  [[nodiscard]] std::uint64_t damaged() const { return damaged_; }
-
- private:
-  StreamBuffer buffer_{capacity};
-  std::uint64_t damaged_ = 0;
 };
 
 /// For Frame::sequence.

@@ -46,21 +46,15 @@ void append_mbap(Bytes& out, std::uint16_t transaction, std::uint8_t unit, const
 }
 
 std::optional<MbapFrame> MbapSplitter::next() {
-  for (ByteView bytes = buffer_.view(); bytes.size() >= head_size; bytes = buffer_.view()) {
-    const std::optional<std::size_t> size = frame_size(bytes);
-    if (!size) {
-      buffer_.skip(1);
-      continue;
-    }
-    if (bytes.size() < *size) return std::nullopt;
-    MbapFrame frame;
-    frame.transaction = BigReader(bytes).read<std::uint16_t>();
-    frame.unit = bytes[head_size];
-    frame.pdu = bytes.first(*size).subspan(head_size + 1);
-    buffer_.consume(*size);
-    return frame;
-  }
-  return std::nullopt;
+  MbapFrame frame;
+  const auto size_of = [](ByteView bytes) { return frame_size(bytes).value_or(no_frame); };
+  const bool found = find(head_size, size_of, [&](ByteView whole) {
+    frame.transaction = BigReader(whole).read<std::uint16_t>();
+    frame.unit = whole[head_size];
+    frame.pdu = whole.subspan(head_size + 1);
+    return true;
+  });
+  return found ? std::optional(frame) : std::nullopt;
 }
 
 }  // namespace weft::protocols::modbus

@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "protocols/base/stream_buffer.hpp"
+#include "protocols/base/frame_splitter.hpp"
 #include "protocols/modbus/modbus.hpp"
 
 namespace weft::protocols::modbus {
@@ -24,17 +24,12 @@ void append_mbap(Bytes& out, std::uint16_t transaction, std::uint8_t unit, const
 std::size_t whole_mbap_frames(ByteView bytes);
 
 /// As RtuSplitter. Bytes that cannot begin a frame are skipped one by one.
-class MbapSplitter {
+class MbapSplitter : public FrameSplitter {
  public:
   static constexpr std::size_t capacity = 4096;
 
-  void push(ByteView bytes) { buffer_.push(bytes); }
+  MbapSplitter() : FrameSplitter(capacity) {}
   std::optional<MbapFrame> next();
-  void clear() { buffer_.clear(); }
-  [[nodiscard]] std::uint64_t skipped_bytes() const { return buffer_.skipped_bytes(); }
-
- private:
-  StreamBuffer buffer_{capacity};
 };
 
 }  // namespace weft::protocols::modbus

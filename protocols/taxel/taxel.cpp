@@ -1,6 +1,6 @@
 #include "protocols/taxel/taxel.hpp"
 
-#include "protocols/base/crc.hpp"
+#include "protocols/base/bytes.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::protocols::taxel {
@@ -45,23 +45,14 @@ void append(Bytes& out, const Frame& frame) {
 }
 
 bool Splitter::next(Frame& frame) {
-  for (ByteView bytes = buffer_.view(); bytes.size() >= head_size; bytes = buffer_.view()) {
-    if (!plausible_head(bytes)) {
-      buffer_.skip(1);
-      continue;
-    }
-    const std::size_t size = frame_size(bytes[3]);
-    if (bytes.size() < size) return false;
-    if (!crc_agrees(bytes.first(size))) {
-      ++crc_errors_;
-      buffer_.skip(1);
-      continue;
-    }
-    read_frame(bytes.first(size), frame);
-    buffer_.consume(size);
+  const auto size_of = [](ByteView bytes) {
+    return plausible_head(bytes) ? frame_size(bytes[3]) : no_frame;
+  };
+  return find(head_size, size_of, [&](ByteView whole) {
+    if (!crc_agrees(whole)) return false;
+    read_frame(whole, frame);
     return true;
-  }
-  return false;
+  });
 }
 
 }  // namespace weft::protocols::taxel

@@ -6,13 +6,12 @@
 #include <cstdint>
 #include <span>
 
-#include "protocols/base/bytes.hpp"
+#include "protocols/base/frame_splitter.hpp"
 #include "protocols/base/sequence.hpp"
-#include "protocols/base/stream_buffer.hpp"
 
 namespace weft::protocols::taxel {
 
-inline constexpr std::array<std::uint8_t, 2> sync{0xA5, 0x5A};
+inline constexpr SyncBytes sync{0xA5, 0x5A};
 inline constexpr std::uint8_t version = 1;
 inline constexpr std::size_t max_taxels = 64;
 
@@ -39,26 +38,12 @@ constexpr std::size_t frame_size(std::size_t taxels) {
 /// Appends a frame; its taxel_count is 1 to max_taxels. Allocates nothing when `out` has room.
 void append(Bytes& out, const Frame& frame);
 
-/// push() a chunk, then call next() until it returns false. Any chunking of a stream gives the same
-/// frames. Bytes outside a frame are skipped; after a wrong CRC the search goes on one byte
-/// further, so that a good frame behind a damaged one is not lost.
-class Splitter {
+class Splitter : public FrameSplitter {
  public:
-  /// Bytes that next() has not taken yet, at most; more than any link delivers in one chunk.
-  static constexpr std::size_t capacity = 65536;
+  static constexpr std::size_t capacity = 65536;  ///< more than any link delivers in one chunk
 
-  void push(ByteView bytes) { buffer_.push(bytes); }
+  Splitter() : FrameSplitter(capacity) {}
   bool next(Frame& frame);
-  /// Forgets a frame in progress; the counters stay.
-  void clear() { buffer_.clear(); }
-
-  [[nodiscard]] std::uint64_t skipped_bytes() const { return buffer_.skipped_bytes(); }
-  /// Frames with a plausible head and a wrong check value.
-  [[nodiscard]] std::uint64_t crc_errors() const { return crc_errors_; }
-
- private:
-  StreamBuffer buffer_{capacity};
-  std::uint64_t crc_errors_ = 0;
 };
 
 /// For Frame::sequence.

@@ -7,16 +7,12 @@
 #include <cstdint>
 #include <span>
 
-#include "protocols/base/bytes.hpp"
+#include "protocols/base/frame_splitter.hpp"
 #include "protocols/base/sequence.hpp"
-#include "protocols/base/stream_buffer.hpp"
 
 namespace weft::protocols::vibro {
 
-inline constexpr std::array<std::uint8_t, 2> sync{0xD6, 0x6D};
-inline constexpr std::uint8_t version = 1;
-inline constexpr std::size_t head_size = 14;
-inline constexpr std::size_t tail_size = 4;  ///< CRC-32
+inline constexpr SyncBytes sync{0xD6, 0x6D};
 inline constexpr std::size_t description_size = 32;
 inline constexpr std::size_t axes = 3;
 inline constexpr std::size_t max_values = 1536;  ///< of one block: 512 readings of three axes
@@ -65,35 +61,16 @@ constexpr std::size_t values_per_reading(Kind kind) {
   return kind == Kind::acceleration ? axes : 1;
 }
 
-constexpr std::size_t frame_size(std::size_t body_size) {
-  return head_size + body_size + tail_size;
-}
-
 /// Appends a frame: a description, or a block of 1 to max_values values, whole readings. Allocates
 /// nothing when `out` has room.
 void append(Bytes& out, const Frame& frame);
 
-/// push() a chunk, then call next() until it returns false. Any chunking of a stream gives the same
-/// frames. Bytes outside a frame are skipped; after a wrong check value the search goes on one byte
-/// further, so that a good frame behind a damaged one is not lost. The head has a check value of
-/// its own: a damaged length makes nobody wait for bytes that do not come.
-class Splitter {
+class Splitter : public FrameSplitter {
  public:
-  /// Bytes that next() has not taken yet, at most; more than any link delivers in one chunk.
-  static constexpr std::size_t capacity = 65536;
+  static constexpr std::size_t capacity = 65536;  ///< more than any link delivers in one chunk
 
-  void push(ByteView bytes) { buffer_.push(bytes); }
+  Splitter() : FrameSplitter(capacity) {}
   bool next(Frame& frame);
-  /// Forgets a frame in progress; the counters stay.
-  void clear() { buffer_.clear(); }
-
-  [[nodiscard]] std::uint64_t skipped_bytes() const { return buffer_.skipped_bytes(); }
-  /// Frames with sync and version and a wrong check value of head or whole.
-  [[nodiscard]] std::uint64_t crc_errors() const { return crc_errors_; }
-
- private:
-  StreamBuffer buffer_{capacity};
-  std::uint64_t crc_errors_ = 0;
 };
 
 /// For Frame::sequence.

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "protocols/base/units.hpp"
+#include "protocols/base/time.hpp"
 
 namespace weft::recipes {
 namespace {

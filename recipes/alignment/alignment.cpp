@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "protocols/base/units.hpp"
+#include "protocols/base/time.hpp"
 #include "recipes/engine/motion.hpp"
 
 namespace weft::recipes {

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <span>
 
-#include "recipes/kinematics/surface_pose.hpp"
+#include "recipes/kinematics/kinematics.hpp"
 
 namespace weft::recipes {
 

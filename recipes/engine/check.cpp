@@ -4,19 +4,40 @@
 #include <utility>
 #include <vector>
 
-#include "recipes/engine/forecast.hpp"
-#include "recipes/engine/last_steps.hpp"
+#include "recipes/engine/motion.hpp"
 #include "recipes/engine/operator_steps.hpp"
 #include "recipes/engine/plan.hpp"
 #include "recipes/engine/recipe_reader.hpp"
-#include "recipes/engine/splitmix.hpp"
-#include "recipes/engine/sweep_cells.hpp"
-#include "recipes/schema/json_text.hpp"
+#include "recipes/schema/object_reader.hpp"
 
 namespace weft::recipes {
 namespace {
 
 using nlohmann::json;
+
+// splitmix64 (Steele, Lea and Flood 2014): the same numbers with every standard library, unlike
+// std::shuffle and the distributions of <random>.
+constexpr std::uint64_t splitmix64_gamma = 0x9e3779b97f4a7c15;
+
+constexpr std::uint64_t splitmix64_finish(std::uint64_t z) {
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
+  return z ^ (z >> 31);
+}
+
+constexpr std::uint64_t next_splitmix64(std::uint64_t& state) {
+  state += splitmix64_gamma;
+  return splitmix64_finish(state);
+}
+
+std::uint64_t fnv1a(std::string_view text) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (const char c : text) {
+    hash ^= static_cast<std::uint8_t>(c);
+    hash *= 0x100000001b3;
+  }
+  return hash;
+}
 
 /// Uniform in [0, bound) without bias: draws in the incomplete last interval are thrown away.
 std::uint64_t below(std::uint64_t bound, std::uint64_t& state) {
@@ -266,21 +287,9 @@ Plan make_plan(StatedRecipe stated, const RigLimits& limits, std::string canonic
   Plan plan;
   plan.canonical_json = std::move(canonical);
   plan.trials = ordered_trials(stated);
-  plan.name = std::move(stated.name);
-  plan.seed = stated.seed;
-  plan.fabrics = std::move(stated.fabrics);
-  plan.class_of = std::move(stated.class_of);
   for (StatedExploration& exploration : stated.explorations)
     plan.explorations.push_back(std::move(exploration.exploration));
-  plan.approach = stated.approach;
-  plan.settle = stated.settle;
-  plan.on_trial_failure = stated.on_trial_failure;
-  plan.repeat_bad = stated.repeat_bad;
-  plan.operator_steps = std::move(stated.operator_steps);
-  plan.finally = std::move(stated.finally);
-  plan.handover = std::move(stated.handover);
-  plan.sweep = std::move(stated.sweep);
-  plan.mount_timeout_s = stated.mount_timeout_s;
+  static_cast<RecipeTerms&>(plan) = std::move(stated);
   plan.limits = limits;
   for (Exploration& exploration : plan.explorations)
     for (PhaseStep& phase : exploration.phases)
@@ -310,6 +319,15 @@ std::vector<Diagnostic> warnings_about(const Plan& plan) {
 }
 
 }  // namespace
+
+std::uint64_t patch_seed(std::uint64_t recipe_seed, std::string_view fabric,
+                         std::string_view exploration, std::uint32_t repetition) {
+  std::string key = std::to_string(recipe_seed);
+  for (const std::string_view part : {fabric, exploration}) (key += '/') += part;
+  (key += '/') += std::to_string(repetition);
+  // FNV-1a alone leaves the high bits of short texts poorly mixed.
+  return splitmix64_finish(fnv1a(key) + splitmix64_gamma);
+}
 
 CheckReport check_recipe(std::string_view recipe_json, const RigLimits& limits,
                          std::optional<std::uint64_t> seed) {

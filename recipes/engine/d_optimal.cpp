@@ -1,4 +1,4 @@
-#include "recipes/engine/d_optimal.hpp"
+#include "recipes/engine/sweep.hpp"
 
 #include <algorithm>
 #include <cmath>

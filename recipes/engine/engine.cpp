@@ -1,5 +1,7 @@
 #include "recipes/engine/engine.hpp"
 
+#include <array>
+
 #include "recipes/engine/machine.hpp"
 
 // What each event means in each step. How a trial goes on is in machine_steps.cpp, how trials and
@@ -178,4 +180,39 @@ void Machine::on(const HaltRequested&) {
   end(is_concluding() ? *state_.campaign_outcome : Outcome::aborted, Cleanup::skipped,
       RigFact::holding);
 }
+namespace {
+
+template <std::size_t count>
+std::string_view name_at(const std::array<std::string_view, count>& names, std::size_t value) {
+  return value < count ? names[value] : "unknown";
+}
+
+}  // namespace
+
+std::string_view to_string(Outcome outcome) {
+  constexpr std::array<std::string_view, 6> names{"complete", "stopped",     "aborted",
+                                                  "failed",   "interrupted", "rejected"};
+  return name_at(names, static_cast<std::size_t>(outcome));
+}
+
+std::string_view to_string(Cleanup cleanup) {
+  constexpr std::array<std::string_view, 4> names{"done", "partial", "failed", "skipped"};
+  return name_at(names, static_cast<std::size_t>(cleanup));
+}
+
+std::string_view to_string(RigFact rig) {
+  constexpr std::array<std::string_view, 5> names{"safe", "holding", "moving", "unknown",
+                                                  "latched"};
+  return name_at(names, static_cast<std::size_t>(rig));
+}
+
+std::string_view to_string(Step step) {
+  constexpr std::array<std::string_view, 19> names{
+      "ready",      "clearing",    "awaiting_operator", "mounting",  "positioning",
+      "biasing",    "approaching", "seating",           "lowering",  "resting",
+      "pressing",   "holding",     "sliding",           "releasing", "ending",
+      "retracting", "held",        "concluding",        "done"};
+  return name_at(names, static_cast<std::size_t>(step));
+}
+
 }  // namespace weft::recipes

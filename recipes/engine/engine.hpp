@@ -8,7 +8,7 @@
 //
 // Order of a trial: clear (first trial only), mount, position, bias, approach, seat, lower to rest,
 // S, press, P, M (one leg at a time), release, E, retract; a press alone goes from P to release.
-// After the last one comes what the recipe does finally (last_steps.hpp), where the probe is up.
+// After the last one comes what the recipe does finally (motion.hpp), where the probe is up.
 // Between two trials, and before the first, a person may be asked for something
 // (operator_steps.hpp): the stages are at rest then and the probe is up, and it goes up again
 // before anything else moves. P is recorded once the force has settled in its band, so that P is at

@@ -1,4 +1,4 @@
-#include "recipes/engine/exploration_reader.hpp"
+#include "recipes/engine/recipe_reader.hpp"
 
 #include <algorithm>
 #include <array>
@@ -50,7 +50,7 @@ class PhaseReader {
     if (step.phase == Phase::motion)
       read_motion(reader, step);
     else
-      step.duration_s = reader.quantity(quantities::duration(), recorded_s).value_or(0);
+      step.duration_s = reader.quantity(quantities::duration, recorded_s).value_or(0);
     if (step.phase == Phase::press) read_force(reader, step, Need::required);
     if (step.phase == Phase::rest || step.phase == Phase::end) explain_force(reader, step.phase);
     reader.finish();
@@ -60,13 +60,13 @@ class PhaseReader {
   void read_force(ObjectReader& reader, PhaseStep& step, Need need) {
     const Bounds force{limits_.probe_weight_n, limits_.force_cap_n,
                        "from the probe's own weight to the rig's cap"};
-    step.force_n = reader.quantity(quantities::force(), force, need).value_or(0);
+    step.force_n = reader.quantity(quantities::force, force, need).value_or(0);
     const Bounds band{0.01, limits_.force_cap_n, {}};
     step.force_band_n =
-        reader.quantity(quantities::force_band(), band, Need::optional).value_or(default_band_n);
+        reader.quantity(quantities::force_band, band, Need::optional).value_or(default_band_n);
     const double top = step.force_n + step.force_band_n;
     if (step.force_n > 0 && top > limits_.force_cap_n)
-      problems_.add({reader.at(quantities::force()), "force and band together are over the cap",
+      problems_.add({reader.at(quantities::force), "force and band together are over the cap",
                      "at most " + json(limits_.force_cap_n).dump() + " N", json(top).dump() + " N",
                      "lower the force or narrow force_band_N"});
   }
@@ -75,7 +75,7 @@ class PhaseReader {
     reader.explain("duration_s", "phase M lasts as long as its path takes at its speed");
     read_force(reader, step, Need::optional);
     const Bounds speed{least_speed_mps, limits_.max_speed_mps, "the rig's limit"};
-    step.speed_mps = reader.quantity(quantities::speed(), speed).value_or(0);
+    step.speed_mps = reader.quantity(quantities::speed, speed).value_or(0);
     if (const json* path = reader.array("path")) read_path(*path, reader.at("path"), step);
   }
 
@@ -98,8 +98,8 @@ class PhaseReader {
 
   std::optional<Vec2> read_leg(const json& value, const std::string& place) {
     ObjectReader reader(value, place, problems_);
-    const auto dx = reader.quantity(quantities::dx(), displacement_m);
-    const auto dy = reader.quantity(quantities::dy(), displacement_m);
+    const auto dx = reader.quantity(quantities::dx, displacement_m);
+    const auto dy = reader.quantity(quantities::dy, displacement_m);
     reader.finish();
     if (!dx || !dy) return std::nullopt;
     if (std::hypot(*dx, *dy) >= least_leg_m) return Vec2{*dx, *dy};
@@ -167,40 +167,36 @@ class PhaseReader {
 constexpr std::size_t longest_model_name = 1000;
 constexpr double surest = 0.999999;  // nothing is ever more certain
 
-std::optional<StopEarly> read_stop_early(ObjectReader& vote, Problems& problems) {
-  const json* value = vote.object("stop_early", Need::optional);
-  if (value == nullptr) return std::nullopt;
-  ObjectReader reader(*value, vote.at("stop_early"), problems);
+std::optional<StopEarly> read_stop_early(ObjectReader& vote) {
+  std::optional<ObjectReader> reader = vote.section("stop_early");
+  if (!reader) return std::nullopt;
   StopEarly stop;
-  stop.sure_probability =
-      reader.quantity(quantities::sure_probability(), {0.5, surest, "better than a coin"})
-          .value_or(0);
-  stop.least_slide_s = reader.quantity(quantities::least_slide(), recorded_s).value_or(0);
-  reader.finish();
+  reader->set(stop.sure_probability, quantities::sure_probability,
+              {0.5, surest, "better than a coin"}, Need::required);
+  reader->set(stop.least_slide_s, quantities::least_slide, recorded_s, Need::required);
+  reader->finish();
   return stop;
 }
 
 void read_live_vote(ObjectReader& exploration, StatedExploration& stated, Problems& problems) {
-  const json* value = exploration.object("live_vote", Need::optional);
-  if (value == nullptr) return;
-  ObjectReader reader(*value, exploration.at("live_vote"), problems);
+  std::optional<ObjectReader> reader = exploration.section("live_vote");
+  if (!reader) return;
   LiveVote vote;
-  vote.model = reader.text("model").value_or("");
-  if (reader.has("model") && (vote.model.empty() || vote.model.size() > longest_model_name))
-    problems.add({reader.at("model"), "not the name of a file", "1 to 1000 bytes",
+  vote.model = reader->text("model").value_or("");
+  if (reader->has("model") && (vote.model.empty() || vote.model.size() > longest_model_name))
+    problems.add({reader->at("model"), "not the name of a file", "1 to 1000 bytes",
                   std::to_string(vote.model.size()), "weft train --live makes one"});
-  vote.stop_early = read_stop_early(reader, problems);
-  reader.finish();
+  vote.stop_early = read_stop_early(*reader);
+  reader->finish();
   stated.exploration.live_vote = std::move(vote);
 }
 
-void read_start(ObjectReader& reader, StatedExploration& stated, Problems& problems) {
-  const json* value = reader.object("start", Need::optional);
-  if (value == nullptr) return;
-  ObjectReader start(*value, reader.at("start"), problems);
-  const auto x = start.quantity(quantities::x(), displacement_m);
-  const auto y = start.quantity(quantities::y(), displacement_m);
-  start.finish();
+void read_start(ObjectReader& reader, StatedExploration& stated) {
+  std::optional<ObjectReader> start = reader.section("start");
+  if (!start) return;
+  const auto x = start->quantity(quantities::x, displacement_m);
+  const auto y = start->quantity(quantities::y, displacement_m);
+  start->finish();
   if (x && y) stated.start_m = Vec2{*x, *y};
 }
 
@@ -240,7 +236,7 @@ StatedExploration read_exploration(const std::string& name, const json& value,
   stated.pointer = pointer;
   ObjectReader reader(value, pointer, problems);
   reader.text("description", Need::optional);
-  read_start(reader, stated, problems);
+  read_start(reader, stated);
   read_live_vote(reader, stated, problems);
   const bool press = reader.choice("kind", {"slide", "press"}, Need::optional) == 1;
   if (press && stated.exploration.live_vote)

@@ -1,4 +1,4 @@
-#include "recipes/engine/forecast.hpp"
+#include "recipes/engine/plan.hpp"
 
 #include <algorithm>
 #include <cmath>

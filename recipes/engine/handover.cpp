@@ -49,10 +49,10 @@ const std::vector<std::string_view>& handover_learners(HandoverSource from) {
 std::optional<Handover> read_handover(ObjectReader& recipe, std::size_t fabrics,
                                       std::uint32_t repetitions, bool has_vibration,
                                       Problems& problems) {
-  const nlohmann::json* value = recipe.object("hand_over", Need::optional);
-  if (value == nullptr) return std::nullopt;
-  const std::string place = recipe.at("hand_over");
-  ObjectReader reader(*value, place, problems);
+  std::optional<ObjectReader> section = recipe.section("hand_over");
+  if (!section) return std::nullopt;
+  ObjectReader& reader = *section;
+  const std::string& place = reader.pointer();
   Handover out;
   if (const auto from = reader.choice("from", from_names(), Need::optional))
     out.from = static_cast<HandoverSource>(*from);
@@ -62,8 +62,7 @@ std::optional<Handover> read_handover(ObjectReader& recipe, std::size_t fabrics,
     out.learner = learners[*learner];
   out.groups = static_cast<std::uint32_t>(
       reader.integer("groups", 2, most_groups, Need::optional).value_or(out.groups));
-  out.at_most_s = reader.quantity(quantities::at_most(), {1, longest_s, {}}, Need::optional)
-                      .value_or(out.at_most_s);
+  reader.set(out.at_most_s, quantities::at_most, {1, longest_s, {}});
   reader.finish();
   if (out.from == HandoverSource::vibration && !has_vibration)
     problems.add({place + "/from", "the rig has no vibration sensor", "a device of role vibro", "",

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "recipes/engine/engine.hpp"
-#include "recipes/engine/last_steps.hpp"
 #include "recipes/engine/motion.hpp"
 
 namespace weft::recipes {

@@ -63,4 +63,24 @@ Error rest_out_of_travel(std::string place, double rest_z_m);
 /// Lowest z an approach may go to: a little under the bare plate's surface, within travel.
 double lowest_z_m(const RigLimits& limits);
 
+// What a recipe has done finally, by how the campaign ended.
+
+bool is_empty(const Finally& finally);
+
+/// In order; none where the recipe says nothing of such an end.
+const std::vector<LastStep>& steps_after(const Finally& finally, Outcome campaign);
+
+/// The moves of a park, none of a wait; z stays where it is.
+std::vector<AxisMove> list_moves(const Plan& plan, const LastStep& step);
+
+/// How long the step takes [s]: a wait exactly, a park at most.
+double duration_s(const Plan& plan, const LastStep& step);
+
+/// Warnings of lists whose waits alone leave none of the budget. How long a park takes depends on
+/// where the stages stand.
+std::vector<Diagnostic> warnings_about_budget(const Finally& finally);
+
+/// What the budget left no time for.
+Error budget_used_up(std::string place, double budget_s);
+
 }  // namespace weft::recipes

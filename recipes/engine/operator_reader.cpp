@@ -1,4 +1,4 @@
-#include "recipes/engine/operator_reader.hpp"
+#include "recipes/engine/recipe_reader.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -77,7 +77,7 @@ OperatorStep read_step(const json& value, const std::string& place,
   else
     read_only_fabrics(reader, fabrics, step, problems);
   step.text = read_text(reader, problems);
-  step.people_s = reader.quantity(quantities::people(), {0, longest_work_s, {}}).value_or(0);
+  step.people_s = reader.quantity(quantities::people, {0, longest_work_s, {}}).value_or(0);
   reader.finish();
   return step;
 }
@@ -95,12 +95,12 @@ LastStep read_last_step(const json& value, const std::string& place, const RigLi
   LastStep step;
   switch (reader.choice("do", {"park", "wait"}).value_or(2)) {
     case 0:
-      step = ParkStep{reader.quantity(quantities::x(), travel(Axis::x)).value_or(0),
-                      reader.quantity(quantities::y(), travel(Axis::y)).value_or(0)};
+      step = ParkStep{reader.quantity(quantities::x, travel(Axis::x)).value_or(0),
+                      reader.quantity(quantities::y, travel(Axis::y)).value_or(0)};
       break;
     case 1:
-      step = WaitStep{
-          reader.quantity(quantities::duration(), {0.1, longest_budget_s, {}}).value_or(0)};
+      step =
+          WaitStep{reader.quantity(quantities::duration, {0.1, longest_budget_s, {}}).value_or(0)};
       break;
     default:
       return step;  // which members it should have nobody knows
@@ -142,15 +142,13 @@ void read_operator_steps(ObjectReader& recipe, StatedRecipe& stated, Problems& p
 
 Finally read_finally(ObjectReader& recipe, const RigLimits& limits, Problems& problems) {
   Finally out;
-  const json* const value = recipe.object("finally", Need::optional);
-  if (value == nullptr) return out;
-  ObjectReader reader(*value, recipe.at("finally"), problems);
-  out.on_success = read_last_steps(reader, "on_success", limits, problems);
-  out.on_stop = read_last_steps(reader, "on_stop", limits, problems);
-  out.on_fault = read_last_steps(reader, "on_fault", limits, problems);
-  out.budget_s = reader.quantity(quantities::budget(), {1, longest_budget_s, {}}, Need::optional)
-                     .value_or(out.budget_s);
-  reader.finish();
+  std::optional<ObjectReader> reader = recipe.section("finally");
+  if (!reader) return out;
+  out.on_success = read_last_steps(*reader, "on_success", limits, problems);
+  out.on_stop = read_last_steps(*reader, "on_stop", limits, problems);
+  out.on_fault = read_last_steps(*reader, "on_fault", limits, problems);
+  reader->set(out.budget_s, quantities::budget, {1, longest_budget_s, {}});
+  reader->finish();
   return out;
 }
 

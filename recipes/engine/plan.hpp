@@ -144,13 +144,12 @@ struct Forecast {
   Range force_n;  ///< least and greatest set point, the probe's weight included
 };
 
-struct Plan {
+/// What recipe and plan have in common.
+struct RecipeTerms {
   std::string name;
-  std::uint64_t seed = 0;
+  std::uint64_t seed = 1;
   std::vector<std::string> fabrics;
-  std::vector<std::string> class_of;      ///< of each fabric; empty: the recipe has no classes
-  std::vector<Exploration> explorations;  ///< of a sweep: one for each cell
-  std::vector<TrialSpec> trials;          ///< in order of execution
+  std::vector<std::string> class_of;  ///< of each fabric; empty: the recipe has no classes
   Approach approach;
   Settle settle;
   OnTrialFailure on_trial_failure = OnTrialFailure::stop;
@@ -160,6 +159,11 @@ struct Plan {
   std::optional<Handover> handover;  ///< none: the data set is all there is
   std::optional<Sweep> sweep;        ///< none: every exploration as the recipe states it
   double mount_timeout_s = 600;      ///< a person may have to change the cloth
+};
+
+struct Plan : RecipeTerms {
+  std::vector<Exploration> explorations;  ///< of a sweep: one for each cell
+  std::vector<TrialSpec> trials;          ///< in order of execution
   RigLimits limits;
   Forecast forecast;
   /// The recipe in normal form (sorted keys, SI units, defaults filled in): hash this for
@@ -201,5 +205,20 @@ std::uint64_t patch_seed(std::uint64_t recipe_seed, std::string_view fabric,
 /// Time of a rest-to-rest move under a speed and an acceleration limit: trapezoid, or triangle when
 /// distance < speed^2 / acceleration [s].
 double move_duration_s(double distance_m, double speed_mps, double acceleration_mps2);
+
+// Time, bytes and envelope of a plan, from the moves that the engine will command.
+
+Forecast forecast(const Plan& plan);
+
+/// Expected time of one trial [s], coming from `from_m` (fabric frame) at the clear height.
+/// Changing the cloth by hand is not in it.
+double trial_duration_s(const Plan& plan, const Exploration& exploration, Vec2 from_m);
+
+/// Of every trial of the plan, in order, the way to the first among it; their sum is the
+/// forecast's trials_s() [s].
+std::vector<double> trial_durations_s(const Plan& plan);
+
+/// Time of phase M [s]: the probe stops at every corner.
+double motion_duration_s(const Exploration& exploration, double acceleration_mps2);
 
 }  // namespace weft::recipes

@@ -4,9 +4,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "recipes/engine/exploration_reader.hpp"
-#include "recipes/engine/operator_reader.hpp"
-#include "recipes/engine/sweep_reader.hpp"
 #include "recipes/schema/object_reader.hpp"
 #include "recipes/schema/quantities.hpp"
 
@@ -50,70 +47,58 @@ void read_fabrics(ObjectReader& recipe, const RigLimits& limits, StatedRecipe& s
     read_fabric((*list)[i], child(place, i), limits, stated.fabrics, problems);
 }
 
-void read_order(ObjectReader& recipe, StatedRecipe& stated, Problems& problems) {
+void read_order(ObjectReader& recipe, StatedRecipe& stated) {
   stated.order_seed = stated.seed;
-  const json* value = recipe.object("order", Need::optional);
-  if (value == nullptr) return;
-  ObjectReader order(*value, recipe.at("order"), problems);
-  const auto kind = order.choice("kind", {"blocked", "randomised"});
+  std::optional<ObjectReader> order = recipe.section("order");
+  if (!order) return;
+  const auto kind = order->choice("kind", {"blocked", "randomised"});
   stated.order = kind == 1 ? Order::randomised : Order::blocked;
-  const auto seed = order.integer("seed", 0, largest_seed, Need::optional);
+  const auto seed = order->integer("seed", 0, largest_seed, Need::optional);
   if (seed) stated.order_seed = static_cast<std::uint64_t>(*seed);
-  if (kind == 0) order.explain("seed", "a blocked order has nothing to draw");
-  order.finish();
+  if (kind == 0) order->explain("seed", "a blocked order has nothing to draw");
+  order->finish();
 }
 
-void read_approach(ObjectReader& recipe, const RigLimits& limits, StatedRecipe& stated,
-                   Problems& problems) {
+void read_approach(ObjectReader& recipe, const RigLimits& limits, StatedRecipe& stated) {
   Approach& approach = stated.approach;
   const double top = limits.max_speed_mps;
   approach.speed_mps = std::min(approach.speed_mps, top);
   approach.seat_speed_mps = std::min(approach.seat_speed_mps, top);
   approach.transfer_speed_mps = top;
-  const json* value = recipe.object("approach", Need::optional);
-  if (value == nullptr) return;
-  ObjectReader reader(*value, recipe.at("approach"), problems);
+  std::optional<ObjectReader> reader = recipe.section("approach");
+  if (!reader) return;
   const Bounds speed{least_speed_mps, top, "the rig's limit"};
-  const auto set = [&](double& target, const Quantity& quantity, const Bounds& bounds) {
-    target = reader.quantity(quantity, bounds, Need::optional).value_or(target);
-  };
-  set(approach.speed_mps, quantities::speed(), speed);
-  set(approach.seat_speed_mps, quantities::seat_speed(), speed);
-  set(approach.transfer_speed_mps, quantities::transfer_speed(), speed);
-  set(approach.contact_force_n, quantities::contact_force(),
-      {0.02, 0.8 * limits.probe_weight_n, "between sensor noise and the probe's weight"});
-  reader.finish();
+  reader->set(approach.speed_mps, quantities::speed, speed);
+  reader->set(approach.seat_speed_mps, quantities::seat_speed, speed);
+  reader->set(approach.transfer_speed_mps, quantities::transfer_speed, speed);
+  reader->set(approach.contact_force_n, quantities::contact_force,
+              {0.02, 0.8 * limits.probe_weight_n, "between sensor noise and the probe's weight"});
+  reader->finish();
 }
 
 void read_settle(ObjectReader& recipe, StatedRecipe& stated, Problems& problems) {
-  const json* value = recipe.object("settle", Need::optional);
-  if (value == nullptr) return;
-  ObjectReader reader(*value, recipe.at("settle"), problems);
+  std::optional<ObjectReader> reader = recipe.section("settle");
+  if (!reader) return;
   Settle& settle = stated.settle;
-  settle.dwell_s =
-      reader.quantity(quantities::dwell(), {0, 60, {}}, Need::optional).value_or(settle.dwell_s);
-  settle.timeout_s = reader.quantity(quantities::timeout(), {0.1, 600, {}}, Need::optional)
-                         .value_or(settle.timeout_s);
+  reader->set(settle.dwell_s, quantities::dwell, {0, 60, {}});
+  reader->set(settle.timeout_s, quantities::timeout, {0.1, 600, {}});
   if (settle.timeout_s <= settle.dwell_s)
-    problems.add({reader.pointer(), "the force could never settle", "timeout_s over dwell_s",
+    problems.add({reader->pointer(), "the force could never settle", "timeout_s over dwell_s",
                   json(settle.timeout_s).dump() + " s", ""});
-  reader.finish();
+  reader->finish();
 }
 
-void read_repeat_bad(ObjectReader& recipe, StatedRecipe& stated, Problems& problems) {
-  const json* value = recipe.object("repeat_bad", Need::optional);
-  if (value == nullptr) return;
-  ObjectReader reader(*value, recipe.at("repeat_bad"), problems);
+void read_repeat_bad(ObjectReader& recipe, StatedRecipe& stated) {
+  std::optional<ObjectReader> reader = recipe.section("repeat_bad");
+  if (!reader) return;
   RepeatBad& bad = stated.repeat_bad.emplace();
-  bad.at_most = static_cast<std::uint32_t>(reader.integer("at_most", 1, most_retakes).value_or(1));
-  const auto set = [&](double& target, const Quantity& quantity, const Bounds& bounds) {
-    target = reader.quantity(quantity, bounds, Need::optional).value_or(target);
-  };
-  set(bad.lost_fraction, quantities::lost(), {0, 1, "a fraction"});
-  set(bad.saturated_fraction, quantities::saturated(), {0, 1, "a fraction"});
-  set(bad.still_taxel_s, quantities::still_taxel(), {0.5, 60, "taxels have noise of one count"});
-  set(bad.force_in_band_fraction, quantities::force_in_band(), {0, 1, "a fraction"});
-  reader.finish();
+  bad.at_most = static_cast<std::uint32_t>(reader->integer("at_most", 1, most_retakes).value_or(1));
+  reader->set(bad.lost_fraction, quantities::lost, {0, 1, "a fraction"});
+  reader->set(bad.saturated_fraction, quantities::saturated, {0, 1, "a fraction"});
+  reader->set(bad.still_taxel_s, quantities::still_taxel,
+              {0.5, 60, "taxels have noise of one count"});
+  reader->set(bad.force_in_band_fraction, quantities::force_in_band, {0, 1, "a fraction"});
+  reader->finish();
 }
 
 void read_explorations(ObjectReader& recipe, const RigLimits& limits, StatedRecipe& stated,
@@ -146,9 +131,7 @@ void read_scalars(ObjectReader& recipe, StatedRecipe& stated) {
   else
     stated.repetitions =
         static_cast<std::uint32_t>(recipe.integer("repetitions", 1, most_repetitions).value_or(0));
-  stated.mount_timeout_s =
-      recipe.quantity(quantities::mount_timeout(), {1, longest_wait_s, {}}, Need::optional)
-          .value_or(stated.mount_timeout_s);
+  recipe.set(stated.mount_timeout_s, quantities::mount_timeout, {1, longest_wait_s, {}});
   const auto on_failure = recipe.choice("on_trial_failure", {"stop", "continue"}, Need::optional);
   stated.on_trial_failure = on_failure == 1 ? OnTrialFailure::carry_on : OnTrialFailure::stop;
 }
@@ -210,10 +193,10 @@ StatedRecipe read_recipe(const json& document, const RigLimits& limits,
   read_seed(seed, stated, problems);
   read_fabrics(recipe, limits, stated, problems);
   stated.class_of = read_classes(recipe, stated.fabrics, problems);
-  read_order(recipe, stated, problems);
-  read_approach(recipe, limits, stated, problems);
+  read_order(recipe, stated);
+  read_approach(recipe, limits, stated);
   read_settle(recipe, stated, problems);
-  read_repeat_bad(recipe, stated, problems);
+  read_repeat_bad(recipe, stated);
   read_operator_steps(recipe, stated, problems);
   stated.finally = read_finally(recipe, limits, problems);
   stated.handover =

@@ -4,8 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <variant>
 
-#include "protocols/base/units.hpp"
-#include "recipes/schema/json_text.hpp"
+#include "protocols/base/time.hpp"
 #include "recipes/schema/object_reader.hpp"
 #include "recipes/schema/quantities.hpp"
 
@@ -71,21 +70,18 @@ class RigReader {
 
   /// Strict: a limit that is misspelled is a limit that is not there.
   void read_limits(ObjectReader& r) {
-    set(limits_.max_speed_mps, r.quantity(quantities::speed(), {1e-6, 1, {}}));
-    set(limits_.max_acceleration_mps2,
-        r.quantity({"acceleration", {{"acceleration_mm_s2", mm_per_m}, {"acceleration_mps2", 1}}},
-                   {1e-6, 100, {}}));
-    set(limits_.max_tilt_speed_radps,
-        r.quantity({"tilt_speed", {{"tilt_speed_deg_s", deg_per_rad}}}, {1e-6, 10, {}},
-                   Need::optional));
-    set(limits_.force_cap_n,
-        r.quantity(quantities::force("force_cap", "force_cap_N", "force_cap_n"), {0.1, 1000, {}}));
-    set(limits_.torque_cap_nm,
-        r.quantity({"torque_cap", {{"torque_cap_Nm", 1}, {"torque_cap_nm", 1}}}, {0.01, 100, {}}));
-    set(limits_.frozen_wrench_s,
-        r.quantity({"frozen_wrench", {{"frozen_wrench_s", 1}}}, {0, 3600, {}}, Need::optional));
-    set(limits_.frozen_taxels_s,
-        r.quantity({"frozen_taxels", {{"frozen_taxels_s", 1}}}, {0, 3600, {}}, Need::optional));
+    r.set(limits_.max_speed_mps, quantities::speed, {1e-6, 1, {}}, Need::required);
+    r.set(limits_.max_acceleration_mps2,
+          {"acceleration", {{"acceleration_mm_s2", mm_per_m}, {"acceleration_mps2", 1}}},
+          {1e-6, 100, {}}, Need::required);
+    r.set(limits_.max_tilt_speed_radps, {"tilt_speed", {{"tilt_speed_deg_s", deg_per_rad}}},
+          {1e-6, 10, {}});
+    r.set(limits_.force_cap_n, quantities::newtons("force_cap", "force_cap_N", "force_cap_n"),
+          {0.1, 1000, {}}, Need::required);
+    r.set(limits_.torque_cap_nm, {"torque_cap", {{"torque_cap_Nm", 1}, {"torque_cap_nm", 1}}},
+          {0.01, 100, {}}, Need::required);
+    r.set(limits_.frozen_wrench_s, {"frozen_wrench", {{"frozen_wrench_s", 1}}}, {0, 3600, {}});
+    r.set(limits_.frozen_taxels_s, {"frozen_taxels", {{"frozen_taxels_s", 1}}}, {0, 3600, {}});
     read_travel(r);
     read_tilt(r);
     r.finish();
@@ -130,12 +126,12 @@ class RigReader {
   void read_probe(ObjectReader& r) {
     if (const auto mass_kg = r.quantity({"mass", {{"mass_kg", 1}}}, {1e-3, 50, {}}))
       limits_.probe_weight_n = *mass_kg * standard_gravity_mps2;
-    set(limits_.rest_travel_m,
-        r.quantity(mm_or_m("rest_travel", "rest_travel_mm", "rest_travel_m"), {0, 0.1, {}}));
-    set(limits_.clearance_m, r.quantity(mm_or_m("clearance", "clearance_mm", "clearance_m"),
-                                        positive_length_m, Need::optional));
-    set(limits_.geometry.probe_arm_m,
-        r.quantity(mm_or_m("tilt_arm", "tilt_arm_mm", "tilt_arm_m"), {0, 10, {}}, Need::optional));
+    r.set(limits_.rest_travel_m, mm_or_m("rest_travel", "rest_travel_mm", "rest_travel_m"),
+          {0, 0.1, {}}, Need::required);
+    r.set(limits_.clearance_m, mm_or_m("clearance", "clearance_mm", "clearance_m"),
+          positive_length_m);
+    r.set(limits_.geometry.probe_arm_m, mm_or_m("tilt_arm", "tilt_arm_mm", "tilt_arm_m"),
+          {0, 10, {}});
     if (const auto face =
             r.pair(mm_or_m("footprint", "footprint_mm", "footprint_m"), positive_length_m))
       limits_.footprint_m = {face->first, face->second};
@@ -147,15 +143,13 @@ class RigReader {
       geometry.origin_m = {origin->first, origin->second};
     if (const auto size = r.pair(mm_or_m("size", "size_mm", "size_m"), positive_length_m))
       geometry.plate_size_m = {size->first, size->second};
-    set(geometry.surface_z_m,
-        r.quantity(mm_or_m("surface_z", "surface_z_mm", "surface_z_m"), position_m));
+    r.set(geometry.surface_z_m, mm_or_m("surface_z", "surface_z_mm", "surface_z_m"), position_m,
+          Need::required);
     geometry.tilt_axis_y_m = geometry.plate_size_m.y_m / 2;
-    set(geometry.tilt_axis_y_m,
-        r.quantity(mm_or_m("tilt_axis_y", "tilt_axis_y_mm", "tilt_axis_y_m"), position_m,
-                   Need::optional));
-    set(geometry.tilt_axis_depth_m,
-        r.quantity(mm_or_m("tilt_axis_depth", "tilt_axis_depth_mm", "tilt_axis_depth_m"),
-                   position_m, Need::optional));
+    r.set(geometry.tilt_axis_y_m, mm_or_m("tilt_axis_y", "tilt_axis_y_mm", "tilt_axis_y_m"),
+          position_m);
+    r.set(geometry.tilt_axis_depth_m,
+          mm_or_m("tilt_axis_depth", "tilt_axis_depth_mm", "tilt_axis_depth_m"), position_m);
     if (const json* level = r.object("level", Need::optional)) read_level(*level, r.at("level"));
   }
 
@@ -164,7 +158,7 @@ class RigReader {
     ObjectReader r(value, where, problems_);
     const auto angle = [&](Quantity quantity, Axis axis, double& into) {
       const Range& travel = limits_.geometry.travel[index(axis)];
-      set(into, r.quantity(quantity, {travel.min, travel.max, "limits.tilt"}));
+      r.set(into, quantity, {travel.min, travel.max, "limits.tilt"}, Need::required);
     };
     angle({"rx", {{"rx_deg", deg_per_rad}, {"rx_rad", 1}}}, Axis::rx, limits_.level.rx_rad);
     angle({"ry", {{"ry_deg", deg_per_rad}, {"ry_rad", 1}}}, Axis::ry, limits_.level.ry_rad);
@@ -176,7 +170,7 @@ class RigReader {
   }
 
   void read_control(ObjectReader& r) {
-    set(limits_.cycle_hz, r.quantity({"cycle", {{"cycle_hz", 1}}}, {10, 1000, {}}));
+    r.set(limits_.cycle_hz, {"cycle", {{"cycle_hz", 1}}}, {10, 1000, {}}, Need::required);
   }
 
   /// What the sensors' drivers are told of their streams; the drivers themselves check the rest.
@@ -193,13 +187,11 @@ class RigReader {
       ObjectReader config(device["config"], child("/devices", i) + "/config", problems_);
       const Quantity rate{"rate_hz", {{"rate_hz", 1}}};
       if (role == "wrench") {
-        set(limits_.wrench_rate_hz,
-            config.quantity(rate,
-                            {least_wrench_rate_hz, 7000,
-                             "the force loop cannot hold a force that it is told of less often"},
-                            Need::optional));
+        config.set(limits_.wrench_rate_hz, rate,
+                   {least_wrench_rate_hz, 7000,
+                    "the force loop cannot hold a force that it is told of less often"});
       } else {
-        set(limits_.taxel_rate_hz, config.quantity(rate, {0.1, 1e4, {}}, Need::optional));
+        config.set(limits_.taxel_rate_hz, rate, {0.1, 1e4, {}});
         read_taxels(config);
       }
     }
@@ -219,11 +211,9 @@ class RigReader {
     limits_.acceleration_rate_hz = 200;
     limits_.sound_rate_hz = 8000;
     ObjectReader config(object, where, problems_);
-    set(limits_.acceleration_rate_hz,
-        config.quantity({"acceleration_rate", {{"acceleration_rate_hz", 1}}}, {0, 1e5, {}},
-                        Need::optional));
-    set(limits_.sound_rate_hz,
-        config.quantity({"sound_rate", {{"sound_rate_hz", 1}}}, {0, 4e5, {}}, Need::optional));
+    config.set(limits_.acceleration_rate_hz, {"acceleration_rate", {{"acceleration_rate_hz", 1}}},
+               {0, 1e5, {}});
+    config.set(limits_.sound_rate_hz, {"sound_rate", {{"sound_rate_hz", 1}}}, {0, 4e5, {}});
   }
 
   void read_fabrics(ObjectReader& rig) {
@@ -243,10 +233,6 @@ class RigReader {
   }
 
   static std::string mm(double metres) { return json(metres * mm_per_m).dump() + " mm"; }
-
-  static void set(double& target, const std::optional<double>& value) {
-    if (value) target = *value;
-  }
 
   RigLimits& limits_;
   Problems& problems_;

@@ -1,4 +1,4 @@
-#include "recipes/engine/sweep_cells.hpp"
+#include "recipes/engine/recipe_reader.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,11 @@
-#include "recipes/engine/sweep_reader.hpp"
+#include "recipes/engine/recipe_reader.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "recipes/engine/d_optimal.hpp"
+#include "recipes/engine/sweep.hpp"
 #include "recipes/schema/quantities.hpp"
 
 namespace weft::recipes {
@@ -26,8 +26,8 @@ struct KindReader {
 
 const std::vector<KindReader>& kind_readers() {
   static const std::vector<KindReader> readers{
-      {FactorKind::force, quantities::force()},
-      {FactorKind::speed, quantities::speed()},
+      {FactorKind::force, quantities::force},
+      {FactorKind::speed, quantities::speed},
       {FactorKind::press, {"press", {{"press_s", 1}}}},
       {FactorKind::stroke, {"stroke", {{"stroke_mm", quantities::mm_per_m}, {"stroke_m", 1}}}}};
   return readers;

@@ -20,6 +20,11 @@ bool finite(const ProbePose& pose) {
          std::isfinite(pose.tilt_y_rad);
 }
 
+tl::unexpected<Error> unusable(const char* what, const char* expected) {
+  return fail(
+      {.code = Errc::invalid_argument, .where = "kinematics", .what = what, .expected = expected});
+}
+
 std::string unit_of(Axis axis) {
   return is_linear(axis) ? " m" : " rad";
 }
@@ -35,6 +40,13 @@ std::string unreachable(const Geometry& geometry, const Joints& joints) {
             " to " + std::to_string(range.max) + unit_of(axis);
   }
   return list;
+}
+
+/// Directions this close to the warp leave no digits for rx.
+constexpr double least_across = 1e-9;
+
+double size_of(const Direction& d) {
+  return std::hypot(d.u, d.v, d.up);
 }
 
 }  // namespace
@@ -63,10 +75,8 @@ Result<Joints> inverse(const Geometry& geometry, const ProbePose& pose) {
   constexpr double quarter_turn = std::numbers::pi / 2;
   if (!finite(pose) || std::abs(pose.tilt_x_rad) >= quarter_turn ||
       std::abs(pose.tilt_y_rad) >= quarter_turn)
-    return fail({.code = Errc::invalid_argument,
-                 .where = "kinematics",
-                 .what = "the probe pose is not usable",
-                 .expected = "finite numbers and tilts under a quarter turn"});
+    return unusable("the probe pose is not usable",
+                    "finite numbers and tilts under a quarter turn");
   const double arm = geometry.probe_arm_m;
   const auto [a, b] = turned(pose.contact_m.y_m - geometry.tilt_axis_y_m,
                              pose.clearance_m + geometry.tilt_axis_depth_m, pose.tilt_x_rad);
@@ -93,6 +103,30 @@ double lean_rad(const ProbePose& pose) {
   const double along = std::cos(pose.tilt_x_rad) * std::cos(pose.tilt_y_rad);
   const double across = std::hypot(sy, sx * std::cos(pose.tilt_y_rad));
   return std::atan2(across, along);
+}
+
+Direction probe_axis(const Tilts& tilts) {
+  const double along = std::cos(tilts.ry_rad);
+  return {-std::sin(tilts.ry_rad), along * std::sin(tilts.rx_rad), along * std::cos(tilts.rx_rad)};
+}
+
+Result<Tilts> tilts_along(const Direction& normal) {
+  const double size = size_of(normal);
+  if (!std::isfinite(size) || !(size > 0))
+    return unusable("the normal has no direction", "finite components, not all zero");
+  const double across = std::hypot(normal.v, normal.up);
+  if (across <= least_across * size)
+    return unusable("the normal lies along the warp, where rx is undetermined",
+                    "a normal that points away from the plate");
+  if (!(normal.up > 0))
+    return unusable("the normal does not point away from the plate", "a lean under a quarter turn");
+  return Tilts{std::atan2(normal.v, normal.up), std::atan2(-normal.u, across)};
+}
+
+double angle_between(const Direction& a, const Direction& b) {
+  const double cross =
+      std::hypot(a.v * b.up - a.up * b.v, a.up * b.u - a.u * b.up, a.u * b.v - a.v * b.u);
+  return std::atan2(cross, a.u * b.u + a.v * b.v + a.up * b.up);
 }
 
 }  // namespace weft::recipes

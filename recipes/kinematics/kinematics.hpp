@@ -94,4 +94,27 @@ Result<Joints> inverse(const Geometry& geometry, const ProbePose& pose);
 /// Angle between the probe's axis and the plate's normal [rad], 0 to pi.
 double lean_rad(const ProbePose& pose);
 
+// The bench seen from a surface: the probe's axis along the normal at a point. Two rotations fix a
+// direction but no turn about it, so a direction and the two tilts determine each other.
+
+/// A direction in the fabric frame: along the warp, along the weft, up from the plate. Any length
+/// but zero.
+struct Direction {
+  double u = 0;
+  double v = 0;
+  double up = 1;
+};
+
+/// The probe's axis, as a unit vector away from the plate, with the rotary stages at `tilts`.
+Direction probe_axis(const Tilts& tilts);
+
+/// Where the rotary stages put the probe's axis along `normal`. Closed form:
+///     rx = atan2(v, up),   ry = atan2(-u, hypot(v, up)).
+/// Errors: invalid_argument when `normal` is not finite or zero, does not point away from the plate
+/// (a quarter turn or more), or lies along the warp, where rx is not determined (the singularity).
+Result<Tilts> tilts_along(const Direction& normal);
+
+/// Angle between two directions [rad], 0 to pi, to full precision near 0 too.
+double angle_between(const Direction& a, const Direction& b);
+
 }  // namespace weft::recipes

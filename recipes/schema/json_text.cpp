@@ -1,4 +1,4 @@
-#include "recipes/schema/json_text.hpp"
+#include "recipes/schema/object_reader.hpp"
 
 #include <algorithm>
 #include <cctype>

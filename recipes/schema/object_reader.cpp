@@ -150,6 +150,12 @@ const json* ObjectReader::object(std::string_view key, Need need) {
   return typed(key, need, false);
 }
 
+std::optional<ObjectReader> ObjectReader::section(std::string_view key) {
+  const json* value = object(key, Need::optional);
+  if (value == nullptr) return std::nullopt;
+  return ObjectReader(*value, at(key), problems_);
+}
+
 std::optional<std::pair<double, double>> ObjectReader::pair(const Quantity& quantity,
                                                             const Bounds& bounds, Need need) {
   const Spelling* spelling = spelling_used(quantity, need);

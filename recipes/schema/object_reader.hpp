@@ -1,7 +1,9 @@
 #pragma once
-// Typed reading of one JSON object. Every finding is collected with its pointer; finish() refuses
-// the keys that nobody asked for.
+// JSON text to a document, stricter than the standard asks: bounded in size and depth, no key
+// twice; and typed reading of one JSON object. Every finding is collected with its pointer;
+// finish() refuses the keys that nobody asked for.
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <nlohmann/json_fwd.hpp>
@@ -13,6 +15,17 @@
 #include "recipes/schema/diagnostic.hpp"
 
 namespace weft::recipes {
+
+struct JsonBounds {
+  std::size_t max_bytes = std::size_t{1} << 20;  ///< longer text is refused by its size alone
+  std::size_t max_depth = 32;
+};
+
+/// Parses `text` into `document`. Syntax errors come with line and column; NaN, Infinity and
+/// numbers that no double can hold are named as such, a zero byte too. True when nothing was found
+/// wrong.
+bool parse_json(std::string_view text, const JsonBounds& bounds, nlohmann::json& document,
+                Problems& problems);
 
 /// One accepted spelling of a quantity: the key with its unit, and how many such units make one SI
 /// unit. Dividing by that (and not multiplying by 1e-3) makes 0.7 mm the same double as 0.0007 m.
@@ -45,6 +58,11 @@ class ObjectReader {
   /// The value in SI units.
   std::optional<double> quantity(const Quantity& quantity, const Bounds& bounds,
                                  Need need = Need::required);
+  /// Puts the value into `target`, which stays as it is where there is none.
+  void set(double& target, const Quantity& quantity, const Bounds& bounds,
+           Need need = Need::optional) {
+    target = this->quantity(quantity, bounds, need).value_or(target);
+  }
   std::optional<std::int64_t> integer(std::string_view key, std::int64_t min, std::int64_t max,
                                       Need need = Need::required);
   std::optional<std::string> text(std::string_view key, Need need = Need::required);
@@ -57,6 +75,8 @@ class ObjectReader {
   /// The member, whatever it is; null when absent (which is reported when it is required).
   const nlohmann::json* array(std::string_view key, Need need = Need::required);
   const nlohmann::json* object(std::string_view key, Need need = Need::required);
+  /// A reader of an optional member that is an object; nothing where it is absent.
+  std::optional<ObjectReader> section(std::string_view key);
   /// Two numbers of one unit, as in "travel_mm": [0, 150]; each within bounds.
   std::optional<std::pair<double, double>> pair(const Quantity& quantity, const Bounds& bounds,
                                                 Need need = Need::required);

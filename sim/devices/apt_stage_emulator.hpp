@@ -7,9 +7,9 @@
 #include <optional>
 #include <string>
 
-#include "protocols/apt/apt.hpp"
+#include "protocols/apt/bodies.hpp"
 #include "protocols/apt/stage_scale.hpp"
-#include "protocols/base/units.hpp"
+#include "protocols/base/time.hpp"
 #include "sim/devices/bench_plant.hpp"
 #include "sim/devices/emulator.hpp"
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "protocols/base/units.hpp"
+#include "protocols/base/time.hpp"
 #include "sim/plant/fabric_law.hpp"
 #include "sim/plant/height_field.hpp"
 #include "sim/plant/near.hpp"

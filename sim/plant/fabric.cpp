@@ -5,7 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "protocols/base/units.hpp"
+#include "protocols/base/time.hpp"
 #include "sim/plant/bounds.hpp"
 #include "sim/plant/field_reader.hpp"
 #include "sim/plant/random.hpp"

@@ -6,7 +6,10 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "protocols/base/units.hpp"
+#include "protocols/base/result.hpp"
+#include "protocols/base/time.hpp"
+#include "sim/devices/ati_digital_emulator.hpp"
+#include "sim/devices/imprint_emulator.hpp"
 #include "sim/plant/field_reader.hpp"
 
 namespace weft::sim {

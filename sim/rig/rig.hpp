@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/api/link.hpp"
-#include "drivers/api/loop.hpp"
+#include "drivers/api/driver.hpp"
+#include "drivers/api/timer.hpp"
 #include "protocols/base/result.hpp"
 #include "protocols/base/time.hpp"
 #include "sim/devices/replay.hpp"

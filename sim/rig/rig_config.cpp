@@ -5,7 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "protocols/base/units.hpp"
+#include "protocols/base/time.hpp"
 #include "sim/plant/fidelity/table.hpp"
 #include "sim/plant/field_reader.hpp"
 

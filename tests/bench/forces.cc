@@ -14,7 +14,6 @@
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/campaign/bench_session.hpp"
 #include "daemon/campaign/campaign.hpp"
-#include "daemon/campaign/simulated_bench.hpp"
 #include "daemon/campaign/supervisor.hpp"
 #include "daemon/hardware/link/port_link.hpp"
 #include "sim/plant/fabric.hpp"

@@ -1,6 +1,7 @@
 // Thorlabs APT: messages, their bodies, and a stream cut anywhere.
 
-#include "protocols/apt/apt.hpp"
+#include "protocols/apt/bodies.hpp"
+#include "protocols/apt/stage_scale.hpp"
 #include "tests/fuzz/chunked.hpp"
 
 namespace weft::fuzz::apt_target {

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "protocols/base/crc.hpp"
+#include "protocols/base/bytes.hpp"
 
 namespace weft::fuzz {
 

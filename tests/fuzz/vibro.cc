@@ -16,7 +16,7 @@ void inspect(const Frame& frame) {
 
 void try_stream(const ChunkedInput& input) {
   try_frames<Splitter, Frame>(
-      input, [](const Splitter& splitter) { return splitter.crc_errors(); }, inspect);
+      input, [](const Splitter& splitter) { return splitter.damaged(); }, inspect);
 }
 
 }  // namespace

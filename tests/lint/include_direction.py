@@ -150,10 +150,10 @@ weft_module(daemon/campaign USES daemon/storage/recorder
 """
     files = {
         "drivers/thorlabs_apt/a.cpp": ('#include "sim/plant/plant.hpp"', True),
-        "drivers/thorlabs_apt/b.cpp": ('#include "protocols/apt/apt.hpp"', False),
+        "drivers/thorlabs_apt/b.cpp": ('#include "protocols/apt/bodies.hpp"', False),
         "drivers/thorlabs_apt/c.cpp": ('#include "protocols/rdt/rdt.hpp"', True),
         "drivers/ati_digital/a.cpp": ('#include "protocols/modbus/rtu.hpp"', False),
-        "sim/devices/a.cpp": ('#include "drivers/api/link.hpp"', True),
+        "sim/devices/a.cpp": ('#include "drivers/api/driver.hpp"', True),
         "sim/rig/a.cpp": ('#include "daemon/base/loop/virtual_loop.hpp"', True),
         "classifier/features/a.cpp": ('#include "recipes/engine/plan.hpp"', True),
         "classifier/features/b.cpp": ('#include "classifier/selection/selection.hpp"', True),  # upwards
@@ -168,7 +168,7 @@ weft_module(daemon/campaign USES daemon/storage/recorder
         "daemon/campaign/d.cpp": ('#include "daemon/base/loop/loop.hpp"', False),
         "daemon/storage/recorder/a.cpp": ('#include "daemon/campaign/campaign.hpp"', True),  # upwards
         "daemon/new/a.cpp": ("", True),  # no row
-        "protocols/base/a.hpp": ('#include "protocols/apt/apt.hpp"', True),
+        "protocols/base/a.hpp": ('#include "protocols/apt/bodies.hpp"', True),
     }
     table = "".join(f"| `{name}` | x | {', '.join(f'`{use}`' for use in uses)} |\n" for name, uses in
                     [("protocols/base", []), ("drivers/api", ["protocols/base"]), ("a/b", ["drivers/api"])])

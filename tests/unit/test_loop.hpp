@@ -5,7 +5,7 @@
 #include <map>
 #include <utility>
 
-#include "drivers/api/loop.hpp"
+#include "drivers/api/timer.hpp"
 
 namespace weft::testing {
 

@@ -9,7 +9,7 @@
 #include "daemon/apps/weft/table.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/campaign/align_run.hpp"
-#include "protocols/base/units.hpp"
+#include "protocols/base/time.hpp"
 
 namespace weft::daemon::cli {
 namespace {

@@ -7,7 +7,7 @@
 #include "daemon/apps/weft/file_problems.hpp"
 #include "daemon/apps/weft/table.hpp"
 #include "daemon/base/text/format.hpp"
-#include "protocols/base/units.hpp"
+#include "protocols/base/time.hpp"
 #include "recipes/engine/operator_steps.hpp"
 #include "recipes/engine/plan.hpp"
 

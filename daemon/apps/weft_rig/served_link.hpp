@@ -7,8 +7,8 @@
 
 #include "daemon/apps/weft_rig/served_place.hpp"
 #include "daemon/apps/weft_rig/served_socket.hpp"
-#include "daemon/hardware/rig/link_settings.hpp"
-#include "drivers/api/link.hpp"
+#include "daemon/hardware/rig/rig_file.hpp"
+#include "drivers/api/driver.hpp"
 
 namespace weft::daemon {
 

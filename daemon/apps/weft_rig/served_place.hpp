@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "drivers/api/link.hpp"
+#include "drivers/api/driver.hpp"
 
 namespace weft::daemon {
 

@@ -8,7 +8,7 @@
 #include "daemon/apps/weft_rig/rig_server.hpp"
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/loop/real_time.hpp"
-#include "daemon/campaign/simulated_bench.hpp"
+#include "daemon/campaign/bench_session.hpp"
 
 namespace {
 

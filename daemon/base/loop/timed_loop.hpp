@@ -8,7 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "drivers/api/loop.hpp"
+#include "drivers/api/timer.hpp"
 
 namespace weft::daemon {
 

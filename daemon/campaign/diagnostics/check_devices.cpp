@@ -1,12 +1,11 @@
 // What the reports of the devices mean.
 
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <map>
 
 #include "daemon/base/text/format.hpp"
 #include "daemon/campaign/diagnostics/doctor.hpp"
+#include "protocols/base/names.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -15,13 +14,6 @@ constexpr double rate_warning = 0.05;  // of the configured rate; a stream that 
 constexpr double rate_problem = 0.20;
 // A stage that is asked every cycle of 10 ms answers well before the next but one.
 constexpr double slow_answer_s = 0.020;
-
-/// All digits that matter: these are what counts are turned into SI with.
-std::string shortest(double value) {
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
-}
 
 std::string format_identity(const DeviceIdentity& identity) {
   std::string out;
@@ -33,7 +25,7 @@ std::string format_identity(const DeviceIdentity& identity) {
 std::string format_calibration(const DeviceIdentity& identity) {
   std::string out;
   for (const auto& [key, value] : identity.scale)
-    out += (out.empty() ? "" : ", ") + key + " " + shortest(value);
+    out += (out.empty() ? "" : ", ") + key + " " + format_number(value);
   return out.empty() ? "raw counts" : out;
 }
 

@@ -6,8 +6,7 @@
 
 #include "daemon/base/loop/real_loop.hpp"
 #include "daemon/campaign/bench_check.hpp"
-#include "daemon/campaign/diagnostics/port_checks.hpp"
-#include "daemon/campaign/simulated_bench.hpp"
+#include "daemon/campaign/bench_session.hpp"
 
 namespace weft::daemon {
 namespace {

@@ -1,4 +1,4 @@
-#include "daemon/campaign/diagnostics/port_checks.hpp"
+#include "daemon/campaign/diagnostics/doctor.hpp"
 
 #include <sys/timex.h>
 #include <unistd.h>

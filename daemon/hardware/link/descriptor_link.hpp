@@ -6,7 +6,7 @@
 #include <string>
 
 #include "daemon/base/loop/real_loop.hpp"
-#include "drivers/api/link.hpp"
+#include "drivers/api/driver.hpp"
 
 namespace weft::daemon {
 

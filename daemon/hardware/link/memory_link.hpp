@@ -5,8 +5,8 @@
 #include <memory>
 #include <utility>
 
-#include "drivers/api/link.hpp"
-#include "drivers/api/loop.hpp"
+#include "drivers/api/driver.hpp"
+#include "drivers/api/timer.hpp"
 
 namespace weft::daemon {
 

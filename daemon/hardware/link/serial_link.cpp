@@ -19,6 +19,26 @@ namespace {
 using namespace std::chrono_literals;
 constexpr Duration ftdi_start_up = 100ms;  // 50 ms, purge, 50 ms: device-facts.md, APT line
 
+template <class Change>
+Status with_settings(int descriptor, const Change& change) {
+  termios line{};
+  if (::tcgetattr(descriptor, &line) != 0)
+    return fail({.code = Errc::io,
+                 .what = "not a terminal line",
+                 .got = std::generic_category().message(errno)});
+  change(line);
+  if (::tcsetattr(descriptor, TCSANOW, &line) != 0)
+    return fail({.code = Errc::io,
+                 .what = "the line does not take its settings",
+                 .got = std::generic_category().message(errno)});
+  return {};
+}
+
+void wait_for_a_byte(termios& line) {
+  line.c_cc[VMIN] = 1;
+  line.c_cc[VTIME] = 0;
+}
+
 std::string hint_for(int number) {
   if (number == EACCES) return "Add yourself to the group dialout and log in again";
   if (number == ENOENT) return "Is the device connected and on? See /dev/serial/by-id";
@@ -150,6 +170,20 @@ Result<std::unique_ptr<Link>> open_serial(RealLoop& loop, const SerialSettings& 
 
 std::unique_ptr<Link> adopt_stream(RealLoop& loop, int descriptor, std::string name) {
   return std::make_unique<DescriptorLink>(loop, descriptor, Framing::stream, std::move(name));
+}
+
+Status let_reads_wait(int descriptor) {
+  return with_settings(descriptor, wait_for_a_byte);
+}
+
+Status set_line_raw(int descriptor, bool rts_cts) {
+  return with_settings(descriptor, [rts_cts](termios& line) {
+    ::cfmakeraw(&line);
+    line.c_cflag |= CLOCAL | CREAD;
+    line.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | CRTSCTS);
+    if (rts_cts) line.c_cflag |= CRTSCTS;
+    wait_for_a_byte(line);
+  });
 }
 
 }  // namespace weft::daemon

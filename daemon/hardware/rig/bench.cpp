@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "protocols/base/crc.hpp"
+#include "protocols/base/bytes.hpp"
 
 namespace weft::daemon {
 namespace {

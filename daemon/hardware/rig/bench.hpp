@@ -3,6 +3,8 @@
 // vibrations, where it has them.
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -10,10 +12,38 @@
 
 #include "daemon/hardware/rig/device.hpp"
 #include "daemon/hardware/rig/rig_file.hpp"
-#include "daemon/hardware/rig/wrench_total.hpp"
+#include "drivers/api/sample.hpp"
 #include "recipes/control/guards.hpp"
 
 namespace weft::daemon {
+
+/// Sum of the readings of a force/torque sensor that came between two scan cycles: a sensor is
+/// often faster than the cycle, and noise falls with the root of what is averaged. Each cycle
+/// begins anew, so that nothing bad outlives it.
+struct WrenchTotal {
+  std::uint64_t readings = 0;
+  std::array<double, 3> force_n{};    ///< [N], as in WrenchSample
+  std::array<double, 3> torque_nm{};  ///< [N m]
+
+  void add(const WrenchSample& reading) { add({1, reading.force_n, reading.torque_nm}); }
+  void add(const WrenchTotal& more) {
+    readings += more.readings;
+    for (std::size_t i = 0; i < 3; ++i) {
+      force_n[i] += more.force_n[i];
+      torque_nm[i] += more.torque_nm[i];
+    }
+  }
+  /// Not a number where there are no readings.
+  [[nodiscard]] WrenchSample mean() const {
+    WrenchSample mean;
+    const auto n = static_cast<double>(readings);
+    for (std::size_t i = 0; i < 3; ++i) {
+      mean.force_n[i] = force_n[i] / n;
+      mean.torque_nm[i] = torque_nm[i] / n;
+    }
+    return mean;
+  }
+};
 
 using StageAxis = recipes::Axis;
 using LinkFactory = std::function<Result<std::unique_ptr<Link>>(const DeviceEntry&)>;

@@ -26,15 +26,24 @@ const std::vector<std::string> root_keys{"name",  "bench",   "devices", "limits"
 const std::vector<std::string> device_keys{"name", "role", "driver",   "config",  "link",
                                            "also", "http", "commands", "emulator"};
 
+/// What the rig file may not have, at a JSON pointer.
+tl::unexpected<Error> refused(std::string where, std::string what, std::string expected = {},
+                              std::string got = {}, std::string hint = {}) {
+  return fail({.code = Errc::invalid_argument,
+               .where = std::move(where),
+               .what = std::move(what),
+               .expected = std::move(expected),
+               .got = std::move(got),
+               .hint = std::move(hint)});
+}
+
 Status only_known_keys(const json& object, const std::vector<std::string>& known,
                        const std::string& where) {
   for (const auto& [key, value] : object.items()) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
     const std::string meant = nearest_name(key, known);
-    return fail({.code = Errc::invalid_argument,
-                 .where = where + "/" + key,
-                 .what = "unknown key",
-                 .hint = meant.empty() ? "" : "Did you mean " + meant + "?"});
+    return refused(where + "/" + key, "unknown key", {}, {},
+                   meant.empty() ? "" : "Did you mean " + meant + "?");
   }
   return {};
 }
@@ -42,22 +51,14 @@ Status only_known_keys(const json& object, const std::vector<std::string>& known
 Result<std::string> text_member(const json& object, const char* key, const std::string& where) {
   const auto found = object.find(key);
   if (found == object.end() || !found->is_string())
-    return fail({.code = Errc::invalid_argument,
-                 .where = where + "/" + key,
-                 .what = "missing or not a string",
-                 .expected = "a string",
-                 .got = found == object.end() ? "nothing" : std::string(found->type_name())});
+    return refused(where + "/" + key, "missing or not a string", "a string",
+                   found == object.end() ? "nothing" : std::string(found->type_name()));
   return found->get<std::string>();
 }
 
 Status read_more_links(const json& object, const std::string& where, DeviceEntry& device) {
   const json also = object.value("also", json::array());
-  if (!also.is_array())
-    return fail({.code = Errc::invalid_argument,
-                 .where = where + "/also",
-                 .what = "not a list",
-                 .expected = "links",
-                 .got = also.type_name()});
+  if (!also.is_array()) return refused(where + "/also", "not a list", "links", also.type_name());
   for (std::size_t i = 0; i < also.size(); ++i) {
     const auto link = parse_link(also[i].dump(), where + "/also/" + std::to_string(i));
     if (!link) return pass(link.error());
@@ -74,12 +75,7 @@ Status read_more_links(const json& object, const std::string& where, DeviceEntry
 }
 
 Result<DeviceEntry> device_entry(const json& object, const std::string& where) {
-  if (!object.is_object())
-    return fail({.code = Errc::invalid_argument,
-                 .where = where,
-                 .what = "not a device",
-                 .expected = "an object",
-                 .got = object.type_name()});
+  if (!object.is_object()) return refused(where, "not a device", "an object", object.type_name());
   if (Status ok = only_known_keys(object, device_keys, where); !ok) return pass(ok.error());
   DeviceEntry device;
   for (auto [key, member] :
@@ -90,11 +86,8 @@ Result<DeviceEntry> device_entry(const json& object, const std::string& where) {
   }
   if (device.role != vibro_role &&
       std::find(roles.begin(), roles.end(), device.role) == roles.end())
-    return fail({.code = Errc::invalid_argument,
-                 .where = where + "/role",
-                 .what = "unknown role",
-                 .expected = "x, y, z, rx, ry, wrench, taxels or vibro",
-                 .got = device.role});
+    return refused(where + "/role", "unknown role", "x, y, z, rx, ry, wrench, taxels or vibro",
+                   device.role);
   device.config_json = object.value("config", json::object()).dump();
   Result<LinkSettings> link =
       parse_link(object.value("link", json::object()).dump(), where + "/link");
@@ -108,11 +101,7 @@ Result<BenchMode> bench_mode(const std::string& word) {
   if (word == "simulated") return BenchMode::simulated;
   if (word == "emulated") return BenchMode::emulated;
   if (word == "real") return BenchMode::real;
-  return fail({.code = Errc::invalid_argument,
-               .where = "/bench",
-               .what = "unknown bench",
-               .expected = "simulated, emulated or real",
-               .got = word});
+  return refused("/bench", "unknown bench", "simulated, emulated or real", word);
 }
 
 bool is_memory(const LinkSettings& link) {
@@ -128,35 +117,25 @@ bool page_suits(const DeviceEntry& device, bool in_memory) {
 Status commands_suit(const DeviceEntry& device, BenchMode mode, const std::string& where) {
   if (!device.commands) return {};
   if (mode == BenchMode::emulated && std::holds_alternative<TcpPort>(*device.commands)) return {};
-  return fail({.code = Errc::invalid_argument,
-               .where = where + "/commands",
-               .what = "only weft-rig serves a command port, for other programs",
-               .expected = "tcp on an emulated bench"});
+  return refused(where + "/commands", "only weft-rig serves a command port, for other programs",
+                 "tcp on an emulated bench");
 }
 
 // A simulated bench has no ports, and the others nothing but ports.
 Status link_suits(const DeviceEntry& device, BenchMode mode, const std::string& where) {
   const bool in_memory = mode == BenchMode::simulated;
   if (is_memory(device.link) != in_memory)
-    return fail({.code = Errc::invalid_argument,
-                 .where = where + "/link",
-                 .what = "the link does not suit the bench",
-                 .expected = in_memory ? "memory on a simulated bench"
-                                       : "serial, tcp or udp on a real port",
-                 .got = in_memory ? "a port" : "memory",
-                 .hint = "See sim/rigs/README.md"});
+    return refused(where + "/link", "the link does not suit the bench",
+                   in_memory ? "memory on a simulated bench" : "serial, tcp or udp on a real port",
+                   in_memory ? "a port" : "memory", "See sim/rigs/README.md");
   if (!page_suits(device, in_memory))
-    return fail({.code = Errc::invalid_argument,
-                 .where = where + "/http",
-                 .what = "the link does not suit the bench",
-                 .expected = in_memory ? "memory on a simulated bench" : "tcp on a real port"});
+    return refused(where + "/http", "the link does not suit the bench",
+                   in_memory ? "memory on a simulated bench" : "tcp on a real port");
   if (Status s = commands_suit(device, mode, where); !s) return s;
   if (device.also.empty()) return {};
   if (mode != BenchMode::emulated || std::any_of(device.also.begin(), device.also.end(), is_memory))
-    return fail({.code = Errc::invalid_argument,
-                 .where = where + "/also",
-                 .what = "only weft-rig serves a device at more places than one",
-                 .expected = "ports of an emulated bench"});
+    return refused(where + "/also", "only weft-rig serves a device at more places than one",
+                   "ports of an emulated bench");
   return {};
 }
 
@@ -171,10 +150,8 @@ Result<Endpoint> read_console(const json& root) {
   const auto pointer = "/simulation/console"_json_pointer;
   json link = root.contains(pointer) ? root[pointer] : json();
   if (!link.is_object())
-    return fail({.code = Errc::invalid_argument,
-                 .where = pointer.to_string(),
-                 .what = "missing or not an object",
-                 .expected = "host and port where weft-rig takes orders"});
+    return refused(pointer.to_string(), "missing or not an object",
+                   "host and port where weft-rig takes orders");
   link["kind"] = "tcp";
   const Result<LinkSettings> console = parse_link(link.dump(), pointer.to_string());
   if (!console) return pass(console.error());
@@ -187,19 +164,13 @@ Status every_role_once(const std::vector<DeviceEntry>& devices) {
                          [&](const DeviceEntry& d) { return d.role == role; });
   };
   if (filled(vibro_role) > 1)
-    return fail({.code = Errc::invalid_argument,
-                 .where = "/devices",
-                 .what = "role vibro is filled twice",
-                 .expected = "at most one device",
-                 .got = std::to_string(filled(vibro_role)) + " devices"});
+    return refused("/devices", "role vibro is filled twice", "at most one device",
+                   std::to_string(filled(vibro_role)) + " devices");
   for (const std::string_view role : roles) {
     const auto count = filled(role);
     if (count != 1)
-      return fail({.code = Errc::invalid_argument,
-                   .where = "/devices",
-                   .what = "role " + std::string(role) + " is not filled once",
-                   .expected = "one device",
-                   .got = std::to_string(count) + " devices"});
+      return refused("/devices", "role " + std::string(role) + " is not filled once", "one device",
+                     std::to_string(count) + " devices");
   }
   return {};
 }
@@ -212,11 +183,8 @@ Result<std::vector<std::filesystem::path>> plugin_folders(const json& root) {
                        return folder.is_string();
                      });
   if (!texts)
-    return fail({.code = Errc::invalid_argument,
-                 .where = "/plugins",
-                 .what = "not a list of folders",
-                 .expected = "folders with drivers, relative to the rig file",
-                 .got = list->dump()});
+    return refused("/plugins", "not a list of folders",
+                   "folders with drivers, relative to the rig file", list->dump());
   for (const json& folder : *list) folders.emplace_back(folder.get<std::string>());
   return folders;
 }
@@ -237,10 +205,7 @@ void limit_acceleration(const json& root, std::vector<DeviceEntry>& devices) {
 
 Result<RigFile> from_json(const json& root) {
   if (!root.is_object() || !root.contains("devices") || !root["devices"].is_array())
-    return fail({.code = Errc::invalid_argument,
-                 .where = "/devices",
-                 .what = "not a rig file",
-                 .expected = "an array of devices"});
+    return refused("/devices", "not a rig file", "an array of devices");
   if (Status ok = only_known_keys(root, root_keys, ""); !ok) return pass(ok.error());
   RigFile rig;
   Result<std::string> name = text_member(root, "name", "");

@@ -1,20 +1,47 @@
 #pragma once
 // The rig file: which devices a bench has, how they are reached, and what the bench allows.
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "daemon/base/text/bench_kind.hpp"
+#include "daemon/hardware/link/port_link.hpp"
 #include "daemon/hardware/plugins/driver_catalog.hpp"
-#include "daemon/hardware/rig/link_settings.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon {
+
+// How a device is reached: the `link` of a rig file's device.
+
+/// Inside this process, to an emulator.
+struct MemoryPort {};
+struct TcpPort {
+  Endpoint end;
+};
+struct UdpPort {
+  Endpoint end;
+  /// The host's own port, for a device that sends there unasked; 0: any.
+  std::uint16_t local_port = 0;
+};
+
+/// Where host and device meet: the host opens it, weft-rig serves it.
+using LinkSettings = std::variant<MemoryPort, SerialSettings, TcpPort, UdpPort>;
+
+/// Reads one link: {"kind": "memory" | "serial" | "tcp" | "udp", ...}; nothing or {} is memory.
+/// serial: path, baud, parity (none, even, odd), rts_cts, ftdi_start_up; tcp and udp: host, port;
+/// udp: local_port. Errors: parse, invalid_argument (kind, key, type) and range, below `where`, a
+/// JSON pointer.
+Result<LinkSettings> parse_link(std::string_view json, std::string_view where);
+
+/// Opens the host's end. Errors: those of the port; wrong_state for memory, which is not a port.
+Result<std::unique_ptr<Link>> open_link(RealLoop& loop, const LinkSettings& settings);
 
 struct DeviceEntry {
   std::string name;         ///< "stage.z"
@@ -70,5 +97,15 @@ BenchKind load_bench_kind(const std::filesystem::path& rig);
 /// Lets the rig's drivers also come from `settings.folders` and from the folders that the file at
 /// `rig_path` names. parse_rig_file alone knows the built-in ones only.
 void use_plugins(RigFile& rig, const std::filesystem::path& rig_path, PluginSettings settings);
+
+// The plate's level as `weft align --json` found it, and how a campaign is given it.
+
+/// The rig file `rig_json` with the rotary stages' angles of `align_json` in plate.level, where
+/// campaigns read them and data sets keep them. `now_utc` is told, as is `oldest`; zero: of
+/// any age, and found by a clock that was ahead of this one.
+/// Errors: parse (no JSON, not what weft align says), wrong_state (not levelled, another rig or
+/// kind of bench, too old, or of the future), invalid_argument (the rig file has a level already).
+Result<std::string> with_level(std::string_view rig_json, std::string_view align_json,
+                               std::chrono::nanoseconds now_utc, std::chrono::seconds oldest);
 
 }  // namespace weft::daemon

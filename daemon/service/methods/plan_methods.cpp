@@ -10,8 +10,8 @@
 #include "daemon/campaign/bench_check.hpp"
 #include "daemon/service/methods/helpers.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
-#include "recipes/engine/forecast.hpp"
-#include "recipes/schema/json_text.hpp"
+#include "recipes/engine/plan.hpp"
+#include "recipes/schema/object_reader.hpp"
 
 namespace weft::daemon::api {
 namespace {

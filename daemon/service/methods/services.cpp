@@ -1,7 +1,7 @@
 #include "daemon/service/methods/services.hpp"
 
 #include "daemon/campaign/bench_check.hpp"
-#include "daemon/campaign/simulated_bench.hpp"
+#include "daemon/campaign/bench_session.hpp"
 
 namespace weft::daemon::api {
 namespace {

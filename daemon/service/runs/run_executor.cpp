@@ -6,9 +6,8 @@
 #include "daemon/base/loop/catch_as_error.hpp"
 #include "daemon/base/loop/free_memory.hpp"
 #include "daemon/campaign/resume.hpp"
-#include "recipes/engine/forecast.hpp"
-#include "recipes/engine/last_steps.hpp"
 #include "recipes/engine/motion.hpp"
+#include "recipes/engine/plan.hpp"
 
 namespace weft::daemon::runs {
 namespace {

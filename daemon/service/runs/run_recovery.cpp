@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "daemon/base/loop/catch_as_error.hpp"
-#include "daemon/campaign/recovery.hpp"
+#include "daemon/campaign/resume.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 
 namespace weft::daemon::runs {

@@ -16,7 +16,7 @@
 #include "daemon/storage/recorder/log_check.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
 #include "daemon/storage/recordings/recording_set.hpp"
-#include "protocols/base/crc.hpp"
+#include "protocols/base/bytes.hpp"
 
 namespace weft::daemon {
 namespace {

@@ -11,7 +11,7 @@
 #include "daemon/storage/recorder/schema.hpp"
 #include "daemon/storage/recorder/sqlite.hpp"
 #include "drivers/api/sample.hpp"
-#include "protocols/base/crc.hpp"
+#include "protocols/base/bytes.hpp"
 
 namespace weft::daemon {
 namespace {

@@ -3,7 +3,7 @@
 #include "daemon/base/file/sha256.hpp"
 #include "daemon/storage/recorder/log_check.hpp"
 #include "daemon/storage/recorder/schema.hpp"
-#include "protocols/base/crc.hpp"
+#include "protocols/base/bytes.hpp"
 
 namespace weft::daemon {
 namespace {

@@ -1,7 +1,6 @@
 #include <catch2/catch.hpp>
 
 #include "protocols/base/bytes.hpp"
-#include "protocols/base/crc.hpp"
 #include "protocols/base/names.hpp"
 #include "protocols/base/phase.hpp"
 #include "protocols/base/result.hpp"

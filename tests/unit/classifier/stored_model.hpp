@@ -11,7 +11,7 @@
 
 #include "classifier/model/model_file.hpp"
 #include "classifier/vote/postprocessing.hpp"
-#include "protocols/base/crc.hpp"
+#include "protocols/base/bytes.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::testing {

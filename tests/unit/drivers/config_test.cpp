@@ -2,7 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "drivers/api/config.hpp"
-#include "drivers/api/lifecycle.hpp"
+#include "drivers/api/driver_base.hpp"
 #include "drivers/api/timer.hpp"
 #include "drivers/ati_netft/netft_driver.hpp"
 #include "drivers/taxel_array/taxel_driver.hpp"

@@ -5,7 +5,8 @@
 #include <string>
 
 #include "drivers/thorlabs_apt/stage_driver.hpp"
-#include "protocols/apt/apt.hpp"
+#include "protocols/apt/bodies.hpp"
+#include "protocols/apt/stage_scale.hpp"
 #include "tests/unit/drivers/fakes.hpp"
 
 namespace weft::testing {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "protocols/base/units.hpp"
+#include "protocols/base/time.hpp"
 #include "tests/unit/plant/dynamic_support.hpp"
 
 namespace dynamic_test {

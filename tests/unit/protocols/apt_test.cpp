@@ -1,7 +1,8 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "protocols/apt/apt.hpp"
+#include "protocols/apt/bodies.hpp"
+#include "protocols/apt/stage_scale.hpp"
 #include "tests/unit/protocols/streams.hpp"
 
 namespace apt_test {

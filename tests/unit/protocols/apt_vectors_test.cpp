@@ -3,7 +3,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "protocols/apt/apt.hpp"
+#include "protocols/apt/bodies.hpp"
+#include "protocols/apt/stage_scale.hpp"
 #include "tests/unit/protocols/vectors.hpp"
 
 namespace apt_vectors_test {

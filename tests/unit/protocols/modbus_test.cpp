@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "protocols/base/crc.hpp"
+#include "protocols/base/bytes.hpp"
 #include "protocols/modbus/mbap.hpp"
 #include "protocols/modbus/rtu.hpp"
 #include "tests/unit/protocols/streams.hpp"

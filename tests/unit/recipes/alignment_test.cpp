@@ -5,7 +5,7 @@
 #include <limits>
 #include <random>
 
-#include "protocols/base/units.hpp"
+#include "protocols/base/time.hpp"
 #include "tests/unit/recipes/bench.hpp"
 
 namespace alignment_test {

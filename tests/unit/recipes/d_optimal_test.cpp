@@ -1,6 +1,6 @@
 // Fractions of a factorial against designs that are known to be best.
 
-#include "recipes/engine/d_optimal.hpp"
+#include "recipes/engine/sweep.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -3,7 +3,7 @@
 #include <map>
 #include <set>
 
-#include "recipes/engine/forecast.hpp"
+#include "recipes/engine/plan.hpp"
 #include "tests/unit/recipes/bench.hpp"
 
 namespace plan_test {

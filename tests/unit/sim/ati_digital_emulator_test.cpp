@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "protocols/base/crc.hpp"
+#include "protocols/base/bytes.hpp"
 #include "sim/devices/rdt_emulator.hpp"
 #include "tests/unit/sim/support.hpp"
 

@@ -5,7 +5,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "protocols/apt/apt.hpp"
+#include "protocols/apt/bodies.hpp"
+#include "protocols/apt/stage_scale.hpp"
 #include "protocols/rdt/rdt.hpp"
 #include "protocols/taxel/taxel.hpp"
 #include "tests/unit/sim/support.hpp"

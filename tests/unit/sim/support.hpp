@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/api/link.hpp"
+#include "drivers/api/driver.hpp"
 #include "sim/devices/bench_plant.hpp"
 #include "sim/rig/rig.hpp"
 #include "tests/unit/hex.hpp"

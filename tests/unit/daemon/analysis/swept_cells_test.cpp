@@ -5,7 +5,7 @@
 
 #include "classifier/design/response.hpp"
 #include "daemon/analysis/design/design_page.hpp"
-#include "recipes/engine/sweep_cells.hpp"
+#include "recipes/engine/recipe_reader.hpp"
 #include "tests/unit/daemon/analysis/swept_data.hpp"
 
 namespace swept_cells_test {

@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "daemon/apps/weft/app.hpp"
-#include "protocols/base/units.hpp"
+#include "protocols/base/time.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"
 
 namespace align_run_test {

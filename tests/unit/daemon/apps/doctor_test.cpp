@@ -6,7 +6,6 @@
 #include <sstream>
 
 #include "daemon/apps/weft/app.hpp"
-#include "daemon/campaign/diagnostics/port_checks.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"
 
 namespace doctor_test {

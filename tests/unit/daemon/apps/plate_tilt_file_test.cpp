@@ -1,6 +1,6 @@
 // The plate's level from an alignment to a campaign.
 
-#include "daemon/hardware/rig/plate_tilt_file.hpp"
+#include "daemon/hardware/rig/rig_file.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 
 #include "daemon/apps/weft/app.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
-#include "protocols/base/units.hpp"
+#include "protocols/base/time.hpp"
 #include "recipes/engine/rig_limits.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"
 

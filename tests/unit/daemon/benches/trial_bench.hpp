@@ -5,8 +5,8 @@
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 
+#include "daemon/campaign/bench_session.hpp"
 #include "daemon/campaign/campaign.hpp"
-#include "daemon/campaign/simulated_bench.hpp"
 #include "daemon/campaign/supervisor.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
 #include "tests/unit/daemon/storage/support.hpp"

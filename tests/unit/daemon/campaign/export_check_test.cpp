@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 
-#include "daemon/campaign/recovery.hpp"
+#include "daemon/campaign/resume.hpp"
 #include "daemon/storage/certificate/exports.hpp"
 #include "tests/unit/daemon/benches/kill_points.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"

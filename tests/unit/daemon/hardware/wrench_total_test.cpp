@@ -1,4 +1,4 @@
-#include "daemon/hardware/rig/wrench_total.hpp"
+#include "daemon/hardware/rig/bench.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,6 +1,6 @@
 // What becomes of an interrupted run: it is discarded, or kept as far as it came. SIMULATED.
 
-#include "daemon/campaign/recovery.hpp"
+#include "daemon/campaign/resume.hpp"
 
 #include <catch2/catch.hpp>
 

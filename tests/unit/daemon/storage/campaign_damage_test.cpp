@@ -2,7 +2,7 @@
 
 #include "daemon/storage/recorder/chunk.hpp"
 #include "daemon/storage/recorder/sqlite.hpp"
-#include "protocols/base/crc.hpp"
+#include "protocols/base/bytes.hpp"
 #include "tests/unit/daemon/storage/support.hpp"
 
 namespace campaign_damage_test {

@@ -1,0 +1,113 @@
+#pragma once
+// What the framings of Weft's own sensors share: a stream is cut into frames that carry check
+// values, and most of them have the same head and tail. Little-endian. Layouts: the READMEs of
+// protocols/taxel, vibro and imprint.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "protocols/base/stream_buffer.hpp"
+
+namespace weft {
+
+using SyncBytes = std::array<std::uint8_t, 2>;
+
+/// Around the body of a frame: sync, version 1, kind, bytes of the body, sequence, device clock,
+/// CRC-16 of what lies behind sync; then the body, and a CRC-32 of all behind sync. The head has a
+/// check value of its own: a damaged length makes nobody wait for bytes that do not come.
+struct FrameHead {
+  std::uint8_t kind = 0;
+  std::uint16_t body_size = 0;
+  std::uint16_t sequence = 0;
+  std::uint32_t device_us = 0;
+
+  static constexpr std::size_t size = 14, tail_size = 4;
+
+  /// Of at least `size` bytes: whether a head may begin here, by sync and version.
+  static bool begins(ByteView bytes, const SyncBytes& sync);
+  /// Nothing for a wrong check value.
+  static std::optional<FrameHead> decode(ByteView bytes);
+  /// Whether the check value at the end of a whole frame is right.
+  static bool tail_agrees(ByteView frame);
+
+  [[nodiscard]] std::size_t frame_size() const { return size + body_size + tail_size; }
+  /// Appends the head, what `write_body` writes with the LittleWriter that it is given, and the
+  /// tail. Allocates nothing when `out` has room.
+  template <class WriteBody>
+  void append_frame(Bytes& out, const SyncBytes& sync, const WriteBody& write_body) const {
+    const std::size_t start = out.size();
+    append(out, sync);
+    write_body(LittleWriter(out));
+    append_tail(out, start);
+  }
+
+ private:
+  void append(Bytes& out, const SyncBytes& sync) const;
+  static void append_tail(Bytes& out, std::size_t frame_start);
+};
+
+/// Base of splitters. push() a chunk, then call the protocol's next() until it returns false. Any
+/// chunking of a stream gives the same frames. Bytes outside a frame are skipped; after a wrong
+/// check value the search goes on one byte further, so that a good frame behind a damaged one is
+/// not lost.
+class FrameSplitter {
+ public:
+  void push(ByteView bytes) { buffer_.push(bytes); }
+  /// Forgets a frame in progress; the counters stay.
+  void clear() { buffer_.clear(); }
+
+  /// After next() returned false: whether a frame is in progress.
+  [[nodiscard]] bool in_progress() const { return !buffer_.view().empty(); }
+
+  /// Bytes that are part of no frame, or did not fit.
+  [[nodiscard]] std::uint64_t skipped_bytes() const { return buffer_.skipped_bytes(); }
+  /// Frames with a plausible beginning that could not be used.
+  [[nodiscard]] std::uint64_t damaged() const { return damaged_; }
+
+ protected:
+  /// What `measure` returns where no frame begins.
+  static constexpr std::size_t no_frame = 0;
+
+  /// `capacity`: bytes that next() has not taken yet, at most.
+  explicit FrameSplitter(std::size_t capacity) : buffer_(capacity) {}
+
+  /// Takes the next frame. `measure`, of at least `head_size` bytes, gives the size of the frame
+  /// there, no_frame, or nothing for a damaged head; `read`, of a whole frame, whether it is good.
+  template <class Measure, class Read>
+  bool find(std::size_t head_size, const Measure& measure, const Read& read) {
+    for (ByteView bytes = buffer_.view(); bytes.size() >= head_size; bytes = buffer_.view()) {
+      const std::optional<std::size_t> size = measure(bytes);
+      if (size && bytes.size() < *size) return false;
+      if (size && size != no_frame && read(bytes.first(*size))) {
+        buffer_.consume(*size);
+        return true;
+      }
+      if (size != no_frame) ++damaged_;
+      buffer_.skip(1);
+    }
+    return false;
+  }
+
+  /// The same for frames with a FrameHead. `makes_sense`: whether there are heads like this one;
+  /// `read_body(head, body)`: whether the body is good.
+  template <class MakesSense, class ReadBody>
+  bool find(const SyncBytes& sync, const MakesSense& makes_sense, const ReadBody& read_body) {
+    std::optional<FrameHead> head;
+    const auto measure = [&](ByteView bytes) -> std::optional<std::size_t> {
+      if (!FrameHead::begins(bytes, sync)) return no_frame;
+      head = FrameHead::decode(bytes);
+      return head && makes_sense(*head) ? std::optional(head->frame_size()) : std::nullopt;
+    };
+    return find(FrameHead::size, measure, [&](ByteView frame) {
+      return FrameHead::tail_agrees(frame) &&
+             read_body(*head, frame.subspan(FrameHead::size, head->body_size));
+    });
+  }
+
+ private:
+  StreamBuffer buffer_;
+  std::uint64_t damaged_ = 0;
+};
+
+}  // namespace weft
