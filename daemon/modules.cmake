@@ -73,8 +73,8 @@ target_include_directories(weft_daemon_service_transport SYSTEM PRIVATE ${BOOST_
 
 # Sources that clash with their neighbours when joined.
 set_source_files_properties(daemon/hardware/link/serial_speed.cpp daemon/service/transport/http_request.cpp
-                            daemon/service/transport/wire.cpp daemon/service/transport/tls_server.cpp
-                            daemon/service/client/channel.cpp daemon/base/version/software_version.cpp
+                            daemon/service/transport/wire.cpp
+                            daemon/base/version/software_version.cpp
                             PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 
 # Version and commit: what a commit changes is one source.
@@ -108,7 +108,7 @@ add_custom_command(OUTPUT ${CMAKE_BINARY_DIR}/web_files_built_in.cpp
                    COMMAND ${CMAKE_COMMAND} -DPAGE=${PROJECT_SOURCE_DIR}/daemon/service/web/page -DLIBRARY=${DYGRAPHS}
                            -DOUT=${CMAKE_BINARY_DIR}/web_files_built_in.cpp -P ${PROJECT_SOURCE_DIR}/daemon/service/web/embed.cmake
                    DEPENDS ${web_page} ${DYGRAPHS}/dygraph.min.js daemon/service/web/embed.cmake VERBATIM)
-target_sources(weft_daemon_service_web PRIVATE ${CMAKE_BINARY_DIR}/web_files_built_in.cpp)
+target_sources(weft_daemon_service_transport PRIVATE ${CMAKE_BINARY_DIR}/web_files_built_in.cpp)
 set_source_files_properties(${CMAKE_BINARY_DIR}/web_files_built_in.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 
 # Programs.

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/service/methods/services.hpp"
-#include "daemon/service/rpc/line_buffer.hpp"
+#include "daemon/service/rpc/message.hpp"
 #include "daemon/service/rpc/session.hpp"
 #include "protocols/base/bytes.hpp"
 #include "tests/fuzz/target.hpp"
@@ -83,7 +83,7 @@ class SmallDaemon {
 
   /// In pieces as `sizes` says; false where a line is too long, which ends a connection.
   bool on_message(ByteView bytes, ByteView sizes) {
-    server::LineBuffer lines(most_line_bytes);
+    rpc::LineBuffer lines(most_line_bytes);
     for (std::size_t piece = 0; !bytes.empty(); ++piece) {
       const std::size_t wanted =
           sizes.empty() ? bytes.size() : std::max<std::size_t>(sizes[piece % sizes.size()], 1);

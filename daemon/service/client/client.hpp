@@ -4,18 +4,42 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
+#include <limits>
+#include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 
-#include "daemon/service/client/channel.hpp"
+#include "daemon/service/rpc/message.hpp"
 
 namespace weft::daemon::client {
+
+/// Where a daemon is, and what to show and to ask of it.
+struct Where {
+  std::string at;  ///< a Unix socket's path, "tls://HOST:PORT" or "tcp://127.0.0.1:PORT"
+  std::filesystem::path tls_ca =
+      {};                  ///< whose certificates are believed (PEM); empty: the system's
+  std::string token = {};  ///< "wft_...": not needed on a Unix socket
+};
+
+/// How a program's bytes get to a daemon and back: a Unix socket, TCP on this machine, or TLS.
+/// Blocking. One thread.
+class Channel {
+ public:
+  virtual ~Channel() = default;
+  /// All of it. Errors: io.
+  virtual Status send(std::string_view bytes) = 0;
+  /// What has come, waited for; 0 where the other end has closed. Errors: io.
+  virtual Result<std::size_t> receive(std::span<char> into) = 0;
+};
 
 /// Blocking. One thread.
 class Client {
  public:
-  /// Connects, hears the greeting and introduces itself.
-  /// Errors: open_channel()'s, io, and what the daemon says.
+  /// Connects, hears the greeting and introduces itself. Errors: not_found (nobody answers there),
+  /// parse (no such address), wrong_state (a certificate that is not believed, or of another host),
+  /// timeout, tcp:// to another machine, which would show the token to everybody; io, and what the
+  /// daemon says.
   static Result<Client> open(const Where& where);
   static Result<Client> open(const std::filesystem::path& socket);
 
@@ -36,7 +60,7 @@ class Client {
   Result<std::string> read_line();
 
   std::unique_ptr<Channel> channel_;
-  std::string held_;
+  rpc::LineBuffer lines_{std::numeric_limits<std::size_t>::max()};
   std::deque<std::string> events_;
   std::string refusal_;
   std::int64_t next_id_ = 1;

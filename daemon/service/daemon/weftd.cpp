@@ -6,13 +6,11 @@
 
 #include "daemon/base/loop/monotonic_utc_clock.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
-#include "daemon/service/methods/rig_delta.hpp"
 #include "daemon/service/methods/services.hpp"
-#include "daemon/service/rpc/answer_store.hpp"
-#include "daemon/service/rpc/token_keeper.hpp"
+#include "daemon/service/rpc/idempotency.hpp"
+#include "daemon/service/rpc/tokens.hpp"
 #include "daemon/service/rpc/worker_queue.hpp"
 #include "daemon/service/transport/http_server.hpp"
-#include "daemon/service/transport/loopback.hpp"
 #include "daemon/service/transport/socket_server.hpp"
 
 namespace weft::daemon::server {
@@ -52,6 +50,12 @@ Result<TokenOwner> find_token_owner(access::TokenKeeper& tokens, std::string_vie
                .where = "/params/token",
                .what = "this token is not, or no more, good for anything",
                .hint = "weft token add makes one"});
+}
+
+api::Services::BackgroundTask background_of(WorkerQueue& workers) {
+  return [&workers](WorkerQueue::Work work, WorkerQueue::Failed failed) {
+    return workers.send(std::move(work), std::move(failed));
+  };
 }
 
 /// All parts of a daemon, in the order in which they need each other.
@@ -105,11 +109,13 @@ class Daemon final : private runs::RunObserver {
   Shared shared_;
   runs::RunStore log_;
   access::AnswerStore answers_{log_.database()};
-  std::unique_ptr<TlsServer> tls_;  // before those who use it
+  std::shared_ptr<asio::ssl::context> tls_;  // before those who use it
   std::unique_ptr<SocketServer> server_;
   std::unique_ptr<HttpServer> http_;
-  std::unique_ptr<WorkerQueue> workers_, change_workers_,
-      file_workers_;                           // those below tell the server too
+  const std::function<void(std::function<void()>)> post_ = [this](std::function<void()> work) {
+    server_->post(std::move(work));
+  };
+  WorkerQueue workers_{post_}, change_workers_{post_}, file_workers_{post_};
   std::unique_ptr<runs::RunManager> manager_;  // gone first: its threads post to the server
   std::unique_ptr<handover::HandoverService> handovers_;  // likewise, and uses the manager
 };
@@ -138,18 +144,9 @@ api::Services Daemon::services_for(const DaemonOptions& options) {
           .epoch = epoch_,
           .now = [] { return steady_wall_now(); },
           .utc_us = [this] { return utc_us(); },
-          .background =
-              [this](WorkerQueue::Work work, WorkerQueue::Failed failed) {
-                return workers_->send(std::move(work), std::move(failed));
-              },
-          .change_background =
-              [this](WorkerQueue::Work work, WorkerQueue::Failed failed) {
-                return change_workers_->send(std::move(work), std::move(failed));
-              },
-          .file_background =
-              [this](WorkerQueue::Work work, WorkerQueue::Failed failed) {
-                return file_workers_->send(std::move(work), std::move(failed));
-              },
+          .background = background_of(workers_),
+          .change_background = background_of(change_workers_),
+          .file_background = background_of(file_workers_),
           .files = &files_,
           .pace = &pace_,
           .add_token = [this](std::string name, access::Role role, std::int64_t expires_us,
@@ -200,7 +197,7 @@ Status Daemon::load_tls(const DaemonOptions& options) {
                  .where = "--tls-cert",
                  .what = "a certificate and its key go together",
                  .expected = "--tls-cert and --tls-key"});
-  auto tls = TlsServer::load(options.tls_certificate, options.tls_key);
+  auto tls = server::load_tls(options.tls_certificate, options.tls_key);
   if (!tls) return pass(tls.error(), "TLS");
   tls_ = std::move(*tls);
   return {};
@@ -209,7 +206,7 @@ Status Daemon::load_tls(const DaemonOptions& options) {
 runs::RunContext Daemon::run_context(const DaemonOptions& options) {
   return {.rig = options.rig,
           .data = options.data,
-          .post = [this](std::function<void()> work) { server_->post(std::move(work)); },
+          .post = post_,
           .now = [] { return steady_wall_now(); },
           .utc_us = [this] { return utc_us(); },
           .observer = this,
@@ -240,16 +237,12 @@ Status Daemon::begin(const DaemonOptions& options) {
       shared_, {});
   if (!server) return pass(server.error());
   server_ = std::move(*server);
-  const auto post = [this](WorkerQueue::Report report) { server_->post(std::move(report)); };
-  workers_ = std::make_unique<WorkerQueue>(post);
-  change_workers_ = std::make_unique<WorkerQueue>(post);
-  file_workers_ = std::make_unique<WorkerQueue>(post);
   manager_ = std::make_unique<runs::RunManager>(run_context(options), log_);
   remember_answers();
   services_.run_manager = manager_.get();
   handovers_ = std::make_unique<handover::HandoverService>(
       handover::HandoverContext{
-          .post = [this](std::function<void()> work) { server_->post(std::move(work)); },
+          .post = post_,
           .utc_us = [this] { return utc_us(); },
           .on_changed = [this](std::string_view run,
                                const HandoverStatus& fact) { manager_->set_handover(run, fact); }},
@@ -300,9 +293,7 @@ void Daemon::on_run_changed(const runs::RunView& run) {
 }
 
 void Daemon::on_vote(const runs::RunView& run) {
-  nlohmann::json delta = api::vote_json(*run.vote);
-  delta["by"] = "auto:live_vote";
-  hub_.publish("vote:" + run.stored.id(), delta, utc_us());
+  hub_.publish("vote:" + run.stored.id(), api::vote_json(*run.vote), utc_us());
 }
 
 void Daemon::on_rig_state_changed(const runs::RigState& rig, std::string_view by) {

@@ -21,6 +21,14 @@ std::size_t threads_in_background() {
   return std::max(1U, std::thread::hardware_concurrency() / 2);
 }
 
+HandoverStatus status_of(HandoverState state, std::string_view by, std::size_t attempts = 0) {
+  HandoverStatus fact;
+  fact.state = state;
+  fact.by = by;
+  fact.attempts = attempts;
+  return fact;
+}
+
 tl::unexpected<Error> no_handover(std::string_view run) {
   return fail({.code = Errc::not_found,
                .where = "/params/run",
@@ -30,6 +38,41 @@ tl::unexpected<Error> no_handover(std::string_view run) {
 }
 
 }  // namespace
+
+Result<std::map<std::int64_t, HandoverStatus>> HandoverStore::handovers() {
+  auto query =
+      database_->prepare("SELECT run, state, by, error, result_json, attempts FROM hand_over");
+  if (!query) return pass(query.error());
+  std::map<std::int64_t, HandoverStatus> out;
+  for (;;) {
+    const auto row = query->step();
+    if (!row) return pass(row.error());
+    if (!*row) return out;
+    HandoverStatus fact;
+    const auto state = handover_state_from(query->text(1));
+    if (!state)
+      return fail({.code = Errc::corrupt,
+                   .where = "hand_over",
+                   .what = "a hand-over in no state that there is",
+                   .got = query->text(1)});
+    fact.state = *state;
+    fact.by = query->text(2);
+    fact.error = query->text(3);
+    fact.result_json = query->text(4);
+    fact.attempts = static_cast<std::size_t>(query->integer(5));
+    out.emplace(query->integer(0), std::move(fact));
+  }
+}
+
+Status HandoverStore::persist(std::int64_t run, const HandoverStatus& fact) {
+  auto change = database_->prepare_to_write(
+      "INSERT OR REPLACE INTO hand_over (run, state, by, error, result_json, attempts) VALUES "
+      "(?,?,?,?,?,?)");
+  if (!change) return pass(change.error());
+  change->bind(1, run).bind(2, to_string(fact.state)).bind(3, fact.by).bind(4, fact.error);
+  change->bind(5, fact.result_json).bind(6, static_cast<std::int64_t>(fact.attempts));
+  return change->run();
+}
 
 HandoverService::HandoverService(HandoverContext context, runs::RunStore& journal)
     : context_(std::move(context)), journal_(journal), store_(journal.database()) {
@@ -98,20 +141,14 @@ HandoverStatus HandoverService::initial_status(const runs::StoredRun& run,
 }
 
 void HandoverService::give_up(Item& item) {
-  HandoverStatus fact;
-  fact.state = HandoverState::failed;
-  fact.by = runs::after_restart;
+  HandoverStatus fact = status_of(HandoverState::failed, runs::after_restart);
   fact.error = "the daemon ended twice under it; handover.start tries once more";
   enter(item, std::move(fact));
 }
 
 void HandoverService::enqueue(Item& item, std::string_view by) {
-  HandoverStatus fact;
-  fact.state = HandoverState::waiting;
-  fact.by = by;
-  fact.attempts = item.fact.attempts;
   queue_.push_back(item.run.id());
-  enter(item, std::move(fact));
+  enter(item, status_of(HandoverState::waiting, by, item.fact.attempts));
   begin_next();
 }
 
@@ -133,11 +170,8 @@ void HandoverService::begin_next() {
   active_ = queue_.front();
   queue_.pop_front();
   Item& item = *find(active_);
-  HandoverStatus fact;
-  fact.state = HandoverState::running;
-  fact.by = item.fact.by;
-  fact.attempts = item.fact.attempts + 1;  // on record before it can take the daemon down
-  enter(item, std::move(fact));
+  // On record before it can take the daemon down.
+  enter(item, status_of(HandoverState::running, item.fact.by, item.fact.attempts + 1));
   thread_ = std::jthread([this, id = active_, folder = item.run.folder](std::stop_token stop) {
     set_low_priority();
     HandoverHooks hooks;
@@ -209,10 +243,7 @@ Status HandoverService::cancel(std::string_view run, std::string_view by) {
     return {};
   }
   std::erase(queue_, run);
-  HandoverStatus fact;
-  fact.state = HandoverState::cancelled;
-  fact.by = by;
-  enter(*item, std::move(fact));
+  enter(*item, status_of(HandoverState::cancelled, by));
   return {};
 }
 

@@ -14,10 +14,25 @@
 #include <vector>
 
 #include "daemon/analysis/handover/handover.hpp"
-#include "daemon/service/handover/handover_store.hpp"
 #include "daemon/service/run_store/run_store.hpp"
+#include "daemon/storage/certificate/handover_status.hpp"
+#include "daemon/storage/recorder/sqlite.hpp"
 
 namespace weft::daemon::handover {
+
+/// The state of each run's handover: table `hand_over` of weftd.sqlite. Used by the server's
+/// thread. Errors: io, also where the file was moved or removed; corrupt.
+class HandoverStore {
+ public:
+  /// `database` outlives the store and has the table (RunStore::open()).
+  explicit HandoverStore(sqlite::Database& database) : database_(&database) {}
+  /// By the number of their runs.
+  [[nodiscard]] Result<std::map<std::int64_t, HandoverStatus>> handovers();
+  Status persist(std::int64_t run, const HandoverStatus& fact);
+
+ private:
+  sqlite::Database* database_;
+};
 
 struct HandoverContext {
   std::function<void(std::function<void()>)> post;  ///< onto the service's thread, from any

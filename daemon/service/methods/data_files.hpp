@@ -16,7 +16,7 @@
 
 #include "daemon/base/file/open_file.hpp"
 #include "daemon/base/file/stop_requested.hpp"
-#include "daemon/service/rpc/served_file.hpp"
+#include "daemon/service/rpc/session.hpp"
 #include "daemon/storage/certificate/exports.hpp"
 #include "daemon/storage/certificate/verify.hpp"
 

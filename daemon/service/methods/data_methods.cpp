@@ -9,11 +9,6 @@
 namespace weft::daemon::api {
 namespace {
 
-using nlohmann::json;
-using rpc::Call;
-using rpc::Outcome;
-using rpc::ParamType;
-
 /// The one in its folder.
 const std::string& digest_of(const runs::RunView& run) {
   return run.external_resume ? run.external_resume->dataset_sha256 : run.stored.dataset_sha256;
@@ -53,7 +48,7 @@ Outcome list_files(DataFiles& known, const runs::RunView& view) {
                       {"files", std::move(out)}});
 }
 
-void files_of_run(const Services& services, const Call& call, const rpc::Responder& respond) {
+void files_of_run(const Services& services, const Call& call, const Responder& respond) {
   const auto run = services.run_manager->get(run_of(call));
   if (!run) return respond(refused(run.error()));
   answer_in_background(services.file_background, respond,
@@ -73,7 +68,7 @@ Result<runs::StoredRun> run_at_rest(const Services& services, const Call& call) 
                .got = std::string(to_string(state))});
 }
 
-void verify_run(const Services& services, const Call& call, const rpc::Responder& respond) {
+void verify_run(const Services& services, const Call& call, const Responder& respond) {
   const auto run = run_at_rest(services, call);
   if (!run) return respond(refused(run.error()));
   answer_in_background(services.file_background, respond,
@@ -103,24 +98,18 @@ Outcome exported(const DataFiles& files, const runs::StoredRun& run, ExportForma
                       {"trials_planned", made->planned}});
 }
 
-void export_run(const Services& services, const Call& call, const rpc::Responder& respond) {
+void export_run(const Services& services, const Call& call, const Responder& respond) {
   const auto run = run_at_rest(services, call);
   if (!run) return respond(refused(run.error()));
   const std::string wanted = call.params.value("format", "hdf5");
   const auto format = export_format_from(wanted);
   if (!format)
-    return respond(refused({.code = Errc::invalid_argument,
-                            .where = "/params/format",
-                            .what = "no such format",
-                            .expected = "hdf5 or features-csv",
-                            .got = wanted.substr(0, 100)}));
+    return respond(refused(
+        bad_param("format", "no such format", "hdf5 or features-csv", wanted.substr(0, 100))));
   std::string exploration = call.params.value("exploration", "");
   if (*format == ExportFormat::hdf5 && !exploration.empty())
-    return respond(refused({.code = Errc::invalid_argument,
-                            .where = "/params/exploration",
-                            .what = "a data set has all explorations",
-                            .expected = "with format features-csv",
-                            .got = exploration.substr(0, 100)}));
+    return respond(refused(bad_param("exploration", "a data set has all explorations",
+                                     "with format features-csv", exploration.substr(0, 100))));
   answer_in_background(services.file_background, respond,
                        [files = services.files, stored = *run, format = *format,
                         exploration = std::move(exploration)] {
@@ -191,96 +180,159 @@ Outcome certified(const runs::StoredRun& run, std::size_t from, std::size_t most
                       {"next", next < c.trials.size() ? json(next) : json()}});
 }
 
-void certificate_of_run(const Services& services, const Call& call, const rpc::Responder& respond) {
+void certificate_of_run(const Services& services, const Call& call, const Responder& respond) {
   constexpr std::int64_t most_trials = 1000;
   const auto run = services.run_manager->get(run_of(call));
   if (!run) return respond(refused(run.error()));
-  const std::int64_t from = call.params.value("from", std::int64_t{0});
-  const std::int64_t most = call.params.value("most", std::int64_t{100});
-  if (from < 0 || most < 1 || most > most_trials)
-    return respond(
-        refused({.code = Errc::range,
-                 .where = from < 0 ? "/params/from" : "/params/most",
-                 .what = "which trials",
-                 .expected = from < 0 ? "0 or more" : "1 to " + std::to_string(most_trials),
-                 .got = std::to_string(from < 0 ? from : most)}));
+  const auto from = read_whole_number(call, {"from", 0, 0, unbounded, "which trials"});
+  if (!from) return respond(refused(from.error()));
+  const auto most = read_whole_number(call, {"most", 100, 1, most_trials, "which trials"});
+  if (!most) return respond(refused(most.error()));
   answer_in_background(
       services.file_background, respond,
-      [stored = run->stored, from = static_cast<std::size_t>(from),
-       most = static_cast<std::size_t>(most)] { return certified(stored, from, most); });
+      [stored = run->stored, from = *from, most = *most] { return certified(stored, from, most); });
 }
 
 /// What a data set is vouched for by, and what is made of it.
-void add_export_methods(rpc::Methods& methods, const Services* s) {
-  methods.add({"data.certificate",
-               "what a run's data set was recorded with, and the digests that data.verify goes by",
-               {},
-               {},
-               {{"run", ParamType::text, true, "its name, \"R-000318\""},
-                {"from", ParamType::integer, false, "the first attempt at a trial that is told, 0"},
-                {"most", ParamType::integer, false, "attempts, 100; at most 1000"}},
-               "run, bench, name, seed, software_version, recipe_sha256, rig_sha256, "
-               "dataset_sha256, trials_planned, attempts, ended_early, devices: name, driver, "
-               "identity; files: name, bytes, sha256, path; path of the whole certificate; trials: "
-               "name, outcome, sha256, gaps; next"},
-              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
-                certificate_of_run(*s, call, respond);
-              }));
-  methods.add(
-      {"data.export",
-       "makes a file of the complete trials of a run that is over, also of one that was "
-       "interrupted; it is had by GET of `path` over HTTP",
-       access::Role::operator_,
-       rpc::Effect::change,
-       {{"run", ParamType::text, true, "its name, \"R-000318\""},
-        {"format", ParamType::text, false,
-         "hdf5, a data set (default), or features-csv, the table of its features"},
-        {"exploration", ParamType::text, false, "whose features, where the campaign has several"}},
-       "run, format, name, bytes, sha256, path, dataset_sha256, bench, trials, "
-       "trials_planned"},
-      rpc::Handler(
-          [s](const Call& call, const rpc::Responder& respond) { export_run(*s, call, respond); }));
+void add_export_methods(MethodGroup& group) {
+  group.read("data.certificate",
+             "what a run's data set was recorded with, and the digests that data.verify goes by",
+             {run_param,
+              {"from", ParamType::integer, false, "the first attempt at a trial that is told, 0"},
+              {"most", ParamType::integer, false, "attempts, 100; at most 1000"}},
+             "run, bench, name, seed, software_version, recipe_sha256, rig_sha256, "
+             "dataset_sha256, trials_planned, attempts, ended_early, devices: name, driver, "
+             "identity; files: name, bytes, sha256, path; path of the whole certificate; trials: "
+             "name, outcome, sha256, gaps; next",
+             certificate_of_run);
+  group.change(
+      "data.export",
+      "makes a file of the complete trials of a run that is over, also of one that was "
+      "interrupted; it is had by GET of `path` over HTTP",
+      Role::operator_,
+      {run_param,
+       {"format", ParamType::text, false,
+        "hdf5, a data set (default), or features-csv, the table of its features"},
+       {"exploration", ParamType::text, false, "whose features, where the campaign has several"}},
+      "run, format, name, bytes, sha256, path, dataset_sha256, bench, trials, "
+      "trials_planned",
+      export_run);
+}
+
+// What is made of a run's data, meanwhile and then.
+
+Outcome live(const Services& services, const Call& call) {
+  const auto run = services.run_manager->get(run_of(call));
+  if (!run) return refused(run.error());
+  json out{{"run", run->stored.id()}, {"vote", nullptr}};
+  if (run->vote) out["vote"] = vote_json(*run->vote);
+  return format_text(out);
+}
+
+Outcome run_after(const Services& services, const Call& call, const Status& done) {
+  if (!done) return refused(done.error());
+  return run_outcome(services.run_manager->get(run_of(call)));
+}
+
+json text_or_null(const std::string& text) {
+  return text.empty() ? json() : json(text);
+}
+
+void add_model_methods(MethodGroup& group) {
+  group.read("classify.live",
+             "the newest vote of a run whose recipe has a live vote; each is an event of the "
+             "topic \"vote:R-000318\" too",
+             {run_param},
+             "run, vote: trial, fabric, exploration, repetition, slide_s, winner, probability (by "
+             "label), none_of_these, model_bench, ends_slide; null before the first",
+             live);
+  group.change(
+      "handover.start",
+      "trains and evaluates once more what a run's recipe hands over, where that failed, "
+      "was cancelled or its files were damaged; by itself it is done once a campaign is "
+      "complete",
+      Role::operator_, {run_param}, "the run", [](const Services& services, const Call& call) {
+        return run_after(services, call, services.handovers->again(run_of(call), by(call.caller)));
+      });
+  group.change(
+      "handover.cancel",
+      "ends a hand-over that waits or runs; the run and its data stay as they are", Role::operator_,
+      {run_param}, "the run", [](const Services& services, const Call& call) {
+        return run_after(services, call, services.handovers->cancel(run_of(call), by(call.caller)));
+      });
 }
 
 }  // namespace
 
+json vote_json(const LiveVoteUpdate& vote) {
+  // An array: a merge patch replaces it, so that no label of another model stays.
+  json probability = nullptr;  // a model without aids knows none
+  for (const auto& [label, share] : vote.probability)
+    probability.push_back({{"label", label}, {"probability", share}});
+  return {{"trial", vote.trial},
+          {"fabric", vote.fabric},
+          {"exploration", vote.exploration},
+          {"repetition", vote.repetition},
+          {"slide_s", vote.slide_s},
+          {"winner", vote.winner},
+          {"probability", std::move(probability)},
+          {"none_of_these", vote.none_of_these},
+          {"model_bench", vote.model_bench},
+          {"ends_slide", vote.ends_slide},
+          {"by", "auto:live_vote"}};
+}
+
+// Every key each time, so that a listener who merges changes keeps nothing of the state before.
+json handover_json(const HandoverStatus& fact) {
+  const bool runs = fact.state == HandoverState::running;
+  json out{{"state", to_string(fact.state)},
+           {"by", fact.by},
+           {"error", text_or_null(fact.error)},
+           {"step", nullptr},
+           {"steps", nullptr},
+           {"what", runs ? text_or_null(fact.what) : json()},
+           {"bench", nullptr},
+           {"dataset_sha256", nullptr},
+           {"models", nullptr},
+           {"evaluations", nullptr}};
+  if (runs && fact.steps > 0) {
+    out["step"] = fact.step + 1;
+    out["steps"] = fact.steps;
+  }
+  if (const json result = json::parse(fact.result_json, nullptr, false); result.is_object())
+    out.update(result);
+  return out;
+}
+
 void add_data_methods(rpc::Methods& methods, const Services& services) {
-  const Services* const s = &services;
-  methods.add({"data.list",
-               "data sets of all runs, oldest first, complete or not",
-               {},
-               {},
-               page_params(),
-               "datasets: run, recipe, name, created_us, outcome (of the run), dataset_sha256 (of "
-               "the file that is there now), campaign_since (as run.get), handover; next, "
-               "null where there is no more"},
-              [s](const Call& call) { return runs_page(*s, call, "datasets", data_set_json); });
-  methods.add(
-      {"data.verify",
-       "whether a run's campaign file, data set and hand-over are what was recorded, byte by "
-       "byte",
-       {},
-       {},
-       {{"run", ParamType::text, true, "its name, \"R-000318\""}},
-       "run, holds, certified, finished, blank, trials_planned, trials_complete, attempts, "
-       "lost_samples, dataset_sha256, software_version, exports: name, state, trials, trials_done, "
-       "trials_done_now; findings: where, what, hint"},
-      rpc::Handler(
-          [s](const Call& call, const rpc::Responder& respond) { verify_run(*s, call, respond); }));
-  methods.add({"data.get",
-               "the files of a run that has ended; bytes are had by GET of `path` over HTTP, with "
-               "Range, the digest as ETag",
-               {},
-               {},
-               {{"run", ParamType::text, true, "its name, \"R-000318\""}},
-               "run, outcome, dataset_sha256, folder, exports: name, state (current, outdated "
-               "where the run "
-               "went on since, discarded or missing), trials, trials_done, trials_done_now; files: "
-               "name, bytes, sha256, path"},
-              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
-                files_of_run(*s, call, respond);
-              }));
-  add_export_methods(methods, s);
+  MethodGroup group(methods, services);
+  group.read("data.list", "data sets of all runs, oldest first, complete or not", page_params(),
+             "datasets: run, recipe, name, created_us, outcome (of the run), dataset_sha256 (of "
+             "the file that is there now), campaign_since (as run.get), handover; next, "
+             "null where there is no more",
+             [](const Services& s, const Call& call) {
+               return runs_page(s, call, "datasets", data_set_json);
+             });
+  group.read(
+      "data.verify",
+      "whether a run's campaign file, data set and hand-over are what was recorded, byte by "
+      "byte",
+      {run_param},
+      "run, holds, certified, finished, blank, trials_planned, trials_complete, attempts, "
+      "lost_samples, dataset_sha256, software_version, exports: name, state, trials, trials_done, "
+      "trials_done_now; findings: where, what, hint",
+      verify_run);
+  group.read("data.get",
+             "the files of a run that has ended; bytes are had by GET of `path` over HTTP, with "
+             "Range, the digest as ETag",
+             {run_param},
+             "run, outcome, dataset_sha256, folder, exports: name, state (current, outdated "
+             "where the run "
+             "went on since, discarded or missing), trials, trials_done, trials_done_now; files: "
+             "name, bytes, sha256, path",
+             files_of_run);
+  add_export_methods(group);
+  add_model_methods(group);
 }
 
 void open_served_file(const Services& services, std::string_view path,

@@ -1,52 +1,56 @@
 #include "daemon/service/methods/helpers.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "daemon/service/methods/services.hpp"
+#include "daemon/campaign/bench_check.hpp"
+#include "daemon/campaign/bench_session.hpp"
 #include "daemon/service/rpc/session.hpp"
 #include "recipes/schema/diagnostic.hpp"
 
 namespace weft::daemon::api {
 
-using nlohmann::json;
-using rpc::ParamType;
-
-std::string format_text(const json& value) {
-  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+Error bad_param(std::string_view name, std::string what, std::string expected, std::string got) {
+  return {.code = Errc::invalid_argument,
+          .where = "/params/" + std::string(name),
+          .what = std::move(what),
+          .expected = std::move(expected),
+          .got = std::move(got)};
 }
 
-tl::unexpected<rpc::RpcError> refused(const Error& error) {
-  return tl::unexpected(rpc::from(error));
+Outcome run_outcome(const Result<runs::RunView>& run) {
+  if (!run) return refused(run.error());
+  return format_text(run_json(*run));
 }
 
 namespace {
 
 /// Nothing is left unanswered: what `work` returns answers on the server's thread.
-void answer_by(const Services::BackgroundTask& background, const rpc::Responder& respond,
+void answer_by(const Services::BackgroundTask& background, const Responder& respond,
                std::function<Services::Report()> work) {
   const bool taken = background(std::move(work), [respond](const Error& escaped) {
-    respond(tl::unexpected(rpc::rpc_error(rpc::code::internal, "internal", escaped)));
+    respond(refused(rpc::code::internal, "internal", escaped));
   });
   if (!taken)
-    respond(tl::unexpected(rpc::rpc_error(rpc::code::request + 29, "request.too_many",
-                                          {.code = Errc::wrong_state,
-                                           .what = "too much that takes long waits already",
-                                           .hint = "Ask again later"},
-                                          true)));
+    respond(refused(rpc::code::request + 29, "request.too_many",
+                    {.code = Errc::wrong_state,
+                     .what = "too much that takes long waits already",
+                     .hint = "Ask again later"},
+                    true));
 }
 
 }  // namespace
 
-void answer_in_background(const Services::BackgroundTask& background, const rpc::Responder& respond,
-                          std::function<rpc::Outcome()> work) {
+void answer_in_background(const Services::BackgroundTask& background, const Responder& respond,
+                          std::function<Outcome()> work) {
   answer_by(background, respond, [work = std::move(work), respond]() -> Services::Report {
     return [outcome = work(), respond] { respond(outcome); };
   });
 }
 
-void check_in_background(const Services& services, const rpc::Call& call,
-                         const rpc::Responder& respond, CampaignRequest request,
-                         std::function<rpc::Outcome(const rpc::Call&, const runs::Checked&)> then) {
+void check_in_background(const Services& services, const Call& call, const Responder& respond,
+                         CampaignRequest request,
+                         std::function<Outcome(const Call&, const runs::Checked&)> then) {
   struct CallCopy {
     json params;
     rpc::Caller caller;
@@ -66,42 +70,71 @@ tl::expected<void, rpc::RpcError> require_free_lease(const Services& services,
   const std::string scope = "rig:" + services.rig_name;
   const auto lease = services.leases->holder(scope, services.now());
   if (!lease || lease->user == caller.user) return {};
-  return tl::unexpected(rpc::rpc_error(
-      rpc::code::access + 10, "lease.held",
-      {.code = Errc::wrong_state,
-       .where = scope,
-       .what = "somebody else holds the rig",
-       .expected = caller.user,
-       .got = lease->user + (lease->note.empty() ? "" : " (" + lease->note + ")"),
-       .hint = "rig.halt needs no lease; lease.break takes one away, with a reason"}));
+  return refused(rpc::code::access + 10, "lease.held",
+                 {.code = Errc::wrong_state,
+                  .where = scope,
+                  .what = "somebody else holds the rig",
+                  .expected = caller.user,
+                  .got = lease->user + (lease->note.empty() ? "" : " (" + lease->note + ")"),
+                  .hint = "rig.halt needs no lease; lease.break takes one away, with a reason"});
 }
 
-tl::expected<void, rpc::RpcError> holds_lease(const Services& services, const rpc::Call& call) {
+tl::expected<void, rpc::RpcError> holds_lease(const Services& services, const Call& call) {
   const std::string scope = "rig:" + services.rig_name;
   const auto lease = services.leases->check(call.params.value("lease", ""), scope, call.caller.user,
                                             services.now());
   if (lease) return {};
-  return tl::unexpected(rpc::rpc_error(rpc::code::access + 11, "lease.required", lease.error()));
+  return refused(rpc::code::access + 11, "lease.required", lease.error());
 }
 
-std::string run_of(const rpc::Call& call) {
+std::string run_of(const Call& call) {
   return call.params.at("run").get<std::string>();
 }
 
-Result<std::optional<std::uint64_t>> read_seed(const rpc::Call& call) {
-  const auto found = call.params.find("seed");
+Status append_journal(const Services& services, std::string_view kind, std::string_view by,
+                      const json& payload) {
+  return services.log->append_journal(services.utc_us(), "", kind, by, format_text(payload));
+}
+
+Result<std::size_t> read_whole_number(const Call& call, const WholeNumber& wanted) {
+  const std::int64_t number = call.params.value(wanted.name, wanted.fallback);
+  if (number >= wanted.least && number <= wanted.most) return static_cast<std::size_t>(number);
+  return fail(
+      {.code = Errc::range,
+       .where = std::string("/params/") + wanted.name,
+       .what = wanted.what,
+       .expected = std::to_string(wanted.least) +
+                   (wanted.most == unbounded ? " or more" : " to " + std::to_string(wanted.most)),
+       .got = call.params.at(wanted.name).dump()});
+}
+
+Result<std::optional<std::uint64_t>> read_unsigned(const Call& call, const char* name,
+                                                   const char* what) {
+  const auto found = call.params.find(name);
   if (found == call.params.end()) return std::optional<std::uint64_t>{};
   // Above the largest signed number JSON's are unsigned here.
   if (!found->is_number_unsigned() && found->get<std::int64_t>() < 0)
     return fail({.code = Errc::range,
-                 .where = "/params/seed",
-                 .what = "negative seed",
+                 .where = std::string("/params/") + name,
+                 .what = what,
                  .expected = "0 or more",
                  .got = found->dump()});
   return std::optional(found->get<std::uint64_t>());
 }
 
-Result<runs::RunRequest> request_for_run(const Services& services, const rpc::Call& call) {
+std::vector<rpc::ParamSpec> run_request_params(const std::vector<rpc::ParamSpec>& more) {
+  std::vector<rpc::ParamSpec> params{
+      {"recipe", ParamType::text, true, "name of a recipe, see recipe.list"},
+      rig_lease_param,
+      {"seed", ParamType::integer, false, "in place of the recipe's"},
+      {"name", ParamType::text, false, "added to the folder's name"},
+      {"digest", ParamType::text, false,
+       "of the recipe that is meant, as recipe.check has it; another one is refused"}};
+  params.insert(params.end(), more.begin(), more.end());
+  return params;
+}
+
+Result<runs::RunRequest> request_for_run(const Services& services, const Call& call) {
   const auto file = recipe_file(services, call.params.at("recipe").get<std::string>());
   if (!file) return pass(file.error());
   const auto seed = read_seed(call);
@@ -124,15 +157,12 @@ Result<std::filesystem::path> recipe_file(const Services& services, const std::s
   for (const auto& entry : std::filesystem::directory_iterator(services.recipes, ignored))
     if (entry.path().extension() == ".json") known.push_back(entry.path().stem().string());
   const std::string stem = name.ends_with(".json") ? name.substr(0, name.size() - 5) : name;
-  for (const std::string& one : known)
-    if (one == stem) return services.recipes / (stem + ".json");
-  const std::string_view meant = recipes::closest(stem, {known.begin(), known.end()});
-  return fail(
-      {.code = Errc::not_found,
-       .where = "/params/recipe",
-       .what = "no such recipe",
-       .got = recipes::clipped(name),
-       .hint = meant.empty() ? "See recipe.list" : "Did you mean " + std::string(meant) + "?"});
+  if (std::ranges::find(known, stem) != known.end()) return services.recipes / (stem + ".json");
+  return fail({.code = Errc::not_found,
+               .where = "/params/recipe",
+               .what = "no such recipe",
+               .got = recipes::clipped(name),
+               .hint = rpc::did_you_mean(stem, {known.begin(), known.end()}, "See recipe.list")});
 }
 
 namespace {
@@ -140,7 +170,7 @@ namespace {
 constexpr std::int64_t most_runs = 1000;
 
 /// "R-000318" is 318; 0 where `from` is left out. Errors: not_found.
-Result<std::int64_t> read_first(const Services& services, const rpc::Call& call) {
+Result<std::int64_t> read_first(const Services& services, const Call& call) {
   const auto from = call.params.find("from");
   if (from == call.params.end()) return 0;
   const auto run = services.run_manager->get(from->get<std::string>());
@@ -150,16 +180,6 @@ Result<std::int64_t> read_first(const Services& services, const rpc::Call& call)
                  .what = "no such run",
                  .got = from->dump()});
   return run->stored.number;
-}
-
-Result<std::size_t> most_of(const rpc::Call& call) {
-  const std::int64_t most = call.params.value("most", most_runs);
-  if (most >= 1 && most <= most_runs) return static_cast<std::size_t>(most);
-  return fail({.code = Errc::range,
-               .where = "/params/most",
-               .what = "how many runs",
-               .expected = "1 to " + std::to_string(most_runs),
-               .got = call.params.at("most").dump()});
 }
 
 }  // namespace
@@ -190,11 +210,11 @@ const std::vector<rpc::ParamSpec>& page_params() {
   return params;
 }
 
-rpc::Outcome runs_page(const Services& services, const rpc::Call& call, const char* name,
-                       const std::function<json(const runs::RunView&)>& callback) {
+Outcome runs_page(const Services& services, const Call& call, const char* name,
+                  const std::function<json(const runs::RunView&)>& callback) {
   const auto first = read_first(services, call);
   if (!first) return refused(first.error());
-  const auto most = most_of(call);
+  const auto most = read_whole_number(call, {"most", most_runs, 1, most_runs, "how many runs"});
   if (!most) return refused(most.error());
   ListPage page(*most);
   json next;
@@ -208,6 +228,42 @@ rpc::Outcome runs_page(const Services& services, const rpc::Call& call, const ch
   return std::string("{\"") + name + "\":" + page.text() + R"(,"next":)" + format_text(next) + "}";
 }
 
+namespace {
+
+std::optional<std::string> load_fabric_names(const std::optional<RigFile>& rig,
+                                             const std::filesystem::path& file) {
+  if (!rig || rig->mode == BenchMode::real) return std::nullopt;
+  auto text = read_fabrics(*rig, file);
+  return text ? std::optional(std::move(*text)) : std::nullopt;
+}
+
+std::vector<std::filesystem::path> list_plugins(const std::optional<RigFile>& rig) {
+  return rig ? rig->drivers->plugin_files() : std::vector<std::filesystem::path>();
+}
+
+}  // namespace
+
+const std::vector<std::string>& RigWatch::problems(const std::filesystem::path& file,
+                                                   const std::string& text) {
+  if (text == text_ && load_fabric_names(rig_, file) == fabrics_ && list_plugins(rig_) == plugins_)
+    return problems_;
+  text_ = text;
+  rig_.reset();
+  problems_.clear();
+  plugins_.clear();
+  auto opened = open_rig(file, {});
+  if (!opened) {
+    problems_.push_back(to_string(opened.error()));
+  } else {
+    plugins_ = opened->file.drivers->plugin_files();  // before they are looked for
+    for (const recipes::Diagnostic& problem : check_rig(*opened, file, PluginDrivers::unread))
+      problems_.push_back(recipes::to_string(problem));
+    rig_ = std::move(opened->file);
+  }
+  fabrics_ = load_fabric_names(rig_, file);
+  return problems_;
+}
+
 void add_methods(rpc::Methods& methods, const Services& services) {
   server::add_session_open(methods);
   server::add_cancel(methods);
@@ -215,16 +271,11 @@ void add_methods(rpc::Methods& methods, const Services& services) {
   add_system_methods(methods, services);
   add_lease_methods(methods, services);
   add_recipe_methods(methods, services);
-  add_recipe_put(methods, services);
   add_run_methods(methods, services);
   add_queue_methods(methods, services);
   add_rig_methods(methods, services);
-  add_rig_description(methods, services);
-  add_device_methods(methods, services);
-  add_classify_methods(methods, services);
   add_data_methods(methods, services);
   add_plan_methods(methods, services);
-  add_handover_methods(methods, services);
   add_sim_methods(methods, services);
   add_subscription_methods(methods, services);
   add_token_methods(methods, services);

@@ -2,15 +2,68 @@
 // Small things that all groups of methods use. For .cpp files of daemon/service/methods.
 
 #include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "daemon/service/methods/services.hpp"
 
 namespace weft::daemon::api {
+
+using access::Role;
+using nlohmann::json;
+using rpc::Call;
+using rpc::format_text;
+using rpc::Outcome;
+using rpc::ParamType;
+using rpc::refused;
+using rpc::Responder;
+
+/// Methods that work on one daemon's services. A handler is called with them and the call, and
+/// returns an Outcome or, where the answer comes later, takes the Responder.
+class MethodGroup {
+ public:
+  MethodGroup(rpc::Methods& methods, const Services& services)
+      : methods_(&methods), services_(&services) {}
+
+  /// One that changes nothing, for everybody.
+  template <class Handler>
+  rpc::MethodSpec& read(std::string_view name, std::string_view summary,
+                        std::vector<rpc::ParamSpec> params, std::string_view result,
+                        Handler handler) {
+    return add({name, summary, Role::observer, rpc::Effect::read, std::move(params), result},
+               handler);
+  }
+  template <class Handler>
+  rpc::MethodSpec& change(std::string_view name, std::string_view summary, Role role,
+                          std::vector<rpc::ParamSpec> params, std::string_view result,
+                          Handler handler) {
+    return add({name, summary, role, rpc::Effect::change, std::move(params), result}, handler);
+  }
+
+ private:
+  template <class Handler>
+  rpc::MethodSpec& add(rpc::MethodSpec spec, Handler handler) {
+    if constexpr (std::is_invocable_v<Handler, const Services&, const Call&>)
+      return methods_->add(std::move(spec), [s = services_, handler](const Call& call) -> Outcome {
+        return handler(*s, call);
+      });
+    else
+      return methods_->add(std::move(spec),
+                           [s = services_, handler](const Call& call, const Responder& respond) {
+                             handler(*s, call, respond);
+                           });
+  }
+
+  rpc::Methods* methods_;
+  const Services* services_;
+};
 
 /// The recipe's JSON Schema, built into the program from recipes/schema/recipe.schema.json.
 std::string_view recipe_schema_json();
@@ -18,36 +71,60 @@ std::string_view recipe_schema_json();
 /// [{where, change: "added" | "removed" | "changed", was, is}], objects by key, lists by position;
 /// `was` and `is` where there is such a thing. At most `most`; `all` counts them all.
 /// Goes one call deeper at each level of the two: their depth is bounded by whoever read them.
-nlohmann::json differences(const nlohmann::json& was, const nlohmann::json& is, std::size_t most,
-                           std::size_t& all);
+json differences(const json& was, const json& is, std::size_t most, std::size_t& all);
 
-/// JSON on one line; text that is not UTF-8 is replaced.
-std::string format_text(const nlohmann::json& value);
-tl::unexpected<rpc::RpcError> refused(const Error& error);
+/// A parameter that the method cannot use.
+Error bad_param(std::string_view name, std::string what, std::string expected, std::string got);
+/// The run as an answer, or why there is none.
+Outcome run_outcome(const Result<runs::RunView>& run);
 /// Answers with what `work` returns, which is done on another thread and uses nothing of the
 /// server's: a halt waits for none of it. An internal error where it throws; request.too_many where
 /// too much waits already.
-void answer_in_background(const Services::BackgroundTask& background, const rpc::Responder& respond,
-                          std::function<rpc::Outcome()> work);
+void answer_in_background(const Services::BackgroundTask& background, const Responder& respond,
+                          std::function<Outcome()> work);
 /// check_quickly() of `request` on another thread, then `then` on the server's, which answers: with
 /// the call as it was, so that what it needs, a lease, is looked at when it is used.
-void check_in_background(const Services& services, const rpc::Call& call,
-                         const rpc::Responder& respond, CampaignRequest request,
-                         std::function<rpc::Outcome(const rpc::Call&, const runs::Checked&)> then);
+void check_in_background(const Services& services, const Call& call, const Responder& respond,
+                         CampaignRequest request,
+                         std::function<Outcome(const Call&, const runs::Checked&)> then);
 
 /// Refuses a change to the rig while another user holds its lease.
 tl::expected<void, rpc::RpcError> require_free_lease(const Services& services,
                                                      const rpc::Caller& caller);
 /// The "lease" parameter is the caller's and of this rig.
-tl::expected<void, rpc::RpcError> holds_lease(const Services& services, const rpc::Call& call);
+tl::expected<void, rpc::RpcError> holds_lease(const Services& services, const Call& call);
 
+/// Into the journal, with the caller or what else did it. Errors: io.
+Status append_journal(const Services& services, std::string_view kind, std::string_view by,
+                      const json& payload);
+
+inline constexpr rpc::ParamSpec run_param{"run", ParamType::text, true, "its name, \"R-000318\""};
+inline constexpr rpc::ParamSpec rig_lease_param{"lease", ParamType::text, true,
+                                                "your lease of the rig"};
 /// The "run" parameter.
-std::string run_of(const rpc::Call& call);
-/// The "seed" parameter, where there is one. Errors: range, below zero.
-Result<std::optional<std::uint64_t>> read_seed(const rpc::Call& call);
+std::string run_of(const Call& call);
+
+inline constexpr std::int64_t unbounded = std::numeric_limits<std::int64_t>::max();
+struct WholeNumber {
+  const char* name;
+  std::int64_t fallback, least, most;  ///< most: or unbounded
+  const char* what;                    ///< of the error
+};
+/// A parameter that is a whole number from 0 on. Errors: range.
+Result<std::size_t> read_whole_number(const Call& call, const WholeNumber& wanted);
+/// One that may be left out. Errors: range, below zero.
+Result<std::optional<std::uint64_t>> read_unsigned(const Call& call, const char* name,
+                                                   const char* what);
+/// The "seed" parameter.
+inline Result<std::optional<std::uint64_t>> read_seed(const Call& call) {
+  return read_unsigned(call, "seed", "negative seed");
+}
+
+/// What run.start and queue.add take, for request_for_run(), with `more`.
+std::vector<rpc::ParamSpec> run_request_params(const std::vector<rpc::ParamSpec>& more = {});
 
 /// What run.start and queue.add ask for. Errors: recipe_file()'s, read_seed()'s.
-Result<runs::RunRequest> request_for_run(const Services& services, const rpc::Call& call);
+Result<runs::RunRequest> request_for_run(const Services& services, const Call& call);
 
 /// One answer's part of a list, bounded in bytes: a client reads it as one line.
 class ListPage {
@@ -55,7 +132,7 @@ class ListPage {
   static constexpr std::size_t most_bytes = std::size_t{1} << 20;
   explicit ListPage(std::size_t most) : most_(most) {}
   /// False where there is no room: it is the next page's first. The first one always has room.
-  bool add(const nlohmann::json& item);
+  bool add(const json& item);
   enum class Order { as_added, reversed };
   /// A JSON array.
   [[nodiscard]] std::string text(Order order = Order::as_added) const;
@@ -69,8 +146,8 @@ class ListPage {
 const std::vector<rpc::ParamSpec>& page_params();
 /// {`name`: [...], next: the run that the next page begins with, or null}: of the runs that
 /// `callback` has something to say of, null where it has not. Errors: range, not_found.
-rpc::Outcome runs_page(const Services& services, const rpc::Call& call, const char* name,
-                       const std::function<nlohmann::json(const runs::RunView&)>& callback);
+Outcome runs_page(const Services& services, const Call& call, const char* name,
+                  const std::function<json(const runs::RunView&)>& callback);
 
 /// A recipe of the folder by its name, with or without ".json".
 /// Errors: invalid_argument (not a plain name), not_found, with a did-you-mean.

@@ -11,15 +11,11 @@
 #include "daemon/service/methods/helpers.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
 #include "recipes/engine/plan.hpp"
+#include "recipes/schema/diagnostic.hpp"
 #include "recipes/schema/object_reader.hpp"
 
 namespace weft::daemon::api {
 namespace {
-
-using nlohmann::json;
-using rpc::Call;
-using rpc::Outcome;
-using rpc::ParamType;
 
 constexpr std::int64_t most_steps = 1000;
 constexpr std::size_t most_differences = 1000;
@@ -128,23 +124,12 @@ Result<PlanQuestion> plan_question(const Services& services, const Call& call) {
   if (!recipe) return pass(recipe.error());
   const auto seed = read_seed(call);
   if (!seed) return pass(seed.error());
-  const std::int64_t from = call.params.value("from", std::int64_t{0});
-  const std::int64_t most = call.params.value("most", std::int64_t{100});
-  if (from < 0)
-    return fail({.code = Errc::range,
-                 .where = "/params/from",
-                 .what = "before the first trial",
-                 .expected = "0 or more",
-                 .got = std::to_string(from)});
-  if (most < 1 || most > most_steps)
-    return fail({.code = Errc::range,
-                 .where = "/params/most",
-                 .what = "how many trials",
-                 .expected = "1 to " + std::to_string(most_steps),
-                 .got = std::to_string(most)});
+  const auto from = read_whole_number(call, {"from", 0, 0, unbounded, "before the first trial"});
+  if (!from) return pass(from.error());
+  const auto most = read_whole_number(call, {"most", 100, 1, most_steps, "how many trials"});
+  if (!most) return pass(most.error());
   const auto planned_with = *seed ? *seed : recipe->seed;
-  return PlanQuestion{std::move(*recipe), services.rig, planned_with,
-                      static_cast<std::size_t>(from), static_cast<std::size_t>(most)};
+  return PlanQuestion{std::move(*recipe), services.rig, planned_with, *from, *most};
 }
 
 Outcome planned(const PlanQuestion& requested) {
@@ -238,14 +223,14 @@ Outcome compared(const DiffQuestion& requested) {
 }
 
 // A recipe of a megabyte may plan a million trials, and a halt does not wait for them.
-void plan(const Services& services, const Call& call, const rpc::Responder& respond) {
+void plan(const Services& services, const Call& call, const Responder& respond) {
   const auto requested = plan_question(services, call);
   if (!requested) return respond(refused(requested.error()));
   answer_in_background(services.background, respond,
                        [requested = *requested] { return planned(requested); });
 }
 
-void compare(const Services& services, const Call& call, const rpc::Responder& respond) {
+void compare(const Services& services, const Call& call, const Responder& respond) {
   const auto one = recipe_place(services, call, "recipe");
   if (!one) return respond(refused(one.error()));
   const auto other = recipe_place(services, call, "other");
@@ -255,35 +240,82 @@ void compare(const Services& services, const Call& call, const rpc::Responder& r
                                                  services.rig}] { return compared(requested); });
 }
 
+class Difference {
+ public:
+  explicit Difference(std::size_t most) : most_(most) {}
+
+  void compare(const json& was, const json& is, const std::string& where) {
+    if (was.is_object() && is.is_object()) return compare_objects(was, is, where);
+    if (was.is_array() && is.is_array()) return compare_lists(was, is, where);
+    if (was != is) add({{"where", where}, {"change", "changed"}, {"was", was}, {"is", is}});
+  }
+
+  json found = json::array();
+  std::size_t all = 0;
+
+ private:
+  void compare_objects(const json& was, const json& is, const std::string& where) {
+    for (const auto& [key, value] : was.items()) {
+      const auto other = is.find(key);
+      const std::string inner = recipes::child(where, key);
+      if (other == is.end())
+        removed(value, inner);
+      else
+        compare(value, *other, inner);
+    }
+    for (const auto& [key, value] : is.items())
+      if (!was.contains(key)) added(value, recipes::child(where, key));
+  }
+
+  void compare_lists(const json& was, const json& is, const std::string& where) {
+    const std::size_t both = std::min(was.size(), is.size());
+    for (std::size_t i = 0; i < both; ++i) compare(was[i], is[i], recipes::child(where, i));
+    for (std::size_t i = both; i < was.size(); ++i) removed(was[i], recipes::child(where, i));
+    for (std::size_t i = both; i < is.size(); ++i) added(is[i], recipes::child(where, i));
+  }
+
+  void removed(const json& value, const std::string& where) {
+    add({{"where", where}, {"change", "removed"}, {"was", value}});
+  }
+  void added(const json& value, const std::string& where) {
+    add({{"where", where}, {"change", "added"}, {"is", value}});
+  }
+  void add(json one) {
+    if (++all <= most_) found.push_back(std::move(one));
+  }
+
+  std::size_t most_;
+};
+
 }  // namespace
 
+json differences(const json& was, const json& is, std::size_t most, std::size_t& all) {
+  Difference difference(most);
+  difference.compare(was, is, "");
+  all = difference.all;
+  return std::move(difference.found);
+}
+
 void add_plan_methods(rpc::Methods& methods, const Services& services) {
-  const Services* const s = &services;
-  methods.add(
-      {"recipe.plan",
-       "what a recipe will do on this rig: phases, and each trial with its expected time",
-       {},
-       {},
-       {{"recipe", ParamType::text, true, "its name, or a run's: then as that has it on record"},
-        {"seed", ParamType::integer, false, "in place of the recipe's, or of the run's"},
-        {"from", ParamType::integer, false, "the first trial that is told, 0"},
-        {"most", ParamType::integer, false, "trials, 100; at most 1000"}},
-       "name, digest, plan_digest, trials, duration_s, people_s, bytes, hand_over, explorations, "
-       "steps, "
-       "next"},
-      rpc::Handler(
-          [s](const Call& call, const rpc::Responder& respond) { plan(*s, call, respond); }));
-  methods.add(
-      {"recipe.diff",
-       "what differs between two recipes, by JSON pointer",
-       {},
-       {},
-       {{"recipe", ParamType::text, true, "its name, or a run's: then as that has it on record"},
-        {"other", ParamType::text, true, "likewise"}},
-       "same (as written), same_campaign (planned on this rig; null where that cannot be said), "
-       "count, differences: where, change, was, is; the first 1000"},
-      rpc::Handler(
-          [s](const Call& call, const rpc::Responder& respond) { compare(*s, call, respond); }));
+  MethodGroup group(methods, services);
+  group.read(
+      "recipe.plan",
+      "what a recipe will do on this rig: phases, and each trial with its expected time",
+      {{"recipe", ParamType::text, true, "its name, or a run's: then as that has it on record"},
+       {"seed", ParamType::integer, false, "in place of the recipe's, or of the run's"},
+       {"from", ParamType::integer, false, "the first trial that is told, 0"},
+       {"most", ParamType::integer, false, "trials, 100; at most 1000"}},
+      "name, digest, plan_digest, trials, duration_s, people_s, bytes, hand_over, explorations, "
+      "steps, "
+      "next",
+      plan);
+  group.read(
+      "recipe.diff", "what differs between two recipes, by JSON pointer",
+      {{"recipe", ParamType::text, true, "its name, or a run's: then as that has it on record"},
+       {"other", ParamType::text, true, "likewise"}},
+      "same (as written), same_campaign (planned on this rig; null where that cannot be said), "
+      "count, differences: where, change, was, is; the first 1000",
+      compare);
 }
 
 }  // namespace weft::daemon::api

@@ -2,18 +2,18 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/analysis/report/json_parts.hpp"
+#include "daemon/base/file/atomic_file.hpp"
+#include "daemon/base/file/read_file.hpp"
 #include "daemon/base/file/sha256.hpp"
 #include "daemon/campaign/bench_check.hpp"
 #include "daemon/service/methods/helpers.hpp"
 #include "recipes/engine/operator_steps.hpp"
+#include "recipes/schema/diagnostic.hpp"
 
 namespace weft::daemon::api {
 namespace {
 
-using nlohmann::json;
-using rpc::Call;
-using rpc::Outcome;
-using rpc::ParamType;
+namespace fs = std::filesystem;
 
 json diagnostic_json(const recipes::Diagnostic& d) {
   json out{{"where", d.pointer}, {"message", d.message}};
@@ -48,10 +48,10 @@ json plan_json(const recipes::Plan& plan) {
           {"bytes", disk_forecast(plan)}};
 }
 
-Outcome list_recipes(const Services& services) {
+Outcome list_recipes(const Services& services, const Call&) {
   json out = json::array();
   std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(services.recipes, error))
+  for (const auto& entry : fs::directory_iterator(services.recipes, error))
     if (entry.path().extension() == ".json") out.push_back(entry.path().stem().string());
   if (error)
     return refused({.code = Errc::io,
@@ -72,7 +72,7 @@ json problems_json(const std::vector<FileProblem>& list) {
 }
 
 /// Nothing of the call's: it is done on another thread.
-Outcome checked(const CampaignRequest& request, const std::filesystem::path& data) {
+Outcome checked(const CampaignRequest& request, const fs::path& data) {
   const auto found = preflight(request, PluginDrivers::unread);
   if (!found) return refused(found.error());
   json out{{"ok", found->problems.empty()},
@@ -87,7 +87,7 @@ Outcome checked(const CampaignRequest& request, const std::filesystem::path& dat
 }
 
 // A model may have hundreds of megabytes, and a halt does not wait for them.
-void check(const Services& services, const Call& call, const rpc::Responder& respond) {
+void check(const Services& services, const Call& call, const Responder& respond) {
   const auto file = recipe_file(services, call.params.at("recipe").get<std::string>());
   if (!file) return respond(refused(file.error()));
   const auto seed = read_seed(call);
@@ -97,33 +97,156 @@ void check(const Services& services, const Call& call, const rpc::Responder& res
                         data = services.data] { return checked(request, data); });
 }
 
+// A recipe comes into the daemon's folder, or takes the place of one, checked before.
+
+/// What is to be written, with nothing of the call's: it is checked on another thread.
+struct Offered {
+  std::string name, text, by;
+  std::optional<std::string> replaces;  ///< digest of what is there, as the caller knows it
+};
+
+/// Errors: invalid_argument.
+Result<std::string> plain_name(std::string name) {
+  constexpr std::size_t longest = 100;
+  if (name.ends_with(".json")) name.resize(name.size() - 5);
+  const bool plain = !name.empty() && name.size() <= longest && !name.starts_with('.') &&
+                     std::ranges::all_of(name, [](char c) {
+                       return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                              (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.';
+                     });
+  if (plain) return name;
+  return pass(bad_param("recipe", "not a recipe's name",
+                        "letters, digits, '-', '_' and '.', at most 100", recipes::clipped(name)));
+}
+
+/// Everything that recipe.check refuses; the first of it is told. Errors: as told.
+Result<std::size_t> count_trials(const CampaignRequest& request) {
+  const auto found = preflight(request, PluginDrivers::unread);
+  if (!found) return pass(found.error());
+  if (found->problems.empty()) return found->plan->trials.size();
+  const auto& [file, first] = found->problems.front();
+  const std::size_t more = found->problems.size() - 1;
+  const std::string about = file == request.recipe ? "/params/content" : file.string() + ": ";
+  return fail({.code = Errc::invalid_argument,
+               .where = about + first.pointer,
+               .what = first.message + (more == 0 ? "" : ", and " + std::to_string(more) + " more"),
+               .expected = first.expected,
+               .got = first.got,
+               .hint = first.hint});
+}
+
+/// A run reads its recipe when it begins and compares it when it is gone on with: it is not changed
+/// under one that is not over. Errors: wrong_state.
+Status require_unused(const Services& services, const fs::path& file) {
+  std::error_code unseen;
+  for (const runs::RunView& run : services.run_manager->all())
+    if (run.machine.state != runs::RunState::ended &&
+        (run.stored.recipe == file || fs::equivalent(run.stored.recipe, file, unseen)))
+      return fail({.code = Errc::wrong_state,
+                   .where = "/params/recipe",
+                   .what = "a run that is not over is of this recipe",
+                   .got = run.stored.id(),
+                   .hint = "Wait until it is over, take it out, or use another name"});
+  return {};
+}
+
+/// Errors: wrong_state, where another recipe is there than the caller knows; io.
+Result<std::string> compute_digest(const fs::path& file) {
+  std::error_code unseen;
+  if (!fs::exists(file, unseen)) return std::string();
+  const auto text = read_text_file(file, recipes::max_recipe_bytes);
+  if (!text) return pass(text.error());
+  return "sha256:" + sha256_hex(*text);
+}
+
+Status is_as_known(const std::string& found, const std::optional<std::string>& known) {
+  if (found == known.value_or("")) return {};
+  if (!known)
+    return fail({.code = Errc::wrong_state,
+                 .where = "/params/recipe",
+                 .what = "there is a recipe of this name",
+                 .got = found,
+                 .hint = "Give its digest as if_digest to replace it"});
+  return fail({.code = Errc::wrong_state,
+               .where = "/params/if_digest",
+               .what = "another recipe is there by now",
+               .expected = found.empty() ? "none: there is no recipe of this name" : found,
+               .got = *known,
+               .hint = "recipe.check tells the digest of what is there"});
+}
+
+/// The journal first: no recipe is there of which nobody knows who put it. One that could not be
+/// written has a second line, which says so.
+Outcome written(const Services& services, const Offered& offered, std::size_t trials) {
+  const fs::path file = services.recipes / (offered.name + ".json");
+  const auto before = compute_digest(file);
+  if (!before) return refused(before.error());
+  if (Status same = is_as_known(*before, offered.replaces); !same) return refused(same.error());
+  if (Status free = require_unused(services, file); !free) return refused(free.error());
+  const json reply{{"recipe", offered.name},
+                   {"digest", "sha256:" + sha256_hex(offered.text)},
+                   {"replaced", before->empty() ? json() : json(*before)},
+                   {"trials", trials}};
+  if (const Status ok = append_journal(services, "recipe.put", offered.by, reply); !ok)
+    return refused(ok.error());
+  if (Status ok = write_text_file(file, offered.text); !ok) {
+    json not_put = reply;
+    not_put["error"] = to_string(ok.error());
+    services.log->persist({.journal = {{0, services.utc_us(), "", "recipe.not_put", offered.by,
+                                        format_text(not_put)}}});
+    return refused(ok.error());
+  }
+  return format_text(reply);
+}
+
+void put(const Services& services, const Call& call, const Responder& respond) {
+  if (services.one_run)
+    return respond(refused({.code = Errc::wrong_state,
+                            .what = "a daemon inside weft run changes no recipes",
+                            .hint = "Its folder is the recipe's own: write the file there"}));
+  auto name = plain_name(call.params.at("recipe").get<std::string>());
+  if (!name) return respond(refused(name.error()));
+  Offered offered{std::move(*name), call.params.at("content").dump(2) + "\n", by(call.caller), {}};
+  if (call.params.contains("if_digest")) offered.replaces = call.params.at("if_digest");
+  // Its models are read whole, as for recipe.check: nobody's run waits for that.
+  const bool taken = services.background(
+      [s = &services, offered = std::move(offered), respond]() -> Services::Report {
+        CampaignRequest request{s->recipes / (offered.name + ".json"), s->rig, {}, {}};
+        request.recipe_text = offered.text;
+        return [s, offered, respond, trials = count_trials(request)] {
+          respond(trials ? written(*s, offered, *trials) : refused(trials.error()));
+        };
+      },
+      [respond](const Error& escaped) { respond(refused(escaped)); });
+  if (!taken)
+    respond(refused({.code = Errc::timeout,
+                     .what = "too much that takes long waits already",
+                     .hint = "Ask again later"}));
+}
+
 }  // namespace
 
 void add_recipe_methods(rpc::Methods& methods, const Services& services) {
-  const Services* const s = &services;
-  methods.add({"recipe.list", "recipes of the daemon's folder", {}, {}, {}, "recipes"},
-              [s](const Call&) { return list_recipes(*s); });
-  methods.add(
-      {"recipe.schema",
-       "JSON Schema of a recipe",
-       {},
-       {},
-       {},
-       "a JSON Schema of draft 2020-12 with x-unit"},
-      [](const Call&) -> Outcome { return format_text(json::parse(recipe_schema_json())); });
-  methods.add({"recipe.check",
-               "everything that would be refused, before anything moves",
-               {},
-               {},
+  MethodGroup group(methods, services);
+  group.read("recipe.list", "recipes of the daemon's folder", {}, "recipes", list_recipes);
+  group.read(
+      "recipe.schema", "JSON Schema of a recipe", {}, "a JSON Schema of draft 2020-12 with x-unit",
+      [](const Services&, const Call&) { return format_text(json::parse(recipe_schema_json())); });
+  group.read("recipe.check", "everything that would be refused, before anything moves",
+             {{"recipe", ParamType::text, true, "its name"},
+              {"seed", ParamType::integer, false, "in place of the recipe's"}},
+             "ok, digest, plan (eta_s with the people_s that people need, asks, next_attention, "
+             "envelope of each stage with its margin), problems of the recipe, the rig file and "
+             "the bench put together dry: file, where, message, expected, got, hint; warnings, "
+             "disk_ok",
+             check);
+  group.change("recipe.put", "puts a recipe that recipe.check accepts into the daemon's folder",
+               Role::engineer,
                {{"recipe", ParamType::text, true, "its name"},
-                {"seed", ParamType::integer, false, "in place of the recipe's"}},
-               "ok, digest, plan (eta_s with the people_s that people need, asks, next_attention, "
-               "envelope of each stage with its margin), problems of the recipe, the rig file and "
-               "the bench put together dry: file, where, message, expected, got, hint; warnings, "
-               "disk_ok"},
-              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
-                check(*s, call, respond);
-              }));
+                {"content", ParamType::object, true, "the recipe; see recipe.schema"},
+                {"if_digest", ParamType::text, false,
+                 "of the one that it replaces, as recipe.check has it; needed where there is one"}},
+               "recipe, digest, replaced (digest, or null), trials", put);
 }
 
 }  // namespace weft::daemon::api

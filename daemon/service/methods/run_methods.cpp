@@ -5,20 +5,8 @@
 namespace weft::daemon::api {
 namespace {
 
-using access::Role;
-using nlohmann::json;
-using rpc::Call;
-using rpc::Effect;
-using rpc::Outcome;
-using rpc::ParamType;
 using runs::RunState;
 using runs::RunView;
-
-constexpr rpc::ParamSpec run_param{"run", ParamType::text, true, "its name, \"R-000318\""};
-constexpr rpc::ParamSpec digest_param{
-    "digest", ParamType::text, false,
-    "of the recipe that is meant, as recipe.check has it; another one is refused"};
-constexpr rpc::ParamSpec rig_lease_param{"lease", ParamType::text, true, "your lease of the rig"};
 
 using Checked = runs::Checked;
 
@@ -26,12 +14,10 @@ Outcome entered(const Services& services, const Call& call, const Checked& check
   if (auto held = holds_lease(services, call); !held) return tl::unexpected(held.error());
   const auto run_request = request_for_run(services, call);
   if (!run_request) return refused(run_request.error());
-  const auto run = services.run_manager->submit(*run_request, checked);
-  if (!run) return refused(run.error());
-  return format_text(run_json(*run));
+  return run_outcome(services.run_manager->submit(*run_request, checked));
 }
 
-void start(const Services& services, const Call& call, const rpc::Responder& respond) {
+void start(const Services& services, const Call& call, const Responder& respond) {
   if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
   const auto run_request = request_for_run(services, call);
   if (!run_request) return respond(refused(run_request.error()));
@@ -44,18 +30,14 @@ void start(const Services& services, const Call& call, const rpc::Responder& res
 Outcome ordered(const Services& services, const Call& call, Order order) {
   if (auto free = require_free_lease(services, call.caller); !free)
     return tl::unexpected(free.error());
-  const auto run = services.run_manager->order(run_of(call), order, by(call.caller));
-  if (!run) return refused(run.error());
-  return format_text(run_json(*run));
+  return run_outcome(services.run_manager->order(run_of(call), order, by(call.caller)));
 }
 
 Outcome confirm(const Services& services, const Call& call) {
   if (auto free = require_free_lease(services, call.caller); !free)
     return tl::unexpected(free.error());
   const std::string step = call.params.at("step").get<std::string>();
-  const auto run = services.run_manager->confirm(run_of(call), step, by(call.caller));
-  if (!run) return refused(run.error());
-  return format_text(run_json(*run));
+  return run_outcome(services.run_manager->confirm(run_of(call), step, by(call.caller)));
 }
 
 json preview_json(const ResumePreview& preview) {
@@ -66,23 +48,20 @@ json preview_json(const ResumePreview& preview) {
 }
 
 /// What the daemon's death interrupted goes on, with a lease.
-void resume_run(const Services& services, const Call& call, const rpc::Responder& respond) {
+void resume_run(const Services& services, const Call& call, const Responder& respond) {
   if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
   const auto request = services.run_manager->request_to_recover(run_of(call));
   if (!request) return respond(refused(request.error()));
-  check_in_background(services, call, respond, *request,
-                      [s = &services](const Call& then, const Checked& checked) -> Outcome {
-                        if (auto held = holds_lease(*s, then); !held)
-                          return tl::unexpected(held.error());
-                        const auto run =
-                            s->run_manager->recover(run_of(then), by(then.caller), checked);
-                        if (!run) return refused(run.error());
-                        return format_text(run_json(*run));
-                      });
+  check_in_background(
+      services, call, respond, *request,
+      [s = &services](const Call& then, const Checked& checked) -> Outcome {
+        if (auto held = holds_lease(*s, then); !held) return tl::unexpected(held.error());
+        return run_outcome(s->run_manager->recover(run_of(then), by(then.caller), checked));
+      });
 }
 
 /// A run that is held goes on as well.
-void resume(const Services& services, const Call& call, const rpc::Responder& respond) {
+void resume(const Services& services, const Call& call, const Responder& respond) {
   const auto run = services.run_manager->get(run_of(call));
   if (!run) return respond(refused(run.error()));
   if (run->machine.state == RunState::interrupted) return resume_run(services, call, respond);
@@ -90,47 +69,38 @@ void resume(const Services& services, const Call& call, const rpc::Responder& re
 }
 
 void preview(const Services& services, const Call& call, runs::Recovery choice,
-             const rpc::Responder& respond) {
+             const Responder& respond) {
   services.run_manager->preview(run_of(call), choice, [respond](const Result<ResumePreview>& left) {
     respond(left ? Outcome(format_text(preview_json(*left))) : refused(left.error()));
   });
 }
 
-void resume_or_preview(const Services& services, const Call& call, const rpc::Responder& respond) {
+void resume_or_preview(const Services& services, const Call& call, const Responder& respond) {
   if (!call.params.value("preview", false)) return resume(services, call, respond);
   preview(services, call, runs::Recovery::resume, respond);
 }
 
 /// Told first, then done with a lease: nothing of it happens by itself.
-void recover(const Services& services, const Call& call, const rpc::Responder& respond) {
+void recover(const Services& services, const Call& call, const Responder& respond) {
   using runs::Recovery;
   const std::string wanted = call.params.at("choice").get<std::string>();
   std::optional<Recovery> choice;
   for (const Recovery each : {Recovery::resume, Recovery::discard, Recovery::keep_partial})
     if (wanted == to_string(each)) choice = each;
   if (!choice)
-    return respond(refused({.code = Errc::invalid_argument,
-                            .where = "/params/choice",
-                            .what = "no such choice",
-                            .expected = "resume, discard or keep-partial",
-                            .got = wanted}));
+    return respond(
+        refused(bad_param("choice", "no such choice", "resume, discard or keep-partial", wanted)));
   if (call.params.value("preview", false)) return preview(services, call, *choice, respond);
   if (*choice == Recovery::resume) return resume_run(services, call, respond);
   if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
-  const auto reply = [respond](const Result<RunView>& run) {
-    respond(run ? Outcome(format_text(run_json(*run))) : refused(run.error()));
-  };
+  const auto reply = [respond](const Result<RunView>& run) { respond(run_outcome(run)); };
   services.run_manager->settle(run_of(call), *choice, by(call.caller), reply);
 }
 
 Outcome pause(const Services& services, const Call& call) {
   const std::string at = call.params.value("at", "boundary");
   if (at != "boundary" && at != "now")
-    return refused({.code = Errc::invalid_argument,
-                    .where = "/params/at",
-                    .what = "no such place to pause",
-                    .expected = "boundary or now",
-                    .got = at});
+    return refused(bad_param("at", "no such place to pause", "boundary or now", at));
   return ordered(services, call, at == "now" ? Order::pause_now : Order::pause);
 }
 
@@ -149,11 +119,7 @@ std::vector<rpc::ParamSpec> list_params() {
 
 Outcome annotate(const Services& services, const Call& call) {
   const std::string text = call.params.at("text").get<std::string>();
-  if (text.empty())
-    return refused({.code = Errc::invalid_argument,
-                    .where = "/params/text",
-                    .what = "nothing is said",
-                    .expected = "a few words"});
+  if (text.empty()) return refused(bad_param("text", "nothing is said", "a few words", {}));
   const auto run = services.run_manager->get(run_of(call));
   if (!run) return refused(run.error());
   const std::int64_t t_us = services.utc_us();
@@ -164,20 +130,24 @@ Outcome annotate(const Services& services, const Call& call) {
   return format_text({{"run", run->stored.id()}, {"t_us", t_us}, {"text", text}});
 }
 
-void add_order(rpc::Methods& methods, const Services* s, std::string_view name,
-               std::string_view summary, Order order) {
-  methods.add({name,
-               summary,
-               Role::operator_,
-               Effect::change,
-               {run_param},
-               "the run",
-               rpc::Memory::over_restarts,
-               rpc::Urgency::urgent},
-              [s, order](const Call& call) { return ordered(*s, call, order); });
+Outcome withdraw(const Services& services, const Call& call) {
+  if (auto free = require_free_lease(services, call.caller); !free)
+    return tl::unexpected(free.error());
+  if (const Status ok = services.run_manager->remove(run_of(call), by(call.caller)); !ok)
+    return refused(ok.error());
+  return run_outcome(services.run_manager->get(run_of(call)));
 }
 
-void wait(const Services& services, const Call& call, const rpc::Responder& respond) {
+void add_order(MethodGroup& group, std::string_view name, std::string_view summary, Order order) {
+  group
+      .change(name, summary, Role::operator_, {run_param}, "the run",
+              [order](const Services& services, const Call& call) {
+                return ordered(services, call, order);
+              })
+      .urgency = rpc::Urgency::urgent;
+}
+
+void wait(const Services& services, const Call& call, const Responder& respond) {
   const std::string id = run_of(call);
   if (const auto run = services.run_manager->get(id); !run) return respond(refused(run.error()));
   const bool also_handover = call.params.value("hand_over", false);
@@ -193,131 +163,80 @@ void wait(const Services& services, const Call& call, const rpc::Responder& resp
 }
 
 // Into the line and out of it.
-void add_run_queueing(rpc::Methods& methods, const Services* s) {
-  methods.add({"run.start",
+void add_run_queueing(MethodGroup& group) {
+  group.change("run.start",
                "puts a campaign in line, with its recipe as it is now; it begins when the rig is "
                "free",
-               Role::operator_,
-               Effect::change,
-               {{"recipe", ParamType::text, true, "name of a recipe, see recipe.list"},
-                rig_lease_param,
-                {"seed", ParamType::integer, false, "in place of the recipe's"},
-                {"name", ParamType::text, false, "added to the folder's name"},
-                digest_param},
-               "the run"},
-              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
-                start(*s, call, respond);
-              }));
-  methods.add({"run.withdraw",
+               Role::operator_, run_request_params(), "the run", start);
+  group.change("run.withdraw",
                "takes a run out of the queue: the old name of queue.remove, kept for one version",
-               Role::operator_,
-               Effect::change,
-               {run_param},
-               "the run"},
-              [s](const Call& call) -> Outcome {
-                if (auto free = require_free_lease(*s, call.caller); !free)
-                  return tl::unexpected(free.error());
-                if (const Status ok = s->run_manager->remove(run_of(call), by(call.caller)); !ok)
-                  return refused(ok.error());
-                return format_text(run_json(*s->run_manager->get(run_of(call))));
-              });
+               Role::operator_, {run_param}, "the run", withdraw);
 }
 
 // To a run that is under way.
-void add_run_orders(rpc::Methods& methods, const Services* s) {
-  methods.add({"run.pause",
-               "holds before the next repetition, or now: then that repetition is run again",
-               Role::operator_,
-               Effect::change,
-               {run_param, {"at", ParamType::text, false, "boundary (default) or now"}},
-               "the run",
-               rpc::Memory::over_restarts,
-               rpc::Urgency::urgent},
-              [s](const Call& call) { return pause(*s, call); });
-  methods.add({"run.resume",
+void add_run_orders(MethodGroup& group) {
+  group
+      .change("run.pause",
+              "holds before the next repetition, or now: then that repetition is run again",
+              Role::operator_,
+              {run_param, {"at", ParamType::text, false, "boundary (default) or now"}}, "the run",
+              pause)
+      .urgency = rpc::Urgency::urgent;
+  group.change("run.resume",
                "goes on: up, position, bias, then the next repetition; an interrupted run with the "
                "repetition that was cut short",
                Role::operator_,
-               Effect::change,
                {run_param,
                 {"preview", ParamType::flag, false,
                  "interrupted runs: answers what it would do, and does nothing"},
                 {"lease", ParamType::text, false, "of the rig; interrupted runs need it"}},
-               "the run, or will, trials_planned, trials_done, trials_left"},
-              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
-                resume_or_preview(*s, call, respond);
-              }));
-  methods.add(
-      {"run.confirm",
-       "a person has done what the run waits for, as its \"attention\" says; it goes on",
-       Role::operator_,
-       Effect::change,
-       {run_param,
-        {"step", ParamType::text, true, "which one: step of the run's attention, \"Q-12\""}},
-       "the run"},
-      [s](const Call& call) { return confirm(*s, call); });
-  add_order(methods, s, "run.stop", "finishes the repetition, cleans up, ends", Order::stop);
-  add_order(methods, s, "run.abort", "stops motion, retracts, ends", Order::abort);
+               "the run, or will, trials_planned, trials_done, trials_left", resume_or_preview);
+  group.change(
+      "run.confirm",
+      "a person has done what the run waits for, as its \"attention\" says; it goes on",
+      Role::operator_,
+      {run_param,
+       {"step", ParamType::text, true, "which one: step of the run's attention, \"Q-12\""}},
+      "the run", confirm);
+  add_order(group, "run.stop", "finishes the repetition, cleans up, ends", Order::stop);
+  add_order(group, "run.abort", "stops motion, retracts, ends", Order::abort);
 }
 
 // To a run that was interrupted, and to any.
-void add_run_care(rpc::Methods& methods, const Services* s) {
-  methods.add({"run.recover",
+void add_run_care(MethodGroup& group) {
+  group.change("run.recover",
                "what becomes of an interrupted run: it goes on, it ends and is never made a data "
                "set of, or it ends with a data set of the trials that are complete",
                Role::operator_,
-               Effect::change,
                {run_param,
                 {"choice", ParamType::text, true, "resume, discard or keep-partial"},
                 {"preview", ParamType::flag, false, "answers what it would do, and does nothing"},
                 {"lease", ParamType::text, false, "of the rig; needed without preview"}},
-               "the run, or will, trials_planned, trials_done, trials_left"},
-              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
-                recover(*s, call, respond);
-              }));
-  methods.add(
-      {"run.annotate",
-       "a note about a run, of any time, for the journal (log.query, kind \"note\"); its data "
-       "stay as they are",
-       Role::operator_,
-       Effect::change,
-       {run_param, {"text", ParamType::text, true, "what was seen or done"}},
-       "run, t_us, text"},
-      [s](const Call& call) { return annotate(*s, call); });
+               "the run, or will, trials_planned, trials_done, trials_left", recover);
+  group.change(
+      "run.annotate",
+      "a note about a run, of any time, for the journal (log.query, kind \"note\"); its data "
+      "stay as they are",
+      Role::operator_, {run_param, {"text", ParamType::text, true, "what was seen or done"}},
+      "run, t_us, text", annotate);
 }
 
-void add_run_reads(rpc::Methods& methods, const Services* s) {
-  methods.add({"run.get",
-               "one run",
-               {},
-               {},
-               {run_param},
-               "the run; submitted_by who put it in line, by who changed it last; attention is the "
-               "next human action (null: none), next_attention_us since "
-               "when it is asked or when it will be; campaign_since, where its campaign was gone "
-               "on with without the daemon (weft run --resume): what its folder holds by now, "
-               "trials_done, trials_planned, complete, dataset_sha256"},
-              [s](const Call& call) -> Outcome {
-                const auto run = s->run_manager->get(run_of(call));
-                if (!run) return refused(run.error());
-                return format_text(run_json(*run));
-              });
-  methods.add({"run.list",
-               "all runs, oldest first",
-               {},
-               {},
-               list_params(),
-               "runs, next (null where there is no more)"},
-              [s](const Call& call) { return list_runs(*s, call); });
-  methods.add(
-      {"run.wait",
-       "answers when the run has ended",
-       {},
-       {},
-       {run_param, {"hand_over", ParamType::flag, false, "and what its recipe hands over as well"}},
-       "the run"},
-      rpc::Handler(
-          [s](const Call& call, const rpc::Responder& respond) { wait(*s, call, respond); }));
+void add_run_reads(MethodGroup& group) {
+  group.read("run.get", "one run", {run_param},
+             "the run; submitted_by who put it in line, by who changed it last; attention is the "
+             "next human action (null: none), next_attention_us since "
+             "when it is asked or when it will be; campaign_since, where its campaign was gone "
+             "on with without the daemon (weft run --resume): what its folder holds by now, "
+             "trials_done, trials_planned, complete, dataset_sha256",
+             [](const Services& services, const Call& call) {
+               return run_outcome(services.run_manager->get(run_of(call)));
+             });
+  group.read("run.list", "all runs, oldest first", list_params(),
+             "runs, next (null where there is no more)", list_runs);
+  group.read(
+      "run.wait", "answers when the run has ended",
+      {run_param, {"hand_over", ParamType::flag, false, "and what its recipe hands over as well"}},
+      "the run", wait);
 }
 
 json operator_prompt_json(const runs::OperatorPrompt& operator_prompt) {
@@ -381,10 +300,11 @@ json run_json(const RunView& run) {
 }
 
 void add_run_methods(rpc::Methods& methods, const Services& services) {
-  add_run_queueing(methods, &services);
-  add_run_orders(methods, &services);
-  add_run_care(methods, &services);
-  add_run_reads(methods, &services);
+  MethodGroup group(methods, services);
+  add_run_queueing(group);
+  add_run_orders(group);
+  add_run_care(group);
+  add_run_reads(group);
 }
 
 }  // namespace weft::daemon::api

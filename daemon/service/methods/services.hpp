@@ -18,8 +18,6 @@
 #include "daemon/service/rpc/event_hub.hpp"
 #include "daemon/service/rpc/leases.hpp"
 #include "daemon/service/rpc/method.hpp"
-#include "daemon/service/rpc/role.hpp"
-#include "daemon/service/rpc/sessions.hpp"
 #include "daemon/service/runs/run_manager.hpp"
 
 namespace weft::daemon::api {
@@ -81,21 +79,16 @@ struct Services {
 void add_methods(rpc::Methods& methods, const Services& services);
 
 void add_token_methods(rpc::Methods& methods, const Services& services);
-void add_rig_description(rpc::Methods& methods, const Services& services);
-void add_device_methods(rpc::Methods& methods, const Services& services);
 void add_system_methods(rpc::Methods& methods, const Services& services);
 void add_lease_methods(rpc::Methods& methods, const Services& services);
 void add_recipe_methods(rpc::Methods& methods, const Services& services);
 void add_run_methods(rpc::Methods& methods, const Services& services);
 void add_queue_methods(rpc::Methods& methods, const Services& services);
 void add_rig_methods(rpc::Methods& methods, const Services& services);
-void add_classify_methods(rpc::Methods& methods, const Services& services);
 void add_data_methods(rpc::Methods& methods, const Services& services);
 void add_plan_methods(rpc::Methods& methods, const Services& services);
-void add_handover_methods(rpc::Methods& methods, const Services& services);
 void add_sim_methods(rpc::Methods& methods, const Services& services);
 void add_session_methods(rpc::Methods& methods, const Services& services);
-void add_recipe_put(rpc::Methods& methods, const Services& services);
 void add_subscription_methods(rpc::Methods& methods, const Services& services);
 
 /// Tells a frame of `run` under "stream:force", "stream:stages" and "stream:taxels".
@@ -111,6 +104,9 @@ void open_served_file(const Services& services, std::string_view path,
 std::string readiness_json(const Services& services);
 /// Its time is over: in the journal, then told.
 void notify_lease_expired(const Services& services, const access::Lease& lease);
+/// What "rig" events carry: how the rig stands by now, and by whose word or act; null where a
+/// reason is gone.
+nlohmann::json rig_delta(const runs::RigState& rig, std::string_view by);
 /// A run for a client; also what "run:ID" events carry.
 nlohmann::json run_json(const runs::RunView& run);
 /// What "queue" events carry: the runs that wait, the next first.

@@ -6,13 +6,6 @@
 namespace weft::daemon::api {
 namespace {
 
-using access::Role;
-using nlohmann::json;
-using rpc::Call;
-using rpc::Effect;
-using rpc::Outcome;
-using rpc::ParamType;
-
 Outcome set_pace(const Services& services, const Call& call) {
   if (auto free = require_free_lease(services, call.caller); !free)
     return tl::unexpected(free.error());
@@ -48,8 +41,7 @@ json read_fault(const Call& call) {
   return out;
 }
 
-void inject_fault(const Services& services, const Call& call, bool ends,
-                  const rpc::Responder& respond) {
+void inject_fault(const Services& services, const Call& call, bool ends, const Responder& respond) {
   if (auto free = require_free_lease(services, call.caller); !free)
     return respond(tl::unexpected(free.error()));
   json fault = read_fault(call);
@@ -101,45 +93,37 @@ bool wants_samples(const server::Hub& hub) {
 }
 
 void add_sim_methods(rpc::Methods& methods, const Services& services) {
-  const Services* const s = &services;
-  methods.add({"sim.clock",
+  MethodGroup group(methods, services);
+  group.change("sim.clock",
                "how fast the time of a simulated bench passes, now and in later runs; the daemon "
                "begins with --pace",
                Role::operator_,
-               Effect::change,
                {{"pace", ParamType::number, true,
                  "bench seconds per second, 1 to 1000000; 0: as fast as it can"}},
-               "pace"},
-              [s](const Call& call) { return set_pace(*s, call); });
+               "pace", set_pace);
   constexpr rpc::ParamSpec device_param{"device", ParamType::text, true,
                                         "its name, see device.list"};
-  methods.add(
-      {"sim.inject",
-       "lets a fault befall a device of the simulated or emulated bench of the run under way, once "
-       "its devices are up; kinds: sim/devices/README.md",
-       Role::engineer,
-       Effect::change,
-       {device_param,
-        {"fault", ParamType::text, true, "its kind, \"drop\""},
-        {"start_s", ParamType::number, false, "from now, on the bench's clock [s], 0"},
-        {"duration_s", ParamType::number, false, "[s]; for ever where it is left out"},
-        {"probability", ParamType::number, false, "0 to 1 of each message or reading, 1"},
-        {"amount", ParamType::number, false, "how much, in the unit of the kind"},
-        {"towards", ParamType::text, false, "host (default) or device, of faults of the wire"}},
-       "the fault, run"},
-      rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
-        inject_fault(*s, call, false, respond);
-      }));
-  methods.add(
-      {"sim.clear",
-       "ends such faults of a device, also those of its rig file",
-       Role::engineer,
-       Effect::change,
-       {device_param, {"fault", ParamType::text, false, "its kind; all where it is left out"}},
-       "device, fault, run"},
-      rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
-        inject_fault(*s, call, true, respond);
-      }));
+  group.change(
+      "sim.inject",
+      "lets a fault befall a device of the simulated or emulated bench of the run under way, once "
+      "its devices are up; kinds: sim/devices/README.md",
+      Role::engineer,
+      {device_param,
+       {"fault", ParamType::text, true, "its kind, \"drop\""},
+       {"start_s", ParamType::number, false, "from now, on the bench's clock [s], 0"},
+       {"duration_s", ParamType::number, false, "[s]; for ever where it is left out"},
+       {"probability", ParamType::number, false, "0 to 1 of each message or reading, 1"},
+       {"amount", ParamType::number, false, "how much, in the unit of the kind"},
+       {"towards", ParamType::text, false, "host (default) or device, of faults of the wire"}},
+      "the fault, run", [](const Services& s, const Call& call, const Responder& respond) {
+        inject_fault(s, call, false, respond);
+      });
+  group.change(
+      "sim.clear", "ends such faults of a device, also those of its rig file", Role::engineer,
+      {device_param, {"fault", ParamType::text, false, "its kind; all where it is left out"}},
+      "device, fault, run", [](const Services& s, const Call& call, const Responder& respond) {
+        inject_fault(s, call, true, respond);
+      });
 }
 
 }  // namespace weft::daemon::api

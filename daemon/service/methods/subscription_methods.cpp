@@ -6,25 +6,11 @@
 namespace weft::daemon::api {
 namespace {
 
-using nlohmann::json;
-using rpc::Call;
-using rpc::Outcome;
-using rpc::ParamType;
+constexpr auto most_credit = static_cast<std::int64_t>(server::Subscription::most_credit);
 
-/// How many events. Errors: range.
-Result<std::uint64_t> read_credit(const json& params, const char* name, std::int64_t least) {
-  constexpr auto most = static_cast<std::int64_t>(server::Subscription::most_credit);
-  const auto events = params.at(name).get<std::int64_t>();
-  if (events >= least && events <= most) return static_cast<std::uint64_t>(events);
-  return fail({.code = Errc::range,
-               .where = "/params/" + std::string(name),
-               .what = "how many events",
-               .expected = std::to_string(least) + " to " + std::to_string(most),
-               .got = std::to_string(events)});
-}
-
-Result<server::SubscriptionRequest> read_subscription_request(const json& params) {
+Result<server::SubscriptionRequest> read_subscription_request(const Call& call) {
   constexpr std::size_t most_topics = 64;
+  const json& params = call.params;
   server::SubscriptionRequest request;
   const json& topics = params.at("topics");
   if (topics.empty() || topics.size() > most_topics)
@@ -35,11 +21,7 @@ Result<server::SubscriptionRequest> read_subscription_request(const json& params
                  .got = std::to_string(topics.size())});
   for (const json& topic : topics) {
     if (!topic.is_string())
-      return fail({.code = Errc::invalid_argument,
-                   .where = "/params/topics",
-                   .what = "a topic is a text",
-                   .expected = "string",
-                   .got = topic.type_name()});
+      return pass(bad_param("topics", "a topic is a text", "string", topic.type_name()));
     request.topics.push_back(topic.get<std::string>());
     if (request.topics.back().size() > rpc::longest_text)
       return fail({.code = Errc::range,
@@ -50,11 +32,7 @@ Result<server::SubscriptionRequest> read_subscription_request(const json& params
   }
   const std::string mode = params.value("mode", "latest");
   if (mode != "latest" && mode != "every")
-    return fail({.code = Errc::invalid_argument,
-                 .where = "/params/mode",
-                 .what = "no such mode",
-                 .expected = "latest or every",
-                 .got = mode});
+    return pass(bad_param("mode", "no such mode", "latest or every", mode));
   request.mode = mode == "every" ? server::Mode::every : server::Mode::latest;
   request.max_hz = params.value("max_hz", request.max_hz);
   constexpr double slowest_hz = 1e-3;
@@ -65,7 +43,7 @@ Result<server::SubscriptionRequest> read_subscription_request(const json& params
                  .expected = "0 or 0.001 to 1000 Hz",
                  .got = std::to_string(request.max_hz)});
   if (params.contains("credit")) {
-    const auto credit = read_credit(params, "credit", 0);
+    const auto credit = read_whole_number(call, {"credit", 0, 0, most_credit, "how many events"});
     if (!credit) return pass(credit.error());
     request.credit = *credit;
   }
@@ -78,97 +56,85 @@ tl::expected<server::Opened, rpc::RpcError> opened(const Services& services, con
   const std::string epoch = call.params.value("epoch", services.epoch);
   const auto from = call.params.at("from_seq").get<std::int64_t>();
   if (epoch != services.epoch || from < 0)
-    return tl::unexpected(rpc::rpc_error(rpc::code::state + 40, "replay.gone",
-                                         {.code = Errc::range,
-                                          .where = "/params/epoch",
-                                          .what = "events of another start of the daemon",
-                                          .expected = services.epoch,
-                                          .got = epoch,
-                                          .hint = "Leave from_seq out to get a snapshot"},
-                                         true));
+    return refused(rpc::code::state + 40, "replay.gone",
+                   {.code = Errc::range,
+                    .where = "/params/epoch",
+                    .what = "events of another start of the daemon",
+                    .expected = services.epoch,
+                    .got = epoch,
+                    .hint = "Leave from_seq out to get a snapshot"},
+                   true);
   return services.hub->replay(request, static_cast<std::uint64_t>(from));
 }
 
-Outcome open(const Services& services, const Call& call) {
+Outcome open_subscription(const Services& services, const Call& call) {
   if (call.client_session == nullptr)
     return refused({.code = Errc::unsupported,
                     .what = "events need a connection that stays",
                     .hint = "Use the socket, or GET /events"});
-  if (call.client_session->subscriptions() >= server::Session::most_subscriptions)
+  if (call.client_session->subscriptions().size() >= server::Session::most_subscriptions)
     return refused({.code = Errc::range,
                     .what = "too many subscriptions",
                     .expected = "at most " + std::to_string(server::Session::most_subscriptions),
                     .hint = "sub.close those that are not needed"});
-  const auto request = read_subscription_request(call.params);
+  const auto request = read_subscription_request(call);
   if (!request) return refused(request.error());
   const auto made = opened(services, call, *request);
   if (!made) return tl::unexpected(made.error());
-  call.client_session->subscribe(made->subscription);
+  call.client_session->subscriptions().emplace(made->subscription->id(), made->subscription);
   return R"({"sub":")" + made->subscription->id() + R"(","seq":)" + std::to_string(made->seq) +
          R"(,"left_off":)" + std::to_string(made->left_off) + R"(,"snapshot":)" +
          made->snapshot_json + "}";
 }
 
-Outcome grant(const Call& call) {
-  const std::string id = call.params.at("sub").get<std::string>();
-  server::Subscription* const mine =
-      call.client_session == nullptr ? nullptr : call.client_session->subscription(id);
-  if (mine == nullptr)
-    return refused({.code = Errc::not_found,
-                    .where = "/params/sub",
-                    .what = "no such subscription of yours",
-                    .got = id});
-  const auto events = read_credit(call.params, "events", 1);
-  if (!events) return refused(events.error());
-  if (const Status ok = mine->grant(*events); !ok) return refused(ok.error());
-  return format_text({{"sub", id}, {"credit", *mine->credit()}});
+tl::unexpected<rpc::RpcError> no_subscription(const std::string& id) {
+  return refused({.code = Errc::not_found,
+                  .where = "/params/sub",
+                  .what = "no such subscription of yours",
+                  .got = id});
 }
 
-Outcome close(const Call& call) {
+Outcome grant_credit(const Services&, const Call& call) {
   const std::string id = call.params.at("sub").get<std::string>();
-  if (call.client_session == nullptr || !call.client_session->unsubscribe(id))
-    return refused({.code = Errc::not_found,
-                    .where = "/params/sub",
-                    .what = "no such subscription of yours",
-                    .got = id});
+  if (call.client_session == nullptr) return no_subscription(id);
+  const auto mine = call.client_session->subscriptions().find(id);
+  if (mine == call.client_session->subscriptions().end()) return no_subscription(id);
+  const auto events = read_whole_number(call, {"events", 0, 1, most_credit, "how many events"});
+  if (!events) return refused(events.error());
+  if (const Status ok = mine->second->grant(*events); !ok) return refused(ok.error());
+  return format_text({{"sub", id}, {"credit", *mine->second->credit()}});
+}
+
+Outcome close_subscription(const Services&, const Call& call) {
+  const std::string id = call.params.at("sub").get<std::string>();
+  if (call.client_session == nullptr || call.client_session->subscriptions().erase(id) == 0)
+    return no_subscription(id);
   return format_text({{"closed", id}});
 }
 
 }  // namespace
 
 void add_subscription_methods(rpc::Methods& methods, const Services& services) {
-  const Services* const s = &services;
-  methods.add(
-      {"sub.open",
-       "events from now on: a snapshot, then what changes",
-       {},
-       {},
-       {{"topics", ParamType::list, true, "\"run:R-000318\"; \"run:*\" for all of a kind"},
-        {"mode", ParamType::text, false, "latest (merged) or every (bounded, gaps told)"},
-        {"max_hz", ParamType::number, false, "of latest, 20 [Hz]"},
-        {"credit", ParamType::integer, false,
-         "so many events, and no more before sub.credit; what waits longer than the bound "
-         "is a gap that is told"},
-        {"from_seq", ParamType::integer, false, "all events after this one instead"},
-        {"epoch", ParamType::text, false, "of the daemon that numbered from_seq"}},
-       "sub, seq, snapshot (by topic, at most 1 MiB), left_off (so many topics had no room in "
-       "it: those that changed longest ago; ask for them by name, or run.list)"},
-      [s](const Call& call) { return open(*s, call); });
-  methods.add({"sub.credit",
-               "lets a subscription that was opened with credit send more events",
-               {},
-               {},
-               {{"sub", ParamType::text, true, "its name, \"u3\""},
-                {"events", ParamType::integer, true, "so many more, 1 to 1000000"}},
-               "sub, credit"},
-              [](const Call& call) { return grant(call); });
-  methods.add({"sub.close",
-               "no more of it",
-               {},
-               {},
-               {{"sub", ParamType::text, true, "its name, \"u3\""}},
-               "closed"},
-              [](const Call& call) { return close(call); });
+  MethodGroup group(methods, services);
+  group.read(
+      "sub.open", "events from now on: a snapshot, then what changes",
+      {{"topics", ParamType::list, true, "\"run:R-000318\"; \"run:*\" for all of a kind"},
+       {"mode", ParamType::text, false, "latest (merged) or every (bounded, gaps told)"},
+       {"max_hz", ParamType::number, false, "of latest, 20 [Hz]"},
+       {"credit", ParamType::integer, false,
+        "so many events, and no more before sub.credit; what waits longer than the bound "
+        "is a gap that is told"},
+       {"from_seq", ParamType::integer, false, "all events after this one instead"},
+       {"epoch", ParamType::text, false, "of the daemon that numbered from_seq"}},
+      "sub, seq, snapshot (by topic, at most 1 MiB), left_off (so many topics had no room in "
+      "it: those that changed longest ago; ask for them by name, or run.list)",
+      open_subscription);
+  group.read("sub.credit", "lets a subscription that was opened with credit send more events",
+             {{"sub", ParamType::text, true, "its name, \"u3\""},
+              {"events", ParamType::integer, true, "so many more, 1 to 1000000"}},
+             "sub, credit", grant_credit);
+  group.read("sub.close", "no more of it", {{"sub", ParamType::text, true, "its name, \"u3\""}},
+             "closed", close_subscription);
 }
 
 }  // namespace weft::daemon::api

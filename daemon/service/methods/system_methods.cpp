@@ -12,23 +12,20 @@
 namespace weft::daemon::api {
 namespace {
 
-using nlohmann::json;
-using rpc::Call;
-using rpc::Outcome;
-
 constexpr std::int64_t most_lines = 10'000;
 
-json system_info(const Services& services) {
-  return {{"product", "weftd"},
-          {"version", software_version()},
-          {"protocol", server::protocol_version},
-          {"epoch", services.epoch},
-          {"rig", services.rig_name},
-          {"bench", to_string(load_bench_kind(services.rig))},  // it may be another one each time
-          {"pace", services.pace->load(std::memory_order_relaxed)},
-          {"http", services.http_url.empty() ? json() : json(services.http_url)},
-          {"listeners", services.hub->listeners()},
-          {"seq", services.hub->seq()}};
+Outcome system_info(const Services& services, const Call&) {
+  return format_text(
+      {{"product", "weftd"},
+       {"version", software_version()},
+       {"protocol", server::protocol_version},
+       {"epoch", services.epoch},
+       {"rig", services.rig_name},
+       {"bench", to_string(load_bench_kind(services.rig))},  // it may be another one each time
+       {"pace", services.pace->load(std::memory_order_relaxed)},
+       {"http", services.http_url.empty() ? json() : json(services.http_url)},
+       {"listeners", services.hub->listeners()},
+       {"seq", services.hub->seq()}});
 }
 
 json metrics(const Services& services, std::chrono::nanoseconds began) {
@@ -48,12 +45,13 @@ json metrics(const Services& services, std::chrono::nanoseconds began) {
           {"disk_free_bytes", error ? json() : json(disk.available)}};
 }
 
-json whoami(const rpc::Caller& caller) {
-  return {{"session", caller.session},
-          {"client", caller.client},
-          {"user", caller.user},
-          {"role", access::to_string(caller.role)},
-          {"local", caller.local}};
+Outcome whoami(const Services&, const Call& call) {
+  const rpc::Caller& caller = call.caller;
+  return format_text({{"session", caller.session},
+                      {"client", caller.client},
+                      {"user", caller.user},
+                      {"role", access::to_string(caller.role)},
+                      {"local", caller.local}});
 }
 
 json blocker(std::string_view kind, std::string where, std::string hint) {
@@ -119,13 +117,7 @@ json line_json(const runs::JournalLine& line) {
 }
 
 Result<std::size_t> lines_wanted(const Call& call) {
-  const std::int64_t most = call.params.value("most", std::int64_t{100});
-  if (most >= 1 && most <= most_lines) return static_cast<std::size_t>(most);
-  return fail({.code = Errc::range,
-               .where = "/params/most",
-               .what = "how many lines",
-               .expected = "1 to " + std::to_string(most_lines),
-               .got = call.params.at("most").dump()});
+  return read_whole_number(call, {"most", 100, 1, most_lines, "how many lines"});
 }
 
 Outcome log_tail(const Services& services, const Call& call) {
@@ -157,17 +149,15 @@ Outcome log_query(const Services& services, const Call& call) {
   runs::RunStore::Query wanted;
   wanted.run = call.params.value("run", "");
   wanted.kind = call.params.value("kind", "");
-  const auto since = number_in(call, "since_us", wanted.since_us);
-  if (!since) return refused(since.error());
-  const auto until = number_in(call, "until_us", wanted.until_us);
-  if (!until) return refused(until.error());
-  const auto from = number_in(call, "from", wanted.from);
-  if (!from) return refused(from.error());
+  for (const auto& [name, value] :
+       {std::pair("since_us", &wanted.since_us), std::pair("until_us", &wanted.until_us),
+        std::pair("from", &wanted.from)}) {
+    const auto number = number_in(call, name, *value);
+    if (!number) return refused(number.error());
+    *value = *number;
+  }
   const auto most = lines_wanted(call);
   if (!most) return refused(most.error());
-  wanted.since_us = *since;
-  wanted.until_us = *until;
-  wanted.from = *from;
   wanted.most = *most;
   const auto page = services.log->query(wanted);
   if (!page) return refused(page.error());
@@ -181,32 +171,26 @@ Outcome log_query(const Services& services, const Call& call) {
   return R"({"lines":)" + reply.text() + R"(,"next":)" + format_text(next) + "}";
 }
 
-void add_log_methods(rpc::Methods& methods, const Services* s) {
-  methods.add({"log.tail",
-               "the newest lines of the daemon's journal",
-               {},
-               {},
-               {{"run", rpc::ParamType::text, false, "of this run only"},
-                {"most", rpc::ParamType::integer, false,
-                 "lines, 100; 10000 at most, and no more "
-                 "than 1 MiB"}},
-               "lines: sequence, t_us, run, kind, by, data; left_off: so many older ones had no "
-               "room, log.query has them"},
-              [s](const Call& call) { return log_tail(*s, call); });
-  methods.add({"log.query",
-               "lines of the daemon's journal, oldest first, by run, kind and time",
-               {},
-               {},
-               {{"run", rpc::ParamType::text, false, "of this run only"},
-                {"kind", rpc::ParamType::text, false, "of this kind only, \"state\""},
-                {"since_us", rpc::ParamType::integer, false, "not before, UTC"},
-                {"until_us", rpc::ParamType::integer, false, "before, UTC"},
-                {"from", rpc::ParamType::integer, false,
-                 "this sequence number on: next of the page before"},
-                {"most", rpc::ParamType::integer, false, "lines, 100; at most 10000"}},
-               "lines: sequence, t_us, run, kind, by, data; next, null where there is no more: a "
-               "page may be short, or empty, and have one"},
-              [s](const Call& call) { return log_query(*s, call); });
+void add_log_methods(MethodGroup& group) {
+  group.read("log.tail", "the newest lines of the daemon's journal",
+             {{"run", ParamType::text, false, "of this run only"},
+              {"most", ParamType::integer, false,
+               "lines, 100; 10000 at most, and no more "
+               "than 1 MiB"}},
+             "lines: sequence, t_us, run, kind, by, data; left_off: so many older ones had no "
+             "room, log.query has them",
+             log_tail);
+  group.read(
+      "log.query", "lines of the daemon's journal, oldest first, by run, kind and time",
+      {{"run", ParamType::text, false, "of this run only"},
+       {"kind", ParamType::text, false, "of this kind only, \"state\""},
+       {"since_us", ParamType::integer, false, "not before, UTC"},
+       {"until_us", ParamType::integer, false, "before, UTC"},
+       {"from", ParamType::integer, false, "this sequence number on: next of the page before"},
+       {"most", ParamType::integer, false, "lines, 100; at most 10000"}},
+      "lines: sequence, t_us, run, kind, by, data; next, null where there is no more: a "
+      "page may be short, or empty, and have one",
+      log_query);
 }
 
 }  // namespace
@@ -236,44 +220,30 @@ std::string readiness_json(const Services& services) {
 }
 
 void add_system_methods(rpc::Methods& methods, const Services& services) {
-  const Services* const s = &services;
-  methods.add(
-      {"system.info",
-       "what runs here",
-       {},
-       {},
-       {},
-       "product, version, rig, bench (\"simulated\" or \"real\"), pace, http (null where it is not "
-       "served), epoch, seq"},
-      [s](const Call&) -> Outcome { return format_text(system_info(*s)); });
-  methods.add({"system.ready",
-               "whether a run can be started, and all that keeps it from that",
-               {},
-               {},
-               {},
-               "ok, blockers"},
-              [s](const Call&) -> Outcome { return readiness_json(*s); });
-  methods.add({"system.time", "both clocks", {}, {}, {}, "t_us (UTC), mono_us"},
-              [s](const Call&) -> Outcome {
-                return format_text({{"t_us", s->utc_us()}, {"mono_us", s->now().count() / 1000}});
-              });
-  methods.add(
-      {"system.metrics",
-       "how much there is of what grows or runs out",
-       {},
-       {},
-       {},
-       "up_s, seq (events told), listeners, leases, queued, runs by state, "
-       "disk_free_bytes (null where that is not known)"},
-      [s, began = s->now()](const Call&) -> Outcome { return format_text(metrics(*s, began)); });
-  methods.add({"session.whoami", "who you are here", {}, {}, {}, "session, client, user, role"},
-              [](const Call& call) -> Outcome { return format_text(whoami(call.caller)); });
-  add_log_methods(methods, s);
+  MethodGroup group(methods, services);
+  group.read(
+      "system.info", "what runs here", {},
+      "product, version, rig, bench (\"simulated\" or \"real\"), pace, http (null where it is not "
+      "served), epoch, seq",
+      system_info);
+  group.read("system.ready", "whether a run can be started, and all that keeps it from that", {},
+             "ok, blockers", [](const Services& s, const Call&) { return readiness_json(s); });
+  group.read("system.time", "both clocks", {}, "t_us (UTC), mono_us",
+             [](const Services& s, const Call&) {
+               return format_text({{"t_us", s.utc_us()}, {"mono_us", s.now().count() / 1000}});
+             });
+  group.read("system.metrics", "how much there is of what grows or runs out", {},
+             "up_s, seq (events told), listeners, leases, queued, runs by state, "
+             "disk_free_bytes (null where that is not known)",
+             [began = services.now()](const Services& s, const Call&) {
+               return format_text(metrics(s, began));
+             });
+  group.read("session.whoami", "who you are here", {}, "session, client, user, role", whoami);
+  add_log_methods(group);
   rpc::Methods* const all = &methods;
-  methods.add({"rpc.discover", "this document", {}, {}, {}, "OpenRPC"},
-              [all](const Call&) -> Outcome {
-                return all->open_rpc(std::string(server::protocol_version) + ".0");
-              });
+  group.read("rpc.discover", "this document", {}, "OpenRPC", [all](const Services&, const Call&) {
+    return all->open_rpc(std::string(server::protocol_version) + ".0");
+  });
 }
 
 }  // namespace weft::daemon::api

@@ -22,18 +22,17 @@ bool matches(std::string_view pattern, std::string_view topic) {
 }
 
 bool any_matches(const std::vector<std::string>& patterns, std::string_view topic) {
-  return std::any_of(patterns.begin(), patterns.end(),
-                     [&](const std::string& pattern) { return matches(pattern, topic); });
-}
-
-std::string format_text(const json& value) {
-  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+  return std::ranges::any_of(patterns,
+                             [&](const std::string& pattern) { return matches(pattern, topic); });
 }
 
 std::string params_of(const Event& event, const std::string& subscription, std::uint64_t dropped) {
-  const json params{{"sub", subscription},  {"seq", event.seq},     {"t_us", event.t_us},
-                    {"topic", event.topic}, {"delta", event.delta}, {"dropped", dropped}};
-  return format_text(params);
+  return rpc::format_text({{"sub", subscription},
+                           {"seq", event.seq},
+                           {"t_us", event.t_us},
+                           {"topic", event.topic},
+                           {"delta", event.delta},
+                           {"dropped", dropped}});
 }
 
 }  // namespace
@@ -56,17 +55,13 @@ void Subscription::offer(const std::shared_ptr<const Event>& event) {
     } else {
       merged = std::make_shared<Event>(*event);
     }
-  } else if (waiting_.size() < most_waiting) {
-    waiting_.push_back(event);
   } else {
-    waiting_.pop_front();  // the oldest: what is told next is nearer to now
-    ++dropped_;
+    if (waiting_.size() >= most_waiting) {
+      waiting_.pop_front();  // the oldest: what is told next is nearer to now
+      ++dropped_;
+    }
     waiting_.push_back(event);
   }
-}
-
-void Subscription::offer_again(const std::shared_ptr<const Event>& event) {
-  replayed_.push_back(event);
 }
 
 Status Subscription::grant(std::uint64_t events) {
@@ -102,8 +97,7 @@ std::string Subscription::taken(Clock now) {
   if (merged_.empty() || now < not_before_) return {};
   // by age, so that a busy topic does not keep a quiet one waiting
   const auto oldest =
-      std::min_element(merged_.begin(), merged_.end(),
-                       [](const auto& a, const auto& b) { return a.second->seq < b.second->seq; });
+      std::ranges::min_element(merged_, {}, [](const auto& each) { return each.second->seq; });
   const std::shared_ptr<Event> event = std::move(oldest->second);
   merged_.erase(oldest);
   if (merged_.empty() && request_.max_hz > 0)
@@ -137,11 +131,11 @@ bool Hub::wanted(std::string_view topic) const {
 }
 
 void Hub::offer(const std::shared_ptr<const Event>& event) {
-  for (auto it = subscriptions_.begin(); it != subscriptions_.end();) {
-    const auto subscription = it->lock();
+  subscriptions_.remove_if([&event](const auto& each) {
+    const auto subscription = each.lock();
     if (subscription && subscription->wants(event->topic)) subscription->offer(event);
-    it = subscription ? std::next(it) : subscriptions_.erase(it);
-  }
+    return !subscription;
+  });
   if (news_) news_();
 }
 
@@ -159,7 +153,7 @@ Opened Hub::open(const SubscriptionRequest& request) {
   Opened opened{add(request), seq_, "{", newest_first.size()};
   for (const auto& [seq, topic] : newest_first) {
     const std::string one =
-        format_text(std::string(topic)) + ":" + format_text(*snapshots_.find(topic)->second);
+        rpc::format_text(topic) + ":" + rpc::format_text(*snapshots_.find(topic)->second);
     if (opened.snapshot_json.size() + one.size() > most_snapshot_bytes) break;
     if (opened.snapshot_json.size() > 1) opened.snapshot_json += ',';
     opened.snapshot_json += one;
@@ -172,22 +166,21 @@ Opened Hub::open(const SubscriptionRequest& request) {
 tl::expected<Opened, rpc::RpcError> Hub::replay(const SubscriptionRequest& request,
                                                 std::uint64_t from_seq) {
   if (from_seq < forgotten_ || from_seq > seq_) {
-    return tl::unexpected(
-        rpc::rpc_error(rpc::code::state + 40, "replay.gone",
-                       {.code = Errc::range,
-                        .where = "/params/from_seq",
-                        .what = "these events are not kept any more",
-                        .expected = std::to_string(forgotten_) + " to " + std::to_string(seq_),
-                        .got = std::to_string(from_seq),
-                        .hint = "Leave from_seq out to get a snapshot"},
-                       true));
+    return rpc::refused(rpc::code::state + 40, "replay.gone",
+                        {.code = Errc::range,
+                         .where = "/params/from_seq",
+                         .what = "these events are not kept any more",
+                         .expected = std::to_string(forgotten_) + " to " + std::to_string(seq_),
+                         .got = std::to_string(from_seq),
+                         .hint = "Leave from_seq out to get a snapshot"},
+                        true);
   }
   SubscriptionRequest every = request;
   every.mode = Mode::every;
   Opened opened{add(every), seq_, "{}"};
   for (const auto& event : recent_)
     if (event->seq > from_seq && opened.subscription->wants(event->topic))
-      opened.subscription->offer_again(event);
+      opened.subscription->replayed_.push_back(event);
   return opened;
 }
 

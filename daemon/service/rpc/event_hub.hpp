@@ -16,7 +16,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/service/rpc/rpc_error.hpp"
+#include "daemon/service/rpc/message.hpp"
 
 namespace weft::daemon::server {
 
@@ -59,13 +59,12 @@ class Subscription {
  private:
   friend class Hub;
   std::string taken(Clock now);
-  /// One of before it was opened: the oldest first, before any that offer() brings.
-  void offer_again(const std::shared_ptr<const Event>& event);
   void offer(const std::shared_ptr<const Event>& event);
 
   std::string id_;
   SubscriptionRequest request_;
-  std::deque<std::shared_ptr<const Event>> replayed_;     // every: at most Hub::most_replayed
+  /// Every: those of before it was opened, at most Hub::most_replayed, the oldest first.
+  std::deque<std::shared_ptr<const Event>> replayed_;
   std::deque<std::shared_ptr<const Event>> waiting_;      // every, after these
   std::map<std::string, std::shared_ptr<Event>> merged_;  // latest, by topic
   std::uint64_t dropped_ = 0;                             // since the last event that was taken

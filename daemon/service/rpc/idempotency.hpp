@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "daemon/service/rpc/method.hpp"
+#include "daemon/storage/recorder/sqlite.hpp"
 
 namespace weft::daemon::access {
 
@@ -80,6 +81,26 @@ class IdempotencyCache {
   AnswerMemory memory_;
   Entries entries_;                                // by user and key
   std::map<std::string, Ages, std::less<>> ages_;  // by user and token
+};
+
+/// Why a key that was found so gives no answer.
+rpc::RpcError key_in_use(IdempotencyCache::Found found, const std::string& key);
+
+/// Answers to requests with a key, in the daemon's file: they outlive the daemon.
+/// Table `answer` of weftd.sqlite. Used by the server's thread. Errors: io, also where the file was
+/// moved or removed; corrupt.
+class AnswerStore {
+ public:
+  /// `database` outlives the store and has the table (RunStore::open()).
+  explicit AnswerStore(sqlite::Database& database) : database_(&database) {}
+  /// Oldest first.
+  [[nodiscard]] Result<std::vector<StoredAnswer>> answers();
+  Status persist(const StoredAnswer& requested);
+  Status persist_outcome(std::string_view name, const rpc::Outcome& outcome);
+  Status forget_answer(std::string_view name);
+
+ private:
+  sqlite::Database* database_;
 };
 
 }  // namespace weft::daemon::access

@@ -1,7 +1,5 @@
 #include "daemon/service/rpc/leases.hpp"
 
-#include <algorithm>
-
 namespace weft::daemon::access {
 namespace {
 
@@ -42,7 +40,7 @@ Result<Lease> Leases::acquire(const Request& requested, Clock now) {
       .first->second;
 }
 
-Result<Lease*> Leases::mine(std::string_view id, std::string_view user, Clock now) {
+Result<Lease> Leases::find(std::string_view id, std::string_view user, Clock now) const {
   const auto found = by_id_.find(id);
   if (found == by_id_.end() || found->second.expires <= now)
     return fail({.code = Errc::not_found,
@@ -56,16 +54,15 @@ Result<Lease*> Leases::mine(std::string_view id, std::string_view user, Clock no
                  .what = "somebody else's lease",
                  .expected = std::string(user),
                  .got = found->second.user});
-  return &found->second;
+  return found->second;
 }
 
 Result<Lease> Leases::renew(std::string_view id, std::string_view user, milliseconds ttl,
                             Clock now) {
   if (Status ok = check_ttl(ttl); !ok) return pass(ok.error());
-  auto lease = mine(id, user, now);
-  if (!lease) return pass(lease.error());
-  (*lease)->expires = now + ttl;
-  return **lease;
+  auto lease = find(id, user, now);
+  if (lease) lease->expires = by_id_.find(id)->second.expires = now + ttl;
+  return lease;
 }
 
 bool Leases::should_journal(std::string_view id) {
@@ -78,11 +75,9 @@ bool Leases::should_journal(std::string_view id) {
 }
 
 Result<Lease> Leases::release(std::string_view id, std::string_view user, Clock now) {
-  const auto lease = mine(id, user, now);
-  if (!lease) return pass(lease.error());
-  Lease over = **lease;
-  by_id_.erase(over.id);
-  return over;
+  auto lease = find(id, user, now);
+  if (lease) by_id_.erase(lease->id);
+  return lease;
 }
 
 Result<Lease> Leases::break_lease(std::string_view id, std::string_view reason, Clock now) {
@@ -105,35 +100,20 @@ Result<Lease> Leases::break_lease(std::string_view id, std::string_view reason, 
 
 Result<Lease> Leases::check(std::string_view id, std::string_view scope, std::string_view user,
                             Clock now) const {
-  const auto found = by_id_.find(id);
-  if (found == by_id_.end() || found->second.expires <= now)
-    return fail({.code = Errc::not_found,
-                 .where = "/params/lease",
-                 .what = "no such lease, or its time is over",
-                 .got = std::string(id),
-                 .hint = "lease.acquire gives a new one"});
-  const Lease& lease = found->second;
-  if (lease.user != user)
-    return fail({.code = Errc::wrong_state,
-                 .where = "/params/lease",
-                 .what = "somebody else's lease",
-                 .expected = std::string(user),
-                 .got = lease.user});
-  if (lease.scope != scope)
+  auto lease = find(id, user, now);
+  if (lease && lease->scope != scope)
     return fail({.code = Errc::wrong_state,
                  .where = "/params/lease",
                  .what = "a lease of something else",
                  .expected = std::string(scope),
-                 .got = lease.scope});
+                 .got = lease->scope});
   return lease;
 }
 
 std::optional<Lease> Leases::holder(std::string_view scope, Clock now) const {
-  const auto found = std::find_if(by_id_.begin(), by_id_.end(), [&](const auto& entry) {
-    return entry.second.scope == scope && entry.second.expires > now;
-  });
-  if (found == by_id_.end()) return std::nullopt;
-  return found->second;
+  for (const auto& [id, lease] : by_id_)
+    if (lease.scope == scope && lease.expires > now) return lease;
+  return std::nullopt;
 }
 
 std::vector<Lease> Leases::all(Clock now) const {
@@ -145,11 +125,11 @@ std::vector<Lease> Leases::all(Clock now) const {
 
 std::vector<Lease> Leases::expire(Clock now) {
   std::vector<Lease> over;
-  for (auto it = by_id_.begin(); it != by_id_.end();) {
-    const bool done = it->second.expires <= now;
-    if (done) over.push_back(it->second);
-    it = done ? by_id_.erase(it) : std::next(it);
-  }
+  std::erase_if(by_id_, [&](const auto& entry) {
+    const bool done = entry.second.expires <= now;
+    if (done) over.push_back(entry.second);
+    return done;
+  });
   return over;
 }
 

@@ -59,7 +59,8 @@ class Leases {
   std::vector<Lease> expire(Clock now);
 
  private:
-  Result<Lease*> mine(std::string_view id, std::string_view user, Clock now);
+  /// Errors: as renew(), but for range.
+  [[nodiscard]] Result<Lease> find(std::string_view id, std::string_view user, Clock now) const;
 
   std::map<std::string, Lease, std::less<>> by_id_;
   std::string epoch_;

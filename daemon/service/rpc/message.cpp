@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
-#include <vector>
 
 #include "recipes/schema/diagnostic.hpp"
 
@@ -46,16 +45,75 @@ constexpr std::array<std::string_view, 4> members{"jsonrpc", "id", "method", "pa
 
 tl::unexpected<Refused> unknown_member(std::string id_json, const std::string& name) {
   const std::vector<std::string_view> known(members.begin(), members.end());
-  const std::string_view meant = recipes::closest(name, known);
   return refuse(std::move(id_json), code::invalid_request, "request.unknown_member",
                 {.code = Errc::invalid_argument,
                  .where = recipes::child("", name),
                  .what = "unknown member of a request",
-                 .hint = meant.empty() ? "Known: " + recipes::one_of(known)
-                                       : "Did you mean " + std::string(meant) + "?"});
+                 .hint = did_you_mean(name, known, "Known: " + recipes::one_of(known))});
 }
 
 }  // namespace
+
+RpcError from(const Error& error) {
+  for (const ErrorCode& row : error_codes())
+    if (row.code == error.code) return rpc_error(row.number, row.kind, error, row.retryable);
+  return rpc_error(code::internal, "internal", error);
+}
+
+tl::unexpected<RpcError> refused(const Error& error) {
+  return tl::unexpected(from(error));
+}
+
+RpcError rpc_error(int code, std::string_view kind, Error error, bool retryable) {
+  constexpr std::size_t longest_got = 500;  // what a client sent may be a line of a megabyte
+  if (error.got.size() > longest_got) error.got = error.got.substr(0, longest_got) + "...";
+  return {code, std::string(kind), std::move(error), retryable};
+}
+
+tl::unexpected<RpcError> refused(int code, std::string_view kind, Error error, bool retryable) {
+  return tl::unexpected(rpc_error(code, kind, std::move(error), retryable));
+}
+
+RpcError error_from_json(std::string_view text) {
+  const json reply = json::parse(text, nullptr, false);
+  try {
+    const json& data = reply.at("data");
+    const auto part = [&data](const char* key) { return data.value(key, ""); };
+    return rpc_error(reply.at("code").get<int>(), part("kind"),
+                     {.code = Errc::wrong_state,
+                      .where = part("where"),
+                      .what = reply.at("message").get<std::string>(),
+                      .expected = part("expected"),
+                      .got = part("got"),
+                      .hint = part("hint")},
+                     data.value("retryable", false));
+  } catch (const json::exception&) {
+    return rpc_error(code::internal, "internal",
+                     {.code = Errc::corrupt, .what = "this answer was not kept well"});
+  }
+}
+
+std::string to_json(const RpcError& e) {
+  json data{{"kind", e.kind}, {"retryable", e.retryable}};
+  const auto put = [&data](const char* key, const std::string& text) {
+    if (!text.empty()) data[key] = text;
+  };
+  put("where", e.error.where);
+  put("expected", e.error.expected);
+  put("got", e.error.got);
+  put("hint", e.error.hint);
+  return format_text({{"code", e.code}, {"message", e.error.what}, {"data", std::move(data)}});
+}
+
+std::string format_text(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+std::string did_you_mean(std::string_view word, const std::vector<std::string_view>& known,
+                         std::string otherwise) {
+  const std::string_view meant = recipes::closest(word, known);
+  return meant.empty() ? std::move(otherwise) : "Did you mean " + std::string(meant) + "?";
+}
 
 tl::expected<Request, Refused> parse_request(std::string_view line) {
   bool too_deep = false;
@@ -76,7 +134,7 @@ tl::expected<Request, Refused> parse_request(std::string_view line) {
   };
   if (const auto id = message.find("id"); id != message.end()) {
     if (usable_id(*id))
-      request.id_json = id->dump(-1, ' ', false, json::error_handler_t::replace);
+      request.id_json = format_text(*id);
     else
       but(not_a_request("null", "unusable id", "a text or a whole number", id->type_name()));
   }

@@ -1,15 +1,57 @@
 #pragma once
-// JSON-RPC 2.0, one message a line. Source: jsonrpc.org/specification; docs/api.md.
+// JSON-RPC 2.0, one message a line, and its errors. Source: jsonrpc.org/specification; docs/api.md.
 
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
-#include "daemon/service/rpc/rpc_error.hpp"
+#include "protocols/base/result.hpp"
 
 namespace weft::daemon::rpc {
+
+namespace code {
+// JSON-RPC 2.0, section 5.1
+inline constexpr int parse_error = -32700;
+inline constexpr int invalid_request = -32600;
+inline constexpr int method_not_found = -32601;
+inline constexpr int invalid_params = -32602;
+// blocks of our own: 1000 request, 2000 access, 3000 state, 4000 device, 5000 safety, 6000 storage,
+// 7000 internal
+inline constexpr int request = 1000;
+inline constexpr int access = 2000;
+inline constexpr int state = 3000;
+inline constexpr int internal = 7000;
+}  // namespace code
+
+/// What a client is told when a request fails. The contract is the string `kind`; the number is
+/// JSON-RPC's own or of the block it belongs to. Source: docs/api.md, Errors.
+struct RpcError {
+  int code = code::internal;
+  std::string kind;  ///< "param.unknown"; stable within a major version of the protocol
+  Error error;
+  bool retryable = false;
+};
+
+/// Number and kind from the error's own code.
+RpcError from(const Error& error);
+tl::unexpected<RpcError> refused(const Error& error);
+/// An error of this block: `code` is one of code::.
+RpcError rpc_error(int code, std::string_view kind, Error error, bool retryable = false);
+tl::unexpected<RpcError> refused(int code, std::string_view kind, Error error,
+                                 bool retryable = false);
+
+/// The value of "error" in a response, on one line.
+std::string to_json(const RpcError& error);
+/// What to_json() made, back again; an internal error where it is something else.
+RpcError error_from_json(std::string_view text);
+/// JSON on one line; text that is not UTF-8 is replaced.
+std::string format_text(const nlohmann::json& value);
+/// "Did you mean reset?", of what there is; `otherwise` where none comes near.
+std::string did_you_mean(std::string_view word, const std::vector<std::string_view>& known,
+                         std::string otherwise);
 
 /// Longest line, its end not counted [bytes].
 inline constexpr std::size_t most_line_bytes = std::size_t{1} << 20;
@@ -41,5 +83,35 @@ tl::expected<Request, Refused> parse_request(std::string_view line);
 std::string result_line(std::string_view id_json, std::string_view result_json);
 std::string error_line(std::string_view id_json, const RpcError& error);
 std::string notification_line(std::string_view method, std::string_view params_json);
+
+/// Bytes to lines, bounded: what is longer than a line may be ends the connection.
+class LineBuffer {
+ public:
+  explicit LineBuffer(std::size_t most_bytes) : most_bytes_(most_bytes) {}
+
+  void add(std::string_view bytes) { held_.append(bytes); }
+  /// The next whole line without its end ("\n" or "\r\n").
+  std::optional<std::string> next() {
+    const std::size_t end = held_.find('\n', searched_);
+    if (end == std::string::npos) {
+      searched_ = held_.size();
+      return std::nullopt;
+    }
+    std::string line = held_.substr(0, end);
+    held_.erase(0, end + 1);
+    searched_ = 0;
+    if (line.ends_with('\r')) line.pop_back();
+    return line;
+  }
+  /// What came after the last whole line, once next() has none.
+  [[nodiscard]] std::string_view rest() const { return held_; }
+  /// What is held is more than one line may be.
+  [[nodiscard]] bool overflows() const { return held_.size() > most_bytes_; }
+
+ private:
+  std::string held_;
+  std::size_t searched_ = 0;  // no line end before here
+  std::size_t most_bytes_;
+};
 
 }  // namespace weft::daemon::rpc

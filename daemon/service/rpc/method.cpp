@@ -1,6 +1,7 @@
 #include "daemon/service/rpc/method.hpp"
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -20,50 +21,24 @@ std::vector<ParamSpec> all_params(const MethodSpec& spec) {
   return out;
 }
 
-std::string_view schema_type(ParamType type) {
-  switch (type) {
-    case ParamType::text:
-      return "string";
-    case ParamType::integer:
-      return "integer";
-    case ParamType::number:
-      return "number";
-    case ParamType::flag:
-      return "boolean";
-    case ParamType::object:
-      return "object";
-    case ParamType::list:
-      return "array";
-    case ParamType::id:
-      return "string or integer";
-  }
-  return "string";
-}
+struct TypeRow {
+  ParamType type;
+  std::string_view schema;
+  bool (*matches)(const json& value);
+};
+constexpr std::array<TypeRow, 7> types{{
+    {ParamType::text, "string", [](const json& value) { return value.is_string(); }},
+    {ParamType::integer, "integer", [](const json& value) { return value.is_number_integer(); }},
+    {ParamType::number, "number", [](const json& value) { return value.is_number(); }},
+    {ParamType::flag, "boolean", [](const json& value) { return value.is_boolean(); }},
+    {ParamType::object, "object", [](const json& value) { return value.is_object(); }},
+    {ParamType::list, "array", [](const json& value) { return value.is_array(); }},
+    {ParamType::id, "string or integer",
+     [](const json& value) { return value.is_string() || value.is_number_integer(); }},
+}};
 
-bool matches(ParamType type, const json& value) {
-  switch (type) {
-    case ParamType::text:
-      return value.is_string();
-    case ParamType::integer:
-      return value.is_number_integer();
-    case ParamType::number:
-      return value.is_number();
-    case ParamType::flag:
-      return value.is_boolean();
-    case ParamType::object:
-      return value.is_object();
-    case ParamType::list:
-      return value.is_array();
-    case ParamType::id:
-      return value.is_string() || value.is_number_integer();
-  }
-  return false;
-}
-
-std::string meant_or_known(std::string_view word, const std::vector<std::string_view>& known) {
-  const std::string_view meant = recipes::closest(word, known);
-  if (!meant.empty()) return "Did you mean " + std::string(meant) + "?";
-  return known.empty() ? "It takes none" : "Known: " + recipes::one_of(known);
+const TypeRow& row_of(ParamType type) {
+  return *std::ranges::find(types, type, &TypeRow::type);
 }
 
 /// What is wrong with one parameter that came; nothing where nothing is.
@@ -77,16 +52,17 @@ std::optional<RpcError> find_problem(const std::vector<ParamSpec>& known, const 
   if (param == known.end()) {
     std::vector<std::string_view> names;
     for (const ParamSpec& one : known) names.push_back(one.name);
+    const std::string all = names.empty() ? "It takes none" : "Known: " + recipes::one_of(names);
     return wrong("param.unknown", {.code = Errc::invalid_argument,
                                    .where = where,
                                    .what = "unknown parameter",
-                                   .hint = meant_or_known(name, names)});
+                                   .hint = did_you_mean(name, names, all)});
   }
-  if (!matches(param->type, value))
+  if (!row_of(param->type).matches(value))
     return wrong("param.type", {.code = Errc::invalid_argument,
                                 .where = where,
                                 .what = "parameter of another type",
-                                .expected = std::string(schema_type(param->type)),
+                                .expected = std::string(row_of(param->type).schema),
                                 .got = value.type_name()});
   if (value.is_string() && value.get_ref<const std::string&>().size() > longest_text)
     return wrong("param.range",
@@ -98,16 +74,13 @@ std::optional<RpcError> find_problem(const std::vector<ParamSpec>& known, const 
   return std::nullopt;
 }
 
-json type_json(ParamType type) {
-  if (type == ParamType::id) return {"string", "integer"};
-  return schema_type(type);
-}
-
 json param_json(const ParamSpec& param) {
+  const json type =
+      param.type == ParamType::id ? json{"string", "integer"} : json(row_of(param.type).schema);
   return {{"name", param.name},
           {"description", param.summary},
           {"required", param.required},
-          {"schema", {{"type", type_json(param.type)}}}};
+          {"schema", {{"type", type}}}};
 }
 
 json method_json(const MethodSpec& spec) {
@@ -129,22 +102,23 @@ std::string by(const Caller& caller) {
   return caller.session + " (" + caller.user + ")";
 }
 
-void Methods::add(MethodSpec spec, Handler handler) {
-  add(Entry{std::move(spec), std::move(handler), true});
+MethodSpec& Methods::add(MethodSpec spec, Handler handler) {
+  return add(Entry{std::move(spec), std::move(handler), true});
 }
 
-void Methods::add(MethodSpec spec, DirectHandler handler) {
-  add(Entry{std::move(spec),
-            [handler = std::move(handler)](const Call& call, const Responder& respond) {
-              respond(handler(call));
-            },
-            false});
+MethodSpec& Methods::add(MethodSpec spec, DirectHandler handler) {
+  return add(Entry{std::move(spec),
+                   [handler = std::move(handler)](const Call& call, const Responder& respond) {
+                     respond(handler(call));
+                   },
+                   false});
 }
 
-void Methods::add(Entry entry) {
+MethodSpec& Methods::add(Entry entry) {
   const std::string name(entry.spec.name);
-  const bool is_new = entries_.emplace(name, std::move(entry)).second;
+  const auto [added, is_new] = entries_.emplace(name, std::move(entry));
   WEFT_ASSERT(is_new);
+  return added->second.spec;
 }
 
 tl::expected<const Methods::Entry*, RpcError> Methods::find(std::string_view name) const {
@@ -152,15 +126,12 @@ tl::expected<const Methods::Entry*, RpcError> Methods::find(std::string_view nam
   if (found != entries_.end()) return &found->second;
   std::vector<std::string_view> known;
   for (const auto& [key, entry] : entries_) known.push_back(key);
-  const std::string_view meant = recipes::closest(name, known);
-  return tl::unexpected(
-      rpc_error(code::method_not_found, "method.unknown",
-                {.code = Errc::not_found,
-                 .where = "/method",
-                 .what = "no such method",
-                 .got = recipes::clipped(name),
-                 .hint = meant.empty() ? "rpc.discover lists all"
-                                       : "Did you mean " + std::string(meant) + "?"}));
+  return refused(code::method_not_found, "method.unknown",
+                 {.code = Errc::not_found,
+                  .where = "/method",
+                  .what = "no such method",
+                  .got = recipes::clipped(name),
+                  .hint = did_you_mean(name, known, "rpc.discover lists all")});
 }
 
 std::string Methods::open_rpc(std::string_view version) const {
@@ -178,11 +149,11 @@ tl::expected<void, RpcError> check_params(const MethodSpec& spec, const json& pa
     if (auto problem = find_problem(known, name, value)) return tl::unexpected(std::move(*problem));
   for (const ParamSpec& param : known)
     if (param.required && !params.contains(param.name))
-      return tl::unexpected(rpc_error(code::invalid_params, "param.missing",
-                                      {.code = Errc::invalid_argument,
-                                       .where = recipes::child("/params", param.name),
-                                       .what = "parameter missing",
-                                       .expected = std::string(param.summary)}));
+      return refused(code::invalid_params, "param.missing",
+                     {.code = Errc::invalid_argument,
+                      .where = recipes::child("/params", param.name),
+                      .what = "parameter missing",
+                      .expected = std::string(param.summary)});
   return {};
 }
 

@@ -10,12 +10,14 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/service/rpc/role.hpp"
-#include "daemon/service/rpc/rpc_error.hpp"
+#include "daemon/service/rpc/message.hpp"
+#include "daemon/service/rpc/tokens.hpp"
 
 namespace weft::daemon::server {
 class Session;
-}
+/// Who talks to the daemon now, by their sessions' names, "s-41".
+using Sessions = std::map<std::string, Session*, std::less<>>;
+}  // namespace weft::daemon::server
 
 namespace weft::daemon::rpc {
 
@@ -96,9 +98,9 @@ using DirectHandler = std::function<Outcome(const Call&)>;
 
 class Methods {
  public:
-  /// Names must be new.
-  void add(MethodSpec spec, Handler handler);
-  void add(MethodSpec spec, DirectHandler handler);
+  /// Names must be new. What comes back lives as long as the table.
+  MethodSpec& add(MethodSpec spec, Handler handler);
+  MethodSpec& add(MethodSpec spec, DirectHandler handler);
 
   struct Entry {
     MethodSpec spec;
@@ -112,7 +114,7 @@ class Methods {
   [[nodiscard]] std::string open_rpc(std::string_view version) const;
 
  private:
-  void add(Entry entry);
+  MethodSpec& add(Entry entry);
 
   std::map<std::string, Entry, std::less<>> entries_;
 };

@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/base/file/sha256.hpp"
-#include "daemon/service/rpc/session_errors.hpp"
 #include "recipes/schema/diagnostic.hpp"
 
 namespace weft::daemon::server {
@@ -40,8 +39,40 @@ json features_for(const json& params) {
 /// who asks again after a restart has a new one.
 std::string compute_request_digest(const rpc::MethodSpec& spec, json params) {
   if (!std::string_view(spec.name).starts_with("lease.")) params.erase("lease");
-  return sha256_hex(std::string(spec.name) +
-                    params.dump(-1, ' ', false, json::error_handler_t::replace));
+  return sha256_hex(std::string(spec.name) + rpc::format_text(params));
+}
+
+// What is refused, as errors of docs/api.md.
+
+rpc::RpcError role_too_low(access::Role has, access::Role needs, std::string_view method) {
+  return rpc_error(code::access + 3, "access.role",
+                   {.code = Errc::wrong_state,
+                    .where = std::string(method),
+                    .what = "your role may not do that",
+                    .expected = std::string(access::to_string(needs)),
+                    .got = std::string(access::to_string(has)),
+                    .hint = "Ask an admin for a token of that role"});
+}
+
+rpc::RpcError answer_too_long(std::size_t bytes) {
+  return rpc_error(code::request + 33, "answer.too_long",
+                   {.code = Errc::range,
+                    .where = "result",
+                    .what = "the answer is longer than one line may be",
+                    .expected = "at most " + std::to_string(Session::most_answer_bytes) + " bytes",
+                    .got = std::to_string(bytes),
+                    .hint = "Ask for less of it: most, from, or one run"});
+}
+
+rpc::RpcError requests_too_fast(std::string_view user) {
+  return rpc_error(
+      code::request + 34, "request.too_fast",
+      {.code = Errc::wrong_state,
+       .where = std::string(user),
+       .what = "too many requests a second",
+       .expected = "at most " + std::to_string(access::RateLimits::per_second) + " a second",
+       .hint = "Ask again later; rig.halt is always heard"},
+      true);
 }
 
 }  // namespace
@@ -65,12 +96,12 @@ const rpc::MethodSpec& session_open() {
 
 void add_session_open(rpc::Methods& methods) {
   methods.add(session_open(), [](const rpc::Call& call) -> Outcome {
-    return tl::unexpected(rpc_error(code::access + 7, "session.again",
-                                    {.code = Errc::wrong_state,
-                                     .where = "/method",
-                                     .what = "introduced already",
-                                     .got = call.caller.session,
-                                     .hint = "Open another connection for another role"}));
+    return rpc::refused(code::access + 7, "session.again",
+                        {.code = Errc::wrong_state,
+                         .where = "/method",
+                         .what = "introduced already",
+                         .got = call.caller.session,
+                         .hint = "Open another connection for another role"});
   });
 }
 
@@ -84,13 +115,12 @@ void add_cancel(rpc::Methods& methods) {
        {{"id", rpc::ParamType::id, true, "of the request that waits"}},
        "cancelled"},
       [](const rpc::Call& call) -> Outcome {
-        const std::string id =
-            call.params.at("id").dump(-1, ' ', false, json::error_handler_t::replace);
+        const std::string id = rpc::format_text(call.params.at("id"));
         const Status done = call.client_session == nullptr
                                 ? fail({.code = Errc::unsupported,
                                         .what = "a call by POST ends with its connection"})
                                 : call.client_session->cancel(id);
-        if (!done) return tl::unexpected(rpc::from(done.error()));
+        if (!done) return rpc::refused(done.error());
         return R"({"cancelled":)" + id + "}";
       });
 }
@@ -100,12 +130,12 @@ Session::Session(Shared& shared, Peer peer, std::string session, Send send)
   caller_.session = std::move(session);
   caller_.user = peer_.user;
   caller_.local = peer_.local;
-  shared_->sessions.add(*this, caller_.session);
+  shared_->sessions.insert_or_assign(caller_.session, this);
 }
 
 Session::~Session() {
   alive_.reset();
-  shared_->sessions.remove(caller_.session);
+  shared_->sessions.erase(caller_.session);
 }
 
 void Session::send_hello() {
@@ -178,7 +208,7 @@ void Session::stop(const rpc::Methods::Entry& entry, const rpc::Request& request
     if (!outcome || warnings.empty()) return answer(request.id_json, outcome);
     json reply = json::parse(*outcome);
     reply["warnings"] = warnings;
-    answer(request.id_json, reply.dump(-1, ' ', false, json::error_handler_t::replace));
+    answer(request.id_json, rpc::format_text(reply));
   });
 }
 
@@ -186,13 +216,12 @@ void Session::handle(const rpc::Request& request) {
   if (const auto* const stops = stop_named(request.method)) return stop(*stops, request, nullptr);
   if (!is_open_) {
     if (request.method != session_open().name)
-      return answer(request.id_json,
-                    tl::unexpected(rpc_error(code::access, "session.required",
-                                             {.code = Errc::wrong_state,
-                                              .where = "/method",
-                                              .what = "not introduced yet",
-                                              .expected = "session.open",
-                                              .got = recipes::clipped(request.method)})));
+      return answer(request.id_json, rpc::refused(code::access, "session.required",
+                                                  {.code = Errc::wrong_state,
+                                                   .where = "/method",
+                                                   .what = "not introduced yet",
+                                                   .expected = "session.open",
+                                                   .got = recipes::clipped(request.method)}));
     return answer(request.id_json, open_session(*request.params));
   }
   const auto entry = shared_->methods->find(request.method);
@@ -236,12 +265,12 @@ Outcome Session::open_session(const json& params) {
   if (auto fits = rpc::check_params(session_open(), params); !fits)
     return tl::unexpected(fits.error());
   if (const std::string wanted = params.value("protocol", ""); !is_supported(wanted))
-    return tl::unexpected(rpc_error(code::request + 2, "protocol.version",
-                                    {.code = Errc::unsupported,
-                                     .where = "/params/protocol",
-                                     .what = "another protocol",
-                                     .expected = std::string(protocol_version) + " or 1.x",
-                                     .got = wanted}));
+    return rpc::refused(code::request + 2, "protocol.version",
+                        {.code = Errc::unsupported,
+                         .where = "/params/protocol",
+                         .what = "another protocol",
+                         .expected = std::string(protocol_version) + " or 1.x",
+                         .got = wanted});
   if (params.contains("token")) {
     const auto owner = shared_->token_owner(params.at("token").get_ref<const std::string&>());
     if (!owner) return tl::unexpected(wrong_token(owner.error()));
@@ -252,23 +281,22 @@ Outcome Session::open_session(const json& params) {
   } else if (peer_.role) {
     caller_.role = *peer_.role;
   } else {
-    return tl::unexpected(rpc_error(code::access + 1, "access.token",
-                                    {.code = Errc::wrong_state,
-                                     .where = "/params/token",
-                                     .what = "a token is needed here",
-                                     .hint = "weft token add makes one"}));
+    return rpc::refused(code::access + 1, "access.token",
+                        {.code = Errc::wrong_state,
+                         .where = "/params/token",
+                         .what = "a token is needed here",
+                         .hint = "weft token add makes one"});
   }
   caller_.client = params.at("client").get<std::string>();
   is_open_ = true;
-  const json result{{"session", caller_.session},
-                    {"user", caller_.user},
-                    {"role", access::to_string(caller_.role)},
-                    {"protocol", protocol_version},
-                    {"features", features_for(params)},
-                    {"epoch", shared_->epoch},
-                    {"seq", shared_->hub->seq()},
-                    {"ready", json::parse(shared_->readiness_json())}};
-  return result.dump(-1, ' ', false, json::error_handler_t::replace);
+  return rpc::format_text({{"session", caller_.session},
+                           {"user", caller_.user},
+                           {"role", access::to_string(caller_.role)},
+                           {"protocol", protocol_version},
+                           {"features", features_for(params)},
+                           {"epoch", shared_->epoch},
+                           {"seq", shared_->hub->seq()},
+                           {"ready", json::parse(shared_->readiness_json())}});
 }
 
 void Session::dispatch(const rpc::Methods::Entry& entry, const rpc::Request& request) {
@@ -298,8 +326,8 @@ void Session::dispatch(const rpc::Methods::Entry& entry, const rpc::Request& req
 }
 
 Status Session::cancel(const std::string& id_json) {
-  const auto found = std::find_if(pending_.begin(), pending_.end(),
-                                  [&](const auto& one) { return one.second.id_json == id_json; });
+  const auto found = std::ranges::find_if(
+      pending_, [&](const auto& one) { return one.second.id_json == id_json; });
   if (found == pending_.end())
     return fail({.code = Errc::not_found,
                  .where = "/params/id",
@@ -336,22 +364,6 @@ std::optional<rpc::RpcError> Session::over() const {
                     .where = "/params/token",
                     .what = "the time of this token is over, or it was removed",
                     .hint = "weft token add makes one; what runs goes on"});
-}
-
-void Session::subscribe(std::shared_ptr<Subscription> subscription) {
-  subscriptions_.emplace(subscription->id(), std::move(subscription));
-}
-
-bool Session::unsubscribe(std::string_view id) {
-  const auto found = subscriptions_.find(id);
-  if (found == subscriptions_.end()) return false;
-  subscriptions_.erase(found);
-  return true;
-}
-
-Subscription* Session::subscription(std::string_view id) const {
-  const auto found = subscriptions_.find(id);
-  return found == subscriptions_.end() ? nullptr : found->second.get();
 }
 
 void Session::pump(const std::function<bool()>& has_space) {

@@ -9,18 +9,30 @@
 #include <string>
 #include <string_view>
 
+#include "daemon/base/file/open_file.hpp"
 #include "daemon/service/rpc/event_hub.hpp"
 #include "daemon/service/rpc/idempotency.hpp"
 #include "daemon/service/rpc/message.hpp"
 #include "daemon/service/rpc/method.hpp"
 #include "daemon/service/rpc/rate_limits.hpp"
-#include "daemon/service/rpc/served_file.hpp"
-#include "daemon/service/rpc/sessions.hpp"
 #include "daemon/service/rpc/tokens.hpp"
 
 namespace weft::daemon::server {
 
 inline constexpr std::string_view protocol_version = "1.0";
+
+// What the methods hand to the transport.
+
+/// Where files are: "/data/R-000318/dataset.h5".
+inline constexpr std::string_view data_path = "/data/";
+
+/// A file that somebody may have. It is what its list says; once somebody writes to it, its stamp
+/// is another, and it is not.
+struct ServedFile {
+  std::shared_ptr<const OpenFile> file;
+  OpenFile::Stamp as_of;
+  std::string sha256;  ///< of its bytes; it is the entity tag
+};
 
 /// What is known of a peer before it says a word.
 struct Peer {
@@ -115,11 +127,8 @@ class Session {
   [[nodiscard]] bool is_open() const { return is_open_; }
   [[nodiscard]] std::size_t wrong_tokens() const { return wrong_tokens_; }
   /// For the methods of sub.*: this conversation's own.
-  void subscribe(std::shared_ptr<Subscription> subscription);
-  bool unsubscribe(std::string_view id);
-  [[nodiscard]] std::size_t subscriptions() const { return subscriptions_.size(); }
-  /// Null where there is none of that name.
-  [[nodiscard]] Subscription* subscription(std::string_view id) const;
+  using Subscriptions = std::map<std::string, std::shared_ptr<Subscription>, std::less<>>;
+  Subscriptions& subscriptions() { return subscriptions_; }
   [[nodiscard]] std::size_t pending() const { return pending_.size(); }
 
  private:
@@ -153,7 +162,7 @@ class Session {
   std::map<std::uint64_t, Pending> pending_;  // by number
   std::uint64_t next_request_ = 0;
   std::optional<rpc::RpcError> ended_;
-  std::map<std::string, std::shared_ptr<Subscription>, std::less<>> subscriptions_;
+  Subscriptions subscriptions_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 

@@ -23,6 +23,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::string_view prefix = "wft_";
+constexpr std::array<std::string_view, 4> role_names{"observer", "operator", "engineer", "admin"};
 
 Result<std::string> random_token() {
   std::array<std::uint8_t, 32> bits{};
@@ -65,9 +66,14 @@ json json_of(const TokenEntry& entry) {
   return out;
 }
 
-}  // namespace
-
-namespace {
+/// In a time that depends on their lengths alone.
+bool equal_in_constant_time(std::string_view a, std::string_view b) {
+  if (a.size() != b.size()) return false;
+  unsigned difference = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    difference |= static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i]);
+  return difference == 0;
+}
 
 /// Held by at most one program; one that dies lets go of it.
 class TokenLock {
@@ -107,12 +113,14 @@ class TokenLock {
 
 }  // namespace
 
-bool equal_in_constant_time(std::string_view a, std::string_view b) {
-  if (a.size() != b.size()) return false;
-  unsigned difference = 0;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    difference |= static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i]);
-  return difference == 0;
+std::string_view to_string(Role role) {
+  return role_names[static_cast<std::size_t>(role)];
+}
+
+std::optional<Role> role_from(std::string_view name) {
+  const auto* const found = std::ranges::find(role_names, name);
+  if (found == role_names.end()) return std::nullopt;
+  return static_cast<Role>(found - role_names.begin());
 }
 
 Result<TokenFile> TokenFile::load(const std::filesystem::path& file) {
@@ -206,6 +214,69 @@ std::optional<TokenEntry> TokenFile::find(std::string_view token, std::int64_t n
   for (const TokenEntry& entry : entries_)
     if (equal_in_constant_time(entry.sha256, digest) && entry.expires_us > now_us) found = entry;
   return found;
+}
+
+TokenKeeper::Stamp TokenKeeper::read_stamp(const std::filesystem::path& file) {
+  struct stat found {};
+  if (lstat(file.c_str(), &found) != 0) return {};
+  constexpr std::int64_t ns_per_s = 1'000'000'000;
+  return {found.st_dev, found.st_ino, found.st_size,
+          found.st_ctim.tv_sec * ns_per_s + found.st_ctim.tv_nsec};
+}
+
+Result<TokenKeeper> TokenKeeper::open(const std::filesystem::path& file) {
+  const Stamp as_of = read_stamp(file);  // before it is read: a change meanwhile is seen later
+  auto tokens = TokenFile::load(file);
+  if (!tokens) return pass(tokens.error());
+  return TokenKeeper(file, std::move(*tokens), as_of);
+}
+
+void TokenKeeper::refresh() {
+  const Stamp now = read_stamp(file_);
+  if (now == as_of_ && !problem_) return;
+  auto tokens = TokenFile::load(file_);
+  if (!tokens) {
+    problem_ = tokens.error();
+    return;
+  }
+  tokens_ = std::move(*tokens);
+  as_of_ = now;
+  problem_.reset();
+}
+
+std::optional<TokenEntry> TokenKeeper::find(std::string_view token, std::int64_t now_us) {
+  refresh();
+  return tokens_.find(token, now_us);
+}
+
+bool TokenKeeper::is_valid(const TokenEntry& entry, std::int64_t now_us) const {
+  if (entry.expires_us <= now_us) return false;
+  return std::ranges::find(tokens_.entries(), entry.sha256, &TokenEntry::sha256) !=
+         tokens_.entries().end();
+}
+
+Status TokenKeeper::remove(std::string_view name) {
+  const Status changed =
+      TokenFile::change(file_, TokenFile::Wait::not_at_all,
+                        [name](TokenFile& tokens) { return tokens.remove(name); });
+  if (changed) refresh();
+  return changed;
+}
+
+Result<std::string> TokenKeeper::add(std::string name, Role role, std::int64_t expires_us,
+                                     std::string user, std::int64_t now_us) {
+  std::string made;
+  const Status changed =
+      TokenFile::change(file_, TokenFile::Wait::not_at_all, [&](TokenFile& tokens) -> Status {
+        tokens.forget_expired(now_us);
+        auto token = tokens.add(std::move(name), role, expires_us, std::move(user));
+        if (!token) return pass(token.error());
+        made = std::move(*token);
+        return {};
+      });
+  if (!changed) return pass(changed.error());
+  refresh();
+  return made;
 }
 
 }  // namespace weft::daemon::access

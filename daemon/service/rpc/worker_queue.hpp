@@ -7,8 +7,9 @@
 #include <functional>
 #include <mutex>
 #include <thread>
+#include <utility>
 
-#include "protocols/base/result.hpp"
+#include "daemon/base/loop/catch_as_error.hpp"
 
 namespace weft::daemon::server {
 
@@ -23,8 +24,9 @@ class WorkerQueue {
   /// In place of the report, where the work threw.
   using Failed = std::function<void(const Error&)>;
   /// `post` takes a report to the server's thread, from any.
-  explicit WorkerQueue(std::function<void(Report)> post);
-  ~WorkerQueue();  ///< waits for the one under way; those that wait are dropped
+  explicit WorkerQueue(std::function<void(Report)> post)
+      : post_(std::move(post)), thread_([this](const std::stop_token& stop) { run(stop); }) {}
+  ~WorkerQueue() = default;  ///< waits for the one under way; those that wait are dropped
   WorkerQueue(const WorkerQueue&) = delete;
   WorkerQueue& operator=(const WorkerQueue&) = delete;
 
@@ -44,5 +46,27 @@ class WorkerQueue {
   std::deque<BackgroundTask> waiting_;
   std::jthread thread_;  // last: it uses all the others
 };
+
+inline bool WorkerQueue::send(Work work, Failed failed) {
+  const std::lock_guard lock(mutex_);
+  if (waiting_.size() >= most_waiting) return false;
+  waiting_.push_back({std::move(work), std::move(failed)});
+  arrived_.notify_one();
+  return true;
+}
+
+inline void WorkerQueue::run(const std::stop_token& stop) {
+  while (true) {
+    std::unique_lock lock(mutex_);
+    if (!arrived_.wait(lock, stop, [this] { return !waiting_.empty(); })) return;
+    const BackgroundTask background = std::move(waiting_.front());
+    waiting_.pop_front();
+    lock.unlock();
+    const auto report =
+        catch_as_error([&]() -> Result<Report> { return background.work(); }, "errand");
+    post_(report ? *report : [failed = background.failed, why = report.error()] { failed(why); });
+    if (stop.stop_requested()) return;
+  }
+}
 
 }  // namespace weft::daemon::server

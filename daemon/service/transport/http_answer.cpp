@@ -1,10 +1,12 @@
 #include "daemon/service/transport/http_answer.hpp"
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <utility>
 
-#include "daemon/service/transport/http_file.hpp"
 #include "daemon/service/web/web_files.hpp"
 
 namespace weft::daemon::server {
@@ -14,53 +16,43 @@ using nlohmann::json;
 
 constexpr std::string_view come_back = "Retry-After: 1\r\n";
 
-std::string_view reason_of(int status) {
-  switch (status) {
-    case 200:
-      return "OK";
-    case 206:
-      return "Partial Content";
-    case 304:
-      return "Not Modified";
-    case 409:
-      return "Conflict";
-    case 412:
-      return "Precondition Failed";
-    case 416:
-      return "Range Not Satisfiable";
-    case 204:
-      return "No Content";
-    case 400:
-      return "Bad Request";
-    case 401:
-      return "Unauthorized";
-    case 403:
-      return "Forbidden";
-    case 404:
-      return "Not Found";
-    case 405:
-      return "Method Not Allowed";
-    case 408:
-      return "Request Timeout";
-    case 411:
-      return "Length Required";
-    case 413:
-      return "Content Too Large";
-    case 415:
-      return "Unsupported Media Type";
-    case 431:
-      return "Request Header Fields Too Large";
-    case 503:
-      return "Service Unavailable";
-    case 504:
-      return "Gateway Timeout";
-    default:
-      return "Refused";
-  }
+constexpr std::array<std::pair<int, std::string_view>, 19> reasons{{
+    {200, "OK"},
+    {204, "No Content"},
+    {206, "Partial Content"},
+    {304, "Not Modified"},
+    {400, "Bad Request"},
+    {401, "Unauthorized"},
+    {403, "Forbidden"},
+    {404, "Not Found"},
+    {405, "Method Not Allowed"},
+    {408, "Request Timeout"},
+    {409, "Conflict"},
+    {411, "Length Required"},
+    {412, "Precondition Failed"},
+    {413, "Content Too Large"},
+    {415, "Unsupported Media Type"},
+    {416, "Range Not Satisfiable"},
+    {431, "Request Header Fields Too Large"},
+    {503, "Service Unavailable"},
+    {504, "Gateway Timeout"},
+}};
+
+/// "HTTP/1.1 200 OK" with its line end.
+std::string status_line(int status) {
+  const auto* const row =
+      std::ranges::find(reasons, status, &std::pair<int, std::string_view>::first);
+  const std::string_view reason = row == reasons.end() ? "Refused" : row->second;
+  return "HTTP/1.1 " + std::to_string(status) + " " + std::string(reason) + "\r\n";
 }
 
-std::string dumped(const json& value) {
-  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+/// Nothing where it is more, or less, than a number.
+template <class Number>
+std::optional<Number> number_of(std::string_view text) {
+  Number number = 0;
+  const auto read = std::from_chars(text.data(), text.data() + text.size(), number);
+  const bool whole = read.ec == std::errc() && read.ptr == text.data() + text.size();
+  return whole ? std::optional(number) : std::nullopt;
 }
 
 std::string refused(int status, std::string_view kind, Error error, std::string_view more = {}) {
@@ -82,14 +74,6 @@ std::vector<std::string> parse_topics(const HttpRequest& request) {
   return out;
 }
 
-/// What is no number stays text, which the method refuses.
-json number_or_text(const std::string& text) {
-  double number = 0;
-  const auto read = std::from_chars(text.data(), text.data() + text.size(), number);
-  const bool whole = read.ec == std::errc() && read.ptr == text.data() + text.size();
-  return whole ? json(number) : json(text);
-}
-
 /// Of "name:port" and "[address of IPv6]:port".
 std::string_view name_in(std::string_view host) {
   if (!host.starts_with('[')) return host.substr(0, host.find(':'));
@@ -105,11 +89,33 @@ bool meant_for(std::string_view address, const HttpRequest& request) {
   return name == address || name == "127.0.0.1" || name == "localhost";
 }
 
-}  // namespace
-
-std::string status_line(int status) {
-  return "HTTP/1.1 " + std::to_string(status) + " " + std::string(reason_of(status)) + "\r\n";
+// A page of ours in somebody's browser must not become a page of the daemon's: it is a download.
+std::string format_head(int status, const std::string& tag, std::uint64_t length,
+                        const std::string& more = {}) {
+  return status_line(status) +
+         "Content-Type: application/octet-stream\r\nContent-Disposition: attachment\r\n"
+         "X-Content-Type-Options: nosniff\r\nAccept-Ranges: bytes\r\nETag: " +
+         tag + "\r\n" +
+         (status == 304 ? std::string() : "Content-Length: " + std::to_string(length) + "\r\n") +
+         more + "Cache-Control: no-cache\r\nConnection: close\r\n\r\n";
 }
+
+std::string bytes_of(const std::string& part, std::uint64_t all) {
+  return "Content-Range: bytes " + part + "/" + std::to_string(all) + "\r\n";
+}
+
+// Scripts, styles and answers come from here and nowhere else; nothing that is written into the
+// page runs; no other page has it in a frame.
+constexpr std::string_view guards =
+    "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; "
+    "img-src 'self'; connect-src 'self'; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'\r\n"
+    "X-Content-Type-Options: nosniff\r\n"
+    "Referrer-Policy: no-referrer\r\n"
+    "Cross-Origin-Opener-Policy: same-origin\r\n"
+    "Cross-Origin-Resource-Policy: same-origin\r\n";
+
+}  // namespace
 
 std::string answer_text(int status, std::string_view line, std::string_view more_headers) {
   std::string out = status_line(status);
@@ -204,14 +210,6 @@ std::string no_file_text(const Error& error, bool wants_known_content) {
   return refused(wants_known_content ? 412 : 409, "data.altered", error);
 }
 
-std::string other_content_text(const std::string& sha256) {
-  return refused(412, "data.other",
-                 {.code = Errc::wrong_state,
-                  .where = "sha256",
-                  .what = "the file has another content",
-                  .got = sha256});
-}
-
 std::string daemon_stops_text() {
   return refused(503, "daemon.stops", {.code = Errc::wrong_state, .what = "the daemon stops"},
                  come_back);
@@ -229,10 +227,10 @@ std::string open_line(const HttpRequest& request) {
   const std::string_view credentials = request.header("Authorization");
   const std::string_view token =
       credentials.starts_with(scheme) ? credentials.substr(scheme.size()) : std::string_view();
-  return dumped({{"jsonrpc", "2.0"},
-                 {"id", "open"},
-                 {"method", "session.open"},
-                 {"params", {{"client", "http"}, {"token", token}}}});
+  return rpc::format_text({{"jsonrpc", "2.0"},
+                           {"id", "open"},
+                           {"method", "session.open"},
+                           {"params", {{"client", "http"}, {"token", token}}}});
 }
 
 std::optional<std::int64_t> seen_last(const HttpRequest& request, std::string_view epoch) {
@@ -240,19 +238,20 @@ std::optional<std::int64_t> seen_last(const HttpRequest& request, std::string_vi
   if (request.parameter("mode") != "every") return std::nullopt;
   if (!last.starts_with(epoch) || !last.substr(epoch.size()).starts_with('-')) return std::nullopt;
   last.remove_prefix(epoch.size() + 1);
-  std::int64_t seq = 0;
-  const auto read = std::from_chars(last.data(), last.data() + last.size(), seq);
-  if (read.ec != std::errc() || read.ptr != last.data() + last.size() || seq < 0)
-    return std::nullopt;
-  return seq;
+  const auto seq = number_of<std::int64_t>(last);
+  return seq && *seq >= 0 ? seq : std::nullopt;
 }
 
 std::string subscribe_line(const HttpRequest& request, std::optional<std::int64_t> from_seq) {
   json params{{"topics", parse_topics(request)},
               {"mode", request.parameter("mode").value_or("latest")}};
-  if (const auto rate = request.parameter("max_hz")) params["max_hz"] = number_or_text(*rate);
+  if (const auto rate = request.parameter("max_hz")) {
+    const auto number =
+        number_of<double>(*rate);  // what is none stays text, which the method refuses
+    params["max_hz"] = number ? json(*number) : json(*rate);
+  }
   if (from_seq) params["from_seq"] = *from_seq;
-  return dumped(
+  return rpc::format_text(
       {{"jsonrpc", "2.0"}, {"id", "sub"}, {"method", "sub.open"}, {"params", std::move(params)}});
 }
 
@@ -279,6 +278,85 @@ std::string error_event_text(const rpc::RpcError& why) {
 bool is_error(std::string_view line) {
   const json answer = json::parse(line, nullptr, false);
   return !answer.is_object() || answer.contains("error");
+}
+
+bool names_tag(std::string_view header, std::string_view tag) {
+  if (header == "*") return true;
+  for (std::string_view rest = header; !rest.empty();) {
+    const std::size_t comma = rest.find(',');
+    std::string_view one = rest.substr(0, comma);
+    rest.remove_prefix(comma == std::string_view::npos ? rest.size() : comma + 1);
+    while (one.starts_with(' ')) one.remove_prefix(1);
+    while (one.ends_with(' ')) one.remove_suffix(1);
+    if (one.starts_with("W/")) one.remove_prefix(2);
+    if (one == tag) return true;
+  }
+  return false;
+}
+
+std::optional<ByteRange> parse_range(std::string_view header, std::uint64_t bytes) {
+  const ByteRange whole{0, bytes};
+  constexpr std::string_view unit = "bytes=";
+  if (!header.starts_with(unit) || header.find(',') != std::string_view::npos) return whole;
+  header.remove_prefix(unit.size());
+  const std::size_t dash = header.find('-');
+  if (dash == std::string_view::npos) return whole;
+  const std::string_view left = header.substr(0, dash), right = header.substr(dash + 1);
+  const auto first = number_of<std::uint64_t>(left), last = number_of<std::uint64_t>(right);
+  if (left.empty()) {  // the last so many
+    if (!last) return whole;
+    if (*last == 0 || bytes == 0) return std::nullopt;
+    return ByteRange{bytes - std::min(*last, bytes), bytes};
+  }
+  if (!first || (!right.empty() && !last) || (last && *last < *first)) return whole;
+  if (*first >= bytes) return std::nullopt;
+  return ByteRange{*first, last ? std::min(*last, bytes - 1) + 1 : bytes};
+}
+
+bool wants_known_content(const HttpRequest& request) {
+  return request.parameter("sha256").has_value() || !request.header("If-Match").empty();
+}
+
+FileAnswer file_answer(const HttpRequest& request, const ServedFile& file) {
+  const std::string tag = "\"" + file.sha256 + "\"";
+  const auto requested = request.parameter("sha256");
+  const std::string_view only = request.header("If-Match");
+  if ((requested && *requested != file.sha256) || (!only.empty() && !names_tag(only, tag)))
+    return {refused(412, "data.other",
+                    {.code = Errc::wrong_state,
+                     .where = "sha256",
+                     .what = "the file has another content",
+                     .got = file.sha256}),
+            {}};
+  if (const auto known = request.header("If-None-Match"); names_tag(known, tag))
+    return {format_head(304, tag, 0), {}};
+  const std::string_view same = request.header("If-Range");
+  const std::string_view wanted =
+      same.empty() || same == tag ? request.header("Range") : std::string_view();
+  const auto range = parse_range(wanted, file.as_of.bytes);
+  if (!range) return {format_head(416, tag, 0, bytes_of("*", file.as_of.bytes)), {}};
+  const bool part = *range != ByteRange{0, file.as_of.bytes};
+  const std::string place = std::to_string(range->first) + "-" +
+                            std::to_string(std::max<std::uint64_t>(range->end, 1) - 1);
+  return {format_head(part ? 206 : 200, tag, range->end - range->first,
+                      part ? bytes_of(place, file.as_of.bytes) : std::string()),
+          *range};
+}
+
+std::optional<std::string> page_answer(const HttpRequest& request) {
+  const web::WebFile* const file = web::find_web_file(request.path());
+  if (file == nullptr) return std::nullopt;
+  const std::string tag = "\"" + std::string(file->sha256) + "\"";
+  const bool known = names_tag(request.header("If-None-Match"), tag);
+  std::string out = status_line(known ? 304 : 200);
+  out += "ETag: " + tag + "\r\n";
+  if (!known)
+    out += "Content-Type: " + std::string(file->type) +
+           "\r\nContent-Length: " + std::to_string(file->bytes.size()) + "\r\n";
+  out += guards;
+  out += "Cache-Control: no-cache\r\nConnection: close\r\n\r\n";
+  if (!known && request.method() == "GET") out += file->bytes;
+  return out;
 }
 
 }  // namespace weft::daemon::server

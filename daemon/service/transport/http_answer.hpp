@@ -1,18 +1,18 @@
 #pragma once
-// What is said over HTTP, as text: answers, refusals, events. One request a connection: each answer
-// ends it. Source: RFC 9112; https://html.spec.whatwg.org, "Server-sent events".
+// What is said over HTTP, as text: answers, refusals, events, files. One request a connection: each
+// answer ends it. No socket, no file. Source: RFC 9112; RFC 9110, sections 13 (preconditions) and
+// 14 (ranges); https://html.spec.whatwg.org, "Server-sent events".
 
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "daemon/service/rpc/session.hpp"
 #include "daemon/service/transport/http_request.hpp"
 
 namespace weft::daemon::server {
 
-/// "HTTP/1.1 200 OK" with its line end.
-std::string status_line(int status);
 /// A whole answer. `line` is JSON, or empty; `more_headers` are lines with their ends.
 std::string answer_text(int status, std::string_view line, std::string_view more_headers = {});
 /// The answer to what broke a bound or is no HTTP: HttpRequest::refusal(), or 408 (too slow).
@@ -29,8 +29,6 @@ std::string daemon_stops_text();
 /// time (Errc::timeout). Where the client named the content that it wants, one that was altered is
 /// not it: 412 in the place of 409.
 std::string no_file_text(const Error& error, bool wants_known_content = false);
-/// 412: the file has another digest than the one asked for.
-std::string other_content_text(const std::string& sha256);
 /// 504.
 std::string no_answer_text(std::int64_t timeout_s);
 
@@ -51,5 +49,37 @@ std::string event_text(std::string_view line, std::string_view epoch,
 std::string error_event_text(const rpc::RpcError& why);
 /// The line is no answer, or one that refuses.
 bool is_error(std::string_view line);
+
+// Files: which bytes are asked for, and what is said before them.
+
+/// 200 or, by If-None-Match, 304; without the bytes for HEAD. Nothing: no file of the page.
+std::optional<std::string> page_answer(const HttpRequest& request);
+
+/// Bytes `first` up to, not with, `end`.
+struct ByteRange {
+  std::uint64_t first = 0, end = 0;
+  bool operator==(const ByteRange&) const = default;
+};
+
+/// What to send of a file.
+struct FileAnswer {
+  std::string head;  ///< status line and headers, with the empty line
+  ByteRange body;    ///< empty: the head is all
+};
+
+/// Whether a list of entity tags, or "*", has this one; weak ones are compared as strong ones
+/// (RFC 9110, 13.1.2).
+bool names_tag(std::string_view header, std::string_view tag);
+
+/// One range of "Range: bytes=..." in a file of `bytes`; the whole where there is none, or several,
+/// or none that can be read (a client takes 200 then). Nothing: it lies behind the end.
+std::optional<ByteRange> parse_range(std::string_view header, std::uint64_t bytes);
+
+/// Whether the client wants one content and no other: by the query's sha256 or If-Match.
+bool wants_known_content(const HttpRequest& request);
+
+/// 200, 206 or 416 by Range and If-Range, 304 by If-None-Match, 412 where the query's sha256 or
+/// If-Match is of another content.
+FileAnswer file_answer(const HttpRequest& request, const ServedFile& file);
 
 }  // namespace weft::daemon::server

@@ -1,9 +1,15 @@
 #include "daemon/service/transport/http_server.hpp"
 
 #include <algorithm>
+#include <array>
+#include <asio/io_context.hpp>
+#include <asio/steady_timer.hpp>
+#include <initializer_list>
+#include <list>
+#include <optional>
+#include <utility>
 
-#include "daemon/service/transport/http_server_internal.hpp"
-#include "daemon/service/transport/loopback.hpp"
+#include "daemon/service/transport/http_answer.hpp"
 
 namespace weft::daemon::server {
 namespace {
@@ -12,8 +18,321 @@ using asio::ip::tcp;
 using namespace std::chrono_literals;
 
 constexpr auto pause_without_descriptors = 100ms;  // at once it would fail again
+constexpr auto farewell = 2s;                      // for a client to read the answer and close
+// What a refused client still sends is read, or it would be reset before it has read why.
+constexpr std::size_t most_ignored_bytes = std::size_t{4} << 20;
+constexpr std::size_t stream_room_bytes = std::size_t{64} << 10;
+constexpr std::size_t file_piece_bytes = std::size_t{256} << 10;
 
 }  // namespace
+
+struct HttpServer::Parts {
+  class Connection;
+  using Connections = std::list<std::shared_ptr<Connection>>;  // the oldest first
+
+  Parts(asio::io_context& io, Shared& all, const HttpLimits& at_most)
+      : context(&io), shared(&all), limits(at_most), acceptor(io), pause(io) {}
+
+  void listen();
+  bool make_room(std::size_t most);
+  void welcome(tcp::socket socket);
+
+  asio::io_context* context;
+  Shared* shared;
+  HttpLimits limits;
+  tcp::acceptor acceptor;
+  asio::ssl::context* tls = nullptr;
+  /// Our name as Host; empty: any, for a certificate says whose name is meant.
+  std::string listening_address;
+  asio::steady_timer pause;
+  Connections connections;
+  std::uint64_t next_session = 1;
+};
+
+/// One client and its one request. Lives as long as its operations; every stage has its time.
+class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connection> {
+ public:
+  enum class Stage {
+    asking,     ///< the request is not whole
+    waiting,    ///< for a method's answer
+    streaming,  ///< events
+    opening,    ///< a file, which is looked at first
+    sending,    ///< it
+    leaving,    ///< the answer is under way
+  };
+
+  Connection(Parts& server, std::unique_ptr<Wire> wire)
+      : server_(&server), wire_(std::move(wire)), timeout_timer_(*server.context) {}
+
+  void begin() {
+    within(server_->limits.request, [this] {
+      if (!ready_) return close();  // its handshake is not over: nothing can be said
+      leave(refusal_text(408));
+    });
+    wire_->begin([self = shared_from_this()](const asio::error_code& error) {
+      if (self->closed_) return;
+      if (error) return self->close();
+      self->ready_ = true;
+      self->read();
+    });
+  }
+
+  [[nodiscard]] bool is(Stage stage) const { return stage_ == stage; }
+  [[nodiscard]] bool is_brief() const { return is(Stage::asking) || is(Stage::leaving); }
+
+  void pump() {
+    if (closed_) return;
+    if (is(Stage::streaming) || is(Stage::waiting))
+      if (const auto why = session_->over())
+        return leave(is(Stage::streaming) ? error_event_text(*why)
+                                          : answer_text(401, rpc::error_line("null", *why)));
+    if (!is(Stage::streaming)) return;
+    session_->pump([this] { return unsent_.size() < stream_room_bytes; });
+    write();
+  }
+
+  /// The daemon ends. One try: nothing was said yet, so there is room for it.
+  void send_close() {
+    if (!is(Stage::waiting) && !is(Stage::opening)) return;
+    wire_->write_at_once(asio::buffer(daemon_stops_text()));
+  }
+
+  void close() {
+    if (std::exchange(closed_, true)) return;
+    timeout_timer_.cancel();
+    wire_->close();
+    session_.reset();
+    server_->connections.remove(shared_from_this());
+  }
+
+ private:
+  /// In place of what was to happen before.
+  template <class Then>
+  void within(std::chrono::nanoseconds max_wait, Then then) {
+    timeout_timer_.expires_after(max_wait);
+    timeout_timer_.async_wait(
+        [self = shared_from_this(), turn = ++turn_, then](const asio::error_code&) {
+          if (!self->closed_ && turn == self->turn_) then();
+        });
+  }
+
+  // Also while an answer is waited for or written: that is how a client that has gone is noticed.
+  void read() {
+    wire_->read_some(asio::buffer(incoming_),
+                     [self = shared_from_this()](const asio::error_code& error, std::size_t count) {
+                       if (self->closed_) return;
+                       if (error) return self->on_end_of_input();
+                       self->have({self->incoming_.data(), count});
+                       if (!self->closed_) self->read();
+                     });
+  }
+
+  void on_end_of_input() {
+    input_ended_ = true;
+    // one that only sends no more may read on
+    if (!is(Stage::opening) && !is(Stage::sending) && !(is(Stage::leaving) && writing_)) close();
+  }
+
+  void have(std::string_view bytes) {
+    if (!is(Stage::asking)) {
+      ignored_bytes_ += bytes.size();
+      if (ignored_bytes_ > most_ignored_bytes) close();
+      return;
+    }
+    using Of = HttpRequest::Stage;
+    Of got = request_.add(bytes);
+    if (!session_ && (got == Of::body || got == Of::whole)) {
+      admit();
+      if (is(Stage::asking)) got = request_.add({});
+    }
+    if (!is(Stage::asking)) return;
+    if (got == Of::refused) return leave(refusal_text(request_.refusal()));
+    if (got == Of::whole) call();
+  }
+
+  /// The head is whole: whoever may not ask is told before the body is taken.
+  void admit() {
+    if (const auto refusal = refusal_of_head(request_, server_->listening_address))
+      return leave(*refusal);
+    if (const auto page = page_answer(request_)) return leave(*page);
+    // It stays where it is a stream: single requests cannot be sent events.
+    const bool stays = request_.path() == "/events";
+    session_ = std::make_unique<Session>(*server_->shared, Peer{false, {}, std::nullopt, stays},
+                                         "h-" + std::to_string(server_->next_session++),
+                                         [this](std::string line) { send_later(std::move(line)); });
+    const std::string opened = submit(open_line(request_));
+    if (is_error(opened)) return leave(answer_text(401, opened));
+    if (stays) return stream();
+    if (request_.path().starts_with(data_path)) return send_file();
+    if (!request_.awaits_continue()) return;
+    unsent_ += "HTTP/1.1 100 Continue\r\n\r\n";
+    write();
+  }
+
+  /// What the conversation says at once to this line; empty where that comes later.
+  std::string submit(const std::string& line) {
+    session_->on_message(line);
+    return std::exchange(reply_, {});
+  }
+
+  void send_later(std::string line) {
+    if (is(Stage::waiting)) return leave(answer_text(200, line));
+    if (is(Stage::streaming))
+      unsent_ += event_text(line, server_->shared->epoch);
+    else
+      reply_ = std::move(line);
+  }
+
+  void call() {
+    const auto parsed = rpc::parse_request(request_.body());
+    if (!parsed) {
+      const std::string refused_line =
+          parsed.error().received  // which may stop something all the same
+              ? submit(request_.body())
+              : rpc::error_line(parsed.error().id_json, parsed.error().error);
+      return leave(answer_text(is_error(refused_line) ? 400 : 200, refused_line));
+    }
+    const auto method = server_->shared->methods->find(parsed->method);
+    const HttpLimits& most = server_->limits;
+    if (method && (*method)->answers_later && !has_slot({Stage::waiting}, most.waiting))
+      return leave(too_many_text("calls wait for their answers", most.waiting,
+                                 "Ask again later, or use the socket"));
+    const std::string answer = submit(request_.body());
+    if (!parsed->id_json) return leave(answer_text(204, {}));
+    if (!answer.empty()) return leave(answer_text(200, answer));
+    stage_ = Stage::waiting;
+    give_up_waiting();
+  }
+
+  /// In a while: what is waited for may never come.
+  void give_up_waiting() {
+    within(server_->limits.answer,
+           [this] { leave(no_answer_text(server_->limits.answer.count())); });
+  }
+
+  void stream() {
+    const HttpLimits& most = server_->limits;
+    if (!has_slot({Stage::streaming}, most.streams))
+      return leave(too_many_text("streams of events", most.streams,
+                                 "Close one, or use the socket, which has no such bound"));
+    auto from_seq = seen_last(request_, server_->shared->epoch);
+    std::string first = submit(subscribe_line(request_, from_seq));
+    if (from_seq && is_error(first)) {  // too long ago: a snapshot instead
+      from_seq.reset();
+      first = submit(subscribe_line(request_, from_seq));
+    }
+    if (is_error(first)) return leave(answer_text(400, first));
+    stage_ = Stage::streaming;
+    unsent_ += stream_head() + event_text(first, server_->shared->epoch, from_seq);
+    write();
+  }
+
+  void send_file() {
+    const HttpLimits& most = server_->limits;
+    if (!has_slot({Stage::opening, Stage::sending}, most.files))
+      return leave(too_many_text("files are on their way", most.files, "Ask again later"));
+    stage_ = Stage::opening;
+    give_up_waiting();
+    server_->shared->file(request_.path().substr(data_path.size()),
+                          [waits = weak_from_this()](const Result<ServedFile>& file) {
+                            const auto self = waits.lock();
+                            if (self && !self->closed_ && self->is(Stage::opening))
+                              self->have_file(file);
+                          });
+  }
+
+  void have_file(const Result<ServedFile>& file) {
+    if (!file) return leave(no_file_text(file.error(), wants_known_content(request_)));
+    FileAnswer answer = file_answer(request_, *file);
+    left_ = answer.body;
+    if (left_.first == left_.end) return leave(answer.head);
+    source_ = *file;
+    stage_ = Stage::sending;
+    unsent_ += answer.head;
+    write();
+  }
+
+  /// The next piece of the file; after the last one no more. One that somebody writes to while it
+  /// is sent ends the connection, as nothing else would tell the client.
+  void send_more() {
+    const auto piece = std::min<std::uint64_t>(left_.end - left_.first, file_piece_bytes);
+    if (piece == 0) return leave({});
+    unsent_.resize(piece);
+    auto* const bytes = reinterpret_cast<std::uint8_t*>(unsent_.data());
+    if (!source_->file->read(left_.first, {bytes, unsent_.size()})) return close();
+    const auto now = source_->file->stamp();
+    if (!now || *now != source_->as_of) return close();
+    left_.first += piece;
+    write();
+  }
+
+  bool has_slot(std::initializer_list<Stage> stages, std::size_t most) const {
+    const auto sits = [&](const auto& other) {
+      return std::ranges::any_of(stages, [&](Stage s) { return other->is(s); });
+    };
+    return static_cast<std::size_t>(std::ranges::count_if(server_->connections, sits)) < most;
+  }
+
+  /// The answer, and then no more.
+  void leave(const std::string& answer) {
+    stage_ = Stage::leaving;
+    unsent_ += answer;
+    within(server_->limits.unread, [this] { close(); });
+    if (unsent_.empty() && !writing_) return finish();
+    write();
+  }
+
+  void write() {
+    if (writing_ || closed_ || unsent_.empty()) return;
+    writing_ = true;
+    out_.swap(unsent_);
+    unsent_.clear();
+    if (is(Stage::streaming) || is(Stage::sending))
+      within(server_->limits.unread, [this] { close(); });
+    wire_->write(asio::buffer(out_),
+                 [self = shared_from_this()](const asio::error_code& error, std::size_t) {
+                   self->writing_ = false;
+                   if (self->closed_) return;
+                   if (error) return self->close();
+                   self->wrote();
+                 });
+  }
+
+  void wrote() {
+    if (!unsent_.empty()) return write();
+    if (is(Stage::streaming)) return beat_later();
+    if (is(Stage::sending)) return send_more();
+    if (is(Stage::leaving)) finish();
+  }
+
+  void finish() {
+    if (input_ended_) return close();
+    wire_->end_of_writing();
+    within(farewell, [this] { close(); });
+  }
+
+  void beat_later() {
+    within(server_->limits.heartbeat, [this] {
+      unsent_ += ":\n\n";  // a comment
+      write();
+    });
+    pump();
+  }
+
+  Parts* server_;
+  std::unique_ptr<Wire> wire_;
+  asio::steady_timer timeout_timer_;
+  std::array<char, 16384> incoming_{};
+  HttpRequest request_;
+  Stage stage_ = Stage::asking;
+  std::string reply_, unsent_, out_;
+  std::size_t ignored_bytes_ = 0;
+  std::uint64_t turn_ = 0;
+  bool ready_ = false, writing_ = false, closed_ = false, input_ended_ = false;
+  std::unique_ptr<Session> session_;
+  std::optional<ServedFile> source_;  // sending
+  ByteRange left_;                    // of it
+};
 
 void HttpServer::Parts::listen() {
   acceptor.async_accept([this](const asio::error_code& error, tcp::socket socket) {
@@ -33,9 +352,8 @@ void HttpServer::Parts::listen() {
 /// Closes the oldest brief connection where there are that many.
 bool HttpServer::Parts::make_room(std::size_t most) {
   const auto brief = [](const auto& connection) { return connection->is_brief(); };
-  const auto count = std::count_if(connections.begin(), connections.end(), brief);
-  if (static_cast<std::size_t>(count) < most) return false;
-  const auto oldest = *std::find_if(connections.begin(), connections.end(), brief);
+  if (static_cast<std::size_t>(std::ranges::count_if(connections, brief)) < most) return false;
+  const auto oldest = *std::ranges::find_if(connections, brief);
   oldest->close();
   return true;
 }

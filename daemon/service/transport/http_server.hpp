@@ -10,8 +10,7 @@
 #include <memory>
 
 #include "daemon/service/rpc/session.hpp"
-#include "daemon/service/transport/loopback.hpp"
-#include "daemon/service/transport/tls_server.hpp"
+#include "daemon/service/transport/wire.hpp"
 
 namespace asio {
 class io_context;
@@ -38,7 +37,7 @@ class HttpServer {
   struct At {
     std::uint16_t port = 0;  ///< 0 takes a free one
     asio::ip::address address = asio::ip::address_v4::loopback();
-    TlsServer* tls = nullptr;  ///< outlives the server
+    asio::ssl::context* tls = nullptr;  ///< outlives the server
   };
   /// Serves while `context` runs, which outlives it, on that thread. Errors:
   /// io.

@@ -15,7 +15,6 @@
 #include <utility>
 
 #include "daemon/service/rpc/session.hpp"
-#include "daemon/service/transport/loopback.hpp"
 #include "daemon/service/transport/socket_server_internal.hpp"
 
 namespace weft::daemon::server {
@@ -25,8 +24,6 @@ using asio::generic::stream_protocol;
 using Unix = asio::local::stream_protocol;
 using asio::ip::tcp;
 using namespace std::chrono_literals;
-
-using Unix = asio::local::stream_protocol;
 
 constexpr mode_t socket_mode = 0660;  // owner and group; others have no business here
 
@@ -157,7 +154,8 @@ void SocketServer::Parts::give_free_places() {
     }
 }
 
-void SocketServer::Parts::welcome(stream_protocol::socket socket, Peer peer, TlsServer* through) {
+void SocketServer::Parts::welcome(stream_protocol::socket socket, Peer peer,
+                                  asio::ssl::context* through) {
   const Place place = place_for(peer.local);
   if (place == Place::none) {
     asio::error_code ignored;

@@ -9,8 +9,7 @@
 #include <optional>
 
 #include "daemon/service/rpc/session.hpp"
-#include "daemon/service/transport/loopback.hpp"
-#include "daemon/service/transport/tls_server.hpp"
+#include "daemon/service/transport/wire.hpp"
 
 namespace asio {
 class io_context;
@@ -36,7 +35,7 @@ struct Where {
   std::filesystem::path socket;       ///< Unix socket; made with mode 0660
   std::optional<std::uint16_t> port;  ///< TCP; 0 takes a free one
   asio::ip::address address = asio::ip::address_v4::loopback();  ///< of the port
-  TlsServer* tls = nullptr;                                      ///< for TCP; outlives the server
+  asio::ssl::context* tls = nullptr;                             ///< for TCP; outlives the server
 };
 
 class SocketServer {

@@ -1,6 +1,5 @@
 #pragma once
-// What SocketServer is made of, for socket_server.cpp (places and listening) and
-// socket_connection.cpp (one client).
+// What SocketServer is made of, for socket_server.cpp: one client, and those that there are.
 
 #include <sys/types.h>
 
@@ -9,6 +8,7 @@
 #include <asio/io_context.hpp>
 #include <asio/ip/tcp.hpp>
 #include <asio/local/stream_protocol.hpp>
+#include <asio/post.hpp>
 #include <asio/steady_timer.hpp>
 #include <deque>
 #include <filesystem>
@@ -19,9 +19,7 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/service/rpc/line_buffer.hpp"
 #include "daemon/service/transport/socket_server.hpp"
-#include "daemon/service/transport/wire.hpp"
 
 namespace weft::daemon::server {
 
@@ -33,7 +31,8 @@ struct SocketServer::Parts {
 
   void listen_unix();
   void listen_tcp();
-  void welcome(asio::generic::stream_protocol::socket socket, Peer peer, TlsServer* through);
+  void welcome(asio::generic::stream_protocol::socket socket, Peer peer,
+               asio::ssl::context* through);
   enum class Place {
     none,
     own,
@@ -56,7 +55,7 @@ struct SocketServer::Parts {
   std::optional<ino_t> inode;  ///< of `path`: where it is another's by now, that is his
   asio::local::stream_protocol::acceptor local{context};
   asio::ip::tcp::acceptor port{context};
-  TlsServer* tls = nullptr;  ///< of the port
+  asio::ssl::context* tls = nullptr;  ///< of the port
   asio::steady_timer ticker{context};
   /// Could accept nobody, for want of a descriptor as a rule; tried again at the next tick.
   std::vector<void (Parts::*)()> resting;
@@ -88,50 +87,145 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
     session_.restrict_to_emergency(for_stops);
   }
 
-  void begin();
+  void begin() {
+    within(server_->limits.handshake, [this] { return greeted_; });
+    wire_->begin([self = shared_from_this()](const asio::error_code& error) {
+      if (self->closed_) return;
+      if (error) return self->close();
+      self->send_hello();
+    });
+  }
 
   void pump() {
     if (closed_ || finishing_ || ends_with_its_token()) return;
     session_.pump([this] { return !closed_ && unsent_bytes_ < room_bytes; });
   }
 
-  void close();
+  void close() {
+    if (std::exchange(closed_, true)) return;
+    const auto self = shared_from_this();  // until this is done
+    timeout_timer_.cancel();
+    rest_.cancel();
+    wire_->close();
+    server_->connections.erase(number_);
+  }
 
  private:
   /// That wait to be sent; what is more waits to be made.
   static constexpr std::size_t room_bytes = std::size_t{64} << 10;
 
-  void send_hello();
+  void send_hello() {
+    greeted_ = true;
+    session_.send_hello();
+    within(server_->limits.introduction, [this] { return session_.is_open(); });
+    read();
+  }
 
-  /// Closed where it has not come so far by then; in place of what was waited
-  /// for before.
-  void within(std::chrono::seconds max_wait, std::function<bool()> so_far);
+  /// Closed where it has not come so far by then; in place of what was waited for before.
+  void within(std::chrono::seconds max_wait, std::function<bool()> so_far) {
+    timeout_timer_.expires_after(max_wait);
+    timeout_timer_.async_wait(
+        [self = shared_from_this(), so_far = std::move(so_far)](const asio::error_code& cancelled) {
+          if (!cancelled && !so_far()) self->close();
+        });
+  }
 
-  void read();
+  void read() {
+    wire_->read_some(asio::buffer(incoming_),
+                     [self = shared_from_this()](const asio::error_code& error, std::size_t count) {
+                       if (error == asio::error::eof) return self->on_end_of_input();
+                       if (error || self->closed_) return self->close();
+                       self->lines_.add({self->incoming_.data(), count});
+                       self->work_off();
+                     });
+  }
 
   // A halt is heeded also where its line has no end, and whoever still reads is told.
-  void on_end_of_input();
-
-  void have(std::size_t count) {
-    lines_.add({incoming_.data(), count});
-    work_off();
+  void on_end_of_input() {
+    if (closed_ || !session_.on_unfinished_message(lines_.rest())) return close();
+    finish();
   }
 
   // One line a turn: others, and what they have to halt, come in between.
-  void work_off();
+  void work_off() {
+    if (closed_ || finishing_ || ends_with_its_token()) return;
+    if (const auto line = lines_.next()) {
+      const std::size_t wrong_before = session_.wrong_tokens();
+      session_.on_message(*line);
+      if (!is_local_ && session_.wrong_tokens() > wrong_before) return back_off();
+      return asio::post(server_->context, [self = shared_from_this()] { self->work_off(); });
+    }
+    if (lines_.overflows()) {
+      return end_with(
+          rpc::rpc_error(rpc::code::request + 30, "request.too_long",
+                         {.code = Errc::range,
+                          .where = "line",
+                          .what = "line too long",
+                          .expected = std::to_string(server_->limits.line_bytes) + " bytes"}));
+    }
+    pump();
+    read();
+  }
 
   // Who tries tokens waits longer each time.
-  void back_off();
+  void back_off() {
+    constexpr std::chrono::milliseconds first_rest{100};  // twice as long each time
+    rest_.expires_after(first_rest * (1U << (session_.wrong_tokens() - 1)));
+    rest_.async_wait([self = shared_from_this()](const asio::error_code& cancelled) {
+      if (!cancelled) self->work_off();
+    });
+  }
 
   /// True where that is so: the client has been told, and is closed.
-  bool ends_with_its_token();
+  bool ends_with_its_token() {
+    const auto why = session_.over();
+    if (why) end_with(*why);
+    return why.has_value();
+  }
 
-  /// Closed when the client has read why, or does not want to.
-  void end_with(const rpc::RpcError& why);
+  void end_with(const rpc::RpcError& why) {
+    send(rpc::error_line("null", why));
+    finish();
+  }
 
-  void send(std::string line);
+  /// Closed when the client has read all, or does not want to.
+  void finish() {
+    finishing_ = true;
+    within(server_->limits.introduction, [] { return false; });
+    write();
+  }
 
-  void write();
+  void send(std::string line) {
+    if (closed_ || finishing_) return;
+    line.push_back('\n');
+    unsent_bytes_ += line.size();
+    waiting_.push_back(std::move(line));
+    // one that asks and never reads
+    if (unsent_bytes_ > server_->limits.unsent_bytes) return close();
+    write();
+  }
+
+  void write() {
+    if (writing_ || closed_) return;
+    if (waiting_.empty()) {
+      if (finishing_) close();
+      return;
+    }
+    writing_ = true;
+    out_.clear();
+    while (!waiting_.empty() && out_.size() < room_bytes) {
+      out_ += waiting_.front();
+      waiting_.pop_front();
+    }
+    wire_->write(asio::buffer(out_),
+                 [self = shared_from_this()](const asio::error_code& error, std::size_t) {
+                   self->writing_ = false;
+                   if (error) return self->close();
+                   self->unsent_bytes_ -= self->out_.size();
+                   self->pump();
+                   self->write();
+                 });
+  }
 
   Parts* server_;
   std::uint64_t number_;
@@ -139,7 +233,7 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
   std::unique_ptr<Wire> wire_;
   asio::steady_timer timeout_timer_, rest_;
   std::array<char, 16384> incoming_{};
-  LineBuffer lines_;
+  rpc::LineBuffer lines_;
   std::deque<std::string> waiting_;
   std::string out_;
   std::size_t unsent_bytes_ = 0;

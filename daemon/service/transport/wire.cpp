@@ -1,13 +1,15 @@
 #include "daemon/service/transport/wire.hpp"
 
+#include <sys/stat.h>
+
+#include <asio/ip/host_name.hpp>
 #include <asio/ssl.hpp>
 #include <asio/write.hpp>
-
-#include "daemon/service/transport/tls_server.hpp"
 
 namespace weft::daemon::server {
 namespace {
 
+using asio::ip::tcp;
 using Socket = asio::generic::stream_protocol::socket;
 
 class PlainWire final : public Wire {
@@ -71,11 +73,103 @@ class TlsWire final : public Wire {
   std::shared_ptr<Stream> stream_;  // outlives what is under way
 };
 
+Status readable(const std::filesystem::path& file, const char* what) {
+  std::error_code none;
+  if (std::filesystem::is_regular_file(file, none)) return {};
+  return fail({.code = Errc::not_found,
+               .where = file.string(),
+               .what = std::string("no ") + what + " there",
+               .expected = "a PEM file"});
+}
+
+Status check_private_key(const std::filesystem::path& key) {
+  struct stat found {};
+  if (stat(key.c_str(), &found) != 0 || (found.st_mode & 07) == 0) return {};
+  return fail({.code = Errc::wrong_state,
+               .where = key.string(),
+               .what = "everybody may read the key",
+               .expected = "a file that is the daemon's and its group's",
+               .hint = "chmod 640 " + key.string()});
+}
+
+tl::unexpected<Error> unusable(const char* what, const std::filesystem::path& file,
+                               const asio::error_code& error) {
+  return fail({.code = Errc::parse,
+               .where = file.string(),
+               .what = std::string("unusable ") + what,
+               .expected = "PEM",
+               .got = error.message()});
+}
+
 }  // namespace
 
-std::unique_ptr<Wire> make_wire(Socket socket, TlsServer* tls) {
+Result<asio::ip::address> address_to_listen_on(const std::string& text, bool with_tls) {
+  asio::error_code error;
+  const asio::ip::address address = asio::ip::make_address(text, error);
+  if (error)
+    return fail({.code = Errc::parse,
+                 .where = "--listen",
+                 .what = "not an address",
+                 .expected = "127.0.0.1, ::1 or one of this machine",
+                 .got = text});
+  if (address.is_loopback() || with_tls) return address;
+  return fail({.code = Errc::invalid_argument,
+               .where = "--listen",
+               .what = "an address that other machines reach is refused without TLS",
+               .expected = "127.0.0.1, or --tls-cert and --tls-key",
+               .got = text,
+               .hint = "Tokens would go over the network for everybody to read"});
+}
+
+Status listen_on(tcp::acceptor& acceptor, const asio::ip::address& address, std::uint16_t port) {
+  asio::error_code error;
+  const tcp::endpoint at(address, port);
+  acceptor.open(at.protocol(), error);
+  // Address, not port: that one would let a second daemon take half of our
+  // clients.
+  if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+  if (!error) acceptor.bind(at, error);
+  if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
+  if (error)
+    return fail({.code = Errc::io,
+                 .where = address.to_string() + ":" + std::to_string(port),
+                 .what = "cannot listen",
+                 .got = error.message(),
+                 .hint = "Another program may hold the port"});
+  return {};
+}
+
+std::string http_url(const asio::ip::address& address, std::uint16_t port, bool tls) {
+  std::string host = address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
+  asio::error_code nameless;
+  if (address.is_unspecified())  // it listens everywhere, and that is nobody's address
+    if (const std::string name = asio::ip::host_name(nameless); !nameless) host = name;
+  return (tls ? "https://" : "http://") + host + ":" + std::to_string(port);
+}
+
+Result<std::shared_ptr<asio::ssl::context>> load_tls(const std::filesystem::path& certificate,
+                                                     const std::filesystem::path& key) {
+  if (Status ok = readable(certificate, "certificate"); !ok) return pass(ok.error());
+  if (Status ok = readable(key, "key"); !ok) return pass(ok.error());
+  if (Status ok = check_private_key(key); !ok) return pass(ok.error());
+  auto context = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_server);
+  SSL_CTX_set_min_proto_version(context->native_handle(), TLS1_2_VERSION);
+  // No renegotiation: a client could have us work for it again and again.
+  SSL_CTX_set_options(context->native_handle(), SSL_OP_NO_RENEGOTIATION | SSL_OP_NO_COMPRESSION);
+  asio::error_code error;
+  context->use_certificate_chain_file(certificate.string(), error);
+  if (error) return unusable("certificate", certificate, error);
+  context->use_private_key_file(key.string(), asio::ssl::context::pem, error);
+  if (error) return unusable("key", key, error);
+  if (SSL_CTX_check_private_key(context->native_handle()) != 1)
+    return fail(
+        {.code = Errc::parse, .where = key.string(), .what = "the key is not the certificate's"});
+  return context;
+}
+
+std::unique_ptr<Wire> make_wire(Socket socket, asio::ssl::context* tls) {
   if (tls == nullptr) return std::make_unique<PlainWire>(std::move(socket));
-  return std::make_unique<TlsWire>(std::move(socket), tls->context());
+  return std::make_unique<TlsWire>(std::move(socket), *tls);
 }
 
 }  // namespace weft::daemon::server

@@ -18,6 +18,10 @@ struct WebFile {
 /// All of them, by path.
 std::span<const WebFile> web_files();
 /// Null where there is none of that path.
-const WebFile* find_web_file(std::string_view path);
+inline const WebFile* find_web_file(std::string_view path) {
+  for (const WebFile& file : web_files())
+    if (file.path == path) return &file;
+  return nullptr;
+}
 
 }  // namespace weft::daemon::web

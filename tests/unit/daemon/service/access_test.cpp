@@ -10,7 +10,6 @@
 #include "daemon/service/rpc/idempotency.hpp"
 #include "daemon/service/rpc/leases.hpp"
 #include "daemon/service/rpc/rate_limits.hpp"
-#include "daemon/service/rpc/token_keeper.hpp"
 #include "daemon/service/rpc/tokens.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"
 
@@ -212,14 +211,13 @@ TEST_CASE("Nobody's keys make room for another's, in this life of the daemon or 
 }
 
 TEST_CASE("A refusal that was kept as text is the same again") {
-  rpc::RpcError error = rpc::rpc_error(rpc::code::state, "state.conflict",
-                                       {.code = Errc::wrong_state,
-                                        .where = "/here",
-                                        .what = "not now",
-                                        .expected = "a",
-                                        .got = "b",
-                                        .hint = "c"});
-  error.blockers_json = R"([{"kind":"rig.busy"}])";
+  const rpc::RpcError error = rpc::rpc_error(rpc::code::state, "state.conflict",
+                                             {.code = Errc::wrong_state,
+                                              .where = "/here",
+                                              .what = "not now",
+                                              .expected = "a",
+                                              .got = "b",
+                                              .hint = "c"});
   CHECK(to_json(rpc::error_from_json(to_json(error))) == to_json(error));
   CHECK(rpc::error_from_json("{").kind == "internal");
 }

@@ -1,6 +1,6 @@
 // Which bytes of a file are sent, and what is said before them.
 
-#include "daemon/service/transport/http_file.hpp"
+#include "daemon/service/transport/http_answer.hpp"
 
 #include <catch2/catch.hpp>
 

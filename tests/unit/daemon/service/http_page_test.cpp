@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "daemon/base/file/sha256.hpp"
-#include "daemon/service/transport/http_file.hpp"
+#include "daemon/service/transport/http_answer.hpp"
 #include "daemon/service/web/web_files.hpp"
 
 namespace http_page_test {

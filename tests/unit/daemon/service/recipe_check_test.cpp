@@ -33,7 +33,6 @@ struct CheckBench {
     };
     api::add_recipe_methods(methods, services);
     api::add_plan_methods(methods, services);
-    api::add_recipe_put(methods, services);
     services.utc_us = [] { return std::int64_t{0}; };
   }
   void query(const json& params, const char* method = "recipe.check") {

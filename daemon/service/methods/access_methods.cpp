@@ -1,0 +1,282 @@
+// Who may: leases of the rig, who talks to the daemon now, and tokens, so that a person at the
+// bench gets one for a browser without ending the daemon.
+
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "daemon/service/methods/helpers.hpp"
+#include "daemon/service/rpc/session.hpp"
+
+namespace weft::daemon::api {
+namespace {
+
+using access::Lease;
+using std::chrono::milliseconds;
+
+constexpr rpc::ParamSpec lease_param{"lease", ParamType::text, true, "its name, \"L-9c1d40b2-7\""};
+constexpr rpc::ParamSpec ttl_param{"ttl_ms", ParamType::integer, false,
+                                   "how long it lasts without renewal [ms], 15000"};
+
+json lease_json(const Services& services, const Lease& lease) {
+  const auto left = lease.expires - services.now();
+  return {{"lease", lease.id},  {"scope", lease.scope},
+          {"user", lease.user}, {"session", lease.session},
+          {"note", lease.note}, {"expires_us", services.utc_us() + left.count() / 1000}};
+}
+
+/// What a topic "lease:SCOPE" tells: who holds it now, and what has just been done with the lease,
+/// so that one of these is there in a snapshot and the others are not.
+json delta_of(std::string_view what, const json& lease, bool is_held, std::string_view who) {
+  json delta{{"held", is_held ? lease : json()}, {"by", who}};
+  for (const std::string_view each : {"acquired", "renewed", "released", "broken", "expired"})
+    delta[std::string(each)] = each == what ? lease : json();
+  return delta;
+}
+
+void notify(const Services& services, const Lease& lease, std::string_view what, json payload,
+            std::string_view who) {
+  payload["by"] = who;
+  const bool is_held = what == "acquired" || what == "renewed";
+  services.hub->publish("lease:" + lease.scope, delta_of(what, payload, is_held, who),
+                        services.utc_us());
+}
+
+/// What `change` does with the leases is told once it is in the journal, with what people are to
+/// know of it in `more`; where it cannot be kept they stay as they were.
+Outcome changed(const Services& services, const Call& call, std::string_view what,
+                const std::function<Result<Lease>(access::Leases&)>& change,
+                const json& more = json::object()) {
+  access::Leases after = *services.leases;
+  const auto lease = change(after);
+  if (!lease) return refused(lease.error());
+  json reply = lease_json(services, *lease);
+  reply.update(more);
+  json payload = reply;
+  payload["by"] = by(call.caller);
+  const std::string kind = "lease." + std::string(what);
+  if (const Status ok = append_journal(services, kind, by(call.caller), payload); !ok)
+    return refused(ok.error());
+  *services.leases = std::move(after);
+  notify(services, *lease, what, reply, by(call.caller));
+  return format_text(reply);
+}
+
+milliseconds read_ttl(const Call& call) {
+  return milliseconds(call.params.value("ttl_ms", std::int64_t{15000}));
+}
+
+/// In the journal where it adds a second or more to what is there: who renews without end does not
+/// fill it. A disk that is full takes nobody's lease away.
+Outcome renew(const Services& services, const Call& call) {
+  const std::string id = call.params.at("lease").get<std::string>();
+  const auto lease = services.leases->renew(id, call.caller.user, read_ttl(call), services.now());
+  if (!lease) return refused(lease.error());
+  const json reply = lease_json(services, *lease);
+  if (services.leases->should_journal(id))
+    services.log->persist({.journal = {{0, services.utc_us(), "", "lease.renewed", by(call.caller),
+                                        format_text(reply)}}});
+  notify(services, *lease, "renewed", reply, by(call.caller));
+  return format_text(reply);
+}
+
+Outcome acquire(const Services& services, const Call& call) {
+  const std::string rig = "rig:" + services.rig_name;
+  if (const std::string scope = call.params.value("scope", rig); scope != rig)
+    return refused({.code = Errc::not_found,
+                    .where = "/params/scope",
+                    .what = "nothing of that name is leased here",
+                    .expected = rig,
+                    .got = scope,
+                    .hint = "Leave it out for this rig"});
+  return changed(services, call, "acquired", [&](access::Leases& leases) {
+    return leases.acquire(
+        {rig, call.caller.user, call.caller.session, call.params.value("note", ""), read_ttl(call)},
+        services.now());
+  });
+}
+
+std::string lease_of(const Call& call) {
+  return call.params.at("lease").get<std::string>();
+}
+
+Outcome release(const Services& services, const Call& call) {
+  return changed(services, call, "released", [&](access::Leases& leases) {
+    return leases.release(lease_of(call), call.caller.user, services.now());
+  });
+}
+
+Outcome break_lease(const Services& services, const Call& call) {
+  const std::string reason = call.params.at("reason").get<std::string>();
+  const auto broken = [&](access::Leases& leases) {
+    return leases.break_lease(lease_of(call), reason, services.now());
+  };
+  return changed(services, call, "broken", broken, {{"reason", reason}});
+}
+
+Outcome list_leases(const Services& services, const Call&) {
+  json out = json::array();
+  for (const Lease& lease : services.leases->all(services.now()))
+    out.push_back(lease_json(services, lease));
+  return format_text({{"leases", std::move(out)}});
+}
+
+Outcome list_sessions(const Services& services, const Call&) {
+  json out = json::array();
+  for (const auto& [name, client_session] : *services.sessions) {
+    if (!client_session->is_open()) continue;
+    const rpc::Caller& who = client_session->caller();
+    out.push_back({{"session", name},
+                   {"user", who.user},
+                   {"client", who.client},
+                   {"role", access::to_string(who.role)},
+                   {"local", who.local},
+                   {"subscriptions", client_session->subscriptions().size()},
+                   {"waiting_calls", client_session->pending()}});
+  }
+  return format_text({{"sessions", std::move(out)}});
+}
+
+rpc::RpcError closed_by(const std::string& by, const std::string& reason) {
+  return rpc::rpc_error(rpc::code::access + 8, "session.closed",
+                        {.code = Errc::wrong_state,
+                         .what = "this session was closed by " + by,
+                         .got = reason,
+                         .hint = "What it has started goes on; session.open begins another"});
+}
+
+/// Whoever closes his own needs no more; what others said and ask for ends by an admin's word only.
+Outcome close_session(const Services& services, const Call& call) {
+  const std::string name = call.params.value("session", call.caller.session);
+  const bool own = name == call.caller.session;
+  if (!own && call.caller.role < Role::admin)
+    return refused(rpc::code::access + 3, "access.role",
+                   {.code = Errc::wrong_state,
+                    .where = "/params/session",
+                    .what = "another's session",
+                    .expected = "admin",
+                    .got = std::string(access::to_string(call.caller.role)),
+                    .hint = "Leave it out to close your own"});
+  const auto found = services.sessions->find(name);
+  if (found == services.sessions->end() || !found->second->is_open())
+    return refused({.code = Errc::not_found,
+                    .where = "/params/session",
+                    .what = "no such session",
+                    .got = name,
+                    .hint = "session.list tells who is there"});
+  const std::string reason = call.params.value("reason", "");
+  if (!own && reason.size() < 3)
+    return refused(
+        bad_param("reason", "another's session is closed for a reason", "a few words", reason));
+  server::Session& session = *found->second;
+  const json payload{{"session", name}, {"user", session.caller().user}, {"reason", reason}};
+  if (const Status ok = append_journal(services, "session.closed", by(call.caller), payload); !ok)
+    return refused(ok.error());
+  session.end(closed_by(by(call.caller), reason));
+  return format_text({{"closed", name}});
+}
+
+constexpr std::int64_t day_us = 86'400'000'000;
+constexpr std::int64_t most_days = 3660;
+
+Outcome add_token(const Services& services, const Call& call) {
+  const std::string name = call.params.at("name").get<std::string>();
+  const std::string wanted = call.params.value("role", "operator");
+  const auto role = access::role_from(wanted);
+  if (!role)
+    return refused(
+        bad_param("role", "no such role", "observer, operator, engineer or admin", wanted));
+  const auto days = read_whole_number(call, {"days", 30, 1, most_days, "how long it is good for"});
+  if (!days) return refused(days.error());
+  const std::int64_t expires_us = services.utc_us() + static_cast<std::int64_t>(*days) * day_us;
+  const bool own = call.params.value("own", false);
+  if (own && !call.caller.token.empty())  // it would outlive the one that he came with
+    return refused({.code = Errc::wrong_state,
+                    .where = "/params/own",
+                    .what = "who came with a token makes none for himself",
+                    .expected = "a user of the machine, by the Unix socket",
+                    .got = "the token " + call.caller.token,
+                    .hint = "Leave it out: who comes with it is token:NAME then"});
+  const std::string user = own ? call.caller.user : "";
+  const auto token = services.add_token(name, *role, expires_us, user);
+  if (!token && token.error().code == Errc::invalid_argument && !name.empty())
+    return refused(rpc::code::state + 13, "token.name_taken", token.error());
+  if (!token) return refused(token.error());
+  const json reply{{"name", name},
+                   {"role", wanted},
+                   {"expires_us", expires_us},
+                   {"user", access::user_of({name, *role, {}, expires_us, user})}};
+  if (const Status ok = append_journal(services, "token.added", by(call.caller), reply); !ok) {
+    static_cast<void>(services.remove_token(name));  // nobody was told it
+    return refused(ok.error());
+  }
+  json out = reply;
+  out["token"] = *token;
+  return format_text(out);
+}
+
+}  // namespace
+
+void notify_lease_expired(const Services& services, const Lease& lease) {
+  constexpr std::string_view who = "auto:time";
+  const json reply = lease_json(services, lease);
+  services.log->persist({.journal = {{0, services.utc_us(), "", "lease.expired", std::string(who),
+                                      format_text(reply)}}});
+  notify(services, lease, "expired", reply, who);
+}
+
+void add_lease_methods(rpc::Methods& methods, const Services& services) {
+  MethodGroup group(methods, services);
+  group
+      .change("lease.acquire", "takes the rig for yourself, for a while", Role::operator_,
+              {{"scope", ParamType::text, false, "this rig, where it is left out"},
+               ttl_param,
+               {"note", ParamType::text, false, "for the others, what for"}},
+              "lease, expires_us", acquire)
+      .memory = rpc::Memory::while_running;
+  group
+      .change("lease.renew", "for longer", Role::operator_, {lease_param, ttl_param},
+              "lease, expires_us", renew)
+      .memory = rpc::Memory::while_running;
+  group
+      .change("lease.release", "done with it", Role::operator_, {lease_param},
+              "the lease that is over", release)
+      .memory = rpc::Memory::while_running;
+  group
+      .change("lease.break", "takes it away from whoever holds it; told to all", Role::admin,
+              {lease_param, {"reason", ParamType::text, true, "a few words"}},
+              "the lease that is over, reason", break_lease)
+      .memory = rpc::Memory::while_running;
+  group.read("lease.list", "who holds what", {}, "leases", list_leases);
+}
+
+void add_session_methods(rpc::Methods& methods, const Services& services) {
+  MethodGroup group(methods, services);
+  group.read("session.list", "who is connected and has introduced himself", {},
+             "sessions: session, user, client, role, local (through the Unix socket), "
+             "subscriptions, waiting_calls",
+             list_sessions);
+  group.change("session.close",
+               "ends a session once its answer is sent: your own, or an admin another's with a "
+               "reason; what it has started goes on, and its leases until their time is over",
+               Role::observer,
+               {{"session", ParamType::text, false, "its name, \"s-41\"; yours"},
+                {"reason", ParamType::text, false, "for who is there and for the journal"}},
+               "closed", close_session);
+}
+
+void add_token_methods(rpc::Methods& methods, const Services& services) {
+  MethodGroup group(methods, services);
+  group
+      .change("token.add", "makes a token for TCP and HTTP; it is told once, here", Role::admin,
+              {{"name", ParamType::text, true, "whom it is for, a new name"},
+               {"role", ParamType::text, false, "observer, operator (default), engineer or admin"},
+               {"days", ParamType::integer, false, "how long it is good for [days], 30"},
+               {"own", ParamType::flag, false,
+                "it is for yourself, a user of the machine, who came without a token: who comes "
+                "with it "
+                "is you, as far as its role goes, and has your leases and keys; else token:NAME"}},
+              "name, role, expires_us, user (who comes with it), token", add_token)
+      .memory = rpc::Memory::while_running;
+}
+
+}  // namespace weft::daemon::api
