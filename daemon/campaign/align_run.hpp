@@ -10,7 +10,7 @@
 #include "daemon/campaign/bench_actions.hpp"
 #include "daemon/campaign/bench_session.hpp"
 #include "daemon/campaign/device_log.hpp"
-#include "daemon/campaign/run_orders.hpp"
+#include "daemon/campaign/orders/run_orders.hpp"
 #include "recipes/alignment/alignment.hpp"
 
 namespace weft::daemon {

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "daemon/base/file/stop_requested.hpp"
-#include "daemon/campaign/run_orders.hpp"
+#include "daemon/campaign/orders/run_orders.hpp"
 #include "daemon/campaign/supervisor.hpp"
 #include "daemon/hardware/rig/bench.hpp"
 #include "recipes/engine/rig_limits.hpp"

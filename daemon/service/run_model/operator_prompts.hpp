@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/orders/run_orders.hpp"
 #include "daemon/service/run_model/run_state.hpp"
 
 namespace weft::daemon::runs {

@@ -9,7 +9,7 @@
 #include <optional>
 #include <string_view>
 
-#include "daemon/campaign/run_orders.hpp"
+#include "daemon/campaign/orders/run_orders.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon::runs {
