@@ -53,7 +53,7 @@ Outcome confirm(const Services& services, const Call& call) {
   if (auto free = require_free_lease(services, call.caller); !free)
     return tl::unexpected(free.error());
   const std::string step = call.params.at("step").get<std::string>();
-  const auto run = services.run_manager->confirm(run_of(call), step, by(call.caller));
+  const auto run = services.run_manager->order(run_of(call), Order::confirm, by(call.caller), step);
   if (!run) return refused(run.error());
   return format_text(run_json(*run));
 }
