@@ -20,8 +20,9 @@ weft_module(daemon/storage/certificate USES daemon/storage/recorder daemon/stora
 weft_module(daemon/storage/imprints USES daemon/storage/dataset recipes classifier/imprint)
 
 # campaign: one campaign from recipe to data set
-weft_module(daemon/campaign USES daemon/hardware/rig daemon/storage/certificate classifier/live drivers/thorlabs_apt sim/rig
-            SYSTEM spdlog::spdlog)
+weft_module(daemon/campaign/orders USES recipes)
+weft_module(daemon/campaign USES daemon/campaign/orders daemon/hardware/rig daemon/storage/certificate classifier/live
+            drivers/thorlabs_apt sim/rig SYSTEM spdlog::spdlog)
 weft_module(daemon/campaign/diagnostics USES daemon/campaign)
 
 # pages: SVG and HTML
@@ -39,8 +40,8 @@ weft_module(daemon/service/rpc USES daemon/storage/recorder recipes)
 weft_module(daemon/service/client USES daemon/service/rpc PRIVATE_SYSTEM OpenSSL::SSL)
 weft_module(daemon/service/web)
 weft_module(daemon/service/transport USES daemon/service/rpc daemon/service/web PRIVATE_SYSTEM OpenSSL::SSL)
-weft_module(daemon/service/run_model USES daemon/campaign)
-weft_module(daemon/service/run_store USES daemon/service/run_model)
+weft_module(daemon/service/run_model USES daemon/campaign/orders)
+weft_module(daemon/service/run_store USES daemon/service/run_model daemon/campaign)
 weft_module(daemon/service/runs USES daemon/service/run_store)
 weft_module(daemon/service/handover USES daemon/service/run_store daemon/analysis/handover)
 weft_module(daemon/service/methods USES daemon/service/rpc daemon/service/runs daemon/service/handover)
@@ -52,7 +53,7 @@ weft_module(daemon/apps/weft_rig USES daemon/apps/weft)
 
 set(WEFT_DAEMON_MODULES
     base/file base/text base/version base/loop hardware/link hardware/plugins hardware/rig
-    storage/dataset storage/recorder storage/recordings storage/certificate storage/imprints campaign campaign/diagnostics pages/plot
+    storage/dataset storage/recorder storage/recordings storage/certificate storage/imprints campaign/orders campaign campaign/diagnostics pages/plot
     analysis/report analysis/tradeoff analysis/design analysis/imprint analysis/handover
     service/rpc service/client service/web service/transport service/run_model service/run_store service/runs
     service/handover service/methods service/daemon

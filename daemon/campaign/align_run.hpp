@@ -9,7 +9,7 @@
 
 #include "daemon/campaign/bench_actions.hpp"
 #include "daemon/campaign/bench_session.hpp"
-#include "daemon/campaign/run_orders.hpp"
+#include "daemon/campaign/orders/run_orders.hpp"
 #include "daemon/campaign/trial_recording.hpp"
 #include "recipes/alignment/alignment.hpp"
 

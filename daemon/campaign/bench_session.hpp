@@ -9,7 +9,7 @@
 
 #include "daemon/base/file/stop_requested.hpp"
 #include "daemon/base/loop/timed_loop.hpp"
-#include "daemon/campaign/run_orders.hpp"
+#include "daemon/campaign/orders/run_orders.hpp"
 #include "daemon/campaign/supervisor.hpp"
 #include "daemon/hardware/link/memory_link.hpp"
 #include "daemon/hardware/rig/bench.hpp"

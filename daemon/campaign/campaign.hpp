@@ -11,7 +11,7 @@
 #include "daemon/campaign/bench_session.hpp"
 #include "daemon/campaign/live_classifier.hpp"
 #include "daemon/campaign/live_frame_sampler.hpp"
-#include "daemon/campaign/run_orders.hpp"
+#include "daemon/campaign/orders/run_orders.hpp"
 #include "daemon/campaign/run_pace.hpp"
 #include "daemon/campaign/simulation.hpp"
 #include "daemon/campaign/trial_recording.hpp"
@@ -100,22 +100,6 @@ struct CampaignSummary {
 std::string format_ended_early(const CampaignSummary& summary);
 
 using ProgressSink = std::function<void(const TrialProgress&)>;
-
-/// Where a run is.
-struct RunStatusUpdate {
-  std::size_t trial = 0;  ///< of `planned`
-  std::size_t planned = 0;
-  recipes::Step step = recipes::Step::ready;
-  std::string fabric;
-  std::string exploration;
-  std::uint32_t repetition = 0;
-  double virtual_s = 0;  ///< on the bench's clock
-  /// What a person is asked for now; its ticket goes back with Order::confirm.
-  std::optional<recipes::PromptOperator> requested = {};
-  /// The next that a person will be asked for, where nothing is asked now.
-  std::optional<recipes::StepPrompt> next_prompt = {};
-  std::optional<double> next_prompt_in_s = {};  ///< of wall time, where that can be told
-};
 
 /// What a caller wants to hear of a run, and how it ends one. Each may be left empty.
 struct CampaignHooks {

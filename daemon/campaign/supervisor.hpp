@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "daemon/campaign/bench_actions.hpp"
-#include "daemon/campaign/run_orders.hpp"
+#include "daemon/campaign/orders/run_orders.hpp"
 #include "daemon/campaign/trial_recording.hpp"
 #include "recipes/control/force_loop.hpp"
 #include "recipes/engine/engine.hpp"

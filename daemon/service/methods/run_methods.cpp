@@ -37,7 +37,8 @@ Outcome confirm(const Services& services, const Call& call) {
   if (auto free = require_free_lease(services, call.caller); !free)
     return tl::unexpected(free.error());
   const std::string step = call.params.at("step").get<std::string>();
-  return run_outcome(services.run_manager->confirm(run_of(call), step, by(call.caller)));
+  return run_outcome(
+      services.run_manager->order(run_of(call), Order::confirm, by(call.caller), step));
 }
 
 json preview_json(const ResumePreview& preview) {

@@ -6,22 +6,21 @@ namespace weft::daemon::runs {
 
 void OperatorPrompts::on_plan(std::int64_t run, const std::optional<recipes::StepPrompt>& first) {
   entries_.erase(run);
-  if (first) entries_[run] = {{*first}};
+  if (first) entries_[run] = {*first};
 }
 
-bool OperatorPrompts::on_step(std::int64_t run, RunState state, const RunStatusUpdate& moment,
-                              std::chrono::nanoseconds now) {
+const OperatorPrompt* OperatorPrompts::on_step(std::int64_t run, RunState state,
+                                               const RunStatusUpdate& moment,
+                                               std::chrono::nanoseconds now) {
   if (state == RunState::awaiting_operator && moment.requested) {
-    std::string name = "Q-" + std::to_string(++names_taken_);
-    entries_[run] = {{moment.requested->prompt, std::move(name), now}, moment.requested->ticket};
-    return true;
+    const auto& [ticket, prompt] = *moment.requested;
+    return &(entries_[run] = {prompt, "Q-" + std::to_string(++names_taken_), ticket, now});
   }
-  if (state != RunState::running) return false;
+  if (state != RunState::running) return nullptr;
   on_plan(run, moment.next_prompt);
   if (moment.next_prompt && moment.next_prompt_in_s)
-    entries_[run].prompt.at =
-        now + std::chrono::nanoseconds(std::llround(*moment.next_prompt_in_s * 1e9));
-  return false;
+    entries_[run].at = now + std::chrono::nanoseconds(std::llround(*moment.next_prompt_in_s * 1e9));
+  return nullptr;
 }
 
 void OperatorPrompts::on_state(std::int64_t run, RunState state) {
@@ -31,12 +30,12 @@ void OperatorPrompts::on_state(std::int64_t run, RunState state) {
 
 const OperatorPrompt* OperatorPrompts::find(std::int64_t run) const {
   const auto found = entries_.find(run);
-  return found == entries_.end() ? nullptr : &found->second.prompt;
+  return found == entries_.end() ? nullptr : &found->second;
 }
 
 recipes::Ticket OperatorPrompts::ticket(std::int64_t run) const {
-  const auto found = entries_.find(run);
-  return found == entries_.end() ? 0 : found->second.ticket;
+  const OperatorPrompt* const prompt = find(run);
+  return prompt == nullptr ? 0 : prompt->ticket;
 }
 
 Status OperatorPrompts::check(std::int64_t run, std::string_view step) const {

@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/orders/run_orders.hpp"
 #include "daemon/service/run_model/run_state.hpp"
 
 namespace weft::daemon::runs {
@@ -17,7 +17,8 @@ namespace weft::daemon::runs {
 /// What a person is asked for, or will be.
 struct OperatorPrompt {
   recipes::StepPrompt prompt;
-  std::string step = {};  ///< names what is asked now, "Q-12"; empty where it is not asked yet
+  std::string step = {};       ///< names what is asked now, "Q-12"; empty where it is not asked yet
+  recipes::Ticket ticket = 0;  ///< what the engine needs with a confirmation; 0 likewise
   /// Since when, or when it will be as far as is known, by the monotonic clock.
   std::optional<std::chrono::nanoseconds> at = {};
   std::optional<std::int64_t> at_us = {};  ///< the same by the machine's wall clock [UTC]
@@ -31,24 +32,19 @@ class OperatorPrompts {
 
   /// The plan of a run is known: what it asks for first, if anything.
   void on_plan(std::int64_t run, const std::optional<recipes::StepPrompt>& first);
-  /// The engine of a run reports, which is in `state` from now on. True: a prompt opens.
-  bool on_step(std::int64_t run, RunState state, const RunStatusUpdate& moment,
-               std::chrono::nanoseconds now);
+  /// The engine of a run reports, which is in `state` from now on. The prompt that opens, if any.
+  const OperatorPrompt* on_step(std::int64_t run, RunState state, const RunStatusUpdate& moment,
+                                std::chrono::nanoseconds now);
   /// A run has changed to `state`: one that is on its way to its end needs no person.
   void on_state(std::int64_t run, RunState state);
   /// The open prompt, or the next; nothing without one.
   [[nodiscard]] const OperatorPrompt* find(std::int64_t run) const;
-  /// What the engine needs with a confirmation.
   [[nodiscard]] recipes::Ticket ticket(std::int64_t run) const;
   /// Errors: wrong_state, when `step` does not name the open prompt.
   [[nodiscard]] Status check(std::int64_t run, std::string_view step) const;
 
  private:
-  struct Entry {
-    OperatorPrompt prompt;
-    recipes::Ticket ticket = 0;
-  };
-  std::map<std::int64_t, Entry> entries_;
+  std::map<std::int64_t, OperatorPrompt> entries_;
   std::int64_t names_taken_;
 };
 

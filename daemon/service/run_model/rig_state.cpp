@@ -1,5 +1,6 @@
 #include "daemon/service/run_model/rig_state.hpp"
 
+#include <algorithm>
 #include <array>
 
 namespace weft::daemon::runs {
@@ -44,6 +45,34 @@ void RigState::allow_resumed(std::int64_t run) {
 
 void RigState::end_override(std::int64_t run) {
   if (run == resume_override_run_) end_override();
+}
+
+bool RepeatedStops::is_journalled(const Stop& stop, bool is_news, Clock now) {
+  auto known = std::ranges::find(entries_, stop, &Counted::stop);
+  const bool is_new = known == entries_.end();
+  if (is_new && !is_news && entries_.size() >= most_apart) {
+    const Stop several{stop.kind, "auto:several", {}};
+    known = std::ranges::find(entries_, several, &Counted::stop);
+    if (known == entries_.end()) known = entries_.insert(known, {several, now, 0});
+    ++known->times;
+    return false;
+  }
+  if (is_new) {
+    if (entries_.size() < most_apart) entries_.push_back({stop, now, 0});
+    return true;
+  }
+  if (!is_news) ++known->times;
+  return is_news;
+}
+
+std::vector<RepeatedStops::Counted> RepeatedStops::take(Clock now) {
+  std::vector<Counted> out;
+  std::erase_if(entries_, [&](const Counted& entry) {
+    const bool is_over = now - entry.since >= window;
+    if (is_over && entry.times > 0) out.push_back(entry);
+    return is_over;
+  });
+  return out;
 }
 
 }  // namespace weft::daemon::runs

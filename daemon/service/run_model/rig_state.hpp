@@ -1,9 +1,11 @@
 #pragma once
-// Whether the rig may be moved, and why not, as a value.
+// Whether the rig may be moved, and why not, as values with the time as an argument.
 
+#include <chrono>
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace weft::daemon::runs {
 
@@ -55,5 +57,35 @@ class RigState {
   std::int64_t resume_override_run_ = 0;  ///< 0: none
 };
 std::string_view to_string(RigState::Fact fact);
+
+/// Stops that change nothing, said again and again: each counts, and a flood of them does not fill
+/// the journal.
+class RepeatedStops {
+ public:
+  using Clock = std::chrono::nanoseconds;  ///< monotonic, any origin
+  /// So long repeats are counted before a line tells of them.
+  static constexpr std::chrono::seconds window{10};
+  /// Kinds of repeats that are told apart; more are counted together, as "auto:several".
+  static constexpr std::size_t most_apart = 16;
+
+  struct Stop {
+    std::string kind, by, reason;
+    bool operator==(const Stop&) const = default;
+  };
+  struct Counted {
+    Stop stop;
+    Clock since{};
+    std::uint64_t times = 0;
+  };
+
+  /// Whether this one has a line of its own: it is news, or was not said within the window. Others
+  /// are counted.
+  bool is_journalled(const Stop& stop, bool is_news, Clock now);
+  /// What was counted, where the window is over; each once. Without `now` all of it.
+  std::vector<Counted> take(Clock now = Clock::max());
+
+ private:
+  std::vector<Counted> entries_;
+};
 
 }  // namespace weft::daemon::runs

@@ -9,73 +9,59 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = RunStateMachine::Clock;
 
-constexpr std::array<std::string_view, 12> names{
-    "queued",   "arming",    "running",  "pausing", "held",  "awaiting_operator",
-    "resuming", "finishing", "aborting", "halting", "ended", "interrupted"};
-static_assert(names.size() == all_run_states.size());
+struct StateRow {
+  std::string_view name;
+  Clock Deadlines::*length = nullptr;     ///< how long it may last; without it waits for people
+  std::optional<Order> at_deadline = {};  ///< the next rung of the ladder
+};
+constexpr std::array<StateRow, all_run_states.size()> rows{
+    {{"queued"},
+     {"arming", &Deadlines::arming, Order::abort},
+     {"running", &Deadlines::running, Order::stop},
+     {"pausing", &Deadlines::trial, Order::abort},
+     {"held", &Deadlines::held, Order::stop},
+     {"awaiting_operator", &Deadlines::held, Order::stop},
+     {"resuming", &Deadlines::trial, Order::abort},
+     {"finishing", &Deadlines::finishing, Order::abort},
+     {"aborting", &Deadlines::aborting, Order::halt},
+     {"halting", &Deadlines::halting},
+     {"ended"},
+     {"interrupted"}}};
 
-Clock lasting(const Deadlines& limits, RunState state) {
-  switch (state) {
-    case RunState::arming:
-      return limits.arming;
-    case RunState::running:
-      return limits.running;
-    case RunState::pausing:
-    case RunState::resuming:
-      return limits.trial;
-    case RunState::finishing:
-      return limits.finishing;
-    case RunState::held:
-    case RunState::awaiting_operator:
-      return limits.held;
-    case RunState::aborting:
-      return limits.aborting;
-    case RunState::halting:
-      return limits.halting;
-    case RunState::queued:
-    case RunState::ended:
-    case RunState::interrupted:
-      break;
-  }
-  return Clock::max();
+const StateRow& row_of(RunState state) {
+  return rows[static_cast<std::size_t>(state)];
 }
 
 RunStep enter(RunState state, const Deadlines& limits, Clock now,
               std::optional<Order> order = std::nullopt) {
-  const Clock length = lasting(limits, state);
-  return {{state, length == Clock::max() ? length : now + length}, order, false};
+  const auto length = row_of(state).length;
+  const bool is_limited = length != nullptr && limits.*length != Clock::max();
+  return {{state, is_limited ? now + limits.*length : Clock::max()}, order, false};
 }
 
-/// Whether a state takes an order, and where that leads.
+/// Where an order leads from `state`; nothing where that does not take it.
 std::optional<RunState> after(RunState state, Order order) {
-  const bool continues_running = state == RunState::running || state == RunState::pausing ||
-                                 state == RunState::held || state == RunState::awaiting_operator ||
-                                 state == RunState::resuming;
+  using enum RunState;
+  const auto from = [state](std::initializer_list<RunState> states, RunState next) {
+    return std::ranges::count(states, state) > 0 ? std::optional(next) : std::nullopt;
+  };
   switch (order) {
     case Order::pause:
     case Order::pause_now:
-      if (state == RunState::running || state == RunState::pausing ||
-          state == RunState::awaiting_operator)
-        return RunState::pausing;
-      return std::nullopt;
+      return from({running, pausing, awaiting_operator}, pausing);
     case Order::resume:
-      if (state == RunState::held || state == RunState::pausing) return RunState::resuming;
-      return std::nullopt;
+      return from({held, pausing}, resuming);
     case Order::confirm:
-      if (state == RunState::awaiting_operator) return RunState::resuming;
-      return std::nullopt;
+      return from({awaiting_operator}, resuming);
     case Order::stop:
-      if (continues_running || state == RunState::arming) return RunState::finishing;
-      return std::nullopt;
+      return from({arming, running, pausing, held, awaiting_operator, resuming}, finishing);
     case Order::abort:
-      if (continues_running || state == RunState::arming || state == RunState::finishing)
-        return RunState::aborting;
-      return std::nullopt;
+      return from({arming, running, pausing, held, awaiting_operator, resuming, finishing},
+                  aborting);
     case Order::halt:
-      if (continues_running || state == RunState::arming || state == RunState::finishing ||
-          state == RunState::aborting)
-        return RunState::halting;
-      return std::nullopt;
+      return from(
+          {arming, running, pausing, held, awaiting_operator, resuming, finishing, aborting},
+          halting);
   }
   return std::nullopt;
 }
@@ -88,10 +74,19 @@ std::string takes(RunState state) {
   return words.empty() ? "none" : words;
 }
 
+/// What is resumed and does not take the rig moves nothing, and cleans nothing up.
+bool ends_as_before(const RunFacts& former, bool had_rig) {
+  return !had_rig && !former.outcome.empty();
+}
+
 }  // namespace
 
+std::string format_error(const std::optional<Error>& error) {
+  return error ? to_string(*error) : std::string();
+}
+
 std::string_view to_string(RunState state) {
-  return names[static_cast<std::size_t>(state)];
+  return row_of(state).name;
 }
 
 Deadlines Deadlines::of(double forecast_s, double trial_s, const LastTimes& last) {
@@ -122,61 +117,62 @@ Result<RunStep> on_order(const RunStateMachine& run, const Deadlines& limits, Or
 }
 
 RunStep on_begun(const RunStateMachine& run, const Deadlines& limits, Clock now) {
-  return run.state == RunState::queued ? enter(RunState::arming, limits, now)
-                                       : RunStep{run, {}, {}};
+  return run.state == RunState::queued ? enter(RunState::arming, limits, now) : RunStep{run};
 }
 
 RunStep on_step(const RunStateMachine& run, const Deadlines& limits, recipes::Step step,
                 Clock now) {
+  using enum RunState;
+  const auto is_in = [&run](auto... states) { return ((run.state == states) || ...); };
   const bool is_held = step == recipes::Step::held;
   const bool prompts = step == recipes::Step::awaiting_operator;
-  switch (run.state) {
-    case RunState::arming:
-      return enter(prompts ? RunState::awaiting_operator : RunState::running, limits, now);
-    case RunState::running:
-      if (prompts) return enter(RunState::awaiting_operator, limits, now);
-      [[fallthrough]];
-    case RunState::pausing:  // what is asked meanwhile is asked again when it goes on
-      if (is_held) return enter(RunState::held, limits, now);
-      break;
-    case RunState::held:
-    case RunState::awaiting_operator:
-    case RunState::resuming:
-      if (prompts) return enter(RunState::awaiting_operator, limits, now);
-      if (!is_held) return enter(RunState::running, limits, now);
-      break;
-    default:
-      break;
-  }
-  return {run, {}, {}};
+  // What is asked while it pauses is asked again when it goes on.
+  if (prompts && is_in(arming, running, held, awaiting_operator, resuming))
+    return enter(awaiting_operator, limits, now);
+  if (is_held && is_in(running, pausing)) return enter(held, limits, now);
+  if (is_in(arming) || (!is_held && !prompts && is_in(held, awaiting_operator, resuming)))
+    return enter(running, limits, now);
+  return {run};
 }
 
 RunStep on_ended(bool can_resume) {
-  return {{can_resume ? RunState::interrupted : RunState::ended, Clock::max()}, {}, {}};
+  return {{can_resume ? RunState::interrupted : RunState::ended, Clock::max()}};
 }
 
 RunStep on_time(const RunStateMachine& run, const Deadlines& limits, Clock now) {
-  if (now < run.deadline) return {run, {}, {}};
-  switch (run.state) {
-    case RunState::running:
-    case RunState::held:
-    case RunState::awaiting_operator:
-      return enter(RunState::finishing, limits, now, Order::stop);
-    case RunState::arming:
-    case RunState::pausing:
-    case RunState::resuming:
-    case RunState::finishing:
-      return enter(RunState::aborting, limits, now, Order::abort);
-    case RunState::aborting:
-      return enter(RunState::halting, limits, now, Order::halt);
-    case RunState::halting:
-      return {{RunState::ended, Clock::max()}, {}, true};
-    case RunState::queued:
-    case RunState::ended:
-    case RunState::interrupted:
-      break;
+  if (now < run.deadline || row_of(run.state).length == nullptr) return {run};
+  const auto order = row_of(run.state).at_deadline;
+  if (!order) return {{RunState::ended, Clock::max()}, {}, true};
+  return enter(*after(run.state, *order), limits, now, order);
+}
+
+RunFacts facts_of_end(const RunFacts& former, const RunEnd& end) {
+  RunFacts out = end.found;
+  if (end.has_summary && end.was_closing && out.outcome == "aborted" && out.error.empty())
+    out.error = "aborted by the daemon, which was told to end";
+  if (ends_as_before(former, end.acquired_rig)) {
+    out.cleanup = former.cleanup;
+    if (!end.has_summary) out.dataset_error = former.dataset_error;
+    // An order that ended it is shown in any case.
+    if (!end.has_summary && out.outcome == "failed") out.outcome = former.outcome;
   }
-  return {run, {}, {}};
+  out.bench_outcome = end.acquired_rig ? out.outcome : former.bench_outcome;
+  out.bench_error = end.acquired_rig ? out.error : former.bench_error;
+  if (end.acquired_rig || !end.has_summary || out.bench_outcome.empty()) return out;
+  out.outcome = out.bench_outcome;  // it only concludes: its end is that of its bench
+  out.error = out.bench_error;
+  return out;
+}
+
+RunFacts facts_without_answer(RunFacts former, bool has_rig, std::string certified) {
+  if (!ends_as_before(former, has_rig)) {
+    former.outcome = "failed";
+    former.cleanup = "skipped";
+    former.dataset_error.clear();
+    former.dataset_sha256 = std::move(certified);
+  }
+  former.error = "the run does not answer";
+  return former;
 }
 
 }  // namespace weft::daemon::runs

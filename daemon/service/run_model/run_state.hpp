@@ -1,15 +1,16 @@
 #pragma once
-// A run as clients see it: a pure machine over what people order and what the run's thread reports.
-// Every state but the last has a deadline; one that passes climbs the ladder pause, stop, abort,
-// halt. Source: docs/reference/run-verbs.md.
+// A run as clients see it: a pure machine over what people order and what the run's thread reports,
+// and the facts of its end. Every state but the last has a deadline; one that passes climbs the
+// ladder pause, stop, abort, halt. Source: docs/reference/run-verbs.md.
 
 #include <array>
 #include <chrono>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 
-#include "daemon/campaign/run_orders.hpp"
+#include "daemon/campaign/orders/run_orders.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon::runs {
@@ -58,7 +59,7 @@ struct RunStateMachine {
 /// What follows: the machine, and what the run's thread is to be told.
 struct RunStep {
   RunStateMachine next;
-  std::optional<Order> order;
+  std::optional<Order> order = {};
   /// The run's thread does not answer any more: it counts as ended, with the rig unknown.
   bool lost = false;
 };
@@ -75,5 +76,32 @@ RunStep on_step(const RunStateMachine& run, const Deadlines& limits, recipes::St
 RunStep on_ended(bool can_resume = false);
 /// Time has passed.
 RunStep on_time(const RunStateMachine& run, const Deadlines& limits, RunStateMachine::Clock now);
+
+/// The text of an error; empty without one.
+std::string format_error(const std::optional<Error>& error);
+
+/// What became of a run; empty where that is not known.
+struct RunFacts {
+  std::string outcome = {}, cleanup = {}, rig_fact = {};  ///< the three facts, once it has ended
+  std::string error = {};                                 ///< the first thing that went wrong
+  std::string dataset_sha256 = {};
+  std::string dataset_error =
+      {};  ///< why its record was not concluded, whatever became of the bench
+  /// Outcome and error of its newest turn at the bench; empty where it had none, or died in it.
+  std::string bench_outcome = {}, bench_error = {};
+  friend bool operator==(const RunFacts&, const RunFacts&) = default;
+};
+
+/// How the thread of a run came to its end.
+struct RunEnd {
+  RunFacts found;  ///< by its summary or, without one, its error and its folder
+  bool has_summary = false;
+  bool acquired_rig = false;  ///< else the rig is as it was
+  bool was_closing = false;   ///< the daemon's end gave the order
+};
+/// `former`: facts of its end before it was resumed, if it was.
+RunFacts facts_of_end(const RunFacts& former, const RunEnd& end);
+/// Of a run that does not obey in time. `certified`: the data set in its folder.
+RunFacts facts_without_answer(RunFacts former, bool has_rig, std::string certified);
 
 }  // namespace weft::daemon::runs

@@ -1,65 +1,99 @@
-#include "daemon/service/run_store/run_rows.hpp"
+// The tables of weftd.sqlite, and a run as a row of its table.
 
 #include <algorithm>
+#include <array>
 #include <charconv>
+#include <concepts>
+#include <tuple>
+#include <type_traits>
+
+#include "daemon/service/run_store/run_store.hpp"
 
 namespace weft::daemon::runs {
 namespace {
 
-enum class Column : std::uint8_t { fixed, changes };
+constexpr const char* schema_sql = R"sql(
+CREATE TABLE IF NOT EXISTS run (
+  number INTEGER PRIMARY KEY AUTOINCREMENT,
+  recipe TEXT NOT NULL, rig TEXT NOT NULL, folder TEXT NOT NULL, seed TEXT NOT NULL,
+  name TEXT NOT NULL, by TEXT NOT NULL, created_us INTEGER NOT NULL,
+  state TEXT NOT NULL, outcome TEXT NOT NULL, cleanup TEXT NOT NULL, rig_fact TEXT NOT NULL,
+  error TEXT NOT NULL, dataset_sha256 TEXT NOT NULL, resume INTEGER NOT NULL DEFAULT 0,
+  recovered TEXT NOT NULL DEFAULT '', bench TEXT NOT NULL DEFAULT '',
+  trials_done INTEGER, trials_planned INTEGER, recipe_sha256 TEXT NOT NULL DEFAULT '',
+  dataset_error TEXT NOT NULL DEFAULT '', rig_untaken INTEGER NOT NULL DEFAULT 0,
+  bench_outcome TEXT NOT NULL DEFAULT '', bench_error TEXT NOT NULL DEFAULT '',
+  disk_bytes INTEGER NOT NULL DEFAULT 0
+) STRICT;
+CREATE TABLE IF NOT EXISTS recipe (sha256 TEXT PRIMARY KEY, text TEXT NOT NULL) STRICT;
+CREATE TABLE IF NOT EXISTS journal (
+  sequence INTEGER PRIMARY KEY AUTOINCREMENT, utc_us INTEGER NOT NULL,
+  run TEXT NOT NULL, kind TEXT NOT NULL, by TEXT NOT NULL, payload_json TEXT NOT NULL
+) STRICT;
+CREATE TABLE IF NOT EXISTS line (
+  id INTEGER PRIMARY KEY CHECK (id = 1), revision INTEGER NOT NULL, held_by TEXT NOT NULL
+) STRICT;
+CREATE TABLE IF NOT EXISTS waiting (place INTEGER PRIMARY KEY, run INTEGER NOT NULL) STRICT;
+CREATE TABLE IF NOT EXISTS rig (
+  id INTEGER PRIMARY KEY CHECK (id = 1), fact TEXT NOT NULL, why TEXT NOT NULL
+) STRICT;
+CREATE TABLE IF NOT EXISTS answer (
+  number INTEGER PRIMARY KEY AUTOINCREMENT, name TEXT NOT NULL UNIQUE, fingerprint TEXT NOT NULL,
+  asked_us INTEGER NOT NULL, result TEXT, error TEXT, token TEXT NOT NULL DEFAULT ''
+) STRICT;
+CREATE TABLE IF NOT EXISTS hand_over (
+  run INTEGER PRIMARY KEY, state TEXT NOT NULL, by TEXT NOT NULL, error TEXT NOT NULL,
+  result_json TEXT NOT NULL, attempts INTEGER NOT NULL DEFAULT 0
+) STRICT;
+)sql";
 
-/// Each column of the table, for reading and writing: its name, what it holds, and whether it is
-/// written once.
-template <class Run, class Visit>
-void visit_columns(Run& run, Visit&& visit) {
-  using enum Column;
-  visit("number", run.number, fixed);
-  visit("recipe", run.recipe, fixed);
-  visit("rig", run.rig, fixed);
-  visit("folder", run.folder, changes);
-  visit("seed", run.seed, fixed);
-  visit("name", run.name, fixed);
-  visit("by", run.by, fixed);
-  visit("created_us", run.created_us, fixed);
-  visit("state", run.state, changes);
-  visit("outcome", run.outcome, changes);
-  visit("cleanup", run.cleanup, changes);
-  visit("rig_fact", run.rig_fact, changes);
-  visit("error", run.error, changes);
-  visit("dataset_sha256", run.dataset_sha256, changes);
-  visit("resume", run.resume, changes);
-  visit("recovered", run.recovered, changes);
-  visit("bench", run.bench, changes);
-  visit("trials_done", run.trials_done, changes);
-  visit("trials_planned", run.trials_planned, changes);
-  visit("recipe_sha256", run.recipe_sha256, fixed);
-  visit("dataset_error", run.dataset_error, changes);
-  visit("rig_untaken", run.rig_untaken, changes);
-  visit("bench_outcome", run.bench_outcome, changes);
-  visit("bench_error", run.bench_error, changes);
-  visit("disk_bytes", run.disk_bytes, changes);
-}
-
-struct RunSql {
-  std::string select = "SELECT ", write = "INSERT INTO run (";
+/// A column that younger files have from the beginning.
+struct LaterColumn {
+  std::string_view table, name, type;
 };
+constexpr std::string_view as_text = "TEXT NOT NULL DEFAULT ''",
+                           as_count = "INTEGER NOT NULL DEFAULT 0";
+constexpr std::array<LaterColumn, 13> later_columns{{{"run", "resume", as_count},
+                                                     {"run", "recovered", as_text},
+                                                     {"run", "bench", as_text},
+                                                     {"run", "trials_done", "INTEGER"},
+                                                     {"run", "trials_planned", "INTEGER"},
+                                                     {"run", "recipe_sha256", as_text},
+                                                     {"run", "dataset_error", as_text},
+                                                     {"run", "rig_untaken", as_count},
+                                                     {"run", "bench_outcome", as_text},
+                                                     {"run", "bench_error", as_text},
+                                                     {"run", "disk_bytes", as_count},
+                                                     {"answer", "token", as_text},
+                                                     {"hand_over", "attempts", as_count}}};
 
-const RunSql& run_sql() {
-  static const RunSql sql = [] {
-    std::string names, places, changes;
-    const StoredRun any;
-    visit_columns(any, [&](const std::string& name, const auto&, Column column) {
-      names += (names.empty() ? "" : ", ") + name;
-      places += places.empty() ? "?" : ",?";
-      if (column == Column::changes)
-        changes += (changes.empty() ? "" : ", ") + name + "=excluded." + name;
-    });
-    RunSql out;
-    out.select += names + " FROM run ORDER BY number";
-    out.write += names + ") VALUES (" + places + ") ON CONFLICT(number) DO UPDATE SET " + changes;
-    return out;
-  }();
-  return sql;
+// What a run is made of is written once, what becomes of it again and again.
+constexpr std::string_view read_sql =
+    "SELECT number, recipe, rig, folder, seed, name, by, created_us, state, outcome, cleanup, "
+    "rig_fact, error, dataset_sha256, resume, recovered, bench, trials_done, trials_planned, "
+    "recipe_sha256, dataset_error, rig_untaken, bench_outcome, bench_error, disk_bytes "
+    "FROM run ORDER BY number";
+constexpr std::string_view write_sql =
+    "INSERT INTO run (number, recipe, rig, folder, seed, name, by, created_us, state, outcome, "
+    "cleanup, rig_fact, error, dataset_sha256, resume, recovered, bench, trials_done, "
+    "trials_planned, recipe_sha256, dataset_error, rig_untaken, bench_outcome, bench_error, "
+    "disk_bytes) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?) "
+    "ON CONFLICT(number) DO UPDATE SET folder=excluded.folder, state=excluded.state, "
+    "outcome=excluded.outcome, cleanup=excluded.cleanup, rig_fact=excluded.rig_fact, "
+    "error=excluded.error, dataset_sha256=excluded.dataset_sha256, resume=excluded.resume, "
+    "recovered=excluded.recovered, bench=excluded.bench, trials_done=excluded.trials_done, "
+    "trials_planned=excluded.trials_planned, dataset_error=excluded.dataset_error, "
+    "rig_untaken=excluded.rig_untaken, bench_outcome=excluded.bench_outcome, "
+    "bench_error=excluded.bench_error, disk_bytes=excluded.disk_bytes";
+
+/// The columns in the order of both statements.
+template <class Run>
+auto columns_of(Run& run) {
+  return std::tie(run.number, run.recipe, run.rig, run.folder, run.seed, run.name, run.by,
+                  run.created_us, run.state, run.outcome, run.cleanup, run.rig_fact, run.error,
+                  run.dataset_sha256, run.resume, run.recovered, run.bench, run.trials_done,
+                  run.trials_planned, run.recipe_sha256, run.dataset_error, run.rig_untaken,
+                  run.bench_outcome, run.bench_error, run.disk_bytes);
 }
 
 /// Reads the columns of a row in their order.
@@ -68,17 +102,20 @@ struct RowReader {
   int column = 0;
   Status done = {};
 
-  void read(std::int64_t& to) { to = row.integer(column); }
-  void read(std::uint64_t& to) { to = static_cast<std::uint64_t>(row.integer(column)); }
-  void read(bool& to) { to = row.integer(column) != 0; }
-  void read(std::string& to) { to = row.text(column); }
-  void read(std::filesystem::path& to) { to = row.text(column); }
+  template <std::integral Number>
+  void read(Number& to) {
+    to = static_cast<Number>(row.integer(column++));
+  }
+  void read(std::string& to) { to = row.text(column++); }
+  void read(std::filesystem::path& to) { to = row.text(column++); }
   void read(std::optional<std::int64_t>& to) {
     if (!row.is_null(column)) to = row.integer(column);
+    ++column;
   }
   void read(RunState& to) {
-    const std::string name = row.text(column);
-    const auto* const found = std::ranges::find(all_run_states, name, &to_name);
+    const std::string name = row.text(column++);
+    const auto* const found =
+        std::ranges::find(all_run_states, name, [](RunState state) { return to_string(state); });
     if (found != all_run_states.end())
       to = *found;
     else
@@ -89,7 +126,7 @@ struct RowReader {
   }
   /// Nothing where the recipe's is taken.
   void read(std::optional<std::uint64_t>& to) {
-    const std::string text = row.text(column);
+    const std::string text = row.text(column++);
     if (text.empty()) return;
     const char* const end = text.data() + text.size();
     const auto read = std::from_chars(text.data(), end, to.emplace());
@@ -100,88 +137,81 @@ struct RowReader {
                  .expected = "0 to 2^64 - 1",
                  .got = text});
   }
-  static std::string_view to_name(RunState state) { return to_string(state); }
 };
 
-/// Binds the columns of a run in their order; holds the text until it is written.
-struct RowBinder {
-  sqlite::Statement& row;
-  int column = 1;
-  std::vector<std::string> texts = {};
+/// The value of a column as SQLite has it.
+template <class Field>
+auto to_sql(const Field& field) {
+  if constexpr (std::is_integral_v<Field>)
+    return static_cast<std::int64_t>(field);
+  else if constexpr (std::is_same_v<Field, RunState>)
+    return to_string(field);
+  else if constexpr (std::is_same_v<Field, std::filesystem::path>)
+    return field.string();
+  else if constexpr (std::is_same_v<Field, std::optional<std::uint64_t>>)  // more than SQLite has
+    return field ? std::to_string(*field) : std::string();
+  else
+    return field;
+}
 
-  void bind(std::int64_t value) { row.bind(column, value); }
-  void bind(std::uint64_t value) { row.bind(column, static_cast<std::int64_t>(value)); }
-  void bind(bool value) { row.bind(column, std::int64_t{value}); }
-  void bind(const std::optional<std::int64_t>& value) { row.bind(column, value); }
-  void bind(const std::string& value) { row.bind(column, value); }
-  void bind(RunState value) { row.bind(column, to_string(value)); }
-  void bind(const std::filesystem::path& value) { hold(value.string()); }
-  void bind(const std::optional<std::uint64_t>& value) {
-    hold(value ? std::to_string(*value) : std::string());
-  }
-  void hold(std::string text) {
-    texts.push_back(std::move(text));
-    row.bind(column, texts.back());
-  }
-};
+}  // namespace
 
-std::filesystem::path stored_folder(const std::filesystem::path& folder,
-                                    const std::filesystem::path& home) {
-  if (home.empty() || folder.empty()) return folder;
-  std::error_code none;
-  const auto absolute = std::filesystem::absolute(folder, none);
-  const auto way = (none ? folder : absolute.lexically_normal()).lexically_relative(home);
+Status RunStore::make_tables() {
+  Status done = database_.execute(schema_sql);
+  for (const auto& [table, name, type] : later_columns) {
+    std::int64_t known = 0;
+    if (done)
+      done = for_rows(
+          "SELECT count(*) FROM pragma_table_info(?) WHERE name = ?",
+          [&](const auto& row) { known = row.integer(0); }, table, name);
+    if (!done || known > 0) continue;
+    std::string alter("ALTER TABLE ");
+    alter.append(table).append(" ADD COLUMN ").append(name).append(" ").append(type);
+    done = database_.execute(alter.c_str());
+  }
+  return done;
+}
+
+Result<std::vector<StoredRun>> RunStore::runs() {
+  std::vector<StoredRun> out;
+  Status valid;
+  const Status done = for_rows(read_sql, [&](const sqlite::Statement& row) {
+    StoredRun& run = out.emplace_back();
+    RowReader reader{row};
+    std::apply([&](auto&... column) { (reader.read(column), ...); }, columns_of(run));
+    if (valid) valid = reader.done;
+    run.folder = found_folder(run.folder);
+  });
+  if (!valid) return pass(valid.error());
+  if (!done) return pass(done.error());
+  return out;
+}
+
+Status RunStore::write(const StoredRun& run) {
+  StoredRun stored = run;
+  stored.folder = stored_folder(run.folder);
+  const auto write_columns = [this](const auto&... column) {
+    return this->run(write_sql, to_sql(column)...);
+  };
+  return std::apply(write_columns, columns_of(stored));
+}
+
+std::filesystem::path RunStore::stored_folder(const std::filesystem::path& folder) const {
+  if (home_.empty() || folder.empty()) return folder;
+  const auto way = make_absolute(folder).lexically_relative(home_);
   const bool is_within = !way.empty() && *way.begin() != ".." && way != ".";
   return is_within ? way : folder;
 }
 
 // Older daemons kept what they were given: relative to where they were started, or absolute, which
 // holds until the folder is moved. Then its name is looked for here.
-std::filesystem::path found_folder(const std::filesystem::path& folder,
-                                   const std::filesystem::path& home) {
-  if (home.empty() || folder.empty()) return folder;
-  const std::filesystem::path here = home / folder.filename();
+std::filesystem::path RunStore::found_folder(const std::filesystem::path& folder) const {
+  if (home_.empty() || folder.empty()) return folder;
+  const std::filesystem::path here = home_ / folder.filename();
   std::error_code unseen;
-  for (const auto& place : {folder.is_relative() ? home / folder : here, here})
+  for (const auto& place : {folder.is_relative() ? home_ / folder : here, here})
     if (std::filesystem::exists(place, unseen)) return place;
-  return home / folder;
-}
-
-}  // namespace
-
-Result<std::vector<StoredRun>> read_runs(sqlite::Database& database,
-                                         const std::filesystem::path& home) {
-  auto query = database.prepare(run_sql().select);
-  if (!query) return pass(query.error());
-  std::vector<StoredRun> out;
-  for (;;) {
-    const auto row = query->step();
-    if (!row) return pass(row.error());
-    if (!*row) return out;
-    StoredRun& run = out.emplace_back();
-    RowReader reader{*query};
-    visit_columns(run, [&](const char*, auto& to, Column) {
-      reader.read(to);
-      ++reader.column;
-    });
-    if (!reader.done) return pass(reader.done.error());
-    run.folder = found_folder(run.folder, home);
-  }
-}
-
-Status write_run(sqlite::Database& database, const std::filesystem::path& home,
-                 const StoredRun& run) {
-  auto change = database.prepare(run_sql().write);
-  if (!change) return pass(change.error());
-  StoredRun kept = run;
-  kept.folder = stored_folder(run.folder, home);
-  RowBinder binder{*change};
-  binder.texts.reserve(8);  // bound text stays where it is
-  visit_columns(kept, [&](const char*, const auto& value, Column) {
-    binder.bind(value);
-    ++binder.column;
-  });
-  return change->run();
+  return home_ / folder;
 }
 
 }  // namespace weft::daemon::runs

@@ -3,14 +3,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <system_error>
-#include <utility>
 
 #include "daemon/campaign/resume.hpp"
-#include "daemon/service/run_store/run_rows.hpp"
-#include "daemon/service/run_store/run_schema.hpp"
 
 namespace weft::daemon::runs {
 namespace {
@@ -23,26 +19,7 @@ constexpr const char* opening_sql =
 /// The fact of a rig that an emergency stop has latched.
 constexpr std::string_view emergency_name = "estop";
 
-std::filesystem::path make_absolute(const std::filesystem::path& folder) {
-  std::error_code none;
-  auto absolute = std::filesystem::absolute(folder.empty() ? "." : folder, none);
-  return none ? folder : absolute.lexically_normal();
-}
-
-/// SQLite's look at every page now: damage that is found only later would fail a run.
-Status check_pages(sqlite::Database& database) {
-  auto query = database.prepare("PRAGMA quick_check(1)");
-  if (!query) return pass(query.error());
-  const auto row = query->step();
-  if (!row) return pass(row.error());
-  if (*row && query->text(0) == "ok") return {};
-  return fail(
-      {.code = Errc::corrupt,
-       .what = "the daemon's memory of its runs is damaged",
-       .got = query->text(0),
-       .hint =
-           "Put back a copy of it, or move it away: the campaigns are whole in their own files"});
-}
+constexpr std::int64_t most_searched = 20'000;  // lines of the journal
 
 /// An existing folder: SQLite reports one that cannot be written to as an error of its lock.
 Status check_folder(const std::filesystem::path& folder) {
@@ -81,12 +58,14 @@ void cut_on_rig(StoredRun& run) {
     run.trials_done = 0;
   else
     run.trials_done.reset();  // more may have been recorded since
-  run.outcome = "interrupted";
-  run.cleanup = "skipped";
-  run.rig_fact = "unknown";
-  for (std::string* fact : {&run.error, &run.bench_outcome, &run.bench_error}) fact->clear();
-  run.dataset_error.clear();
-  run.dataset_sha256 = certified_dataset(run.folder);
+  run.facts() = {.outcome = "interrupted",
+                 .cleanup = "skipped",
+                 .rig_fact = "unknown",
+                 .dataset_sha256 = certified_dataset(run.folder)};
+}
+
+JournalLine line_of(const sqlite::Statement& row) {
+  return {row.integer(0), row.integer(1), row.text(2), row.text(3), row.text(4), row.text(5)};
 }
 
 }  // namespace
@@ -98,7 +77,7 @@ bool StoredRun::has_all() const {
 }
 
 bool RunChange::is_empty() const {
-  return runs.empty() && !queue && !rig && journal.empty() && !recipe;
+  return runs.empty() && !queue && !rig && journal.empty() && recipes.empty();
 }
 
 void RunChange::put(const StoredRun& run) {
@@ -113,7 +92,7 @@ void RunChange::add(const RunChange& later) {
   for (const StoredRun& run : later.runs) put(run);
   if (later.queue) queue = later.queue;
   if (later.rig) rig = later.rig;
-  if (later.recipe) recipe = later.recipe;
+  recipes.insert(recipes.end(), later.recipes.begin(), later.recipes.end());
   journal.insert(journal.end(), later.journal.begin(), later.journal.end());
 }
 
@@ -129,14 +108,32 @@ Result<RunStore> RunStore::open(const std::filesystem::path& file) {
                  .what = "another weftd works in this folder",
                  .hint = "Stop it, or give this one a folder of its own"});
   }
-  Status ok = check_pages(*database);
-  if (ok) ok = make_tables(*database);
-  if (!ok) return pass(ok.error(), file.string());
   RunStore store(std::move(*database),
                  file == ":memory:" ? std::filesystem::path() : make_absolute(folder));
-  ok = store.recover_after_restart();
+  Status ok = store.check_pages();
+  if (ok) ok = store.make_tables();
+  if (ok) ok = store.recover_after_restart();
   if (!ok) return pass(ok.error(), file.string());
   return store;
+}
+
+std::filesystem::path RunStore::make_absolute(const std::filesystem::path& folder) {
+  std::error_code none;
+  auto absolute = std::filesystem::absolute(folder.empty() ? "." : folder, none);
+  return none ? folder : absolute.lexically_normal();
+}
+
+/// SQLite's look at every page now: damage that is found only later would fail a run.
+Status RunStore::check_pages() {
+  std::string found;
+  Status read = for_rows("PRAGMA quick_check(1)", [&](const auto& row) { found = row.text(0); });
+  if (!read || found == "ok") return read;
+  return fail(
+      {.code = Errc::corrupt,
+       .what = "the daemon's memory of its runs is damaged",
+       .got = found,
+       .hint =
+           "Put back a copy of it, or move it away: the campaigns are whole in their own files"});
 }
 
 Status RunStore::recover_after_restart() {
@@ -211,101 +208,126 @@ Status RunStore::append_journal(std::int64_t utc_us, std::string_view run, std::
 
 Status RunStore::write(const RunChange& change) {
   Status done;
-  if (change.recipe) {
-    auto insert = database_.prepare("INSERT OR IGNORE INTO recipe (sha256, text) VALUES (?, ?)");
-    if (!insert) return pass(insert.error());
-    insert->bind(1, change.recipe->sha256).bind(2, change.recipe->text);
-    done = insert->run();
-  }
+  const auto write_each = [&](const auto& items) {
+    for (auto item = items.begin(); done && item != items.end(); ++item) done = write(*item);
+  };
+  write_each(change.recipes);
   if (done && change.rig) done = write(*change.rig);
-  for (auto run = change.runs.begin(); done && run != change.runs.end(); ++run)
-    done = write_run(database_, home_, *run);
+  write_each(change.runs);
   if (done && change.queue) done = write(*change.queue);
-  for (auto line = change.journal.begin(); done && line != change.journal.end(); ++line)
-    done = write(*line);
+  write_each(change.journal);
   return done;
 }
 
+Status RunStore::write(const CheckedRecipe& recipe) {
+  return run("INSERT OR IGNORE INTO recipe (sha256, text) VALUES (?, ?)", recipe.sha256,
+             recipe.text);
+}
+
 Status RunStore::write(const RigState& rig) {
-  auto change = database_.prepare("INSERT OR REPLACE INTO rig (id, fact, why) VALUES (1, ?, ?)");
-  if (!change) return pass(change.error());
-  change->bind(1, rig.is_emergency() ? emergency_name : to_string(rig.fact())).bind(2, rig.why());
-  return change->run();
+  return run("INSERT OR REPLACE INTO rig (id, fact, why) VALUES (1, ?, ?)",
+             rig.is_emergency() ? emergency_name : to_string(rig.fact()), rig.why());
+}
+
+Status RunStore::write(const RunQueue& queue) {
+  Status done = run("INSERT OR REPLACE INTO line (id, revision, held_by) VALUES (1, ?, ?)",
+                    queue.revision(), queue.paused_by());
+  if (done) done = database_.execute("DELETE FROM waiting");
+  for (std::int64_t place = 0; const std::int64_t number : queue.runs())
+    if (done) done = run("INSERT INTO waiting (place, run) VALUES (?, ?)", place++, number);
+  return done;
+}
+
+Status RunStore::write(const JournalLine& line) {
+  return run("INSERT INTO journal (utc_us, run, kind, by, payload_json) VALUES (?,?,?,?,?)",
+             line.utc_us, line.run, line.kind, line.by, line.payload_json);
 }
 
 Result<RigState> RunStore::rig_state() {
   using enum RigState::Fact;
-  auto query = database_.prepare("SELECT fact, why FROM rig");
-  if (!query) return pass(query.error());
-  const auto row = query->step();
-  if (!row) return pass(row.error());
-  if (!*row) return RigState();
-  const std::string name = query->text(0);
-  if (name == emergency_name) return RigState(latched, query->text(1), true);
+  std::string name(to_string(safe)), why;
+  const Status read = for_rows("SELECT fact, why FROM rig", [&](const auto& row) {
+    name = row.text(0);
+    why = row.text(1);
+  });
+  if (!read) return pass(read.error());
+  if (name == emergency_name) return RigState(latched, why, true);
   for (const RigState::Fact fact : {safe, unknown, latched})
-    if (to_string(fact) == name) return RigState(fact, query->text(1));
+    if (to_string(fact) == name) return RigState(fact, why);
   return fail({.code = Errc::corrupt,
                .where = "rig",
                .what = "a rig in no state that there is",
                .got = name});
 }
 
-Status RunStore::write(const RunQueue& queue) {
-  auto head =
-      database_.prepare("INSERT OR REPLACE INTO line (id, revision, held_by) VALUES (1, ?, ?)");
-  if (!head) return pass(head.error());
-  head->bind(1, queue.revision()).bind(2, queue.paused_by());
-  Status done = head->run();
-  if (done) done = database_.execute("DELETE FROM waiting");
-  if (!done) return done;
-  auto insert = database_.prepare("INSERT INTO waiting (place, run) VALUES (?, ?)");
-  if (!insert) return pass(insert.error());
-  for (std::size_t place = 0; done && place < queue.runs().size(); ++place) {
-    insert->bind(1, static_cast<std::int64_t>(place)).bind(2, queue.runs()[place]);
-    done = insert->run();
-  }
-  return done;
-}
-
 Result<RunQueue> RunStore::queue() {
-  auto query = database_.prepare("SELECT revision, held_by FROM line");
-  if (!query) return pass(query.error());
-  auto row = query->step();
-  if (!row) return pass(row.error());
-  if (!*row) return RunQueue();
-  auto waiting = database_.prepare("SELECT run FROM waiting ORDER BY place");
-  if (!waiting) return pass(waiting.error());
-  std::vector<std::int64_t> runs;
-  for (row = waiting->step(); row && *row; row = waiting->step())
-    runs.push_back(waiting->integer(0));
-  if (!row) return pass(row.error());
-  return RunQueue(query->integer(0), query->text(1), std::move(runs));
+  std::int64_t revision = 0;
+  std::string paused_by;
+  std::vector<RunQueue::Run> waiting;
+  Status read = for_rows("SELECT revision, held_by FROM line", [&](const auto& row) {
+    revision = row.integer(0);
+    paused_by = row.text(1);
+  });
+  if (read)
+    read = for_rows("SELECT run FROM waiting ORDER BY place",
+                    [&](const auto& row) { waiting.push_back(row.integer(0)); });
+  if (!read) return pass(read.error());
+  return RunQueue(revision, std::move(paused_by), std::move(waiting));
 }
 
-Result<std::vector<StoredRun>> RunStore::runs() {
-  return read_runs(database_, home_);
+Result<std::int64_t> RunStore::find_number(std::string_view sql) {
+  std::int64_t number = 0;
+  const Status read = for_rows(sql, [&](const auto& row) { number = row.integer(0); });
+  if (!read) return pass(read.error());
+  return number;
 }
 
 Result<std::int64_t> RunStore::next_number() {
-  auto query =
-      database_.prepare("SELECT coalesce(max(seq), 0) + 1 FROM sqlite_sequence WHERE name = 'run'");
-  if (!query) return pass(query.error());
-  if (const auto row = query->step(); !row) return pass(row.error());
-  return query->integer(0);
+  return find_number("SELECT coalesce(max(seq), 0) + 1 FROM sqlite_sequence WHERE name = 'run'");
 }
 
 Result<std::string> RunStore::recipe_text(std::string_view sha256) {
-  auto query = database_.prepare("SELECT text FROM recipe WHERE sha256 = ?");
-  if (!query) return pass(query.error());
-  query->bind(1, sha256);
-  const auto row = query->step();
-  if (!row) return pass(row.error());
-  if (!*row)
-    return fail({.code = Errc::corrupt,
-                 .where = "recipe",
-                 .what = "a run whose recipe is not there",
-                 .expected = std::string(sha256)});
-  return std::string(query->text(0));
+  std::optional<std::string> text;
+  const Status read = for_rows(
+      "SELECT text FROM recipe WHERE sha256 = ?", [&](const auto& row) { text = row.text(0); },
+      sha256);
+  if (!read) return pass(read.error());
+  if (text) return *std::move(text);
+  return fail({.code = Errc::corrupt,
+               .where = "recipe",
+               .what = "a run whose recipe is not there",
+               .expected = std::string(sha256)});
+}
+
+Result<std::vector<JournalLine>> RunStore::tail(std::string_view run, std::size_t most) {
+  std::vector<JournalLine> lines;
+  const Status read = for_rows(
+      "SELECT sequence, utc_us, run, kind, by, payload_json FROM journal "
+      "WHERE ?1 = '' OR run = ?1 ORDER BY sequence DESC LIMIT ?2",
+      [&](const auto& row) { lines.push_back(line_of(row)); }, run,
+      static_cast<std::int64_t>(most));
+  if (!read) return pass(read.error());
+  std::reverse(lines.begin(), lines.end());
+  return lines;
+}
+
+Result<RunStore::Page> RunStore::query(const Query& wanted) {
+  const auto last = find_number("SELECT coalesce(max(sequence), 0) FROM journal");
+  if (!last) return pass(last.error());
+  const std::int64_t from = std::clamp<std::int64_t>(wanted.from, 1, *last + 1);
+  const std::int64_t end = std::min(*last + 1, from + most_searched);
+  Page page;
+  const Status read = for_rows(
+      "SELECT sequence, utc_us, run, kind, by, payload_json FROM journal WHERE sequence >= ?1 AND "
+      "sequence < ?2 AND (?3 = '' OR run = ?3) AND (?4 = '' OR kind = ?4) AND utc_us >= ?5 AND "
+      "utc_us < ?6 ORDER BY sequence LIMIT ?7",
+      [&](const auto& row) { page.lines.push_back(line_of(row)); }, from, end, wanted.run,
+      wanted.kind, wanted.since_us, wanted.until_us, static_cast<std::int64_t>(wanted.most));
+  if (!read) return pass(read.error());
+  const bool full = page.lines.size() == wanted.most;
+  const std::int64_t next = full ? page.lines.back().sequence + 1 : end;
+  if (next <= *last) page.next = next;
+  return page;
 }
 
 }  // namespace weft::daemon::runs

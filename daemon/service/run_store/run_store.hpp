@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "daemon/service/run_model/run_queue.hpp"
@@ -23,7 +24,7 @@ inline constexpr const char* by_recipe = "auto:recipe";
 /// Its name in the daemon's folder.
 inline constexpr const char* store_file_name = "weftd.sqlite";
 
-struct StoredRun {
+struct StoredRun : RunFacts {
   std::int64_t number = 0;
   std::filesystem::path recipe, rig, folder;
   std::string recipe_sha256;  ///< of the text that was checked; empty in older runs
@@ -32,13 +33,7 @@ struct StoredRun {
   std::string by;
   std::int64_t created_us = 0;  ///< UTC
   RunState state = RunState::queued;
-  std::string outcome, cleanup, rig_fact;  ///< the three facts, once it has ended
-  std::string error;                       ///< the first thing that went wrong
-  /// Outcome and error of its newest turn at the bench; empty where it had none, or died in it.
-  std::string bench_outcome, bench_error;
-  std::string dataset_sha256;
-  std::string dataset_error;  ///< why its record was not concluded, whatever became of the bench
-  std::string bench;          ///< "simulated", "real"; empty where that is not known
+  std::string bench;  ///< "simulated", "real"; empty where that is not known
   /// As they were when its state changed last; none where that is not known.
   std::optional<std::int64_t> trials_done, trials_planned;
   std::uint64_t disk_bytes = 0;  ///< that it needs to begin; 0 where that is not known
@@ -49,6 +44,7 @@ struct StoredRun {
   bool rig_untaken = false;
 
   [[nodiscard]] std::string id() const { return run_id(number); }
+  RunFacts& facts() { return *this; }
   /// Every trial is in a data set, however the bench came to its end after them.
   [[nodiscard]] bool has_all() const;
 };
@@ -69,7 +65,7 @@ struct RunChange {
   std::optional<RunQueue> queue = {};
   std::optional<RigState> rig = {};
   std::vector<JournalLine> journal = {};
-  std::optional<CheckedRecipe> recipe = {};
+  std::vector<CheckedRecipe> recipes = {};
 
   [[nodiscard]] bool is_empty() const;
   /// In place of what it has of that run.
@@ -132,14 +128,44 @@ class RunStore {
  private:
   RunStore(sqlite::Database database, std::filesystem::path home)
       : database_(std::move(database)), home_(std::move(home)) {}
+  Status check_pages();
+  /// Makes what is not there; a file from before there was a column gets it.
+  Status make_tables();
   Status recover_after_restart();
+  static std::filesystem::path make_absolute(const std::filesystem::path& folder);
+  [[nodiscard]] std::filesystem::path stored_folder(const std::filesystem::path& folder) const;
+  [[nodiscard]] std::filesystem::path found_folder(const std::filesystem::path& folder) const;
   /// All of `changes` or nothing.
   Status transact(std::initializer_list<const RunChange*> changes);
   Status write(const RunChange& change);
+  Status write(const CheckedRecipe& recipe);
   Status write(const StoredRun& run);
   Status write(const RunQueue& queue);
   Status write(const RigState& rig);
   Status write(const JournalLine& line);
+  /// Runs a statement with `values` bound in their order.
+  template <class... Values>
+  Status run(std::string_view sql, const Values&... values) {
+    return for_rows(
+        sql, [](const sqlite::Statement&) {}, values...);
+  }
+  /// The one that a statement returns.
+  Result<std::int64_t> find_number(std::string_view sql);
+  /// Runs one with `values` too, and calls `on_row` with each row of the answer.
+  template <class OnRow, class... Values>
+  Status for_rows(std::string_view sql, OnRow on_row, const Values&... values) {
+    auto statement = database_.prepare(sql);
+    if (!statement) return pass(statement.error());
+    int index = 0;
+    (statement->bind(++index, values), ...);
+    for (;;) {
+      const auto has_row = statement->step();
+      if (!has_row) return pass(has_row.error());
+      if (!*has_row) return {};
+      on_row(std::as_const(*statement));
+    }
+  }
+
   sqlite::Database database_;
   std::filesystem::path home_;  ///< of the file, absolute; empty of one in memory
   RunChange unwritten_;

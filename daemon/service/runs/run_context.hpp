@@ -1,16 +1,70 @@
 #pragma once
-// What the parts of daemon/service/runs are given from outside.
+// A run as clients see it, what is called when it, the queue or the rig changes, and what else the
+// parts of daemon/service/runs are given from outside.
 
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
 
 #include "daemon/campaign/bench_check.hpp"
 #include "daemon/campaign/campaign.hpp"
-#include "daemon/service/runs/run_observer.hpp"
+#include "daemon/service/run_model/operator_prompts.hpp"
+#include "daemon/service/run_store/run_store.hpp"
+#include "daemon/storage/certificate/handover_status.hpp"
 
 namespace weft::daemon::runs {
+
+/// What the folder of an ended run holds, where its campaign was resumed afterwards by
+/// `weft run --resume` and not by the daemon.
+struct ExternalResume {
+  std::size_t trials_done = 0, trials_planned = 0;
+  bool complete = false;  ///< it came to its end with all of them
+  std::string dataset_sha256;
+  friend bool operator==(const ExternalResume&, const ExternalResume&) = default;
+};
+
+struct RunView {
+  StoredRun stored;
+  RunStateMachine machine;
+  std::optional<RunStatusUpdate> moment;
+  std::optional<LiveVoteUpdate> vote;             ///< the newest of its recipe's live votes
+  std::optional<OperatorPrompt> operator_prompt;  ///< the next human action
+  std::size_t trials_done = 0;
+  std::size_t trials_planned = 0;
+  std::size_t attempts_rejected = 0;       ///< bad ones that were taken again
+  std::string last_rejection;              ///< why the newest of them was
+  double wall_left_s = 0;                  ///< by the mean of the trials done, and people's time
+  std::string changed_by;                  ///< the user, session or rule that changed it last
+  std::optional<HandoverStatus> handover;  ///< where its recipe has one and it is complete
+  /// Whether its recipe has one, once the run has ended in this life of the daemon.
+  std::optional<bool> has_handover = {};
+  std::optional<ExternalResume> external_resume = {};
+
+  [[nodiscard]] RunState state() const { return machine.state; }
+  [[nodiscard]] bool is_over() const {
+    return state() == RunState::ended || state() == RunState::interrupted;
+  }
+};
+
+/// Called on the server's thread, when the change is written or waits to be. `by`: a user, a
+/// session or a rule.
+class RunObserver {
+ public:
+  RunObserver() = default;
+  RunObserver(const RunObserver&) = delete;
+  RunObserver& operator=(const RunObserver&) = delete;
+  virtual ~RunObserver() = default;
+  virtual void on_run_changed(const RunView& /*run*/) {}
+  virtual void on_vote(const RunView& /*run*/) {}
+  virtual void on_queue_changed(const RunQueue& /*queue*/, std::string_view /*by*/) {}
+  /// Also of a halt that changes nothing.
+  virtual void on_rig_state_changed(const RigState& /*rig*/, std::string_view /*by*/) {}
+};
+inline RunObserver no_observer;
 
 struct RunContext {
   std::filesystem::path rig;                        ///< rig file
@@ -18,7 +72,7 @@ struct RunContext {
   std::function<void(std::function<void()>)> post;  ///< onto the server's thread, from any
   std::function<std::chrono::nanoseconds()> now;    ///< monotonic
   std::function<std::int64_t()> utc_us;
-  RunObserver* observer = nullptr;            ///< outlives the manager
+  RunObserver* observer = &no_observer;       ///< outlives the manager
   LiveFrameSampler* frame_sampler = nullptr;  ///< shown what the run under way senses
   const BenchPace* pace = nullptr;            ///< of a simulated bench
   /// The machine's wall clock, which people compare times ahead with; it may be set back.

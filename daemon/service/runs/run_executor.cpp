@@ -34,30 +34,6 @@ bool can_be_concluded(const std::filesystem::path& folder, const Result<Campaign
   return only_end_left ? *only_end_left : summary.has_value();
 }
 
-/// The callback is called once, on the server's thread, also where no bench ever takes the order.
-class FaultReply {
- public:
-  FaultReply(std::function<void(std::function<void()>)> post, FaultCallback on_done)
-      : post_(std::move(post)), on_done_(std::move(on_done)) {}
-  ~FaultReply() {
-    if (on_done_)
-      send(fail({.code = Errc::wrong_state,
-                 .where = "/rig",
-                 .what = "the run has ended",
-                 .hint = "Start another; faults for all of a run are in the rig file, under "
-                         "simulation.faults"}));
-  }
-  FaultReply(const FaultReply&) = delete;
-  FaultReply& operator=(const FaultReply&) = delete;
-  void send(Status done) {
-    post_([on_done = std::exchange(on_done_, nullptr), done = std::move(done)] { on_done(done); });
-  }
-
- private:
-  std::function<void(std::function<void()>)> post_;
-  FaultCallback on_done_;
-};
-
 }  // namespace
 
 PlanSummary summarize(const recipes::Plan& plan) {
@@ -70,37 +46,35 @@ void RunExecutor::begin(std::int64_t run, bool plan_is_known, Result<CampaignReq
   run_ = run;
   orders_.emplace();
   grant_ = Grant::awaited;
-  cut_ = took_rig_ = is_checked_ = false;
+  cut_ = false;
+  result_ = {};
   thread_ =
       std::jthread([this, hooks = hooks_for(plan_is_known), request = std::move(request), resumes] {
-        RunResult result = perform(request, resumes, hooks);
+        perform(request, resumes, hooks);
         give_back_free_memory();
-        context_.post([this, result = std::move(result)] { on_last_message(result); });
+        context_.post([this] { on_last_message(); });
       });
 }
 
-RunResult RunExecutor::perform(const Result<CampaignRequest>& request, bool resumes,
-                               const CampaignHooks& hooks) {
-  auto summary = catch_as_error([&]() -> Result<CampaignSummary> {
+void RunExecutor::perform(const Result<CampaignRequest>& request, bool resumes,
+                          const CampaignHooks& hooks) {
+  result_.summary = catch_as_error([&]() -> Result<CampaignSummary> {
     if (!request) return pass(request.error());
     return context_.perform(*request, hooks);
   });
-  bool is_left = !context_.one_run && (request || resumes);
-  if (is_left && (resumes || cut_))
-    is_left = !request || is_anything_left(*request);
-  else if (is_left)
-    is_left = can_be_concluded(request->out, summary);
-  return {.summary = std::move(summary), .can_resume = is_left};
+  if (context_.one_run || (!request && !resumes)) return;
+  if (resumes || cut_)
+    result_.can_resume = !request || is_anything_left(*request);
+  else
+    result_.can_resume = can_be_concluded(request->out, result_.summary);
 }
 
-void RunExecutor::on_last_message(RunResult result) {
+void RunExecutor::on_last_message() {
   thread_.join();
-  result.acquired_rig = took_rig_;
-  result.is_checked = is_checked_;
+  RunResult result = std::exchange(result_, {});
   result.was_ordered = orders_->ends_run();
   while (orders_->next_fault()) continue;  // its reply is sent as it goes
-  const std::int64_t run = *std::exchange(run_, std::nullopt);
-  reports_.on_thread_ended(run, result);
+  reports_.on_thread_ended(*std::exchange(run_, std::nullopt), result);
 }
 
 CampaignHooks RunExecutor::hooks_for(bool plan_is_known) {
@@ -116,7 +90,7 @@ CampaignHooks RunExecutor::hooks_for(bool plan_is_known) {
   hooks.rig_acquired = [this] { return acquire_rig(); };
   hooks.planned = [this, plan_is_known,
                    known = report(&RunReports::on_plan)](const recipes::Plan& plan) {
-    is_checked_ = true;
+    result_.is_checked = true;
     if (!plan_is_known) known(summarize(plan));
   };
   hooks.moment = report(&RunReports::on_moment);
@@ -127,11 +101,11 @@ CampaignHooks RunExecutor::hooks_for(bool plan_is_known) {
 
 // On the run's thread: nothing moves before it is written that the run has the rig.
 Status RunExecutor::acquire_rig() {
-  took_rig_ = true;
+  result_.acquired_rig = true;
   context_.post([this] { set_grant(!orders_->ends_run() && reports_.grant_rig(*run_)); });
   grant_.wait(Grant::awaited);
   if (has_rig()) return {};
-  took_rig_ = false;
+  result_.acquired_rig = false;
   if (orders_->ends_run())
     return fail({.code = Errc::wrong_state,
                  .where = "rig",
@@ -148,8 +122,18 @@ void RunExecutor::set_grant(bool given) {
 }
 
 void RunExecutor::inject(FaultOrder order, FaultCallback on_done) {
-  const auto reply = std::make_shared<FaultReply>(context_.post, std::move(on_done));
-  order.callback = [reply](const Status& done) { reply->send(done); };
+  // Whoever drops the order sends what came of it: it may be that no bench ever takes it.
+  const auto send = [post = context_.post, on_done = std::move(on_done)](Status* done) {
+    post([on_done, reply = std::shared_ptr<Status>(done)] { on_done(*reply); });
+  };
+  const std::shared_ptr<Status> reply(
+      new Status(fail({.code = Errc::wrong_state,
+                       .where = "/rig",
+                       .what = "the run has ended",
+                       .hint = "Start another; faults for all of a run are in the rig file, under "
+                               "simulation.faults"})),
+      send);
+  order.callback = [reply](const Status& done) { *reply = done; };
   orders_->give(std::move(order));
 }
 

@@ -22,7 +22,7 @@ PlanSummary summarize(const recipes::Plan& plan);
 
 /// How a run thread came to its end.
 struct RunResult {
-  Result<CampaignSummary> summary;
+  Result<CampaignSummary> summary = {};
   bool can_resume = false;    ///< something is left to record or to conclude
   bool acquired_rig = false;  ///< it asked for the rig, and was not refused
   bool is_checked = false;    ///< what it was asked for can be done
@@ -65,10 +65,9 @@ class RunExecutor {
   [[nodiscard]] std::optional<std::int64_t> run() const { return run_; }
   /// Whether that run has the rig: it may ask, or be about to.
   [[nodiscard]] bool has_rig() const { return grant_ == Grant::given; }
-  [[nodiscard]] bool is_ordered_to_end() const { return orders_ && orders_->ends_run(); }
   void give(GivenOrder order) { orders_->give(std::move(order)); }
   /// The daemon ends: where no order has ended the run yet, it is interrupted if anything is left.
-  void cut() { cut_ = !is_ordered_to_end(); }
+  void cut() { cut_ = !orders_ || !orders_->ends_run(); }
   /// Injects a fault into the bench of the run under way, once its devices are up, or ends some.
   /// `on_done` is called once, on the server's thread.
   void inject(FaultOrder order, FaultCallback on_done);
@@ -78,19 +77,18 @@ class RunExecutor {
  private:
   enum class Grant : std::uint8_t { awaited, given, refused };
   CampaignHooks hooks_for(bool plan_is_known);
-  RunResult perform(const Result<CampaignRequest>& request, bool resumes,
-                    const CampaignHooks& hooks);
+  void perform(const Result<CampaignRequest>& request, bool resumes, const CampaignHooks& hooks);
   Status acquire_rig();
   void set_grant(bool given);
-  void on_last_message(RunResult result);
+  void on_last_message();
 
   const RunContext& context_;
   RunReports& reports_;
   std::optional<std::int64_t> run_;
-  std::optional<RunOrders> orders_;             ///< of the newest run; nothing before the first
-  std::atomic<Grant> grant_ = Grant::awaited;   ///< the thread waits for it
-  std::atomic<bool> cut_ = false;               ///< read by the thread
-  bool took_rig_ = false, is_checked_ = false;  ///< of the thread, until it is joined
+  std::optional<RunOrders> orders_;            ///< of the newest run; nothing before the first
+  std::atomic<Grant> grant_ = Grant::awaited;  ///< the thread waits for it
+  std::atomic<bool> cut_ = false;              ///< read by the thread
+  RunResult result_;                           ///< of the thread, until it is joined
   std::jthread thread_;
 };
 

@@ -57,10 +57,10 @@ void RunManager::load() {
   std::vector<RunQueue::Run> waiting;
   for (const StoredRun& stored : *known) {
     Run& run = *runs_.emplace_back(std::make_unique<Run>());
-    run.view.stored = stored;
-    run.view.machine.state = stored.state;
-    run.view.trials_done = static_cast<std::size_t>(stored.trials_done.value_or(0));
-    run.view.trials_planned = static_cast<std::size_t>(stored.trials_planned.value_or(0));
+    run.stored = stored;
+    run.machine.state = stored.state;
+    run.trials_done = static_cast<std::size_t>(stored.trials_done.value_or(0));
+    run.trials_planned = static_cast<std::size_t>(stored.trials_planned.value_or(0));
     if (stored.state == RunState::queued) waiting.push_back(stored.number);
     if (stored.state != RunState::interrupted || stored.trials_done) continue;
     run.counted = count_trials(run);
@@ -75,15 +75,20 @@ void RunManager::load() {
 
 RunManager::~RunManager() {
   executor_.stop();
-  journal_repeated(repeated_stops_.all());
+  journal_repeated(repeated_stops_.take());
 }
 
 const StoredRun& RunManager::Run::to_store() {
-  if (counted && view.trials_planned > 0) {
-    view.stored.trials_done = static_cast<std::int64_t>(view.trials_done);
-    view.stored.trials_planned = static_cast<std::int64_t>(view.trials_planned);
+  if (counted && trials_planned > 0) {
+    stored.trials_done = static_cast<std::int64_t>(trials_done);
+    stored.trials_planned = static_cast<std::int64_t>(trials_planned);
   }
-  return view.stored;
+  return stored;
+}
+
+void RunManager::Run::forget_folder() {
+  external_resume.reset();
+  certified_at.reset();
 }
 
 RunManager::Run* RunManager::numbered(std::int64_t number) const {
@@ -94,7 +99,7 @@ RunManager::Run* RunManager::numbered(std::int64_t number) const {
 
 Result<RunManager::Run*> RunManager::find(std::string_view id) const {
   for (const auto& run : runs_)
-    if (run->view.stored.id() == id) return run.get();
+    if (run->stored.id() == id) return run.get();
   return fail({.code = Errc::not_found,
                .where = "/params/run",
                .what = "no such run",
@@ -115,20 +120,19 @@ Result<RunManager::Run*> RunManager::find_queued(std::string_view id, std::strin
 
 std::optional<std::string> RunManager::active() const {
   for (const auto& run : runs_)
-    if (run->number() == executor_.run() ||
-        (run->state() != RunState::queued && !run->view.is_over()))
-      return run->view.stored.id();
+    if (run->number() == executor_.run() || (run->state() != RunState::queued && !run->is_over()))
+      return run->stored.id();
   return std::nullopt;
 }
 
 ManagerStatus RunManager::status() const {
   ManagerStatus out;
   const Run* const at_work = executor_.run() ? numbered(*executor_.run()) : nullptr;
-  if (at_work != nullptr && at_work->view.is_over()) out.unresponsive = at_work->view.stored.id();
+  if (at_work != nullptr && at_work->is_over()) out.unresponsive = at_work->stored.id();
   out.is_at_rest = !recovery_.is_settling() && (!active() || out.unresponsive);
   out.is_closing = closing_;
   if (const auto next = queue_.first_allowed(rig_)) {
-    const StoredRun& stored = numbered(*next)->view.stored;
+    const StoredRun& stored = numbered(*next)->stored;
     out.bytes_awaited = stored.resume ? 0 : stored.disk_bytes;
   }
   return out;
@@ -168,7 +172,7 @@ Result<RunView> RunManager::submit(const RunRequest& wanted, const Checked& chec
   const auto number = store_.next_number();
   if (!number) return pass(number.error());
   auto run = std::make_unique<Run>();
-  StoredRun& stored = run->view.stored;
+  StoredRun& stored = run->stored;
   stored.number = *number;
   stored.recipe_sha256 = sha256;
   stored.recipe = wanted.recipe;
@@ -187,12 +191,11 @@ Result<RunView> RunManager::submit(const RunRequest& wanted, const Checked& chec
   RunQueue queue = queue_;
   queue.put(stored.number, wanted.place.value_or(queue.runs().size()));
   RunChange change{.runs = {stored},
-                   .queue = queue,
                    .journal = {line(stored.id(), "submitted", wanted.by)},
-                   .recipe = CheckedRecipe{sha256, checked->recipe_text}};
+                   .recipes = {{sha256, checked->recipe_text}}};
   change.journal.front().utc_us = stored.created_us;
-  if (Status persisted = store_.commit(change); !persisted) return pass(persisted.error());
-  queue_ = std::move(queue);
+  if (Status persisted = commit(std::move(queue), std::move(change)); !persisted)
+    return pass(persisted.error());
   Run& added = *runs_.emplace_back(std::move(run));
   use_plan(added, plan);
   notify(added, wanted.by);
@@ -202,47 +205,50 @@ Result<RunView> RunManager::submit(const RunRequest& wanted, const Checked& chec
 }
 
 void RunManager::use_plan(Run& run, const PlanSummary& plan) {
-  run.view.trials_planned = plan.trials;
+  run.trials_planned = plan.trials;
   run.limits = plan.limits;
-  run.view.stored.disk_bytes = plan.disk_bytes;
+  run.stored.disk_bytes = plan.disk_bytes;
   // A person has a terminal at it: what was not ordered takes as long as it takes.
   if (context_.one_run) run.limits.arming = run.limits.running = Deadlines::Duration::max();
-  prompts_.on_plan(run.number(), run.view.stored.resume ? std::nullopt : plan.first_prompt);
+  prompts_.on_plan(run.number(), run.stored.resume ? std::nullopt : plan.first_prompt);
 }
 
 void RunManager::stage(Run& run, const RunStep& step, std::string_view by, RunChange& change) {
   const bool is_change = step.next.state != run.state();
-  run.view.machine = step.next;
+  run.machine = step.next;
   if (step.order && executor_.run() == run.number())
     executor_.give({*step.order, std::string(by), prompts_.ticket(run.number())});
   if (!is_change) return;
   prompts_.on_state(run.number(), step.next.state);
   if (step.lost) give_up(run, change);
-  StoredRun& stored = run.view.stored;
+  StoredRun& stored = run.stored;
   stored.state = step.next.state;
-  if (run.view.is_over()) stored.rig_untaken = false;  // not before: it may die in between
-  const nlohmann::json payload{{"state", to_string(step.next.state)}};
+  if (run.is_over()) stored.rig_untaken = false;  // not before: it may die in between
   change.put(run.to_store());
-  change.journal.push_back(line(stored.id(), "state", by, payload));
+  change.journal.push_back(state_line(stored, by));
   if (queue_.remove(stored.number)) change.queue = queue_;
 }
 
 void RunManager::apply(Run& run, const RunStep& step, std::string_view by, RunChange change) {
   stage(run, step, by, change);
   if (!change.is_empty()) store_.persist(change);  // tick() retries what was refused
-  if (change.rig && context_.observer != nullptr) context_.observer->on_rig_state_changed(rig_, by);
+  if (change.rig) notify_rig(by);
   if (change.queue) notify_queue(by);
   if (step.lost) notify_ended(run);
   notify(run, by);
 }
 
 void RunManager::notify(Run& run, std::string_view by) {
-  run.view.changed_by = by;
-  if (context_.observer != nullptr) context_.observer->on_run_changed(shown(run));
+  run.changed_by = by;
+  context_.observer->on_run_changed(shown(run));
 }
 
 void RunManager::notify_queue(std::string_view by) {
-  if (context_.observer != nullptr) context_.observer->on_queue_changed(queue_, by);
+  context_.observer->on_queue_changed(queue_, by);
+}
+
+void RunManager::notify_rig(std::string_view by) {
+  context_.observer->on_rig_state_changed(rig_, by);
 }
 
 void RunManager::notify_ended(Run& run) {
@@ -254,7 +260,7 @@ void RunManager::notify_ended(Run& run) {
 // over. Whoever reads a time looks at the machine's clock, which may have been set since the time
 // was known.
 RunView RunManager::shown(const Run& run) const {
-  RunView view = run.view;
+  RunView view = run;
   if (const OperatorPrompt* const prompt = prompts_.find(run.number())) {
     view.operator_prompt = *prompt;
     using std::chrono::milliseconds;
@@ -263,10 +269,8 @@ RunView RunManager::shown(const Run& run) const {
           std::chrono::duration_cast<milliseconds>(*prompt->at + wall_ahead()).count() * 1000;
   }
   if (view.is_over()) return view;
-  StoredRun& stored = view.stored;
-  for (std::string* fact : {&stored.outcome, &stored.cleanup, &stored.rig_fact, &stored.error,
-                            &stored.dataset_sha256, &stored.dataset_error})
-    fact->clear();
+  const RunFacts& facts = run.stored;
+  view.stored.facts() = {.bench_outcome = facts.bench_outcome, .bench_error = facts.bench_error};
   view.external_resume.reset();
   return view;
 }
@@ -288,10 +292,17 @@ JournalLine RunManager::line(std::string_view run, std::string_view kind, std::s
   return out;
 }
 
+JournalLine RunManager::state_line(const StoredRun& run, std::string_view by) const {
+  return line(run.id(), "state", by, {{"state", to_string(run.state)}});
+}
+
+void RunManager::journal(std::string_view run, std::string_view kind, std::string_view by,
+                         const nlohmann::json& payload) {
+  store_.persist({.journal = {line(run, kind, by, payload)}});
+}
+
 Result<RunView> RunManager::get(std::string_view id) const {
-  const auto run = find(id);
-  if (!run) return pass(run.error());
-  return shown(**run);
+  return find(id).map([this](const Run* run) { return shown(*run); });
 }
 
 std::vector<RunView> RunManager::all() const {
@@ -304,14 +315,14 @@ void RunManager::when_ended(std::string_view id, std::function<void(const RunVie
                             std::weak_ptr<const void> listener) {
   const auto run = find(id);
   if (!run) return;
-  if ((*run)->view.is_over()) return on_ended(shown(**run));
+  if ((*run)->is_over()) return on_ended(shown(**run));
   (*run)->waiting.push_back({std::move(on_ended), std::move(listener)});
 }
 
 void RunManager::set_handover(std::string_view id, const HandoverStatus& fact) {
   const auto run = find(id);
   if (!run) return;
-  (*run)->view.handover = fact;
+  (*run)->handover = fact;
   notify(**run, "auto:hand_over");
 }
 
@@ -328,7 +339,7 @@ void RunManager::tick() {
   store_.persist({});
   scan_folders();
   if (std::exchange(disk_is_awaited_, false)) begin_next();
-  journal_repeated(repeated_stops_.over(context_.now()));
+  journal_repeated(repeated_stops_.take(context_.now()));
   constexpr std::chrono::seconds set_otherwise{1};
   const auto ahead = wall_ahead();
   const bool clock_was_set = std::chrono::abs(ahead - wall_ahead_) > set_otherwise;
@@ -337,7 +348,7 @@ void RunManager::tick() {
     const OperatorPrompt* const prompt = prompts_.find(run->number());
     if (clock_was_set && prompt != nullptr && prompt->at) notify(*run, "auto:clock");
     std::erase_if(run->waiting, [](const auto& each) { return each.listener.expired(); });
-    const RunStep step = on_time(run->view.machine, run->limits, context_.now());
+    const RunStep step = on_time(run->machine, run->limits, context_.now());
     if (step.next.state != run->state()) apply(*run, step, "auto:deadline");
   }
 }

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/service/run_model/repeated_stops.hpp"
+#include "daemon/service/run_model/rig_state.hpp"
 #include "daemon/service/runs/run_executor.hpp"
 #include "daemon/service/runs/run_recovery.hpp"
 
@@ -57,11 +57,11 @@ class RunManager final : private RunReports {
   /// Takes a run that has not begun out of the queue; one that was to be resumed is as it was
   /// before. Errors: not_found; wrong_state; io, where that cannot be written: it waits as before.
   Status remove(std::string_view id, std::string_view by);
-  /// Errors: not_found; wrong_state, with what the state takes.
-  Result<RunView> order(std::string_view id, Order order, std::string_view by);
-  /// A person has done what the run waits for. `step`: its name, as OperatorPrompt has it.
-  /// Errors: not_found; wrong_state, when nothing is asked, or something else.
-  Result<RunView> confirm(std::string_view id, std::string_view step, std::string_view by);
+  /// `confirms`: with Order::confirm, the name of what a person has done, as OperatorPrompt has it.
+  /// Errors: not_found; wrong_state, with what the state takes; wrong_state, when nothing is asked,
+  /// or something else.
+  Result<RunView> order(std::string_view id, Order order, std::string_view by,
+                        std::string_view confirms = {});
 
   /// What a choice would do with an interrupted run; nothing moves. The campaign is verified, which
   /// takes a second for each 150 MB, on another thread; the callback is called once, on the
@@ -120,8 +120,7 @@ class RunManager final : private RunReports {
   void close();
 
  private:
-  struct Run {
-    RunView view;
+  struct Run : RunView {
     Deadlines limits{};
     bool counted = true;          ///< how many trials are on record is known
     bool aborted_by_end = false;  ///< the daemon's end gave the order
@@ -130,11 +129,14 @@ class RunManager final : private RunReports {
       std::weak_ptr<const void> listener;
     };
     std::vector<Waiting> waiting = {};
+    /// Of the certificate in its folder, as it was read last.
+    std::optional<std::filesystem::file_time_type> certified_at = {};
 
-    [[nodiscard]] std::int64_t number() const { return view.stored.number; }
-    [[nodiscard]] RunState state() const { return view.machine.state; }
+    [[nodiscard]] std::int64_t number() const { return stored.number; }
     /// As it is to be written.
     const StoredRun& to_store();
+    /// Its folder becomes another one: what was read of it is read again.
+    void forget_folder();
   };
 
   void on_plan(std::int64_t run, const PlanSummary& plan) override;
@@ -157,19 +159,25 @@ class RunManager final : private RunReports {
                                  std::string_view by) const;
   [[nodiscard]] JournalLine line(std::string_view run, std::string_view kind, std::string_view by,
                                  const nlohmann::json& payload) const;
+  [[nodiscard]] JournalLine state_line(const StoredRun& run, std::string_view by) const;
+  /// Of what has happened.
+  void journal(std::string_view run, std::string_view kind, std::string_view by,
+               const nlohmann::json& payload);
   [[nodiscard]] RunView shown(const Run& run) const;
   [[nodiscard]] std::chrono::nanoseconds wall_ahead() const;
 
   /// In memory, with the order to its thread; what is to be written is added to `change`.
   void stage(Run& run, const RunStep& step, std::string_view by, RunChange& change);
   /// A person's order: everything is as before where it cannot be written.
-  Status commit(RunQueue queue, RunChange change, std::string_view by);
+  Status commit(RunQueue queue, RunChange change);
+  Status change_queue(RunQueue queue, JournalLine line, std::string_view by);
   Status commit_transition(Run& run, StoredRun stored, const RunStateMachine& machine,
                            std::string_view by);
   /// What has happened: written now or later, then clients are notified.
   void apply(Run& run, const RunStep& step, std::string_view by, RunChange change = {});
   void notify(Run& run, std::string_view by);
   void notify_queue(std::string_view by);
+  void notify_rig(std::string_view by);
   void notify_ended(Run& run);
   void use_plan(Run& run, const PlanSummary& plan);
   void begin_next();
@@ -178,10 +186,11 @@ class RunManager final : private RunReports {
   void journal_repeated(const std::vector<RepeatedStops::Counted>& counted);
   /// It did not obey in time: its thread may come to an end yet.
   void give_up(Run& run, RunChange& change);
-  void record_result(Run& run, const RunResult& result, std::string_view cut_short);
   static bool count_trials(Run& run);
   void on_settled(Run& run, Recovery choice, std::string_view by,
                   const Result<CampaignSummary>& summary, const SettleCallback& on_done);
+  /// Whether its campaign may be resumed without the daemon.
+  [[nodiscard]] bool can_be_resumed_externally(const Run& run) const;
   void scan_folders();
 
   const RunContext context_;

@@ -9,11 +9,18 @@ namespace weft::daemon::runs {
 
 using nlohmann::json;
 
-Status RunManager::commit(RunQueue queue, RunChange change, std::string_view by) {
+Status RunManager::commit(RunQueue queue, RunChange change) {
   change.queue = queue;
-  if (Status persisted = store_.commit(change); !persisted) return persisted;
-  queue_ = std::move(queue);
+  Status persisted = store_.commit(change);
+  if (persisted) queue_ = std::move(queue);
+  return persisted;
+}
+
+Status RunManager::change_queue(RunQueue queue, JournalLine line, std::string_view by) {
+  if (Status persisted = commit(std::move(queue), {.journal = {std::move(line)}}); !persisted)
+    return persisted;
   notify_queue(by);
+  begin_next();
   return {};
 }
 
@@ -25,14 +32,12 @@ Status RunManager::commit_transition(Run& run, StoredRun stored, const RunStateM
     queue.put(stored.number, 0);
   else
     queue.remove(stored.number);
-  const json payload{{"state", to_string(machine.state)}};
-  RunChange change{
-      .runs = {stored}, .queue = queue, .journal = {line(stored.id(), "state", by, payload)}};
-  if (Status persisted = store_.commit(change); !persisted) return persisted;
-  run.view.stored = std::move(stored);
-  run.view.machine = machine;
+  Status persisted =
+      commit(std::move(queue), {.runs = {stored}, .journal = {state_line(stored, by)}});
+  if (!persisted) return persisted;
+  run.stored = std::move(stored);
+  run.machine = machine;
   prompts_.on_state(run.number(), machine.state);
-  queue_ = std::move(queue);
   notify_queue(by);
   return {};
 }
@@ -41,7 +46,7 @@ Status RunManager::remove(std::string_view id, std::string_view by) {
   const auto found = find_queued(id, "the run has begun", "run.stop or run.abort ends it");
   if (!found) return pass(found.error());
   Run& run = **found;
-  StoredRun stored = run.view.stored;
+  StoredRun stored = run.stored;
   const bool was_resumed = stored.resume;
   if (!was_resumed) {
     stored.outcome = "stopped";
@@ -62,51 +67,39 @@ Status RunManager::move(std::string_view id, std::size_t place, std::string_view
   if (!run) return pass(run.error());
   RunQueue next = queue_;
   next.put((*run)->number(), place);
-  const json payload{{"place", next.find_place((*run)->number())}};
-  const Status persisted = commit(next, {.journal = {line(id, "moved", by, payload)}}, by);
-  if (persisted) begin_next();
-  return persisted;
+  const std::size_t found = next.find_place((*run)->number());
+  return change_queue(std::move(next), line(id, "moved", by, {{"place", found}}), by);
 }
 
 Status RunManager::pause_queue(std::string_view by) {
   RunQueue next = queue_;
   if (Status ok = next.pause(by); !ok) return ok;
-  return commit(next, {.journal = {line("", "queue_paused", by)}}, by);
+  return change_queue(std::move(next), line("", "queue_paused", by), by);
 }
 
 Status RunManager::resume_queue(std::string_view by) {
   if (Status more = require_accepting(); !more) return more;
   RunQueue next = queue_;
   if (Status ok = next.resume(); !ok) return ok;
-  const Status persisted = commit(next, {.journal = {line("", "queue_started", by)}}, by);
-  if (persisted) begin_next();
-  return persisted;
+  return change_queue(std::move(next), line("", "queue_started", by), by);
 }
 
-Result<RunView> RunManager::order(std::string_view id, Order order, std::string_view by) {
-  const auto run = find(id);
-  if (!run) return pass(run.error());
-  const auto step = on_order((*run)->view.machine, (*run)->limits, order, context_.now());
-  if (!step) {
-    Error refused = step.error();
-    if (order == Order::resume && refused.hint.empty()) refused.hint = resume_hint((*run)->view);
-    return pass(std::move(refused), (*run)->view.stored.id());
-  }
-  apply(**run, *step, by);
-  return shown(**run);
-}
-
-Result<RunView> RunManager::confirm(std::string_view id, std::string_view step,
-                                    std::string_view by) {
+Result<RunView> RunManager::order(std::string_view id, Order order, std::string_view by,
+                                  std::string_view confirms) {
   const auto found = find(id);
   if (!found) return pass(found.error());
   Run& run = **found;
-  const auto next = on_order(run.view.machine, run.limits, Order::confirm, context_.now());
-  if (!next) return pass(next.error(), run.view.stored.id());
-  if (Status ok = prompts_.check(run.number(), step); !ok) return pass(ok.error());
-  const json payload{{"step", step}};
-  store_.persist({.journal = {line(id, "confirmed", by, payload)}});  // before the rig may move
-  apply(run, *next, by);
+  const auto step = on_order(run.machine, run.limits, order, context_.now());
+  if (!step) {
+    Error refused = step.error();
+    if (order == Order::resume && refused.hint.empty()) refused.hint = resume_hint(run);
+    return pass(std::move(refused), run.stored.id());
+  }
+  if (order == Order::confirm) {
+    if (Status ok = prompts_.check(run.number(), confirms); !ok) return pass(ok.error());
+    journal(id, "confirmed", by, {{"step", confirms}});  // before the rig may move
+  }
+  apply(run, *step, by);
   return shown(run);
 }
 
@@ -116,7 +109,7 @@ void RunManager::halt(RigState::Stop stop, std::string_view by, std::string_view
   bool is_news = false;
   std::vector<Run*> halted;
   for (const auto& run : runs_) {
-    const auto step = on_order(run->view.machine, run->limits, Order::halt, context_.now());
+    const auto step = on_order(run->machine, run->limits, Order::halt, context_.now());
     if (!step) continue;
     is_news = is_news || step->next.state != run->state();
     stage(*run, *step, by, change);
@@ -132,12 +125,12 @@ void RunManager::halt(RigState::Stop stop, std::string_view by, std::string_view
     change.journal.push_back(line("", kind, by, payload));
   if (!change.is_empty()) store_.persist(change);
   for (Run* const run : halted) notify(*run, by);
-  if (context_.observer != nullptr) context_.observer->on_rig_state_changed(rig_, by);
+  notify_rig(by);
 }
 
 void RunManager::journal_repeated(const std::vector<RepeatedStops::Counted>& counted) {
   RunChange change;
-  for (const auto& [stop, times] : counted) {
+  for (const auto& [stop, since, times] : counted) {
     json payload{{"repeated", times}};
     if (!stop.reason.empty()) payload["reason"] = stop.reason;
     change.journal.push_back(line("", stop.kind, stop.by, payload));
@@ -163,12 +156,12 @@ Status RunManager::reset(std::string_view reason, std::string_view by) {
                  .what = "a run has not ended yet",
                  .expected = "ended",
                  .hint = "Wait for it; one that does not answer ends with the daemon"});
-  journal_repeated(repeated_stops_.all());
-  const Status persisted = store_.commit(
-      {.rig = RigState(), .journal = {line("", "reset", by, json{{"reason", reason}})}});
+  journal_repeated(repeated_stops_.take());
+  Status persisted =
+      store_.commit({.rig = RigState(), .journal = {line("", "reset", by, {{"reason", reason}})}});
   if (!persisted) return persisted;
   rig_ = RigState();
-  if (context_.observer != nullptr) context_.observer->on_rig_state_changed(rig_, by);
+  notify_rig(by);
   if (queue_.paused_by() == after_restart) static_cast<void>(resume_queue(by));
   begin_next();
   return {};
@@ -184,7 +177,7 @@ void RunManager::inject_fault(FaultOrder order, FaultCallback on_done) {
   const json payload{{"fault", json::parse(order.json)}, {"ends", order.ends}};
   auto journalled = [this, id = run_id(*executor_.run()), by = order.by, payload,
                      on_done = std::move(on_done)](const Status& done) {
-    if (done) store_.persist({.journal = {line(id, "fault", by, payload)}});
+    if (done) journal(id, "fault", by, payload);
     on_done(done);
   };
   executor_.inject(std::move(order), std::move(journalled));
@@ -200,7 +193,7 @@ Result<RunManager::Run*> RunManager::find_interrupted(std::string_view id) const
                  .what = "only an interrupted run is recovered",
                  .expected = "interrupted",
                  .got = std::string(to_string(run.state())),
-                 .hint = resume_hint(run.view)});
+                 .hint = resume_hint(run)});
   if (recovery_.is_settling(run.number()))
     return fail({.code = Errc::wrong_state,
                  .where = "/params/run",
@@ -211,14 +204,14 @@ Result<RunManager::Run*> RunManager::find_interrupted(std::string_view id) const
 void RunManager::preview(std::string_view id, Recovery choice, PreviewCallback on_preview) {
   const auto found = find_interrupted(id);
   if (!found) return on_preview(pass(found.error()));
-  const StoredRun& run = (*found)->view.stored;
+  const StoredRun& run = (*found)->stored;
   recovery_.preview(run, choice, request_of(run), std::move(on_preview));
 }
 
 Result<CampaignRequest> RunManager::request_to_recover(std::string_view id) const {
   const auto found = find_interrupted(id);
   if (!found) return pass(found.error());
-  return request_of((*found)->view.stored);
+  return request_of((*found)->stored);
 }
 
 Result<RunView> RunManager::recover(std::string_view id, std::string_view by,
@@ -249,7 +242,7 @@ void RunManager::settle(std::string_view id, Recovery choice, std::string_view b
   if (!found) return on_done(pass(found.error()));
   if (Status here = store_.in_place(); !here) return on_done(pass(here.error()));
   Run& run = **found;
-  recovery_.settle(run.view.stored, choice, by,
+  recovery_.settle(run.stored, choice, by,
                    [this, &run, choice, by = std::string(by),
                     on_done = std::move(on_done)](const Result<CampaignSummary>& summary) {
                      on_settled(run, choice, by, summary, on_done);
@@ -260,47 +253,44 @@ void RunManager::settle(std::string_view id, Recovery choice, std::string_view b
 // had no campaign to settle.
 void RunManager::on_settled(Run& run, Recovery choice, std::string_view by,
                             const Result<CampaignSummary>& summary, const SettleCallback& on_done) {
-  StoredRun& stored = run.view.stored;
+  StoredRun& stored = run.stored;
   if (!summary) return on_done(pass(summary.error(), stored.id()));
   if (Status here = store_.in_place(); !here) return on_done(pass(here.error()));
   stored.outcome = recipes::to_string(summary->outcome);
   stored.recovered = to_string(choice);
   stored.dataset_sha256 = summary->dataset_sha256;
-  stored.error = summary->error ? to_string(*summary->error) : "";
+  stored.error = format_error(summary->error);
   stored.dataset_error.clear();
-  run.view.external_resume.reset();
-  recovery_.forget_scan(run.number());
+  run.forget_folder();
   if (choice == Recovery::keep_partial) {
-    run.view.trials_done = summary->trials_complete;
-    run.view.trials_planned = summary->trials_planned;
+    run.trials_done = summary->trials_complete;
+    run.trials_planned = summary->trials_planned;
   }
-  const json payload{{"choice", to_string(choice)}};
-  apply(run, on_ended(), by, {.journal = {line(stored.id(), "recovered", by, payload)}});
+  apply(run, on_ended(), by,
+        {.journal = {line(stored.id(), "recovered", by, {{"choice", to_string(choice)}})}});
   notify_ended(run);
   on_done(shown(run));
 }
 
+bool RunManager::can_be_resumed_externally(const Run& run) const {
+  const StoredRun& stored = run.stored;
+  return run.is_over() && !stored.has_all() && stored.recovered != to_string(Recovery::discard) &&
+         executor_.run() != run.number() && !recovery_.is_settling(run.number());
+}
+
 void RunManager::scan_folders() {
-  const auto can_be_resumed = [this](const Run& run) {
-    return can_be_resumed_externally(run.view) && executor_.run() != run.number() &&
-           !recovery_.is_settling(run.number());
-  };
-  const auto list_runs = [&] {
-    std::vector<StoredRun> out;
-    for (const auto& run : runs_)
-      if (can_be_resumed(*run)) out.push_back(run->view.stored);
-    return out;
-  };
-  recovery_.scan(list_runs, [this, can_be_resumed](const StoredRun& as_scanned, const auto& found) {
-    Run& run = *numbered(as_scanned.number);
-    RunView& view = run.view;
-    if (!can_be_resumed(run) || as_scanned.dataset_sha256 != view.stored.dataset_sha256)
-      return false;
-    if (found != view.external_resume) {
-      view.external_resume = found;
-      notify(run, "auto:folder");
-    }
-    return true;
+  if (!recovery_.can_scan()) return;
+  std::vector<FolderScan> scans;
+  for (const auto& run : runs_)
+    if (can_be_resumed_externally(*run)) scans.push_back({run->stored, run->certified_at});
+  recovery_.scan(std::move(scans), [this](const FolderScan& scan) {
+    Run& run = *numbered(scan.run.number);
+    if (!can_be_resumed_externally(run) || scan.run.dataset_sha256 != run.stored.dataset_sha256)
+      return;  // it has changed meanwhile, so that nothing was learnt
+    run.certified_at = scan.certified_at;
+    if (scan.found == run.external_resume) return;
+    run.external_resume = scan.found;
+    notify(run, "auto:folder");
   });
 }
 

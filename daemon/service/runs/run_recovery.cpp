@@ -52,6 +52,19 @@ Result<std::optional<ExternalResume>> read_external_resume(const StoredRun& run)
   return std::optional(std::move(out));
 }
 
+/// What cannot be read is looked at again.
+bool has_news(FolderScan& scan) {
+  std::error_code unseen;
+  const auto written =
+      std::filesystem::last_write_time(scan.run.folder / certificate_file_name, unseen);
+  if (scan.certified_at == written) return false;
+  const auto read = catch_as_error([&] { return read_external_resume(scan.run); });
+  if (!read) return false;
+  scan.certified_at = written;
+  scan.found = *read;
+  return true;
+}
+
 }  // namespace
 
 std::string_view to_string(Recovery choice) {
@@ -80,11 +93,6 @@ std::string resume_hint(const RunView& run) {
          stored.rig.string() + " --out " + stored.folder.string() + seed + " --resume";
 }
 
-bool can_be_resumed_externally(const RunView& run) {
-  return run.is_over() && !run.stored.has_all() &&
-         run.stored.recovered != to_string(Recovery::discard);
-}
-
 RunRecovery::~RunRecovery() {
   for (auto& [run, activity] : activities_) activity.preview_thread.request_stop();
 }
@@ -96,23 +104,34 @@ void RunRecovery::preview(const StoredRun& run, Recovery choice, Result<Campaign
   if (activity.previews.size() == 1) read_preview(activity);
 }
 
+template <class Work, class OnDone>
+void RunRecovery::start(std::jthread& thread, Work work, OnDone on_done) {
+  thread = std::jthread([this, &thread, work = std::move(work),
+                         on_done = std::move(on_done)](const std::stop_token& stop) {
+    context_.post([&thread, on_done, result = work(stop)] {
+      thread.join();  // this was its last message
+      on_done(result);
+    });
+  });
+}
+
 void RunRecovery::read_preview(Activity& activity) {
-  activity.preview_thread =
-      std::jthread([this, &activity, choice = activity.previews.front().choice,
-                    request = activity.previews.front().request](std::stop_token stop) {
-        const auto left = catch_as_error([&]() -> Result<ResumePreview> {
+  const Recovery choice = activity.previews.front().choice;
+  start(
+      activity.preview_thread,
+      [choice, request = activity.previews.front().request](const std::stop_token& stop) {
+        return catch_as_error([&]() -> Result<ResumePreview> {
           if (!request) return pass(request.error());
           return make_preview(choice, *request, [&stop] { return stop.stop_requested(); });
         });
-        context_.post([this, &activity, choice, left] {
-          activity.preview_thread.join();  // this was its last message
-          for (auto& each : std::exchange(activity.previews, {}))
-            if (each.choice == choice)
-              each.on_preview(left);
-            else
-              activity.previews.push_back(std::move(each));
-          if (!activity.previews.empty()) read_preview(activity);
-        });
+      },
+      [this, &activity, choice](const Result<ResumePreview>& left) {
+        for (auto& each : std::exchange(activity.previews, {}))
+          if (each.choice == choice)
+            each.on_preview(left);
+          else
+            activity.previews.push_back(std::move(each));
+        if (!activity.previews.empty()) read_preview(activity);
       });
 }
 
@@ -120,18 +139,17 @@ void RunRecovery::settle(const StoredRun& run, Recovery choice, std::string_view
                          SettleCallback on_done) {
   Activity& activity = activities_[run.number];
   activity.is_settling = true;
-  activity.settle_thread =
-      std::jthread([this, &activity, choice, by = std::string(by), folder = run.folder,
-                    on_done = std::move(on_done)](std::stop_token stop) {
-        const auto summary = catch_as_error([&]() -> Result<CampaignSummary> {
+  start(
+      activity.settle_thread,
+      [choice, by = std::string(by), folder = run.folder](const std::stop_token& stop) {
+        return catch_as_error([&]() -> Result<CampaignSummary> {
           if (choice == Recovery::discard) return discarded(folder, by);
           return keep_partial(folder, by, [&stop] { return stop.stop_requested(); });
         });
-        context_.post([&activity, summary, on_done] {
-          activity.settle_thread.join();  // this was its last message
-          activity.is_settling = false;
-          on_done(summary);
-        });
+      },
+      [&activity, on_done = std::move(on_done)](const Result<CampaignSummary>& summary) {
+        activity.is_settling = false;
+        on_done(summary);
       });
 }
 
@@ -148,38 +166,24 @@ void RunRecovery::stop_settling() {
   for (auto& [run, activity] : activities_) activity.settle_thread.request_stop();
 }
 
-void RunRecovery::scan(const std::function<std::vector<StoredRun>()>& list_runs,
-                       ScanCallback on_news) {
-  constexpr std::chrono::seconds between{1};
-  if (scan_thread_.joinable() || context_.now() < next_scan_) return;
-  next_scan_ = context_.now() + between;
-  std::vector<Scan> scans;
-  for (const StoredRun& run : list_runs())
-    scans.push_back({run, activities_[run.number].certified_at});
-  if (scans.empty()) return;
-  scan_thread_ =
-      std::jthread([this, scans = std::move(scans), on_news = std::move(on_news)]() mutable {
-        std::erase_if(scans, [](Scan& scan) { return !has_news(scan); });
-        context_.post([this, scans = std::move(scans), on_news = std::move(on_news)] {
-          scan_thread_.join();  // this was its last message
-          for (const Scan& scan : scans)
-            if (on_news(scan.run, scan.found))
-              activities_[scan.run.number].certified_at = scan.certified_at;
-        });
-      });
+bool RunRecovery::can_scan() const {
+  return !scan_thread_.joinable() && context_.now() >= next_scan_;
 }
 
-/// What cannot be read is looked at again.
-bool RunRecovery::has_news(Scan& scan) {
-  std::error_code unseen;
-  const auto written = std::filesystem::last_write_time(scan.run.folder / certificate_file_name,
-                                                        unseen);  // the earliest without one
-  if (scan.certified_at == written) return false;
-  const auto read = catch_as_error([&] { return read_external_resume(scan.run); });
-  if (!read) return false;
-  scan.certified_at = written;
-  scan.found = *read;
-  return true;
+void RunRecovery::scan(std::vector<FolderScan> scans,
+                       std::function<void(const FolderScan&)> on_news) {
+  next_scan_ = context_.now() + std::chrono::seconds(1);
+  if (scans.empty()) return;
+  start(
+      scan_thread_,
+      [scans = std::move(scans)](const std::stop_token&) {
+        std::vector<FolderScan> news = scans;
+        std::erase_if(news, [](FolderScan& scan) { return !has_news(scan); });
+        return news;
+      },
+      [on_news = std::move(on_news)](const std::vector<FolderScan>& news) {
+        std::ranges::for_each(news, on_news);
+      });
 }
 
 }  // namespace weft::daemon::runs

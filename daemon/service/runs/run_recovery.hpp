@@ -27,8 +27,14 @@ std::string_view to_string(Recovery choice);
 Status is_where_it_was(const StoredRun& run);
 /// How what is left of an ended run can still be recorded; empty where that is nothing.
 std::string resume_hint(const RunView& run);
-/// Whether its campaign may be resumed without the daemon.
-bool can_be_resumed_externally(const RunView& run);
+
+/// What is known of the folder of a run that is over.
+struct FolderScan {
+  StoredRun run;  ///< as it was when the scan began
+  /// Of its certificate, as it was read last; the earliest time without a certificate.
+  std::optional<std::filesystem::file_time_type> certified_at;
+  std::optional<ExternalResume> found = {};
+};
 
 using PreviewCallback = std::function<void(const Result<ResumePreview>&)>;
 
@@ -50,17 +56,12 @@ class RunRecovery {
   [[nodiscard]] bool is_settling() const;  ///< any
   /// What has only read so far ends.
   void stop_settling();
-  /// `as_scanned`: the run as it was when the scan began. False: it has changed since, so that
-  /// nothing was learnt.
-  using ScanCallback =
-      std::function<bool(const StoredRun& as_scanned, const std::optional<ExternalResume>& found)>;
-  /// Looks at the folders of `list_runs()`, at most once a second.
-  void scan(const std::function<std::vector<StoredRun>()>& list_runs, ScanCallback on_news);
-  /// Its folder becomes another one: what was read of it is read again.
-  void forget_scan(std::int64_t run) { activities_[run].certified_at.reset(); }
+  /// Whether a scan is not under way, and the last one was more than a second ago.
+  [[nodiscard]] bool can_scan() const;
+  /// Looks at the folders, and calls back for each whose certificate is another one.
+  void scan(std::vector<FolderScan> scans, std::function<void(const FolderScan&)> on_news);
 
  private:
-  using FileTime = std::filesystem::file_time_type;
   struct PreviewRequest {
     Recovery choice;
     Result<CampaignRequest> request;
@@ -71,15 +72,11 @@ class RunRecovery {
     std::jthread preview_thread;
     bool is_settling = false;
     std::jthread settle_thread;
-    std::optional<FileTime> certified_at;  ///< of the certificate, as it was read last
-  };
-  struct Scan {
-    StoredRun run;
-    std::optional<FileTime> certified_at;
-    std::optional<ExternalResume> found = {};
   };
   void read_preview(Activity& activity);
-  static bool has_news(Scan& scan);
+  /// Does `work` on `thread`, then `on_done` with its result on the server's.
+  template <class Work, class OnDone>
+  void start(std::jthread& thread, Work work, OnDone on_done);
 
   const RunContext& context_;
   std::map<std::int64_t, Activity> activities_;

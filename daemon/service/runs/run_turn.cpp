@@ -8,11 +8,23 @@
 namespace weft::daemon::runs {
 namespace {
 
-using nlohmann::json;
-
-/// What is resumed and does not take the rig moves nothing, and cleans nothing up.
-bool ends_as_before(const StoredRun& run, bool had_rig) {
-  return !had_rig && !run.outcome.empty();
+/// As its thread has found them.
+RunFacts found_facts(const RunResult& result, const RunView& run) {
+  if (const auto& summary = result.summary)
+    return {.outcome = std::string(recipes::to_string(summary->outcome)),
+            .cleanup = std::string(recipes::to_string(summary->cleanup)),
+            .rig_fact = std::string(recipes::to_string(summary->rig)),
+            .error = format_error(summary->error),
+            .dataset_sha256 = summary->dataset_sha256,
+            .dataset_error = format_error(summary->dataset_error)};
+  const bool is_stopped = run.state() == RunState::finishing;  // while the bench came up
+  return {.outcome = is_stopped           ? "stopped"
+                     : result.was_ordered ? "aborted"
+                                          : "failed",
+          .cleanup = "skipped",
+          .rig_fact = "unknown",
+          .error = to_string(result.summary.error()),
+          .dataset_sha256 = certified_dataset(run.stored.folder)};
 }
 
 }  // namespace
@@ -52,23 +64,22 @@ void RunManager::begin_next() {
 bool RunManager::pause_after(const Run& run, const Error& why, RunChange& change) {
   if (!queue_.on_cannot_begin()) return false;
   change.queue = queue_;
-  const json payload{{"run", run.view.stored.id()}, {"error", to_string(why)}};
-  change.journal.push_back(line("", "queue_paused", after_failure, payload));
+  change.journal.push_back(line("", "queue_paused", after_failure,
+                                {{"run", run.stored.id()}, {"error", to_string(why)}}));
   return true;
 }
 
 void RunManager::begin(Run& run) {
   const bool plan_is_known = run.limits.arming.count() != 0;  // else it is from before a restart
   if (!plan_is_known) run.limits = Deadlines::of(0, 600);     // until its thread has looked
-  StoredRun& stored = run.view.stored;
+  StoredRun& stored = run.stored;
   // By now this may be another rig's daemon, on which a resume will be refused.
   if (!stored.resume) stored.rig = context_.rig;
   stored.bench = to_string(load_bench_kind(context_.rig));
   stored.rig_untaken = true;
-  run.view.external_resume.reset();
-  recovery_.forget_scan(run.number());
+  run.forget_folder();
   run.aborted_by_end = false;
-  apply(run, on_begun(run.view.machine, run.limits, context_.now()), "auto:queue");
+  apply(run, on_begun(run.machine, run.limits, context_.now()), "auto:queue");
   executor_.begin(run.number(), plan_is_known, request_of(stored), stored.resume);
 }
 
@@ -80,37 +91,35 @@ void RunManager::on_plan(std::int64_t number, const PlanSummary& plan) {
 
 void RunManager::on_moment(std::int64_t number, const RunStatusUpdate& moment) {
   Run& run = *numbered(number);
-  run.view.moment = moment;
-  run.view.trials_planned = moment.planned;
-  const RunStep step = on_step(run.view.machine, run.limits, moment.step, context_.now());
+  run.moment = moment;
+  run.trials_planned = moment.planned;
+  const RunStep step = on_step(run.machine, run.limits, moment.step, context_.now());
   RunChange change;
-  if (prompts_.on_step(number, step.next.state, moment, context_.now())) {
-    const OperatorPrompt& prompt = *prompts_.find(number);
-    const json payload{{"step", prompt.step},
-                       {"text", prompt.prompt.text},
-                       {"trial", prompt.prompt.trial},
-                       {"people_s", prompt.prompt.people_s}};
-    change.journal.push_back(line(run.view.stored.id(), "asked", by_recipe, payload));
-  }
+  if (const OperatorPrompt* const opened =
+          prompts_.on_step(number, step.next.state, moment, context_.now()))
+    change.journal.push_back(line(run.stored.id(), "asked", by_recipe,
+                                  {{"step", opened->step},
+                                   {"text", opened->prompt.text},
+                                   {"trial", opened->prompt.trial},
+                                   {"people_s", opened->prompt.people_s}}));
   apply(run, step, "auto:run", std::move(change));
 }
 
 void RunManager::on_vote(std::int64_t number, const LiveVoteUpdate& vote) {
   Run& run = *numbered(number);
-  run.view.vote = vote;
-  if (context_.observer != nullptr) context_.observer->on_vote(shown(run));
+  run.vote = vote;
+  context_.observer->on_vote(shown(run));
 }
 
 void RunManager::on_progress(std::int64_t number, const TrialProgress& progress) {
   Run& run = *numbered(number);
-  run.view.trials_done = progress.done;
-  run.view.wall_left_s = progress.wall_left_s;
-  run.view.attempts_rejected = progress.attempts_rejected;
+  run.trials_done = progress.done;
+  run.wall_left_s = progress.wall_left_s;
+  run.attempts_rejected = progress.attempts_rejected;
   if (progress.outcome == recipes::Outcome::rejected) {
-    run.view.last_rejection = progress.error ? to_string(*progress.error) : "";
-    const json payload{{"trial", progress.done}, {"error", run.view.last_rejection}};
-    store_.persist(
-        {.journal = {line(run.view.stored.id(), "take_rejected", "auto:repeat_bad", payload)}});
+    run.last_rejection = format_error(progress.error);
+    journal(run.stored.id(), "take_rejected", "auto:repeat_bad",
+            {{"trial", progress.done}, {"error", run.last_rejection}});
   }
   notify(run, "auto:run");
 }
@@ -121,96 +130,60 @@ bool RunManager::grant_rig(std::int64_t number) {
   StoredRun taken = run.to_store();
   taken.rig_untaken = false;
   if (!store_.commit({.runs = {taken}})) return false;
-  run.view.stored.rig_untaken = false;
+  run.stored.rig_untaken = false;
   return true;
 }
 
 /// Every trial of a run that the daemon's death cut is in its file. False where that cannot be
 /// read.
 bool RunManager::count_trials(Run& run) {
-  const auto found = load_progress(run.view.stored.folder / campaign_file_name);
+  const auto found = load_progress(run.stored.folder / campaign_file_name);
   if (!found) return false;
-  run.view.trials_done = found->done;
-  run.view.trials_planned = found->planned;
+  run.trials_done = found->done;
+  run.trials_planned = found->planned;
   run.counted = true;
   return true;
 }
 
 void RunManager::give_up(Run& run, RunChange& change) {
-  StoredRun& stored = run.view.stored;
+  StoredRun& stored = run.stored;
   const bool has_rig = executor_.has_rig();
   if (has_rig && rig_.on_ended(false, run.number())) change.rig = rig_;
-  if (!ends_as_before(stored, has_rig)) {
-    stored.outcome = "failed";
-    stored.cleanup = "skipped";
-    stored.dataset_error.clear();
-    stored.dataset_sha256 = certified_dataset(stored.folder);
-  }
-  stored.error = "the run does not answer";
+  stored.facts() = facts_without_answer(stored, has_rig, certified_dataset(stored.folder));
   stored.rig_fact = has_rig ? "unknown" : to_string(rig_.fact());
-}
-
-void RunManager::record_result(Run& run, const RunResult& result, std::string_view cut_short) {
-  StoredRun& stored = run.view.stored;
-  const bool as_before = ends_as_before(stored, result.acquired_rig);
-  if (const auto& summary = result.summary) {
-    stored.outcome = recipes::to_string(summary->outcome);
-    stored.error = summary->error ? to_string(*summary->error) : "";
-    if (run.aborted_by_end && stored.outcome == "aborted" && stored.error.empty())
-      stored.error = "aborted by the daemon, which was told to end";
-    if (!as_before) stored.cleanup = recipes::to_string(summary->cleanup);
-    stored.rig_fact = recipes::to_string(summary->rig);
-    stored.dataset_error = summary->dataset_error ? to_string(*summary->dataset_error) : "";
-    stored.dataset_sha256 = summary->dataset_sha256;
-    run.view.has_handover = summary->has_handover;
-    run.view.trials_done = summary->trials_complete;
-    run.view.attempts_rejected = summary->attempts_rejected;
-  } else {
-    // An order that ended it is shown in any case.
-    if (!as_before || cut_short != "failed") stored.outcome = cut_short;
-    if (!as_before) {
-      stored.cleanup = "skipped";
-      stored.dataset_error.clear();
-    }
-    stored.rig_fact = "unknown";
-    stored.error = to_string(summary.error());
-    count_trials(run);  // the disk may have refused some of what was reported, or has more
-    stored.dataset_sha256 = certified_dataset(stored.folder);
-  }
-  if (result.acquired_rig) {
-    stored.bench_outcome = stored.outcome;
-    stored.bench_error = stored.error;
-  } else if (result.summary && !stored.bench_outcome.empty()) {
-    stored.outcome = stored.bench_outcome;  // it only concludes: its end is that of its bench
-    stored.error = stored.bench_error;
-  }
 }
 
 void RunManager::on_thread_ended(std::int64_t number, const RunResult& result) {
   Run& run = *numbered(number);
-  StoredRun& stored = run.view.stored;
-  // How a run without a summary ended; "stopped": ordered while the bench came up.
-  std::string_view cut_short = result.was_ordered ? "aborted" : "failed";
-  if (run.state() == RunState::finishing) cut_short = "stopped";
-  record_result(run, result, cut_short);
+  StoredRun& stored = run.stored;
+  const auto& summary = result.summary;
+  RunEnd end{found_facts(result, run), summary.has_value(), result.acquired_rig,
+             run.aborted_by_end};
   RunChange change;
   if (!result.acquired_rig) {
     rig_.end_override();
-    stored.rig_fact = to_string(rig_.fact());  // what it was
-  } else if (rig_.on_ended(stored.rig_fact == "safe", number)) {
+    end.found.rig_fact = to_string(rig_.fact());  // what it was
+  } else if (rig_.on_ended(end.found.rig_fact == "safe", number)) {
     change.rig = rig_;
   }
-  run.view.wall_left_s = 0;
+  stored.facts() = facts_of_end(stored, end);
+  if (summary) {
+    run.has_handover = summary->has_handover;
+    run.trials_done = summary->trials_complete;
+    run.attempts_rejected = summary->attempts_rejected;
+  } else {
+    count_trials(run);  // the disk may have refused some of what was reported, or has more
+  }
+  run.wall_left_s = 0;
   stage(run, on_ended(result.can_resume), "auto:run", change);
   change.put(run.to_store());  // also of one that had been given up
   // What is resumed may lack something of its own; a recipe was checked when it was queued.
   const bool costs_all = result.is_checked || !stored.resume;
   const bool no_bench =
-      !result.summary && costs_all && !result.acquired_rig && cut_short == "failed";
-  const bool is_paused = no_bench && pause_after(run, result.summary.error(), change);
+      !summary && costs_all && !result.acquired_rig && end.found.outcome == "failed";
+  const bool is_paused = no_bench && pause_after(run, summary.error(), change);
   store_.persist(change);
-  if (change.rig && context_.observer != nullptr)
-    context_.observer->on_rig_state_changed(rig_, "auto:run");
+  if (change.rig) notify_rig("auto:run");
   notify(run, "auto:run");
   notify_ended(run);
   if (is_paused) notify_queue(after_failure);

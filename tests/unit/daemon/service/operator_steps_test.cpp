@@ -71,20 +71,22 @@ TEST_CASE("a run waits for each of its operator steps, and goes on when that one
   CHECK(queued.operator_prompt->step.empty());
   const OperatorPrompt first = requested(bench, id);
   CHECK(first.prompt.text == "Clean the probe.");
-  CHECK(bench.manager->confirm(id, "Q-0", "ada").error().code == Errc::wrong_state);
-  CHECK(bench.manager->confirm("R-000009", first.step, "ada").error().code == Errc::not_found);
-  REQUIRE(bench.manager->confirm(id, first.step, "ada"));
+  CHECK(bench.manager->order(id, Order::confirm, "ada", "Q-0").error().code == Errc::wrong_state);
+  CHECK(bench.manager->order("R-000009", Order::confirm, "ada", first.step).error().code ==
+        Errc::not_found);
+  REQUIRE(bench.manager->order(id, Order::confirm, "ada", first.step));
   const OperatorPrompt second = requested(bench, id);
   CHECK(second.prompt.text == "Mount denim.");
   CHECK(second.step != first.step);
-  CHECK(bench.manager->confirm(id, first.step, "ada").error().expected == second.step);
-  REQUIRE(bench.manager->confirm(id, second.step, "ada"));
-  CHECK_FALSE(bench.manager->confirm(id, second.step, "ada"));  // once is enough
+  CHECK(bench.manager->order(id, Order::confirm, "ada", first.step).error().expected ==
+        second.step);
+  REQUIRE(bench.manager->order(id, Order::confirm, "ada", second.step));
+  CHECK_FALSE(bench.manager->order(id, Order::confirm, "ada", second.step));  // once is enough
   const OperatorPrompt third = requested(bench, id);
   CHECK(third.prompt.text == "Mount satin.");
   CHECK(third.prompt.trial == 2);
   CHECK(bench.manager->get(id)->trials_done == 2);
-  REQUIRE(bench.manager->confirm(id, third.step, "ada"));
+  REQUIRE(bench.manager->order(id, Order::confirm, "ada", third.step));
   const RunView done = bench.ended(id);
   CHECK(done.stored.outcome == "complete");
   CHECK_FALSE(done.operator_prompt);
@@ -114,7 +116,7 @@ TEST_CASE("who waits for people is paused, stopped, aborted and halted like any 
   REQUIRE(bench.manager->order(id, Order::pause, "ada"));
   REQUIRE(bench.posted.run_until(
       [&] { return bench.manager->get(id)->machine.state == RunState::held; }));
-  CHECK_FALSE(bench.manager->confirm(id, before.step, "ada"));
+  CHECK_FALSE(bench.manager->order(id, Order::confirm, "ada", before.step));
   REQUIRE(bench.manager->order(id, Order::resume, "ada"));
   const OperatorPrompt again = requested(bench, id);
   CHECK(again.prompt.text == before.prompt.text);
@@ -140,8 +142,8 @@ TEST_CASE("a run that waits for people when its daemon dies asks again when it g
   const OperatorPrompt again = requested(bench, id);
   CHECK(again.prompt.text == "Mount satin.");
   CHECK(again.step != before);
-  CHECK_FALSE(bench.manager->confirm(id, before, "ada"));
-  REQUIRE(bench.manager->confirm(id, again.step, "ada"));
+  CHECK_FALSE(bench.manager->order(id, Order::confirm, "ada", before));
+  REQUIRE(bench.manager->order(id, Order::confirm, "ada", again.step));
   const RunView done = bench.ended(id);
   CHECK(done.stored.outcome == "complete");
   CHECK(done.trials_done == 4);

@@ -18,47 +18,6 @@ using test::RunManagerBench;
 using test::TemporaryFolder;
 using test::tiny_recipe;
 
-TEST_CASE("a run whose seed is no number is corrupt, as any other field") {
-  const test::TemporaryFolder folder;
-  const auto file = folder / "weftd.sqlite";
-  {
-    auto store = runs::RunStore::open(file);
-    REQUIRE(store);
-    runs::StoredRun run;
-    REQUIRE(test::add(*store, run));
-  }
-  for (const std::string_view seed : {"many", "12 ", "99999999999999999999"}) {
-    {
-      auto database = sqlite::Database::open(file, sqlite::Mode::read_write);
-      REQUIRE(database);
-      auto change = database->prepare("UPDATE run SET seed = ?");
-      REQUIRE(change);
-      REQUIRE(change->bind(1, seed).run());
-    }
-    const auto read = runs::RunStore::open(file);
-    REQUIRE_FALSE(read);
-    CHECK(read.error().code == Errc::corrupt);
-    CHECK(read.error().got == seed);
-  }
-}
-
-TEST_CASE("a database that another has says which file, and that it is in use") {
-  const test::TemporaryFolder folder;
-  const auto file = folder / "weftd.sqlite";
-  auto first = runs::RunStore::open(file);
-  REQUIRE(first);
-  const auto second = runs::RunStore::open(file);
-  REQUIRE_FALSE(second);
-  CHECK(second.error().what == "another weftd works in this folder");
-  auto other = sqlite::Database::open(file, sqlite::Mode::read_write);
-  REQUIRE(other);
-  const Status refused = other->execute("CREATE TABLE more (one INTEGER)");
-  REQUIRE_FALSE(refused);
-  CHECK(refused.error().code == Errc::busy);
-  CHECK(refused.error().where == file.string());
-  CHECK(refused.error().what == "the file refused a statement");
-}
-
 TEST_CASE("what escapes from a run's thread is a fault of that run; the next waits for a word") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
@@ -119,68 +78,6 @@ TEST_CASE(
   CHECK(run.stored.outcome == "complete");
   CHECK(run.stored.folder != old);
   CHECK(test::read_file(old / "campaign.sqlite") == before);
-}
-
-TEST_CASE("a memory of runs from before there was the wish to resume is read, without one") {
-  const TemporaryFolder folder;
-  {
-    RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
-    StoredRun run;
-    REQUIRE(test::add(store, run));
-    run.resume = true;
-    REQUIRE(store.commit({.runs = {run}}));
-    CHECK(store.runs().value().front().resume);
-  }
-  {
-    auto file = sqlite::Database::open(folder / "weftd.sqlite", sqlite::Mode::read_write);
-    REQUIRE(file->execute("ALTER TABLE run DROP COLUMN resume"));
-  }
-  RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
-  CHECK_FALSE(store.runs().value().front().resume);
-}
-
-TEST_CASE("of a run from before it was kept who has the rig, that is unknown") {
-  const TemporaryFolder folder;
-  const bool is_old = GENERATE(true, false);
-  StoredRun run;
-  run.state = RunState::arming;
-  run.rig_untaken = true;
-  {
-    RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
-    REQUIRE(test::add(store, run));
-    REQUIRE(store.commit({.runs = {run}}));
-  }
-  if (is_old) {
-    auto file = sqlite::Database::open(folder / "weftd.sqlite", sqlite::Mode::read_write);
-    REQUIRE(file->execute("ALTER TABLE run DROP COLUMN rig_untaken"));
-  }
-  RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
-  const RigState unknown{RigState::Fact::unknown, run.id()};
-  CHECK(store.rig_state().value() == (is_old ? unknown : RigState{}));
-  const StoredRun found = store.runs().value().front();
-  CHECK(found.state == RunState::interrupted);
-  CHECK(found.rig_fact == (is_old ? "unknown" : "safe"));
-  CHECK_FALSE(found.rig_untaken);
-}
-
-TEST_CASE("what is known of a data set is kept while its run's folder is not to be seen") {
-  const TemporaryFolder folder;
-  StoredRun run;
-  run.state = RunState::arming;
-  run.rig_untaken = run.resume = true;
-  run.folder = folder / "R-000001";
-  run.outcome = "stopped";
-  run.dataset_sha256 = "36426411";
-  run.dataset_error = "no room";
-  {
-    RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
-    REQUIRE(test::add(store, run));
-    REQUIRE(store.commit({.runs = {run}}));
-  }
-  const StoredRun found = RunStore::open(folder / "weftd.sqlite")->runs()->front();
-  CHECK(found.state == RunState::interrupted);
-  CHECK(found.dataset_sha256 == "36426411");
-  CHECK(found.dataset_error == "no room");
 }
 
 TEST_CASE("a run that is refused before it has touched the rig leaves it as it was") {
@@ -247,23 +144,6 @@ TEST_CASE("nobody is told of an end who is gone by then") {
   bench.posted.let_go();
   bench.ended(id);
   CHECK(reported == 1);
-}
-
-TEST_CASE("what belongs together is written together or not at all") {
-  const TemporaryFolder folder;
-  RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
-  StoredRun run;
-  run.number = store.next_number().value();
-  RunChange change{.runs = {run}, .journal = {{0, 0, "R-000001", "submitted", "test"}}};
-  REQUIRE(store.database().execute(
-      "CREATE TRIGGER full BEFORE INSERT ON journal BEGIN SELECT RAISE(ABORT, 'no room'); END"));
-  const Status refused = store.commit(change);
-  REQUIRE_FALSE(refused);
-  CHECK(to_string(refused.error()).find("no room") != std::string::npos);
-  CHECK(store.runs()->empty());
-  REQUIRE(store.database().execute("DROP TRIGGER full"));
-  REQUIRE(store.commit(change));
-  CHECK(store.runs()->size() == 1);
 }
 
 TEST_CASE("a latch is on the disk where only the journal is refused, and its lines follow later") {

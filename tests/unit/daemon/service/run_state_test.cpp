@@ -169,4 +169,163 @@ TEST_CASE("A plan of centuries has its deadlines ahead") {
   CHECK(centuries.trial > Deadlines::of(1, 1e9).trial);
 }
 
+TEST_CASE("The facts of a run's end by how its thread came to it, and by how it had ended before") {
+  const RunFacts none,
+      stopped{.outcome = "stopped",
+              .cleanup = "done",
+              .rig_fact = "safe",
+              .dataset_error = "no room",
+              .bench_outcome = "stopped"},
+      killed{.outcome = "interrupted", .cleanup = "skipped", .rig_fact = "unknown"};
+  const RunFacts whole{
+      .outcome = "complete", .cleanup = "done", .rig_fact = "safe", .dataset_sha256 = "36426411"};
+  const auto found = [](const char* outcome, const char* cleanup, const char* rig,
+                        const char* error) {
+    return RunFacts{.outcome = outcome, .cleanup = cleanup, .rig_fact = rig, .error = error};
+  };
+  const RunFacts failed = found("failed", "skipped", "unknown", "no device answers"),
+                 aborted = found("aborted", "done", "safe", "");
+  struct Row {
+    const char* name;
+    RunFacts former;
+    RunEnd end;
+    std::string outcome, cleanup, error, dataset_error, bench_outcome, bench_error;
+  };
+  const char* const by_the_end = "aborted by the daemon, which was told to end";
+  const Row rows[] = {
+      {"it came to its end", none, {whole, true, true}, "complete", "done", "", "", "complete", ""},
+      {"it takes the rig again",
+       stopped,
+       {whole, true, true},
+       "complete",
+       "done",
+       "",
+       "",
+       "complete",
+       ""},
+      {"the daemon's end aborts it",
+       none,
+       {aborted, true, true, true},
+       "aborted",
+       "done",
+       by_the_end,
+       "",
+       "aborted",
+       by_the_end},
+      {"a person had aborted it",
+       none,
+       {aborted, true, true},
+       "aborted",
+       "done",
+       "",
+       "",
+       "aborted",
+       ""},
+      {"its error is shown first",
+       none,
+       {found("aborted", "done", "safe", "stalled"), true, true, true},
+       "aborted",
+       "done",
+       "stalled",
+       "",
+       "aborted",
+       "stalled"},
+      {"the bench did not come up",
+       none,
+       {failed, false, false},
+       "failed",
+       "skipped",
+       "no device answers",
+       "",
+       "",
+       ""},
+      {"the run had the rig and escaped",
+       none,
+       {failed, false, true},
+       "failed",
+       "skipped",
+       "no device answers",
+       "",
+       "failed",
+       "no device answers"},
+      {"it only concludes",
+       stopped,
+       {whole, true, false},
+       "stopped",
+       "done",
+       "",
+       "",
+       "stopped",
+       ""},
+      {"it only concludes, and died on the bench before",
+       killed,
+       {whole, true, false},
+       "complete",
+       "skipped",
+       "",
+       "",
+       "",
+       ""},
+      {"a resume is refused",
+       stopped,
+       {failed, false, false},
+       "stopped",
+       "done",
+       "no device answers",
+       "no room",
+       "stopped",
+       ""},
+      {"an order ends a resume before it has the rig",
+       stopped,
+       {found("aborted", "skipped", "unknown", "told to end"), false, false},
+       "aborted",
+       "done",
+       "told to end",
+       "no room",
+       "stopped",
+       ""},
+      {"a resume fails with the rig",
+       stopped,
+       {failed, false, true},
+       "failed",
+       "skipped",
+       "no device answers",
+       "",
+       "failed",
+       "no device answers"},
+  };
+  for (const Row& row : rows) {
+    INFO(row.name);
+    const RunFacts facts = facts_of_end(row.former, row.end);
+    const RunFacts expected{.outcome = row.outcome,
+                            .cleanup = row.cleanup,
+                            .rig_fact = row.end.found.rig_fact,
+                            .error = row.error,
+                            .dataset_sha256 = row.end.found.dataset_sha256,
+                            .dataset_error = row.dataset_error,
+                            .bench_outcome = row.bench_outcome,
+                            .bench_error = row.bench_error};
+    CHECK(facts == expected);
+    CHECK(facts.outcome == row.outcome);
+    CHECK(facts.cleanup == row.cleanup);
+    CHECK(facts.error == row.error);
+  }
+}
+
+TEST_CASE("A run that does not answer has failed, unless it only concluded an older end") {
+  const RunFacts stopped{.outcome = "stopped", .cleanup = "done", .dataset_error = "no room"};
+  for (const bool has_rig : {true, false}) {
+    const RunFacts fresh = facts_without_answer({}, has_rig, "36426411");
+    CHECK(fresh.outcome == "failed");
+    CHECK(fresh.cleanup == "skipped");
+    CHECK(fresh.dataset_sha256 == "36426411");
+    const RunFacts resumed = facts_without_answer(stopped, has_rig, "36426411");
+    CHECK(resumed.outcome == (has_rig ? "failed" : "stopped"));
+    CHECK(resumed.cleanup == (has_rig ? "skipped" : "done"));
+    CHECK(resumed.dataset_error == (has_rig ? "" : "no room"));
+    CHECK(resumed.dataset_sha256 == (has_rig ? "36426411" : ""));
+    for (const RunFacts& facts : {fresh, resumed}) CHECK(facts.error == "the run does not answer");
+  }
+}
+
 }  // namespace run_state_test

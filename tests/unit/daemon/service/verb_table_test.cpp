@@ -111,7 +111,8 @@ Status order_settle(VerbCase& of) {
 
 Status order_confirm(VerbCase& of) {
   const auto requested = of.bench->manager->get(of.id)->operator_prompt;
-  return status_of(of.bench->manager->confirm(of.id, requested ? requested->step : "Q-1", "test"));
+  return status_of(
+      of.bench->manager->order(of.id, Order::confirm, "test", requested ? requested->step : "Q-1"));
 }
 
 constexpr std::array all_verbs{

@@ -1,4 +1,4 @@
-#include "daemon/campaign/run_orders.hpp"
+#include "daemon/campaign/orders/run_orders.hpp"
 
 namespace weft::daemon {
 

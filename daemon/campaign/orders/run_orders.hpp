@@ -1,5 +1,5 @@
 #pragma once
-// What people and programs ask of a run that is under way on another thread.
+// What people and programs ask of a run that is under way on another thread, and what it reports.
 
 #include <atomic>
 #include <chrono>
@@ -47,6 +47,22 @@ struct GivenOrder {
   Order order = Order::pause;
   std::string by;                ///< session, user or rule
   recipes::Ticket confirms = 0;  ///< of what was asked, where it is a confirmation
+};
+
+/// Where a run is.
+struct RunStatusUpdate {
+  std::size_t trial = 0;  ///< of `planned`
+  std::size_t planned = 0;
+  recipes::Step step = recipes::Step::ready;
+  std::string fabric;
+  std::string exploration;
+  std::uint32_t repetition = 0;
+  double virtual_s = 0;  ///< on the bench's clock
+  /// What a person is asked for now; its ticket goes back with Order::confirm.
+  std::optional<recipes::PromptOperator> requested = {};
+  /// The next that a person will be asked for, where nothing is asked now.
+  std::optional<recipes::StepPrompt> next_prompt = {};
+  std::optional<double> next_prompt_in_s = {};  ///< of wall time, where that can be told
 };
 
 /// A fault for a device of a simulated or emulated bench, or the end of some.
