@@ -18,7 +18,7 @@ constexpr std::size_t most_scales = 1000;
 constexpr std::array<std::string_view, 2> form_names{"10", "7"};
 constexpr std::array<std::string_view, 2> noise_names{"gradient", "literal"};
 constexpr std::array<std::string_view, 2> orientation_names{"circular", "linear"};
-constexpr std::array<std::string_view, 2> laws_names{"3", "5"};
+constexpr std::array<std::string_view, 2> laws_size_names{"3", "5"};
 
 void write_grid(LineWriter& out, const TaxelGrid& grid) {
   out.count("rows", grid.rows);
@@ -47,7 +47,7 @@ void write_plan(LineWriter& out, const FeaturePlan& plan) {
     out.number("edges_high", plan.scales->thresholds.high);
   }
   out.count("laws", plan.laws.size());
-  for (const LawsSize size : plan.laws) out.text("laws_size", word_in(laws_names, size));
+  for (const LawsSize size : plan.laws) out.text("laws_size", word_in(laws_size_names, size));
 }
 
 FeaturePlan read_plan(LineReader& in) {
@@ -61,8 +61,8 @@ FeaturePlan read_plan(LineReader& in) {
     own.thresholds.low = in.not_negative("edges_low");
     own.thresholds.high = in.not_negative("edges_high");
   }
-  for (std::size_t left = in.count("laws", 0, laws_names.size()); in.ok() && left > 0; --left)
-    out.laws.push_back(static_cast<LawsSize>(word(in, "laws_size", laws_names)));
+  for (std::size_t left = in.count("laws", 0, laws_size_names.size()); in.ok() && left > 0; --left)
+    out.laws.push_back(static_cast<LawsSize>(word(in, "laws_size", laws_size_names)));
   return out;
 }
 
