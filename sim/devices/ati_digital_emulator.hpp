@@ -6,7 +6,6 @@
 #include <string>
 
 #include "protocols/ati_digital/stream.hpp"
-#include "protocols/modbus/mbap.hpp"
 #include "protocols/modbus/rtu.hpp"
 #include "sim/devices/bench_plant.hpp"
 #include "sim/devices/digital_registers.hpp"
