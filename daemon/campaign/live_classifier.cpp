@@ -25,21 +25,20 @@ std::string_view data_of(const recipes::RigLimits& limits) {
 Status fits(const recipes::Exploration& exploration, const recipes::RigLimits& limits,
             double sample_rate_hz, const classifier::FeatureSetup& setup,
             const std::string& bench) {
+  const auto other = [](const char* what, std::string expected, std::string got) {
+    return fail({.code = Errc::invalid_argument,
+                 .what = std::string("the model was trained ") + what,
+                 .expected = std::move(expected),
+                 .got = std::move(got)});
+  };
   if (!setup.exploration.empty() && setup.exploration != exploration.name)
-    return fail({.code = Errc::invalid_argument,
-                 .what = "the model was trained on another exploration",
-                 .expected = exploration.name,
-                 .got = setup.exploration});
+    return other("on another exploration", exploration.name, setup.exploration);
   if (setup.taxels != limits.taxels)
-    return fail({.code = Errc::invalid_argument,
-                 .what = "the model was trained on another sensor",
-                 .expected = std::to_string(limits.taxels) + " taxels",
-                 .got = std::to_string(setup.taxels)});
+    return other("on another sensor", std::to_string(limits.taxels) + " taxels",
+                 std::to_string(setup.taxels));
   if (std::abs(sample_rate_hz - limits.taxel_rate_hz) > same_rate * limits.taxel_rate_hz)
-    return fail({.code = Errc::invalid_argument,
-                 .what = "the model was trained at another sample rate",
-                 .expected = std::to_string(limits.taxel_rate_hz) + " Hz",
-                 .got = std::to_string(sample_rate_hz) + " Hz"});
+    return other("at another sample rate", std::to_string(limits.taxel_rate_hz) + " Hz",
+                 std::to_string(sample_rate_hz) + " Hz");
   const bool other_bench = bench != "unknown" && bench != data_of(limits);
   if (exploration.live_vote->stop_early && other_bench)
     return fail({.code = Errc::unsupported,

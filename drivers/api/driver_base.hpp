@@ -38,17 +38,9 @@ constexpr std::optional<DriverState> next(DriverState state, LifecycleEvent even
 }
 
 constexpr std::string_view to_string(DriverState state) {
-  switch (state) {
-    case DriverState::closed:
-      return "closed";
-    case DriverState::open:
-      return "open";
-    case DriverState::armed:
-      return "armed";
-    case DriverState::faulted:
-      return "faulted";
-  }
-  return "unknown";
+  constexpr std::array<std::string_view, 4> names{"closed", "open", "armed", "faulted"};
+  const auto at = static_cast<std::size_t>(state);
+  return at < names.size() ? names[at] : "unknown";
 }
 
 /// Base for drivers. A driver that inherits it writes received(), make_safe() and the commands.

@@ -1,11 +1,12 @@
 #pragma once
 // The state machine of one tactile array.
 
+#include <array>
 #include <cstdint>
 #include <string_view>
 
 #include "drivers/api/listening_driver.hpp"
-#include "drivers/taxel_array/frame_watch.hpp"
+#include "drivers/api/stream_watch.hpp"
 #include "protocols/base/result.hpp"
 #include "protocols/base/time.hpp"
 #include "protocols/taxel/taxel.hpp"
@@ -34,6 +35,30 @@ Result<TaxelSettings> read_taxel_settings(std::string_view config_json);
 
 /// Driver for the tactile array, in either of its framings. One page about it: README.md.
 extern const DriverEntry taxel_array_entry;
+
+/// Errors: device_data, naming the taxel.
+class FrameWatch final : public StreamWatch<protocols::taxel::Frame> {
+ public:
+  /// `window` zero: it does not look. `has_clock`: frames carry the sensor's own time.
+  FrameWatch(double rate_hz, Duration window, bool has_clock);
+
+ private:
+  using Frame = protocols::taxel::Frame;
+  struct Changes {
+    std::uint32_t steps = 0;  ///< frames in which the taxel changed
+    double path = 0;          ///< sum of the changes' sizes [counts]
+    double largest = 0;       ///< one step is no noise
+  };
+
+  void begin(const Frame& frame) override;
+  void note(const Frame& frame) override;
+  [[nodiscard]] std::optional<Error> check_values(const Frame& frame) const override;
+  [[nodiscard]] std::optional<Error> check_still(const Frame& frame) const;
+  [[nodiscard]] std::optional<Error> check_noise(const Frame& frame) const;
+
+  std::array<std::uint16_t, protocols::taxel::max_taxels> last_{};
+  std::array<Changes, protocols::taxel::max_taxels> changes_{};
+};
 
 /// Publishes each frame as a TaxelSample. The sensor sends without being asked, so this driver only
 /// listens. Nothing allocates while streaming.

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string_view>
 
 namespace weft {
 
@@ -19,20 +20,8 @@ constexpr char to_char(Phase phase) {
 }
 
 constexpr std::optional<Phase> phase_from_char(char c) {
-  switch (c) {
-    case '-':
-      return Phase::none;
-    case 'S':
-      return Phase::rest;
-    case 'P':
-      return Phase::press;
-    case 'M':
-      return Phase::motion;
-    case 'E':
-      return Phase::end;
-    default:
-      return std::nullopt;
-  }
+  const bool known = std::string_view("-SPME").find(c) != std::string_view::npos;
+  return known ? std::optional(static_cast<Phase>(c)) : std::nullopt;
 }
 
 }  // namespace weft

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string>
 
+#include "protocols/base/names.hpp"
+
 namespace weft::protocols::modbus {
 namespace {
 
@@ -158,22 +160,16 @@ struct Matcher {
 }  // namespace
 
 std::string_view to_string(ExceptionCode code) {
-  switch (code) {
-    case ExceptionCode::illegal_function:
-      return "illegal function";
-    case ExceptionCode::illegal_address:
-      return "illegal data address";
-    case ExceptionCode::illegal_value:
-      return "illegal data value";
-    case ExceptionCode::device_failure:
-      return "device failure";
-    case ExceptionCode::acknowledge:
-      return "acknowledged, still at work";
-    case ExceptionCode::busy:
-      return "device busy";
-    case ExceptionCode::gateway_target_silent:
-      return "gateway: no reply from the device";
-  }
+  constexpr NameTable<ExceptionCode, 7> names{
+      {{ExceptionCode::illegal_function, "illegal function"},
+       {ExceptionCode::illegal_address, "illegal data address"},
+       {ExceptionCode::illegal_value, "illegal data value"},
+       {ExceptionCode::device_failure, "device failure"},
+       {ExceptionCode::acknowledge, "acknowledged, still at work"},
+       {ExceptionCode::busy, "device busy"},
+       {ExceptionCode::gateway_target_silent, "gateway: no reply from the device"}}};
+  for (const auto& [known, name] : names)
+    if (known == code) return name;
   return "exception";
 }
 

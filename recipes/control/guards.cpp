@@ -203,17 +203,10 @@ std::string_view to_string(Guard guard) {
 }
 
 std::string_view to_string(GuardAction action) {
-  switch (action) {
-    case GuardAction::hold:
-      return "hold";
-    case GuardAction::fail_trial:
-      return "retract";
-    case GuardAction::end_campaign:
-      return "retract and end";
-    case GuardAction::finish_trial:
-      return "stop after the trial";
-  }
-  return "unknown";
+  constexpr std::array<std::string_view, 4> names{"hold", "retract", "retract and end",
+                                                  "stop after the trial"};
+  const auto i = static_cast<std::size_t>(action);
+  return i < names.size() ? names[i] : "unknown";
 }
 
 std::optional<GuardTrip> evaluate(const GuardLimits& limits, const GuardReadings& readings,

@@ -32,14 +32,6 @@ void Machine::on(const OperatorConfirmed& event) {
   begin_trial(true);
 }
 
-void Machine::on(const Mounted& event) {
-  if (answers(event.ticket, Step::mounting)) position();
-}
-
-void Machine::on(const Biased& event) {
-  if (answers(event.ticket, Step::biasing)) approach();
-}
-
 void Machine::on(const MotionDone& event) {
   if (event.ticket != state_.ticket) return;
   switch (state_.step) {
@@ -65,17 +57,9 @@ void Machine::on(const MotionDone& event) {
   }
 }
 
-void Machine::on(const MotionLost& event) {
-  if (answers(event.ticket, Step::retracting)) give_up_retreat();
-}
-
 void Machine::on(const ContactFound& event) {
   if (answers(event.ticket, Step::approaching)) return seat();
   if (answers(event.ticket, Step::seating)) lower_to_rest(event.z_m);
-}
-
-void Machine::on(const ForceSettled& event) {
-  if (answers(event.ticket, Step::pressing)) record(Step::holding, Phase::press);
 }
 
 void Machine::on(const TimerExpired& event) {

@@ -25,13 +25,21 @@ class Machine {
 
   void on(const Start& start);
   void on(const OperatorConfirmed& event);
-  void on(const Mounted& event);
-  void on(const Biased& event);
+  void on(const Mounted& event) {
+    if (answers(event.ticket, Step::mounting)) position();
+  }
+  void on(const Biased& event) {
+    if (answers(event.ticket, Step::biasing)) approach();
+  }
   void on(const MotionDone& event);
   /// Only a retreat still waits: any other step has been cut short by the fault.
-  void on(const MotionLost& event);
+  void on(const MotionLost& event) {
+    if (answers(event.ticket, Step::retracting)) give_up_retreat();
+  }
   void on(const ContactFound& event);
-  void on(const ForceSettled& event);
+  void on(const ForceSettled& event) {
+    if (answers(event.ticket, Step::pressing)) record(Step::holding, Phase::press);
+  }
   /// A recorded phase ends by its timer; any other step has failed to end by itself.
   void on(const TimerExpired& event);
   void on(const AttemptRejected& event);
@@ -69,13 +77,13 @@ class Machine {
 
   // ---- ends; machine_ends.cpp ----
 
-  void fail_trial(Error error);
+  void fail_trial(Error error) { cut_short(Outcome::failed, std::move(error)); }
   /// Ends the trial under way with a retreat. During a retreat the retreat goes on.
   void cut_short(Outcome outcome, std::optional<Error> error);
   /// The probe is not known to be up: nothing follows. Whoever calls has noted why.
   void give_up_retreat();
   void end_trial(Cleanup cleanup);
-  void hold();
+  void hold() { enter(Step::held, to_seconds(longest_hold)); }
   void next_trial();
   /// The campaign has ended but for what the recipe does finally, where the probe is up.
   void finish(Outcome outcome, Cleanup cleanup, RigFact rig = RigFact::safe);

@@ -48,10 +48,6 @@ std::optional<Outcome> campaign_end(const Plan& plan, const State& state, Outcom
 
 }  // namespace
 
-void Machine::fail_trial(Error error) {
-  cut_short(Outcome::failed, std::move(error));
-}
-
 void Machine::cut_short(Outcome outcome, std::optional<Error> error) {
   if (state_.step == Step::ready)
     return finish(state_.campaign_outcome.value_or(outcome), Cleanup::skipped, RigFact::holding);
@@ -85,10 +81,6 @@ void Machine::end_trial(Cleanup cleanup) {
   if (!again) next_trial();
   if (std::exchange(state_.pause_requested, false)) return hold();
   begin_trial(false);
-}
-
-void Machine::hold() {
-  enter(Step::held, to_seconds(longest_hold));
 }
 
 void Machine::next_trial() {

@@ -10,7 +10,6 @@
 
 #include "protocols/ati_digital/calibration.hpp"
 #include "protocols/ati_digital/stream.hpp"
-#include "protocols/modbus/mbap.hpp"
 #include "protocols/modbus/modbus.hpp"
 #include "protocols/modbus/rtu.hpp"
 #include "sim/devices/bench_plant.hpp"

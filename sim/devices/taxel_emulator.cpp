@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "protocols/taxel/cpm_finger.hpp"
+#include "protocols/taxel/taxel.hpp"
 
 namespace weft::sim {
 

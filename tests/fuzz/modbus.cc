@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 
-#include "protocols/modbus/mbap.hpp"
 #include "protocols/modbus/rtu.hpp"
 #include "tests/fuzz/chunked.hpp"
 

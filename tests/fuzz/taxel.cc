@@ -1,7 +1,6 @@
 // The tactile array's stream, and the CPM-Finger's datagrams.
 
 #include "protocols/taxel/taxel.hpp"
-#include "protocols/taxel/cpm_finger.hpp"
 #include "tests/fuzz/chunked.hpp"
 
 namespace weft::fuzz::taxel_target {

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/apps/weft_rig/served_link.hpp"
-#include "protocols/modbus/mbap.hpp"
+#include "protocols/modbus/rtu.hpp"
 
 namespace weft::daemon {
 namespace {

@@ -1,6 +1,7 @@
 #pragma once
 // Devices spoken to without moving anything: who they are, and how fast and regularly they answer.
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -20,15 +21,9 @@ enum class Severity : std::uint8_t {
   problem   ///< a campaign cannot run, or its data would not be trusted
 };
 constexpr std::string_view to_string(Severity severity) {
-  switch (severity) {
-    case Severity::ok:
-      return "ok";
-    case Severity::warning:
-      return "warning";
-    case Severity::problem:
-      return "problem";
-  }
-  return "unknown";
+  constexpr std::array<std::string_view, 3> names{"ok", "warning", "problem"};
+  const auto at = static_cast<std::size_t>(severity);
+  return at < names.size() ? names[at] : "unknown";
 }
 
 struct Diagnosis {

@@ -2,7 +2,6 @@
 #include <memory>
 
 #include "drivers/taxel_array/taxel_driver.hpp"
-#include "protocols/taxel/cpm_finger.hpp"
 #include "protocols/taxel/taxel.hpp"
 #include "tests/unit/allocations.hpp"
 #include "tests/unit/drivers/fakes.hpp"

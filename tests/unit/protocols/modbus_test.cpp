@@ -2,7 +2,6 @@
 #include <nlohmann/json.hpp>
 
 #include "protocols/base/bytes.hpp"
-#include "protocols/modbus/mbap.hpp"
 #include "protocols/modbus/rtu.hpp"
 #include "tests/unit/protocols/streams.hpp"
 #include "tests/unit/protocols/vectors.hpp"

@@ -1,7 +1,6 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "protocols/taxel/cpm_finger.hpp"
 #include "protocols/taxel/taxel.hpp"
 #include "tests/unit/protocols/streams.hpp"
 #include "tests/unit/protocols/vectors.hpp"
