@@ -7,7 +7,7 @@
 #include <string>
 
 #include "daemon/base/loop/real_loop.hpp"
-#include "daemon/base/loop/real_time.hpp"
+#include "daemon/base/loop/threads.hpp"
 #include "daemon/campaign/monitor.hpp"
 #include "daemon/campaign/simulated_bench.hpp"
 #include "drivers/api/link.hpp"

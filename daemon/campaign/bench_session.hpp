@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/base/file/stop_requested.hpp"
+#include "daemon/base/file/read_file.hpp"
 #include "daemon/campaign/run_orders.hpp"
 #include "daemon/campaign/supervisor.hpp"
 #include "daemon/hardware/rig/bench.hpp"

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/base/text/bench_kind.hpp"
+#include "daemon/base/text/format.hpp"
 #include "daemon/hardware/plugins/driver_catalog.hpp"
 #include "daemon/hardware/rig/link_settings.hpp"
 #include "protocols/base/result.hpp"

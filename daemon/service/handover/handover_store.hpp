@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <map>
 
-#include "daemon/storage/certificate/handover_status.hpp"
+#include "daemon/storage/certificate/handover_file.hpp"
 #include "daemon/storage/recorder/sqlite.hpp"
 
 namespace weft::daemon::handover {

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/base/file/open_file.hpp"
+#include "daemon/base/file/read_file.hpp"
 
 namespace weft::daemon::server {
 

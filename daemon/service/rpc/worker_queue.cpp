@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "daemon/base/loop/catch_as_error.hpp"
+#include "daemon/base/loop/threads.hpp"
 
 namespace weft::daemon::server {
 
