@@ -9,7 +9,7 @@
 
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/loop/real_loop.hpp"
-#include "daemon/base/loop/real_time.hpp"
+#include "daemon/base/loop/threads.hpp"
 #include "daemon/campaign/monitor.hpp"
 #include "drivers/api/driver.hpp"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/base/file/stop_requested.hpp"
+#include "daemon/base/file/read_file.hpp"
 #include "daemon/base/loop/timed_loop.hpp"
 #include "daemon/campaign/orders/run_orders.hpp"
 #include "daemon/campaign/supervisor.hpp"

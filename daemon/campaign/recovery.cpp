@@ -6,6 +6,7 @@
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/recorder/campaign_folder.hpp"
 #include "daemon/storage/recorder/campaign_writer.hpp"
+#include "daemon/storage/recorder/log_check.hpp"
 
 namespace weft::daemon {
 namespace {

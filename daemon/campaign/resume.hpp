@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/base/file/stop_requested.hpp"
+#include "daemon/base/file/read_file.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/hardware/rig/bench.hpp"
 #include "daemon/storage/recorder/campaign_history.hpp"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "daemon/base/loop/real_loop.hpp"
-#include "daemon/base/loop/real_time.hpp"
+#include "daemon/base/loop/threads.hpp"
 #include "tests/bench/figures.hpp"
 
 namespace {

@@ -13,7 +13,7 @@
 
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/storage/certificate/verify.hpp"
-#include "daemon/storage/recorder/campaign_history.hpp"
+#include "daemon/storage/recorder/log_check.hpp"
 #include "tests/bench/figures.hpp"
 #include "tests/unit/daemon/benches/kill_points.hpp"
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "daemon/storage/dataset/hdf5_columns.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
-#include "daemon/storage/dataset/hdf5_handle.hpp"
 #include "daemon/storage/recordings/recording_set.hpp"
 #include "tests/fuzz/samples.hpp"
 #include "tests/fuzz/target.hpp"

@@ -9,7 +9,7 @@
 
 #include "classifier/evaluate/evaluate.hpp"
 #include "daemon/analysis/report/evaluate_campaign.hpp"
-#include "daemon/base/file/stop_requested.hpp"
+#include "daemon/base/file/read_file.hpp"
 #include "daemon/storage/certificate/handover_file.hpp"
 #include "recipes/engine/handover.hpp"
 

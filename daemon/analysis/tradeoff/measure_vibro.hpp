@@ -8,7 +8,7 @@
 #include "classifier/vibro/cross_validation.hpp"
 #include "daemon/analysis/tradeoff/measure_classifier.hpp"
 #include "daemon/analysis/tradeoff/tradeoff_point.hpp"
-#include "daemon/base/file/stop_requested.hpp"
+#include "daemon/base/file/read_file.hpp"
 #include "daemon/storage/recordings/recording_set.hpp"
 
 namespace weft::daemon {

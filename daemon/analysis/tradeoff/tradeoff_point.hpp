@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "classifier/base/interval.hpp"
-#include "daemon/base/text/bench_kind.hpp"
+#include "daemon/base/text/format.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon {

@@ -11,7 +11,7 @@
 #include "daemon/apps/weft/table.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/storage/dataset/digest.hpp"
+#include "daemon/storage/dataset/dataset.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/dataset/import.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"

@@ -52,9 +52,7 @@ Result<CampaignContents> open_campaign(const std::filesystem::path& path, Campai
     if (Status whole = check_wal(path); !whole) return pass(whole.error(), path.string());
   const Result<CampaignProgress> progress = load_progress(path);
   if (!progress) return pass(progress.error());
-  CampaignLoadOptions options;
-  options.all_outcomes = true;
-  Result<Dataset> all = load_campaign(path, options);
+  Result<Dataset> all = load_campaign(path, {.all_outcomes = true});
   if (!all) return pass(all.error());
   CampaignContents out{{}, *progress, {}, 0};
   out.dataset.info = std::move(all->info);

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "daemon/storage/imprints/number_lines.hpp"
+#include "daemon/storage/imprints/image_file.hpp"
 
 namespace weft::daemon::cli {
 

@@ -21,7 +21,7 @@
 #include "daemon/apps/weft/table.hpp"
 #include "daemon/apps/weft/train_options.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
-#include "daemon/base/loop/catch_as_error.hpp"
+#include "daemon/base/loop/threads.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/resume.hpp"

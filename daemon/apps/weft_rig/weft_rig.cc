@@ -7,7 +7,7 @@
 #include "daemon/apps/weft/stop_signals.hpp"
 #include "daemon/apps/weft_rig/rig_server.hpp"
 #include "daemon/base/file/read_file.hpp"
-#include "daemon/base/loop/real_time.hpp"
+#include "daemon/base/loop/threads.hpp"
 #include "daemon/campaign/bench_session.hpp"
 
 namespace {

@@ -18,10 +18,8 @@ constexpr const char* partial = ".partial-";
 constexpr mode_t owner_only = 0600;
 
 tl::unexpected<Error> system_error(std::string what, const std::filesystem::path& where) {
-  return fail({.code = Errc::io,
-               .where = where.string(),
-               .what = std::move(what),
-               .got = std::strerror(errno)});
+  return fail(
+      {.code = Errc::io, .where = where, .what = std::move(what), .got = std::strerror(errno)});
 }
 
 /// An open file descriptor that closes itself.
@@ -54,10 +52,6 @@ class Descriptor {
 
 std::filesystem::path folder_of(const std::filesystem::path& path) {
   return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
-}
-
-Status sync_folder_of(const std::filesystem::path& path) {
-  return sync_folder(folder_of(path));
 }
 
 // A link stays a link: what it leads to is written.
@@ -99,7 +93,7 @@ Status replaceable(const std::filesystem::path& target) {
   const auto there = std::filesystem::status(target, unseen);
   if (!std::filesystem::exists(there) || std::filesystem::is_regular_file(there)) return {};
   return fail({.code = Errc::io,
-               .where = target.string(),
+               .where = target,
                .what = "not a file that could be replaced",
                .expected = "a new name, or that of a file",
                .got = std::filesystem::is_directory(there) ? "a folder" : "a device or a pipe"});
@@ -119,7 +113,7 @@ Status check_target(const std::filesystem::path& target) {
   std::error_code unseen;
   if (!std::filesystem::is_directory(folder, unseen))
     return fail({.code = Errc::not_found,
-                 .where = target.string(),
+                 .where = target,
                  .what = "no such folder to write into",
                  .got = folder.string()});
   if (::access(folder.c_str(), W_OK | X_OK) != 0)
@@ -164,13 +158,13 @@ Status AtomicFile::publish() {
   if (std::rename(temporary_.c_str(), target_.c_str()) != 0)
     return system_error("cannot rename the finished file", target_);
   published_ = true;
-  return sync_folder_of(target_);
+  return sync_folder(folder_of(target_));
 }
 
 Status publish_folder(const std::filesystem::path& temporary, const std::filesystem::path& target) {
   if (std::rename(temporary.c_str(), target.c_str()) != 0)
     return system_error("cannot rename the finished folder", target);
-  return sync_folder_of(target);
+  return sync_folder(folder_of(target));
 }
 
 Status write_text_file(const std::filesystem::path& path, std::string_view text, Readers readers) {

@@ -1,7 +1,16 @@
 #include "daemon/base/file/read_file.hpp"
 
+#include <fcntl.h>
+#include <linux/openat2.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <sstream>
+#include <utility>
 
 namespace weft::daemon {
 
@@ -32,6 +41,104 @@ Result<std::string> read_file(const std::filesystem::path& path, std::uintmax_t 
   text << in.rdbuf();
   if (!in) return fail({.code = Errc::io, .where = path, .what = "cannot read the file"});
   return std::move(text).str();
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// Nobody waits for the other end of a pipe that somebody put there.
+constexpr int reading = O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY;
+constexpr int passing = O_PATH | O_CLOEXEC | O_NOFOLLOW | O_DIRECTORY;
+
+int open_at_once(int folder, const fs::path& inner) {
+  open_how how{};
+  how.flags = reading;
+  how.resolve = RESOLVE_BENEATH | RESOLVE_NO_SYMLINKS | RESOLVE_NO_MAGICLINKS;
+  return static_cast<int>(syscall(SYS_openat2, folder, inner.c_str(), &how, sizeof how));
+}
+
+/// Each part is opened in the folder before it, none of them a link.
+int open_step_by_step(int folder, const fs::path& inner) {
+  int at = folder;
+  for (auto part = inner.begin(); part != inner.end(); ++part) {
+    const bool last = std::next(part) == inner.end();
+    const bool plain = !part->empty() && *part != "." && *part != ".." && !part->is_absolute();
+    errno = EXDEV;
+    const int next = plain ? openat(at, part->c_str(), last ? reading : passing) : -1;
+    const int why = errno;
+    if (at != folder) close(at);
+    errno = why;
+    if (next < 0) return -1;
+    at = next;
+  }
+  return at;
+}
+
+tl::unexpected<Error> not_opened(const fs::path& inner, int why) {
+  if (why == ENOENT || why == ENOTDIR)
+    return fail({.code = Errc::not_found, .where = inner.string(), .what = "no such file"});
+  if (why == ELOOP || why == EXDEV)
+    return fail({.code = Errc::wrong_state,
+                 .where = inner.string(),
+                 .what = "a symbolic link is in the file's place, or on the way to it",
+                 .expected = "a file in its own folder"});
+  return fail({.code = Errc::io,
+               .where = inner.string(),
+               .what = "cannot open the file",
+               .got = std::strerror(why)});
+}
+
+}  // namespace
+
+Result<OpenFile> OpenFile::beneath(const fs::path& folder, const fs::path& inner, Way way) {
+  const int base = open(folder.c_str(), O_PATH | O_CLOEXEC | O_DIRECTORY);
+  if (base < 0)
+    return fail({.code = Errc::not_found, .where = folder.string(), .what = "no such folder"});
+  int found = -1;
+  if (way == Way::at_once) found = open_at_once(base, inner);
+  // An older kernel, or a filter of system calls that does not know it.
+  if (way == Way::step_by_step || (found < 0 && (errno == ENOSYS || errno == EPERM)))
+    found = open_step_by_step(base, inner);
+  const int why = errno;
+  close(base);
+  if (found < 0) return not_opened(inner, why);
+  OpenFile file(found);
+  struct stat facts {};
+  if (fstat(found, &facts) != 0 || !S_ISREG(facts.st_mode))
+    return fail({.code = Errc::wrong_state, .where = inner.string(), .what = "not a regular file"});
+  return file;
+}
+
+OpenFile::OpenFile(OpenFile&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+OpenFile::~OpenFile() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+Result<OpenFile::Stamp> OpenFile::stamp() const {
+  struct stat facts {};
+  if (fstat(descriptor_, &facts) != 0)
+    return fail({.code = Errc::io, .what = "cannot look at the file", .got = std::strerror(errno)});
+  const auto ns = [](const timespec& at) {
+    return std::int64_t{at.tv_sec} * 1'000'000'000 + at.tv_nsec;
+  };
+  return Stamp{facts.st_dev, facts.st_ino, static_cast<std::uint64_t>(facts.st_size),
+               ns(facts.st_mtim), ns(facts.st_ctim)};
+}
+
+Status OpenFile::read(std::uint64_t at, std::span<std::uint8_t> to) const {
+  while (!to.empty()) {
+    const ssize_t got = pread(descriptor_, to.data(), to.size(), static_cast<off_t>(at));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0)
+      return fail({.code = Errc::io,
+                   .what = "the file cannot be read to its end",
+                   .got = got < 0 ? std::strerror(errno) : ""});
+    at += static_cast<std::uint64_t>(got);
+    to = to.subspan(static_cast<std::size_t>(got));
+  }
+  return {};
 }
 
 }  // namespace weft::daemon

@@ -1,13 +1,58 @@
 #pragma once
-// Whole files into memory.
+// Files read: whole into memory, or in parts from a file that stays the same.
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <span>
 #include <string>
 
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon {
+
+/// A file of a folder, opened once: what was looked at is what is read, whatever its name leads to
+/// since.
+class OpenFile {
+ public:
+  /// Which file it is, and as of when. Whoever writes to a file changes its `changed_ns`, which no
+  /// program can set.
+  struct Stamp {
+    std::uint64_t device = 0, inode = 0, bytes = 0;
+    std::int64_t written_ns = 0, changed_ns = 0;  ///< since 1970-01-01 UTC
+    bool operator==(const Stamp&) const = default;
+  };
+  /// How the kernel is asked: all at once (openat2, Linux 5.6), or one folder after the other.
+  enum class Way { at_once, step_by_step };
+
+  /// `inner`, a relative path, under `folder`; no part of it may be a symbolic link or lead out.
+  /// Errors: not_found; wrong_state, when there is no regular file, or a link on the way to it.
+  static Result<OpenFile> beneath(const std::filesystem::path& folder,
+                                  const std::filesystem::path& inner, Way way = Way::at_once);
+  OpenFile(OpenFile&& other) noexcept;
+  OpenFile& operator=(OpenFile&&) = delete;
+  ~OpenFile();
+
+  /// As it is now. Errors: io.
+  [[nodiscard]] Result<Stamp> stamp() const;
+  /// Fills `to` from byte `at` on. Errors: io, also where the file has not so many.
+  [[nodiscard]] Status read(std::uint64_t at, std::span<std::uint8_t> to) const;
+
+ private:
+  explicit OpenFile(int descriptor) : descriptor_(descriptor) {}
+  int descriptor_;
+};
+
+// Reading a large file may be given up.
+
+/// True: give up. Called often, on the thread that reads; empty: never.
+using StopRequested = std::function<bool()>;
+
+inline Error stopped_early(std::string where) {
+  return {.code = Errc::wrong_state,
+          .where = std::move(where),
+          .what = "stopped before all of it was read"};
+}
 
 /// A whole file. Errors: not_found, io, range when it is larger than `max_bytes`: a huge file is
 /// refused before it is read.

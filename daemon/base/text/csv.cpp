@@ -5,16 +5,12 @@
 #include <cstdint>
 #include <fstream>
 
+#include "daemon/base/text/format.hpp"
+
 namespace weft::daemon {
 namespace {
 
 constexpr std::string_view blanks = " \t";
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(blanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
-}
 
 /// Takes one field and the comma behind it off the front of `rest`. Nothing when a quote is not
 /// closed or is followed by anything but a comma. `more` tells whether there was a comma.
@@ -52,21 +48,20 @@ std::string shortened(std::string_view text) {
 Result<std::string> read_whole(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error))
-    return fail({.code = Errc::not_found, .where = path.string(), .what = "no such file"});
+    return fail({.code = Errc::not_found, .where = path, .what = "no such file"});
   const std::uintmax_t bytes = std::filesystem::file_size(path, error);
   if (error)
-    return fail(
-        {.code = Errc::io, .where = path.string(), .what = "unreadable", .got = error.message()});
+    return fail({.code = Errc::io, .where = path, .what = "unreadable", .got = error.message()});
   if (bytes > CsvReader::max_file_bytes)
     return fail({.code = Errc::parse,
-                 .where = path.string(),
+                 .where = path,
                  .what = "too large for a CSV file",
                  .expected = "at most " + std::to_string(CsvReader::max_file_bytes) + " bytes",
                  .got = std::to_string(bytes)});
   std::string text(static_cast<std::size_t>(bytes), '\0');
   std::ifstream in(path, std::ios::binary);
   if (!in.read(text.data(), static_cast<std::streamsize>(text.size())))
-    return fail({.code = Errc::io, .where = path.string(), .what = "unreadable"});
+    return fail({.code = Errc::io, .where = path, .what = "unreadable"});
   return text;
 }
 

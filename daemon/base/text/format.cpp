@@ -15,20 +15,10 @@ constexpr std::size_t line_width = 80;
 constexpr std::string_view replacement = "\uFFFD";
 
 std::string_view entity(char c) {
-  switch (c) {
-    case '&':
-      return "&amp;";
-    case '<':
-      return "&lt;";
-    case '>':
-      return "&gt;";
-    case '"':
-      return "&quot;";
-    case '\'':
-      return "&#39;";
-    default:
-      return {};
-  }
+  constexpr std::string_view special = "&<>\"'";
+  constexpr std::array<std::string_view, 5> entities{"&amp;", "&lt;", "&gt;", "&quot;", "&#39;"};
+  const std::size_t at = special.find(c);
+  return at == std::string_view::npos ? std::string_view{} : entities[at];
 }
 
 bool is_control(char c) {
@@ -59,7 +49,16 @@ Decimal decimal_from_log(double natural_log) {
   return {mantissa, exponent};
 }
 
+constexpr std::array<std::string_view, 3> kind_names{"unknown", "simulated", "real"};
+constexpr std::array<std::string_view, 3> kind_texts{"ORIGIN UNKNOWN", "SIMULATED", "REAL DATA"};
+
 }  // namespace
+
+std::string_view trimmed(std::string_view text, std::string_view blanks) {
+  const std::size_t first = text.find_first_not_of(blanks);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
+}
 
 std::string escape(std::string_view text) {
   std::string out;
@@ -129,10 +128,8 @@ std::string duration(double seconds) {
   if (!std::isfinite(seconds) || seconds < 0) return std::string(no_value);
   if (seconds == 0) return "0 s";
   if (seconds < 1e-3) return fixed(seconds * 1e6, seconds < 1e-4 ? 1 : 0) + " \u00B5s";
-  if (seconds < 1e-2) return fixed(seconds * 1e3, 2) + " ms";
-  if (seconds < 0.1) return fixed(seconds * 1e3, 1) + " ms";
-  if (seconds < 10) return fixed(seconds, 2) + " s";
-  if (seconds < 120) return fixed(seconds, 1) + " s";
+  if (seconds < 0.1) return fixed(seconds * 1e3, seconds < 1e-2 ? 2 : 1) + " ms";
+  if (seconds < 120) return fixed(seconds, seconds < 10 ? 2 : 1) + " s";
   const double minutes = std::floor(std::round(seconds) / 60);
   if (minutes < 60) return unit_pair(minutes, "min", std::round(seconds) - 60 * minutes, "s");
   const double hours = std::floor(std::round(seconds / 60) / 60);
@@ -210,6 +207,18 @@ bool is_utf8(std::string_view text) {
     text.remove_prefix(length);
   }
   return true;
+}
+
+std::string_view to_string(BenchKind kind) {
+  return kind_names.at(static_cast<std::size_t>(kind));
+}
+
+std::optional<BenchKind> bench_kind_from(std::string_view word) {
+  return enum_named<BenchKind>(kind_names, word);
+}
+
+std::string_view bench_text(BenchKind kind) {
+  return kind_texts.at(static_cast<std::size_t>(kind));
 }
 
 }  // namespace weft::daemon

@@ -1,14 +1,36 @@
 #pragma once
 // Numbers and text as a reader wants to see them. Nothing here ever prints "nan" or "inf".
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 namespace weft::daemon {
+
+/// The enumerator whose name stands at its place in `names`; nothing for any other word.
+template <class Enum, std::size_t count>
+std::optional<Enum> enum_named(const std::array<std::string_view, count>& names,
+                               std::string_view word) {
+  const auto* at = std::ranges::find(names, word);
+  if (at == names.end()) return std::nullopt;
+  return static_cast<Enum>(at - names.begin());
+}
+
+/// Where the samples come from. Stored as a word in every file and part of the data set's digest,
+/// so that a simulated set can never be passed off as a real one. The emulated bench is `simulated`
+/// too: its physics is the plant's.
+enum class BenchKind : std::uint8_t { unknown, simulated, real };
+std::string_view to_string(BenchKind kind);
+std::optional<BenchKind> bench_kind_from(std::string_view word);
+
+/// "SIMULATED", "REAL DATA" or "ORIGIN UNKNOWN".
+std::string_view bench_text(BenchKind kind);
 
 // Text from outside: is it UTF-8 (RFC 3629)?
 
@@ -22,6 +44,9 @@ inline constexpr std::string_view no_value = "\u2013";
 /// & < > " ' as entities; control characters and bytes that are not UTF-8 as U+FFFD, so that the
 /// result is well-formed in HTML and XML wherever it came from.
 std::string escape(std::string_view text);
+
+/// Without blanks at both ends; empty where there is nothing else.
+std::string_view trimmed(std::string_view text, std::string_view blanks = " \t");
 
 /// "a, b, c".
 template <class Words>

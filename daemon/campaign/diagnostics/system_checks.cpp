@@ -7,7 +7,7 @@
 #include <ctime>
 #include <fstream>
 
-#include "daemon/base/loop/real_time.hpp"
+#include "daemon/base/loop/threads.hpp"
 #include "daemon/base/version/software_version.hpp"
 
 namespace weft::daemon {

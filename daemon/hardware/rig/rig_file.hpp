@@ -11,7 +11,7 @@
 #include <variant>
 #include <vector>
 
-#include "daemon/base/text/bench_kind.hpp"
+#include "daemon/base/text/format.hpp"
 #include "daemon/hardware/link/port_link.hpp"
 #include "daemon/hardware/plugins/driver_catalog.hpp"
 #include "protocols/base/result.hpp"

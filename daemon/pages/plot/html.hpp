@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/base/text/bench_kind.hpp"
+#include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/svg.hpp"
 
 namespace weft::daemon {

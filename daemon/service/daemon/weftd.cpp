@@ -4,7 +4,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "daemon/base/loop/monotonic_utc_clock.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/service/methods/services.hpp"
 #include "daemon/service/rpc/idempotency.hpp"

@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "daemon/base/loop/catch_as_error.hpp"
-#include "daemon/base/loop/free_memory.hpp"
-#include "daemon/base/loop/low_priority.hpp"
+#include "daemon/base/loop/threads.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 
 namespace weft::daemon::handover {

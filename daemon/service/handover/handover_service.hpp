@@ -15,7 +15,7 @@
 
 #include "daemon/analysis/handover/handover.hpp"
 #include "daemon/service/run_store/run_store.hpp"
-#include "daemon/storage/certificate/handover_status.hpp"
+#include "daemon/storage/certificate/handover_file.hpp"
 #include "daemon/storage/recorder/sqlite.hpp"
 
 namespace weft::daemon::handover {

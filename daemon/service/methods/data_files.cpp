@@ -12,7 +12,6 @@ namespace weft::daemon::api {
 namespace {
 
 namespace fs = std::filesystem;
-using server::OpenFile;
 
 constexpr std::size_t most_lists = 64;      // of runs, remembered
 constexpr std::size_t most_digests = 4096;  // of files
@@ -64,7 +63,7 @@ Status add_certified(const fs::path& folder, const Certificate& certificate,
   const auto handover_files = listed_handover_files(folder);
   if (!handover_files)
     return {};  // a damaged one is told by verify; the data are there all the same
-  for (const HandoverFile& file : *handover_files)
+  for (const FileChecksums& file : *handover_files)
     if (is_plain(file.name))
       out.push_back({in_folder(handover_folder_name, file.name), file.bytes, file.sha256});
   if (!handover_files->empty())

@@ -14,8 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/base/file/open_file.hpp"
-#include "daemon/base/file/stop_requested.hpp"
+#include "daemon/base/file/read_file.hpp"
 #include "daemon/service/rpc/session.hpp"
 #include "daemon/storage/certificate/exports.hpp"
 #include "daemon/storage/certificate/verify.hpp"
@@ -62,7 +61,7 @@ class DataFiles {
   [[nodiscard]] const Work& work() const { return work_; }
 
  private:
-  using Stamp = server::OpenFile::Stamp;
+  using Stamp = OpenFile::Stamp;
   /// Of certificate, evaluation and exports; nothing where there is no such file.
   using Stamps = std::array<std::optional<Stamp>, 3>;
   struct Listed {
@@ -75,7 +74,7 @@ class DataFiles {
   };
   static Stamps read_stamps(const std::filesystem::path& folder);
   [[nodiscard]] bool is_settled(const Stamp& stamp) const;
-  Result<std::string> compute_digest(const server::OpenFile& file, const Stamp& as_of);
+  Result<std::string> compute_digest(const OpenFile& file, const Stamp& as_of);
 
   std::function<std::chrono::nanoseconds()> utc_now_;
   StopRequested stop_requested_;

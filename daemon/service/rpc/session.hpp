@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/base/file/open_file.hpp"
+#include "daemon/base/file/read_file.hpp"
 #include "daemon/service/rpc/event_hub.hpp"
 #include "daemon/service/rpc/idempotency.hpp"
 #include "daemon/service/rpc/message.hpp"

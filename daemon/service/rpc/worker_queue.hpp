@@ -9,7 +9,7 @@
 #include <thread>
 #include <utility>
 
-#include "daemon/base/loop/catch_as_error.hpp"
+#include "daemon/base/loop/threads.hpp"
 
 namespace weft::daemon::server {
 

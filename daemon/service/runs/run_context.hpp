@@ -14,7 +14,7 @@
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/service/run_model/operator_prompts.hpp"
 #include "daemon/service/run_store/run_store.hpp"
-#include "daemon/storage/certificate/handover_status.hpp"
+#include "daemon/storage/certificate/handover_file.hpp"
 
 namespace weft::daemon::runs {
 

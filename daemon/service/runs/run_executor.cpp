@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "daemon/base/loop/catch_as_error.hpp"
-#include "daemon/base/loop/free_memory.hpp"
+#include "daemon/base/loop/threads.hpp"
 #include "daemon/campaign/resume.hpp"
 #include "recipes/engine/motion.hpp"
 #include "recipes/engine/plan.hpp"

@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-#include "daemon/base/loop/catch_as_error.hpp"
+#include "daemon/base/loop/threads.hpp"
 #include "daemon/campaign/resume.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 

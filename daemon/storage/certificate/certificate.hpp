@@ -8,8 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "daemon/base/file/stop_requested.hpp"
+#include "daemon/base/file/read_file.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
+#include "daemon/storage/recorder/sqlite.hpp"
 
 namespace weft::daemon {
 
@@ -70,6 +71,19 @@ struct Certificate {
 std::string to_json(const Certificate& certificate);
 /// Errors: parse; corrupt, when its own digest disagrees.
 Result<Certificate> certificate_from_json(const std::string& text);
+
+/// Digests of the rows of a campaign file that no CRC covers: its tables without a trial of their
+/// own.
+Result<std::vector<CertifiedTable>> table_digests(sqlite::Database& campaign);
+
+/// One attempt as the file has it, without its samples.
+struct CataloguedTrial {
+  std::int64_t id = 0;  ///< of its row
+  std::string sha256;   ///< of its row and of its chunks' rows
+  std::vector<CertifiedGap> gaps;
+};
+/// In plan order, as load_campaign() gives them.
+Result<std::vector<CataloguedTrial>> catalogued_trials(sqlite::Database& campaign);
 
 /// Of a finished campaign. `dataset`: its HDF5 file, or empty.
 /// Errors: load_campaign()'s, io.

@@ -9,7 +9,7 @@
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
-#include "daemon/storage/dataset/digest.hpp"
+#include "daemon/storage/dataset/dataset.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/dataset/import.hpp"
 #include "daemon/storage/recorder/log_check.hpp"
@@ -83,7 +83,7 @@ Status write_export_list(const fs::path& folder, const std::vector<ExportedFile>
 /// What export_campaign() makes, written to `file` by `format`; what is known of it by then.
 Result<ExportedFile> write_as_hdf5(const Dataset& dataset, const fs::path& file,
                                    const StopRequested& stop_requested) {
-  auto digest = write_hdf5(dataset, file, {.stop_requested = stop_requested});
+  auto digest = write_hdf5(dataset, file, stop_requested);
   if (!digest) return pass(digest.error());
   ExportedFile made;
   made.trials = dataset.trials.size();
@@ -127,8 +127,6 @@ Status publish_listed(const fs::path& folder, const ExportedFile& made, AtomicFi
   return write_export_list(folder, *known);
 }
 
-namespace fs = std::filesystem;
-
 constexpr std::array<std::string_view, 5> export_states{"current", "outdated", "discarded",
                                                         "missing", "altered"};
 
@@ -169,9 +167,7 @@ std::string_view to_string(ExportFormat format) {
 }
 
 std::optional<ExportFormat> export_format_from(std::string_view word) {
-  const auto found = std::find(words.begin(), words.end(), word);
-  if (found == words.end()) return std::nullopt;
-  return static_cast<ExportFormat>(found - words.begin());
+  return enum_named<ExportFormat>(words, word);
 }
 
 Result<ExportedFile> export_campaign(const fs::path& folder, const ExportRequest& request) {
@@ -251,8 +247,8 @@ void check_exports(const fs::path& folder, const StopRequested& stop_requested,
                    VerifyReport& report) {
   const auto files = listed_exports(folder);
   if (!files)
-    return report.found_problems.push_back(
-        {std::string(export_folder_name) + "/" + export_list_name, to_string(files.error())});
+    return report.add(std::string(export_folder_name) + "/" + export_list_name,
+                      to_string(files.error()));
   if (files->empty()) return;
   const auto now = load_progress(folder / campaign_file_name);
   if (now) report.exports = compared(folder, *files, *now);  // else its file's findings say why
@@ -263,9 +259,8 @@ void check_exports(const fs::path& folder, const StopRequested& stop_requested,
     std::string what = difference((*files)[i], folder / name, stop_requested);
     if (what.empty()) continue;
     if (now) report.exports[i].state = ExportState::altered;
-    report.found_problems.push_back(
-        {name, std::move(what),
-         "weft export (of a daemon, data.export) makes it anew, of the campaign beside it"});
+    report.add(name, std::move(what),
+               "weft export (of a daemon, data.export) makes it anew, of the campaign beside it");
   }
 }
 

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/base/file/stop_requested.hpp"
+#include "daemon/base/file/read_file.hpp"
 #include "daemon/storage/certificate/verify.hpp"
 #include "protocols/base/result.hpp"
 

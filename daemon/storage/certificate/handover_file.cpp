@@ -1,10 +1,12 @@
 #include "daemon/storage/certificate/handover_file.hpp"
 
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/file/sha256.hpp"
+#include "daemon/base/text/format.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/recorder/campaign_folder.hpp"
 
@@ -23,6 +25,22 @@ constexpr std::uintmax_t most_text_bytes = std::uintmax_t{1} << 28;
 /// Keys sorted, without white space: what any other program can make as well.
 std::string digest_of_evaluation(const json& evaluation) {
   return sha256_hex(evaluation.dump(-1, ' ', false, json::error_handler_t::replace));
+}
+
+tl::unexpected<Error> not_evaluation(const fs::path& file, std::string got = {}) {
+  return fail({.code = Errc::parse,
+               .where = file,
+               .what = "not the evaluation of a hand-over",
+               .got = std::move(got)});
+}
+
+tl::unexpected<Error> altered(std::string where, std::string what, std::string recorded,
+                              std::string found) {
+  return fail({.code = Errc::corrupt,
+               .where = std::move(where),
+               .what = std::move(what),
+               .expected = std::move(recorded),
+               .got = std::move(found)});
 }
 
 HandoverModel model_from(const json& object) {
@@ -64,8 +82,7 @@ Result<json> read_evaluation(const fs::path& file) {
   json object = json::parse(*text, nullptr, false);
   if (!object.is_object() || object.value("format", json()) != format_name ||
       !object.contains(evaluation_digest) || !object[evaluation_digest].is_string())
-    return fail(
-        {.code = Errc::parse, .where = file.string(), .what = "not the evaluation of a hand-over"});
+    return not_evaluation(file);
   if (object.value("version", json()) != handover_version)
     return fail({.code = Errc::unsupported,
                  .where = file.string(),
@@ -75,11 +92,7 @@ Result<json> read_evaluation(const fs::path& file) {
   const std::string recorded = object[evaluation_digest];
   object.erase(evaluation_digest);
   if (const std::string found = digest_of_evaluation(object); found != recorded)
-    return fail({.code = Errc::corrupt,
-                 .where = file.string(),
-                 .what = "the evaluation was altered: its own digest disagrees",
-                 .expected = recorded,
-                 .got = found});
+    return altered(file, "the evaluation was altered: its own digest disagrees", recorded, found);
   return object;
 }
 
@@ -89,12 +102,11 @@ Status check_file(const fs::path& folder, const json& listed) {
   if (!text) return pass(text.error());
   const std::string recorded = listed.at("sha256"), found = sha256_hex(*text);
   if (recorded == found) return {};
-  return fail({.code = Errc::corrupt,
-               .where = name,
-               .what = "altered since the hand-over",
-               .expected = recorded,
-               .got = found});
+  return altered(name, "altered since the hand-over", recorded, found);
 }
+
+constexpr std::array<std::string_view, 6> state_names{"none", "waiting", "running",
+                                                      "done", "failed",  "cancelled"};
 
 }  // namespace
 
@@ -171,21 +183,18 @@ Result<HandoverResult> write_handover(const fs::path& folder, ordered_json evalu
   return handover_result_from(json::parse(plain));
 }
 
-Result<std::vector<HandoverFile>> listed_handover_files(const fs::path& folder) {
+Result<std::vector<FileChecksums>> listed_handover_files(const fs::path& folder) {
   const fs::path file = folder / handover_folder_name / evaluation_file_name;
   std::error_code unseen;
-  if (!fs::exists(file, unseen)) return std::vector<HandoverFile>{};
+  if (!fs::exists(file, unseen)) return std::vector<FileChecksums>{};
   const auto evaluation = read_evaluation(file);
   if (!evaluation) return pass(evaluation.error());
-  std::vector<HandoverFile> out;
+  std::vector<FileChecksums> out;
   try {
     for (const json& listed : evaluation->at("files"))
       out.push_back({listed.at("name"), listed.at("bytes"), listed.at("sha256")});
   } catch (const json::exception& e) {
-    return fail({.code = Errc::parse,
-                 .where = file.string(),
-                 .what = "not the evaluation of a hand-over",
-                 .got = e.what()});
+    return not_evaluation(file, e.what());
   }
   return out;
 }
@@ -201,22 +210,29 @@ Result<std::optional<HandoverResult>> read_handover(const fs::path& folder) {
       if (Status ok = check_file(place, listed); !ok) return pass(ok.error());
     return std::optional(handover_result_from(*evaluation));
   } catch (const json::exception& e) {
-    return fail({.code = Errc::parse,
-                 .where = place.string(),
-                 .what = "not the evaluation of a hand-over",
-                 .got = e.what()});
+    return not_evaluation(place, e.what());
   }
 }
 
 void check_handover(const fs::path& folder, const std::string& dataset_sha256,
                     VerifyReport& report) {
   const auto found = read_handover(folder);
-  if (!found)
-    return report.found_problems.push_back({handover_folder_name, to_string(found.error())});
+  if (!found) return report.add(handover_folder_name, to_string(found.error()));
   if (!*found || dataset_sha256.empty() || (*found)->dataset_sha256 == dataset_sha256) return;
-  report.found_problems.push_back({handover_folder_name, "trained on another data set (expected " +
-                                                             dataset_sha256 + ", got " +
-                                                             (*found)->dataset_sha256 + ")"});
+  report.add(handover_folder_name, "trained on another data set (expected " + dataset_sha256 +
+                                       ", got " + (*found)->dataset_sha256 + ")");
+}
+
+std::string_view to_string(HandoverState state) {
+  return state_names[static_cast<std::size_t>(state)];
+}
+
+std::optional<HandoverState> handover_state_from(std::string_view word) {
+  return enum_named<HandoverState>(state_names, word);
+}
+
+bool is_over(HandoverState state) {
+  return state != HandoverState::waiting && state != HandoverState::running;
 }
 
 }  // namespace weft::daemon

@@ -8,12 +8,41 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/certificate/verify.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon {
+
+// What became of a run's hand-over: a fact of its own, beside outcome, cleanup and rig.
+
+enum class HandoverState : std::uint8_t {
+  none,       ///< the recipe wants none
+  waiting,    ///< for the one before it
+  running,    ///< on a thread of low priority
+  done,       ///< handover/ is there
+  failed,     ///< `error` says why; the run is what it is
+  cancelled,  ///< by a person
+};
+std::string_view to_string(HandoverState state);
+std::optional<HandoverState> handover_state_from(std::string_view word);
+/// Nothing more comes of it by itself.
+bool is_over(HandoverState state);
+
+struct HandoverStatus {
+  HandoverState state = HandoverState::none;
+  std::string by;           ///< who asked for it last, or ended it
+  std::string error;        ///< a sentence
+  std::string result_json;  ///< handover_result_json(), once it is done
+  /// So often it was begun and the daemon ended under it, not by anybody's wish.
+  std::size_t attempts = 0;
+  // While it runs; nothing of this is kept over a restart.
+  std::size_t step = 0, steps = 0;
+  std::string what = {};  ///< "M1: features of 340 trials"
+};
 
 inline constexpr const char* handover_folder_name = "handover";
 inline constexpr const char* evaluation_file_name = "evaluation.json";
@@ -80,14 +109,9 @@ Result<HandoverResult> write_handover(const std::filesystem::path& folder,
                                       nlohmann::ordered_json evaluation,
                                       const std::vector<HandoverText>& texts);
 
-struct HandoverFile {
-  std::string name;  ///< in handover/: "M1.model"
-  std::uint64_t bytes = 0;
-  std::string sha256;
-};
 /// What the evaluation lists, without a look at the files; empty where there is no hand-over.
 /// Errors: parse; corrupt, when the evaluation's own digest disagrees.
-Result<std::vector<HandoverFile>> listed_handover_files(const std::filesystem::path& folder);
+Result<std::vector<FileChecksums>> listed_handover_files(const std::filesystem::path& folder);
 
 /// Nothing when there is none. Errors: parse; corrupt, when the evaluation's own digest disagrees
 /// or a file that it lists is missing or altered.

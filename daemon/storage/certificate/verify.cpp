@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "daemon/base/file/sha256.hpp"
-#include "daemon/storage/certificate/catalogue_digest.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/certificate/exports.hpp"
 #include "daemon/storage/certificate/handover_file.hpp"
@@ -23,18 +22,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t most_structure_lines = 10;
-
 /// Recipe and rig of a campaign file or a data set against their SHA-256. `where`: for a finding.
 void check_documents(const DatasetInfo& info, const std::string& where, VerifyReport& report) {
   const auto same = [&](const char* what, const std::string& text, const std::string& recorded) {
     if (!text.empty() && sha256_hex(text) != recorded)
-      report.found_problems.push_back({where, std::string(what) + " does not have its SHA-256"});
+      report.add(where, std::string(what) + " does not have its SHA-256");
   };
   same("the recipe", info.recipe_json, info.recipe_sha256);
   same("the rig", info.rig_json, info.rig_sha256);
 }
 
+/// Structure, every chunk's CRC-32, every trial's SHA-256, every table's rows. Adds to `report`.
+/// `certificate`: nothing where there is none, or none of this state of the file. Ends early, with
+/// a finding that says so, when it is to stop.
 class CampaignCheck {
  public:
   CampaignCheck(const std::filesystem::path& file, const Certificate* certificate,
@@ -57,8 +57,7 @@ class CampaignCheck {
  private:
   void found(const std::string& where, std::string what, std::string hint = {}) {
     const std::string name = file_.filename().string();
-    report_.found_problems.push_back(
-        {where.empty() ? name : name + ": " + where, std::move(what), std::move(hint)});
+    report_.add(where.empty() ? name : name + ": " + where, std::move(what), std::move(hint));
   }
   void found(const std::string& where, Error error) {
     std::string hint = std::exchange(error.hint, {});
@@ -68,20 +67,16 @@ class CampaignCheck {
   /// Before SQLite opens the file: it says nothing of what it leaves out.
   void log() {
     if (const Status whole = check_wal(file_); !whole)
-      report_.found_problems.push_back(
-          {whole.error().where, whole.error().what, whole.error().hint});
+      report_.add(whole.error().where, whole.error().what, whole.error().hint);
   }
 
   /// SQLite's own look at pages, rows and indices.
   void structure() {
-    auto query = database_.prepare("PRAGMA integrity_check(10)");
-    if (!query) return found("structure", query.error());
-    for (std::size_t i = 0; i < most_structure_lines; ++i) {
-      const auto row = query->step();
-      if (!row) return found("structure", row.error());
-      if (!*row) return;
-      if (const std::string line = query->text(0); line != "ok") found("structure", line);
-    }
+    const Status done =
+        database_.each("PRAGMA integrity_check(10)", [&](const sqlite::Statement& row) {
+          if (const std::string line = row.text(0); line != "ok") found("structure", line);
+        });
+    if (!done) found("structure", done.error());
   }
 
   void progress() {
@@ -92,26 +87,26 @@ class CampaignCheck {
   }
 
   void chunks() {
-    auto query = database_.prepare(
-        "SELECT trial.plan_index, trial.attempt, trial.label, stream, number, crc32, data, "
-        "lost_before FROM chunk LEFT JOIN trial ON trial.id = chunk.trial "
-        "ORDER BY chunk.trial, stream, number");
-    if (!query) return found("table chunk", query.error());
-    while (true) {
-      const auto row = query->step();
-      if (!row) return found("table chunk", row.error());
-      if (!*row) return;
-      if (stop_requested_ && stop_requested_()) return found({}, stopped_early("chunks"));
-      const std::int64_t stream = query->integer(3);
-      report_.lost_samples +=
-          static_cast<std::uint64_t>(std::max<std::int64_t>(query->integer(7), 0));
-      if (query->is_null(0))
+    bool stopped = false;
+    const auto check = [&](const sqlite::Statement& row) -> Status {
+      stopped = stop_requested_ && stop_requested_();
+      if (stopped) return pass(stopped_early("chunks"));
+      const std::int64_t stream = row.integer(3);
+      report_.lost_samples += static_cast<std::uint64_t>(std::max<std::int64_t>(row.integer(7), 0));
+      if (row.is_null(0))
         found("table chunk", "a chunk belongs to no trial");
       else if (stream < 0 || stream >= std::int64_t{stream_count})
-        found(place(*query), "a stream that there is not");
-      else if (crc32(query->blob(6)) != query->integer(5))
-        found(place(*query), "altered: its CRC-32 disagrees");
-    }
+        found(place(row), "a stream that there is not");
+      else if (crc32(row.blob(6)) != row.integer(5))
+        found(place(row), "altered: its CRC-32 disagrees");
+      return {};
+    };
+    const Status done = database_.each(
+        "SELECT trial.plan_index, trial.attempt, trial.label, stream, number, crc32, data, "
+        "lost_before FROM chunk LEFT JOIN trial ON trial.id = chunk.trial "
+        "ORDER BY chunk.trial, stream, number",
+        check);
+    if (!done) found(stopped ? "" : "table chunk", done.error());
   }
 
   static std::string place(const sqlite::Statement& row) {
@@ -136,17 +131,13 @@ class CampaignCheck {
     const auto catalogue = catalogued_trials(database_);
     if (!catalogue) return found("table trial", catalogue.error());
     if (certificate_ != nullptr) compare_catalogue(*catalogue);
-    auto all = load_campaign(file_, {.all_outcomes = true,
-                                     .streams = true,
-                                     .transfers = false,
-                                     .stop_requested = stop_requested_});
+    auto all = load_campaign(file_, {.all_outcomes = true, .stop_requested = stop_requested_});
     if (!all && !readable) return;  // told already
     if (!all) return found("content", all.error());
     check_documents(all->info, file_.filename().string() + ": table campaign", report_);
     report_.attempts = all->trials.size();
-    report_.complete =
-        static_cast<std::size_t>(std::count_if(all->records.begin(), all->records.end(),
-                                               [](const auto& r) { return is_done(r.outcome); }));
+    report_.complete = static_cast<std::size_t>(
+        std::ranges::count_if(all->records, is_done, &TrialRecord::outcome));
     report_.software_version = all->info.software_version;
     if (certificate_ != nullptr) compare_content(*all);
   }
@@ -181,14 +172,6 @@ class CampaignCheck {
   sqlite::Database database_;
 };
 
-/// Structure, every chunk's CRC-32, every trial's SHA-256, every table's rows. Adds to `report`.
-/// `certificate`: nothing where there is none, or none of this state of the file. Ends early, with
-/// a finding that says so, when it is to stop.
-void check_campaign(const std::filesystem::path& file, const Certificate* certificate,
-                    const StopRequested& stop_requested, VerifyReport& report) {
-  CampaignCheck(file, certificate, stop_requested, report).run();
-}
-
 bool there(const fs::path& path) {
   std::error_code ignored;
   return fs::is_regular_file(path, ignored);
@@ -196,8 +179,7 @@ bool there(const fs::path& path) {
 
 const FileChecksums* certified_file(const Certificate& certificate, const fs::path& file) {
   const auto found =
-      std::find_if(certificate.files.begin(), certificate.files.end(),
-                   [&](const FileChecksums& f) { return f.name == file.filename(); });
+      std::ranges::find(certificate.files, file.filename().string(), &FileChecksums::name);
   return found == certificate.files.end() ? nullptr : &*found;
 }
 
@@ -205,20 +187,18 @@ void compare_bytes(const FileChecksums& then, const fs::path& file,
                    const StopRequested& stop_requested, VerifyReport& report) {
   const auto now = file_checksums(file, stop_requested);
   const std::string name = file.filename().string();
-  if (!now) return report.found_problems.push_back({name, to_string(now.error())});
+  if (!now) return report.add(name, to_string(now.error()));
   if (now->bytes != then.bytes)
-    report.found_problems.push_back(
-        {name,
-         std::to_string(now->bytes) + " bytes long, certified were " + std::to_string(then.bytes)});
+    report.add(name, std::to_string(now->bytes) + " bytes long, certified were " +
+                         std::to_string(then.bytes));
   else if (now->sha256 != then.sha256)
-    report.found_problems.push_back({name, "altered: its SHA-256 disagrees"});
+    report.add(name, "altered: its SHA-256 disagrees");
 }
 
 /// Sound and vibration: a data set of another layout, with a digest of its own.
 void check_recordings(const fs::path& file, VerifyReport& report) {
   const auto set = read_recordings(file);
-  if (!set)
-    return report.found_problems.push_back({file.filename().string(), to_string(set.error())});
+  if (!set) return report.add(file.filename().string(), to_string(set.error()));
   report.dataset_sha256 = recordings_sha256(*set);
   report.planned = report.complete = report.attempts = set->recordings.size();
   report.of = "recordings";
@@ -228,16 +208,15 @@ void check_dataset(const fs::path& file, const Certificate* certificate, VerifyR
   if (certificate == nullptr && is_recordings_file(file)) return check_recordings(file, report);
   const auto dataset = read_hdf5(file);
   const std::string name = file.filename().string();
-  if (!dataset) return report.found_problems.push_back({name, to_string(dataset.error())});
+  if (!dataset) return report.add(name, to_string(dataset.error()));
   report.dataset_sha256 = dataset_sha256(*dataset);
   report.software_version = dataset->info.software_version;
   check_documents(dataset->info, name + ": /provenance", report);
   if (report.campaign.empty())
     report.planned = report.complete = report.attempts = dataset->trials.size();
   if (certificate == nullptr || certificate->dataset_sha256 == report.dataset_sha256) return;
-  report.found_problems.push_back({name, "another data set than the certified one (expected " +
-                                             certificate->dataset_sha256 + ", got " +
-                                             report.dataset_sha256 + ")"});
+  report.add(name, "another data set than the certified one (expected " +
+                       certificate->dataset_sha256 + ", got " + report.dataset_sha256 + ")");
 }
 
 /// What of `path` there is to look at.
@@ -267,11 +246,10 @@ Result<VerifyReport> inspect(const fs::path& path) {
 bool is_as_listed(const Certificate& certificate, const fs::path& folder, VerifyReport& report) {
   const std::size_t before = report.found_problems.size();
   for (const FileChecksums& file : certificate.files)
-    if (!there(folder / file.name))
-      report.found_problems.push_back({file.name, "is in the certificate, and missing"});
+    if (!there(folder / file.name)) report.add(file.name, "is in the certificate, and missing");
   for (const fs::path& file : {report.campaign, report.dataset})
     if (!file.empty() && certified_file(certificate, file) == nullptr)
-      report.found_problems.push_back({file.filename().string(), "is not in the certificate"});
+      report.add(file.filename().string(), "is not in the certificate");
   return report.found_problems.size() == before;
 }
 
@@ -282,14 +260,13 @@ void check_file(const fs::path& file, const Certificate* certificate,
   if (then != nullptr) compare_bytes(*then, file, stop_requested, report);
   // A certificate is of a finished file.
   if (is_campaign && then != nullptr && has_log(file))
-    report.found_problems.push_back(
-        {file.filename().string(),
-         "was written to after it had been certified: its log is not empty"});
+    report.add(file.filename().string(),
+               "was written to after it had been certified: its log is not empty");
   // One that was killed before it had written anything holds nothing that could be wrong.
   report.blank |= is_campaign && is_blank_campaign(file);
   if (report.blank && certificate == nullptr && report.dataset.empty()) return;
   if (is_campaign)
-    check_campaign(file, then == nullptr ? nullptr : certificate, stop_requested, report);
+    CampaignCheck(file, then == nullptr ? nullptr : certificate, stop_requested, report).run();
   else
     check_dataset(file, then == nullptr ? nullptr : certificate, report);
 }
@@ -303,7 +280,7 @@ Result<VerifyReport> verify(const fs::path& path, const StopRequested& stop_requ
   const auto read = read_certificate(file.parent_path());
   const Certificate* certificate = nullptr;
   if (!read)
-    report->found_problems.push_back({certificate_file_name, to_string(read.error())});
+    report->add(certificate_file_name, to_string(read.error()));
   else if (*read)
     certificate = &**read;
   std::error_code ignored;

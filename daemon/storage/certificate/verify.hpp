@@ -5,9 +5,10 @@
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "daemon/base/file/stop_requested.hpp"
+#include "daemon/base/file/read_file.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon {
@@ -51,6 +52,9 @@ struct VerifyReport {
   std::vector<CheckedExport> exports;  ///< of a folder
   std::vector<VerifyProblem> found_problems;
   [[nodiscard]] bool holds() const { return found_problems.empty(); }
+  void add(std::string where, std::string what, std::string hint = {}) {
+    found_problems.push_back({std::move(where), std::move(what), std::move(hint)});
+  }
 };
 
 /// `path`: a campaign's folder, its campaign file or a data set. Damage is a finding, however bad.

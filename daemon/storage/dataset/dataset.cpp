@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <map>
+#include <span>
 #include <unordered_set>
+
+#include "daemon/base/file/sha256.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -12,41 +16,35 @@ namespace {
 constexpr std::array<std::string_view, 7> outcome_names{
     "complete", "stopped", "aborted", "failed", "interrupted", "rejected", "ended_early"};
 
-template <class Enum, std::size_t count>
-std::optional<Enum> read_name(const std::array<std::string_view, count>& words,
-                              std::string_view word) {
-  const auto* at = std::ranges::find(words, word);
-  if (at == words.end()) return std::nullopt;
-  return static_cast<Enum>(at - words.begin());
+tl::unexpected<Error> invalid(std::string where, std::string what, std::string expected = {},
+                              std::string got = {}) {
+  return fail({.code = Errc::invalid_argument,
+               .where = std::move(where),
+               .what = std::move(what),
+               .expected = std::move(expected),
+               .got = std::move(got)});
 }
 
 Status sizes_disagree(std::string_view what, std::size_t expected, std::size_t got) {
-  return fail({.code = Errc::invalid_argument,
-               .what = "number of " + std::string(what) + " disagrees",
-               .expected = std::to_string(expected),
-               .got = std::to_string(got)});
+  return invalid({}, "number of " + std::string(what) + " disagrees", std::to_string(expected),
+                 std::to_string(got));
 }
 
 Status check_taxels(const classifier::Trial& trial) {
-  if (trial.taxels == 0)
-    return fail({.code = Errc::invalid_argument, .what = "a trial without taxels"});
-  if (trial.samples() == 0)
-    return fail({.code = Errc::invalid_argument, .what = "a trial without samples"});
+  if (trial.taxels == 0) return invalid({}, "a trial without taxels");
+  if (trial.samples() == 0) return invalid({}, "a trial without samples");
   if (trial.counts.size() != trial.samples() * trial.taxels)
     return sizes_disagree("counts", trial.samples() * trial.taxels, trial.counts.size());
   const auto odd = std::ranges::find_if(trial.counts, [](double c) { return !std::isfinite(c); });
   if (odd != trial.counts.end())
-    return fail(
-        {.code = Errc::invalid_argument,
-         .where = "sample " + std::to_string(static_cast<std::size_t>(odd - trial.counts.begin()) /
-                                             trial.taxels),
-         .what = "a count that is not a finite number"});
+    return invalid("sample " + std::to_string(static_cast<std::size_t>(odd - trial.counts.begin()) /
+                                              trial.taxels),
+                   "a count that is not a finite number");
   const auto phase = std::ranges::find_if(
       trial.phase, [](Phase p) { return !phase_from_char(to_char(p)).has_value(); });
   if (phase != trial.phase.end())
-    return fail({.code = Errc::invalid_argument,
-                 .where = "sample " + std::to_string(phase - trial.phase.begin()),
-                 .what = "a phase that is none of S, P, M, E and -"});
+    return invalid("sample " + std::to_string(phase - trial.phase.begin()),
+                   "a phase that is none of S, P, M, E and -");
   return {};
 }
 
@@ -61,8 +59,7 @@ Status check_blocks(const BlockStream& stream, const BlockFormat& format, std::s
     if (column->size() != blocks)
       return sizes_disagree("blocks of " + what, blocks, column->size());
   if (blocks > 0 && (format.readings == 0 || !(format.rate_hz > 0)))
-    return fail({.code = Errc::invalid_argument,
-                 .what = "blocks of " + what + " without readings or rate"});
+    return invalid({}, "blocks of " + what + " without readings or rate");
   return {};
 }
 
@@ -71,13 +68,11 @@ Status check_record(const TrialRecord& record, std::size_t samples, const Datase
   const TrialQuality& quality = record.quality;
   if (!std::isfinite(quality.force_rms_error_n.value_or(0)) ||
       !std::isfinite(quality.force_in_band_fraction.value_or(0)))
-    return fail(
-        {.code = Errc::invalid_argument, .what = "a quality figure that is not a finite number"});
+    return invalid({}, "a quality figure that is not a finite number");
   if (record.spec.factors.size() != info.factors.size())
     return sizes_disagree("factors", info.factors.size(), record.spec.factors.size());
   if (!std::ranges::all_of(record.spec.factors, [](double x) { return std::isfinite(x); }))
-    return fail(
-        {.code = Errc::invalid_argument, .what = "a factor's value that is not a finite number"});
+    return invalid({}, "a factor's value that is not a finite number");
   if (record.t_ns.size() != samples) return sizes_disagree("times", samples, record.t_ns.size());
   if (!record.device_us.empty() && record.device_us.size() != samples)
     return sizes_disagree("device times", samples, record.device_us.size());
@@ -87,11 +82,83 @@ Status check_record(const TrialRecord& record, std::size_t samples, const Datase
   if (record.stages.quanta.size() != record.stages.samples() * axes)
     return sizes_disagree("stage positions", record.stages.samples() * axes,
                           record.stages.quanta.size());
-  if (auto fine =
-          check_blocks(record.acceleration, info.acceleration, acceleration_axes, "acceleration");
-      !fine)
-    return fine;
-  return check_blocks(record.sound, info.sound, 1, "sound");
+  Status fine =
+      check_blocks(record.acceleration, info.acceleration, acceleration_axes, "acceleration");
+  return fine ? check_blocks(record.sound, info.sound, 1, "sound") : fine;
+}
+
+void add_optional(Sha256& hash, const std::optional<double>& value) {
+  hash.number(static_cast<std::uint8_t>(value.has_value() ? 1 : 0)).number(value.value_or(0.0));
+}
+
+void add_description(Sha256& hash, const classifier::Trial& trial, const TrialRecord& record) {
+  for (const std::string_view text :
+       {std::string_view(trial.file), std::string_view(trial.label), std::string_view(trial.group),
+        std::string_view(record.spec.exploration), to_string(record.outcome)})
+    hash.sized_text(text);
+  hash.number(record.spec.index).number(record.spec.attempt).number(record.spec.repetition);
+  hash.number(record.spec.patch_seed).number(record.lost_samples);
+  add_optional(hash, record.quality.force_rms_error_n);
+  add_optional(hash, record.quality.force_in_band_fraction);
+}
+
+void add_counts(Sha256& hash, const classifier::Trial& trial) {
+  hash.number(static_cast<std::uint32_t>(trial.taxels));
+  hash.number(static_cast<std::uint64_t>(trial.samples()));
+  if (const auto exact = as_u16(trial.counts)) {
+    hash.text("u").numbers(std::span<const std::uint16_t>(*exact));
+  } else {
+    hash.text("f").numbers(std::span<const double>(trial.counts));
+  }
+  hash.numbers(std::span<const Phase>(trial.phase));
+}
+
+template <class Number>
+void add_list(Sha256& hash, const std::vector<Number>& values) {
+  hash.number(static_cast<std::uint64_t>(values.size())).numbers(std::span<const Number>(values));
+}
+
+/// A trial that is no part of a sweep has the digest that it had before there were any.
+void add_factors(Sha256& hash, const std::vector<double>& factors) {
+  if (factors.empty()) return;
+  hash.text("weft factors 1\n");
+  add_list(hash, factors);
+}
+
+/// A trial without the stream has the digest that it had before there were such streams.
+void add_blocks(Sha256& hash, std::string_view heading, const BlockStream& stream) {
+  if (stream.blocks() == 0) return;
+  hash.text(heading);
+  add_list(hash, stream.t_ns);
+  add_list(hash, stream.device_us);
+  add_list(hash, stream.lost);
+  add_list(hash, stream.clipped);
+  add_list(hash, stream.quanta);
+}
+
+Sha256Digest trial_digest(const classifier::Trial& trial, const TrialRecord& record) {
+  Sha256 hash;
+  hash.text("weft trial 1\n");
+  add_description(hash, trial, record);
+  add_counts(hash, trial);
+  add_list(hash, record.t_ns);
+  add_list(hash, record.device_us);
+  add_list(hash, record.wrench.t_ns);
+  add_list(hash, record.wrench.quanta);
+  add_list(hash, record.stages.t_ns);
+  add_list(hash, record.stages.quanta);
+  add_blocks(hash, "weft acceleration 1\n", record.acceleration);
+  add_blocks(hash, "weft sound 1\n", record.sound);
+  add_factors(hash, record.spec.factors);
+  return hash.finish();
+}
+
+std::string content_of(const classifier::Trial& trial) {
+  Sha256 hash;
+  hash.number(static_cast<std::uint64_t>(trial.taxels));
+  for (const Phase phase : trial.phase) hash.number(to_char(phase));
+  hash.numbers(std::span<const double>(trial.counts));
+  return to_hex(hash.finish());
 }
 
 }  // namespace
@@ -124,7 +191,7 @@ bool is_done(TrialOutcome outcome) {
 }
 
 std::optional<TrialOutcome> trial_outcome_from(std::string_view word) {
-  return read_name<TrialOutcome>(outcome_names, word);
+  return enum_named<TrialOutcome>(outcome_names, word);
 }
 
 double WrenchStream::force_n(std::size_t i, std::size_t axis) const {
@@ -136,8 +203,7 @@ double WrenchStream::torque_nm(std::size_t i, std::size_t axis) const {
 }
 
 Status check(const Dataset& dataset) {
-  if (dataset.trials.empty())
-    return fail({.code = Errc::invalid_argument, .what = "a data set without trials"});
+  if (dataset.trials.empty()) return invalid({}, "a data set without trials");
   if (dataset.records.size() != dataset.trials.size())
     return sizes_disagree("records", dataset.trials.size(), dataset.records.size());
   std::unordered_set<std::string_view> files;
@@ -145,18 +211,11 @@ Status check(const Dataset& dataset) {
     const classifier::Trial& trial = dataset.trials[i];
     const std::string where = "trial " + trial.file;
     if (trial.file.empty() || !files.insert(trial.file).second)
-      return fail({.code = Errc::invalid_argument,
-                   .where = where,
-                   .what = "the name of a trial must be present and unique"});
-    if (trial.label.empty())
-      return fail(
-          {.code = Errc::invalid_argument, .where = where, .what = "a trial without label"});
+      return invalid(where, "the name of a trial must be present and unique");
+    if (trial.label.empty()) return invalid(where, "a trial without label");
     if (trial.taxels != dataset.trials.front().taxels)
-      return fail({.code = Errc::invalid_argument,
-                   .where = where,
-                   .what = "trials of different taxel counts",
-                   .expected = std::to_string(dataset.trials.front().taxels),
-                   .got = std::to_string(trial.taxels)});
+      return invalid(where, "trials of different taxel counts",
+                     std::to_string(dataset.trials.front().taxels), std::to_string(trial.taxels));
     if (auto fine = check_taxels(trial); !fine) return pass(std::move(fine).error(), where);
     auto fine = check_record(dataset.records[i], trial.samples(), dataset.info);
     if (!fine) return pass(std::move(fine).error(), where);
@@ -179,11 +238,8 @@ Result<std::vector<std::string>> explorations_in(std::string_view sum) {
     to = sum.find('+', from);
     std::string name(sum.substr(from, to == std::string_view::npos ? to : to - from));
     if (!sum.empty() && (name.empty() || std::ranges::find(out, name) != out.end()))
-      return fail({.code = Errc::invalid_argument,
-                   .where = "--exploration",
-                   .what = "not a sum of explorations",
-                   .expected = "different names with + between them, such as M1+M2",
-                   .got = std::string(sum)});
+      return invalid("--exploration", "not a sum of explorations",
+                     "different names with + between them, such as M1+M2", std::string(sum));
     out.push_back(std::move(name));
   }
   return out;
@@ -199,6 +255,94 @@ std::vector<classifier::Trial> complete_trials(const Dataset& dataset,
       chosen.push_back(dataset.trials[i]);
   }
   return chosen;
+}
+
+// The canonical serialisation behind the digests, specified in docs/dataset.md, "Digest".
+
+std::string trial_sha256(const classifier::Trial& trial, const TrialRecord& record) {
+  return to_hex(trial_digest(trial, record));
+}
+
+DatasetDigest compute_digest(const Dataset& dataset) {
+  return *compute_digest(dataset, {});  // nothing else stops it
+}
+
+Result<DatasetDigest> compute_digest(const Dataset& dataset, const StopRequested& stop_requested) {
+  DatasetDigest digest;
+  Sha256 hash;
+  hash.text("weft dataset 1\n");
+  hash.sized_text(to_string(dataset.info.kind));
+  hash.number(static_cast<std::uint32_t>(dataset.info.axes.size()));
+  for (const Axis& axis : dataset.info.axes) {
+    hash.sized_text(axis.name);
+    hash.number(static_cast<std::uint8_t>(axis.rotary ? 1 : 0));
+  }
+  if (!dataset.info.factors.empty()) {
+    hash.text("weft factors 1\n");
+    hash.number(static_cast<std::uint32_t>(dataset.info.factors.size()));
+    for (const std::string& factor : dataset.info.factors) hash.sized_text(factor);
+  }
+  hash.number(static_cast<std::uint64_t>(dataset.trials.size()));
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
+    if (stop_requested && stop_requested()) return pass(stopped_early("digests"));
+    const Sha256Digest trial = trial_digest(dataset.trials[i], dataset.records[i]);
+    hash.update(trial);
+    digest.trial_sha256.push_back(to_hex(trial));
+  }
+  digest.dataset_sha256 = to_hex(hash.finish());
+  return digest;
+}
+
+std::string dataset_sha256(const Dataset& dataset) {
+  return compute_digest(dataset).dataset_sha256;
+}
+
+std::optional<std::vector<std::uint16_t>> as_u16(std::span<const double> counts) {
+  std::vector<std::uint16_t> whole;
+  whole.reserve(counts.size());
+  for (const double count : counts) {
+    if (!(count >= 0.0 && count <= 65535.0)) return std::nullopt;
+    const auto rounded = static_cast<std::uint16_t>(count);
+    // By bits, because -0.0 equals 0 and would not come back.
+    if (std::bit_cast<std::uint64_t>(static_cast<double>(rounded)) !=
+        std::bit_cast<std::uint64_t>(count))
+      return std::nullopt;
+    whole.push_back(rounded);
+  }
+  return whole;
+}
+
+Copies copies_among(const std::vector<std::string>& names,
+                    const std::vector<std::string>& contents) {
+  Copies all;
+  std::map<std::string, std::size_t> place;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto [at, is_new] = place.emplace(contents[i], all.size());
+    if (is_new) all.emplace_back();
+    all[at->second].push_back(names[i]);
+  }
+  std::erase_if(all, [](const auto& own) { return own.size() < 2; });
+  return all;
+}
+
+Copies copies_in(const Dataset& dataset) {
+  std::vector<std::string> names, contents;
+  for (const classifier::Trial& trial : dataset.trials) {
+    names.push_back(trial.file);
+    contents.push_back(content_of(trial));
+  }
+  return copies_among(names, contents);
+}
+
+std::string copies_text(const Copies& copies) {
+  constexpr std::size_t most_named = 5;
+  if (copies.empty()) return {};
+  std::string out = "COPIES: the same samples under several names: ";
+  for (std::size_t i = 0; i < std::min(copies.size(), most_named); ++i)
+    out += (i > 0 ? "; " : "") + joined(copies[i], " = ");
+  if (copies.size() > most_named)
+    out += "; and " + std::to_string(copies.size() - most_named) + " more";
+  return out + ". Leave all but one of each out: a copy that trains answers for one that tests.\n";
 }
 
 }  // namespace weft::daemon

@@ -3,12 +3,14 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "classifier/features/trial.hpp"
-#include "daemon/base/text/bench_kind.hpp"
+#include "daemon/base/file/read_file.hpp"
+#include "daemon/base/text/format.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon {
@@ -200,5 +202,30 @@ Result<std::vector<std::string>> explorations_in(std::string_view sum);
 /// them.
 std::vector<classifier::Trial> complete_trials(const Dataset& dataset,
                                                std::optional<std::string_view> exploration = {});
+
+// The digests of a data set, which may be given up: hours of recording take seconds.
+
+// One recording under several names: where one copy trains, the other tests nothing.
+
+/// Names of recordings with the same samples, two or more each, in the order of the first.
+using Copies = std::vector<std::vector<std::string>>;
+
+/// By what each holds, `contents` beside `names`: equal text for equal samples.
+Copies copies_among(const std::vector<std::string>& names,
+                    const std::vector<std::string>& contents);
+
+/// Trials with the same counts and phases, whatever their times, labels and groups.
+Copies copies_in(const Dataset& dataset);
+
+/// A line for people; nothing where there are none.
+std::string copies_text(const Copies& copies);
+
+/// The same values as 16-bit counts, or nothing when one of them is not a whole number from 0 to
+/// 65535.
+std::optional<std::vector<std::uint16_t>> as_u16(std::span<const double> counts);
+
+/// As compute_digest(). `stop_requested` is looked at before each trial. Errors: wrong_state, when
+/// it was stopped.
+Result<DatasetDigest> compute_digest(const Dataset& dataset, const StopRequested& stop_requested);
 
 }  // namespace weft::daemon

@@ -19,8 +19,7 @@ std::string family_of(const std::string& column) {
 template <class Number>
 void compare(Reader& in, const std::string& name, const std::vector<Number>& expected,
              const char* complaint) {
-  if (in.has(name.c_str()))
-    in.require(in.column<Number>(name.c_str()) == expected, name.c_str(), complaint);
+  if (in.has(name)) in.require(in.column<Number>(name) == expected, name, complaint);
 }
 
 }  // namespace
@@ -62,20 +61,20 @@ std::vector<std::uint64_t> compute_begins(const std::vector<std::uint64_t>& samp
 std::vector<std::uint64_t> read_extents(Reader& in, const std::string& family, std::size_t trials,
                                         std::size_t rows) {
   const std::string name = "/trials/" + family + "_samples";
-  auto samples = in.column<std::uint64_t>(name.c_str());
+  auto samples = in.column<std::uint64_t>(name);
   std::uint64_t left = rows;
   bool fits = samples.size() == trials;
   for (const std::uint64_t count : samples) {
     fits = fits && count <= left;
     if (fits) left -= count;
   }
-  if (in.require(fits && left == 0, name.c_str(), "does not add up to the length of its columns"))
+  if (in.require(fits && left == 0, name, "does not add up to the length of its columns"))
     compare(in, "/trials/" + family + "_first", compute_begins(samples),
             "a trial does not begin where the one before it ends");
   return samples;
 }
 
-void compare_quantum(Reader& in, const char* column, double per_unit) {
+void compare_quantum(Reader& in, const std::string& column, double per_unit) {
   if (in.has_attribute(column, "per_unit"))
     in.require(in.real_attribute(column, "per_unit") == per_unit, column,
                "per_unit is not what this layout counts in");
@@ -92,15 +91,14 @@ Error with_damaged_trials(Error error, const std::filesystem::path& file, const 
   if (error.what != Reader::damaged_column || !column.starts_with('/')) return error;
   auto in = Reader::open(file);
   if (!in) return error;
-  const auto samples =
-      in->column<std::uint64_t>(("/trials/" + family_of(column) + "_samples").c_str());
+  const auto samples = in->column<std::uint64_t>("/trials/" + family_of(column) + "_samples");
   const std::uint64_t all = std::accumulate(samples.begin(), samples.end(), std::uint64_t{0});
   if (samples.size() != dataset.trials.size() || all == 0) return error;
-  const std::uint64_t rows_per_sample = in->rows_of(column.c_str()) / all;  // readings of a block
+  const std::uint64_t rows_per_sample = in->rows_of(column) / all;  // readings of a block
   std::vector<std::string> damaged;
   std::uint64_t first = 0;
   for (std::size_t i = 0; i < samples.size(); first += samples[i++] * rows_per_sample)
-    if (!in->can_read(column.c_str(), first, samples[i] * rows_per_sample))
+    if (!in->can_read(column, first, samples[i] * rows_per_sample))
       damaged.push_back(dataset.trials[i].file);
   for (std::size_t i = 0; i < std::min(damaged.size(), most_named); ++i)
     error.where += (i > 0 ? ", " : damaged.size() > 1 ? " of trials " : " of trial ") + damaged[i];

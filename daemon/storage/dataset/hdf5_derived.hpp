@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "daemon/storage/dataset/dataset.hpp"
-#include "daemon/storage/dataset/hdf5_reader.hpp"
+#include "daemon/storage/dataset/hdf5_columns.hpp"
 
 namespace weft::daemon::hdf5 {
 
@@ -35,7 +35,7 @@ std::vector<std::uint64_t> read_extents(Reader& in, const std::string& family, s
                                         std::size_t rows);
 
 /// The column's attribute per_unit with `per_unit` [quanta per SI unit].
-void compare_quantum(Reader& in, const char* column, double per_unit);
+void compare_quantum(Reader& in, const std::string& column, double per_unit);
 /// /stages/per_unit with what the layout counts each axis in.
 void compare_axes(Reader& in, const std::vector<Axis>& axes);
 

@@ -1,12 +1,14 @@
 // HDF5 file to Dataset. What the file says about itself is checked before it is used.
 #include <cmath>
+#include <functional>
 #include <new>
+#include <numeric>
+#include <type_traits>
 
-#include "daemon/storage/dataset/digest.hpp"
+#include "daemon/storage/dataset/dataset.hpp"
+#include "daemon/storage/dataset/hdf5_columns.hpp"
 #include "daemon/storage/dataset/hdf5_derived.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
-#include "daemon/storage/dataset/hdf5_handle.hpp"
-#include "daemon/storage/dataset/hdf5_reader.hpp"
 #include "drivers/api/sample.hpp"
 
 namespace weft::daemon {
@@ -14,7 +16,7 @@ namespace {
 
 using hdf5::Reader;
 
-double rate_of(Reader& in, const char* group) {
+double rate_of(Reader& in, const std::string& group) {
   const double rate_hz = in.real_attribute(group, "rate_hz");
   in.require(std::isfinite(rate_hz) && rate_hz >= 0, group, "an impossible rate_hz");
   return rate_hz;
@@ -88,17 +90,13 @@ Status read_axes(Reader& in, DatasetInfo& info) {
   return in.status();
 }
 
-std::optional<double> nothing_if_nan(double value) {
-  if (std::isnan(value)) return std::nullopt;
-  return value;
-}
-
-/// Puts a column of the trial table where it belongs, trial by trial.
-template <class Value, class Place>
-void distribute(Reader& in, const char* name, const std::vector<Value>& column, std::size_t trials,
-                Place place) {
+/// A column of the trial table; `place`: where the value of trial i belongs.
+template <class Place>
+void read_trial_column(Reader& in, const std::string& name, std::size_t trials, Place place) {
+  using Value = std::remove_cvref_t<std::invoke_result_t<Place, std::size_t>>;
+  auto column = in.column<Value>(name);
   if (!in.require(column.size() == trials, name, "another length than /trials/file")) return;
-  for (std::size_t i = 0; i < trials; ++i) place(i, column[i]);
+  for (std::size_t i = 0; i < trials; ++i) place(i) = std::move(column[i]);
 }
 
 Status read_trial_table(Reader& in, Dataset& dataset) {
@@ -106,42 +104,54 @@ Status read_trial_table(Reader& in, Dataset& dataset) {
   const std::size_t n = files.size();
   dataset.trials.resize(n);
   dataset.records.resize(n);
-  auto& trials = dataset.trials;
   auto& records = dataset.records;
-  for (std::size_t i = 0; i < n; ++i) trials[i].file = files[i];
-  const auto text = [&](const char* name, auto place) {
-    distribute(in, name, in.texts(name), n, place);
+  const auto spec = [&](const std::string& name, auto member) {
+    read_trial_column(
+        in, "/trials/" + name, n, [&](std::size_t i) -> auto& { return records[i].spec.*member; });
   };
-  text("/trials/label", [&](std::size_t i, const std::string& label) {
-    trials[i].label = records[i].spec.label = label;
-  });
-  text("/trials/group", [&](std::size_t i, const std::string& group) {
-    trials[i].group = records[i].spec.group = group;
-  });
-  text("/trials/exploration",
-       [&](std::size_t i, const std::string& name) { records[i].spec.exploration = name; });
-  text("/trials/outcome", [&](std::size_t i, const std::string& word) {
-    const auto outcome = trial_outcome_from(word);
+  const auto quality = [&](const std::string& name, std::optional<double> TrialQuality::*member) {
+    std::vector<double> values(n);
+    read_trial_column(
+        in, "/trials/" + name, n, [&](std::size_t i) -> auto& { return values[i]; });
+    for (std::size_t i = 0; i < n; ++i)
+      if (!std::isnan(values[i])) records[i].quality.*member = values[i];
+  };
+  spec("label", &TrialSpec::label);
+  spec("group", &TrialSpec::group);
+  spec("exploration", &TrialSpec::exploration);
+  std::vector<std::string> outcomes(n);
+  read_trial_column(
+      in, "/trials/outcome", n, [&](std::size_t i) -> auto& { return outcomes[i]; });
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto outcome = trial_outcome_from(outcomes[i]);
     in.require(outcome.has_value(), "/trials/outcome", "an unknown word");
     records[i].outcome = outcome.value_or(TrialOutcome::failed);
-  });
-  const auto u32 = [&](const char* name, auto place) {
-    distribute(in, name, in.column<std::uint32_t>(name), n, place);
-  };
-  u32("/trials/index", [&](std::size_t i, std::uint32_t x) { records[i].spec.index = x; });
-  u32("/trials/attempt", [&](std::size_t i, std::uint32_t x) { records[i].spec.attempt = x; });
-  u32("/trials/repetition",
-      [&](std::size_t i, std::uint32_t x) { records[i].spec.repetition = x; });
-  u32("/trials/lost_samples", [&](std::size_t i, std::uint32_t x) { records[i].lost_samples = x; });
-  distribute(in, "/trials/patch_seed", in.column<std::uint64_t>("/trials/patch_seed"), n,
-             [&](std::size_t i, std::uint64_t x) { records[i].spec.patch_seed = x; });
-  const auto real = [&](const char* name, std::optional<double> TrialQuality::*member) {
-    distribute(in, name, in.column<double>(name), n,
-               [&](std::size_t i, double x) { records[i].quality.*member = nothing_if_nan(x); });
-  };
-  real("/trials/force_rms_error_n", &TrialQuality::force_rms_error_n);
-  real("/trials/force_in_band_fraction", &TrialQuality::force_in_band_fraction);
+    dataset.trials[i].file = files[i];
+    dataset.trials[i].label = records[i].spec.label;
+    dataset.trials[i].group = records[i].spec.group;
+  }
+  spec("index", &TrialSpec::index);
+  spec("attempt", &TrialSpec::attempt);
+  spec("repetition", &TrialSpec::repetition);
+  read_trial_column(
+      in, "/trials/lost_samples",
+      n, [&](std::size_t i) -> auto& { return records[i].lost_samples; });
+  spec("patch_seed", &TrialSpec::patch_seed);
+  quality("force_rms_error_n", &TrialQuality::force_rms_error_n);
+  quality("force_in_band_fraction", &TrialQuality::force_in_band_fraction);
   return in.status();
+}
+
+/// Cuts a column of all trials, `width` numbers a row, into its trials; `list`: that of an item.
+template <class Number, class Item, class List>
+void split(const std::vector<Number>& all, const std::vector<std::uint64_t>& extents,
+           std::size_t width, std::vector<Item>& items, List list) {
+  auto at = all.begin();
+  for (std::size_t i = 0; i < extents.size(); ++i) {
+    const auto end = at + static_cast<std::ptrdiff_t>(extents[i] * width);
+    std::invoke(list, items[i]).assign(at, end);
+    at = end;
+  }
 }
 
 Status read_factors(Reader& in, Dataset& dataset) {
@@ -152,25 +162,11 @@ Status read_factors(Reader& in, Dataset& dataset) {
   in.require(values.size() == names.size() * dataset.records.size(), "/factors/values",
              "another length than /trials/file");
   if (!in.status()) return in.status();
-  auto at = values.begin();
-  for (TrialRecord& record : dataset.records) {
-    const auto end = at + static_cast<std::ptrdiff_t>(names.size());
-    record.spec.factors.assign(at, end);
-    at = end;
-  }
+  const std::vector<std::uint64_t> one_row(dataset.records.size(), 1);
+  split(
+      values, one_row, names.size(), dataset.records,
+      [](TrialRecord & record) -> auto& { return record.spec.factors; });
   return {};
-}
-
-/// Cuts a concatenated column into its trials.
-template <class Number, class Target>
-void split(const std::vector<Number>& all, const std::vector<std::uint64_t>& extents,
-           std::size_t width, Target target) {
-  auto at = all.begin();
-  for (std::size_t i = 0; i < extents.size(); ++i) {
-    const auto end = at + static_cast<std::ptrdiff_t>(extents[i] * width);
-    target(i).assign(at, end);
-    at = end;
-  }
 }
 
 Status read_phases(Reader& in, const std::vector<std::uint64_t>& extents, Dataset& dataset) {
@@ -182,12 +178,10 @@ Status read_phases(Reader& in, const std::vector<std::uint64_t>& extents, Datase
     if (!in.require(phase.has_value(), "/taxel/phase", "an unknown phase")) return in.status();
     phases.push_back(*phase);
   }
-  std::uint64_t rows = 0;
-  for (const std::uint64_t count : extents) rows += count;
+  const std::uint64_t rows = std::accumulate(extents.begin(), extents.end(), std::uint64_t{0});
   in.require(letters.size() == rows, "/taxel/phase", "another length than /taxel/t_ns");
   if (!in.status()) return in.status();
-  split(
-      phases, extents, 1, [&](std::size_t i) -> auto& { return dataset.trials[i].phase; });
+  split(phases, extents, 1, dataset.trials, &classifier::Trial::phase);
   return {};
 }
 
@@ -199,14 +193,11 @@ Status read_taxels(Reader& in, Dataset& dataset) {
   const auto t_ns = in.column<std::int64_t>("/taxel/t_ns");
   const auto extents = hdf5::read_extents(in, "taxel", dataset.trials.size(), t_ns.size());
   if (auto done = read_phases(in, extents, dataset); !done) return done;
-  split(
-      t_ns, extents, 1, [&](std::size_t i) -> auto& { return dataset.records[i].t_ns; });
+  split(t_ns, extents, 1, dataset.records, &TrialRecord::t_ns);
   const auto place = [&](const auto& counts) {
-    if (!in.require(counts.size() == t_ns.size() * taxels, "/taxel/counts",
-                    "another length than /taxel/t_ns"))
-      return;
-    split(
-        counts, extents, taxels, [&](std::size_t i) -> auto& { return dataset.trials[i].counts; });
+    if (in.require(counts.size() == t_ns.size() * taxels, "/taxel/counts",
+                   "another length than /taxel/t_ns"))
+      split(counts, extents, taxels, dataset.trials, &classifier::Trial::counts);
   };
   if (in.is_integer("/taxel/counts")) {
     place(in.column<std::uint16_t>("/taxel/counts", taxels));
@@ -218,93 +209,75 @@ Status read_taxels(Reader& in, Dataset& dataset) {
   const auto device_us = in.column<std::uint32_t>("/taxel/device_us");
   const auto clocked = hdf5::read_extents(in, "device_us", dataset.trials.size(), device_us.size());
   if (!in.status()) return in.status();
-  split(
-      device_us, clocked, 1, [&](std::size_t i) -> auto& { return dataset.records[i].device_us; });
+  split(device_us, clocked, 1, dataset.records, &TrialRecord::device_us);
   return {};
 }
 
-/// Names of the columns of one stream.
-struct StreamNames {
-  const char* t_ns;
-  const char* quanta;
-  const char* family;
-};
-
+/// The times and quanta of one stream, whose rows have `row_values` numbers, `width` in the file.
+/// `family`: of its extents, which are returned.
 template <class StreamData>
-Status read_stream(Reader& in, const StreamNames& names, std::size_t width, Dataset& dataset,
-                   StreamData TrialRecord::*member) {
-  const auto t_ns = in.column<std::int64_t>(names.t_ns);
-  const auto quanta = in.column<std::int32_t>(names.quanta, width);
-  in.require(quanta.size() == t_ns.size() * width, names.quanta, "another length than its times");
-  const auto extents = hdf5::read_extents(in, names.family, dataset.trials.size(), t_ns.size());
-  if (!in.status()) return in.status();
+std::vector<std::uint64_t> read_stream(Reader& in, const std::string& group,
+                                       const std::string& family, std::size_t row_values,
+                                       std::size_t width, Dataset& dataset,
+                                       StreamData TrialRecord::*member) {
+  const auto t_ns = in.column<std::int64_t>(group + "/t_ns");
+  const auto quanta = in.column<std::int32_t>(group + "/quanta", width);
+  in.require(quanta.size() == t_ns.size() * row_values, group + "/quanta",
+             "another length than its times");
+  auto extents = hdf5::read_extents(in, family, dataset.trials.size(), t_ns.size());
+  if (!in.status()) return extents;
   split(
-      t_ns, extents, 1, [&](std::size_t i) -> auto& { return (dataset.records[i].*member).t_ns; });
+      t_ns, extents, 1,
+      dataset.records, [&](TrialRecord & record) -> auto& { return (record.*member).t_ns; });
   split(
-      quanta, extents,
-      width, [&](std::size_t i) -> auto& { return (dataset.records[i].*member).quanta; });
-  return {};
-}
-
-Status read_streams(Reader& in, Dataset& dataset) {
-  auto done = read_stream(in, {"/wrench/t_ns", "/wrench/quanta", "wrench"}, 6, dataset,
-                          &TrialRecord::wrench);
-  if (!done) return done;
-  hdf5::compare_quantum(in, "/wrench/quanta", force_quanta_per_n);
-  return read_stream(in, {"/stages/t_ns", "/stages/quanta", "stages"}, dataset.info.axes.size(),
-                     dataset, &TrialRecord::stages);
+      quanta, extents, row_values,
+      dataset.records, [&](TrialRecord & record) -> auto& { return (record.*member).quanta; });
+  return extents;
 }
 
 /// How the blocks of a stream are made, where the file has the stream.
 void read_block_format(Reader& in, const std::string& group, BlockFormat& format) {
-  if (!in.has(group.c_str())) return;
-  format.rate_hz = rate_of(in, group.c_str());
-  const std::uint64_t readings = in.integer_attribute(group.c_str(), "block_readings");
-  in.require(readings > 0 && readings <= most_block_values && format.rate_hz > 0, group.c_str(),
+  if (!in.has(group)) return;
+  format.rate_hz = rate_of(in, group);
+  const std::uint64_t readings = in.integer_attribute(group, "block_readings");
+  in.require(readings > 0 && readings <= most_block_values && format.rate_hz > 0, group,
              "impossible blocks");
   format.readings = static_cast<std::uint32_t>(readings);
 }
 
-Status read_blocks(Reader& in, const std::string& group, std::size_t axes,
-                   const BlockFormat& format, Dataset& dataset, BlockStream TrialRecord::*member) {
-  if (format.readings == 0) return in.status();
-  const std::string times = group + "/t_ns", values = group + "/quanta";
-  const auto t_ns = in.column<std::int64_t>(times.c_str());
-  const auto quanta = in.column<std::int32_t>(values.c_str(), axes == 1 ? 0 : axes);
-  in.require(quanta.size() == t_ns.size() * format.readings * axes, values.c_str(),
-             "another length than its times");
-  const auto extents =
-      hdf5::read_extents(in, group.substr(1) + "_blocks", dataset.trials.size(), t_ns.size());
-  const auto stream = [&](std::size_t i) -> BlockStream& { return dataset.records[i].*member; };
-  const auto numbers = [&](const char* name, std::vector<std::uint32_t> BlockStream::*column) {
-    const auto all = in.column<std::uint32_t>((group + name).c_str());
-    if (!in.require(all.size() == t_ns.size(), (group + name).c_str(),
-                    "another length than its times") ||
-        !in.status())
-      return;
-    split(
-        all, extents, 1, [&](std::size_t i) -> auto& { return stream(i).*column; });
+void read_blocks(Reader& in, const std::string& group, std::size_t axes, const BlockFormat& format,
+                 Dataset& dataset, BlockStream TrialRecord::*member) {
+  if (format.readings == 0) return;
+  const auto extents = read_stream(in, group, group.substr(1) + "_blocks", format.readings * axes,
+                                   axes == 1 ? 0 : axes, dataset, member);
+  const std::uint64_t blocks = std::accumulate(extents.begin(), extents.end(), std::uint64_t{0});
+  const auto numbers = [&](const std::string& name,
+                           std::vector<std::uint32_t> BlockStream::*column) {
+    const auto all = in.column<std::uint32_t>(group + name);
+    in.require(all.size() == blocks, group + name, "another length than its times");
+    if (in.status())
+      split(
+          all, extents, 1,
+          dataset.records, [&](TrialRecord & record) -> auto& { return record.*member.*column; });
   };
-  if (!in.status()) return in.status();
-  split(
-      t_ns, extents, 1, [&](std::size_t i) -> auto& { return stream(i).t_ns; });
-  split(
-      quanta, extents,
-      format.readings * axes, [&](std::size_t i) -> auto& { return stream(i).quanta; });
+  if (!in.status()) return;
   numbers("/device_us", &BlockStream::device_us);
   numbers("/lost", &BlockStream::lost);
   numbers("/clipped", &BlockStream::clipped);
-  return in.status();
 }
 
-Status read_vibrations(Reader& in, Dataset& dataset) {
+Status read_streams(Reader& in, Dataset& dataset) {
   const DatasetInfo& info = dataset.info;
-  auto done = read_blocks(in, "/acceleration", acceleration_axes, info.acceleration, dataset,
-                          &TrialRecord::acceleration);
-  if (!done) return done;
+  const std::size_t axes = info.axes.size();
+  read_stream(in, "/wrench", "wrench", 6, 6, dataset, &TrialRecord::wrench);
+  hdf5::compare_quantum(in, "/wrench/quanta", force_quanta_per_n);
+  read_stream(in, "/stages", "stages", axes, axes, dataset, &TrialRecord::stages);
+  read_blocks(in, "/acceleration", acceleration_axes, info.acceleration, dataset,
+              &TrialRecord::acceleration);
   hdf5::compare_quantum(in, "/acceleration/quanta", acceleration_quanta_per_mps2);
   hdf5::compare_quantum(in, "/sound/quanta", sound_quanta_per_pa);
-  return read_blocks(in, "/sound", 1, info.sound, dataset, &TrialRecord::sound);
+  read_blocks(in, "/sound", 1, info.sound, dataset, &TrialRecord::sound);
+  return in.status();
 }
 
 /// What the file says of its own content.
@@ -323,28 +296,27 @@ Status read_reported_counts(Reader& in, const Dataset& dataset, ReportedCounts& 
 }
 
 /// Trial by trial first, so that the error can say which.
-Status verify_digests(const DatasetDigest& expected, const Dataset& dataset,
-                      const StopRequested& stop_requested) {
-  const auto got = compute_digest(dataset, stop_requested);
-  if (!got) return pass(got.error());
-  for (std::size_t i = 0; i < dataset.trials.size(); ++i)
-    if (got->trial_sha256[i] != expected.trial_sha256[i])
-      return fail({.code = Errc::corrupt,
-                   .where = "trial " + dataset.trials[i].file,
-                   .what = "the trial was altered: its SHA-256 disagrees",
-                   .expected = expected.trial_sha256[i],
-                   .got = got->trial_sha256[i]});
-  if (got->dataset_sha256 != expected.dataset_sha256)
+Status verify_digests(const DatasetDigest& expected, const Dataset& dataset) {
+  const auto compare = [](std::string where, std::string_view whose, const std::string& recorded,
+                          const std::string& got) -> Status {
+    if (got == recorded) return {};
     return fail({.code = Errc::corrupt,
-                 .where = "dataset_sha256",
-                 .what = "the data set was altered: its SHA-256 disagrees",
-                 .expected = expected.dataset_sha256,
-                 .got = got->dataset_sha256});
-  return {};
+                 .where = std::move(where),
+                 .what = std::string(whose) + " was altered: its SHA-256 disagrees",
+                 .expected = recorded,
+                 .got = got});
+  };
+  const DatasetDigest got = compute_digest(dataset);
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i)
+    if (Status same = compare("trial " + dataset.trials[i].file, "the trial",
+                              expected.trial_sha256[i], got.trial_sha256[i]);
+        !same)
+      return same;
+  return compare("dataset_sha256", "the data set", expected.dataset_sha256, got.dataset_sha256);
 }
 
 /// All that is done inside the library.
-Result<Dataset> read_columns(const std::filesystem::path& path, const Hdf5LoadOptions& options,
+Result<Dataset> read_columns(const std::filesystem::path& path, bool verify_digest,
                              ReportedCounts& reported) {
   const hdf5::QuietErrors quiet;
   auto in = Reader::open(path);
@@ -362,23 +334,20 @@ Result<Dataset> read_columns(const std::filesystem::path& path, const Hdf5LoadOp
     read_block_format(*in, "/sound", dataset.info.sound);
     done = in->status();
   }
-  if (done && options.streams) done = read_streams(*in, dataset);
-  if (done && options.streams) done = read_vibrations(*in, dataset);
-  if (done && options.streams && options.verify_digest)
-    done = read_reported_counts(*in, dataset, reported);
+  if (done) done = read_streams(*in, dataset);
+  if (done && verify_digest) done = read_reported_counts(*in, dataset, reported);
   if (!done)
     return pass(hdf5::with_damaged_trials(std::move(done).error(), path, dataset), path.string());
   return dataset;
 }
 
-Result<Dataset> read_all(const std::filesystem::path& path, const Hdf5LoadOptions& options) {
+Result<Dataset> read_all(const std::filesystem::path& path, bool verify_digest) {
   ReportedCounts reported;
-  auto dataset = read_columns(path, options, reported);
+  auto dataset = read_columns(path, verify_digest, reported);
   if (!dataset) return dataset;
   Status done = check(*dataset);
   if (!done) done.error().code = Errc::corrupt;
-  if (done && options.streams && options.verify_digest)
-    done = verify_digests(reported.digest, *dataset, options.stop_requested);
+  if (done && verify_digest) done = verify_digests(reported.digest, *dataset);
   // After the digests, which can say in which trial a phase was altered.
   if (done && reported.phases && *reported.phases != hdf5::phase_runs(*dataset))
     done = fail(
@@ -389,9 +358,9 @@ Result<Dataset> read_all(const std::filesystem::path& path, const Hdf5LoadOption
 
 }  // namespace
 
-Result<Dataset> read_hdf5(const std::filesystem::path& path, const Hdf5LoadOptions& options) {
+Result<Dataset> read_hdf5(const std::filesystem::path& path, bool verify_digest) {
   try {
-    return read_all(path, options);
+    return read_all(path, verify_digest);
   } catch (const std::bad_alloc&) {
     return fail(
         {.code = Errc::io, .where = path.string(), .what = "not enough memory for this data set"});

@@ -1,10 +1,12 @@
 #include "daemon/storage/dataset/trial_csv.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <map>
 
 #include "daemon/base/text/format.hpp"
+#include "daemon/base/version/software_version.hpp"
 #include "daemon/storage/dataset/sample_times.hpp"
 
 namespace weft::daemon {
@@ -48,11 +50,11 @@ Result<ManifestColumns> read_columns(const CsvReader& manifest) {
     if (name != "file" && name != "label" && name != "group")
       return manifest.complaint("unknown column '" + name.substr(0, 40) + "'",
                                 "file, label and perhaps group");
-  const auto file = find_column(manifest, "file");
-  const auto label = find_column(manifest, "label");
-  if (!file || !label)
-    return manifest.complaint(std::string("the column ") + (file ? "label" : "file") +
-                              " is missing");
+  std::vector<bool> taken(manifest.header().size(), false);
+  const auto file = take_column(manifest, "file", taken);
+  if (!file) return pass(file.error());
+  const auto label = take_column(manifest, "label", taken);
+  if (!label) return pass(label.error());
   return ManifestColumns{*file, *label, find_column(manifest, "group")};
 }
 
@@ -121,9 +123,17 @@ Status read_samples(CsvReader& csv, const TrialColumns& columns, classifier::Tri
 }
 
 std::optional<std::size_t> find_column(const CsvReader& csv, std::string_view name) {
-  for (std::size_t i = 0; i < csv.header().size(); ++i)
-    if (csv.header()[i] == name) return i;
-  return std::nullopt;
+  const auto at = std::ranges::find(csv.header(), name);
+  if (at == csv.header().end()) return std::nullopt;
+  return static_cast<std::size_t>(at - csv.header().begin());
+}
+
+Result<std::size_t> take_column(const CsvReader& csv, std::string_view name,
+                                std::vector<bool>& taken) {
+  const auto column = find_column(csv, name);
+  if (!column) return csv.complaint("the column " + std::string(name) + " is missing");
+  taken[*column] = true;
+  return *column;
 }
 
 Status find_channels(const CsvReader& csv, std::string_view prefix, std::vector<bool>& taken,
@@ -138,10 +148,8 @@ Status find_channels(const CsvReader& csv, std::string_view prefix, std::vector<
     highest = std::max(highest, *number);
   }
   for (std::size_t k = 1; k <= std::max<std::size_t>(highest, 1); ++k) {
-    const auto column = find_column(csv, std::string(prefix) + std::to_string(k));
-    if (!column)
-      return csv.complaint("the column " + std::string(prefix) + std::to_string(k) + " is missing");
-    taken[*column] = true;
+    const auto column = take_column(csv, std::string(prefix) + std::to_string(k), taken);
+    if (!column) return pass(column.error());
     channels.push_back(*column);
   }
   return {};
@@ -166,6 +174,15 @@ Status settle_rate(Dataset& dataset, double stated_hz) {
                    .hint = "State the rate of the sensor: --rate-hz"});
   dataset.info.taxel_rate_hz = stated_hz == 0 ? common_rate_hz(dataset) : stated_hz;
   return {};
+}
+
+Dataset imported_set(std::string name, std::string source, BenchKind kind) {
+  Dataset out;
+  out.info.kind = kind;
+  out.info.name = std::move(name);
+  out.info.source = std::move(source);
+  out.info.software_version = software_version();
+  return out;
 }
 
 Status append(Dataset& dataset, classifier::Trial trial, TrialRecord record) {

@@ -44,6 +44,9 @@ Status read_samples(CsvReader& csv, const TrialColumns& columns, classifier::Tri
 Status find_channels(const CsvReader& csv, std::string_view prefix, std::vector<bool>& taken,
                      std::vector<std::size_t>& channels);
 std::optional<std::size_t> find_column(const CsvReader& csv, std::string_view name);
+/// The same of a column that there must be, marked as taken. Errors: parse.
+Result<std::size_t> take_column(const CsvReader& csv, std::string_view name,
+                                std::vector<bool>& taken);
 
 /// The sample rate that the phases M of all trials have in common, as common_period_s() tells it; 0
 /// when their times do not tell.
@@ -51,6 +54,9 @@ double common_rate_hz(const Dataset& dataset);
 /// Puts the rate into the set: `stated_hz`, or with 0 common_rate_hz().
 /// Errors: parse, where none is stated and the times of a trial are not regular.
 Status settle_rate(Dataset& dataset, double stated_hz);
+
+/// An imported set without trials, with the version of this program.
+Dataset imported_set(std::string name, std::string source, BenchKind kind = BenchKind::unknown);
 
 /// Adds a trial to a set whose trials must all have as many taxels as the first.
 Status append(Dataset& dataset, classifier::Trial trial, TrialRecord record);

@@ -1,13 +1,194 @@
 #include "daemon/storage/imprints/image_file.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <vector>
 
 #include "daemon/base/file/read_file.hpp"
-#include "daemon/storage/imprints/number_lines.hpp"
+#include "daemon/base/text/format.hpp"
+#include "protocols/base/bytes.hpp"
 
 namespace weft::daemon {
+namespace {
 
 using classifier::imprint::Image;
+
+tl::unexpected<Error> broken(std::string where, std::string what, std::string expected = {},
+                             std::string_view got = {}) {
+  return fail({.code = Errc::parse,
+               .where = std::move(where),
+               .what = std::move(what),
+               .expected = std::move(expected),
+               .got = std::string(got.substr(0, 80))});
+}
+
+constexpr std::string_view gaps = " \t\r";
+
+constexpr std::string_view map_blanks = " \t\r\n\v\f";
+constexpr std::size_t largest_map_value = 65535;
+
+// Words of a grey map's text part; a comment goes from # to the end of its line.
+class GreyMapTokens {
+ public:
+  explicit GreyMapTokens(std::string_view text) : text_(text) {}
+
+  std::optional<std::size_t> number() {
+    skip();
+    std::size_t out = 0;
+    const auto [stopped, error] =
+        std::from_chars(text_.data() + at_, text_.data() + text_.size(), out);
+    if (error != std::errc()) return std::nullopt;
+    at_ = static_cast<std::size_t>(stopped - text_.data());
+    return out;
+  }
+  /// Whether a white character follows the last number: of `127` a cut leaves `12`, a number too.
+  [[nodiscard]] bool is_ended() const {
+    return at_ < text_.size() && map_blanks.find(text_[at_]) != std::string_view::npos;
+  }
+  /// Whether nothing follows but comments.
+  [[nodiscard]] bool is_at_end() {
+    skip();
+    return at_ == text_.size();
+  }
+  /// What follows the single white character behind the last number.
+  [[nodiscard]] std::string_view rest() const {
+    return at_ < text_.size() ? text_.substr(at_ + 1) : std::string_view{};
+  }
+
+ private:
+  // White characters and comments.
+  void skip() {
+    for (;;) {
+      at_ = std::min(text_.find_first_not_of(map_blanks, at_), text_.size());
+      if (at_ == text_.size() || text_[at_] != '#') return;
+      at_ = std::min(text_.find('\n', at_), text_.size());
+    }
+  }
+
+  std::string_view text_;
+  std::size_t at_ = 2;  // behind the magic number
+};
+
+Status read_plain_map(const std::string& name, GreyMapTokens& words, std::size_t most, Image& out) {
+  for (double& value : out.data()) {
+    const auto number = words.number();
+    if (!number || *number > most)
+      return broken(name, "a taxel is missing or too large", "0 to " + std::to_string(most));
+    value = static_cast<double>(*number);
+  }
+  if (!words.is_ended())
+    return broken(name, "nothing ends the last taxel: the file may be cut short",
+                  "a line break at the end");
+  if (!words.is_at_end())
+    return broken(name, "more taxels than the header says",
+                  std::to_string(out.rows()) + " x " + std::to_string(out.cols()));
+  return {};
+}
+
+Status read_binary_map(const std::string& name, std::string_view bytes, std::size_t most,
+                       Image& out) {
+  const std::size_t width = most < 256 ? 1 : 2;
+  if (bytes.size() != width * out.data().size())
+    return broken(name, "the image has another number of bytes",
+                  std::to_string(width * out.data().size()), std::to_string(bytes.size()));
+  for (std::size_t i = 0; i < out.data().size(); ++i) {
+    std::size_t value = static_cast<unsigned char>(bytes[width * i]);
+    if (width == 2) value = 256 * value + static_cast<unsigned char>(bytes[2 * i + 1]);
+    if (value > most)
+      return broken(name, "a taxel is larger than the file's largest value",
+                    "0 to " + std::to_string(most));
+    out.data()[i] = static_cast<double>(value);
+  }
+  return {};
+}
+
+struct ArrayHeader {
+  std::string type;  // "<u2"
+  bool columns_first = false;
+  std::size_t rows = 0, cols = 0;
+};
+
+/// What follows 'key': in the header's dictionary.
+std::optional<std::string_view> find_header_entry(std::string_view header, std::string_view key) {
+  const std::size_t at = header.find("'" + std::string(key) + "'");
+  if (at == std::string_view::npos) return std::nullopt;
+  const std::size_t colon = header.find(':', at);
+  if (colon == std::string_view::npos) return std::nullopt;
+  const std::size_t first = header.find_first_not_of(' ', colon + 1);
+  if (first == std::string_view::npos) return std::nullopt;
+  return header.substr(first);
+}
+
+std::optional<std::size_t> leading_number(std::string_view& text) {
+  text.remove_prefix(std::min(text.find_first_not_of(" ("), text.size()));
+  std::size_t out = 0;
+  const auto [stopped, error] = std::from_chars(text.data(), text.data() + text.size(), out);
+  if (error != std::errc()) return std::nullopt;
+  text.remove_prefix(static_cast<std::size_t>(stopped - text.data()));
+  return out;
+}
+
+Result<ArrayHeader> read_array_header(const std::string& name, std::string_view text) {
+  const auto type = find_header_entry(text, "descr"),
+             order = find_header_entry(text, "fortran_order"),
+             shape = find_header_entry(text, "shape");
+  if (!type || !order || !shape || !type->starts_with('\''))
+    return broken(name, "the header is not an array's", "descr, fortran_order and shape", text);
+  ArrayHeader out;
+  const std::size_t end = type->find('\'', 1);
+  if (end == std::string_view::npos) return broken(name, "the type has no end", "'<u2'", *type);
+  out.type = type->substr(1, end - 1);
+  out.columns_first = order->starts_with("True");
+  std::string_view sizes = shape->substr(0, shape->find(')'));
+  const auto rows = leading_number(sizes);
+  sizes.remove_prefix(std::min(sizes.find_first_not_of(" ,"), sizes.size()));
+  const auto cols = leading_number(sizes);
+  if (!rows || !cols || sizes.find_first_not_of(" ,") != std::string_view::npos)
+    return broken(name, "an imprint has two dimensions", "shape (rows, columns)", *shape);
+  if (*rows == 0 || *cols == 0 || *rows > classifier::imprint::most_taxels / *cols)
+    return broken(name, "no imprint has this size", "1 to 16777216 taxels", *shape);
+  out.rows = *rows;
+  out.cols = *cols;
+  return out;
+}
+
+template <class Int, class As>
+void read_numbers(ByteView bytes, bool big, std::vector<double>& out) {
+  LittleReader little(bytes);
+  BigReader large(bytes);
+  for (double& value : out) {
+    const Int bits = big ? large.read<Int>() : little.read<Int>();
+    value = static_cast<double>(std::bit_cast<As>(bits));
+  }
+}
+
+/// False for a type that is not read.
+bool read_type(std::string_view type, ByteView bytes, std::vector<double>& out) {
+  using Read = void (*)(ByteView bytes, bool big, std::vector<double>& out);
+  constexpr std::array<std::pair<std::string_view, Read>, 8> kinds{{
+      {"u1", read_numbers<std::uint8_t, std::uint8_t>},
+      {"i1", read_numbers<std::uint8_t, std::int8_t>},
+      {"u2", read_numbers<std::uint16_t, std::uint16_t>},
+      {"i2", read_numbers<std::uint16_t, std::int16_t>},
+      {"u4", read_numbers<std::uint32_t, std::uint32_t>},
+      {"i4", read_numbers<std::uint32_t, std::int32_t>},
+      {"f4", read_numbers<std::uint32_t, float>},
+      {"f8", read_numbers<std::uint64_t, double>},
+  }};
+  const std::string_view kind = type.substr(std::min<std::size_t>(1, type.size()));
+  const auto* const known =
+      std::ranges::find(kinds, kind, [](const auto& entry) { return entry.first; });
+  if (known == kinds.end() || std::string_view("<>|").find(type.front()) == std::string_view::npos)
+    return false;
+  known->second(bytes, type.front() == '>', out);
+  return true;
+}
+
+}  // namespace
 
 Result<Image> read_image(const std::filesystem::path& path) {
   const std::string kind = path.extension().string(), name = path.string();
@@ -27,8 +208,6 @@ Result<Image> read_image(const std::filesystem::path& path) {
   return image;
 }
 
-using classifier::imprint::Image;
-
 Result<Image> parse_image_csv(const std::string& name, std::string_view text) {
   NumberLines lines(name, text);
   std::vector<double> values;
@@ -36,11 +215,8 @@ Result<Image> parse_image_csv(const std::string& name, std::string_view text) {
   while (lines.next()) {
     if (rows == 0) cols = lines.fields().size();
     if (lines.fields().size() != cols)
-      return fail({.code = Errc::parse,
-                   .where = lines.where(),
-                   .what = "rows of different length",
-                   .expected = std::to_string(cols),
-                   .got = std::to_string(lines.fields().size())});
+      return lines.complaint("rows of different length", std::to_string(cols),
+                             std::to_string(lines.fields().size()));
     if (values.size() + cols > classifier::imprint::most_taxels)
       return fail({.code = Errc::range, .where = lines.where(), .what = "too many taxels"});
     for (std::size_t c = 0; c < cols; ++c) {
@@ -51,13 +227,124 @@ Result<Image> parse_image_csv(const std::string& name, std::string_view text) {
     ++rows;
   }
   if (auto ok = lines.check_end(); !ok) return pass(ok.error());
-  if (rows == 0)
-    return fail({.code = Errc::parse,
-                 .where = name,
-                 .what = "the file holds no imprint",
-                 .expected = "rows of numbers"});
+  if (rows == 0) return broken(name, "the file holds no imprint", "rows of numbers");
   Image out(rows, cols);
   std::copy(values.begin(), values.end(), out.data().begin());
+  return out;
+}
+
+bool NumberLines::next() {
+  while (at_ < text_.size()) {
+    const std::size_t end = std::min(text_.find('\n', at_), text_.size());
+    broken_off_ = end == text_.size();
+    const std::string_view line = trimmed(text_.substr(at_, end - at_), gaps);
+    at_ = end + 1;
+    ++line_;
+    if (line.empty() || line.front() == '#') continue;
+    split(line);
+    return true;
+  }
+  return false;
+}
+
+Status NumberLines::check_end() const {
+  if (!broken_off_) return {};
+  return fail({.code = Errc::parse,
+               .where = where(),
+               .what = "the last line has no line break: the file may be cut short",
+               .expected = "a line break at the end",
+               .hint = "Add a newline if the file is whole"});
+}
+
+void NumberLines::split(std::string_view line) {
+  fields_.clear();
+  const bool commas = line.find(',') != std::string_view::npos;
+  while (!line.empty()) {
+    const std::size_t end =
+        std::min(commas ? line.find(',') : line.find_first_of(gaps), line.size());
+    fields_.push_back(trimmed(line.substr(0, end), gaps));
+    if (commas && end + 1 == line.size()) fields_.emplace_back();  // a comma at the end
+    line = end < line.size() ? line.substr(end + 1) : std::string_view{};
+    if (!commas) line = trimmed(line, gaps);
+  }
+}
+
+std::optional<double> NumberLines::value(std::size_t at) const {
+  if (at >= fields_.size()) return std::nullopt;
+  const std::string_view text = fields_[at];
+  double out = 0.0;
+  const auto [stopped, error] = std::from_chars(text.data(), text.data() + text.size(), out);
+  if (error != std::errc() || stopped != text.data() + text.size() || !std::isfinite(out))
+    return std::nullopt;
+  return out;
+}
+
+tl::unexpected<Error> NumberLines::complaint(std::string what, std::string expected,
+                                             std::string got) const {
+  return fail({.code = Errc::parse,
+               .where = where(),
+               .what = std::move(what),
+               .expected = std::move(expected),
+               .got = std::move(got)});
+}
+
+bool NumberLines::is_number(std::size_t at) const {
+  return value(at).has_value();
+}
+
+Result<double> NumberLines::number(std::size_t at) const {
+  if (const auto out = value(at)) return *out;
+  return complaint(
+      "no finite number in field " + std::to_string(at + 1), "a finite number",
+      at < fields_.size() ? "'" + std::string(fields_[at].substr(0, 40)) + "'" : "nothing");
+}
+
+Result<Image> parse_image_pgm(const std::string& name, std::string_view text) {
+  const bool plain = text.starts_with("P2"), binary = text.starts_with("P5");
+  if (!plain && !binary) return broken(name, "no grey map", "a file that begins with P2 or P5");
+  GreyMapTokens words(text);
+  const auto cols = words.number(), rows = words.number(), most = words.number();
+  if (!cols || !rows || !most || *most < 1 || *most > largest_map_value)
+    return broken(name, "the header is not one of a grey map",
+                  "width, height and a largest value of 1 to 65535");
+  if (*rows == 0 || *cols == 0 || *rows > classifier::imprint::most_taxels / *cols ||
+      *rows * *cols > text.size())
+    return broken(name, "the image cannot have this size", "as many taxels as the file has bytes");
+  Image out(*rows, *cols);
+  auto done = plain ? read_plain_map(name, words, *most, out)
+                    : read_binary_map(name, words.rest(), *most, out);
+  if (!done) return pass(done.error());
+  return out;
+}
+
+Result<Image> parse_image_npy(const std::string& name, std::string_view text) {
+  if (!text.starts_with("\x93NUMPY") || text.size() < 10)
+    return broken(name, "no NumPy array", "a file that begins with \\x93NUMPY");
+  const std::size_t wide = text[6] == 1 ? 2 : 4, start = 8 + wide;
+  if (text[6] < 1 || text[6] > 3 || text.size() < start)
+    return broken(name, "an array file of another version", "1, 2 or 3");
+  std::size_t length = 0;
+  for (std::size_t i = 0; i < wide; ++i)
+    length |= static_cast<std::size_t>(static_cast<unsigned char>(text[8 + i])) << (8 * i);
+  if (length > text.size() - start) return broken(name, "the header is cut short", "its length");
+  const auto header = read_array_header(name, text.substr(start, length));
+  if (!header) return pass(header.error());
+  const std::string_view body = text.substr(start + length);
+  const std::size_t taxels = header->rows * header->cols;
+  const std::size_t width =
+      header->type.empty() ? 0 : static_cast<std::size_t>(header->type.back() - '0');
+  if (body.size() != taxels * width)
+    return broken(name, "the array has another number of bytes", std::to_string(taxels * width),
+                  std::to_string(body.size()));
+  std::vector<double> values(taxels);
+  const std::vector<std::uint8_t> bytes(body.begin(), body.end());
+  if (!read_type(header->type, bytes, values))
+    return broken(name, "values of this type are not read",
+                  "u1, i1, u2, i2, u4, i4, f4 or f8 with its byte order", header->type);
+  Image out(header->rows, header->cols);
+  for (std::size_t r = 0; r < header->rows; ++r)
+    for (std::size_t c = 0; c < header->cols; ++c)
+      out(r, c) = values[header->columns_first ? c * header->rows + r : r * header->cols + c];
   return out;
 }
 

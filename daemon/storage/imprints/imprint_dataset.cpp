@@ -9,19 +9,17 @@
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/text/csv.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/base/version/software_version.hpp"
 #include "daemon/storage/dataset/trial_csv.hpp"
 #include "daemon/storage/imprints/image_file.hpp"
-#include "daemon/storage/imprints/number_lines.hpp"
 #include "recipes/engine/plan.hpp"
 
 namespace weft::daemon {
+namespace {
 
 using classifier::imprint::Image;
 using classifier::imprint::Imprint;
 using classifier::imprint::TaxelGrid;
-
-namespace {
+using nlohmann::json;
 
 /// What the scene `imprint` wrote down of its array, see imprint_scene.hpp.
 void read_scene(const std::string& text, TaxelGrid& grid) {
@@ -32,10 +30,6 @@ void read_scene(const std::string& text, TaxelGrid& grid) {
     grid.pitch_m = array["spacing_m"];
   if (scene.contains("bits") && scene["bits"].is_number_unsigned()) grid.count_bits = scene["bits"];
 }
-
-}  // namespace
-
-namespace {
 
 std::string format_size(std::size_t rows, std::size_t cols) {
   return std::to_string(rows) + " x " + std::to_string(cols) + " taxels";
@@ -52,85 +46,6 @@ Status check_size(const classifier::Trial& first, std::size_t rows, std::size_t 
                .got = format_size(rows, cols),
                .hint = "Make a data set of the imprints of each array"});
 }
-
-}  // namespace
-
-bool holds_imprints(const Dataset& dataset) {
-  if (holds_scans(dataset)) return true;
-  return !dataset.records.empty() && std::ranges::all_of(dataset.records, [](const auto& record) {
-    return record.spec.exploration == imprint_exploration;
-  });
-}
-
-Status append_imprint(Dataset& dataset, const Image& image, std::string file, std::string label,
-                      std::string group) {
-  if (!dataset.trials.empty())
-    if (auto ok = check_size(dataset.trials.front(), image.rows(), image.cols(), file); !ok)
-      return ok;
-  classifier::Trial trial;
-  trial.file = std::move(file);
-  trial.label = std::move(label);
-  trial.group = std::move(group);
-  trial.taxels = image.cols();
-  trial.counts.assign(image.data().begin(), image.data().end());
-  trial.phase.assign(image.rows(), Phase::motion);
-  TrialRecord record;
-  record.spec.exploration = imprint_exploration;
-  record.t_ns.assign(image.rows(), 0);
-  return append(dataset, std::move(trial), std::move(record));
-}
-
-Result<std::vector<Imprint>> extract_imprints(const Dataset& dataset) {
-  if (!holds_imprints(dataset))
-    return fail({.code = Errc::invalid_argument,
-                 .what = "the data set does not hold imprints alone",
-                 .expected = "trials of exploration imprint",
-                 .got = dataset.info.source,
-                 .hint = "weft dataset import --help"});
-  if (holds_scans(dataset)) return imprints_of_scans(dataset);
-  // Objects may be numbered within their class: then a group's name alone is no object's.
-  std::map<std::string, std::string> label_of;
-  bool within_class = false;
-  for (const classifier::Trial& trial : dataset.trials)
-    within_class |= label_of.emplace(trial.group, trial.label).first->second != trial.label;
-  const auto object_of = [&](const classifier::Trial& trial) {
-    if (trial.group.empty()) return trial.file;
-    return within_class ? trial.label + "/" + trial.group : trial.group;
-  };
-  std::vector<Imprint> out;
-  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
-    const classifier::Trial& trial = dataset.trials[i];
-    if (dataset.records[i].outcome != TrialOutcome::complete) continue;
-    if (auto ok = check_size(dataset.trials.front(), trial.samples(), trial.taxels, trial.file);
-        !ok)
-      return pass(ok.error());
-    Imprint one{Image(trial.samples(), trial.taxels), trial.file, trial.label, object_of(trial)};
-    std::ranges::copy(trial.counts, one.image.data().begin());
-    out.push_back(std::move(one));
-  }
-  return out;
-}
-
-Result<TaxelGrid> find_grid(const Dataset& dataset, std::span<const Imprint> imprints) {
-  if (imprints.empty())
-    return fail({.code = Errc::invalid_argument,
-                 .where = dataset.info.source,
-                 .what = "no imprint",
-                 .expected = "one or more"});
-  TaxelGrid out = grid_of_scans(dataset).value_or(
-      TaxelGrid{imprints.front().image.rows(), imprints.front().image.cols()});
-  read_scene(dataset.info.rig_json, out);
-  for (const Imprint& imprint : imprints)
-    if (auto ok = check_imprint(out, imprint); !ok) return pass(ok.error());
-  return out;
-}
-
-namespace {
-
-using classifier::imprint::Image;
-using classifier::imprint::Imprint;
-using classifier::imprint::TaxelGrid;
-using nlohmann::json;
 
 /// A whole number as a device reports it; nothing for any other text.
 std::optional<std::size_t> number_of(const json& reported, const char* key) {
@@ -187,8 +102,7 @@ Result<Image> make_image(const classifier::Trial& trial, const TaxelGrid& grid) 
   return image;
 }
 
-}  // namespace
-
+/// The first array of a device that has as many taxels as the trials; nothing of an empty set.
 std::optional<TaxelGrid> grid_of_scans(const Dataset& dataset) {
   if (dataset.trials.empty()) return std::nullopt;
   for (const DeviceInfo& device : dataset.info.devices)
@@ -196,24 +110,17 @@ std::optional<TaxelGrid> grid_of_scans(const Dataset& dataset) {
   return std::nullopt;
 }
 
-bool holds_scans(const Dataset& dataset) {
-  return grid_of_scans(dataset).has_value();
-}
-
-Result<std::vector<Imprint>> imprints_of_scans(const Dataset& dataset) {
-  const auto grid = grid_of_scans(dataset);
-  if (!grid)
-    return fail({.code = Errc::invalid_argument,
-                 .what = "the data set holds no scans of an array",
-                 .expected = "a device that tells of rows and columns",
-                 .got = dataset.info.source});
+/// One of each complete trial, in order: its object is the trial's label (the fabric), its label
+/// the class that the recipe on record gives the object, or the object where the recipe has no
+/// classes.
+Result<std::vector<Imprint>> imprints_of_scans(const Dataset& dataset, const TaxelGrid& grid) {
   const auto classes = classes_on_record(dataset.info);
   if (!classes) return pass(classes.error());
   std::vector<Imprint> out;
   for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
     if (dataset.records[i].outcome != TrialOutcome::complete) continue;
     const classifier::Trial& trial = dataset.trials[i];
-    auto image = make_image(trial, *grid);
+    auto image = make_image(trial, grid);
     if (!image) return pass(image.error());
     const auto its_class = classes->find(trial.label);
     out.push_back({std::move(*image), trial.file,
@@ -222,34 +129,16 @@ Result<std::vector<Imprint>> imprints_of_scans(const Dataset& dataset) {
   return out;
 }
 
-namespace {
-
-using classifier::imprint::Image;
-
-Dataset imported_set(const std::filesystem::path& path, std::string source) {
-  Dataset out;
-  out.info.name = path.stem().string();
-  out.info.source = std::move(source);
-  out.info.software_version = software_version();
-  return out;
-}
-
 Status import_table_line(NumberLines& lines, std::size_t rows, std::size_t cols, Dataset& dataset) {
   constexpr std::size_t words = 2;
   if (lines.fields().size() != words + rows * cols)
-    return fail({.code = Errc::parse,
-                 .where = lines.where(),
-                 .what = "wrong number of fields",
-                 .expected = "label, group and " + std::to_string(rows * cols) + " values",
-                 .got = std::to_string(lines.fields().size())});
+    return lines.complaint("wrong number of fields",
+                           "label, group and " + std::to_string(rows * cols) + " values",
+                           std::to_string(lines.fields().size()));
   const std::string label(lines.fields()[0]), group(lines.fields()[1]);
-  if (label.empty())
-    return fail({.code = Errc::parse, .where = lines.where(), .what = "the label is empty"});
+  if (label.empty()) return lines.complaint("the label is empty");
   if (!is_utf8(label) || !is_utf8(group))
-    return fail({.code = Errc::parse,
-                 .where = lines.where(),
-                 .what = "a name is not UTF-8",
-                 .expected = "UTF-8 text"});
+    return lines.complaint("a name is not UTF-8", "UTF-8 text");
   Image image(rows, cols);
   for (std::size_t i = 0; i < rows * cols; ++i) {
     const auto value = lines.number(words + i);
@@ -265,10 +154,84 @@ Status import_table_line(NumberLines& lines, std::size_t rows, std::size_t cols,
 
 }  // namespace
 
+bool holds_imprints(const Dataset& dataset) {
+  if (holds_scans(dataset)) return true;
+  return !dataset.records.empty() && std::ranges::all_of(dataset.records, [](const auto& record) {
+    return record.spec.exploration == imprint_exploration;
+  });
+}
+
+Status append_imprint(Dataset& dataset, const Image& image, std::string file, std::string label,
+                      std::string group) {
+  if (!dataset.trials.empty())
+    if (auto ok = check_size(dataset.trials.front(), image.rows(), image.cols(), file); !ok)
+      return ok;
+  classifier::Trial trial;
+  trial.file = std::move(file);
+  trial.label = std::move(label);
+  trial.group = std::move(group);
+  trial.taxels = image.cols();
+  trial.counts.assign(image.data().begin(), image.data().end());
+  trial.phase.assign(image.rows(), Phase::motion);
+  TrialRecord record;
+  record.spec.exploration = imprint_exploration;
+  record.t_ns.assign(image.rows(), 0);
+  return append(dataset, std::move(trial), std::move(record));
+}
+
+Result<std::vector<Imprint>> extract_imprints(const Dataset& dataset) {
+  if (!holds_imprints(dataset))
+    return fail({.code = Errc::invalid_argument,
+                 .what = "the data set does not hold imprints alone",
+                 .expected = "trials of exploration imprint",
+                 .got = dataset.info.source,
+                 .hint = "weft dataset import --help"});
+  if (const auto grid = grid_of_scans(dataset)) return imprints_of_scans(dataset, *grid);
+  // Objects may be numbered within their class: then a group's name alone is no object's.
+  std::map<std::string, std::string> label_of;
+  bool within_class = false;
+  for (const classifier::Trial& trial : dataset.trials)
+    within_class |= label_of.emplace(trial.group, trial.label).first->second != trial.label;
+  const auto object_of = [&](const classifier::Trial& trial) {
+    if (trial.group.empty()) return trial.file;
+    return within_class ? trial.label + "/" + trial.group : trial.group;
+  };
+  std::vector<Imprint> out;
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
+    const classifier::Trial& trial = dataset.trials[i];
+    if (dataset.records[i].outcome != TrialOutcome::complete) continue;
+    if (auto ok = check_size(dataset.trials.front(), trial.samples(), trial.taxels, trial.file);
+        !ok)
+      return pass(ok.error());
+    Imprint one{Image(trial.samples(), trial.taxels), trial.file, trial.label, object_of(trial)};
+    std::ranges::copy(trial.counts, one.image.data().begin());
+    out.push_back(std::move(one));
+  }
+  return out;
+}
+
+Result<TaxelGrid> find_grid(const Dataset& dataset, std::span<const Imprint> imprints) {
+  if (imprints.empty())
+    return fail({.code = Errc::invalid_argument,
+                 .where = dataset.info.source,
+                 .what = "no imprint",
+                 .expected = "one or more"});
+  TaxelGrid out = grid_of_scans(dataset).value_or(
+      TaxelGrid{imprints.front().image.rows(), imprints.front().image.cols()});
+  read_scene(dataset.info.rig_json, out);
+  for (const Imprint& imprint : imprints)
+    if (auto ok = check_imprint(out, imprint); !ok) return pass(ok.error());
+  return out;
+}
+
+bool holds_scans(const Dataset& dataset) {
+  return grid_of_scans(dataset).has_value();
+}
+
 Result<Dataset> import_imprints(const std::filesystem::path& manifest) {
   const auto entries = read_manifest(manifest);
   if (!entries) return pass(entries.error());
-  Dataset out = imported_set(manifest, "imprints");
+  Dataset out = imported_set(manifest.stem().string(), "imprints");
   for (const ManifestEntry& entry : *entries) {
     const auto image = read_image(entry.path);
     if (!image) return pass(image.error(), entry.where);
@@ -290,7 +253,7 @@ Result<Dataset> import_imprint_table(const std::filesystem::path& table, std::si
   const auto text = read_text_file(table, most_image_bytes);
   if (!text) return pass(text.error());
   NumberLines lines(table.string(), *text);
-  Dataset out = imported_set(table, "imprint-table");
+  Dataset out = imported_set(table.stem().string(), "imprint-table");
   bool first = true;
   while (lines.next()) {
     const bool heading = first && !lines.is_number(2);

@@ -31,17 +31,9 @@ Result<Dataset> import_imprint_table(const std::filesystem::path& table, std::si
 // (docs/dataset.md, "Imprints"). The imprint of a trial is the last scan of phase P, when the force
 // has been held the longest.
 
-/// A device tells of rows and columns whose product is the number of taxels: those, with the pitch
-/// and the bits where it tells of them; nothing of an empty set.
-std::optional<classifier::imprint::TaxelGrid> grid_of_scans(const Dataset& dataset);
-/// Whether there is one.
+/// Whether a device tells of rows and columns whose product is the number of taxels, with the pitch
+/// and the bits where it tells of them; false of an empty set.
 bool holds_scans(const Dataset& dataset);
-
-/// One of each complete trial, in order: its object is the trial's label (the fabric), its label
-/// the class that the recipe on record gives the object, or the object where the recipe has no
-/// classes. Errors: invalid_argument, for a trial without a scan in phase P; corrupt, for a recipe
-/// on record that cannot be read.
-Result<std::vector<classifier::imprint::Imprint>> imprints_of_scans(const Dataset& dataset);
 
 inline constexpr std::string_view imprint_exploration = "imprint";
 
@@ -53,10 +45,13 @@ bool holds_imprints(const Dataset& dataset);
 Status append_imprint(Dataset& dataset, const classifier::imprint::Image& image, std::string file,
                       std::string label, std::string group);
 
-/// The complete imprints, in order; of scans see recorded_imprints.hpp. The object is the trial's
-/// group; where a group holds several labels, objects are numbered within their class and one is
-/// label and group together; without a group an imprint is an object of its own. Errors:
-/// invalid_argument, for a data set that holds other trials, or imprints of different sizes.
+/// The complete imprints, in order. The object is the trial's group; where a group holds several
+/// labels, objects are numbered within their class and one is label and group together; without a
+/// group an imprint is an object of its own. Of scans one of each trial: its object is the trial's
+/// label (the fabric), its label the class that the recipe on record gives the object, or the
+/// object where the recipe has no classes. Errors: invalid_argument, for a data set that holds
+/// other trials, imprints of different sizes, or a trial without a scan in phase P; corrupt, for a
+/// recipe on record that cannot be read.
 Result<std::vector<classifier::imprint::Imprint>> extract_imprints(const Dataset& dataset);
 
 /// The array of `imprints`, which are those of `dataset`: rows and columns, and of scans and of the

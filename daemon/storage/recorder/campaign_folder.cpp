@@ -16,8 +16,17 @@
 namespace weft::daemon {
 namespace {
 
-std::string system_error_text(int error) {
-  return std::generic_category().message(error);
+tl::unexpected<Error> io_error(const std::filesystem::path& where, std::string what,
+                               const std::error_code& why, std::string hint = {}) {
+  return fail({.code = Errc::io,
+               .where = where,
+               .what = std::move(what),
+               .got = why.message(),
+               .hint = std::move(hint)});
+}
+
+std::error_code system_error() {
+  return {errno, std::generic_category()};
 }
 
 }  // namespace
@@ -26,20 +35,12 @@ std::string system_error_text(int error) {
 // would stay behind.
 Result<FolderLock> FolderLock::take(const std::filesystem::path& folder) {
   const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0)
-    return fail({.code = Errc::io,
-                 .where = folder.string(),
-                 .what = "cannot open the folder",
-                 .got = system_error_text(errno)});
+  if (descriptor < 0) return io_error(folder, "cannot open the folder", system_error());
   FolderLock lock(descriptor);
   if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) return lock;
-  if (errno != EWOULDBLOCK)
-    return fail({.code = Errc::io,
-                 .where = folder.string(),
-                 .what = "cannot lock the folder",
-                 .got = system_error_text(errno)});
+  if (errno != EWOULDBLOCK) return io_error(folder, "cannot lock the folder", system_error());
   return fail({.code = Errc::busy,
-               .where = folder.string(),
+               .where = folder,
                .what = "another run works in this folder",
                .hint = "Wait for its end, or choose another folder"});
 }
@@ -54,17 +55,10 @@ FolderLock::~FolderLock() {
 Result<FolderLock> prepare_folder(const std::filesystem::path& folder, std::uint64_t bytes) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error)
-    return fail({.code = Errc::io,
-                 .where = folder.string(),
-                 .what = "cannot make the folder",
-                 .got = error.message()});
+  if (error) return io_error(folder, "cannot make the folder", error);
   if (::access(folder.c_str(), W_OK | X_OK) != 0)
-    return fail({.code = Errc::io,
-                 .where = folder.string(),
-                 .what = "the folder cannot be written to",
-                 .got = system_error_text(errno),
-                 .hint = "Choose another folder or change its permissions"});
+    return io_error(folder, "the folder cannot be written to", system_error(),
+                    "Choose another folder or change its permissions");
   auto lock = FolderLock::take(folder);
   if (!lock) return lock;
   if (Status room = check_space(folder, bytes); !room) return pass(room.error());
@@ -93,11 +87,7 @@ Result<std::filesystem::path> set_aside(const std::filesystem::path& campaign) {
   }
   std::error_code error;
   std::filesystem::rename(campaign, campaign.parent_path() / name, error);
-  if (error)
-    return fail({.code = Errc::io,
-                 .where = campaign.string(),
-                 .what = "cannot rename",
-                 .got = error.message()});
+  if (error) return io_error(campaign, "cannot rename", error);
   return name;
 }
 
@@ -124,14 +114,10 @@ std::uint64_t forecast_bytes(const RecordingForecast& forecast) {
 Status check_space(const std::filesystem::path& folder, std::uint64_t needed_bytes) {
   std::error_code error;
   const std::filesystem::space_info space = std::filesystem::space(folder, error);
-  if (error)
-    return fail({.code = Errc::io,
-                 .where = folder.string(),
-                 .what = "cannot tell the free space",
-                 .got = error.message()});
+  if (error) return io_error(folder, "cannot tell the free space", error);
   if (space.available < needed_bytes)
     return fail({.code = Errc::no_space,
-                 .where = folder.string(),
+                 .where = folder,
                  .what = "not enough free space",
                  .expected = std::to_string(needed_bytes) + " bytes",
                  .got = std::to_string(space.available) + " bytes",

@@ -2,25 +2,8 @@
 
 #include <algorithm>
 
-#include "daemon/storage/recorder/log_check.hpp"
-#include "daemon/storage/recorder/sqlite.hpp"
-
 namespace weft::daemon {
 namespace {
-
-Result<std::vector<PastAttempt>> load_attempts(sqlite::Database& database) {
-  auto query = database.prepare("SELECT id, plan_index, attempt, outcome FROM trial ORDER BY id");
-  if (!query) return pass(query.error());
-  std::vector<PastAttempt> out;
-  while (true) {
-    const auto row = query->step();
-    if (!row) return pass(row.error());
-    if (!*row) return out;
-    out.push_back({query->integer(0), static_cast<std::uint32_t>(query->integer(1)),
-                   static_cast<std::uint32_t>(query->integer(2)),
-                   query->is_null(3) ? std::nullopt : trial_outcome_from(query->text(3))});
-  }
-}
 
 /// Whether a line of the journal says that the bench's clock went another way.
 bool disturbs(const JournalEntry& entry) {
@@ -32,29 +15,28 @@ bool disturbs(const JournalEntry& entry) {
          entry.payload_json.find("\"resume\"") != std::string::npos;
 }
 
+tl::unexpected<Error> history_mismatch(std::uint32_t index, std::string_view what) {
+  return fail(
+      {.code = Errc::wrong_state,
+       .where = "trial " + std::to_string(index + 1) + ", " + std::string(what),
+       .what = "the simulated bench, played again from its seed, does not do what was recorded",
+       .hint = "Go on with the version of Weft that recorded it, or begin a new campaign"});
+}
+
 }  // namespace
 
+std::size_t CampaignHistory::count_of(TrialOutcome outcome) const {
+  return static_cast<std::size_t>(
+      std::ranges::count(attempts, std::optional(outcome), &PastAttempt::outcome));
+}
+
 std::size_t CampaignHistory::complete() const {
-  return static_cast<std::size_t>(std::count_if(
-      attempts.begin(), attempts.end(),
-      [](const PastAttempt& attempt) { return attempt.outcome && is_done(*attempt.outcome); }));
-}
-
-std::size_t CampaignHistory::ended_early() const {
-  return static_cast<std::size_t>(std::count_if(
-      attempts.begin(), attempts.end(),
-      [](const PastAttempt& attempt) { return attempt.outcome == TrialOutcome::ended_early; }));
-}
-
-std::size_t CampaignHistory::rejected() const {
-  return static_cast<std::size_t>(std::count_if(
-      attempts.begin(), attempts.end(),
-      [](const PastAttempt& attempt) { return attempt.outcome == TrialOutcome::rejected; }));
+  return count_of(TrialOutcome::complete) + ended_early();
 }
 
 std::uint32_t CampaignHistory::rejected_of(std::uint32_t index) const {
   return static_cast<std::uint32_t>(
-      std::count_if(attempts.begin(), attempts.end(), [index](const PastAttempt& attempt) {
+      std::ranges::count_if(attempts, [index](const PastAttempt& attempt) {
         return attempt.index == index && attempt.outcome == TrialOutcome::rejected;
       }));
 }
@@ -87,41 +69,79 @@ Result<CampaignHistory> load_history(const std::filesystem::path& path) {
   history.progress = *progress;
   auto database = sqlite::Database::open(path, sqlite::Mode::read_only);
   if (!database) return pass(database.error());
-  auto attempts = load_attempts(*database);
-  if (!attempts) return pass(attempts.error(), path.string());
-  history.attempts = std::move(*attempts);
+  const Status done =
+      database->each("SELECT id, plan_index, attempt, outcome FROM trial ORDER BY id",
+                     [&](const sqlite::Statement& row) {
+                       history.attempts.push_back(
+                           {row.integer(0), static_cast<std::uint32_t>(row.integer(1)),
+                            static_cast<std::uint32_t>(row.integer(2)),
+                            row.is_null(3) ? std::nullopt : trial_outcome_from(row.text(3))});
+                     });
+  if (!done) return pass(done.error(), path.string());
   const auto journal = load_journal(path);
   if (!journal) return pass(journal.error());
-  history.disturbed = std::any_of(journal->begin(), journal->end(), disturbs);
+  history.disturbed = std::ranges::any_of(*journal, disturbs);
   return history;
 }
 
-bool is_blank_campaign(const std::filesystem::path& path) {
-  const auto log = read_log(path);
-  if (!log || log->damage || log->transactions > 0) return false;
-  std::error_code none;
-  if (std::filesystem::file_size(path, none) == 0 && !none) return log->bytes == 0;
-  auto database = sqlite::Database::open(path, sqlite::Mode::read_only);
-  if (!database) return false;
-  auto tables = database->prepare("SELECT count(*) FROM sqlite_schema");
-  if (!tables) return false;
-  const auto row = tables->step();
-  return row && *row && tables->integer(0) == 0;
-}
-
-Result<bool> expects_log(const std::filesystem::path& path) {
+Result<ReplayVerifier> ReplayVerifier::open(const std::filesystem::path& path,
+                                            const CampaignHistory& history,
+                                            std::uint32_t first_live) {
   auto database = sqlite::Database::open(path, sqlite::Mode::read_only);
   if (!database) return pass(database.error());
-  auto known = database->prepare("SELECT count(*) FROM sqlite_schema WHERE name = 'log_expected'");
-  if (!known) return pass(known.error(), path.string());
-  const auto table = known->step();
-  if (!table) return pass(table.error(), path.string());
-  if (!*table || known->integer(0) == 0) return false;  // from before there was the table
-  auto query = database->prepare("SELECT expected FROM log_expected");
-  if (!query) return pass(query.error(), path.string());
-  const auto row = query->step();
-  if (!row) return pass(row.error(), path.string());
-  return *row && query->integer(0) != 0;
+  ReplayVerifier verifier(std::move(*database));
+  std::map<std::uint32_t, PastAttempt> last;
+  for (const PastAttempt& attempt : history.attempts) {
+    last[attempt.index] = attempt;
+    if (attempt.outcome == TrialOutcome::rejected)
+      verifier.trials_[attempt.index].on_record.push_back(attempt);
+  }
+  for (const auto& [index, attempt] : last)
+    if (index < first_live && attempt.outcome != TrialOutcome::rejected)
+      verifier.trials_[index].on_record.push_back(attempt);
+  for (const auto& [index, of_trial] : verifier.trials_)
+    verifier.attempts_ += of_trial.on_record.size();
+  return verifier;
+}
+
+bool ReplayVerifier::covers(std::uint32_t index) const {
+  const auto of_trial = trials_.find(index);
+  return of_trial != trials_.end() && of_trial->second.played < of_trial->second.on_record.size();
+}
+
+void ReplayVerifier::begin(std::uint32_t index) {
+  index_ = index;
+  digests_ = {};
+}
+
+void ReplayVerifier::on_rows(Stream stream, ByteView rows) {
+  digests_[static_cast<std::size_t>(stream)].update(rows);
+}
+
+Status ReplayVerifier::end(TrialOutcome outcome) {
+  // Somebody ends the run while the past is played: that is no part of it.
+  if (outcome == TrialOutcome::aborted || outcome == TrialOutcome::stopped) return {};
+  Attempts& of_trial = trials_[index_];
+  if (of_trial.played >= of_trial.on_record.size() ||
+      of_trial.on_record[of_trial.played].outcome != outcome)
+    return history_mismatch(index_, "outcome");
+  const PastAttempt& on_record = of_trial.on_record[of_trial.played];
+  for (std::size_t stream = 0; stream < stream_count; ++stream) {
+    auto chunks =
+        database_.prepare("SELECT data FROM chunk WHERE trial = ? AND stream = ? ORDER BY number");
+    if (!chunks) return pass(chunks.error());
+    Sha256 recorded;
+    const Status read =
+        chunks->bind_all(on_record.id, stream).each([&](const sqlite::Statement& row) {
+          recorded.update(row.blob(0));
+        });
+    if (!read) return read;
+    if (recorded.finish() != digests_[stream].finish())
+      return history_mismatch(index_, to_string(static_cast<Stream>(stream)));
+  }
+  ++of_trial.played;
+  ++played_;
+  return {};
 }
 
 }  // namespace weft::daemon

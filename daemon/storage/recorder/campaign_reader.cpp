@@ -16,30 +16,37 @@
 namespace weft::daemon {
 namespace {
 
+tl::unexpected<Error> damaged(std::string where, std::string what, std::string got = {},
+                              std::string expected = {}) {
+  return fail({.code = Errc::corrupt,
+               .where = std::move(where),
+               .what = std::move(what),
+               .expected = std::move(expected),
+               .got = std::move(got)});
+}
+
 Result<std::int64_t> read_integer(sqlite::Database& database, const char* sql) {
-  auto query = database.prepare(sql);
-  if (!query) return pass(std::move(query).error());
-  auto row = query->step();
-  if (!row) return pass(std::move(row).error());
-  if (!*row) return fail({.code = Errc::corrupt, .what = "the campaign file lacks its header row"});
-  return query->integer(0);
+  const auto found = database.integer(sql);
+  if (!found) return pass(found.error());
+  if (!*found) return damaged({}, "the campaign file lacks its header row");
+  return **found;
 }
 
 Result<sqlite::Database> open_campaign(const std::filesystem::path& path) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored))
-    return fail({.code = Errc::not_found, .where = path.string(), .what = "no such campaign file"});
+    return fail({.code = Errc::not_found, .where = path, .what = "no such campaign file"});
   auto database = sqlite::Database::open(path, sqlite::Mode::read_only);
   if (!database) return database;
-  auto identity = read_integer(*database, "PRAGMA application_id");
-  if (!identity) return pass(std::move(identity).error(), path.string());
+  const auto identity = read_integer(*database, "PRAGMA application_id");
+  if (!identity) return pass(identity.error(), path.string());
   if (*identity != campaign_application_id)
-    return fail({.code = Errc::parse, .where = path.string(), .what = "not a Weft campaign file"});
-  auto version = read_integer(*database, "PRAGMA user_version");
-  if (!version) return pass(std::move(version).error(), path.string());
+    return fail({.code = Errc::parse, .where = path, .what = "not a Weft campaign file"});
+  const auto version = read_integer(*database, "PRAGMA user_version");
+  if (!version) return pass(version.error(), path.string());
   if (*version != campaign_schema_version)
     return fail({.code = Errc::unsupported,
-                 .where = path.string(),
+                 .where = path,
                  .what = "a campaign file of another layout",
                  .expected = std::to_string(campaign_schema_version),
                  .got = std::to_string(*version)});
@@ -47,37 +54,28 @@ Result<sqlite::Database> open_campaign(const std::filesystem::path& path) {
 }
 
 Result<bool> is_discarded(sqlite::Database& database) {
-  auto query = database.prepare("SELECT count(*) FROM journal WHERE kind = ?");
-  if (!query) return pass(query.error());
-  query->bind(1, discarded_kind);
-  const auto row = query->step();
-  if (!row) return pass(row.error());
-  return *row && query->integer(0) > 0;
+  const auto lines =
+      database.integer("SELECT count(*) FROM journal WHERE kind = ?", discarded_kind);
+  if (!lines) return pass(lines.error());
+  return lines->value_or(0) > 0;
 }
 
 /// Streams of blocks, where the file has any.
 Status read_block_streams(sqlite::Database& database, DatasetInfo& info) {
-  const auto tables = read_integer(
-      database,
-      "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = 'block_stream'");
+  const auto tables = database.integer(has_table_sql, "block_stream");
   if (!tables) return pass(tables.error());
-  if (*tables == 0) return {};
-  auto query = database.prepare("SELECT stream, rate_hz, readings FROM block_stream");
-  if (!query) return pass(std::move(query).error());
-  auto row = query->step();
-  for (; row && *row; row = query->step()) {
-    const std::int64_t readings = query->integer(2);
-    if (readings < 1 || readings > most_block_values || !(query->real(1) > 0))
-      return fail({.code = Errc::corrupt,
-                   .where = "block_stream",
-                   .what = "a stream of impossible blocks"});
-    BlockFormat& format = query->integer(0) == static_cast<std::int64_t>(Stream::sound)
-                              ? info.sound
-                              : info.acceleration;
-    format = {query->real(1), static_cast<std::uint32_t>(readings)};
-  }
-  if (!row) return pass(std::move(row).error());
-  return {};
+  if (!*tables) return {};
+  return database.each("SELECT stream, rate_hz, readings FROM block_stream",
+                       [&](const sqlite::Statement& row) -> Status {
+                         const std::int64_t readings = row.integer(2);
+                         if (readings < 1 || readings > most_block_values || !(row.real(1) > 0))
+                           return damaged("block_stream", "a stream of impossible blocks");
+                         const bool sound =
+                             row.integer(0) == static_cast<std::int64_t>(Stream::sound);
+                         (sound ? info.sound : info.acceleration) = {
+                             row.real(1), static_cast<std::uint32_t>(readings)};
+                         return {};
+                       });
 }
 
 std::uint64_t unsigned_of(const std::string& text) {
@@ -86,6 +84,7 @@ std::uint64_t unsigned_of(const std::string& text) {
   return value;
 }
 
+/// The campaign's only row and its axes and devices. Returns the number of taxels.
 Result<std::size_t> read_header(sqlite::Database& database, DatasetInfo& info) {
   auto query = database.prepare(
       "SELECT bench_kind, name, source, recipe_json, recipe_sha256, rig_json, rig_sha256, seed, "
@@ -93,19 +92,12 @@ Result<std::size_t> read_header(sqlite::Database& database, DatasetInfo& info) {
   if (!query) return pass(std::move(query).error());
   auto row = query->step();
   if (!row) return pass(std::move(row).error());
-  if (!*row) return fail({.code = Errc::corrupt, .what = "the campaign file lacks its header row"});
+  if (!*row) return damaged({}, "the campaign file lacks its header row");
   const auto kind = bench_kind_from(query->text(0));
-  if (!kind)
-    return fail({.code = Errc::corrupt,
-                 .where = "campaign",
-                 .what = "unknown bench kind",
-                 .got = query->text(0)});
+  if (!kind) return damaged("campaign", "unknown bench kind", query->text(0));
   const std::int64_t taxels = query->integer(9);
   if (taxels < 1 || taxels > most_taxels)
-    return fail({.code = Errc::corrupt,
-                 .where = "campaign",
-                 .what = "impossible number of taxels",
-                 .got = std::to_string(taxels)});
+    return damaged("campaign", "impossible number of taxels", std::to_string(taxels));
   info.kind = *kind;
   info.name = query->text(1);
   info.source = query->text(2);
@@ -118,37 +110,26 @@ Result<std::size_t> read_header(sqlite::Database& database, DatasetInfo& info) {
   info.taxel_rate_hz = query->real(10);
   info.wrench_rate_hz = query->real(11);
   info.stage_rate_hz = query->real(12);
+  Status done = database.each("SELECT name, rotary FROM axis ORDER BY position",
+                              [&](const sqlite::Statement& axis) {
+                                info.axes.push_back({axis.text(0), axis.integer(1) != 0});
+                              });
+  if (done)
+    done = database.each("SELECT name, driver, identity_json FROM device ORDER BY rowid",
+                         [&](const sqlite::Statement& device) {
+                           info.devices.push_back({device.text(0), device.text(1), device.text(2)});
+                         });
+  if (!done) return pass(done.error());
   return static_cast<std::size_t>(taxels);
-}
-
-Status read_axes_and_devices(sqlite::Database& database, DatasetInfo& info) {
-  auto axes = database.prepare("SELECT name, rotary FROM axis ORDER BY position");
-  if (!axes) return pass(std::move(axes).error());
-  auto row = axes->step();
-  for (; row && *row; row = axes->step())
-    info.axes.push_back({axes->text(0), axes->integer(1) != 0});
-  if (!row) return pass(std::move(row).error());
-
-  auto devices = database.prepare("SELECT name, driver, identity_json FROM device ORDER BY rowid");
-  if (!devices) return pass(std::move(devices).error());
-  row = devices->step();
-  for (; row && *row; row = devices->step())
-    info.devices.push_back({devices->text(0), devices->text(1), devices->text(2)});
-  if (!row) return pass(std::move(row).error());
-  return {};
 }
 
 /// Names of a sweep's factors, where the file has any.
 Status read_factor_names(sqlite::Database& database, DatasetInfo& info) {
-  const auto tables = read_integer(database, has_factor_table_sql);
+  const auto tables = database.integer(has_table_sql, "factor");
   if (!tables) return pass(tables.error());
-  if (*tables == 0) return {};
-  auto query = database.prepare("SELECT name FROM factor ORDER BY position");
-  if (!query) return pass(std::move(query).error());
-  auto row = query->step();
-  for (; row && *row; row = query->step()) info.factors.push_back(query->text(0));
-  if (!row) return pass(std::move(row).error());
-  return {};
+  if (!*tables) return {};
+  return database.each("SELECT name FROM factor ORDER BY position",
+                       [&](const sqlite::Statement& row) { info.factors.push_back(row.text(0)); });
 }
 
 /// Of every trial by its id; empty in a file without a sweep.
@@ -156,11 +137,10 @@ Result<std::map<std::int64_t, std::vector<double>>> read_factor_values(sqlite::D
                                                                        const DatasetInfo& info) {
   std::map<std::int64_t, std::vector<double>> out;
   if (info.factors.empty()) return out;
-  auto query = database.prepare("SELECT trial, value FROM trial_factor ORDER BY trial, position");
-  if (!query) return pass(std::move(query).error());
-  auto row = query->step();
-  for (; row && *row; row = query->step()) out[query->integer(0)].push_back(query->real(1));
-  if (!row) return pass(std::move(row).error());
+  const Status done = database.each(
+      "SELECT trial, value FROM trial_factor ORDER BY trial, position",
+      [&](const sqlite::Statement& row) { out[row.integer(0)].push_back(row.real(1)); });
+  if (!done) return pass(done.error());
   return out;
 }
 
@@ -195,11 +175,7 @@ Result<TrialRecord> read_trial_row(const sqlite::Statement& query) {
   record.spec.patch_seed = unsigned_of(query.text(7));
   const auto outcome =
       query.is_null(8) ? TrialOutcome::interrupted : trial_outcome_from(query.text(8));
-  if (!outcome)
-    return fail({.code = Errc::corrupt,
-                 .where = trial_name(record.spec),
-                 .what = "unknown outcome",
-                 .got = query.text(8)});
+  if (!outcome) return damaged(trial_name(record.spec), "unknown outcome", query.text(8));
   record.outcome = *outcome;
   record.quality = {real_or_nothing(query, 9), real_or_nothing(query, 10)};
   return record;
@@ -208,60 +184,50 @@ Result<TrialRecord> read_trial_row(const sqlite::Statement& query) {
 /// Reads the chunks of one trial after another with one prepared statement.
 class ChunkReader {
  public:
-  static Result<ChunkReader> prepare(sqlite::Database& database, const CampaignLoadOptions& options,
-                                     std::size_t taxels, const DatasetInfo& info) {
-    const std::string streams = options.streams ? "" : " AND stream = 0";
+  static Result<ChunkReader> prepare(sqlite::Database& database, std::size_t taxels,
+                                     const DatasetInfo& info) {
     auto query = database.prepare(
-        "SELECT stream, number, rows, lost_before, crc32, data FROM chunk WHERE trial = ?" +
-        streams + " ORDER BY stream, number");
+        "SELECT stream, number, rows, lost_before, crc32, data FROM chunk WHERE trial = ? "
+        "ORDER BY stream, number");
     if (!query) return pass(std::move(query).error());
-    return ChunkReader(std::move(*query), options,
+    return ChunkReader(std::move(*query),
                        {taxels, 6, info.axes.size(), info.acceleration.readings * acceleration_axes,
                         std::size_t{info.sound.readings}});
   }
 
   Status read(std::int64_t trial_id, classifier::Trial& trial, TrialRecord& record) {
     std::array<std::int64_t, stream_count> expected_number{};
-    query_.bind(1, trial_id);
-    auto row = query_.step();
-    for (; row && *row; row = query_.step()) {
-      const std::int64_t stream = query_.integer(0);
-      const std::int64_t number = query_.integer(1);
+    return query_.bind_all(trial_id).each([&](const sqlite::Statement& row) -> Status {
+      const std::int64_t stream = row.integer(0);
       if (stream < 0 || stream >= std::int64_t{stream_count})
-        return fail({.code = Errc::corrupt, .what = "a chunk of an unknown stream"});
+        return damaged({}, "a chunk of an unknown stream");
       const std::string where =
-          std::string(to_string(static_cast<Stream>(stream))) + " chunk " + std::to_string(number);
-      if (number != expected_number[static_cast<std::size_t>(stream)]++)
-        return fail(
-            {.code = Errc::corrupt, .where = where, .what = "a chunk before this one is missing"});
+          std::string(to_string(static_cast<Stream>(stream))) + " chunk " + row.text(1);
+      if (row.integer(1) != expected_number[static_cast<std::size_t>(stream)]++)
+        return damaged(where, "a chunk before this one is missing");
       auto done = decode(static_cast<Stream>(stream), trial, record);
       if (!done) return pass(std::move(done).error(), where);
-    }
-    if (!row) return pass(std::move(row).error());
-    return {};
+      return {};
+    });
   }
 
  private:
   using Widths = std::array<std::size_t, stream_count>;  ///< by Stream
 
-  ChunkReader(sqlite::Statement query, const CampaignLoadOptions& options, const Widths& widths)
-      : query_(std::move(query)), options_(options), widths_(widths) {}
+  ChunkReader(sqlite::Statement query, const Widths& widths)
+      : query_(std::move(query)), widths_(widths) {}
 
   Status decode(Stream stream, classifier::Trial& trial, TrialRecord& record) {
     const ByteView data = query_.blob(5);
     const std::size_t width = widths_[static_cast<std::size_t>(stream)];
     if (width == 0 && stream != Stream::stages)
-      return fail(
-          {.code = Errc::corrupt, .what = "a chunk of a stream that the file does not describe"});
+      return damaged({}, "a chunk of a stream that the file does not describe");
     const std::size_t row = row_bytes(stream, width);
     if (data.empty() || data.size() % row != 0 ||
         std::cmp_not_equal(data.size() / row, query_.integer(2)))
-      return fail({.code = Errc::corrupt,
-                   .what = "cut short",
-                   .expected = query_.text(2) + " rows of " + std::to_string(row) + " bytes",
-                   .got = std::to_string(data.size()) + " bytes"});
-    if (crc32(data) != query_.integer(4))
-      return fail({.code = Errc::corrupt, .what = "altered: its CRC-32 disagrees"});
+      return damaged({}, "cut short", std::to_string(data.size()) + " bytes",
+                     query_.text(2) + " rows of " + std::to_string(row) + " bytes");
+    if (crc32(data) != query_.integer(4)) return damaged({}, "altered: its CRC-32 disagrees");
     const auto lost = static_cast<std::uint32_t>(query_.integer(3));
     switch (stream) {
       case Stream::wrench:
@@ -280,57 +246,52 @@ class ChunkReader {
         break;
     }
     record.lost_samples += lost;
-    if (!decode_taxels(data, options_.transfers, trial, record))
-      return fail({.code = Errc::corrupt, .what = "an unknown phase"});
+    if (!decode_taxels(data, trial, record)) return damaged({}, "an unknown phase");
     return {};
   }
 
   sqlite::Statement query_;
-  CampaignLoadOptions options_;
   Widths widths_;
 };
 
 Status read_trials(sqlite::Database& database, const CampaignLoadOptions& options,
                    std::size_t taxels, Dataset& dataset) {
-  auto chunks = ChunkReader::prepare(database, options, taxels, dataset.info);
+  auto chunks = ChunkReader::prepare(database, taxels, dataset.info);
   if (!chunks) return pass(std::move(chunks).error());
-  auto query = database.prepare(
-      "SELECT id, plan_index, attempt, label, trial_group, exploration, repetition, patch_seed, "
-      "outcome, force_rms_error_n, force_in_band_fraction FROM trial ORDER BY plan_index, attempt");
-  if (!query) return pass(std::move(query).error());
   auto factors = read_factor_values(database, dataset.info);
   if (!factors) return pass(std::move(factors).error());
   std::map<std::pair<std::string, std::string>, std::uint32_t> ended_early;
-  auto row = query->step();
-  for (; row && *row; row = query->step()) {
-    auto record = read_trial_row(*query);
+  const auto read_trial = [&](const sqlite::Statement& row) -> Status {
+    auto record = read_trial_row(row);
     if (!record) return pass(std::move(record).error());
-    record->spec.factors = std::move((*factors)[query->integer(0)]);
-    if (record->spec.factors.size() != dataset.info.factors.size())
-      return fail({.code = Errc::corrupt,
-                   .where = trial_name(record->spec),
-                   .what = "a trial without its values of the sweep's factors",
-                   .expected = std::to_string(dataset.info.factors.size()),
-                   .got = std::to_string(record->spec.factors.size())});
-    if (record->outcome == TrialOutcome::ended_early)
-      ++ended_early[{record->spec.label, record->spec.exploration}];
-    if (record->outcome != TrialOutcome::complete && !options.all_outcomes) continue;
+    const TrialSpec& spec = record->spec;
+    record->spec.factors = std::move((*factors)[row.integer(0)]);
+    if (spec.factors.size() != dataset.info.factors.size())
+      return damaged(trial_name(spec), "a trial without its values of the sweep's factors",
+                     std::to_string(spec.factors.size()),
+                     std::to_string(dataset.info.factors.size()));
+    if (record->outcome == TrialOutcome::ended_early) ++ended_early[{spec.label, spec.exploration}];
+    if (record->outcome != TrialOutcome::complete && !options.all_outcomes) return {};
     if (options.stop_requested && options.stop_requested())
-      return pass(stopped_early(trial_name(record->spec)));
+      return pass(stopped_early(trial_name(spec)));
     classifier::Trial trial;
-    trial.file = trial_name(record->spec);
-    trial.label = record->spec.label;
-    trial.group = record->spec.group;
+    trial.file = trial_name(spec);
+    trial.label = spec.label;
+    trial.group = spec.group;
     trial.taxels = taxels;
-    auto done = chunks->read(query->integer(0), trial, *record);
+    auto done = chunks->read(row.integer(0), trial, *record);
     if (!done) return pass(std::move(done).error(), "trial " + trial.file);
     dataset.trials.push_back(std::move(trial));
     dataset.records.push_back(std::move(*record));
-  }
-  if (!row) return pass(std::move(row).error());
+    return {};
+  };
+  Status done = database.each(
+      "SELECT id, plan_index, attempt, label, trial_group, exploration, repetition, patch_seed, "
+      "outcome, force_rms_error_n, force_in_band_fraction FROM trial ORDER BY plan_index, attempt",
+      read_trial);
   for (const auto& [what, trials] : ended_early)
     dataset.info.ended_early.push_back({what.first, what.second, trials});
-  return {};
+  return done;
 }
 
 }  // namespace
@@ -343,13 +304,12 @@ Result<Dataset> load_campaign(const std::filesystem::path& path,
   if (!discarded) return pass(discarded.error(), path.string());
   if (*discarded && !options.all_outcomes)
     return fail({.code = Errc::wrong_state,
-                 .where = path.string(),
+                 .where = path,
                  .what = "the campaign was discarded: no data set is made of it"});
   Dataset dataset;
   auto taxels = read_header(*database, dataset.info);
   if (!taxels) return pass(std::move(taxels).error(), path.string());
-  Status done = read_axes_and_devices(*database, dataset.info);
-  if (done) done = read_block_streams(*database, dataset.info);
+  Status done = read_block_streams(*database, dataset.info);
   if (done) done = read_factor_names(*database, dataset.info);
   if (done) done = read_trials(*database, options, *taxels, dataset);
   if (!done) return pass(std::move(done).error(), path.string());
@@ -363,8 +323,6 @@ Result<CampaignHeader> load_header(const std::filesystem::path& path) {
   auto taxels = read_header(*database, header.info);
   if (!taxels) return pass(std::move(taxels).error(), path.string());
   header.taxels = *taxels;
-  if (Status done = read_axes_and_devices(*database, header.info); !done)
-    return pass(std::move(done).error(), path.string());
   return header;
 }
 
@@ -395,15 +353,14 @@ Result<CampaignProgress> load_progress(const std::filesystem::path& path) {
 Result<std::vector<JournalEntry>> load_journal(const std::filesystem::path& path) {
   auto database = open_campaign(path);
   if (!database) return pass(std::move(database).error());
-  auto query =
-      database->prepare("SELECT sequence, t_ns, kind, payload_json FROM journal ORDER BY sequence");
-  if (!query) return pass(std::move(query).error(), path.string());
   std::vector<JournalEntry> entries;
-  auto row = query->step();
-  for (; row && *row; row = query->step())
-    entries.push_back({query->integer(0), TimePoint(Duration(query->integer(1))), query->text(2),
-                       query->text(3)});
-  if (!row) return pass(std::move(row).error(), path.string());
+  const Status done =
+      database->each("SELECT sequence, t_ns, kind, payload_json FROM journal ORDER BY sequence",
+                     [&](const sqlite::Statement& row) {
+                       entries.push_back({row.integer(0), TimePoint(Duration(row.integer(1))),
+                                          row.text(2), row.text(3)});
+                     });
+  if (!done) return pass(done.error(), path.string());
   return entries;
 }
 

@@ -8,11 +8,6 @@
 namespace weft::daemon {
 namespace {
 
-constexpr const char* insert_chunk_sql =
-    "INSERT INTO chunk (trial, stream, number, first_sequence, rows, lost_before, t0_ns, crc32, "
-    "data) "
-    "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)";
-
 /// Write-ahead log: readers are never blocked and a killed process leaves whole transactions.
 /// NORMAL: an operating system that goes down may take the latest commits with it. A bench in real
 /// time, whose trials do not come again, has sync_commits().
@@ -48,48 +43,37 @@ Status make_tables(sqlite::Database& database) {
 }
 
 Status write_header(sqlite::Database& database, const CampaignHeader& header) {
-  auto insert = database.prepare(
-      "INSERT INTO campaign (id, bench_kind, name, source, recipe_json, recipe_sha256, rig_json, "
-      "rig_sha256, seed, software_version, taxels, taxel_rate_hz, wrench_rate_hz, stage_rate_hz, "
-      "trials_planned, created_utc_ns) VALUES (1, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
-  if (!insert) return pass(std::move(insert).error());
   const DatasetInfo& info = header.info;
   const auto digest = [](const std::string& given, const std::string& text) {
     return given.empty() && !text.empty() ? sha256_hex(text) : given;
   };
-  const std::string recipe_sha256 = digest(info.recipe_sha256, info.recipe_json);
-  const std::string rig_sha256 = digest(info.rig_sha256, info.rig_json);
-  const std::string seed = std::to_string(info.seed);  // as text: SQLite has no unsigned 64 bit
-  insert->bind(1, to_string(info.kind)).bind(2, info.name).bind(3, info.source);
-  insert->bind(4, info.recipe_json).bind(5, recipe_sha256);
-  insert->bind(6, info.rig_json).bind(7, rig_sha256).bind(8, seed).bind(9, info.software_version);
-  insert->bind(10, static_cast<std::int64_t>(header.taxels)).bind(11, info.taxel_rate_hz);
-  insert->bind(12, info.wrench_rate_hz).bind(13, info.stage_rate_hz);
-  insert->bind(14, std::int64_t{header.trials_planned}).bind(15, header.created_utc_ns);
-  return insert->run();
+  return database.run(
+      "INSERT INTO campaign (id, bench_kind, name, source, recipe_json, recipe_sha256, rig_json, "
+      "rig_sha256, seed, software_version, taxels, taxel_rate_hz, wrench_rate_hz, stage_rate_hz, "
+      "trials_planned, created_utc_ns) VALUES (1, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+      to_string(info.kind), info.name, info.source, info.recipe_json,
+      digest(info.recipe_sha256, info.recipe_json), info.rig_json,
+      digest(info.rig_sha256, info.rig_json),
+      std::to_string(info.seed),  // as text: SQLite has no unsigned 64 bit
+      info.software_version, header.taxels, info.taxel_rate_hz, info.wrench_rate_hz,
+      info.stage_rate_hz, header.trials_planned, header.created_utc_ns);
 }
 
 Status write_axes(sqlite::Database& database, const std::vector<Axis>& axes) {
-  auto insert = database.prepare("INSERT INTO axis (position, name, rotary) VALUES (?, ?, ?)");
-  if (!insert) return pass(std::move(insert).error());
-  for (std::size_t i = 0; i < axes.size(); ++i) {
-    insert->bind(1, static_cast<std::int64_t>(i)).bind(2, axes[i].name);
-    insert->bind(3, std::int64_t{axes[i].rotary ? 1 : 0});
-    if (auto done = insert->run(); !done) return done;
-  }
+  for (std::size_t i = 0; i < axes.size(); ++i)
+    if (auto done = database.run("INSERT INTO axis (position, name, rotary) VALUES (?, ?, ?)", i,
+                                 axes[i].name, axes[i].rotary);
+        !done)
+      return done;
   return {};
 }
 
 Status write_factors(sqlite::Database& database, const std::vector<std::string>& factors) {
   if (factors.empty()) return {};
-  if (Status done = database.execute(factor_schema_sql); !done) return done;
-  auto insert = database.prepare("INSERT INTO factor (position, name) VALUES (?, ?)");
-  if (!insert) return pass(std::move(insert).error());
-  for (std::size_t i = 0; i < factors.size(); ++i) {
-    insert->bind(1, static_cast<std::int64_t>(i)).bind(2, factors[i]);
-    if (auto done = insert->run(); !done) return done;
-  }
-  return {};
+  Status done = database.execute(factor_schema_sql);
+  for (std::size_t i = 0; done && i < factors.size(); ++i)
+    done = database.run("INSERT INTO factor (position, name) VALUES (?, ?)", i, factors[i]);
+  return done;
 }
 
 }  // namespace
@@ -150,26 +134,24 @@ Status CampaignWriter::begin_writing() {
 
 Status CampaignWriter::prepare() {
   database_.count_log_pages(&log_pages_);
-  const auto into = [this](sqlite::Statement& statement, const char* sql) -> Status {
+  const std::pair<sqlite::Statement*, const char*> statements[] = {
+      {&insert_trial_,
+       "INSERT INTO trial (plan_index, attempt, label, trial_group, exploration, "
+       "repetition, patch_seed, began_ns) VALUES (?, ?, ?, ?, ?, ?, ?, ?)"},
+      {&update_trial_,
+       "UPDATE trial SET outcome = ?2, ended_ns = ?3, force_rms_error_n = ?4, "
+       "force_in_band_fraction = ?5 WHERE id = ?1"},
+      {&insert_chunk_,
+       "INSERT INTO chunk (trial, stream, number, first_sequence, rows, lost_before, t0_ns, crc32, "
+       "data) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)"},
+      {&insert_journal_, "INSERT INTO journal (t_ns, kind, payload_json) VALUES (?, ?, ?)"},
+      {&insert_device_, "INSERT INTO device (name, driver, identity_json) VALUES (?, ?, ?)"}};
+  for (const auto& [statement, sql] : statements) {
     auto prepared = database_.prepare(sql);
     if (!prepared) return pass(std::move(prepared).error());
-    statement = std::move(*prepared);
-    return {};
-  };
-  Status done = into(insert_trial_,
-                     "INSERT INTO trial (plan_index, attempt, label, trial_group, exploration, "
-                     "repetition, patch_seed, began_ns) VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
-  if (done)
-    done = into(update_trial_,
-                "UPDATE trial SET outcome = ?2, ended_ns = ?3, force_rms_error_n = ?4, "
-                "force_in_band_fraction = ?5 WHERE id = ?1");
-  if (done) done = into(insert_chunk_, insert_chunk_sql);
-  if (done)
-    done = into(insert_journal_, "INSERT INTO journal (t_ns, kind, payload_json) VALUES (?, ?, ?)");
-  if (done)
-    done =
-        into(insert_device_, "INSERT INTO device (name, driver, identity_json) VALUES (?, ?, ?)");
-  return done;
+    *statement = std::move(*prepared);
+  }
+  return {};
 }
 
 Status CampaignWriter::guard(Status status) {
@@ -186,10 +168,6 @@ Status CampaignWriter::begin() {
   return {};
 }
 
-Status CampaignWriter::run(sqlite::Statement& statement) {
-  return guard(statement.run());
-}
-
 void CampaignWriter::sync_commits() {
   if (!commit()) return;  // told by the next call, as of every call that fails
   static_cast<void>(guard(database_.execute("PRAGMA synchronous=FULL")));
@@ -197,8 +175,7 @@ void CampaignWriter::sync_commits() {
 
 Status CampaignWriter::device(const DeviceInfo& device) {
   if (Status open = begin(); !open) return open;
-  insert_device_.bind(1, device.name).bind(2, device.driver).bind(3, device.identity_json);
-  return run(insert_device_);
+  return guard(insert_device_.run(device.name, device.driver, device.identity_json));
 }
 
 Status CampaignWriter::left_behind(TimePoint now, std::string_view kind,
@@ -219,66 +196,44 @@ Status CampaignWriter::resumed(TimePoint now, std::string_view payload_json) {
 
 Status CampaignWriter::begin_trial(const TrialSpec& spec, TimePoint now) {
   if (Status open = begin(); !open) return open;
-  const std::string patch_seed = std::to_string(spec.patch_seed);
-  sqlite::Statement& insert = insert_trial_;
-  insert.bind(1, std::int64_t{spec.index}).bind(2, std::int64_t{spec.attempt});
-  insert.bind(3, spec.label).bind(4, spec.group).bind(5, spec.exploration);
-  insert.bind(6, std::int64_t{spec.repetition}).bind(7, patch_seed).bind(8, ns_of(now));
-  if (Status done = run(insert); !done) return done;
+  Status done =
+      guard(insert_trial_.run(spec.index, spec.attempt, spec.label, spec.group, spec.exploration,
+                              spec.repetition, std::to_string(spec.patch_seed), ns_of(now)));
   trial_ = database_.last_row_id();
-  if (Status done = factors(spec.factors); !done) return done;
-  return commit();
-}
-
-Status CampaignWriter::factors(const std::vector<double>& values) {
-  if (values.empty()) return {};
-  auto insert =
-      database_.prepare("INSERT INTO trial_factor (trial, position, value) VALUES (?, ?, ?)");
-  if (!insert) return guard(pass(std::move(insert).error()));
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    insert->bind(1, trial_).bind(2, static_cast<std::int64_t>(i)).bind(3, values[i]);
-    if (Status done = run(*insert); !done) return done;
-  }
-  return {};
+  for (std::size_t i = 0; done && i < spec.factors.size(); ++i)
+    done = guard(database_.run("INSERT INTO trial_factor (trial, position, value) VALUES (?, ?, ?)",
+                               trial_, i, spec.factors[i]));
+  return done ? commit() : done;
 }
 
 Status CampaignWriter::block_stream(const BlockStreamRecord& stream) {
   if (Status open = begin(); !open) return open;
   if (Status made = guard(database_.execute(block_stream_schema_sql)); !made) return made;
-  auto insert = database_.prepare(
+  return guard(database_.run(
       "INSERT OR IGNORE INTO block_stream (stream, rate_hz, readings, axes, unit, per_unit) VALUES "
-      "(?, ?, ?, "
-      "?, ?, ?)");
-  if (!insert) return guard(pass(std::move(insert).error()));
-  insert->bind(1, stream.stream).bind(2, stream.format.rate_hz);
-  insert->bind(3, std::int64_t{stream.format.readings}).bind(4, stream.axes);
-  insert->bind(5, std::string_view(stream.unit)).bind(6, stream.per_unit);
-  return run(*insert);
+      "(?, ?, ?, ?, ?, ?)",
+      stream.stream, stream.format.rate_hz, stream.format.readings, stream.axes, stream.unit,
+      stream.per_unit));
 }
 
 Status CampaignWriter::chunk(const ChunkRecord& chunk) {
   if (Status open = begin(); !open) return open;
-  insert_chunk_.bind(1, trial_).bind(2, chunk.stream);
-  insert_chunk_.bind(3, chunk.number).bind(4, std::int64_t{chunk.first_sequence});
-  insert_chunk_.bind(5, std::int64_t{chunk.rows}).bind(6, std::int64_t{chunk.lost_before});
-  insert_chunk_.bind(7, chunk.t0_ns).bind(8, std::int64_t{crc32(chunk.bytes)});
-  insert_chunk_.bind(9, chunk.bytes);
-  return run(insert_chunk_);
+  return guard(insert_chunk_.run(trial_, chunk.stream, chunk.number, chunk.first_sequence,
+                                 chunk.rows, chunk.lost_before, chunk.t0_ns, crc32(chunk.bytes),
+                                 chunk.bytes));
 }
 
 Status CampaignWriter::end_trial(TrialOutcome outcome, const TrialQuality& quality, TimePoint now) {
   if (Status open = begin(); !open) return open;
-  update_trial_.bind(1, trial_).bind(2, to_string(outcome)).bind(3, ns_of(now));
-  update_trial_.bind(4, quality.force_rms_error_n).bind(5, quality.force_in_band_fraction);
-  if (Status done = run(update_trial_); !done) return done;
-  return commit();
+  Status done = guard(update_trial_.run(trial_, to_string(outcome), ns_of(now),
+                                        quality.force_rms_error_n, quality.force_in_band_fraction));
+  return done ? commit() : done;
 }
 
 Status CampaignWriter::journal(TimePoint now, std::string_view kind,
                                std::string_view payload_json) {
   if (Status open = begin(); !open) return open;
-  insert_journal_.bind(1, ns_of(now)).bind(2, kind).bind(3, payload_json);
-  return run(insert_journal_);
+  return guard(insert_journal_.run(ns_of(now), kind, payload_json));
 }
 
 Status CampaignWriter::commit() {
@@ -312,11 +267,9 @@ Status CampaignWriter::one_piece() {
   database_.wait_for_others(for_closing);
   if (database_.execute("PRAGMA journal_mode=DELETE")) return {};
   database_.wait_for_others(for_reading);
-  auto fold = database_.prepare("PRAGMA wal_checkpoint(TRUNCATE)");
-  if (!fold) return pass(fold.error());
-  const auto row = fold->step();
-  if (!row) return pass(row.error());
-  if (*row && fold->integer(0) == 0) return {};
+  const auto busy = database_.integer("PRAGMA wal_checkpoint(TRUNCATE)");
+  if (!busy) return pass(busy.error());
+  if (*busy == 0) return {};
   return fail(
       {.code = Errc::wrong_state,
        .where = "the end of the campaign",

@@ -73,9 +73,6 @@ class CampaignWriter {
   explicit CampaignWriter(sqlite::Database database) : database_(std::move(database)) {}
   Status prepare();
   Status begin();
-  Status run(sqlite::Statement& statement);
-  /// Of a sweep, for the trial that began last.
-  Status factors(const std::vector<double>& values);
   Status one_piece();
   /// What is committed goes from the log into the file.
   Status fold_log();

@@ -1,5 +1,6 @@
 #include "daemon/storage/recorder/chunk.hpp"
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -24,36 +25,30 @@ class RowWriter {
   std::uint8_t* at_;
 };
 
-Result<std::int32_t> to_quanta(double value, double per_unit, const char* what) {
-  const double quanta = std::round(value * per_unit);
+/// `what`: one of the values, for the error.
+Status put_quanta(RowWriter& out, std::span<const double> values, double per_unit,
+                  const char* what) {
   constexpr double limit = std::numeric_limits<std::int32_t>::max();
-  if (!(std::abs(quanta) <= limit))
-    return fail({.code = Errc::range,
-                 .what = std::string(what) + " cannot be recorded",
-                 .expected = "at most " + std::to_string(limit / per_unit),
-                 .got = std::to_string(value),
-                 .hint =
-                     "No bench has such a value: look at the device's status and cable, and at its "
-                     "scale in the rig file"});
-  return static_cast<std::int32_t>(quanta);
+  for (const double value : values) {
+    const double quanta = std::round(value * per_unit);
+    if (!(std::abs(quanta) <= limit))
+      return fail({.code = Errc::range,
+                   .what = std::string(what) + " cannot be recorded",
+                   .expected = "at most " + std::to_string(limit / per_unit),
+                   .got = std::to_string(value),
+                   .hint = "No bench has such a value: look at the device's status and cable, and "
+                           "at its scale in the rig file"});
+    out.put(static_cast<std::int32_t>(quanta));
+  }
+  return {};
 }
 
 }  // namespace
 
 std::string_view to_string(Stream stream) {
-  switch (stream) {
-    case Stream::taxel:
-      return "taxel";
-    case Stream::wrench:
-      return "wrench";
-    case Stream::acceleration:
-      return "acceleration";
-    case Stream::sound:
-      return "sound";
-    case Stream::stages:
-      break;
-  }
-  return "stages";
+  constexpr std::array<std::string_view, stream_count> names{"taxel", "wrench", "stages",
+                                                             "acceleration", "sound"};
+  return names.at(static_cast<std::size_t>(stream));
 }
 
 ChunkBuffer::ChunkBuffer(Stream stream, std::size_t width, std::size_t capacity_rows)
@@ -89,17 +84,8 @@ void encode_taxel(std::span<std::uint8_t> row, TimePoint host, const TaxelSample
 Status encode_wrench(std::span<std::uint8_t> row, TimePoint host, const WrenchSample& sample) {
   RowWriter out(row);
   out.put(ns_of(host)).put(sample.status).put(static_cast<std::uint8_t>(sample.valid ? 1 : 0));
-  for (const double force_n : sample.force_n) {
-    const auto quanta = to_quanta(force_n, force_quanta_per_n, "a force [N]");
-    if (!quanta) return pass(quanta.error());
-    out.put(*quanta);
-  }
-  for (const double torque_nm : sample.torque_nm) {
-    const auto quanta = to_quanta(torque_nm, torque_quanta_per_nm, "a torque [N m]");
-    if (!quanta) return pass(quanta.error());
-    out.put(*quanta);
-  }
-  return {};
+  Status done = put_quanta(out, sample.force_n, force_quanta_per_n, "a force [N]");
+  return done ? put_quanta(out, sample.torque_nm, torque_quanta_per_nm, "a torque [N m]") : done;
 }
 
 Status encode_stages(std::span<std::uint8_t> row, TimePoint host, std::span<const double> positions,
@@ -107,9 +93,9 @@ Status encode_stages(std::span<std::uint8_t> row, TimePoint host, std::span<cons
   RowWriter out(row);
   out.put(ns_of(host));
   for (std::size_t i = 0; i < positions.size(); ++i) {
-    const auto quanta = to_quanta(positions[i], axes[i].quanta_per_unit(), "a position [m or rad]");
-    if (!quanta) return pass(quanta.error(), axes[i].name);
-    out.put(*quanta);
+    const Status done = put_quanta(out, positions.subspan(i, 1), axes[i].quanta_per_unit(),
+                                   "a position [m or rad]");
+    if (!done) return pass(done.error(), axes[i].name);
   }
   return {};
 }
@@ -117,15 +103,10 @@ Status encode_stages(std::span<std::uint8_t> row, TimePoint host, std::span<cons
 Status encode_block(std::span<std::uint8_t> row, TimePoint host, const BlockRow& block) {
   RowWriter out(row);
   out.put(ns_of(host)).put(block.device_us).put(block.clipped);
-  for (const double value : block.values) {
-    const auto quanta = to_quanta(value, block.quanta_per_unit, "a vibration [m/s2 or Pa]");
-    if (!quanta) return pass(quanta.error());
-    out.put(*quanta);
-  }
-  return {};
+  return put_quanta(out, block.values, block.quanta_per_unit, "a vibration [m/s2 or Pa]");
 }
 
-bool decode_taxels(ByteView rows, bool transfers, classifier::Trial& trial, TrialRecord& record) {
+bool decode_taxels(ByteView rows, classifier::Trial& trial, TrialRecord& record) {
   LittleReader in(rows);
   while (in.remaining() > 0) {
     const auto t_ns = in.read<std::int64_t>();
@@ -134,7 +115,7 @@ bool decode_taxels(ByteView rows, bool transfers, classifier::Trial& trial, Tria
     const auto phase = phase_from_char(static_cast<char>(in.read<std::uint8_t>()));
     if (!phase.has_value()) return false;
     LittleReader counts(in.take(2 * trial.taxels));
-    if (*phase == Phase::none && !transfers) continue;
+    if (*phase == Phase::none) continue;
     record.t_ns.push_back(t_ns);
     record.device_us.push_back(device_us);
     trial.phase.push_back(*phase);

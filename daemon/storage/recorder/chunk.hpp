@@ -88,8 +88,8 @@ struct BlockRow {
 Status encode_block(std::span<std::uint8_t> row, TimePoint host, const BlockRow& block);
 
 /// Appends rows of one chunk to a trial. `width` as above; `rows` holds whole rows. Taxel rows of
-/// Phase::none are left out unless `transfers`. False when a phase byte is unknown.
-bool decode_taxels(ByteView rows, bool transfers, classifier::Trial& trial, TrialRecord& record);
+/// Phase::none (approach and retreat) are left out. False when a phase byte is unknown.
+bool decode_taxels(ByteView rows, classifier::Trial& trial, TrialRecord& record);
 void decode_wrench(ByteView rows, WrenchStream& stream);
 void decode_stages(ByteView rows, std::size_t axes, StageStream& stream);
 /// `lost_before`: of the chunk, and so of its first row.

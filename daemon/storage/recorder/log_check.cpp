@@ -5,7 +5,7 @@
 #include <bit>
 #include <fstream>
 
-#include "daemon/storage/recorder/campaign_history.hpp"
+#include "daemon/storage/recorder/schema.hpp"
 #include "daemon/storage/recorder/sqlite.hpp"
 #include "protocols/base/bytes.hpp"
 
@@ -191,8 +191,7 @@ Result<LogState> read_log(const fs::path& database) {
   state.bytes = bytes;
   if (bytes <= header_bytes) return state;  // killed before the first frame
   if (!in.read(reinterpret_cast<char*>(begin.data()), static_cast<std::streamsize>(begin.size())))
-    return fail(
-        {.code = Errc::io, .where = file.string(), .what = "cannot read the write-ahead log"});
+    return fail({.code = Errc::io, .where = file, .what = "cannot read the write-ahead log"});
   if (const auto header = header_from(begin)) {
     state = walk(in, *header).state;
   } else {
@@ -202,6 +201,28 @@ Result<LogState> read_log(const fs::path& database) {
   }
   state.bytes = bytes;
   return state;
+}
+
+Result<bool> expects_log(const fs::path& path) {
+  auto database = sqlite::Database::open(path, sqlite::Mode::read_only);
+  if (!database) return pass(database.error());
+  const auto known = database->integer(has_table_sql, "log_expected");
+  if (!known) return pass(known.error());
+  if (!*known) return false;  // from before there was the table
+  const auto expected = database->integer("SELECT expected FROM log_expected");
+  if (!expected) return pass(expected.error());
+  return expected->value_or(0) != 0;
+}
+
+bool is_blank_campaign(const fs::path& path) {
+  const auto log = read_log(path);
+  if (!log || log->damage || log->transactions > 0) return false;
+  std::error_code none;
+  if (fs::file_size(path, none) == 0 && !none) return log->bytes == 0;
+  auto database = sqlite::Database::open(path, sqlite::Mode::read_only);
+  if (!database) return false;
+  const auto tables = database->integer("SELECT count(*) FROM sqlite_schema");
+  return tables && *tables == 0;
 }
 
 Status check_wal(const std::filesystem::path& campaign) {

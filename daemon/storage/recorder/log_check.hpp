@@ -35,4 +35,11 @@ bool has_log(const std::filesystem::path& database);
 /// A last transaction that is torn is no damage: that is what a kill leaves. Errors: io.
 Result<LogState> read_log(const std::filesystem::path& database);
 
+/// The file, read with its log where there is one, says that its newest rows are in a log that is
+/// not there. Errors: those of SQLite.
+Result<bool> expects_log(const std::filesystem::path& path);
+
+/// A campaign file that a process left behind before it had written anything into it or its log.
+bool is_blank_campaign(const std::filesystem::path& path);
+
 }  // namespace weft::daemon

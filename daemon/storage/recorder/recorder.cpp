@@ -4,7 +4,6 @@
 #include "daemon/storage/recorder/campaign_history.hpp"
 #include "daemon/storage/recorder/campaign_writer.hpp"
 #include "daemon/storage/recorder/chunk.hpp"
-#include "daemon/storage/recorder/replay_verifier.hpp"
 #include "daemon/storage/recorder/writer_thread.hpp"
 
 namespace weft::daemon {
@@ -25,6 +24,19 @@ struct BlockKind {
 constexpr BlockKind acceleration_blocks{Stream::acceleration, acceleration_axes, "m/s2",
                                         acceleration_quanta_per_mps2};
 constexpr BlockKind sound_blocks{Stream::sound, 1, "Pa", sound_quanta_per_pa};
+
+tl::unexpected<Error> unlike(Stream stream, std::string what, std::string expected,
+                             std::string got) {
+  return fail({.code = Errc::invalid_argument,
+               .where = std::string(to_string(stream)),
+               .what = std::move(what),
+               .expected = std::move(expected),
+               .got = std::move(got)});
+}
+
+std::string format_blocks(std::size_t values, double rate_hz) {
+  return std::to_string(values) + " values at " + std::to_string(rate_hz) + " Hz";
+}
 
 }  // namespace
 
@@ -57,7 +69,7 @@ struct Recorder::Impl {
   std::unique_ptr<WriterThread> thread;    ///< gone before the writer; none: all is written at once
 
   Status ready(bool in_trial);
-  /// Does it now, or hands it to the thread. Keeps the first failure.
+  /// Does it with the writer now, or hands it to the thread. Keeps the first failure.
   template <class Job>
   Status write(Job job);
   /// Nothing is written while the past is played, and nothing before the file says that it goes on.
@@ -66,8 +78,9 @@ struct Recorder::Impl {
   Status write_chunks();
 
   ChunkBuffer& buffer(Stream stream) { return buffers[static_cast<std::size_t>(stream)]; }
-  /// The buffer, with room for a row of this stamp.
-  Result<ChunkBuffer*> open_buffer(Stream stream, const Stamp& stamp);
+  /// A row of this stamp, which `encode` puts into the buffer's slot.
+  template <class Encode>
+  Status add(Stream stream, const Stamp& stamp, Encode encode);
   Status begin_blocks(const BlockKind& kind, std::size_t values, double rate_hz);
   Status block(const Stamp& stamp, const BlockKind& kind, const BlockRow& row, double rate_hz);
 };
@@ -86,7 +99,8 @@ Status Recorder::Impl::ready(bool in_trial) {
 template <class Job>
 Status Recorder::Impl::write(Job job) {
   if (failure) return tl::unexpected<Error>(*failure);
-  Status done = thread ? thread->post(std::move(job)) : job();
+  Status done = thread ? thread->post([w = writer.get(), job = std::move(job)] { return job(*w); })
+                       : job(*writer);
   if (!done) failure = done.error();
   return done;
 }
@@ -108,7 +122,7 @@ Status Recorder::Impl::resume_recording(TimePoint now) {
   const std::string payload = R"({"first_trial":)" + std::to_string(continuation.first_trial) +
                               R"(,"plays_again":)" + (is_replayed ? "true" : "false") +
                               R"(,"software_version":")" + software_version() + "\"}";
-  return write([w = writer.get(), now, payload] { return w->resumed(now, payload); });
+  return write([now, payload](CampaignWriter& w) { return w.resumed(now, payload); });
 }
 
 Status Recorder::Impl::write_chunk(ChunkBuffer& chunk) {
@@ -129,13 +143,13 @@ Status Recorder::Impl::write_chunk(ChunkBuffer& chunk) {
   Status done;
   if (thread) {
     const auto copy = std::make_shared<const Bytes>(chunk.bytes().begin(), chunk.bytes().end());
-    done = write([w = writer.get(), record, copy] {
+    done = write([record, copy](CampaignWriter& w) {
       ChunkRecord whole = record;
       whole.bytes = *copy;
-      return w->chunk(whole);
+      return w.chunk(whole);
     });
   } else {
-    done = write([&] { return writer->chunk(record); });
+    done = write([&record](CampaignWriter& w) { return w.chunk(record); });
   }
   if (done) chunk.clear();
   return done;
@@ -147,28 +161,28 @@ Status Recorder::Impl::write_chunks() {
   return {};
 }
 
-Result<ChunkBuffer*> Recorder::Impl::open_buffer(Stream stream, const Stamp& stamp) {
+template <class Encode>
+Status Recorder::Impl::add(Stream stream, const Stamp& stamp, Encode encode) {
   if (auto fine = ready(true); !fine) return pass(std::move(fine).error(), to_string(stream));
   ChunkBuffer& chunk = buffer(stream);
   if (chunk.full() || !chunk.continues(stamp.sequence, stamp.lost))
-    if (auto done = write_chunk(chunk); !done) return pass(std::move(done).error());
-  return &chunk;
+    if (auto done = write_chunk(chunk); !done) return done;
+  if (Status encoded = encode(chunk); !encoded) return encoded;
+  chunk.push(stamp.sequence, stamp.lost, stamp.host);
+  return {};
 }
 
 Status Recorder::Impl::begin_blocks(const BlockKind& kind, std::size_t values, double rate_hz) {
   if (values == 0 || values > most_block_values || values % kind.axes != 0 || !(rate_hz > 0))
-    return fail({.code = Errc::invalid_argument,
-                 .where = std::string(to_string(kind.stream)),
-                 .what = "a block that cannot be",
-                 .expected = "whole readings at a rate",
-                 .got = std::to_string(values) + " values at " + std::to_string(rate_hz) + " Hz"});
+    return unlike(kind.stream, "a block that cannot be", "whole readings at a rate",
+                  format_blocks(values, rate_hz));
   const BlockStreamRecord record{static_cast<std::int64_t>(kind.stream),
                                  {rate_hz, static_cast<std::uint32_t>(values / kind.axes)},
                                  static_cast<std::int64_t>(kind.axes),
                                  kind.unit,
                                  kind.quanta_per_unit};
   if (!verifier)  // else it is on record
-    if (auto done = write([w = writer.get(), record] { return w->block_stream(record); }); !done)
+    if (auto done = write([record](CampaignWriter& w) { return w.block_stream(record); }); !done)
       return done;
   block_rate_hz[static_cast<std::size_t>(kind.stream)] = rate_hz;
   buffer(kind.stream) = ChunkBuffer(kind.stream, values, chunk_blocks);
@@ -181,20 +195,13 @@ Status Recorder::Impl::block(const Stamp& stamp, const BlockKind& kind, const Bl
   double& known_hz = block_rate_hz[static_cast<std::size_t>(kind.stream)];
   if (known_hz == 0)
     if (auto begun = begin_blocks(kind, row.values.size(), rate_hz); !begun) return begun;
-  auto chunk = open_buffer(kind.stream, stamp);
-  if (!chunk) return pass(std::move(chunk).error());
-  if (row.values.size() != (*chunk)->width() || rate_hz != known_hz)
-    return fail({.code = Errc::invalid_argument,
-                 .where = std::string(to_string(kind.stream)),
-                 .what = "a block unlike the first",
-                 .expected = std::to_string((*chunk)->width()) + " values at " +
-                             std::to_string(known_hz) + " Hz",
-                 .got = std::to_string(row.values.size()) + " values at " +
-                        std::to_string(rate_hz) + " Hz"});
-  if (auto done = encode_block((*chunk)->slot(), stamp.host, row); !done)
-    return pass(std::move(done).error(), stamp.device);
-  (*chunk)->push(stamp.sequence, stamp.lost, stamp.host);
-  return {};
+  return add(kind.stream, stamp, [&](ChunkBuffer& chunk) -> Status {
+    if (row.values.size() != chunk.width() || rate_hz != known_hz)
+      return unlike(kind.stream, "a block unlike the first", format_blocks(chunk.width(), known_hz),
+                    format_blocks(row.values.size(), rate_hz));
+    auto done = encode_block(chunk.slot(), stamp.host, row);
+    return done ? done : pass(std::move(done).error(), stamp.device);
+  });
 }
 
 Recorder::Recorder(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -206,7 +213,7 @@ Status Recorder::refuse_existing(const std::filesystem::path& path) {
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) return {};
   return fail({.code = Errc::wrong_state,
-               .where = path.string(),
+               .where = path,
                .what = "the campaign file exists already",
                .hint = "--resume goes on with it; another campaign needs another folder"});
 }
@@ -263,7 +270,7 @@ void Recorder::write_behind() {
 
 Status Recorder::device(const DeviceInfo& device) {
   if (impl_->verifier) return {};
-  return impl_->write([w = impl_->writer.get(), device] { return w->device(device); });
+  return impl_->write([device](CampaignWriter& w) { return w.device(device); });
 }
 
 Status Recorder::begin_trial(const TrialSpec& spec, TimePoint now) {
@@ -278,48 +285,36 @@ Status Recorder::begin_trial(const TrialSpec& spec, TimePoint now) {
   TrialSpec counted = spec;
   if (const auto next = impl_->next_attempts.find(spec.index); next != impl_->next_attempts.end())
     counted.attempt = next->second++;
-  Status done = impl_->write(
-      [w = impl_->writer.get(), counted, now] { return w->begin_trial(counted, now); });
+  Status done =
+      impl_->write([counted, now](CampaignWriter& w) { return w.begin_trial(counted, now); });
   impl_->trial_open = done.has_value();
   return done;
 }
 
 Status Recorder::taxel(const Stamp& stamp, const TaxelSample& sample, Phase phase) {
-  auto chunk = impl_->open_buffer(Stream::taxel, stamp);
-  if (!chunk) return pass(std::move(chunk).error());
-  if (sample.counts.size() != (*chunk)->width())
-    return fail({.code = Errc::invalid_argument,
-                 .where = "taxel",
-                 .what = "a frame with another number of taxels",
-                 .expected = std::to_string((*chunk)->width()),
-                 .got = std::to_string(sample.counts.size())});
-  encode_taxel((*chunk)->slot(), stamp.host, sample, phase);
-  (*chunk)->push(stamp.sequence, stamp.lost, stamp.host);
-  return {};
+  return impl_->add(Stream::taxel, stamp, [&](ChunkBuffer& chunk) -> Status {
+    if (sample.counts.size() != chunk.width())
+      return unlike(Stream::taxel, "a frame with another number of taxels",
+                    std::to_string(chunk.width()), std::to_string(sample.counts.size()));
+    encode_taxel(chunk.slot(), stamp.host, sample, phase);
+    return {};
+  });
 }
 
 Status Recorder::wrench(const Stamp& stamp, const WrenchSample& sample) {
-  auto chunk = impl_->open_buffer(Stream::wrench, stamp);
-  if (!chunk) return pass(std::move(chunk).error());
-  if (auto done = encode_wrench((*chunk)->slot(), stamp.host, sample); !done)
-    return pass(std::move(done).error(), stamp.device);
-  (*chunk)->push(stamp.sequence, stamp.lost, stamp.host);
-  return {};
+  return impl_->add(Stream::wrench, stamp, [&](ChunkBuffer& chunk) -> Status {
+    auto done = encode_wrench(chunk.slot(), stamp.host, sample);
+    return done ? done : pass(std::move(done).error(), stamp.device);
+  });
 }
 
 Status Recorder::stages(const Stamp& stamp, std::span<const double> positions) {
-  auto chunk = impl_->open_buffer(Stream::stages, stamp);
-  if (!chunk) return pass(std::move(chunk).error());
-  if (positions.size() != impl_->axes.size())
-    return fail({.code = Errc::invalid_argument,
-                 .where = "stages",
-                 .what = "another number of axes",
-                 .expected = std::to_string(impl_->axes.size()),
-                 .got = std::to_string(positions.size())});
-  if (auto done = encode_stages((*chunk)->slot(), stamp.host, positions, impl_->axes); !done)
-    return done;
-  (*chunk)->push(stamp.sequence, stamp.lost, stamp.host);
-  return {};
+  return impl_->add(Stream::stages, stamp, [&](ChunkBuffer& chunk) -> Status {
+    if (positions.size() != impl_->axes.size())
+      return unlike(Stream::stages, "another number of axes", std::to_string(impl_->axes.size()),
+                    std::to_string(positions.size()));
+    return encode_stages(chunk.slot(), stamp.host, positions, impl_->axes);
+  });
 }
 
 Status Recorder::acceleration(const Stamp& stamp, const AccelerationSample& sample) {
@@ -344,18 +339,16 @@ Status Recorder::end_trial(TrialOutcome outcome, const TrialQuality& quality, Ti
     if (!same) impl_->failure = same.error();
     return same;
   }
-  return impl_->write([w = impl_->writer.get(), outcome, quality, now] {
-    return w->end_trial(outcome, quality, now);
-  });
+  return impl_->write(
+      [outcome, quality, now](CampaignWriter& w) { return w.end_trial(outcome, quality, now); });
 }
 
 Status Recorder::journal(TimePoint now, std::string_view kind, std::string_view payload_json) {
   if (!impl_->failure && impl_->finished)
     return fail({.code = Errc::wrong_state, .what = "the campaign file has been finished"});
   if (impl_->verifier) return {};
-  return impl_->write(
-      [w = impl_->writer.get(), now, what = std::string(kind),
-       payload = std::string(payload_json)] { return w->journal(now, what, payload); });
+  return impl_->write([now, what = std::string(kind), payload = std::string(payload_json)](
+                          CampaignWriter& w) { return w.journal(now, what, payload); });
 }
 
 Status Recorder::commit_if_due(std::chrono::nanoseconds steady_wall) {
@@ -372,12 +365,12 @@ Status Recorder::commit_if_due(std::chrono::nanoseconds steady_wall) {
 
 Status Recorder::commit() {
   if (Status done = impl_->write_chunks(); !done) return done;
-  return impl_->write([w = impl_->writer.get()] { return w->commit(); });
+  return impl_->write([](CampaignWriter& w) { return w.commit(); });
 }
 
 Status Recorder::finish() {
   if (auto fine = impl_->ready(false); !fine) return fine;
-  Status done = impl_->write([w = impl_->writer.get()] { return w->finish(); });
+  Status done = impl_->write([](CampaignWriter& w) { return w.finish(); });
   if (done && impl_->thread) done = impl_->thread->drain();
   if (!done && !impl_->failure) impl_->failure = done.error();
   impl_->finished = done.has_value();

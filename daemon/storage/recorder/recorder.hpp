@@ -10,7 +10,7 @@
 #include <span>
 #include <string_view>
 
-#include "daemon/base/file/stop_requested.hpp"
+#include "daemon/base/file/read_file.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 #include "drivers/api/sample.hpp"
 
@@ -138,8 +138,6 @@ Status check_space(const std::filesystem::path& folder, std::uint64_t needed_byt
 
 struct CampaignLoadOptions {
   bool all_outcomes = false;  ///< true keeps stopped, failed and interrupted trials, marked as such
-  bool streams = true;        ///< wrench, stages, acceleration and sound
-  bool transfers = false;     ///< true keeps taxel samples of Phase::none (approach and retreat)
   StopRequested stop_requested = {};  ///< looked at before each trial; then wrong_state
 };
 

@@ -63,8 +63,8 @@ CREATE TABLE trial_factor (
   value REAL NOT NULL, PRIMARY KEY (trial, position)
 ) STRICT;
 )sql";
-constexpr const char* has_factor_table_sql =
-    "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = 'factor'";
+constexpr const char* has_table_sql =
+    "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?";
 
 /// Made with the first block of a campaign: a file without vibrations is as it was before there
 /// were any.

@@ -91,18 +91,6 @@ Statement& Statement::bind(int index, double value) {
   return *this;
 }
 
-Statement& Statement::bind(int index, std::optional<double> value) {
-  if (value) return bind(index, *value);
-  bind_result_ |= sqlite3_bind_null(raw_.get(), index);
-  return *this;
-}
-
-Statement& Statement::bind(int index, std::optional<std::int64_t> value) {
-  if (value) return bind(index, *value);
-  bind_result_ |= sqlite3_bind_null(raw_.get(), index);
-  return *this;
-}
-
 Statement& Statement::bind(int index, std::string_view text) {
   bind_result_ |= sqlite3_bind_text64(raw_.get(), index, text.empty() ? "" : text.data(),
                                       text.size(), SQLITE_STATIC, SQLITE_UTF8);
@@ -242,6 +230,15 @@ Result<Statement> Database::prepare(std::string_view sql) {
                          SQLITE_PREPARE_PERSISTENT, &raw, nullptr) != SQLITE_OK)
     return database_error(raw_.get(), file_, "cannot prepare a statement");
   return Statement(raw, file_);
+}
+
+Result<std::optional<std::int64_t>> Database::integer(std::string_view sql, std::string_view text) {
+  auto query = prepare(sql);
+  if (!query) return pass(std::move(query).error());
+  if (!text.empty()) query->bind(1, text);
+  const auto row = query->step();
+  if (!row) return pass(row.error());
+  return *row ? std::optional(query->integer(0)) : std::nullopt;
 }
 
 Result<RawFile> RawFile::open(const std::filesystem::path& path) {

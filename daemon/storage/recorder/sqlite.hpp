@@ -4,12 +4,14 @@
 #include <sqlite3.h>
 
 #include <chrono>
+#include <concepts>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 #include "protocols/base/bytes.hpp"
 #include "protocols/base/result.hpp"
@@ -29,15 +31,50 @@ class Statement {
 
   Statement& bind(int index, std::int64_t value);
   Statement& bind(int index, double value);
-  Statement& bind(int index, std::optional<double> value);  ///< nothing is NULL
-  Statement& bind(int index, std::optional<std::int64_t> value);
   Statement& bind(int index, std::string_view text);
   Statement& bind(int index, ByteView blob);
+  template <std::integral Int>
+  Statement& bind(int index, Int value) {
+    return bind(index, static_cast<std::int64_t>(value));
+  }
+  /// Nothing is NULL.
+  template <class Value>
+  Statement& bind(int index, const std::optional<Value>& value) {
+    if (value) return bind(index, *value);
+    bind_result_ |= sqlite3_bind_null(raw_.get(), index);
+    return *this;
+  }
+  /// All parameters, from the first on.
+  template <class... Values>
+  Statement& bind_all(const Values&... values) {
+    int index = 0;
+    (bind(++index, values), ...);
+    return *this;
+  }
 
   /// For statements that return no row: executes and makes ready for the next bindings.
   Status run();
+  /// bind_all() and run(): these values need not live longer.
+  template <class First, class... Values>
+  Status run(const First& first, const Values&... values) {
+    return bind_all(first, values...).run();
+  }
   /// True while there is a row to read. The statement is reset at the end and on failure.
   Result<bool> step();
+  /// Gives the statement to `take`, which returns a Status or nothing, at each row that is left.
+  template <class Take>
+  Status each(Take take) {
+    auto row = step();
+    for (; row && *row; row = step()) {
+      if constexpr (std::is_void_v<std::invoke_result_t<Take, Statement&>>) {
+        take(*this);
+      } else {
+        if (Status taken = take(*this); !taken) return taken;
+      }
+    }
+    if (!row) return pass(std::move(row).error());
+    return {};
+  }
 
   [[nodiscard]] bool is_null(int column) const;
   [[nodiscard]] std::int64_t integer(int column) const;
@@ -67,6 +104,23 @@ class Database {
   /// Runs statements that return nothing of interest.
   Status execute(const char* sql);
   Result<Statement> prepare(std::string_view sql);
+  /// Prepares `sql` and gives its rows to `take`, as Statement::each().
+  template <class Take>
+  Status each(std::string_view sql, Take take) {
+    auto query = prepare(sql);
+    if (!query) return pass(std::move(query).error());
+    return query->each(std::move(take));
+  }
+  /// Prepares `sql` and runs it with `values`.
+  template <class... Values>
+  Status run(std::string_view sql, const Values&... values) {
+    auto statement = prepare(sql);
+    if (!statement) return pass(std::move(statement).error());
+    return statement->run(values...);
+  }
+  /// The first column of the first row, with the only parameter `text` where there is one; nothing
+  /// where there is no row.
+  Result<std::optional<std::int64_t>> integer(std::string_view sql, std::string_view text = {});
   /// Writes into `pages`, after each commit, how many pages the write-ahead log has; from now on
   /// the caller folds it in.
   void count_log_pages(int* pages);

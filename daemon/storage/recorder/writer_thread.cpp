@@ -3,7 +3,7 @@
 #include <iterator>
 #include <utility>
 
-#include "daemon/base/loop/real_time.hpp"
+#include "daemon/base/loop/threads.hpp"
 
 namespace weft::daemon {
 

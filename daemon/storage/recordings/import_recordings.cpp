@@ -15,6 +15,16 @@ namespace {
 using classifier::vibro::Channel;
 using classifier::vibro::Recording;
 
+tl::unexpected<Error> unreadable(std::string where, std::string what, std::string expected = {},
+                                 std::string got = {}, std::string hint = {}) {
+  return fail({.code = Errc::parse,
+               .where = std::move(where),
+               .what = std::move(what),
+               .expected = std::move(expected),
+               .got = std::move(got),
+               .hint = std::move(hint)});
+}
+
 std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> out;
   std::error_code gone;
@@ -26,7 +36,7 @@ std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder)
 
 Status check_folder(const std::filesystem::path& folder) {
   if (std::filesystem::is_directory(folder)) return {};
-  return fail({.code = Errc::not_found, .where = folder.string(), .what = "no such folder"});
+  return fail({.code = Errc::not_found, .where = folder, .what = "no such folder"});
 }
 
 // What the times of a table tell of its rate.
@@ -58,13 +68,11 @@ Result<TimedRate> even_rate(const std::vector<double>& times, const LongestInter
     worst_s =
         std::max(worst_s, std::abs(times[i] - times.front() - static_cast<double>(i) * step_s));
   if (worst_s > 0.5 * step_s || longest.s > 1.5 * step_s)
-    return fail({.code = Errc::parse,
-                 .where = longest.where,
-                 .what = "the samples are not evenly spaced",
-                 .expected = "a sample each " + std::to_string(step_s) + " s",
-                 .got = "one after " + std::to_string(longest.s) + " s",
-                 .hint = "Cut the recording where samples are missing; where none are, state the "
-                         "rate of the sensor: --rate-hz"});
+    return unreadable(longest.where, "the samples are not evenly spaced",
+                      "a sample each " + std::to_string(step_s) + " s",
+                      "one after " + std::to_string(longest.s) + " s",
+                      "Cut the recording where samples are missing; where none are, state the "
+                      "rate of the sensor: --rate-hz");
   return timed_rate(1 / step_s, 2 * worst_s / step_s / duration_s);
 }
 
@@ -113,27 +121,26 @@ Result<TimedRate> read_table(const std::filesystem::path& path, const std::strin
   auto csv = CsvReader::open(path);
   if (!csv) return pass(csv.error());
   const auto& header = csv->header();
-  const auto at = std::ranges::find(header, time);
-  if (at == header.end()) return csv->complaint("the column " + time + " is missing");
-  const auto time_column = static_cast<std::size_t>(at - header.begin());
+  std::vector<bool> taken(header.size(), false);
+  const auto time_column = take_column(*csv, time, taken);
+  if (!time_column) return pass(time_column.error());
   for (std::size_t c = 0; c < header.size(); ++c)
-    if (c != time_column) out.channels.push_back({header[c], 0.0, "1"});
+    if (!taken[c]) out.channels.push_back({header[c], 0.0, "1"});
   if (out.channels.empty()) return csv->complaint("a table without a channel");
   out.samples.resize(out.channels.size());
   std::vector<double> times;
   LongestInterval longest;
-  for (;;) {
-    const auto more = csv->next();
-    if (!more) return pass(more.error());
-    if (!*more) break;
+  auto more = csv->next();
+  for (; more && *more; more = csv->next()) {
     for (std::size_t c = 0, channel = 0; c < header.size(); ++c) {
-      const auto value = c == time_column ? csv->time(c) : csv->number(c);
+      const auto value = taken[c] ? csv->time(c) : csv->number(c);
       if (!value) return pass(value.error());
-      (c == time_column ? times : out.samples[channel++]).push_back(*value);
+      (taken[c] ? times : out.samples[channel++]).push_back(*value);
     }
     const double since_s = times.size() > 1 ? times.back() - times[times.size() - 2] : 0.0;
     if (since_s > longest.s) longest = {since_s, csv->where()};
   }
+  if (!more) return pass(more.error());
   if (stated_hz > 0) return TimedRate{stated_hz, stated_hz, 0.0};
   if (times.size() < 2 || !(times.back() > times.front()))
     return csv->complaint("the times do not tell the sampling rate");
@@ -167,13 +174,9 @@ Result<std::vector<std::vector<double>>> read_lines(const std::filesystem::path&
       double value = 0.0;
       const auto [next, problem] = std::from_chars(at, end, value);
       if (problem != std::errc() || !std::isfinite(value) || (next != end && *next != ','))
-        return fail({.code = Errc::parse,
-                     .where = path.string() + ":" + std::to_string(number) + ": field " +
+        return unreadable(path.string() + ":" + std::to_string(number) + ": field " +
                               std::to_string(out.back().size() + 1),
-                     .what = "not a finite number",
-                     .expected = "a number",
-                     .got = std::string(
-                         at, std::min<std::size_t>(20, static_cast<std::size_t>(end - at)))});
+                          "not a finite number", "a number", std::string(at, end).substr(0, 20));
       out.back().push_back(value);
       if (next == end) break;
       at = next + 1;
@@ -194,11 +197,8 @@ Result<std::vector<std::vector<double>>> vibtac_channel(const std::filesystem::p
     channel = {name, 200.0, "count"};
     auto lines = read_lines(folder / (name + ".csv"));
     if (lines && lines->size() != textures)
-      return fail({.code = Errc::parse,
-                   .where = (folder / (name + ".csv")).string(),
-                   .what = "another number of textures",
-                   .expected = std::to_string(textures),
-                   .got = std::to_string(lines->size())});
+      return unreadable(folder / (name + ".csv"), "another number of textures",
+                        std::to_string(textures), std::to_string(lines->size()));
     return lines;
   }
   std::vector<std::vector<double>> out(textures);
@@ -208,11 +208,9 @@ Result<std::vector<std::vector<double>>> vibtac_channel(const std::filesystem::p
     auto sound = read_sound_file(path);
     if (!sound) return pass(sound.error());
     if (channel.rate_hz > 0 && channel.rate_hz != sound->rate_hz)
-      return fail({.code = Errc::parse,
-                   .where = path.string(),
-                   .what = "another sampling rate than the tracks before",
-                   .expected = std::to_string(channel.rate_hz) + " Hz",
-                   .got = std::to_string(sound->rate_hz) + " Hz"});
+      return unreadable(path, "another sampling rate than the tracks before",
+                        std::to_string(channel.rate_hz) + " Hz",
+                        std::to_string(sound->rate_hz) + " Hz");
     channel = {"S", sound->rate_hz, "1"};
     out[t] = std::move(sound->channels.front());
   }
@@ -282,11 +280,7 @@ Result<RecordingSet> import_lmt_sound(const std::filesystem::path& folder) {
       std::smatch parts;
       const std::string name = path.filename().string();
       if (!std::regex_match(name, parts, pattern))
-        return fail({.code = Errc::parse,
-                     .where = path.string(),
-                     .what = "not a name of this layout",
-                     .expected = "<Material>_<number>.wav",
-                     .got = name});
+        return unreadable(path, "not a name of this layout", "<Material>_<number>.wav", name);
       Recording own{name, material.filename().string(), parts[2], {}, {}};
       if (auto done = read_sound(path, own); !done) return pass(done.error());
       set.recordings.push_back(std::move(own));

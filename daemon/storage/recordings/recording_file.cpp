@@ -3,8 +3,7 @@
 
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/version/software_version.hpp"
-#include "daemon/storage/dataset/hdf5_reader.hpp"
-#include "daemon/storage/dataset/hdf5_writer.hpp"
+#include "daemon/storage/dataset/hdf5_columns.hpp"
 #include "daemon/storage/recordings/recording_set.hpp"
 
 namespace weft::daemon {
@@ -15,7 +14,6 @@ using classifier::vibro::Recording;
 
 constexpr const char* format_name = "weft-recordings";
 constexpr std::uint32_t recordings_version = 1;
-constexpr int deflate_level = 1;
 constexpr std::size_t max_channels = 64;
 
 std::string column_of(std::size_t channel, const char* what) {
@@ -23,37 +21,24 @@ std::string column_of(std::size_t channel, const char* what) {
 }
 
 void write_table(hdf5::Writer& out, const RecordingSet& set) {
-  std::vector<std::string> file, label, group, name, unit;
-  std::vector<double> rate_hz;
-  for (const Recording& r : set.recordings) {
-    file.push_back(r.file);
-    label.push_back(r.label);
-    group.push_back(r.group);
-  }
-  for (const Channel& c : set.recordings.front().channels) {
-    name.push_back(c.name);
-    unit.push_back(c.unit);
-    rate_hz.push_back(c.rate_hz);
-  }
+  const std::vector<Channel>& channels = set.recordings.front().channels;
   out.group("/recordings");
-  out.column("/recordings/file", file);
-  out.column("/recordings/label", label);
-  out.column("/recordings/group", group);
+  out.column("/recordings/file", hdf5::gather(set.recordings, &Recording::file));
+  out.column("/recordings/label", hdf5::gather(set.recordings, &Recording::label));
+  out.column("/recordings/group", hdf5::gather(set.recordings, &Recording::group));
   out.group("/channels");
-  out.column("/channels/name", name);
-  out.column("/channels/unit", unit);
-  out.column("/channels/rate_hz", rate_hz);
+  out.column("/channels/name", hdf5::gather(channels, &Channel::name));
+  out.column("/channels/unit", hdf5::gather(channels, &Channel::unit));
+  out.column("/channels/rate_hz", hdf5::gather(channels, &Channel::rate_hz));
 }
 
 void write_samples(hdf5::Writer& out, const RecordingSet& set, std::size_t channel) {
-  std::vector<std::uint64_t> count;
-  std::vector<double> all;
-  for (const Recording& r : set.recordings) {
-    count.push_back(r.samples[channel].size());
-    all.insert(all.end(), r.samples[channel].begin(), r.samples[channel].end());
-  }
-  out.column(column_of(channel, "count").c_str(), count);
-  out.column(column_of(channel, "samples").c_str(), all);
+  const auto samples = [&](const Recording& r) -> auto& {
+    return r.samples[channel];
+  };
+  const auto count = [&](const Recording& r) { return std::uint64_t{samples(r).size()}; };
+  out.column(column_of(channel, "count"), hdf5::gather(set.recordings, count));
+  out.column(column_of(channel, "samples"), hdf5::concatenate(set.recordings, samples));
 }
 
 Status read_root(hdf5::Reader& in, RecordingSet& set, std::string& digest) {
@@ -98,19 +83,19 @@ Status read_table(hdf5::Reader& in, RecordingSet& set) {
 
 Status read_samples(hdf5::Reader& in, RecordingSet& set, std::size_t channel) {
   const std::string where = column_of(channel, "samples");
-  const auto count = in.column<std::uint64_t>(column_of(channel, "count").c_str());
-  const auto all = in.column<double>(where.c_str());
-  in.require(count.size() == set.recordings.size(), where.c_str(), "another number of recordings");
+  const auto count = in.column<std::uint64_t>(column_of(channel, "count"));
+  const auto all = in.column<double>(where);
+  in.require(count.size() == set.recordings.size(), where, "another number of recordings");
   if (!in.status()) return in.status();
   std::size_t first = 0;
   for (std::size_t r = 0; r < count.size(); ++r) {
-    if (!in.require(count[r] <= all.size() - first, where.c_str(), "fewer samples than counted"))
+    if (!in.require(count[r] <= all.size() - first, where, "fewer samples than counted"))
       return in.status();
     const auto begin = all.begin() + static_cast<std::ptrdiff_t>(first);
     set.recordings[r].samples.emplace_back(begin, begin + static_cast<std::ptrdiff_t>(count[r]));
     first += count[r];
   }
-  in.require(first == all.size(), where.c_str(), "more samples than counted");
+  in.require(first == all.size(), where, "more samples than counted");
   return in.status();
 }
 
@@ -123,9 +108,8 @@ Result<RecordingSet> read_checked(hdf5::Reader& in) {
   for (std::size_t c = 0; c < channels; ++c)
     if (auto done = read_samples(in, set, c); !done) return pass(done.error());
   if (auto fine = check(set); !fine) {
-    Error error = fine.error();
-    error.code = Errc::corrupt;
-    return pass(std::move(error));
+    fine.error().code = Errc::corrupt;
+    return pass(fine.error());
   }
   if (recordings_sha256(set) != digest)
     return fail({.code = Errc::corrupt,
@@ -142,14 +126,14 @@ Result<std::string> write_recordings(const RecordingSet& set, const std::filesys
   const hdf5::QuietErrors quiet;
   std::string digest = recordings_sha256(set);
   AtomicFile atomic(path);
-  hdf5::Writer out = hdf5::Writer::create(atomic.temporary(), deflate_level);
-  out.attribute("/", "format", std::string_view(format_name));
+  hdf5::Writer out = hdf5::Writer::create(atomic.temporary());
+  out.attribute("/", "format", format_name);
   out.attribute("/", "format_version", recordings_version);
   out.attribute("/", "bench_kind", to_string(set.kind));
-  out.attribute("/", "name", std::string_view(set.name));
-  out.attribute("/", "source", std::string_view(set.source));
+  out.attribute("/", "name", set.name);
+  out.attribute("/", "source", set.source);
   out.attribute("/", "software_version", software_version());
-  out.attribute("/", "sha256", std::string_view(digest));
+  out.attribute("/", "sha256", digest);
   write_table(out, set);
   for (std::size_t c = 0; c < set.recordings.front().channels.size(); ++c)
     write_samples(out, set, c);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
 #include <span>
 
@@ -13,61 +14,114 @@ namespace {
 using classifier::vibro::Channel;
 using classifier::vibro::Recording;
 
+tl::unexpected<Error> invalid(std::string where, std::string what, std::string expected = {},
+                              std::string got = {}) {
+  return fail({.code = Errc::invalid_argument,
+               .where = std::move(where),
+               .what = std::move(what),
+               .expected = std::move(expected),
+               .got = std::move(got)});
+}
+
 Status check_channels(const std::vector<Channel>& channels) {
   std::set<std::string> names;
   for (const Channel& c : channels) {
     if (c.name.empty() || !names.insert(c.name).second)
-      return fail({.code = Errc::invalid_argument,
-                   .where = c.name,
-                   .what = "a channel's name must be present and unique"});
+      return invalid(c.name, "a channel's name must be present and unique");
     if (!(c.rate_hz > 0.0) || !std::isfinite(c.rate_hz))
-      return fail({.code = Errc::invalid_argument,
-                   .where = c.name,
-                   .what = "a channel needs a sampling rate",
-                   .expected = "a positive number of Hz",
-                   .got = std::to_string(c.rate_hz)});
+      return invalid(c.name, "a channel needs a sampling rate", "a positive number of Hz",
+                     std::to_string(c.rate_hz));
   }
-  if (channels.empty())
-    return fail({.code = Errc::invalid_argument, .what = "recordings without channels"});
+  if (channels.empty()) return invalid({}, "recordings without channels");
   return {};
 }
 
 Status check_recording(const Recording& recording, const std::vector<Channel>& channels) {
-  if (recording.label.empty())
-    return fail({.code = Errc::invalid_argument, .what = "a recording without label"});
+  if (recording.label.empty()) return invalid({}, "a recording without label");
   if (recording.channels != channels || recording.samples.size() != channels.size())
-    return fail({.code = Errc::invalid_argument,
-                 .what = "other channels than the first recording's",
-                 .expected = format_channels(channels),
-                 .got = format_channels(recording.channels)});
+    return invalid({}, "other channels than the first recording's", format_channels(channels),
+                   format_channels(recording.channels));
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const auto& samples = recording.samples[c];
-    if (samples.empty())
-      return fail({.code = Errc::invalid_argument,
-                   .where = channels[c].name,
-                   .what = "a channel without samples"});
+    if (samples.empty()) return invalid(channels[c].name, "a channel without samples");
     const auto odd = std::ranges::find_if(samples, [](double v) { return !std::isfinite(v); });
     if (odd != samples.end())
-      return fail({.code = Errc::invalid_argument,
-                   .where = channels[c].name + ": sample " + std::to_string(odd - samples.begin()),
-                   .what = "a sample that is not a finite number"});
+      return invalid(channels[c].name + ": sample " + std::to_string(odd - samples.begin()),
+                     "a sample that is not a finite number");
   }
   return {};
+}
+
+struct Span {
+  std::int64_t from_ns = 0, to_ns = 0;
+};
+
+// Where phase M lies on the host clock; nothing without one.
+std::optional<Span> find_motion(const classifier::Trial& trial, const TrialRecord& record) {
+  std::optional<Span> out;
+  for (std::size_t i = 0; i < trial.samples(); ++i) {
+    if (trial.phase[i] != Phase::motion) continue;
+    if (!out) out = Span{record.t_ns[i], record.t_ns[i]};
+    out->to_ns = record.t_ns[i];
+  }
+  return out;
+}
+
+tl::unexpected<Error> lost_blocks(std::int64_t at_ns) {
+  return invalid({}, "blocks were lost while the probe slid", "every block of phase M",
+                 "none at " + std::to_string(at_ns / 1'000'000) + " ms of the host's clock");
+}
+
+// Samples of the blocks that lie in M whole, an array per axis, and where the first one begins.
+Result<std::int64_t> read_blocks(const BlockStream& stream, const BlockFormat& format,
+                                 std::size_t axes, double per_unit, Span motion,
+                                 std::vector<std::vector<double>>& out) {
+  const std::size_t first_channel = out.size();
+  out.resize(first_channel + axes);
+  const auto block_ns =
+      static_cast<std::int64_t>(1e9 * static_cast<double>(format.readings) / format.rate_hz);
+  // Blocks are stamped as they arrive: half of one is what that may be late.
+  const std::int64_t tolerance_ns = block_ns / 2;
+  bool begun = false;
+  std::int64_t begin_ns = 0, end_ns = 0;
+  for (std::size_t b = 0; b < stream.blocks(); ++b) {
+    if (stream.t_ns[b] - block_ns < motion.from_ns || stream.t_ns[b] > motion.to_ns) continue;
+    if (!begun) begin_ns = stream.t_ns[b] - block_ns;
+    if (begun && stream.lost[b] > 0) return lost_blocks(end_ns);
+    begun = true;
+    end_ns = stream.t_ns[b];
+    for (std::size_t r = 0; r < format.readings; ++r)
+      for (std::size_t a = 0; a < axes; ++a)
+        out[first_channel + a].push_back(stream.quanta[(b * format.readings + r) * axes + a] /
+                                         per_unit);
+  }
+  if (!begun) return invalid({}, "no whole block while the probe slid");
+  if (begin_ns - motion.from_ns >= block_ns + tolerance_ns) return lost_blocks(motion.from_ns);
+  if (motion.to_ns - end_ns >= block_ns + tolerance_ns) return lost_blocks(end_ns);
+  return begin_ns;
+}
+
+// Streams have blocks of different length: all channels begin where the last of them does.
+void align(std::vector<std::int64_t> begin_ns, const std::vector<Channel>& channels,
+           std::vector<std::vector<double>>& samples) {
+  const std::int64_t common_ns = std::ranges::max(begin_ns);
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const double early = 1e-9 * static_cast<double>(common_ns - begin_ns[c]) * channels[c].rate_hz;
+    const auto cut = std::min(static_cast<std::size_t>(std::llround(early)), samples[c].size());
+    samples[c].erase(samples[c].begin(), samples[c].begin() + static_cast<std::ptrdiff_t>(cut));
+  }
 }
 
 }  // namespace
 
 Status check(const RecordingSet& set) {
-  if (set.recordings.empty())
-    return fail({.code = Errc::invalid_argument, .what = "a data set without recordings"});
+  if (set.recordings.empty()) return invalid({}, "a data set without recordings");
   const auto& channels = set.recordings.front().channels;
   if (auto fine = check_channels(channels); !fine) return fine;
   std::set<std::string_view> files;
   for (const Recording& r : set.recordings) {
     if (r.file.empty() || !files.insert(r.file).second)
-      return fail({.code = Errc::invalid_argument,
-                   .where = r.file,
-                   .what = "the name of a recording must be present and unique"});
+      return invalid(r.file, "the name of a recording must be present and unique");
     if (auto fine = check_recording(r, channels); !fine) return pass(fine.error(), r.file);
   }
   return {};
@@ -102,6 +156,48 @@ Copies copies_in(const RecordingSet& set) {
     contents.push_back(to_hex(hash.finish()));
   }
   return copies_among(names, contents);
+}
+
+Result<RecordingSet> extract_recordings(const Dataset& dataset,
+                                        std::optional<std::string_view> exploration) {
+  const DatasetInfo& info = dataset.info;
+  std::vector<Channel> channels;
+  if (info.sound.readings > 0) channels.push_back({"S", info.sound.rate_hz, "Pa"});
+  if (info.acceleration.readings > 0)
+    for (const char* axis : {"X", "Y", "Z"})
+      channels.push_back({axis, info.acceleration.rate_hz, "m/s2"});
+  if (channels.empty())
+    return fail({.code = Errc::not_found,
+                 .what = "the data set has neither sound nor acceleration",
+                 .hint = "Its rig needs a device of role vibro"});
+  RecordingSet out{info.name, "campaign", info.kind, {}};
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
+    const classifier::Trial& trial = dataset.trials[i];
+    const TrialRecord& record = dataset.records[i];
+    if (record.outcome != TrialOutcome::complete) continue;
+    if (exploration && record.spec.exploration != *exploration) continue;
+    Recording own{trial.file, trial.label, std::to_string(record.spec.repetition), channels, {}};
+    const auto motion = find_motion(trial, record);
+    if (!motion) return invalid(trial.file, "a trial without phase M");
+    std::vector<std::int64_t> begin_ns;  // of each channel
+    const auto read = [&](const BlockStream& stream, const BlockFormat& format, std::size_t axes,
+                          double per_unit) -> Status {
+      if (format.readings == 0) return {};
+      const auto begin = read_blocks(stream, format, axes, per_unit, *motion, own.samples);
+      if (!begin) return pass(begin.error(), trial.file);
+      begin_ns.resize(begin_ns.size() + axes, *begin);
+      return {};
+    };
+    Status done = read(record.sound, info.sound, 1, sound_quanta_per_pa);
+    if (done)
+      done = read(record.acceleration, info.acceleration, acceleration_axes,
+                  acceleration_quanta_per_mps2);
+    if (!done) return pass(done.error());
+    align(begin_ns, channels, own.samples);
+    out.recordings.push_back(std::move(own));
+  }
+  if (auto fine = check(out); !fine) return pass(fine.error());
+  return out;
 }
 
 }  // namespace weft::daemon

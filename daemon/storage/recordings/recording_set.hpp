@@ -9,7 +9,6 @@
 
 #include "classifier/vibro/recording.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
-#include "daemon/storage/dataset/digest.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon {

@@ -87,6 +87,16 @@ std::optional<SampleChunk> samples_of(SoundHeader& header) {
   return begin && bytes ? std::optional(SampleChunk{*begin, *bytes}) : std::nullopt;
 }
 
+tl::unexpected<Error> broken(const std::filesystem::path& path, Errc code, std::string what,
+                             std::string expected, std::string got, std::string hint = {}) {
+  return fail({.code = code,
+               .where = path,
+               .what = std::move(what),
+               .expected = std::move(expected),
+               .got = std::move(got),
+               .hint = std::move(hint)});
+}
+
 // What arecord and SoX write into a pipe (0x7ffff000, 0x7fffff00, 0x80000000, of AIFF 0x7f000000,
 // each a few bytes more), and all bits set.
 bool writer_knew(std::uintmax_t bytes) {
@@ -102,19 +112,14 @@ Status check_length(const std::filesystem::path& path) {
   const std::uintmax_t bytes = std::filesystem::file_size(path, unread);
   if (!samples || unread || !writer_knew(samples->bytes)) return {};
   if (samples->bytes == 0 && bytes > samples->begin)
-    return fail({.code = Errc::corrupt,
-                 .where = path.string(),
-                 .what = "the header of the sound file was not finished",
-                 .expected = "the length of the samples",
-                 .got = "0, with " + std::to_string(bytes - samples->begin) + " bytes behind it",
-                 .hint = "The recorder was stopped before it wrote the length; write it anew, "
-                         "as with: sox --ignore-length OLD NEW"});
+    return broken(path, Errc::corrupt, "the header of the sound file was not finished",
+                  "the length of the samples",
+                  "0, with " + std::to_string(bytes - samples->begin) + " bytes behind it",
+                  "The recorder was stopped before it wrote the length; write it anew, "
+                  "as with: sox --ignore-length OLD NEW");
   if (samples->begin <= bytes && samples->bytes <= bytes - samples->begin) return {};
-  return fail({.code = Errc::corrupt,
-               .where = path.string(),
-               .what = "the sound file is cut short",
-               .expected = std::to_string(samples->begin + samples->bytes) + " bytes",
-               .got = std::to_string(bytes)});
+  return broken(path, Errc::corrupt, "the sound file is cut short",
+                std::to_string(samples->begin + samples->bytes) + " bytes", std::to_string(bytes));
 }
 
 }  // namespace
@@ -123,38 +128,25 @@ Result<SoundFile> read_sound_file(const std::filesystem::path& path) {
   constexpr sf_count_t most_samples = sf_count_t{1} << 28U;
   std::error_code unread;
   if (!std::filesystem::is_regular_file(path, unread))
-    return fail({.code = Errc::not_found,
-                 .where = path.string(),
-                 .what = "no such sound file",
-                 .got = unread ? unread.message() : ""});
+    return broken(path, Errc::not_found, "no such sound file", {}, unread ? unread.message() : "");
   // libsndfile takes what there is of a file that was cut.
   if (auto whole = check_length(path); !whole) return pass(whole.error());
   SF_INFO info{};
   const std::unique_ptr<SNDFILE, int (*)(SNDFILE*)> file(sf_open(path.c_str(), SFM_READ, &info),
                                                          &sf_close);
   if (!file)
-    return fail({.code = Errc::parse,
-                 .where = path.string(),
-                 .what = "not a sound file",
-                 .expected = "WAV or the like",
-                 .got = sf_strerror(nullptr),
-                 .hint = "A table needs a name that ends in .csv"});
+    return broken(path, Errc::parse, "not a sound file", "WAV or the like", sf_strerror(nullptr),
+                  "A table needs a name that ends in .csv");
   if (info.channels < 1 || info.frames < 1 || info.samplerate < 1 ||
       info.frames > most_samples / info.channels)
-    return fail({.code = Errc::parse,
-                 .where = path.string(),
-                 .what = "a sound file of an impossible size",
-                 .expected = "1 to 2^28 samples",
-                 .got = std::to_string(info.frames) + " x " + std::to_string(info.channels)});
+    return broken(path, Errc::parse, "a sound file of an impossible size", "1 to 2^28 samples",
+                  std::to_string(info.frames) + " x " + std::to_string(info.channels));
   const auto channels = static_cast<std::size_t>(info.channels);
   std::vector<double> all(static_cast<std::size_t>(info.frames) * channels);
   const sf_count_t got = sf_readf_double(file.get(), all.data(), info.frames);
   if (got != info.frames)
-    return fail({.code = Errc::corrupt,
-                 .where = path.string(),
-                 .what = "the sound file is cut short",
-                 .expected = std::to_string(info.frames) + " samples",
-                 .got = std::to_string(got)});
+    return broken(path, Errc::corrupt, "the sound file is cut short",
+                  std::to_string(info.frames) + " samples", std::to_string(got));
   SoundFile out{static_cast<double>(info.samplerate), {}};
   out.channels.resize(channels);
   for (std::size_t i = 0; i < all.size(); ++i) out.channels[i % channels].push_back(all[i]);

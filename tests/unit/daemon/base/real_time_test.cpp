@@ -1,6 +1,6 @@
 // What the kernel says of a thread and its process inside a RealTimeScope, and behind it.
 
-#include "daemon/base/loop/real_time.hpp"
+#include "daemon/base/loop/threads.hpp"
 
 #include <sched.h>
 

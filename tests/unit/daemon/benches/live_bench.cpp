@@ -24,7 +24,7 @@ CampaignSummary run(const CampaignRequest& request, const CampaignHooks& hooks) 
 }
 
 Dataset recorded(const std::filesystem::path& campaign) {
-  auto all = load_campaign(campaign, {.all_outcomes = true, .streams = false, .transfers = false});
+  auto all = load_campaign(campaign, {.all_outcomes = true});
   REQUIRE(all);
   return *std::move(all);
 }

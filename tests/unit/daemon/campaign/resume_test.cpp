@@ -9,6 +9,7 @@
 #include "daemon/base/version/software_version.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/recorder/campaign_folder.hpp"
+#include "daemon/storage/recorder/log_check.hpp"
 #include "daemon/storage/recorder/sqlite.hpp"
 #include "tests/unit/daemon/benches/resumed_campaign.hpp"
 

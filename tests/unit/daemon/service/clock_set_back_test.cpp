@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "daemon/base/loop/monotonic_utc_clock.hpp"
+#include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/service/rpc/leases.hpp"
 #include "daemon/service/rpc/tokens.hpp"
 #include "daemon/service/runs/run_manager.hpp"

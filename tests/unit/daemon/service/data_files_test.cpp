@@ -19,7 +19,6 @@ namespace data_files_test {
 using namespace weft;
 using namespace weft::daemon;
 using daemon::api::DataFiles;
-using daemon::server::OpenFile;
 using nlohmann::json;
 using test::TemporaryFolder;
 

@@ -1,4 +1,4 @@
-#include "daemon/storage/dataset/digest.hpp"
+#include "daemon/storage/dataset/dataset.hpp"
 
 #include <catch2/catch.hpp>
 

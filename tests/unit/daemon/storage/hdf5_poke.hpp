@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "daemon/storage/dataset/hdf5_handle.hpp"
+#include "daemon/storage/dataset/hdf5_columns.hpp"
 
 namespace weft::daemon::test {
 

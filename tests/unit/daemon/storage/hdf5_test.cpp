@@ -9,8 +9,8 @@
 #include <cstdlib>
 #include <thread>
 
+#include "daemon/storage/dataset/hdf5_columns.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
-#include "daemon/storage/dataset/hdf5_handle.hpp"
 #include "tests/unit/daemon/storage/hdf5_poke.hpp"
 #include "tests/unit/daemon/storage/support.hpp"
 
@@ -99,16 +99,6 @@ TEST_CASE("equal content makes equal files") {
   CHECK(read_file(folder / "a.h5") == read_file(folder / "b.h5"));
 }
 
-TEST_CASE("streams may be left on the disk") {
-  const TemporaryFolder folder;
-  const Dataset dataset = recorded(folder);
-  REQUIRE(write_hdf5(dataset, folder / "d.h5"));
-  const auto light = read_hdf5(folder / "d.h5", {.streams = false});
-  REQUIRE(light);
-  CHECK(light->records[0].wrench.samples() == 0);
-  CHECK(light->trials[3].counts == dataset.trials[3].counts);
-}
-
 TEST_CASE("an altered number is found, and the trial it is in is named") {
   const TemporaryFolder folder;
   const auto path = folder / "d.h5";
@@ -136,7 +126,7 @@ TEST_CASE("an altered number is found, and the trial it is in is named") {
   const Error error = read_error(path);
   CHECK(error.code == Errc::corrupt);
   CHECK(error.where == second);
-  CHECK(read_hdf5(path, {.streams = true, .verify_digest = false}));
+  CHECK(read_hdf5(path, false));
 }
 
 TEST_CASE("a column that cannot be unpacked names the trials whose rows are lost, and no other") {
@@ -348,22 +338,19 @@ TEST_CASE("one thread exports while another ends a run, and both files are whole
 TEST_CASE("digests are made and given up while another thread has the library") {
   const TemporaryFolder folder;
   const Dataset dataset = recorded(folder);
-  REQUIRE(write_hdf5(dataset, folder / "whole.h5"));
   std::atomic<int> inspections = 0;
   const auto give_up = [&inspections] { return ++inspections == 2; };
   std::optional<Error> refused;
   {
     const std::lock_guard alone(hdf5::library());
     std::thread([&] {
-      refused = write_hdf5(dataset, folder / "stopped.h5", {.stop_requested = give_up}).error();
+      refused = write_hdf5(dataset, folder / "stopped.h5", give_up).error();
     }).join();
   }
   REQUIRE(refused);
   CHECK(refused->code == Errc::wrong_state);
   CHECK(inspections == 2);
   CHECK_FALSE(std::filesystem::exists(folder / "stopped.h5"));
-  const auto once = [] { return true; };
-  CHECK(read_hdf5(folder / "whole.h5", {.stop_requested = once}).error().code == Errc::wrong_state);
 }
 
 TEST_CASE("columns are written with the library to oneself, digests made with it free") {
@@ -377,7 +364,7 @@ TEST_CASE("columns are written with the library to oneself, digests made with it
     }).join();
     return false;
   };
-  REQUIRE(write_hdf5(dataset, folder / "d.h5", {.stop_requested = inspect}));
+  REQUIRE(write_hdf5(dataset, folder / "d.h5", inspect));
   CHECK(free == dataset.trials.size());
   CHECK(taken > 0);
 }

@@ -8,7 +8,7 @@
 #include <catch2/catch.hpp>
 #include <mutex>
 
-#include "daemon/base/loop/real_time.hpp"
+#include "daemon/base/loop/threads.hpp"
 
 namespace writer_thread_test {
 

@@ -1,4 +1,4 @@
-#include "daemon/base/loop/real_time.hpp"
+#include "daemon/base/loop/threads.hpp"
 
 #include <sched.h>
 #include <sys/mman.h>
@@ -56,6 +56,14 @@ RealTimeScope::~RealTimeScope() {
 
 bool set_real_time_priority(int priority) {
   return go_first(priority) == 0;
+}
+
+void set_low_priority() {
+  const sched_param none{};
+  if (::sched_setscheduler(0, SCHED_IDLE, &none) == 0) return;
+  constexpr int least_share = 19;
+  // Linux takes the number of a thread as well.
+  static_cast<void>(::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), least_share));
 }
 
 }  // namespace weft::daemon

@@ -1,0 +1,252 @@
+#pragma once
+// HDF5's integer handles as objects that close themselves, and its errors as values.
+
+#include <hdf5.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon::hdf5 {
+
+// What the writer and the reader of a data set file agree on (docs/dataset.md, "HDF5 layout").
+
+constexpr const char* format_name = "weft-dataset";
+constexpr std::uint32_t format_version = 1;
+
+/// Longest text in a table column or attribute: names and labels, not documents.
+constexpr std::size_t max_text_bytes = 4096;
+/// Documents (recipe, rig, device identities) have a data set each.
+constexpr std::size_t max_document_bytes = std::size_t{64} << 20;
+
+/// Owns one handle. Every HDF5 object type has a close function of its own.
+class Handle {
+ public:
+  using Close = herr_t (*)(hid_t);
+  Handle() = default;
+  Handle(hid_t id, Close closer) : id_(id), close_(closer) {}
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Handle& operator=(Handle&& other) noexcept {
+    if (this != &other) {
+      close();
+      id_ = std::exchange(other.id_, -1);
+      close_ = other.close_;
+    }
+    return *this;
+  }
+  ~Handle() { close(); }
+
+  [[nodiscard]] bool ok() const { return id_ >= 0; }
+  [[nodiscard]] hid_t id() const { return id_; }
+  /// False when closing failed: for a file, that not everything reached the disk.
+  bool close() { return id_ < 0 || close_(std::exchange(id_, -1)) >= 0; }
+
+ private:
+  hid_t id_ = -1;
+  Close close_ = nullptr;
+};
+
+/// Reads and writes of a whole column: H5S_ALL, whose macro holds an old-style cast.
+constexpr hid_t whole_column = 0;
+
+/// A library that was built without threads has global state: one thread at a time is in it.
+/// Debian's (1.10.8) was built with them (H5is_library_threadsafe) and would do without. Made
+/// before any handle, and gone after them.
+inline std::recursive_mutex& library() {
+  static std::recursive_mutex one;
+  return one;
+}
+
+/// Stops HDF5 from printing while in scope: failures are reported by Result. Other threads wait
+/// with their HDF5 work until it is gone. To be made before any other HDF5 call, because the
+/// library loses objects of damaged files and would complain of them when the process ends; handles
+/// here close themselves, so that it has nothing to tidy up then.
+class QuietErrors {
+ public:
+  QuietErrors() : alone_(library()) {
+    H5dont_atexit();
+    H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  }
+  QuietErrors(const QuietErrors&) = delete;
+  QuietErrors& operator=(const QuietErrors&) = delete;
+  ~QuietErrors() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
+
+ private:
+  const std::lock_guard<std::recursive_mutex> alone_;
+  H5E_auto2_t function_ = nullptr;
+  void* data_ = nullptr;
+};
+
+/// The innermost message of HDF5's error stack, which names the cause.
+inline std::string last_error() {
+  std::string text;
+  const auto visit = [](unsigned, const H5E_error2_t* error, void* out) -> herr_t {
+    if (error->desc != nullptr) *static_cast<std::string*>(out) = error->desc;
+    return 0;
+  };
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, visit, &text);
+  return text;
+}
+
+/// The type of `Number` in memory.
+template <class Number>
+hid_t native_type() {
+  if constexpr (std::is_same_v<Number, std::uint8_t>) {
+    return H5T_NATIVE_UINT8;
+  } else if constexpr (std::is_same_v<Number, std::uint16_t>) {
+    return H5T_NATIVE_UINT16;
+  } else if constexpr (std::is_same_v<Number, std::uint32_t>) {
+    return H5T_NATIVE_UINT32;
+  } else if constexpr (std::is_same_v<Number, std::uint64_t>) {
+    return H5T_NATIVE_UINT64;
+  } else if constexpr (std::is_same_v<Number, std::int32_t>) {
+    return H5T_NATIVE_INT32;
+  } else if constexpr (std::is_same_v<Number, std::int64_t>) {
+    return H5T_NATIVE_INT64;
+  } else {
+    static_assert(std::is_same_v<Number, double>);
+    return H5T_NATIVE_DOUBLE;
+  }
+}
+
+/// One value of every item.
+template <class Item, class Value>
+auto gather(const std::vector<Item>& items, Value value) {
+  std::vector<std::remove_cvref_t<std::invoke_result_t<Value, const Item&>>> column;
+  column.reserve(items.size());
+  for (const Item& item : items) column.push_back(std::invoke(value, item));
+  return column;
+}
+
+/// The lists of all items, one behind the other.
+template <class Item, class List>
+auto concatenate(const std::vector<Item>& items, List list) {
+  std::remove_cvref_t<std::invoke_result_t<List, const Item&>> all;
+  std::size_t total = 0;
+  for (const Item& item : items) total += std::invoke(list, item).size();
+  all.reserve(total);
+  for (const Item& item : items) {
+    const auto& own = std::invoke(list, item);
+    all.insert(all.end(), own.begin(), own.end());
+  }
+  return all;
+}
+
+/// A file or group being written. The first failure is kept and makes every later call a no-op, so
+/// that a sequence of writes is checked once, at its end.
+class Writer {
+ public:
+  static Writer create(const std::filesystem::path& path);
+
+  /// A group of this file; parents must exist. Names start with "/".
+  void group(const std::string& name);
+  /// `object`: a group or column. Text is fixed-length UTF-8.
+  void attribute(const std::string& object, const std::string& name, std::string_view text);
+  template <class Number>
+  requires std::is_arithmetic_v<Number>
+  void attribute(const std::string& object, const std::string& name, Number value) {
+    write_attribute(object, name, native_type<Number>(), &value);
+  }
+
+  /// A column of rows x `width` numbers, chunked, shuffled and deflated. `width` 0:
+  /// one-dimensional.
+  template <class Number>
+  void column(const std::string& name, const std::vector<Number>& values, std::size_t width = 0) {
+    write_column(name, native_type<Number>(), values.data(), values.size(), width, sizeof(Number));
+  }
+  /// Fixed-length strings as wide as the longest, padded with zero bytes.
+  void column(const std::string& name, const std::vector<std::string>& texts);
+  /// One long text.
+  void document(const std::string& name, std::string_view text);
+
+  /// Closes the file. The first failure of all, if any.
+  Status close();
+
+ private:
+  Writer() = default;
+  bool failed() const { return !status_.has_value(); }
+  /// Notes a failure unless `fine`.
+  bool require(bool fine, const char* what);
+  void write_attribute(const std::string& object, const std::string& name, hid_t type,
+                       const void* value);
+  void write_column(const std::string& name, hid_t type, const void* values, std::size_t count,
+                    std::size_t width, std::size_t item_bytes);
+
+  Handle file_;
+  Status status_;
+};
+
+/// A file being read. The first failure is kept and makes every later call return an empty value,
+/// so that a sequence of reads is checked once, with status(). Types and sizes are checked before
+/// memory is taken.
+class Reader {
+ public:
+  static constexpr const char* damaged_column = "the column is damaged";
+
+  /// Errors: not_found, parse (no HDF5 file), corrupt (cut short).
+  static Result<Reader> open(const std::filesystem::path& path);
+
+  std::string text_attribute(const std::string& object, const std::string& name);
+  double real_attribute(const std::string& object, const std::string& name);
+  std::uint64_t integer_attribute(const std::string& object, const std::string& name);
+
+  /// Numbers of exactly this type, or texts; `width` as for Writer::column.
+  template <class Value>
+  std::vector<Value> column(const std::string& name, std::size_t width = 0) {
+    if constexpr (std::is_same_v<Value, std::string>) {
+      return texts(name);
+    } else {
+      const std::optional<Column> found =
+          open_column(name, std::is_same_v<Value, double> ? H5T_FLOAT : H5T_INTEGER, width);
+      if (!found || !require(found->item_bytes == sizeof(Value), name, "numbers of another size"))
+        return {};
+      std::vector<Value> values(found->items);
+      read_into(*found, name, native_type<Value>(), values.data());
+      return values;
+    }
+  }
+  std::vector<std::string> texts(const std::string& name);
+  std::string document(const std::string& name);
+
+  /// Whether the file has a group or column of this name; its parents must exist.
+  bool has(const std::string& name);
+  bool has_attribute(const std::string& object, const std::string& name);
+  /// Whether a column holds whole numbers; and the second extent of a two-dimensional one.
+  bool is_integer(const std::string& name);
+  std::size_t text_width(const std::string& name);
+
+  /// Whether these rows of a column can be read; of a column whose shape was checked.
+  bool can_read(const std::string& name, std::uint64_t first, std::uint64_t rows);
+  [[nodiscard]] std::uint64_t rows_of(const std::string& name);
+
+  /// Notes Errc::corrupt at `where` unless `fine`.
+  bool require(bool fine, std::string_view where, std::string_view what);
+  [[nodiscard]] const Status& status() const { return status_; }
+
+ private:
+  struct Column {
+    Handle handle;
+    std::size_t items = 0;
+    std::size_t item_bytes = 0;
+  };
+  std::optional<Column> open_column(const std::string& name, H5T_class_t type_class,
+                                    std::size_t width);
+  void read_number(const std::string& object, const std::string& name, hid_t type, void* value,
+                   std::string_view complaint);
+  void read_into(const Column& column, const std::string& name, hid_t type, void* values);
+
+  Handle file_;
+  Status status_;
+};
+
+}  // namespace weft::daemon::hdf5
