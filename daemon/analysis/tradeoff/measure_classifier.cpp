@@ -7,8 +7,6 @@
 
 #include "classifier/vote/class_profile.hpp"
 #include "daemon/analysis/tradeoff/answer_timing.hpp"
-#include "daemon/analysis/tradeoff/early_stop.hpp"
-#include "daemon/analysis/tradeoff/study_conditions.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/interval_text.hpp"
 
@@ -102,7 +100,7 @@ class Measurement {
       if (Status ok = measure(plan_.arms[i]); !ok) return pass(ok.error(), plan_.arms[i].name);
     }
     on_progress(plan_.arms.size(), "timing of answers");
-    if (Status ok = time_answers(); !ok) return pass(ok.error());
+    if (Status ok = add_timings(); !ok) return pass(ok.error());
     add_facts();
     return std::move(out_);
   }
@@ -187,26 +185,27 @@ class Measurement {
       own = std::move(*made);
     }
     const Bench& bench = own ? *own : base_;
-    std::optional<Training> fresh;
     if (&arm == &standard || !arm.same_training(standard)) {
       auto trained = train(arm, bench);
       if (!trained) return pass(trained.error());
-      fresh = std::move(*trained);
+      if (&arm != &standard) return add_point(arm, bench, *trained);
+      trained_ = std::move(*trained);
     }
-    if (&arm == &standard) {
-      trained_ = std::move(*fresh);
-      fresh.reset();
-    }
-    return add_point(arm, bench, fresh ? *fresh : trained_);
+    return add_point(arm, bench, trained_);
+  }
+
+  [[nodiscard]] TradeoffPoint new_point(const StudyCondition& arm, double train_s) const {
+    TradeoffPoint out;
+    out.name = arm.name;
+    out.family = arm.family;
+    out.settings = list_settings(arm, *options_);
+    out.bench = dataset_->info.kind;
+    out.train_s = train_s;
+    return out;
   }
 
   Status add_point(const StudyCondition& arm, const Bench& bench, const Training& training) {
-    TradeoffPoint point;
-    point.name = arm.name;
-    point.family = arm.family;
-    point.settings = list_settings(arm, *options_);
-    point.bench = dataset_->info.kind;
-    point.train_s = training.train_s;
+    TradeoffPoint point = new_point(arm, training.train_s);
     add_chosen(training, point);
     const auto counts = count(arm, bench, training);
     if (!counts) return pass(counts.error());
@@ -214,8 +213,8 @@ class Measurement {
     const std::vector<std::size_t> rows = rows_of(arm, bench.material);
     point.contact_s = contact_of(rows, bench.material);
     out_.points.push_back(std::move(point));
-    timings_.add({arm.speed_mm_s ? timed_trials(rows, bench.material) : bench.timed,
-                  answer_function(arm, training, 0)});
+    answers_.push_back({arm.speed_mm_s ? timed_trials(rows, bench.material) : bench.timed,
+                        answer_function(arm, training, 0)});
     return {};
   }
 
@@ -241,12 +240,7 @@ class Measurement {
 
   Status measure_stop(const StudyCondition& arm) {
     if (Status ok = watch_all(); !ok) return ok;
-    TradeoffPoint point;
-    point.name = arm.name;
-    point.family = arm.family;
-    point.settings = list_settings(arm, *options_);
-    point.bench = dataset_->info.kind;
-    point.train_s = watched_s_;
+    TradeoffPoint point = new_point(arm, watched_s_);
     std::vector<Count> counts;
     double slide_s = 0;
     std::size_t stopped = 0;
@@ -274,13 +268,14 @@ class Measurement {
     for (AnswerTrials& one : *trials)
       for (classifier::Trial& trial : one)
         trial = classifier::begun_slide(trial, model->stages[stage].motion_frames);
-    timings_.add({trials, [model, stage](std::span<const double> features) -> Result<std::size_t> {
-                    const classifier::StoredModel& requested = model->stages[stage].model;
-                    const auto predicted =
-                        classifier::predict(requested.learner, requested.postprocessing, features);
-                    if (!predicted) return pass(predicted.error());
-                    return predicted->ballot.winner;
-                  }});
+    answers_.push_back(
+        {trials, [model, stage](std::span<const double> features) -> Result<std::size_t> {
+           const classifier::StoredModel& requested = model->stages[stage].model;
+           const auto predicted =
+               classifier::predict(requested.learner, requested.postprocessing, features);
+           if (!predicted) return pass(predicted.error());
+           return predicted->ballot.winner;
+         }});
   }
 
   static void add_chosen(const Training& training, TradeoffPoint& point) {
@@ -316,13 +311,14 @@ class Measurement {
   Result<std::vector<Count>> count(const StudyCondition& arm, const Bench& bench,
                                    const Training& training) const {
     std::vector<Count> out;
+    std::size_t tested = 0;
     for (std::size_t s = 0; s < bench.plan.splits.size(); ++s) {
       auto one = count_split(arm, bench, training, s);
       if (!one) return pass(one.error());
       out.push_back(*one);
+      tested += one->tested;
     }
-    const bool any = std::ranges::any_of(out, [](const Count& c) { return c.tested > 0; });
-    if (!any)
+    if (tested == 0)
       return fail({.code = Errc::invalid_argument, .where = arm.name, .what = "nothing to test"});
     return out;
   }
@@ -335,22 +331,18 @@ class Measurement {
     Count out;
     for (const std::size_t row : bench.plan.splits[s].test) {
       if (!concerns(arm, bench.material, row)) continue;
-      if (!std::ranges::binary_search(labels, features.labels[row]))
-        return fail({.code = Errc::invalid_argument,
-                     .where = features.files[row],
-                     .what = "test label was never trained",
-                     .got = features.labels[row],
-                     .hint = "Give every fabric trials on both sides or leave it out"});
+      const auto truth = find_label(labels, features.labels[row], features.files[row]);
+      if (!truth) return pass(truth.error());
       const auto winner = answer(features.values.row(row));
       if (!winner) return pass(winner.error(), features.files[row]);
       ++out.tested;
-      out.right += labels[*winner] == features.labels[row] ? 1 : 0;
+      out.right += *winner == *truth ? 1 : 0;
     }
     return out;
   }
 
-  Status time_answers() {
-    const auto timings = timings_.run(options_->timings, options_->features, *now_);
+  Status add_timings() {
+    const auto timings = time_answers(answers_, options_->timings, options_->features, *now_);
     if (!timings) return pass(timings.error());
     for (std::size_t i = 0; i < out_.points.size(); ++i) {
       const AnswerTimes& times = (*timings)[i];
@@ -389,7 +381,7 @@ class Measurement {
   std::vector<WatchedSplit> watched_;
   double watched_s_ = 0;  // mean over the splits
   TradeoffPlan plan_;
-  AnswerTiming timings_;
+  std::vector<TimedAnswer> answers_;
   TradeoffSet out_;
 };
 
