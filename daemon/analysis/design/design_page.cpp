@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/analysis/tradeoff/tradeoff_point.hpp"
+#include "daemon/analysis/tradeoff/tradeoff.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/html.hpp"
 #include "daemon/pages/plot/scatter.hpp"
@@ -34,18 +34,8 @@ struct GridMap {
   std::vector<std::vector<std::optional<GridCell>>> cells;
 };
 
-struct Margins {
-  double left = 62, top = 22, bottom = 40, right = 8;
-};
-
-struct CellSize {
-  double width = 96, height = 38;
-};
-
-constexpr Margins margins;
-
-constexpr CellSize cell_size;
-
+constexpr struct { double left = 62, top = 22, bottom = 40, right = 8; } margins;
+constexpr struct { double width = 96, height = 38; } cell_size;
 constexpr double lightest = 0.1, darkest = 0.95, light_on_dark = 0.72;
 
 struct Values {
@@ -170,10 +160,12 @@ GridCell separability_of(const SweepAnalysis& a, std::size_t i) {
           percent(cell.ci95.low, 0) + " to " + percent(cell.ci95.high, 0)};
 }
 
+GridCell grid_cell(const CellValue& m, const char* unit) {
+  return {m.value, fixed(m.value, 1) + unit, fixed(m.ci95.low, 1) + " to " + fixed(m.ci95.high, 1)};
+}
+
 GridCell snr_of(const SweepAnalysis& a, std::size_t i) {
-  const CellValue& m = a.cells[i].snr_db;
-  return {m.value, fixed(m.value, 1) + " dB",
-          fixed(m.ci95.low, 1) + " to " + fixed(m.ci95.high, 1)};
+  return grid_cell(a.cells[i].snr_db, " dB");
 }
 
 GridCell saturated_of(const SweepAnalysis& a, std::size_t i) {
@@ -183,8 +175,7 @@ GridCell saturated_of(const SweepAnalysis& a, std::size_t i) {
 }
 
 GridCell seconds_of(const SweepAnalysis& a, std::size_t i) {
-  const CellValue& m = a.cells[i].seconds;
-  return {m.value, fixed(m.value, 1) + " s", fixed(m.ci95.low, 1) + " to " + fixed(m.ci95.high, 1)};
+  return grid_cell(a.cells[i].seconds, " s");
 }
 
 constexpr Quantity quantities[]{
@@ -239,9 +230,8 @@ std::string front_figure(const SweepAnalysis& a) {
   ScatterPanel panel{"", "seconds on record per trial", {}};
   for (std::size_t i = 0; i < a.cells.size(); ++i) {
     const auto& cell = a.choice.cells[i];
-    const bool front = std::ranges::find(a.choice.front, i) != a.choice.front.end();
     panel.points.push_back({a.cells[i].seconds.value, cell.figures.accuracy, cell.ci95.low,
-                            cell.ci95.high, 0, front, format_cell(a, i)});
+                            cell.ci95.high, 0, on_front(a, i), format_cell(a, i)});
   }
   const Scatter scatter{"Separability against seconds of a trial, " + stamp,
                         "separability [%]",
@@ -262,11 +252,11 @@ std::string table(const SweepAnalysis& a) {
   for (std::size_t i = 0; i < a.cells.size(); ++i) {
     const SweepCell& cell = a.cells[i];
     const auto& summary = a.choice.cells[i];
-    const bool front = std::ranges::find(a.choice.front, i) != a.choice.front.end();
     out.row({escape(format_cell(a, i)), thousands(cell.trials), percent(summary.figures.accuracy),
              percent(summary.ci95.low) + " to " + percent(summary.ci95.high),
              fixed(cell.snr_db.value, 1), percent(cell.saturated_share.value, 2),
-             fixed(cell.seconds.value, 1), front ? "\u25C6" : "", percent(summary.chosen_share)},
+             fixed(cell.seconds.value, 1), on_front(a, i) ? "\u25C6" : "",
+             percent(summary.chosen_share)},
             i == a.choice.chosen ? "on-front" : "");
   }
   return out.finish();

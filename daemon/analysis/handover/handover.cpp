@@ -1,15 +1,13 @@
 #include "daemon/analysis/handover/handover.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "daemon/analysis/handover/train.hpp"
-#include "daemon/analysis/handover/train_vibration.hpp"
-#include "daemon/base/file/sha256.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/base/version/software_version.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/recorder/campaign_folder.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
@@ -28,12 +26,16 @@ fs::path campaign_in(const fs::path& folder) {
 }
 
 /// The recipe on record against the rig on record.
-Result<recipes::Plan> parse_plan(const DatasetInfo& info) {
+Result<recipes::Plan> load_plan(const fs::path& folder) {
+  const auto header = load_header(campaign_in(folder));
+  if (!header) return pass(header.error());
+  const DatasetInfo& info = header->info;
   const auto limits = recipes::parse_rig_limits(info.rig_json);
-  if (!limits) return pass(limits.error());
+  if (!limits) return pass(limits.error(), folder.string());
   recipes::CheckReport report = recipes::check_recipe(info.recipe_json, *limits, info.seed);
   if (report.plan) return std::move(*report.plan);
   return fail({.code = Errc::corrupt,
+               .where = folder.string(),
                .what = "the recipe on record cannot be run: " +
                        recipes::to_string(report.problems.front())});
 }
@@ -111,7 +113,11 @@ class HandoverJob {
  public:
   HandoverJob(const Dataset& data, std::string dataset_sha256, const recipes::Plan& plan,
               const HandoverHooks& hooks, const TimeLimit& allowed)
-      : data_(&data), sha256_(std::move(dataset_sha256)), plan_(&plan), hooks_(&hooks) {
+      : data_(&data),
+        sha256_(std::move(dataset_sha256)),
+        plan_(&plan),
+        hooks_(&hooks),
+        announce_{hooks.progress} {
     options_.threads = hooks.threads;
     options_.stop = [&allowed] { return allowed.stops(); };
     for (const recipes::TrialSpec& trial : plan.trials)
@@ -125,8 +131,9 @@ class HandoverJob {
                    .where = "/explorations",
                    .what = "no slide went on to its whole length, so none is to learn from",
                    .hint = "A live vote ended them all early"});
-    progress_.steps = explorations.size() * (from_vibration() ? vibration_steps(*plan_->handover)
-                                                              : steps_per_exploration);
+    announce_.progress.steps =
+        explorations.size() *
+        (from_vibration() ? vibration_steps(*plan_->handover) : steps_per_exploration);
     for (const std::string& exploration : explorations)
       if (Status ok = from_vibration() ? add_vibration(exploration) : add(exploration); !ok)
         return pass(ok.error(), exploration);
@@ -134,27 +141,21 @@ class HandoverJob {
   }
 
   [[nodiscard]] ordered_json evaluation() const {
-    const DatasetInfo& info = data_->info;
-    return {{"bench", to_string(info.kind)},
-            {"campaign", info.name},
-            {"dataset_sha256", sha256_},
-            {"recipe_sha256", info.recipe_sha256},
-            {"rig_sha256", info.rig_sha256},
-            {"software_version", software_version()},
-            {"hand_over",
-             {{"from", to_string(plan_->handover->from)},
-              {"learner", plan_->handover->learner},
-              {"groups", plan_->handover->groups},
-              {"at_most_s", plan_->handover->at_most_s}}},
-            {"meaning",
-             from_vibration()
-                 ? "Evaluated only, no model is kept. Each answer is of a learner that was chosen "
-                   "and trained without the group of repetitions that it was asked about."
-                 : "A model is of all trials of its exploration. The accuracy is of others, each "
-                   "trained without the group of repetitions that it was asked about."},
-            {"models", models_},
-            {"evaluations", evaluations_},
-            {"explorations", explorations_}};
+    ordered_json out = handover_heading_json(data_->info, sha256_);
+    out["hand_over"] = {{"from", to_string(plan_->handover->from)},
+                        {"learner", plan_->handover->learner},
+                        {"groups", plan_->handover->groups},
+                        {"at_most_s", plan_->handover->at_most_s}};
+    out["meaning"] =
+        from_vibration()
+            ? "Evaluated only, no model is kept. Each answer is of a learner that was chosen "
+              "and trained without the group of repetitions that it was asked about."
+            : "A model is of all trials of its exploration. The accuracy is of others, each "
+              "trained without the group of repetitions that it was asked about.";
+    out["models"] = models_;
+    out["evaluations"] = evaluations_;
+    out["explorations"] = explorations_;
+    return out;
   }
   [[nodiscard]] const std::vector<HandoverText>& texts() const { return texts_; }
 
@@ -169,7 +170,7 @@ class HandoverJob {
     if (!set) return pass(set.error());
     const auto training_result =
         train_vibration(*set, *plan_->handover, *hooks_, options_.stop,
-                        [&](const std::string& what) { announce(exploration + ": " + what); });
+                        [&](const std::string& what) { announce_(exploration + ": " + what); });
     if (!training_result) return pass(training_result.error());
     auto page = vibration_html(exploration, *set, *training_result);
     if (!page) return pass(page.error());
@@ -182,29 +183,20 @@ class HandoverJob {
   }
 
   Status add(const std::string& exploration) {
-    const LearningMaterial material = collect_material(*data_, exploration);
     const auto training_result =
-        train_exploration(material, data_->info, sha256_, *plan_->handover, repetitions_, options_,
-                          *hooks_, [this](const std::string& what) { announce(what); });
+        train_exploration(*data_, exploration, sha256_, *plan_->handover, repetitions_, options_,
+                          *hooks_, std::ref(announce_));
     if (!training_result) return pass(training_result.error());
     std::ostringstream model;
     if (Status ok = classifier::save_model(training_result->model, model); !ok) return ok;
     texts_.push_back({exploration + ".model", model.str()});
-    const classifier::LearnerEvaluation& e = training_result->evaluation;
-    models_.push_back(model_json(
-        {exploration, std::string(handover_folder_name) + "/" + texts_.back().name,
-         sha256_hex(texts_.back().text), training_result->learner, material.trials.size(),
-         e.confusion.total(), e.accuracy, e.ci95.low, e.ci95.high}));
-    explorations_[exploration] = training_json(material, *training_result);
-    texts_.push_back({exploration + ".html",
-                      training_html(material, data_->info, *plan_->handover, *training_result)});
+    models_.push_back(model_line_json(exploration, texts_.back(), training_result->learner,
+                                      training_result->material.trials.size(),
+                                      training_result->evaluation));
+    explorations_[exploration] = training_json(*training_result);
+    texts_.push_back(
+        {exploration + ".html", training_html(data_->info, *plan_->handover, *training_result)});
     return {};
-  }
-
-  void announce(const std::string& what) {
-    progress_.what = what;
-    if (hooks_->progress) hooks_->progress(progress_);
-    ++progress_.step;
   }
 
   const Dataset* data_;
@@ -213,23 +205,11 @@ class HandoverJob {
   const HandoverHooks* hooks_;
   classifier::TrainOptions options_;
   std::uint32_t repetitions_ = 0;
-  EvaluationProgress progress_;
+  StepAnnouncer announce_;
   ordered_json models_ = ordered_json::array(), evaluations_ = ordered_json::array(),
                explorations_ = ordered_json::object();
   std::vector<HandoverText> texts_;
 };
-
-}  // namespace
-
-Result<std::optional<recipes::Handover>> load_handover_spec(const fs::path& folder) {
-  const auto header = load_header(campaign_in(folder));
-  if (!header) return pass(header.error());
-  auto plan = parse_plan(header->info);
-  if (!plan) return pass(plan.error(), folder.string());
-  return std::move(plan->handover);
-}
-
-namespace {
 
 Result<HandoverResult> run_whole_handover(const fs::path& folder, const HandoverHooks& hooks) {
   const auto lock = FolderLock::take(folder);
@@ -239,10 +219,8 @@ Result<HandoverResult> run_whole_handover(const fs::path& folder, const Handover
   if (auto done = read_handover(folder);
       done && *done && (*done)->dataset_sha256 == certificate->dataset_sha256)
     return std::move(**done);
-  const auto header = load_header(campaign_in(folder));
-  if (!header) return pass(header.error());
-  const auto plan = parse_plan(header->info);
-  if (!plan) return pass(plan.error(), folder.string());
+  const auto plan = load_plan(folder);
+  if (!plan) return pass(plan.error());
   if (!plan->handover)
     return fail({.code = Errc::not_found,
                  .where = folder.string(),
@@ -251,12 +229,14 @@ Result<HandoverResult> run_whole_handover(const fs::path& folder, const Handover
   const auto data = certified_data(folder, *certificate, [&] { return allowed.stops(); });
   if (!data) return pass(allowed.limited(data.error()));
   if (plan->handover->from == recipes::HandoverSource::imprints) {
-    const auto result = run_imprint_handover(*data, certificate->dataset_sha256, *plan->handover,
-                                             hooks, [&] { return allowed.stops(); });
+    std::vector<HandoverText> texts;
+    const auto result = run_imprint_handover(
+        *data, certificate->dataset_sha256, *plan->handover, hooks, [&] { return allowed.stops(); },
+        texts);
     if (!result || allowed.stops())
       return pass(allowed.limited(result ? Error{.code = Errc::wrong_state, .what = "stopped"}
                                          : result.error()));
-    return write_handover(folder, ordered_json::parse(result->evaluation_json), result->texts);
+    return write_handover(folder, *result, texts);
   }
   HandoverJob job(*data, certificate->dataset_sha256, *plan, hooks, allowed);
   if (Status ok = job.work(); !ok) return pass(allowed.limited(ok.error()));
@@ -264,6 +244,12 @@ Result<HandoverResult> run_whole_handover(const fs::path& folder, const Handover
 }
 
 }  // namespace
+
+Result<std::optional<recipes::Handover>> load_handover_spec(const fs::path& folder) {
+  auto plan = load_plan(folder);
+  if (!plan) return pass(plan.error());
+  return std::move(plan->handover);
+}
 
 Result<HandoverResult> run_handover(const fs::path& folder, const HandoverHooks& hooks) {
   try {

@@ -3,70 +3,47 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 
+#include "classifier/imprint/imprint_model.hpp"
+#include "daemon/analysis/imprint/tables.hpp"
 #include "daemon/analysis/report/evaluation_page.hpp"
-#include "daemon/analysis/report/json_parts.hpp"
+#include "daemon/analysis/report/report.hpp"
+#include "daemon/base/file/sha256.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/base/version/software_version.hpp"
 #include "daemon/pages/plot/interval_text.hpp"
+#include "daemon/storage/imprints/imprint_dataset.hpp"
 
 namespace weft::daemon {
 namespace {
 
+namespace ci = classifier::imprint;
 using nlohmann::ordered_json;
 
-classifier::FeatureSetup make_setup(const LearningMaterial& material, const DatasetInfo& info) {
-  classifier::FeatureSetup setup;
-  setup.taxels = material.trials.front().taxels;
-  setup.phases = classifier::phases_of(material.trials.front());
-  setup.sample_period_s = info.taxel_rate_hz > 0 ? 1 / info.taxel_rate_hz : 0;
-  setup.exploration = material.exploration;
-  return setup;
-}
+constexpr const char* model_name = "imprints";
+constexpr classifier::Learner imprint_learner = classifier::Learner::best;
 
-std::set<std::uint32_t> repetitions_of(const LearningMaterial& material,
-                                       const std::vector<std::size_t>& rows) {
-  std::set<std::uint32_t> out;
-  for (const std::size_t row : rows) out.insert(material.repetition[row]);
-  return out;
-}
+/// A learner of all rows of a matrix, and what others like it reached that lacked some of them.
+struct EvaluatedModel {
+  classifier::LearnerEvaluation evaluation;
+  classifier::TrainedLearner learner;
+  std::optional<classifier::VotePostprocessing>
+      postprocessing;  ///< nothing where no fold could be made
+  classifier::FoldReport folds;
+  std::string words;   ///< which learner it is: "lda, ranks"
+  double train_s = 0;  ///< of the model, measured
+};
+/// What to learn from, and what each split leaves out, in words.
+struct TrainingTask {
+  std::string name;
+  classifier::FeatureMatrix matrix;
+  std::vector<classifier::Split> splits;
+  std::string left_out;
+};
 
-ordered_json groups_json(const LearningMaterial& material, const TrainingResult& training_result) {
-  ordered_json out = ordered_json::array();
-  for (std::size_t s = 0; s < training_result.splits.size(); ++s) {
-    const classifier::Split& split = training_result.splits[s];
-    out.push_back({{"repetitions", repetitions_of(material, split.test)},
-                   {"trained", split.train.size()},
-                   {"asked", split.test.size()},
-                   {"learner", to_string(training_result.evaluation.recipes[s])},
-                   {"accuracy", training_result.evaluation.splits[s].accuracy}});
-  }
-  return out;
-}
-
-}  // namespace
-
-LearningMaterial collect_material(const Dataset& dataset, const std::string& exploration) {
-  LearningMaterial out{exploration, complete_trials(dataset, exploration), {}};
-  for (const TrialRecord& record : dataset.records)
-    if (record.outcome == TrialOutcome::complete && record.spec.exploration == exploration)
-      out.repetition.push_back(record.spec.repetition);
-  return out;
-}
-
-std::vector<classifier::Split> splits_by_repetition(const std::vector<std::uint32_t>& repetition,
-                                                    const std::vector<std::size_t>& group_of) {
-  std::vector<classifier::Split> out;
-  const std::set<std::size_t> groups(group_of.begin(), group_of.end());
-  for (const std::size_t group : groups) {
-    classifier::Split split;
-    for (std::size_t row = 0; row < repetition.size(); ++row)
-      (group_of.at(repetition[row] - 1) == group ? split.test : split.train).push_back(row);
-    if (!split.test.empty()) out.push_back(std::move(split));
-  }
-  return out;
-}
-
+/// `announce` is told of both parts: "M1: 5 trainings, each without one group of repetitions".
+/// Errors: the classifier's.
 Result<EvaluatedModel> evaluate_and_train(const TrainingTask& task, classifier::Learner learner,
                                           const classifier::TrainOptions& options,
                                           const HandoverHooks& hooks,
@@ -92,6 +69,7 @@ Result<EvaluatedModel> evaluate_and_train(const TrainingTask& task, classifier::
       to_string(chosen->recipe),  train_s};
 }
 
+/// How it was trained, for the model's provenance.
 std::string format_training(std::string_view learner, const classifier::TrainOptions& options,
                             std::size_t labels, const classifier::FoldReport& folds) {
   return "by the recipe's hand_over: learner " + std::string(learner) + ", seed " +
@@ -102,38 +80,8 @@ std::string format_training(std::string_view learner, const classifier::TrainOpt
          std::string(to_string(classifier::resolved(options.tie, labels)));
 }
 
-Result<TrainingResult> train_exploration(const LearningMaterial& material, const DatasetInfo& info,
-                                         const std::string& dataset_sha256,
-                                         const recipes::Handover& wanted, std::uint32_t repetitions,
-                                         const classifier::TrainOptions& options,
-                                         const HandoverHooks& hooks,
-                                         const std::function<void(const std::string&)>& announce) {
-  const auto learner = classifier::learner_from(wanted.learner);
-  if (!learner) return pass(learner.error());
-  announce(material.exploration + ": features of " + std::to_string(material.trials.size()) +
-           " trials");
-  auto matrix = classifier::build_feature_matrix(material.trials, {}, options.threads);
-  if (!matrix) return pass(matrix.error());
-  TrainingTask task{material.exploration, std::move(*matrix),
-                    splits_by_repetition(material.repetition,
-                                         recipes::repetition_groups(repetitions, wanted.groups)),
-                    "one group of repetitions"};
-  auto got = evaluate_and_train(task, *learner, options, hooks, announce);
-  if (!got) return pass(got.error());
-  const std::string how =
-      format_training(wanted.learner, options, got->learner.labels().size(), got->folds);
-  return TrainingResult{
-      {std::move(got->learner),
-       make_setup(material, info),
-       {std::string(to_string(info.kind)), dataset_sha256, software_version(), how},
-       std::move(got->postprocessing)},
-      std::move(got->words),
-      std::move(got->evaluation),
-      std::move(task.splits),
-      task.matrix.names.size(),
-      got->train_s};
-}
-
+/// What an evaluation says, for evaluation.json: evaluation_json() with the share of all answers
+/// and the calibration.
 ordered_json evaluated_json(const classifier::LearnerEvaluation& evaluation) {
   ordered_json out = evaluation_json(evaluation);
   out["pooled_accuracy"] = evaluation.confusion.accuracy();
@@ -147,20 +95,187 @@ ordered_json evaluated_json(const classifier::LearnerEvaluation& evaluation) {
   return out;
 }
 
-ordered_json training_json(const LearningMaterial& material,
-                           const TrainingResult& training_result) {
-  ordered_json out{{"trials", material.trials.size()},
-                   {"features", training_result.features},
-                   {"learner", training_result.learner},
-                   {"training", training_result.model.provenance.training}};
+LearningMaterial collect_material(const Dataset& dataset, const std::string& exploration) {
+  LearningMaterial out{exploration, complete_trials(dataset, exploration), {}};
+  for (const TrialRecord& record : dataset.records)
+    if (record.outcome == TrialOutcome::complete && record.spec.exploration == exploration)
+      out.repetition.push_back(record.spec.repetition);
+  return out;
+}
+
+classifier::FeatureSetup make_setup(const LearningMaterial& material, const DatasetInfo& info) {
+  classifier::FeatureSetup setup;
+  setup.taxels = material.trials.front().taxels;
+  setup.phases = classifier::phases_of(material.trials.front());
+  setup.sample_period_s = info.taxel_rate_hz > 0 ? 1 / info.taxel_rate_hz : 0;
+  setup.exploration = material.exploration;
+  return setup;
+}
+
+std::set<std::uint32_t> repetitions_of(const LearningMaterial& material,
+                                       const std::vector<std::size_t>& rows) {
+  std::set<std::uint32_t> out;
+  for (const std::size_t row : rows) out.insert(material.repetition[row]);
+  return out;
+}
+
+ordered_json groups_json(const TrainingResult& training_result) {
+  ordered_json out = ordered_json::array();
+  for (std::size_t s = 0; s < training_result.splits.size(); ++s) {
+    const classifier::Split& split = training_result.splits[s];
+    out.push_back({{"repetitions", repetitions_of(training_result.material, split.test)},
+                   {"trained", split.train.size()},
+                   {"asked", split.test.size()},
+                   {"learner", to_string(training_result.evaluation.recipes[s])},
+                   {"accuracy", training_result.evaluation.splits[s].accuracy}});
+  }
+  return out;
+}
+
+struct ImprintTrainingResult {
+  TrainingTask task;
+  classifier::LearnerEvaluation evaluation;
+  ci::ImprintModel model;
+  std::string words;
+  double train_s = 0;
+};
+
+Result<ImprintTrainingResult> train_imprints(
+    const Dataset& data, const std::string& dataset_sha256, const HandoverHooks& hooks,
+    const std::function<bool()>& stop, const std::function<void(const std::string&)>& announce) {
+  classifier::TrainOptions options;
+  options.threads = hooks.threads;
+  options.stop = stop;
+  const auto imprints = extract_imprints(data);
+  if (!imprints) return pass(imprints.error());
+  const auto grid = find_grid(data, *imprints);
+  if (!grid) return pass(grid.error());
+  const ci::FeaturePlan plan;
+  auto matrix = ci::build_matrix(*imprints, plan, options.threads);
+  if (!matrix) return pass(matrix.error());
+  // The recipe was refused unless each class has other objects to learn from.
+  auto splits = classifier::leave_one_group_out(matrix->groups, matrix->labels);
+  if (!splits) return pass(splits.error());
+  TrainingTask task{model_name, std::move(*matrix), std::move(*splits), "one object"};
+  auto got = evaluate_and_train(task, imprint_learner, options, hooks, announce);
+  if (!got) return pass(got.error());
+  const std::string how = format_training(to_string(imprint_learner), options,
+                                          got->learner.labels().size(), got->folds);
+  return ImprintTrainingResult{
+      std::move(task),
+      std::move(got->evaluation),
+      {{std::string(to_string(data.info.kind)), dataset_sha256, software_version(), how},
+       {*grid, plan},
+       std::move(got->learner),
+       std::move(got->postprocessing)},
+      std::move(got->words),
+      got->train_s};
+}
+
+ordered_json training_json(const ImprintTrainingResult& training_result) {
+  ordered_json out{{"imprints", training_result.task.matrix.size()},
+                   {"array", ci::format_grid(training_result.model.setup.grid)},
+                   {"features", training_result.task.matrix.names},
+                   {"learner", training_result.words},
+                   {"training", training_result.model.provenance.training},
+                   {"left_out", training_result.task.left_out}};
   out.update(evaluated_json(training_result.evaluation));
-  out["groups"] = groups_json(material, training_result);
   out["model_train_s"] = training_result.train_s;
   return out;
 }
 
-std::string training_html(const LearningMaterial& material, const DatasetInfo& info,
-                          const recipes::Handover& wanted, const TrainingResult& training_result) {
+// The model as a file, and the lines of evaluation.json about it.
+Status add_model(const ImprintTrainingResult& training_result, ordered_json& evaluation,
+                 std::vector<HandoverText>& texts) {
+  std::ostringstream model;
+  if (Status ok = ci::save_imprint_model(training_result.model, model); !ok) return ok;
+  texts.push_back({std::string(model_name) + ".model", model.str()});
+  evaluation["models"].push_back(model_line_json(model_name, texts.back(), training_result.words,
+                                                 training_result.task.matrix.size(),
+                                                 training_result.evaluation));
+  evaluation["explorations"][model_name] = training_json(training_result);
+  return {};
+}
+
+}  // namespace
+
+ordered_json handover_heading_json(const DatasetInfo& info, const std::string& dataset_sha256) {
+  return {{"bench", to_string(info.kind)},    {"campaign", info.name},
+          {"dataset_sha256", dataset_sha256}, {"recipe_sha256", info.recipe_sha256},
+          {"rig_sha256", info.rig_sha256},    {"software_version", software_version()}};
+}
+
+ordered_json model_line_json(const std::string& name, const HandoverText& model,
+                             const std::string& learner, std::size_t trials,
+                             const classifier::LearnerEvaluation& e) {
+  return model_json({name, std::string(handover_folder_name) + "/" + model.name,
+                     sha256_hex(model.text), learner, trials, e.confusion.total(), e.accuracy,
+                     e.ci95.low, e.ci95.high});
+}
+
+std::vector<classifier::Split> splits_by_repetition(const std::vector<std::uint32_t>& repetition,
+                                                    const std::vector<std::size_t>& group_of) {
+  std::vector<classifier::Split> out;
+  const std::set<std::size_t> groups(group_of.begin(), group_of.end());
+  for (const std::size_t group : groups) {
+    classifier::Split split;
+    for (std::size_t row = 0; row < repetition.size(); ++row)
+      (group_of.at(repetition[row] - 1) == group ? split.test : split.train).push_back(row);
+    if (!split.test.empty()) out.push_back(std::move(split));
+  }
+  return out;
+}
+
+Result<TrainingResult> train_exploration(const Dataset& dataset, const std::string& exploration,
+                                         const std::string& dataset_sha256,
+                                         const recipes::Handover& wanted, std::uint32_t repetitions,
+                                         const classifier::TrainOptions& options,
+                                         const HandoverHooks& hooks,
+                                         const std::function<void(const std::string&)>& announce) {
+  const auto learner = classifier::learner_from(wanted.learner);
+  if (!learner) return pass(learner.error());
+  const DatasetInfo& info = dataset.info;
+  LearningMaterial material = collect_material(dataset, exploration);
+  announce(material.exploration + ": features of " + std::to_string(material.trials.size()) +
+           " trials");
+  auto matrix = classifier::build_feature_matrix(material.trials, {}, options.threads);
+  if (!matrix) return pass(matrix.error());
+  TrainingTask task{material.exploration, std::move(*matrix),
+                    splits_by_repetition(material.repetition,
+                                         recipes::repetition_groups(repetitions, wanted.groups)),
+                    "one group of repetitions"};
+  auto got = evaluate_and_train(task, *learner, options, hooks, announce);
+  if (!got) return pass(got.error());
+  const std::string how =
+      format_training(wanted.learner, options, got->learner.labels().size(), got->folds);
+  classifier::FeatureSetup setup = make_setup(material, info);
+  return TrainingResult{
+      std::move(material),
+      {std::move(got->learner),
+       std::move(setup),
+       {std::string(to_string(info.kind)), dataset_sha256, software_version(), how},
+       std::move(got->postprocessing)},
+      std::move(got->words),
+      std::move(got->evaluation),
+      std::move(task.splits),
+      task.matrix.names.size(),
+      got->train_s};
+}
+
+ordered_json training_json(const TrainingResult& training_result) {
+  ordered_json out{{"trials", training_result.material.trials.size()},
+                   {"features", training_result.features},
+                   {"learner", training_result.learner},
+                   {"training", training_result.model.provenance.training}};
+  out.update(evaluated_json(training_result.evaluation));
+  out["groups"] = groups_json(training_result);
+  out["model_train_s"] = training_result.train_s;
+  return out;
+}
+
+std::string training_html(const DatasetInfo& info, const recipes::Handover& wanted,
+                          const TrainingResult& training_result) {
+  const LearningMaterial& material = training_result.material;
   const std::vector<EvaluatedLearner> learners{
       {wanted.learner, training_result.evaluation,
        wanted.learner.ends_with("best") ? training_result.learner : ""}};
@@ -188,6 +303,35 @@ std::string training_html(const LearningMaterial& material, const DatasetInfo& i
       groups,
       {}};
   return evaluation_html(page);
+}
+
+Result<ordered_json> run_imprint_handover(const Dataset& data, const std::string& dataset_sha256,
+                                          const recipes::Handover& wanted,
+                                          const HandoverHooks& hooks, const StopRequested& stop,
+                                          std::vector<HandoverText>& texts) {
+  StepAnnouncer announce{hooks.progress, {0, 3, {}}};
+  announce("imprints: four experiments at all scales");
+  TableOptions options;
+  options.threads = hooks.threads;
+  options.stop = stop;
+  const auto tables = measure_tables(data, options);
+  if (!tables) return pass(tables.error());
+  const ordered_json figures = tables_json(*tables);
+  texts.push_back({"imprints.html", tables_html(*tables)});
+  texts.push_back({"imprints.json", figures.dump(2) + "\n"});
+  ordered_json evaluation = handover_heading_json(data.info, dataset_sha256);
+  evaluation["hand_over"] = {{"from", "imprints"}, {"at_most_s", wanted.at_most_s}};
+  evaluation["meaning"] =
+      "The experiments of Ellis 1986 on the last scan of phase P of each trial: right "
+      "answers of rules that were trained without the imprints they are asked about. The model is "
+      "of all imprints; its accuracy is of others, each trained without what it was asked about.";
+  evaluation["models"] = ordered_json::array();
+  evaluation["imprints"] = figures;
+  const auto training_result =
+      train_imprints(data, dataset_sha256, hooks, stop, std::ref(announce));
+  if (!training_result) return pass(training_result.error());
+  if (Status ok = add_model(*training_result, evaluation, texts); !ok) return pass(ok.error());
+  return evaluation;
 }
 
 }  // namespace weft::daemon

@@ -1,5 +1,9 @@
 #pragma once
-// One exploration of a hand-over: features, groups of repetitions, evaluation, model.
+// The hand-over of one exploration. From taxels: features, groups of repetitions, evaluation,
+// model. From vibration: windows of sound and acceleration, groups of repetitions left out, the
+// learner chosen on what trains; with "every" the ten learners of the 2023 paper under its own
+// protocol and under this one; evaluated only, no model is kept. From imprints: Ellis' experiments
+// and a model.
 
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
@@ -8,32 +12,39 @@
 #include <vector>
 
 #include "classifier/baseline/class_folds.hpp"
+#include "classifier/evaluate/evaluate.hpp"
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/model/model_file.hpp"
+#include "classifier/vibro/cross_validation.hpp"
 #include "classifier/vote/postprocessing.hpp"
 #include "daemon/analysis/handover/handover.hpp"
+#include "daemon/analysis/tradeoff/measure_vibro.hpp"
 #include "daemon/storage/certificate/handover_file.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
+#include "daemon/storage/recordings/recording_set.hpp"
 
 namespace weft::daemon {
+
+/// How evaluation.json begins: bench, campaign, digests and version.
+nlohmann::ordered_json handover_heading_json(const DatasetInfo& info,
+                                             const std::string& dataset_sha256);
+/// The line of evaluation.json about a model in a file: of so many trials, with the accuracy of
+/// others like it.
+nlohmann::ordered_json model_line_json(const std::string& name, const HandoverText& model,
+                                       const std::string& learner, std::size_t trials,
+                                       const classifier::LearnerEvaluation& evaluation);
 
 // The hand-over of a campaign of presses: the experiments of Ellis 1986 on its imprints, and a
 // model of them all.
 
-struct HandoverImprints {
-  std::string evaluation_json;      ///< what evaluation.json says
-  std::vector<HandoverText> texts;  ///< imprints.html, imprints.json, imprints.model
-};
-
+/// What evaluation.json says; adds imprints.html, imprints.json and imprints.model to `texts`.
 /// The tables of daemon/storage/imprints on the complete trials of `data`, with all scales, forms
 /// and rules; a model with `weft train`'s defaults, and its accuracy by leaving each object out in
 /// turn. Errors: a data set without imprints, what the rules and the learners refuse, wrong_state
 /// where it is stopped.
-Result<HandoverImprints> run_imprint_handover(const Dataset& data,
-                                              const std::string& dataset_sha256,
-                                              const recipes::Handover& wanted,
-                                              const HandoverHooks& hooks,
-                                              std::function<bool()> stop);
+Result<nlohmann::ordered_json> run_imprint_handover(
+    const Dataset& data, const std::string& dataset_sha256, const recipes::Handover& wanted,
+    const HandoverHooks& hooks, const StopRequested& stop, std::vector<HandoverText>& texts);
 
 /// The complete trials of one exploration, and the repetition of each.
 struct LearningMaterial {
@@ -41,46 +52,14 @@ struct LearningMaterial {
   std::vector<classifier::Trial> trials;
   std::vector<std::uint32_t> repetition;  ///< from 1, index by index
 };
-LearningMaterial collect_material(const Dataset& dataset, const std::string& exploration);
 
 /// Each group of repetitions tests once, all others train; a group without trials tests nothing.
 /// `group_of`: of repetition i + 1, see recipes::repetition_groups().
 std::vector<classifier::Split> splits_by_repetition(const std::vector<std::uint32_t>& repetition,
                                                     const std::vector<std::size_t>& group_of);
 
-/// A learner of all rows of a matrix, and what others like it reached that lacked some of them.
-struct EvaluatedModel {
-  classifier::LearnerEvaluation evaluation;
-  classifier::TrainedLearner learner;
-  std::optional<classifier::VotePostprocessing>
-      postprocessing;  ///< nothing where no fold could be made
-  classifier::FoldReport folds;
-  std::string words;   ///< which learner it is: "lda, ranks"
-  double train_s = 0;  ///< of the model, measured
-};
-/// What to learn from, and what each split leaves out, in words.
-struct TrainingTask {
-  std::string name;
-  classifier::FeatureMatrix matrix;
-  std::vector<classifier::Split> splits;
-  std::string left_out;
-};
-/// `announce` is told of both parts: "M1: 5 trainings, each without one group of repetitions".
-/// Errors: the classifier's.
-Result<EvaluatedModel> evaluate_and_train(const TrainingTask& task, classifier::Learner learner,
-                                          const classifier::TrainOptions& options,
-                                          const HandoverHooks& hooks,
-                                          const std::function<void(const std::string&)>& announce);
-
-/// How it was trained, for the model's provenance.
-std::string format_training(std::string_view learner, const classifier::TrainOptions& options,
-                            std::size_t labels, const classifier::FoldReport& folds);
-
-/// What an evaluation says, for evaluation.json: evaluation_json() with the share of all answers
-/// and the calibration.
-nlohmann::ordered_json evaluated_json(const classifier::LearnerEvaluation& evaluation);
-
 struct TrainingResult {
+  LearningMaterial material;
   classifier::StoredModel model;  ///< of all trials
   std::string learner;            ///< in words
   classifier::LearnerEvaluation evaluation;
@@ -89,7 +68,7 @@ struct TrainingResult {
   double train_s = 0;  ///< of the model, measured
 };
 /// `options` with the stop in it. Errors: the classifier's.
-Result<TrainingResult> train_exploration(const LearningMaterial& material, const DatasetInfo& info,
+Result<TrainingResult> train_exploration(const Dataset& dataset, const std::string& exploration,
                                          const std::string& dataset_sha256,
                                          const recipes::Handover& wanted, std::uint32_t repetitions,
                                          const classifier::TrainOptions& options,
@@ -97,10 +76,46 @@ Result<TrainingResult> train_exploration(const LearningMaterial& material, const
                                          const std::function<void(const std::string&)>& announce);
 
 /// What evaluation.json says of it.
-nlohmann::ordered_json training_json(const LearningMaterial& material,
-                                     const TrainingResult& training_result);
+nlohmann::ordered_json training_json(const TrainingResult& training_result);
 /// The page of the same.
-std::string training_html(const LearningMaterial& material, const DatasetInfo& info,
-                          const recipes::Handover& wanted, const TrainingResult& training_result);
+std::string training_html(const DatasetInfo& info, const recipes::Handover& wanted,
+                          const TrainingResult& training_result);
+
+/// Phase M of the complete trials of one exploration, the group of each the one that its repetition
+/// is dealt into (`group_of` repetition i + 1, see recipes::repetition_groups()), "1" for the
+/// first. Errors: extract_recordings()'s.
+Result<RecordingSet> vibration_material(const Dataset& dataset, const std::string& exploration,
+                                        const std::vector<std::size_t>& group_of);
+
+/// What a learner reaches on groups of repetitions that it, and its choice, never saw.
+struct ChosenLearner {
+  double window_s = 0, step_s = 0;
+  std::size_t windows = 0, columns = 0, groups = 0;
+  classifier::vibro::CrossValidation result;  ///< its `chosen`: of each group left out
+};
+
+struct VibrationTrainingResult {
+  ChosenLearner best;
+  VibroTradeoff tradeoff;  ///< of "every"; else without points
+  std::vector<std::string> materials;
+};
+
+/// `announce` is told before each of vibration_steps(wanted). `stop` is asked before each training.
+/// Errors: recordings too short for a window of 2 s, the classifier's.
+Result<VibrationTrainingResult> train_vibration(
+    const RecordingSet& set, const recipes::Handover& wanted, const HandoverHooks& hooks,
+    const StopRequested& stop, const std::function<void(const std::string&)>& announce);
+std::size_t vibration_steps(const recipes::Handover& wanted);
+
+/// What is told of it in a line. `file`: its page.
+HandoverEvaluation make_evaluation(const std::string& exploration, const std::string& file,
+                                   const RecordingSet& set,
+                                   const VibrationTrainingResult& training_result);
+/// What evaluation.json says of it.
+nlohmann::ordered_json vibration_json(const RecordingSet& set,
+                                      const VibrationTrainingResult& training_result);
+/// The page of the same: F-score against time, the paper's tables, confusion by material.
+Result<std::string> vibration_html(const std::string& exploration, const RecordingSet& set,
+                                   const VibrationTrainingResult& training_result);
 
 }  // namespace weft::daemon

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "classifier/base/parallel.hpp"
 #include "daemon/base/text/format.hpp"
+#include "daemon/pages/plot/html.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
 
 namespace weft::daemon {
@@ -125,18 +127,89 @@ Status measure_set(const TableOptions& options, PreparedSet& one) {
   return {};
 }
 
-using classifier::imprint::Experiment;
-using classifier::imprint::Form;
-
 struct EllisRow {
-  Experiment experiment;
+  ci::Experiment experiment;
   std::size_t full_13, brief_13;    // scales 1 & 3
   std::size_t full_124, brief_124;  // scales 1, 2, & 4
 };
-constexpr std::array<EllisRow, 4> ellis_rows{{{Experiment::one_of_all, 18, 19, 22, 20},
-                                              {Experiment::object_of_all, 17, 16, 18, 18},
-                                              {Experiment::one_of_class, 19, 20, 20, 21},
-                                              {Experiment::object_of_class, 17, 18, 21, 22}}};
+constexpr std::array<EllisRow, 4> ellis_rows{{{ci::Experiment::one_of_all, 18, 19, 22, 20},
+                                              {ci::Experiment::object_of_all, 17, 16, 18, 18},
+                                              {ci::Experiment::one_of_class, 19, 20, 20, 21},
+                                              {ci::Experiment::object_of_class, 17, 18, 21, 22}}};
+
+using nlohmann::ordered_json;
+
+struct EllisEntry {
+  bool converged;
+  std::size_t correct;
+};
+
+/// Nothing where the paper has no such entry.
+std::optional<EllisEntry> ellis_entry(ci::Experiment experiment, std::span<const double> sigmas,
+                                      ci::Form form) {
+  const auto all = ellis_scales();
+  const auto at =
+      std::ranges::find_if(all, [&](const auto& set) { return std::ranges::equal(set, sigmas); });
+  if (at == all.end()) return std::nullopt;
+  const EllisRow& row = ellis_rows.at(static_cast<std::size_t>(experiment));
+  const bool full = form == ci::Form::full;
+  if (std::ranges::equal(sigmas, all[5]))
+    return EllisEntry{true, full ? row.full_13 : row.brief_13};
+  if (std::ranges::equal(sigmas, all[6]))
+    return EllisEntry{true, full ? row.full_124 : row.brief_124};
+  // Single scales and 1 & 2 were not printed again for 1/CLASS and 2/CLASS.
+  if (experiment == ci::Experiment::one_of_all || experiment == ci::Experiment::object_of_all)
+    return EllisEntry{false, 0};
+  return std::nullopt;
+}
+
+ordered_json experiment_json(const ci::ExperimentOutcome& outcome) {
+  return {{"converged", outcome.converged},
+          {"correct", outcome.converged ? ordered_json(outcome.correct) : ordered_json(nullptr)},
+          {"total", outcome.converged ? ordered_json(outcome.total) : ordered_json(nullptr)},
+          {"rounds", outcome.most_rounds},
+          {"wrong", outcome.wrong}};
+}
+
+ordered_json printed_json(ci::Experiment experiment, const FeatureSet& set) {
+  const auto entry =
+      set.sigmas.empty() ? std::nullopt : ellis_entry(experiment, set.sigmas, set.form);
+  if (!entry) return nullptr;
+  if (!entry->converged) return {{"converged", false}};
+  return {{"converged", true}, {"correct", entry->correct}, {"total", ellis_imprints}};
+}
+
+std::vector<std::string> rules_head(const ImprintTables& tables, std::string first) {
+  std::vector<std::string> out{std::move(first), "<span class=\"paper\">paper</span>"};
+  for (const ci::Rule rule : tables.options.rules) out.push_back(escape(to_string(rule)));
+  return out;
+}
+
+std::string experiment_table(const ImprintTables& tables, std::size_t experiment, ci::Form form) {
+  HtmlTable table(rules_head(tables, "scales [taxels]"));
+  const ci::Experiment name = tables.options.experiments[experiment];
+  for (const FeatureSet& set : tables.sets) {
+    if (set.sigmas.empty() ? form != ci::Form::full : set.form != form) continue;
+    std::vector<std::string> cells{escape(set.name()), escape(paper_text(name, set))};
+    for (std::size_t r = 0; r < tables.options.rules.size(); ++r)
+      cells.push_back(escape(cell_text(tables.outcome(set, experiment, r))));
+    table.row(cells);
+  }
+  return figure(table.finish(),
+                std::string(to_string(form)) + " features a scale. " + escape(tables_note(tables)),
+                bench_badge(tables.bench));
+}
+
+std::string separability_table(const ImprintTables& tables) {
+  HtmlTable table({"features", "scales [taxels]", "all imprints linearly separable"}, 2);
+  for (const FeatureSet& set : tables.sets)
+    table.row({escape(set.sigmas.empty() ? "Laws" : to_string(set.form)), escape(set.name()),
+               escape(to_string(set.separability.verdict))});
+  return figure(table.finish(),
+                "Whether any weights would do, proved without a perceptron: what does not converge "
+                "in 1000 rounds may still be separable.",
+                bench_badge(tables.bench));
+}
 
 }  // namespace
 
@@ -210,22 +283,50 @@ std::vector<std::vector<double>> ellis_scales() {
   return {{0}, {1}, {2}, {3}, {1, 2}, {1, 3}, {1, 2, 4}};
 }
 
-std::optional<EllisEntry> ellis_entry(Experiment experiment, std::span<const double> sigmas,
-                                      Form form) {
-  const auto all = ellis_scales();
-  const auto at =
-      std::ranges::find_if(all, [&](const auto& set) { return std::ranges::equal(set, sigmas); });
-  if (at == all.end()) return std::nullopt;
-  const EllisRow& row = ellis_rows.at(static_cast<std::size_t>(experiment));
-  const bool full = form == Form::full;
-  if (std::ranges::equal(sigmas, all[5]))
-    return EllisEntry{true, full ? row.full_13 : row.brief_13};
-  if (std::ranges::equal(sigmas, all[6]))
-    return EllisEntry{true, full ? row.full_124 : row.brief_124};
-  // Single scales and 1 & 2 were not printed again for 1/CLASS and 2/CLASS.
-  if (experiment == Experiment::one_of_all || experiment == Experiment::object_of_all)
-    return EllisEntry{false, 0};
-  return std::nullopt;
+ordered_json tables_json(const ImprintTables& tables) {
+  ordered_json sets = ordered_json::array();
+  for (const FeatureSet& set : tables.sets) {
+    ordered_json one{
+        {"scales", set.sigmas},
+        {"features", set.sigmas.empty() ? set.name() : std::string(to_string(set.form))},
+        {"linearly_separable", to_string(set.separability.verdict)}};
+    for (std::size_t e = 0; e < tables.options.experiments.size(); ++e) {
+      const ci::Experiment experiment = tables.options.experiments[e];
+      ordered_json& row = one["experiments"][std::string(to_string(experiment))];
+      row["paper"] = printed_json(experiment, set);
+      for (std::size_t r = 0; r < tables.options.rules.size(); ++r)
+        row[std::string(to_string(tables.options.rules[r]))] =
+            experiment_json(tables.outcome(set, e, r));
+    }
+    sets.push_back(std::move(one));
+  }
+  ordered_json requested = ordered_json::object(), left_out = ordered_json::object();
+  for (std::size_t e = 0; e < tables.requested.size(); ++e)
+    requested[std::string(to_string(tables.options.experiments[e]))] = tables.requested[e];
+  for (const auto& [experiment, why] : tables.left_out) left_out[experiment] = why;
+  return {{"command", "imprint tables"},     {"bench", to_string(tables.bench)},
+          {"dataset", tables.dataset},       {"dataset_sha256", tables.sha256},
+          {"imprints", tables.imprints},     {"classes", tables.classes},
+          {"objects", tables.objects},       {"asked", std::move(requested)},
+          {"left_out", std::move(left_out)}, {"sets", std::move(sets)}};
+}
+
+std::string tables_html(const ImprintTables& tables) {
+  std::string out = "<header>" + bench_badge(tables.bench) +
+                    "<h1>Static imprints: " + escape(tables.dataset) + "</h1></header>\n<dl>" +
+                    definition("data set", tables.sha256) +
+                    definition("imprints", std::to_string(tables.imprints)) +
+                    definition("objects", std::to_string(tables.objects)) +
+                    definition("classes", std::to_string(tables.classes)) + "</dl>\n";
+  for (std::size_t e = 0; e < tables.options.experiments.size(); ++e) {
+    out +=
+        "<section><h2>Experiment " + escape(to_string(tables.options.experiments[e])) + "</h2>\n";
+    for (const ci::Form form : {ci::Form::full, ci::Form::brief})
+      out += experiment_table(tables, e, form);
+    out += "</section>\n";
+  }
+  out += "<section><h2>Linear separability</h2>\n" + separability_table(tables) + "</section>\n";
+  return page_around("Static imprints: " + tables.dataset, out);
 }
 
 }  // namespace weft::daemon

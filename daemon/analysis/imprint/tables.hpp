@@ -3,8 +3,6 @@
 
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,15 +17,6 @@ namespace weft::daemon {
 // What Ellis 1986 printed (sections 3.4.1 to 3.4.4): right answers out of 24.
 
 inline constexpr std::size_t ellis_imprints = 24;
-
-struct EllisEntry {
-  bool converged;
-  std::size_t correct;
-};
-/// Nothing where the paper has no such entry.
-std::optional<EllisEntry> ellis_entry(classifier::imprint::Experiment experiment,
-                                      std::span<const double> sigmas,
-                                      classifier::imprint::Form form);
 
 /// The paper's sets of scales: 0; 1; 2; 3; 1, 2; 1, 3; 1, 2, 4.
 std::vector<std::vector<double>> ellis_scales();

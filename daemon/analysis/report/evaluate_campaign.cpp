@@ -33,77 +33,50 @@ Result<double> time_features(const std::vector<classifier::Trial>& trials,
   return (seconds_now() - began) / static_cast<double>(count);
 }
 
+classifier::TrainOptions train_options(const EvaluateOptions& options, Reduction reduction) {
+  classifier::TrainOptions train;
+  train.reduction = reduction;
+  train.seed = options.seed;
+  train.threads = options.threads;
+  return train;
+}
+
 // The steps of one exploration, each announced before it starts.
-class ExplorationEvaluator {
- public:
-  ExplorationEvaluator(const EvaluateOptions& options, const classifier::SecondsNow& seconds_now,
-                       std::function<void(const std::string&)> announce)
-      : options_(&options), seconds_now_(&seconds_now), announce_(std::move(announce)) {}
-
-  Result<ExplorationResult> run(const std::string& exploration,
-                                const std::vector<classifier::Trial>& trials) {
-    out_.exploration = exploration;
-    out_.trials = trials.size();
-    out_.threads = options_->threads != 0 ? options_->threads : std::thread::hardware_concurrency();
-    if (Status ok = prepare(trials); !ok) return pass(ok.error(), exploration);
-    for (const Reduction reduction : reductions)
-      if (Status ok = add(reduction); !ok) return pass(ok.error(), exploration);
-    if (Status ok = permute(); !ok) return pass(ok.error(), exploration);
-    return std::move(out_);
-  }
-
- private:
-  Status prepare(const std::vector<classifier::Trial>& trials) {
-    announce_(out_.exploration + ": features of " + std::to_string(trials.size()) + " trials");
-    const Result<double> seconds = time_features(trials, *seconds_now_);
-    if (!seconds) return pass(seconds.error());
-    out_.feature_s_per_sample = *seconds;
-    auto matrix = classifier::build_feature_matrix(trials, {}, options_->threads);
-    if (!matrix) return pass(matrix.error());
-    matrix_ = std::move(*matrix);
-    out_.features = matrix_.names.size();
-    auto splits = classifier::stratified_splits(matrix_.labels, options_->train_fraction,
-                                                options_->repeats, options_->seed);
-    if (!splits) return pass(splits.error());
-    splits_ = std::move(*splits);
-    return {};
-  }
-
-  [[nodiscard]] classifier::TrainOptions train_options(Reduction reduction) const {
-    classifier::TrainOptions train;
-    train.reduction = reduction;
-    train.seed = options_->seed;
-    train.threads = options_->threads;
-    return train;
-  }
-
-  Status add(Reduction reduction) {
-    announce_(out_.exploration + ": " + std::string(classifier::to_string(reduction)) + ", " +
-              std::to_string(splits_.size()) + " trainings");
+Result<ExplorationResult> evaluate_exploration(const std::string& exploration,
+                                               const std::vector<classifier::Trial>& trials,
+                                               const EvaluateOptions& options,
+                                               const classifier::SecondsNow& seconds_now,
+                                               StepAnnouncer& announce) {
+  ExplorationResult out;
+  out.exploration = exploration;
+  out.trials = trials.size();
+  out.threads = options.threads != 0 ? options.threads : std::thread::hardware_concurrency();
+  announce(exploration + ": features of " + std::to_string(trials.size()) + " trials");
+  const Result<double> seconds = time_features(trials, seconds_now);
+  if (!seconds) return pass(seconds.error());
+  out.feature_s_per_sample = *seconds;
+  const auto matrix = classifier::build_feature_matrix(trials, {}, options.threads);
+  if (!matrix) return pass(matrix.error());
+  out.features = matrix->names.size();
+  const auto splits = classifier::stratified_splits(matrix->labels, options.train_fraction,
+                                                    options.repeats, options.seed);
+  if (!splits) return pass(splits.error());
+  for (const Reduction reduction : reductions) {
+    announce(exploration + ": " + std::string(classifier::to_string(reduction)) + ", " +
+             std::to_string(splits->size()) + " trainings");
     auto evaluation =
-        classifier::evaluate(matrix_, splits_, train_options(reduction), *seconds_now_);
+        classifier::evaluate(*matrix, *splits, train_options(options, reduction), seconds_now);
     if (!evaluation) return pass(evaluation.error(), classifier::to_string(reduction));
-    out_.reductions.push_back({reduction, std::move(*evaluation)});
-    return {};
+    out.reductions.push_back({reduction, std::move(*evaluation)});
   }
-
-  Status permute() {
-    announce_(out_.exploration + ": labels in random order");
-    const auto permuted =
-        classifier::evaluate_permuted(matrix_, train_options(Reduction::pvalue),
-                                      {options_->train_fraction, label_permutations, 1});
-    if (!permuted) return pass(permuted.error());
-    out_.permuted_accuracy = permuted->mean;
-    return {};
-  }
-
-  const EvaluateOptions* options_;
-  const classifier::SecondsNow* seconds_now_;
-  std::function<void(const std::string&)> announce_;
-  classifier::FeatureMatrix matrix_;
-  std::vector<classifier::Split> splits_;
-  ExplorationResult out_;
-};
+  announce(exploration + ": labels in random order");
+  const auto permuted =
+      classifier::evaluate_permuted(*matrix, train_options(options, Reduction::pvalue),
+                                    {options.train_fraction, label_permutations, 1});
+  if (!permuted) return pass(permuted.error());
+  out.permuted_accuracy = permuted->mean;
+  return out;
+}
 
 }  // namespace
 
@@ -132,16 +105,12 @@ Result<std::vector<ExplorationResult>> evaluate_campaign(const Dataset& dataset,
     return fail({.code = Errc::invalid_argument,
                  .where = dataset.info.name,
                  .what = "no complete trial to evaluate"});
-  EvaluationProgress progress_now{0, explorations.size() * steps_per_exploration, {}};
+  StepAnnouncer announce{progress, {0, explorations.size() * steps_per_exploration, {}}};
   std::vector<ExplorationResult> out;
   for (const std::string& exploration : explorations) {
-    ExplorationEvaluator evaluator(options, seconds_now, [&](const std::string& what) {
-      progress_now.what = what;
-      if (progress) progress(progress_now);
-      ++progress_now.step;
-    });
-    auto result = evaluator.run(exploration, complete_trials(dataset, exploration));
-    if (!result) return pass(result.error());
+    auto result = evaluate_exploration(exploration, complete_trials(dataset, exploration), options,
+                                       seconds_now, announce);
+    if (!result) return pass(result.error(), exploration);
     out.push_back(std::move(*result));
   }
   return out;

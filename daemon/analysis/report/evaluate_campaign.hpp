@@ -52,6 +52,17 @@ struct EvaluationProgress {
 };
 using EvaluationSink = std::function<void(const EvaluationProgress&)>;
 
+/// Tells `sink`, which may be empty, of each step before it starts.
+struct StepAnnouncer {
+  EvaluationSink sink;
+  EvaluationProgress progress = {};
+  void operator()(const std::string& what) {
+    progress.what = what;
+    if (sink) sink(progress);
+    ++progress.step;
+  }
+};
+
 /// Explorations in order of their first trial; only complete trials take part. Refuses what the
 /// classifier refuses (a label with one trial, a single label), a data set without complete trials.
 Result<std::vector<ExplorationResult>> evaluate_campaign(const Dataset& dataset,

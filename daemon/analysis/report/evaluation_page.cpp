@@ -4,8 +4,8 @@
 #include <numeric>
 #include <span>
 
-#include "daemon/analysis/report/core_rows.hpp"
 #include "daemon/analysis/report/paper.hpp"
+#include "daemon/analysis/report/report.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/html.hpp"
 #include "daemon/pages/plot/scatter.hpp"
@@ -16,13 +16,6 @@ namespace {
 
 constexpr std::size_t cores_shown = 10;
 
-std::string badge(BenchKind kind) {
-  const std::string_view words = kind == BenchKind::simulated ? "SIMULATED"
-                                 : kind == BenchKind::real    ? "REAL BENCH"
-                                                              : "BENCH UNKNOWN";
-  return "<span class=\"badge\">" + std::string(words) + "</span>";
-}
-
 std::string section(std::string_view title, const std::string& body_html) {
   return body_html.empty()
              ? std::string()
@@ -30,8 +23,8 @@ std::string section(std::string_view title, const std::string& body_html) {
 }
 
 std::string heading(const EvaluationPage& page) {
-  std::string out = "<header>" + badge(page.bench) + "\n<h1>Evaluation of " + escape(page.dataset) +
-                    "</h1>\n</header>\n<dl>";
+  std::string out = "<header>" + report_badge(page.bench) + "\n<h1>Evaluation of " +
+                    escape(page.dataset) + "</h1>\n</header>\n<dl>";
   for (const auto& [name, value] : page.facts)
     out += "<dt>" + escape(name) + "</dt><dd>" + escape(value) + "</dd>\n";
   return out + "</dl>\n";
@@ -59,7 +52,7 @@ std::string accuracy_table(const EvaluationPage& page) {
                 "Test trials alone. Interval: " + escape(methods_text(methods)) +
                     ". <span class=\"paper\">The paper, real fabrics of its own, Table IV:" + rows +
                     "</span>",
-                badge(page.bench));
+                report_badge(page.bench));
 }
 
 std::string timing_table(const EvaluationPage& page) {
@@ -78,7 +71,7 @@ std::string timing_table(const EvaluationPage& page) {
                     fixed(paper::feature_s_per_sample, 3) + " s, training 0.566 s, test " +
                     fixed(paper::test_s_per_sample, 3) +
                     " s; its training is very likely the final fit alone.</span>",
-                badge(page.bench));
+                report_badge(page.bench));
 }
 
 std::string core_table(const std::vector<CoreLine>& lines) {
@@ -104,7 +97,7 @@ std::string core_figures(const EvaluationPage& page) {
                       "paper\u2019s three pairs where they are here, then those with the most "
                       "cross-validation errors. Lower indices name the feature and the pad, upper "
                       "ones the phase.",
-                  badge(page.bench));
+                  report_badge(page.bench));
   }
   return {};
 }
@@ -126,7 +119,7 @@ std::string reliability_part(const EvaluatedLearner& learner, const EvaluationPa
           "bold. Intervals of bins: " +
           escape(bin_methods(check)) +
           "; of the error: " + escape(check.calibration_error_ci95.method) + ".",
-      badge(page.bench));
+      report_badge(page.bench));
 }
 
 std::string curve_part(const EvaluationPage& page) {
@@ -144,7 +137,7 @@ std::string curve_part(const EvaluationPage& page) {
       "<div class=\"scroll\">" + learning_curve_figure(page.curve) + "</div>\n" + table.finish(),
       "Accuracy [%] and deviation over " + std::to_string(page.curve.front().draws) +
           " draws of training trials; the test parts stay the same.",
-      badge(page.bench));
+      report_badge(page.bench));
 }
 
 std::string groups_part(const EvaluationPage& page) {
@@ -158,7 +151,7 @@ std::string groups_part(const EvaluationPage& page) {
     table.row(row);
   }
   return figure(table.finish(), "Accuracy [%] on each group, trained on all others.",
-                badge(page.bench));
+                report_badge(page.bench));
 }
 
 std::string confusion_part(const EvaluationPage& page) {
@@ -169,7 +162,7 @@ std::string confusion_part(const EvaluationPage& page) {
     out += figure("<div class=\"scroll\">" + confusion_map(confusion, title) + "</div>\n",
                   "<b>" + escape(title) + ".</b> " + thousands(confusion.total()) + " answers. " +
                       escape(worst_confusions(confusion, 3)),
-                  badge(page.bench));
+                  report_badge(page.bench));
   }
   return out.empty() ? out : "<div class=\"pair\">\n" + out + "</div>\n";
 }

@@ -1,12 +1,13 @@
 #pragma once
-// What Khan et al. 2016 printed, to stand beside our figures. Measured on real fabrics with other
-// devices: beside, never under one heading.
+// What Khan et al. 2016 printed, to stand beside our figures, and our cores in the form of its
+// Table III. Measured on real fabrics with other devices: beside, never under one heading.
 
-#include <algorithm>
 #include <array>
-#include <iterator>
+#include <string>
 #include <string_view>
 #include <vector>
+
+#include "classifier/fabric/model.hpp"
 
 namespace weft::daemon::paper {
 
@@ -30,12 +31,12 @@ inline constexpr std::array accuracies = {Accuracy{"M1", 0.98, 0.89, 0.89},
 template <class Results>
 std::vector<Accuracy> accuracies_beside(const Results& results) {
   std::vector<Accuracy> out;
-  std::copy_if(accuracies.begin(), accuracies.end(), std::back_inserter(out),
-               [&](const Accuracy& row) {
-                 return std::any_of(results.begin(), results.end(), [&](const auto& result) {
-                   return result.exploration == row.exploration;
-                 });
-               });
+  for (const Accuracy& row : accuracies)
+    for (const auto& result : results)
+      if (result.exploration == row.exploration) {
+        out.push_back(row);
+        break;
+      }
   return out;
 }
 
@@ -66,3 +67,35 @@ inline constexpr std::array cores = {
     Core{"flax", "pile", {"norm.M.13", "norm.M.15", "mean.M.15", "Hfrq.M.15"}, 18}};
 
 }  // namespace weft::daemon::paper
+
+namespace weft::daemon {
+
+struct CoreFeature {
+  std::string name;  ///< "range.M.4"
+  double p_value = 1;
+  double log_p = 0;  ///< natural logarithm, where p underflows
+};
+
+/// One core of a model, its selected features best first. a < b in the model's order.
+struct CoreLine {
+  std::string a;
+  std::string b;
+  std::vector<CoreFeature> features;
+  const classifier::CoreInfo* info = nullptr;
+  std::size_t support_vectors = 0;
+};
+
+/// All cores, in the model's order; they refer to `model`.
+std::vector<CoreLine> core_lines(const classifier::FabricModel& model);
+
+/// The paper's three pairs that the model has, then those with the most cross-validation errors
+/// (then the greatest loss), at most `count` in all.
+std::vector<CoreLine> shown_cores(const std::vector<CoreLine>& lines, std::size_t count);
+
+/// The first four that it looks at, as the paper writes them.
+std::string first_features_html(const CoreLine& line);
+
+/// What the paper printed for this pair; nullptr when nothing.
+const paper::Core* paper_core(const CoreLine& line);
+
+}  // namespace weft::daemon

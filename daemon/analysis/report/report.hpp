@@ -2,12 +2,15 @@
 // What is shown of a finished campaign: on the terminal, for programs, for people.
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "daemon/analysis/report/evaluate_campaign.hpp"
+#include "daemon/analysis/report/paper.hpp"
 #include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/simulation.hpp"
 #include "daemon/storage/certificate/verify.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 #include "protocols/base/result.hpp"
@@ -59,5 +62,52 @@ bool is_report_json(std::string_view text);
 /// The same two documents as text.
 std::string report_json(const ReportInput& input);
 std::string report_html(const ReportInput& input);
+
+// The parts that report.json and the command line's --json have in common, in one shape.
+
+// How a campaign was simulated, in words: for the terminal, the page and report.json.
+
+/// "Simulated at level L1 3.072 ms because the scene needs a wrench and taxel counts; error against
+/// L2 midpoint 0.2 ms: max 12.1 mN, rms 3.0 mN": the last of the errors, which knows most. Empty
+/// on a bench that is not simulated.
+std::string sentence(const SimulationNote& note);
+/// One line for each error.
+std::vector<std::string> error_lines(const SimulationNote& note);
+/// Both for a terminal: at most 80 columns, each line ends with a newline.
+std::string simulation_text(const SimulationNote& note);
+
+/// Accuracy, interval and its method, accuracy of each split, times, and the confusion matrix as
+/// {"labels": [...], "count": [[...]]}: a row per true label, a column per answer.
+nlohmann::ordered_json evaluation_json(const classifier::Scores& evaluation);
+
+/// One pair of fabrics: selected features with p, parameters, errors of the cross-validation.
+nlohmann::ordered_json core_json(const CoreLine& line);
+
+/// [{"label", "exploration", "trials"}]: what a live vote left out; empty as a rule.
+nlohmann::ordered_json ended_early_json(const DatasetInfo& info);
+
+/// Which positions of each stage a plan uses, and how far they stay from the ends of its travel:
+/// {"z": {"min_m", "max_m", "margin_m"}, "rx": {"min_rad", ...}, ...}.
+nlohmann::json envelope_json(const recipes::Forecast& forecast);
+
+/// The bench's time over the wall's; 0 where no wall time was measured.
+double realtime_factor(const CampaignSummary& run);
+
+/// How the run went. "error" is the first problem's sentence, or null.
+nlohmann::ordered_json run_json(const CampaignSummary& run);
+
+// Parts of report.html, each a piece of markup.
+
+/// "SIMULATED", "REAL BENCH" or "BENCH UNKNOWN"; and so in a box.
+std::string_view bench_name(BenchKind kind);
+std::string report_badge(BenchKind kind);
+/// The badge, and "INCOMPLETE, 12 of 680 trials" where that is so.
+std::string badge_html(const ReportInput& input);
+std::string trace_section(const ReportInput& input);
+std::string accuracy_section(const ReportInput& input);
+std::string core_section(const ReportInput& input);
+std::string timing_section(const ReportInput& input);
+std::string force_section(const ReportInput& input);
+std::string wall_time_section(const ReportInput& input);
 
 }  // namespace weft::daemon

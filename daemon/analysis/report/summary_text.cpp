@@ -1,8 +1,8 @@
 #include <cctype>
 
-#include "daemon/analysis/report/json_parts.hpp"
 #include "daemon/analysis/report/paper.hpp"
 #include "daemon/analysis/report/report.hpp"
+#include "daemon/analysis/report/trace.hpp"
 #include "daemon/base/text/format.hpp"
 #include "recipes/engine/engine.hpp"
 
@@ -40,7 +40,7 @@ std::string time_lines(const CampaignSummary& run) {
   const std::string bench = duration(run.virtual_s) + " on the bench";
   if (!(run.wall_s > 0)) return line("time", bench);
   return line("time", bench + ", " + duration(run.wall_s) + " wall, " +
-                          fixed(run.virtual_s / run.wall_s, 0) + " x real time") +
+                          fixed(realtime_factor(run), 0) + " x real time") +
          line("of which", "plant " + duration(run.time.plant_and_emulators_s) + ", control " +
                               duration(run.time.drivers_and_control_s) + ", recorder " +
                               duration(run.time.recorder_s) + "; export " +
@@ -59,10 +59,7 @@ std::string run_lines(const ReportInput& input) {
   if (run.force.samples > 0)
     out += line("force while held", fixed(run.force.rms_n() * 1e3, 1) + " mN RMS, worst " +
                                         fixed(run.force.worst_n * 1e3, 0) + " mN, " +
-                                        percent(static_cast<double>(run.force.in_band) /
-                                                    static_cast<double>(run.force.samples),
-                                                2) +
-                                        " % in band");
+                                        percent(in_band_share(run.force), 2) + " % in band");
   // 64 digits leave no room for the usual column
   out += simulation_text(run.simulation);
   return out + "  data set  " + (run.dataset_sha256.empty() ? "none" : run.dataset_sha256) + "\n";

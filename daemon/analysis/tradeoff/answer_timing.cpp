@@ -4,7 +4,7 @@
 #include <deque>
 
 #include "classifier/features/feature_matrix.hpp"
-#include "daemon/analysis/tradeoff/tradeoff_point.hpp"
+#include "daemon/analysis/tradeoff/tradeoff.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -49,7 +49,7 @@ struct Common {
       : trials(of), extractor(options), rows(of->size()), features_s(of->size()) {}
 };
 
-std::deque<Common> by_trials(const std::vector<TimedAnswer>& all,
+std::deque<Common> by_trials(std::span<const TimedAnswer> all,
                              const classifier::FeatureOptions& options) {
   std::deque<Common> out;
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -88,21 +88,89 @@ void forget(Common& common) {
     for (auto& samples : user.vote_s) samples.clear();
 }
 
+using classifier::LivePrediction;
+using classifier::Trial;
+
+const Trial& slide_of(const Dataset& dataset, const Material& material, std::size_t row) {
+  return dataset.trials[material.trials[row].front()];
+}
+
+Status watch(classifier::LiveVoter& voter, const Trial& trial, WatchedSlide& out) {
+  voter.restart();
+  for (std::size_t i = 0; i < trial.samples(); ++i) {
+    auto evaluation = voter.add(trial.phase[i], trial.row(i));
+    if (!evaluation) return pass(evaluation.error(), trial.file);
+    if (*evaluation) out.evaluations.push_back(std::move(**evaluation));
+  }
+  return {};
+}
+
 }  // namespace
 
-Result<std::vector<AnswerTimes>> AnswerTiming::run(std::size_t repetitions,
-                                                   const classifier::FeatureOptions& options,
-                                                   const SecondsNow& seconds_now) const {
-  std::deque<Common> commons = by_trials(all_, options);
+Result<std::vector<AnswerTimes>> time_answers(std::span<const TimedAnswer> all,
+                                              std::size_t repetitions,
+                                              const classifier::FeatureOptions& options,
+                                              const SecondsNow& seconds_now) {
+  std::deque<Common> commons = by_trials(all, options);
   for (std::size_t repetition = 0; repetition <= repetitions; ++repetition)
     for (Common& common : commons) {
       if (Status ok = time_once(common, seconds_now); !ok) return pass(ok.error());
       if (repetition == 0) forget(common);
     }
-  std::vector<AnswerTimes> out(all_.size());
+  std::vector<AnswerTimes> out(all.size());
   for (const Common& common : commons)
     for (const Common::User& user : common.users)
       out[user.number] = {medians(common.features_s), medians(user.vote_s)};
+  return out;
+}
+
+Result<std::size_t> find_label(const std::vector<std::string>& labels, const std::string& label,
+                               const std::string& file) {
+  const auto known = std::ranges::lower_bound(labels, label);
+  if (known != labels.end() && *known == label)
+    return static_cast<std::size_t>(known - labels.begin());
+  return fail({.code = Errc::invalid_argument,
+               .where = file,
+               .what = "test label was never trained",
+               .got = label,
+               .hint = "Give every fabric trials on both sides or leave it out"});
+}
+
+Result<WatchedSplit> watch_slides(const Dataset& dataset, const Material& material,
+                                  const classifier::Split& split,
+                                  const classifier::StagedOptions& options,
+                                  const AnswerAtEnd& at_end) {
+  std::vector<Trial> training;
+  for (const std::size_t row : split.train) training.push_back(slide_of(dataset, material, row));
+  auto model = classifier::train_staged(training, dataset.info.taxel_rate_hz, options);
+  if (!model) return pass(model.error());
+  WatchedSplit out{std::make_shared<const classifier::StagedModel>(std::move(*model)), {}};
+  classifier::LiveVoter voter(out.model);
+  for (const std::size_t row : split.test) {
+    const Trial& trial = slide_of(dataset, material, row);
+    const auto truth = find_label(out.model->last().learner.labels(), trial.label, trial.file);
+    if (!truth) return pass(truth.error());
+    const auto answered = at_end(row);
+    if (!answered) return pass(answered.error(), trial.file);
+    WatchedSlide slide{*truth, {}, *answered, material.slide_s[row]};
+    if (Status ok = watch(voter, trial, slide); !ok) return pass(ok.error());
+    out.slides.push_back(std::move(slide));
+  }
+  return out;
+}
+
+EarlyStops evaluate_rule(const WatchedSplit& split, const classifier::StopRule& rule) {
+  EarlyStops out;
+  for (const WatchedSlide& slide : split.slides) {
+    const auto sure = std::ranges::find_if(
+        slide.evaluations,
+        [&](const LivePrediction& evaluation) { return classifier::is_sure(rule, evaluation); });
+    const bool early = sure != slide.evaluations.end();
+    ++out.tested;
+    out.right += (early ? sure->winner : slide.at_end) == slide.truth ? 1 : 0;
+    out.stopped += early ? 1 : 0;
+    out.slide_s += early ? sure->slide_s : slide.whole_s;
+  }
   return out;
 }
 

@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <set>
 
-#include "classifier/fabric/folds.hpp"
 #include "classifier/vote/novelty.hpp"
 #include "daemon/analysis/tradeoff/answer_timing.hpp"
-#include "daemon/analysis/tradeoff/early_stop.hpp"
-#include "daemon/analysis/tradeoff/study_conditions.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/interval_text.hpp"
 
@@ -55,6 +53,10 @@ void score(const SplitPlan& plan, const std::vector<Count>& counts, TradeoffPoin
   if (plan.groups_left_out) name_groups_left_out(point.ci95);
 }
 
+std::size_t label_count(const FeatureMatrix& features) {
+  return std::set<std::string>(features.labels.begin(), features.labels.end()).size();
+}
+
 /// Answers one trial with the machine of a split.
 AnswerFunction answer_function(const StudyCondition& arm, const Training& training,
                                std::size_t split) {
@@ -98,7 +100,7 @@ class Measurement {
       if (Status ok = measure(plan_.arms[i]); !ok) return pass(ok.error(), plan_.arms[i].name);
     }
     on_progress(plan_.arms.size(), "timing of answers");
-    if (Status ok = time_answers(); !ok) return pass(ok.error());
+    if (Status ok = add_timings(); !ok) return pass(ok.error());
     add_facts();
     return std::move(out_);
   }
@@ -119,7 +121,7 @@ class Measurement {
     auto bench = bench_for(exploration, 0);
     if (!bench) return pass(bench.error());
     base_ = std::move(*bench);
-    const std::size_t labels = classifier::find_classes(base_.material.features).labels.size();
+    const std::size_t labels = label_count(base_.material.features);
     if (labels < 2)
       return fail({.code = Errc::invalid_argument,
                    .where = "labels",
@@ -183,44 +185,36 @@ class Measurement {
       own = std::move(*made);
     }
     const Bench& bench = own ? *own : base_;
-    std::optional<Training> fresh;
     if (&arm == &standard || !arm.same_training(standard)) {
       auto trained = train(arm, bench);
       if (!trained) return pass(trained.error());
-      if (&arm == &standard)
-        trained_ = std::move(*trained);
-      else
-        fresh = std::move(*trained);
+      if (&arm != &standard) return add_point(arm, bench, *trained);
+      trained_ = std::move(*trained);
     }
-    return add_point(arm, bench, fresh ? *fresh : trained_);
+    return add_point(arm, bench, trained_);
   }
 
-  [[nodiscard]] TradeoffPoint begin_point(const StudyCondition& arm, double train_s) const {
-    TradeoffPoint point;
-    point.name = arm.name;
-    point.family = arm.family;
-    point.settings = list_settings(arm, *options_);
-    point.bench = dataset_->info.kind;
-    point.train_s = train_s;
-    return point;
+  [[nodiscard]] TradeoffPoint new_point(const StudyCondition& arm, double train_s) const {
+    TradeoffPoint out;
+    out.name = arm.name;
+    out.family = arm.family;
+    out.settings = list_settings(arm, *options_);
+    out.bench = dataset_->info.kind;
+    out.train_s = train_s;
+    return out;
   }
 
   Status add_point(const StudyCondition& arm, const Bench& bench, const Training& training) {
-    TradeoffPoint point = begin_point(arm, training.train_s);
-    std::vector<std::string> chosen;
-    for (const auto& [recipe, splits] : training.chosen)
-      chosen.push_back(recipe + " (" + std::to_string(splits) + ")");
-    if (!chosen.empty()) point.settings.emplace_back("chose", joined(chosen, "; "));
+    TradeoffPoint point = new_point(arm, training.train_s);
+    add_chosen(training, point);
     const auto counts = count(arm, bench, training);
     if (!counts) return pass(counts.error());
     score(bench.plan, *counts, point);
     const std::vector<std::size_t> rows = rows_of(arm, bench.material);
-    std::vector<double> slides;
-    for (const std::size_t row : rows) slides.push_back(bench.material.slide_s[row]);
-    point.contact_s = classifier::compute_mean(slides);
+    point.contact_s = contact_of(rows, bench.material);
     out_.points.push_back(std::move(point));
-    timings_.add({arm.speed_mm_s ? timed_trials(rows, bench.material) : bench.timed,
-                  answer_function(arm, training, 0)});
+    answers_.push_back({arm.speed_mm_s ? timed_trials(rows, bench.material) : bench.timed,
+                        answer_function(arm, training, 0)});
     return {};
   }
 
@@ -246,7 +240,7 @@ class Measurement {
 
   Status measure_stop(const StudyCondition& arm) {
     if (Status ok = watch_all(); !ok) return ok;
-    TradeoffPoint point = begin_point(arm, watched_s_);
+    TradeoffPoint point = new_point(arm, watched_s_);
     std::vector<Count> counts;
     double slide_s = 0;
     std::size_t stopped = 0;
@@ -274,13 +268,21 @@ class Measurement {
     for (AnswerTrials& one : *trials)
       for (classifier::Trial& trial : one)
         trial = classifier::begun_slide(trial, model->stages[stage].motion_frames);
-    timings_.add({trials, [model, stage](std::span<const double> features) -> Result<std::size_t> {
-                    const classifier::StoredModel& requested = model->stages[stage].model;
-                    const auto predicted =
-                        classifier::predict(requested.learner, requested.postprocessing, features);
-                    if (!predicted) return pass(predicted.error());
-                    return predicted->ballot.winner;
-                  }});
+    answers_.push_back(
+        {trials, [model, stage](std::span<const double> features) -> Result<std::size_t> {
+           const classifier::StoredModel& requested = model->stages[stage].model;
+           const auto predicted =
+               classifier::predict(requested.learner, requested.postprocessing, features);
+           if (!predicted) return pass(predicted.error());
+           return predicted->ballot.winner;
+         }});
+  }
+
+  static void add_chosen(const Training& training, TradeoffPoint& point) {
+    std::vector<std::string> words;
+    for (const auto& [recipe, splits] : training.chosen)
+      words.push_back(recipe + " (" + std::to_string(splits) + ")");
+    if (!words.empty()) point.settings.emplace_back("chose", joined(words, "; "));
   }
 
   static bool concerns(const StudyCondition& arm, const Material& material, std::size_t row) {
@@ -294,6 +296,12 @@ class Measurement {
     return out;
   }
 
+  static double contact_of(const std::vector<std::size_t>& rows, const Material& material) {
+    std::vector<double> slides;
+    for (const std::size_t row : rows) slides.push_back(material.slide_s[row]);
+    return classifier::compute_mean(slides);
+  }
+
   [[nodiscard]] std::shared_ptr<const std::vector<AnswerTrials>> timed_trials(
       const std::vector<std::size_t>& rows, const Material& material) const {
     return std::make_shared<std::vector<AnswerTrials>>(
@@ -303,12 +311,14 @@ class Measurement {
   Result<std::vector<Count>> count(const StudyCondition& arm, const Bench& bench,
                                    const Training& training) const {
     std::vector<Count> out;
+    std::size_t tested = 0;
     for (std::size_t s = 0; s < bench.plan.splits.size(); ++s) {
       auto one = count_split(arm, bench, training, s);
       if (!one) return pass(one.error());
       out.push_back(*one);
+      tested += one->tested;
     }
-    if (std::ranges::none_of(out, [](const Count& c) { return c.tested > 0; }))
+    if (tested == 0)
       return fail({.code = Errc::invalid_argument, .where = arm.name, .what = "nothing to test"});
     return out;
   }
@@ -321,22 +331,18 @@ class Measurement {
     Count out;
     for (const std::size_t row : bench.plan.splits[s].test) {
       if (!concerns(arm, bench.material, row)) continue;
-      if (!std::ranges::binary_search(labels, features.labels[row]))
-        return fail({.code = Errc::invalid_argument,
-                     .where = features.files[row],
-                     .what = "test label was never trained",
-                     .got = features.labels[row],
-                     .hint = "Give every fabric trials on both sides or leave it out"});
+      const auto truth = find_label(labels, features.labels[row], features.files[row]);
+      if (!truth) return pass(truth.error());
       const auto winner = answer(features.values.row(row));
       if (!winner) return pass(winner.error(), features.files[row]);
       ++out.tested;
-      out.right += labels[*winner] == features.labels[row] ? 1 : 0;
+      out.right += *winner == *truth ? 1 : 0;
     }
     return out;
   }
 
-  Status time_answers() {
-    const auto timings = timings_.run(options_->timings, options_->features, *now_);
+  Status add_timings() {
+    const auto timings = time_answers(answers_, options_->timings, options_->features, *now_);
     if (!timings) return pass(timings.error());
     for (std::size_t i = 0; i < out_.points.size(); ++i) {
       const AnswerTimes& times = (*timings)[i];
@@ -354,7 +360,7 @@ class Measurement {
     const FeatureMatrix& features = base_.material.features;
     const auto number = [](std::size_t n) { return static_cast<double>(n); };
     out_.facts = {{"trials", number(features.size())},
-                  {"labels", number(classifier::find_classes(features).labels.size())},
+                  {"labels", number(label_count(features))},
                   {"features", number(features.names.size())},
                   {"split", base_.plan.words},
                   {"splits", number(base_.plan.splits.size())},
@@ -375,7 +381,7 @@ class Measurement {
   std::vector<WatchedSplit> watched_;
   double watched_s_ = 0;  // mean over the splits
   TradeoffPlan plan_;
-  AnswerTiming timings_;
+  std::vector<TimedAnswer> answers_;
   TradeoffSet out_;
 };
 

@@ -3,14 +3,18 @@
 // each trained and tested on the same splits and timed in the same run.
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "classifier/baseline/learner.hpp"
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/features/layout.hpp"
-#include "daemon/analysis/tradeoff/tradeoff_point.hpp"
+#include "classifier/vote/vote.hpp"
+#include "daemon/analysis/tradeoff/material.hpp"
+#include "daemon/analysis/tradeoff/tradeoff.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 #include "protocols/base/result.hpp"
 
@@ -68,5 +72,45 @@ Result<TradeoffSet> measure_classifier_tradeoff(const Dataset& dataset,
 
 /// Compute time of one answer, and seconds of sliding.
 const std::vector<TradeoffCost>& classifier_costs();
+
+// Which choices it tries: the default and what differs from it in one setting.
+
+/// One choice, not yet measured.
+struct StudyCondition {
+  std::string name;
+  std::string family;
+  std::string exploration;
+  double slide_s = 0;  ///< 0: whole
+  classifier::Learner learner = classifier::Learner::pvalue;
+  std::size_t cap = 20;
+  classifier::VoteOptions vote;
+  std::optional<double> speed_mm_s;  ///< test trials of this speed alone
+  std::optional<double> sure;        ///< slides end at this probability
+
+  /// Trials are prepared and split as for `other`.
+  [[nodiscard]] bool same_material(const StudyCondition& other) const {
+    return exploration == other.exploration && slide_s == other.slide_s;
+  }
+  /// The same machines answer.
+  [[nodiscard]] bool same_training(const StudyCondition& other) const {
+    return same_material(other) && learner == other.learner && cap == other.cap;
+  }
+};
+
+/// Of the arms whose slides end early: the first stage of their model.
+inline constexpr double least_slide_s = 0.5;
+
+struct TradeoffPlan {
+  std::vector<StudyCondition> arms;                           ///< the default first
+  std::vector<std::pair<std::string, std::string>> left_out;  ///< family, why
+};
+
+/// `base` is what the default is prepared to; of `labels` classes.
+TradeoffPlan plan_tradeoff(const Dataset& dataset, const Material& base, std::size_t labels,
+                           const std::string& exploration,
+                           const ClassifierTradeoffOptions& options);
+
+std::vector<Setting> list_settings(const StudyCondition& arm,
+                                   const ClassifierTradeoffOptions& options);
 
 }  // namespace weft::daemon

@@ -7,30 +7,9 @@
 #include "daemon/pages/plot/interval_text.hpp"
 
 namespace weft::daemon {
+namespace {
 
 namespace vibro = classifier::vibro;
-
-Result<double> vibro_features_time(const std::vector<vibro::Recording>& recordings,
-                                   const vibro::WindowSet& windows, vibro::FeatureChoice choice,
-                                   std::size_t timings, const classifier::SecondsNow& now) {
-  auto extractor = vibro::WindowExtractor::make(recordings.front().channels, choice);
-  if (!extractor) return pass(extractor.error());
-  std::vector<double> seconds;
-  for (std::size_t i = 0; i <= timings; ++i) {
-    const std::size_t row = i * 7919 % windows.places.size();  // a prime: all over the set
-    const auto window = vibro::window_at(recordings[windows.recording[row]],
-                                         windows.places[row].start_s, windows.window_s);
-    if (!window) return pass(window.error());
-    const double begun = now();
-    const auto row_features = extractor->features(*window);
-    const double ended = now();
-    if (!row_features) return pass(row_features.error());
-    if (i > 0) seconds.push_back(ended - begun);  // the first one makes tables
-  }
-  return compute_median(std::move(seconds));
-}
-
-namespace {
 
 constexpr const char* sound = "S";
 
@@ -115,12 +94,43 @@ Status measure_bed(const Bed& bed, const VibroTradeoffOptions& options,
   return {};
 }
 
+// Whether a protocol's windows can be split, and one of them cut.
+Status check_windows(const RecordingSet& set, const vibro::ProtocolOptions& protocol) {
+  const auto windows =
+      vibro::lay_out(set.recordings, protocol.window_s, vibro::places_of(protocol));
+  if (const auto splits = vibro::split_windows(windows, protocol); !splits)
+    return pass(splits.error());
+  const auto first = vibro::window_at(set.recordings[windows.recording.front()],
+                                      windows.places.front().start_s, protocol.window_s);
+  return first ? Status() : pass(first.error());
+}
+
 std::string point_name(const VibroPoint& p) {
   return std::string(vibro::to_string(p.method)) + " " + std::string(vibro::to_string(p.family)) +
          " " + general(p.window_s) + " s " + p.source;
 }
 
 }  // namespace
+
+Result<double> vibro_features_time(const std::vector<vibro::Recording>& recordings,
+                                   const vibro::WindowSet& windows, vibro::FeatureChoice choice,
+                                   std::size_t timings, const classifier::SecondsNow& now) {
+  auto extractor = vibro::WindowExtractor::make(recordings.front().channels, choice);
+  if (!extractor) return pass(extractor.error());
+  std::vector<double> seconds;
+  for (std::size_t i = 0; i <= timings; ++i) {
+    const std::size_t row = i * 7919 % windows.places.size();  // a prime: all over the set
+    const auto window = vibro::window_at(recordings[windows.recording[row]],
+                                         windows.places[row].start_s, windows.window_s);
+    if (!window) return pass(window.error());
+    const double begun = now();
+    const auto row_features = extractor->features(*window);
+    const double ended = now();
+    if (!row_features) return pass(row_features.error());
+    if (i > 0) seconds.push_back(ended - begun);  // the first one makes tables
+  }
+  return compute_median(std::move(seconds));
+}
 
 std::string protocol_name(vibro::Protocol protocol) {
   if (protocol == vibro::Protocol::random) return "random windows";
@@ -149,21 +159,6 @@ std::vector<vibro::Recording> of_source(const RecordingSet& set, const std::stri
   }
   return out;
 }
-
-namespace {
-
-// Whether a protocol's windows can be split, and one of them cut.
-Status check_windows(const RecordingSet& set, const vibro::ProtocolOptions& protocol) {
-  const auto windows =
-      vibro::lay_out(set.recordings, protocol.window_s, vibro::places_of(protocol));
-  if (const auto splits = vibro::split_windows(windows, protocol); !splits)
-    return pass(splits.error());
-  const auto first = vibro::window_at(set.recordings[windows.recording.front()],
-                                      windows.places.front().start_s, protocol.window_s);
-  return first ? Status() : pass(first.error());
-}
-
-}  // namespace
 
 Status check_vibro_tradeoff(const RecordingSet& set, const VibroTradeoffOptions& options) {
   if (options.timings < 5)
@@ -212,9 +207,25 @@ Result<VibroTradeoff> measure_vibro_tradeoff(const RecordingSet& set,
   return out;
 }
 
+TradeoffPoint vibro_tradeoff_point(BenchKind bench, std::string name,
+                                   const vibro::CrossValidation& result, double features_s) {
+  constexpr double least_s = 1e-9;  // the clock's step: a time must be positive to be drawn
+  TradeoffPoint out;
+  out.name = out.family = std::move(name);
+  out.bench = bench;
+  out.accuracy = result.f_score;
+  out.ci95 = result.f_score_ci95;
+  out.tested = result.confusion.total();
+  out.features_s = features_s;
+  out.vote_s = result.answer_s;
+  out.answer_s = std::max(features_s + result.answer_s, least_s);
+  out.timings_s = {out.answer_s};
+  out.train_s = result.train_s;
+  return out;
+}
+
 TradeoffSet vibro_tradeoff_set(const VibroTradeoff& tradeoff, const RecordingSet& set,
                                const std::string& file, vibro::Protocol protocol) {
-  constexpr double least_s = 1e-9;  // the clock's step: a time must be positive to be drawn
   const bool random = protocol == vibro::Protocol::random;
   TradeoffSet out;
   out.dataset = file + (random ? ", windows at random (the paper's protocol)"
@@ -233,24 +244,14 @@ TradeoffSet vibro_tradeoff_set(const VibroTradeoff& tradeoff, const RecordingSet
                                 format_too_short(one.recordings, one.parts));
   for (const VibroPoint& p : tradeoff.points) {
     if (p.protocol != protocol) continue;
-    TradeoffPoint point;
-    point.name = point_name(p);
+    TradeoffPoint point = vibro_tradeoff_point(set.kind, point_name(p), p.result, p.features_s);
     point.family = vibro::to_string(p.method);
+    point.contact_s = p.window_s;
     point.settings = {{"learner", std::string(vibro::to_string(p.method))},
                       {"features", std::string(vibro::to_string(p.family))},
                       {"window_s", p.window_s},
                       {"source", p.source},
                       {"accuracy of windows", p.result.accuracy}};
-    point.bench = set.kind;
-    point.accuracy = p.result.f_score;
-    point.ci95 = p.result.f_score_ci95;
-    point.tested = p.result.confusion.total();
-    point.features_s = p.features_s;
-    point.vote_s = p.result.answer_s;
-    point.answer_s = std::max(p.features_s + p.result.answer_s, least_s);
-    point.timings_s = {point.answer_s};
-    point.contact_s = p.window_s;
-    point.train_s = p.result.train_s;
     out.points.push_back(std::move(point));
   }
   return out;

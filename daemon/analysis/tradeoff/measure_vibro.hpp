@@ -1,15 +1,19 @@
 #pragma once
 // `weft tradeoff vibro`: learner x features x window x source on recordings of sound and vibration,
-// under the paper's protocol and an honest one.
+// under the paper's protocol and an honest one; the paper's tables; and what `weft evaluate` found
+// on such recordings, as one page.
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "classifier/vibro/cross_validation.hpp"
 #include "daemon/analysis/tradeoff/measure_classifier.hpp"
-#include "daemon/analysis/tradeoff/tradeoff_point.hpp"
+#include "daemon/analysis/tradeoff/tradeoff.hpp"
 #include "daemon/base/file/read_file.hpp"
+#include "daemon/storage/dataset/dataset.hpp"
 #include "daemon/storage/recordings/recording_set.hpp"
+#include "protocols/base/result.hpp"
 
 namespace weft::daemon {
 
@@ -88,9 +92,43 @@ Result<VibroTradeoff> measure_vibro_tradeoff(const RecordingSet& set,
                                              const classifier::SecondsNow& seconds_now,
                                              const TradeoffProgress& progress = {});
 
+/// What a learner reached as a point of the trade's page: accuracy is the macro F-score. Without
+/// settings and seconds of contact; the family is the name.
+TradeoffPoint vibro_tradeoff_point(BenchKind bench, std::string name,
+                                   const classifier::vibro::CrossValidation& result,
+                                   double features_s);
+
 /// The choices of one protocol as a set of the trade's page: accuracy is the macro F-score. `file`:
 /// how the recordings were named.
 TradeoffSet vibro_tradeoff_set(const VibroTradeoff& tradeoff, const RecordingSet& set,
                                const std::string& file, classifier::vibro::Protocol protocol);
+
+/// Table 1 (F-score for windows of 1 s and 2 s; rows of features that were measured) and the
+/// averages behind Figure 4, each cell: ours on random windows, ours on what is left out whole, the
+/// paper's where it prints one. Then Table 2: the share of right answers for each material over all
+/// learners, and what it is taken for. Of the source with most channels. `badge_html`: of the
+/// bench, on every table.
+std::string vibro_tables_html(const VibroTradeoff& tradeoff, const std::string& badge_html);
+
+/// One learner, or the choice among several.
+struct EvaluatedMethod {
+  std::string name;  ///< "kNN", "best"
+  classifier::vibro::CrossValidation result;
+};
+
+/// Intervals of the methods are shown as they are named.
+struct VibroEvaluation {
+  BenchKind bench = BenchKind::unknown;
+  std::string dataset, sha256;
+  std::vector<std::pair<std::string, std::string>> facts;  ///< name and value, plain text
+  double window_s = 0, features_s = 0;                     ///< features_s: of one window, measured
+  std::vector<EvaluatedMethod> methods;
+  std::string importance;  ///< plain text; may be empty
+};
+
+/// F-score against the time of an answer, shares of windows and recordings with their intervals,
+/// confusion by material of each learner. One file without scripts or outside resources; every
+/// figure bears the bench's word. Refuses no learners and figures that are not finite.
+Result<std::string> vibro_evaluation_html(const VibroEvaluation& evaluation);
 
 }  // namespace weft::daemon

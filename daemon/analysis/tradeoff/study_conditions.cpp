@@ -1,4 +1,4 @@
-#include "daemon/analysis/tradeoff/study_conditions.hpp"
+#include "daemon/analysis/tradeoff/measure_classifier.hpp"
 
 #include <algorithm>
 #include <array>
@@ -14,42 +14,20 @@ namespace {
 using classifier::Learner;
 using classifier::VoteKind;
 
-constexpr std::array family_names = {std::pair{TradeoffFamily::features, "features"},
-                                     std::pair{TradeoffFamily::learner, "learner"},
-                                     std::pair{TradeoffFamily::slide, "slide"},
-                                     std::pair{TradeoffFamily::speed, "speed"},
-                                     std::pair{TradeoffFamily::exploration, "exploration"},
-                                     std::pair{TradeoffFamily::vote, "vote"},
-                                     std::pair{TradeoffFamily::stop, "stop"}};
+constexpr std::array<std::string_view, 7> family_names = {
+    "features", "learner", "slide", "speed", "exploration", "vote", "stop"};  // as TradeoffFamily
 
 constexpr std::array<std::size_t, 7> feature_counts = {1, 2, 5, 10, 20, 40, 80};
 constexpr std::array slides_s = {0.5, 1.0, 2.0, 4.0, 8.0, 16.0};
 constexpr std::array<std::size_t, 4> shortlists = {2, 3, 5, 10};
 constexpr std::array sure_at = {0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999};
-constexpr std::array learners = {Learner::pvalue, Learner::pca,   Learner::all, Learner::lda,
-                                 Learner::svc,    Learner::trees, Learner::best};
-
-std::string format_learner(Learner learner) {
-  switch (learner) {
-    case Learner::pvalue:
-      return "p-value cores";
-    case Learner::pca:
-      return "PCA cores";
-    case Learner::all:
-      return "all-feature cores";
-    case Learner::lda:
-      return "LDA";
-    case Learner::svc:
-      return "SVC";
-    case Learner::trees:
-      return "trees";
-    case Learner::cores_best:
-      return "best cores";
-    case Learner::best:
-      return "best of all";
-  }
-  return {};
-}
+constexpr std::array learners = {std::pair{Learner::pvalue, "p-value cores"},
+                                 std::pair{Learner::pca, "PCA cores"},
+                                 std::pair{Learner::all, "all-feature cores"},
+                                 std::pair{Learner::lda, "LDA"},
+                                 std::pair{Learner::svc, "SVC"},
+                                 std::pair{Learner::trees, "trees"},
+                                 std::pair{Learner::best, "best of all"}};
 
 bool has_count(Learner learner) {
   return learner == Learner::pvalue || learner == Learner::pca;
@@ -75,32 +53,16 @@ class Planner {
   void add(TradeoffFamily family) {
     const std::size_t before = out_.arms.size();
     family_ = to_string(family);
-    const std::string why = add_arms(family);
+    constexpr std::array adders{&Planner::add_counts,       &Planner::add_learners,
+                                &Planner::add_slides,       &Planner::add_speeds,
+                                &Planner::add_explorations, &Planner::add_votes,
+                                &Planner::add_stops};  // in the order of TradeoffFamily
+    const std::string why = (this->*adders.at(static_cast<std::size_t>(family)))();
     if (out_.arms.size() == before) out_.left_out.emplace_back(family_, why);
   }
   TradeoffPlan take() { return std::move(out_); }
 
  private:
-  std::string add_arms(TradeoffFamily family) {
-    switch (family) {
-      case TradeoffFamily::features:
-        return add_counts();
-      case TradeoffFamily::learner:
-        return add_learners();
-      case TradeoffFamily::slide:
-        return add_slides();
-      case TradeoffFamily::speed:
-        return add_speeds();
-      case TradeoffFamily::exploration:
-        return add_explorations();
-      case TradeoffFamily::vote:
-        return add_votes();
-      case TradeoffFamily::stop:
-        return add_stops();
-    }
-    return {};
-  }
-
   StudyCondition& add(std::string name) {
     out_.arms.push_back(standard_);
     out_.arms.back().name = std::move(name);
@@ -121,8 +83,8 @@ class Planner {
   }
 
   std::string add_learners() {
-    for (const Learner learner : learners)
-      if (learner != standard_.learner) add(format_learner(learner)).learner = learner;
+    for (const auto& [learner, name] : learners)
+      if (learner != standard_.learner) add(name).learner = learner;
     return {};
   }
 
@@ -184,38 +146,26 @@ class Planner {
 }  // namespace
 
 std::string_view to_string(TradeoffFamily family) {
-  for (const auto& [value, name] : family_names)
-    if (value == family) return name;
-  return {};
+  return family_names.at(static_cast<std::size_t>(family));
 }
 
 Result<TradeoffFamily> tradeoff_family_from(std::string_view word) {
-  std::vector<std::string_view> known;
-  for (const auto& [value, name] : family_names) {
-    if (name == word) return value;
-    known.emplace_back(name);
-  }
-  const std::string_view meant = recipes::closest(word, known);
-  std::vector<std::string> names(known.begin(), known.end());
+  for (const TradeoffFamily family : all_tradeoff_families())
+    if (to_string(family) == word) return family;
+  const std::string_view meant =
+      recipes::closest(word, std::vector(family_names.begin(), family_names.end()));
   return fail({.code = Errc::invalid_argument,
                .what = "no such thing to vary",
-               .expected = joined(names),
+               .expected = joined(family_names),
                .got = std::string(word),
                .hint = meant.empty() ? "" : "Did you mean " + std::string(meant) + "?"});
 }
 
 std::vector<TradeoffFamily> all_tradeoff_families() {
   std::vector<TradeoffFamily> out;
-  for (const auto& [value, name] : family_names) out.push_back(value);
+  for (std::size_t i = 0; i < family_names.size(); ++i)
+    out.push_back(static_cast<TradeoffFamily>(i));
   return out;
-}
-
-bool StudyCondition::same_material(const StudyCondition& other) const {
-  return exploration == other.exploration && slide_s == other.slide_s;
-}
-
-bool StudyCondition::same_training(const StudyCondition& other) const {
-  return same_material(other) && learner == other.learner && cap == other.cap;
 }
 
 TradeoffPlan plan_tradeoff(const Dataset& dataset, const Material& base, std::size_t labels,

@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "daemon/analysis/report/json_parts.hpp"
+#include "daemon/analysis/report/report.hpp"
 #include "daemon/apps/weft/file_problems.hpp"
 #include "daemon/apps/weft/table.hpp"
 #include "daemon/base/text/format.hpp"

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "daemon/analysis/report/json_parts.hpp"
+#include "daemon/analysis/report/report.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/table.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"

@@ -1,6 +1,6 @@
 #include <nlohmann/json.hpp>
 
-#include "daemon/analysis/report/json_parts.hpp"
+#include "daemon/analysis/report/report.hpp"
 #include "daemon/apps/weft/evaluate_text.hpp"
 
 namespace weft::daemon::cli {

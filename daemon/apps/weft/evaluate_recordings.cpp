@@ -6,7 +6,6 @@
 
 #include "classifier/vibro/cross_validation.hpp"
 #include "daemon/analysis/tradeoff/measure_vibro.hpp"
-#include "daemon/analysis/tradeoff/vibro_evaluation_page.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/evaluate_command.hpp"
 #include "daemon/apps/weft/evaluate_text.hpp"

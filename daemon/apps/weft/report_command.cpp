@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "daemon/analysis/report/force_quality.hpp"
+#include "daemon/analysis/report/trace.hpp"
 #include "daemon/analysis/tradeoff/sim/sim_page.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"

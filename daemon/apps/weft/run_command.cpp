@@ -8,7 +8,6 @@
 #include <ostream>
 #include <vector>
 
-#include "daemon/analysis/report/json_parts.hpp"
 #include "daemon/analysis/report/report.hpp"
 #include "daemon/apps/weft/answer_text.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/analysis/tradeoff/tradeoff_page.hpp"
+#include "daemon/analysis/tradeoff/tradeoff.hpp"
 #include "daemon/apps/weft/console.hpp"
 #include "daemon/apps/weft/evaluate_command.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"

@@ -6,7 +6,7 @@
 #include <ostream>
 
 #include "daemon/analysis/tradeoff/measure_classifier.hpp"
-#include "daemon/analysis/tradeoff/tradeoff_page.hpp"
+#include "daemon/analysis/tradeoff/tradeoff.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/number_range.hpp"

@@ -7,7 +7,7 @@
 #include <ostream>
 #include <sstream>
 
-#include "daemon/analysis/tradeoff/sim/reference_file.hpp"
+#include "daemon/analysis/tradeoff/sim/measure_sim.hpp"
 #include "daemon/analysis/tradeoff/sim/sim_page.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"

@@ -5,8 +5,7 @@
 #include <ostream>
 
 #include "daemon/analysis/tradeoff/measure_vibro.hpp"
-#include "daemon/analysis/tradeoff/tradeoff_page.hpp"
-#include "daemon/analysis/tradeoff/vibro_evaluation_page.hpp"
+#include "daemon/analysis/tradeoff/tradeoff.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/evaluate_recordings.hpp"

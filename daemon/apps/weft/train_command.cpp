@@ -8,7 +8,7 @@
 #include "classifier/baseline/class_folds.hpp"
 #include "classifier/imprint/imprint_model.hpp"
 #include "classifier/live/staged_model.hpp"
-#include "daemon/analysis/report/json_parts.hpp"
+#include "daemon/analysis/report/report.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/evaluate_outcome.hpp"
 #include "daemon/apps/weft/model_recordings.hpp"

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "daemon/analysis/report/json_parts.hpp"
+#include "daemon/analysis/report/report.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/file/sha256.hpp"

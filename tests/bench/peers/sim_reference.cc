@@ -22,8 +22,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "daemon/analysis/tradeoff/sim/reference_file.hpp"
-#include "daemon/analysis/tradeoff/sim/sim_watch.hpp"
+#include "daemon/analysis/tradeoff/sim/measure_sim.hpp"
+#include "daemon/analysis/tradeoff/sim/sim_run.hpp"
 
 namespace {
 

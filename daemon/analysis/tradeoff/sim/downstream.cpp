@@ -2,17 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
 
 #include "classifier/base/student_t.hpp"
 #include "daemon/analysis/tradeoff/sim/sim_scene.hpp"
 
 namespace weft::daemon {
-
 namespace {
 
 using classifier::FeatureMatrix;
-
-constexpr double grid_s = sim_grid_s;
 
 struct FeatureRows {
   std::string channels;
@@ -105,18 +105,18 @@ class Collector {
 
   void finish(DownstreamResult& out) {
     for (std::size_t i = 0; i < transfers_.size(); ++i) {
-      const classifier::Interval ci95 = classifier::repetition_interval(accuracies_[i], tested_[i]);
-      const double mean = classifier::compute_mean(accuracies_[i]);
-      transfers_[i].accuracy = {mean, ci95, std::move(accuracies_[i])};
-      out.transfers.push_back(std::move(transfers_[i]));
+      SeedMean& accuracy = transfers_[i].accuracy;
+      accuracy.ci95 = classifier::repetition_interval(accuracy.values, tested_[i]);
+      accuracy.mean = classifier::compute_mean(accuracy.values);
     }
     for (std::size_t i = 0; i < shifts_.size(); ++i) {
-      shifts_[i].spearman = seed_mean(std::move(spearmans_[i]), -1, 1);
+      shifts_[i].spearman = seed_mean(std::move(shifts_[i].spearman.values), -1, 1);
       const std::size_t most = most_shifted(moved_[i].by_seed);
       shifts_[i].shifted = moved_[i].names[most];
       shifts_[i].max_shift = seed_mean(extract_column(moved_[i].by_seed, most), 0, HUGE_VAL);
-      out.shifts.push_back(std::move(shifts_[i]));
     }
+    out.transfers = std::move(transfers_);
+    out.shifts = std::move(shifts_);
   }
 
  private:
@@ -144,10 +144,9 @@ class Collector {
                               options_.levels[tested].name,
                               crossing,
                               {}});
-        accuracies_.emplace_back();
         tested_.push_back(rows);
       }
-      accuracies_[next].push_back(sums[tested]);
+      transfers_[next].accuracy.values.push_back(sums[tested]);
     }
     return {};
   }
@@ -158,17 +157,15 @@ class Collector {
     for (std::size_t level = 0; level + 1 < seen.by_level.size(); ++level, ++next) {
       if (next == shifts_.size()) {
         shifts_.push_back({seen.channels, options_.levels[level].name, {}, {}, {}});
-        spearmans_.emplace_back();
         moved_.push_back({yardstick.names, {}});
       }
-      spearmans_[next].push_back(spearman(f_statistics(seen.by_level[level]), f));
+      shifts_[next].spearman.values.push_back(spearman(f_statistics(seen.by_level[level]), f));
       moved_[next].by_seed.push_back(feature_shifts(seen.by_level[level], yardstick));
     }
   }
 
   const DownstreamOptions& options_;
   std::vector<Transfer> transfers_;
-  std::vector<std::vector<double>> accuracies_, spearmans_;
   std::vector<std::size_t> tested_;  // trials of a seed
   std::vector<Moved> moved_;
   std::vector<FeatureShift> shifts_;
@@ -205,13 +202,63 @@ Status check(const DownstreamOptions& options) {
   return {};
 }
 
+/// Sums of one column over the rows of each label.
+struct LabelSums {
+  struct Sum {
+    double count = 0, mean = 0, squares = 0;  // squares: about the mean (Welford)
+  };
+  std::map<std::string, Sum> of;
+
+  LabelSums(const classifier::FeatureMatrix& features, std::size_t column) {
+    for (std::size_t row = 0; row < features.size(); ++row) {
+      Sum& sum = of[features.labels[row]];
+      const double x = features.values(row, column), before = x - sum.mean;
+      sum.mean += before / ++sum.count;
+      sum.squares += before * (x - sum.mean);
+    }
+  }
+  [[nodiscard]] double rows() const {
+    double n = 0;
+    for (const auto& [label, sum] : of) n += sum.count;
+    return n;
+  }
+  /// Pooled variance within labels.
+  [[nodiscard]] double within() const {
+    double squares = 0;
+    for (const auto& [label, sum] : of) squares += sum.squares;
+    return squares / std::max(1.0, rows() - static_cast<double>(of.size()));
+  }
+  [[nodiscard]] double between() const {
+    double mean = 0, squares = 0;
+    for (const auto& [label, sum] : of) mean += sum.count * sum.mean;
+    mean /= rows();
+    for (const auto& [label, sum] : of)
+      squares += sum.count * (sum.mean - mean) * (sum.mean - mean);
+    return squares / std::max(1.0, static_cast<double>(of.size()) - 1);
+  }
+};
+
+std::vector<double> ranks(std::span<const double> values) {
+  std::vector<std::size_t> order(values.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::sort(order, {}, [&](std::size_t i) { return values[i]; });
+  std::vector<double> out(values.size());
+  for (std::size_t i = 0; i < order.size();) {
+    std::size_t end = i;
+    while (end < order.size() && values[order[end]] == values[order[i]]) ++end;
+    const double mean = 0.5 * static_cast<double>(i + end - 1);
+    for (; i < end; ++i) out[order[i]] = mean;
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<DownstreamLevel> downstream_levels() {
   return {{"L0", sim::Level::algebraic, 0},
           {"L1", sim::Level::quasistatic, 0},
-          {"L2 1.024 ms", sim::Level::dynamic, grid_s / 3},
-          {"L2 0.192 ms", sim::Level::dynamic, grid_s / 16}};
+          {"L2 1.024 ms", sim::Level::dynamic, sim_grid_s / 3},
+          {"L2 0.192 ms", sim::Level::dynamic, sim_grid_s / 16}};
 }
 
 Result<DownstreamResult> measure_downstream(const sim::FabricLibrary& library,
@@ -233,6 +280,53 @@ Result<DownstreamResult> measure_downstream(const sim::FabricLibrary& library,
   }
   collector.finish(out);
   return out;
+}
+
+std::vector<double> f_statistics(const classifier::FeatureMatrix& features) {
+  std::vector<double> out;
+  for (std::size_t column = 0; column < features.values.cols(); ++column) {
+    const LabelSums sums(features, column);
+    const double within = sums.within(), between = sums.between();
+    out.push_back(within > 0    ? between / within
+                  : between > 0 ? std::numeric_limits<double>::infinity()
+                                : 0);
+  }
+  return out;
+}
+
+double spearman(std::span<const double> a, std::span<const double> b) {
+  const std::vector<double> x = ranks(a), y = ranks(b);
+  const double middle = 0.5 * (static_cast<double>(x.size()) - 1);
+  double xy = 0, xx = 0, yy = 0;
+  for (std::size_t i = 0; i < std::min(x.size(), y.size()); ++i) {
+    xy += (x[i] - middle) * (y[i] - middle);
+    xx += (x[i] - middle) * (x[i] - middle);
+    yy += (y[i] - middle) * (y[i] - middle);
+  }
+  return xx > 0 && yy > 0 ? xy / std::sqrt(xx * yy) : 0;
+}
+
+std::vector<double> feature_shifts(const classifier::FeatureMatrix& features,
+                                   const classifier::FeatureMatrix& yardstick) {
+  std::vector<double> out;
+  for (std::size_t column = 0; column < yardstick.values.cols(); ++column) {
+    const LabelSums here(features, column), there(yardstick, column);
+    const double deviation = std::sqrt(there.within());
+    double sum = 0;
+    for (const auto& [label, one] : there.of) sum += std::abs(here.of.at(label).mean - one.mean);
+    const double mean = sum / static_cast<double>(there.of.size());
+    out.push_back(deviation > 0 ? mean / deviation
+                  : mean > 0    ? std::numeric_limits<double>::infinity()
+                                : 0);
+  }
+  return out;
+}
+
+std::size_t most_shifted(std::span<const std::vector<double>> by_seed) {
+  std::vector<double> sum = by_seed.front();
+  for (const std::vector<double>& shifts : by_seed.subspan(1))
+    for (std::size_t f = 0; f < sum.size(); ++f) sum[f] += shifts[f];
+  return static_cast<std::size_t>(std::ranges::max_element(sum) - sum.begin());
 }
 
 }  // namespace weft::daemon

@@ -1,9 +1,9 @@
-#include "daemon/analysis/tradeoff/sim/downstream_trials.hpp"
+#include "daemon/analysis/tradeoff/sim/downstream.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/analysis/tradeoff/sim/paper_slide.hpp"
+#include "daemon/analysis/tradeoff/sim/sim_scene.hpp"
 #include "protocols/base/time.hpp"
 #include "sim/devices/bench_plant.hpp"
 #include "sim/plant/random.hpp"

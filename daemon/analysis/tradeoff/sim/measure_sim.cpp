@@ -4,13 +4,11 @@
 #include <cmath>
 
 #include "daemon/analysis/tradeoff/sim/sim_run.hpp"
-#include "daemon/analysis/tradeoff/tradeoff_point.hpp"
+#include "daemon/analysis/tradeoff/tradeoff.hpp"
 #include "sim/plant/algebraic/algebraic_probe.hpp"
 
 namespace weft::daemon {
 namespace {
-
-using namespace weft::sim;
 
 using namespace weft::sim;
 
@@ -136,6 +134,26 @@ double simulated_s(const SimScene& scene) {
   double sum = 0;
   for (const SimCase& one : scene.cases) sum += one.duration_s();
   return sum;
+}
+
+/// What is tried: L0 once, L1 and both integrators of L2 at steps from one sample down, L3 at the
+/// steps of its sensors.
+std::vector<SimSetting> sim_settings(bool quick) {
+  const std::vector<int> quasistatic =
+      quick ? std::vector{1, 9, 72} : std::vector{1, 3, 9, 18, 36, 72, 144};
+  const std::vector<int> dynamic = quick
+                                       ? std::vector{1, 72, 144, 288}
+                                       : std::vector{1, 3, 9, 18, 36, 72, 144, 216, 288, 576, 2304};
+  const std::vector<int> modal = quick ? std::vector{72} : std::vector{72, 288, 576};
+  std::vector<SimSetting> out{{Level::algebraic, {}, sim_sample_s}};
+  for (const int share : quasistatic) out.push_back({Level::quasistatic, {}, sim_sample_s / share});
+  for (const Integrator integrator :
+       {Integrator::midpoint, Integrator::adaptive, Integrator::tr_bdf2})
+    for (const int share : dynamic)
+      out.push_back({Level::dynamic, integrator, sim_sample_s / share});
+  for (const int share : modal)
+    out.push_back({Level::modal, Integrator::midpoint, sim_sample_s / share});
+  return out;
 }
 
 /// What all settings of one scene are compared with.
@@ -285,24 +303,6 @@ class SceneTradeoff {
 };
 
 }  // namespace
-
-std::vector<SimSetting> sim_settings(bool quick) {
-  const std::vector<int> quasistatic =
-      quick ? std::vector{1, 9, 72} : std::vector{1, 3, 9, 18, 36, 72, 144};
-  const std::vector<int> dynamic = quick
-                                       ? std::vector{1, 72, 144, 288}
-                                       : std::vector{1, 3, 9, 18, 36, 72, 144, 216, 288, 576, 2304};
-  const std::vector<int> modal = quick ? std::vector{72} : std::vector{72, 288, 576};
-  std::vector<SimSetting> out{{Level::algebraic, {}, sim_sample_s}};
-  for (const int share : quasistatic) out.push_back({Level::quasistatic, {}, sim_sample_s / share});
-  for (const Integrator integrator :
-       {Integrator::midpoint, Integrator::adaptive, Integrator::tr_bdf2})
-    for (const int share : dynamic)
-      out.push_back({Level::dynamic, integrator, sim_sample_s / share});
-  for (const int share : modal)
-    out.push_back({Level::modal, Integrator::midpoint, sim_sample_s / share});
-  return out;
-}
 
 Result<std::vector<SimSceneResult>> measure_sim_tradeoff(const FabricLibrary& library,
                                                          const SimTradeoffOptions& options,

@@ -1,11 +1,15 @@
 #pragma once
 // `weft trade sim`: every level, integrator and step on every scene; error against references and
-// processor time of the same runs.
+// processor time of the same runs. Trajectories of scenes as a file (JSON), so that a solver that
+// is no part of Weft can be the reference: tests/bench/peers/sim_reference.cc makes one with
+// SUNDIALS CVODE.
 
 #include <functional>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "daemon/analysis/tradeoff/sim/sim_run.hpp"
@@ -91,14 +95,23 @@ struct SimTradeoffOptions {
 
 using SimProgress = std::function<void(const std::string&)>;
 
-/// What is tried: L0 once, L1 and both integrators of L2 at steps from one sample down, L3 at the
-/// steps of its sensors.
-std::vector<SimSetting> sim_settings(bool quick);
-
 /// `cpu_seconds` is the time of this thread or process alone.
 Result<std::vector<SimSceneResult>> measure_sim_tradeoff(const sim::FabricLibrary& library,
                                                          const SimTradeoffOptions& options,
                                                          const std::function<double()>& cpu_seconds,
                                                          const SimProgress& progress = {});
+
+struct ReferenceScene {
+  const SimScene& scene;
+  const std::vector<SimTrace>& traces;  ///< one per case
+};
+
+std::string write_references(const std::string& made_by, std::span<const ReferenceScene> scenes);
+
+/// By scene, for the scenes that `library` makes; scenes of the file that are not asked for are
+/// skipped. Errors: parse, with where; invalid_argument for trajectories of other scenes than
+/// these (another cloth table, another version of the scenes).
+Result<std::map<std::string, SimReference>> read_references(std::string_view json,
+                                                            std::span<const SimScene> scenes);
 
 }  // namespace weft::daemon

@@ -1,14 +1,14 @@
 #include "daemon/analysis/tradeoff/sim/sim_page.hpp"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
-#include "daemon/analysis/tradeoff/tradeoff_point.hpp"
+#include "daemon/analysis/tradeoff/tradeoff.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/html.hpp"
 #include "daemon/pages/plot/scatter.hpp"
 
 namespace weft::daemon {
-
 namespace {
 
 constexpr double fine_resolution_n = 10e-3;    // ATI Mini40 SI-40-2, Fx and Fy [E]
@@ -69,7 +69,8 @@ std::vector<std::string> list_families(const std::vector<SimSceneResult>& scenes
   return out;
 }
 
-using Value = std::optional<double> (*)(const SimPoint&);
+/// What a panel shows of a point; nothing leaves the point out.
+using Shown = std::optional<SimDeviation> (*)(const SimPoint&);
 
 /// Marks the front of its own figures: another kind of error has another front.
 void mark_front(std::vector<ScatterPoint>& points) {
@@ -81,31 +82,28 @@ void mark_front(std::vector<ScatterPoint>& points) {
 }
 
 ScatterPanel panel_of(const SimSceneResult& scene, const std::vector<std::string>& families,
-                      std::string title, Value value, bool with_front = true) {
+                      std::string title, Shown shown, double SimDeviation::*value,
+                      bool with_front = true) {
   ScatterPanel out{std::move(title), std::string(x_title), {}, {}};
   for (const SimPoint& p : scene.points) {
-    const auto error = value(p);
-    if (!p.failure.empty() || !error || !(*error > 0)) continue;
+    const auto error = shown(p);
+    if (!p.failure.empty() || !error || !((*error).*value > 0)) continue;
     const auto family = std::ranges::find(families, p.setting.family()) - families.begin();
-    out.points.push_back(
-        {p.best_s, *error, 0, 0, static_cast<std::size_t>(family), false, step_label(p.setting)});
+    out.points.push_back({p.best_s, (*error).*value, 0, 0, static_cast<std::size_t>(family), false,
+                          step_label(p.setting)});
   }
   if (with_front) mark_front(out.points);
   return out;
 }
 
-std::optional<double> total_max(const SimPoint& p) {
-  return p.total.worst_n.max;
+std::optional<SimDeviation> total_of(const SimPoint& p) {
+  return p.total.worst_n;
 }
-std::optional<double> discretisation_max(const SimPoint& p) {
-  return p.discretisation ? std::optional(p.discretisation->worst_n.max) : std::nullopt;
+std::optional<SimDeviation> discretisation_of(const SimPoint& p) {
+  return p.discretisation ? std::optional(p.discretisation->worst_n) : std::nullopt;
 }
-std::optional<double> pads_rms(const SimPoint& p) {
-  return p.total.pads_lsb ? std::optional(p.total.pads_lsb->rms) : std::nullopt;
-}
-
-std::optional<double> pads_max(const SimPoint& p) {
-  return p.total.pads_lsb ? std::optional(p.total.pads_lsb->max) : std::nullopt;
+std::optional<SimDeviation> pads_of(const SimPoint& p) {
+  return p.total.pads_lsb;
 }
 
 std::string scrolled(const Scatter& scatter) {
@@ -117,9 +115,10 @@ std::string force_picture(const SimSceneResult& scene, const std::vector<std::st
               "largest force error [N]",
               std::string(page_stamp),
               families,
-              {panel_of(scene, families, "(a) against the reference: model and step", total_max),
+              {panel_of(scene, families, "(a) against the reference: model and step", total_of,
+                        &SimDeviation::max),
                panel_of(scene, families, "(b) against the same level's finest run: step alone",
-                        discretisation_max, false)},
+                        discretisation_of, &SimDeviation::max, false)},
               true};
   for (ScatterPanel& panel : out.panels)
     panel.lines = {{fine_resolution_n, "Mini40 Fx, Fy: 10 mN", true},
@@ -128,23 +127,20 @@ std::string force_picture(const SimSceneResult& scene, const std::vector<std::st
 }
 
 std::string pads_picture(const SimSceneResult& scene, const std::vector<std::string>& families) {
-  Scatter out{"Pads' error against time, " + std::string(page_stamp) + ", scene " + scene.scene,
-              "error of the pads [LSB]",
-              std::string(page_stamp),
-              families,
-              {panel_of(scene, families, "(c) root mean square of all pads", pads_rms),
-               panel_of(scene, families, "(d) largest error of any pad", pads_max)},
-              true};
+  Scatter out{
+      "Pads' error against time, " + std::string(page_stamp) + ", scene " + scene.scene,
+      "error of the pads [LSB]",
+      std::string(page_stamp),
+      families,
+      {panel_of(scene, families, "(c) root mean square of all pads", pads_of, &SimDeviation::rms),
+       panel_of(scene, families, "(d) largest error of any pad", pads_of, &SimDeviation::max)},
+      true};
   for (ScatterPanel& panel : out.panels) panel.lines = {{1, "1 LSB"}};
   return out.panels.front().points.empty() ? "" : scrolled(out);
 }
 
 std::string errors_cell(const std::optional<SimErrors>& errors) {
   return errors ? force_cell(errors->worst_n) : std::string(no_value);
-}
-
-std::string point_class(const SimPoint& p) {
-  return p.front ? "on-front" : "";
 }
 
 std::string table(const SimSceneResult& scene) {
@@ -170,7 +166,7 @@ std::string table(const SimSceneResult& scene) {
     row.push_back(thousands(static_cast<std::size_t>(1 / p.best_s)));
     row.push_back(thousands(static_cast<std::size_t>(1 / p.median_s)));
     row.push_back(duration(p.setup_s));
-    out.row(row, point_class(p));
+    out.row(row, p.front ? "on-front" : "");
   }
   return out.finish();
 }
@@ -255,6 +251,76 @@ std::string provenance(const SimTradeoffReport& report) {
          "</dl></figure>\n</section>\n";
 }
 
+using nlohmann::ordered_json;
+
+constexpr int report_schema_version = 1;
+
+ordered_json deviation_json(const SimDeviation& d) {
+  return {{"max", d.max}, {"rms", d.rms}};
+}
+
+ordered_json optional_json(const std::optional<SimDeviation>& d) {
+  return d ? deviation_json(*d) : ordered_json();
+}
+
+ordered_json errors_json(const SimErrors& e) {
+  return {{"force_n", deviation_json(e.worst_n)},
+          {"force_median_n", deviation_json(e.median_n)},
+          {"normal_n", deviation_json(e.normal_n)},
+          {"pads_lsb", optional_json(e.pads_lsb)},
+          {"touch_s", e.touch_s ? ordered_json(*e.touch_s) : ordered_json()}};
+}
+
+ordered_json setting_json(const SimSetting& setting) {
+  return {{"name", setting.name()},
+          {"level", std::string(sim::to_string(setting.level))},
+          {"integrator", format_integrator(setting)},
+          {"step_us", setting.step_us()}};
+}
+
+ordered_json cycle_json(const SimCycle& cycle) {
+  return {{"peak_to_peak_n", cycle.peak_to_peak_n}, {"frequency_hz", cycle.frequency_hz}};
+}
+
+ordered_json point_json(const SimPoint& p) {
+  ordered_json out = setting_json(p.setting);
+  out["total"] = errors_json(p.total);
+  out["discretisation"] = p.discretisation ? errors_json(*p.discretisation) : ordered_json();
+  out["model"] = p.model ? errors_json(*p.model) : ordered_json();
+  out["cycle"] = cycle_json(p.cycle);
+  out["failure"] = p.failure;
+  out["timings_s"] = p.timings_s;
+  out["best_s_per_s"] = p.best_s;
+  out["median_s_per_s"] = p.median_s;
+  out["setup_s"] = p.setup_s;
+  out["front"] = p.front;
+  return out;
+}
+
+ordered_json scene_json(const SimSceneResult& scene) {
+  ordered_json out = {{"scene", scene.scene},
+                      {"words", scene.words},
+                      {"cases", scene.cases},
+                      {"simulated_s", scene.simulated_s},
+                      {"reference", scene.reference},
+                      {"reference_cycle", cycle_json(scene.cycle)},
+                      {"finest_l2_from_reference_n", optional_json(scene.agreement_n)},
+                      {"points", ordered_json::array()},
+                      {"refused", ordered_json::array()}};
+  for (const SimPoint& p : scene.points) out["points"].push_back(point_json(p));
+  for (const SimRefusal& refusal : scene.refusals) {
+    ordered_json one = setting_json(refusal.setting);
+    one["why"] = refusal.why;
+    out["refused"].push_back(std::move(one));
+  }
+  return out;
+}
+
+/// The knob's table knows no scene without the mechanisms that a bench has.
+bool is_for_bench(const SimSceneResult& scene) {
+  return scene.scene != "press_plain";
+}
+
 }  // namespace
 
 std::string sim_tradeoff_html(const SimTradeoffReport& report) {
@@ -264,6 +330,45 @@ std::string sim_tradeoff_html(const SimTradeoffReport& report) {
   if (!report.scenes.empty()) out += failures(report.scenes);
   if (report.downstream) out += downstream_html(*report.downstream);
   return page_around("Plant: accuracy against time", out + provenance(report));
+}
+
+ordered_json sim_tradeoff_json(const SimTradeoffReport& report) {
+  ordered_json out = {{"schema_version", report_schema_version},
+                      {"bench", "simulated"},
+                      {"command", report.command},
+                      {"software_version", report.software},
+                      {"commit", report.commit},
+                      {"machine", report.machine},
+                      {"load", report.load},
+                      {"timing", report.timing},
+                      {"sample_s", sim_sample_s},
+                      {"scenes", ordered_json::array()}};
+  for (const SimSceneResult& scene : report.scenes) out["scenes"].push_back(scene_json(scene));
+  if (report.downstream) out["downstream"] = downstream_json(*report.downstream);
+  return out;
+}
+
+ordered_json fidelity_table_json(const SimTradeoffReport& report) {
+  ordered_json rows = ordered_json::array();
+  for (const SimSceneResult& scene : report.scenes) {
+    if (!is_for_bench(scene)) continue;
+    for (const SimPoint& p : scene.points) {
+      if (!p.failure.empty()) continue;
+      rows.push_back({{"scene", scene.scene},
+                      {"level", std::string(sim::to_string(p.setting.level))},
+                      {"integrator", format_integrator(p.setting)},
+                      {"step_us", p.setting.step_us()},
+                      {"error_max_n", p.total.worst_n.max},
+                      {"error_rms_n", p.total.worst_n.rms},
+                      {"times_real_time", 1 / p.median_s}});
+    }
+  }
+  return {{"schema_version", report_schema_version},
+          {"bench", "simulated"},
+          {"made_by", report.command},
+          {"machine", report.machine},
+          {"commit", report.commit},
+          {"rows", std::move(rows)}};
 }
 
 }  // namespace weft::daemon

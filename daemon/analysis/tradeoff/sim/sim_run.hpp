@@ -1,5 +1,6 @@
 #pragma once
-// One scene at one level, integrator and step.
+// One scene at one level, integrator and step. While it runs, touch-downs and the extremes and
+// slips of a stick-slip cycle are looked for, between looks by a cubic through values and slopes.
 
 #include <array>
 #include <cstdint>
@@ -9,11 +10,6 @@
 #include "daemon/analysis/tradeoff/sim/sim_scene.hpp"
 #include "sim/plant/pads.hpp"
 #include "sim/plant/scene/scene.hpp"
-
-namespace weft::sim {
-class DynamicContact;
-class SoundingContact;
-}  // namespace weft::sim
 
 namespace weft::daemon {
 
@@ -46,33 +42,55 @@ struct SimTrace {
   std::vector<std::array<std::uint16_t, sim::pad_count>> pads;  ///< per sample; see sim_pads.hpp
 };
 
-/// Holds a case's model, so that setting up is not timed with the run.
-class SimRunner {
- public:
+/// A case with its setting, checked by make(), so that setting up is not timed with the run.
+struct SimRunner {
+  const SimCase* one;
+  SimSetting setting;
+  std::size_t stride = 1;    ///< grid points per look
+  std::size_t substeps = 1;  ///< of a look
+
   /// Errors: what check() of the dynamics and Vibration refuse; a step that does not divide a
   /// sample or the scene's grid.
   static Result<SimRunner> make(const SimCase& one, const SimSetting& setting);
   [[nodiscard]] SimTrace run() const;
-
- private:
-  SimRunner(const SimCase& one, const SimSetting& setting) : case_(&one), setting_(setting) {}
-  template <class Step>
-  [[nodiscard]] SimTrace follow(const Step& step) const;
-  [[nodiscard]] SimTrace run_algebraic() const;
-  [[nodiscard]] SimTrace run_quasistatic() const;
-  [[nodiscard]] SimTrace run_dynamic() const;
-  [[nodiscard]] SimTrace run_modal() const;
-  [[nodiscard]] sim::DynamicContact dynamic_contact() const;
-  [[nodiscard]] Result<sim::SoundingContact> sounding_contact() const;
-
-  const SimCase* case_;
-  SimSetting setting_;
-  std::size_t stride_ = 1;    ///< grid points per look
-  std::size_t substeps_ = 1;  ///< of a look
 };
 
-/// The spring of the guide pulls the probe with this force along y, which is what a force sensor
-/// sees of stick-slip; level L1 has no guide, there it is the friction.
-double guide_force_n(const SimCase& one, const sim::ContactState& state, sim::Level level);
+/// A quantity and its rate at one look.
+struct ForceSample {
+  double t_s = 0;
+  double value = 0;
+  double rate = 0;
+};
+
+/// Time at which the cubic through two looks crosses zero; they lie on both sides of it.
+double crossing_s(const ForceSample& a, const ForceSample& b);
+
+/// Largest or least value of the cubic where its rate changes sign between two looks.
+double extreme_between(const ForceSample& a, const ForceSample& b);
+
+class TouchWatch {
+ public:
+  /// `gap_m` > 0 is above the cloth; `gap_mps` its rate.
+  void see(const ForceSample& gap);
+  [[nodiscard]] std::vector<double> times_s() && { return std::move(times_s_); }
+
+ private:
+  ForceSample last_{-1, -1, 0};
+  std::vector<double> times_s_;
+};
+
+class CycleWatch {
+ public:
+  /// Force of the spring and its rate.
+  void see(const ForceSample& force);
+  [[nodiscard]] double peak_to_peak() const { return high_ > low_ ? high_ - low_ : 0; }
+  /// 0 with fewer than three slips.
+  [[nodiscard]] double frequency_hz() const;
+
+ private:
+  ForceSample last_{-1, 0, 0};
+  double low_ = 1e300, high_ = -1e300, first_s_ = 0, last_s_ = 0;
+  int slips_ = 0;
+};
 
 }  // namespace weft::daemon

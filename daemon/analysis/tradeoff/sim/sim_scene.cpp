@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 
-#include "daemon/analysis/tradeoff/sim/paper_slide.hpp"
 #include "daemon/base/text/format.hpp"
 
 namespace weft::daemon {

@@ -5,7 +5,6 @@
 #include <set>
 
 #include "daemon/analysis/design/design_page.hpp"
-#include "daemon/analysis/design/repetition_study.hpp"
 #include "tests/unit/daemon/analysis/swept_data.hpp"
 
 namespace design_test {

@@ -4,7 +4,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "daemon/analysis/tradeoff/early_stop.hpp"
+#include "daemon/analysis/tradeoff/answer_timing.hpp"
 #include "tests/unit/daemon/analysis/tradeoff_fixture.hpp"
 #include "tests/unit/daemon/benches/live_bench.hpp"
 

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "daemon/analysis/handover/train_vibration.hpp"
+#include "daemon/analysis/handover/train.hpp"
 #include "daemon/storage/recordings/import_recordings.hpp"
 #include "tests/unit/daemon/storage/support.hpp"
 

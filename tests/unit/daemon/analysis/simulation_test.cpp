@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "daemon/analysis/report/json_parts.hpp"
+#include "daemon/analysis/report/report.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"
 
 namespace simulation_test {

@@ -219,12 +219,10 @@ TEST_CASE("answers that share trials share the figure for their features, and no
     ++requested;
     return 0;
   };
-  AnswerTiming timing;
-  timing.add({trials, answer});
-  timing.add({trials, answer});
+  const std::vector<TimedAnswer> both(2, {trials, answer});
   // reading number n finds the clock n seconds further on than the one before
   double clock_s = 0, reads = 0;
-  const auto times = timing.run(5, {}, [&] { return clock_s += ++reads; });
+  const auto times = time_answers(both, 5, {}, [&] { return clock_s += ++reads; });
   REQUIRE(times.has_value());
   CHECK(requested == 2 * 6);
   // six readings a repetition, the second of each pair counts; the third of the five is the median
@@ -240,11 +238,10 @@ TEST_CASE("no table for a length of motion is made while features are timed") {
   const auto trials = std::make_shared<std::vector<AnswerTrials>>();
   for (std::size_t samples = 40; samples < 340; samples += 25)
     trials->push_back({shortened(whole, samples)});
-  AnswerTiming timing;
-  timing.add({trials, [](std::span<const double>) -> Result<std::size_t> { return 0; }});
+  const TimedAnswer zero{trials, [](std::span<const double>) -> Result<std::size_t> { return 0; }};
   std::vector<std::size_t> heap_bytes;
   heap_bytes.reserve(10'000);
-  const auto times = timing.run(5, {}, [&] {
+  const auto times = time_answers(std::span(&zero, 1), 5, {}, [&] {
     const auto heap = ::mallinfo2();
     heap_bytes.push_back(heap.uordblks + heap.hblkhd);
     return 0.0;

@@ -4,8 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "daemon/analysis/tradeoff/tradeoff_page.hpp"
-#include "daemon/analysis/tradeoff/tradeoff_point.hpp"
+#include "daemon/analysis/tradeoff/tradeoff.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/scatter.hpp"
 #include "daemon/pages/plot/svg.hpp"

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "daemon/analysis/handover/train_vibration.hpp"
+#include "daemon/analysis/handover/train.hpp"
 
 namespace weft::daemon::train_vibration_test {
 namespace {

@@ -5,7 +5,6 @@
 #include <set>
 
 #include "daemon/analysis/tradeoff/measure_vibro.hpp"
-#include "daemon/analysis/tradeoff/vibro_evaluation_page.hpp"
 
 namespace weft::daemon::vibro_trade_test {
 namespace {

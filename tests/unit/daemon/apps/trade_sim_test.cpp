@@ -11,9 +11,9 @@
 #include <numbers>
 #include <sstream>
 
-#include "daemon/analysis/tradeoff/sim/reference_file.hpp"
+#include "daemon/analysis/tradeoff/sim/measure_sim.hpp"
 #include "daemon/analysis/tradeoff/sim/sim_page.hpp"
-#include "daemon/analysis/tradeoff/sim/sim_watch.hpp"
+#include "daemon/analysis/tradeoff/sim/sim_run.hpp"
 #include "daemon/apps/weft/app.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "sim/plant/fidelity/table.hpp"

@@ -1,10 +1,11 @@
-#include "daemon/analysis/report/figures.hpp"
-
 #include <algorithm>
 #include <cmath>
 
 #include "daemon/analysis/report/paper.hpp"
+#include "daemon/analysis/report/report.hpp"
+#include "daemon/analysis/report/trace.hpp"
 #include "daemon/base/text/format.hpp"
+#include "daemon/pages/plot/html.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -15,7 +16,6 @@ using svg::Canvas;
 using svg::Range;
 
 constexpr double wide = 760;
-constexpr double narrow = 560;  // fits a phone without scrolling
 
 double end_of(const TrialTrace& trace) {
   const double taxels_s = trace.phases.empty() ? 1 : trace.phases.back().end_s;
@@ -72,44 +72,7 @@ std::vector<double> force_values(const TrialTrace& trace, const std::optional<Fo
   return values;
 }
 
-std::string_view reduction_text(classifier::Reduction reduction) {
-  switch (reduction) {
-    case classifier::Reduction::pvalue:
-      return "p-value";
-    case classifier::Reduction::pca:
-      return "PCA";
-    default:
-      return "all features";
-  }
-}
-
-double paper_accuracy(std::string_view exploration, classifier::Reduction reduction) {
-  for (const paper::Accuracy& row : paper::accuracies) {
-    if (row.exploration != exploration) continue;
-    if (reduction == classifier::Reduction::pvalue) return row.pvalue;
-    return reduction == classifier::Reduction::pca ? row.pca : row.all;
-  }
-  return -1;
-}
-
-double accuracy_floor(const std::vector<ExplorationResult>& results) {
-  double least = 0.85;
-  for (const ExplorationResult& result : results)
-    for (const ReductionResult& r : result.reductions)
-      least = std::min(least, r.evaluation.ci95.low);
-  return std::max(0.0, std::floor(least * 20 - 0.2) / 20);
-}
-
-void draw_accuracy(Canvas& canvas, const Axes& axes, double y, const classifier::Evaluation& e) {
-  const double low = axes.x(e.ci95.low * 100), high = axes.x(e.ci95.high * 100);
-  canvas.line({low, y}, {high, y}, "interval");
-  canvas.line({low, y - 4}, {low, y + 4}, "interval");
-  canvas.line({high, y - 4}, {high, y + 4}, "interval");
-  canvas.circle({axes.x(e.accuracy * 100), y}, 5, "mark");
-}
-
-}  // namespace
-
+/// Normal and tangential force over time, phases shaded, set point and band when known.
 std::string force_figure(const TrialTrace& trace, const std::optional<ForceTarget>& target) {
   Canvas canvas(wide, 330, "Force over time of one trial, phases shaded", "plot");
   const std::vector<double> values = force_values(trace, target);
@@ -132,6 +95,7 @@ std::string force_figure(const TrialTrace& trace, const std::optional<ForceTarge
   return canvas.finish();
 }
 
+/// Range of all pads together, so that the small pictures compare.
 svg::Range pad_range(const TrialTrace& trace) {
   std::vector<double> values;
   for (const Curve& pad : trace.pads)
@@ -139,6 +103,7 @@ svg::Range pad_range(const TrialTrace& trace) {
   return svg::find_range(values);
 }
 
+/// One pad's counts over time, phases shaded. `pad` counts from 0.
 std::string pad_figure(const TrialTrace& trace, std::size_t pad, const svg::Range& range) {
   const std::string name = "pad " + std::to_string(pad + 1);
   Canvas canvas(240, 180, name + ": counts over time", "plot small");
@@ -153,34 +118,7 @@ std::string pad_figure(const TrialTrace& trace, std::size_t pad, const svg::Rang
   return canvas.finish();
 }
 
-std::string accuracy_figure(const std::vector<ExplorationResult>& results) {
-  std::size_t rows = 0;
-  for (const ExplorationResult& result : results) rows += result.reductions.size();
-  const double height =
-      26.0 * static_cast<double>(rows) + 10.0 * static_cast<double>(results.size());
-  Canvas canvas(narrow, height + 86, "Accuracy by exploration and reduction", "plot narrow");
-  const Axes axes({150, 34, narrow - 170, height}, {accuracy_floor(results) * 100, 100.5}, {0, 1});
-  axes.draw_x(canvas, "accuracy [%]", 8);
-  double y = axes.area.y + 16;
-  for (const ExplorationResult& result : results) {
-    for (const ReductionResult& r : result.reductions) {
-      canvas.text({140, y + 4},
-                  result.exploration + "  " + std::string(reduction_text(r.reduction)), "row-name",
-                  Anchor::end);
-      const double printed = paper_accuracy(result.exploration, r.reduction);
-      if (printed >= 0) canvas.diamond({axes.x(printed * 100), y}, 7, "paper-mark");
-      draw_accuracy(canvas, axes, y, r.evaluation);
-      y += 26;
-    }
-    y += 10;
-  }
-  canvas.circle({20, 14}, 5, "mark");
-  canvas.text({31, 18}, "this run, with 95 % interval", "key");
-  canvas.diamond({236, 14}, 7, "paper-mark");
-  canvas.text({248, 18}, "printed in the paper, real fabrics", "key");
-  return canvas.finish();
-}
-
+/// RMS and worst force error of each fabric against the band.
 std::string fabric_force_figure(const std::vector<FabricForce>& fabrics,
                                 std::optional<double> band_n) {
   const double row = 20, height = row * static_cast<double>(fabrics.size());
@@ -205,6 +143,12 @@ std::string fabric_force_figure(const std::vector<FabricForce>& fabrics,
   return canvas.finish();
 }
 
+struct Share {
+  std::string name;
+  double seconds = 0;
+};
+
+/// The parts of the run's wall time; what was not attributed is the last part.
 std::vector<Share> wall_shares(const CampaignSummary& run) {
   std::vector<Share> out = {{"plant and emulators", run.time.plant_and_emulators_s},
                             {"drivers, control and engine", run.time.drivers_and_control_s},
@@ -230,6 +174,128 @@ std::string share_figure(const std::vector<Share>& shares) {
     x += width;
   }
   return canvas.finish();
+}
+
+constexpr std::string_view phases_key =
+    "Phases: <b>S</b> resting under the sensor\u2019s own weight, <b>P</b> force controlled "
+    "without "
+    "motion, <b>M</b> motion at constant force, <b>E</b> resting again. Blank: between phases, "
+    "while the force settles or the probe comes to rest; not part of the data set.";
+
+std::string format_trial(const TrialRecord& record) {
+  return escape(record.spec.label) + ", " + escape(record.spec.exploration) + ", repetition " +
+         std::to_string(record.spec.repetition);
+}
+
+std::string force_caption(const TrialRecord& record) {
+  std::string out = "Force on the plate, " + format_trial(record) +
+                    ": the trial whose force error is the median of its exploration";
+  if (record.quality.force_rms_error_n)
+    out += " (" + fixed(*record.quality.force_rms_error_n * 1e3, 1) + " mN RMS while held)";
+  return out + ". " + std::string(phases_key);
+}
+
+std::string pad_pictures(const TrialTrace& trace) {
+  const svg::Range range = pad_range(trace);
+  std::string out = "<div class=\"pads\">\n";
+  for (std::size_t pad = 0; pad < trace.pads.size(); ++pad) out += pad_figure(trace, pad, range);
+  return out + "</div>\n";
+}
+
+std::vector<std::string> force_cells(const std::string& name, std::size_t trials,
+                                     const ForceTally& tally) {
+  return {name,
+          thousands(trials),
+          thousands(tally.samples),
+          fixed(tally.rms_n() * 1e3, 1),
+          fixed(tally.worst_n * 1e3, 0),
+          percent(in_band_share(tally), 2)};
+}
+
+std::string force_table(const ReportInput& input, const std::vector<FabricForce>& fabrics) {
+  HtmlTable table({"fabric", "trials", "samples", "RMS error [mN]", "worst [mN]", "in band [%]"});
+  for (const FabricForce& f : fabrics) table.row(force_cells(escape(f.fabric), f.trials, f.tally));
+  const char* const all =
+      input.verified == nullptr ? "<b>run\u2019s own tally</b>" : "<b>all fabrics</b>";
+  table.row(force_cells(all, input.run.trials_complete, input.run.force));
+  return table.finish();
+}
+
+std::string format_targets(const std::vector<ForceTarget>& targets) {
+  std::string out;
+  for (const ForceTarget& t : targets)
+    out += (out.empty() ? "" : "; ") + escape(t.exploration) + " " + fixed(t.force_n, 2) +
+           " N \u00B1 " + fixed(t.band_n, 2) + " N";
+  return out;
+}
+
+}  // namespace
+
+std::string trace_section(const ReportInput& input) {
+  const Dataset& dataset = input.dataset;
+  std::string exploration;
+  for (const TrialRecord& record : dataset.records)
+    if (exploration.empty()) exploration = record.spec.exploration;
+  const auto chosen = typical_trial(dataset, exploration);
+  if (!chosen) return {};
+  const TrialTrace trace = extract_trace(dataset, *chosen);
+  const std::string badge = badge_html(input);
+  std::string out = "<section>\n<h2>One trial</h2>\n";
+  if (trace.record->wrench.samples() > 0) {
+    const auto target = find_target(force_targets(dataset.info), trace.record->spec.exploration);
+    out += figure("<div class=\"scroll\">" + force_figure(trace, target) + "</div>\n",
+                  force_caption(*trace.record), badge);
+  }
+  out += figure(pad_pictures(trace),
+                "What the " + std::to_string(trace.pads.size()) +
+                    " pads of the tactile sensor felt meanwhile: counts above each pad\u2019s mean "
+                    "in phase S over time [s], all with the same axes (compare the paper\u2019s "
+                    "Figure 5, one pad on real cloth).",
+                badge);
+  return out + "</section>\n";
+}
+
+std::string force_section(const ReportInput& input) {
+  const std::vector<ForceTarget> targets = force_targets(input.dataset.info);
+  const std::vector<FabricForce> fabrics = force_by_fabric(input.dataset, targets);
+  if (fabrics.empty()) return {};
+  const std::string badge = badge_html(input);
+  std::string out = "<section>\n<h2>How well the force was held</h2>\n";
+  out += figure(
+      "<div class=\"scroll\">" + fabric_force_figure(fabrics, targets.front().band_n) + "</div>\n",
+      "Normal force against its set point while the probe moved (" + format_targets(targets) +
+          "). The paper prints no such figure.",
+      badge);
+  out +=
+      "<details><summary>As a table</summary>\n" +
+      figure(force_table(input, fabrics),
+             std::string("Computed again from the recorded wrench between the first and the "
+                         "last taxel sample of phase M") +
+                 (input.verified == nullptr ? "; the last row is what the run counted while it ran."
+                                            : "."),
+             badge) +
+      "</details>\n";
+  return out + "</section>\n";
+}
+
+std::string wall_time_section(const ReportInput& input) {
+  const CampaignSummary& run = input.run;
+  if (!(run.wall_s > 0)) return {};
+  const std::vector<Share> shares = wall_shares(run);
+  HtmlTable table({"part", "time", "share [%]"});
+  for (std::size_t i = 0; i < shares.size(); ++i)
+    table.row(
+        {"<i class=\"swatch share-" + std::to_string(i + 1) + "\"></i>" + escape(shares[i].name),
+         duration(shares[i].seconds), percent(shares[i].seconds / run.wall_s)});
+  table.row({"<b>run</b>", "<b>" + duration(run.wall_s) + "</b>", "100"});
+  table.row({"export to HDF5, afterwards", duration(run.time.export_s), std::string(no_value)});
+  return "<section>\n<h2>Where the wall time went</h2>\n" +
+         figure(share_figure(shares) + table.finish(),
+                "Wall time of the run on this machine, attributed by timing one call in sixteen; " +
+                    duration(run.virtual_s) + " of bench time, " +
+                    thousands(static_cast<std::size_t>(run.events)) + " timer and link events.",
+                badge_html(input)) +
+         "</section>\n";
 }
 
 }  // namespace weft::daemon

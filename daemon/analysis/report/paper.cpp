@@ -1,4 +1,4 @@
-#include "daemon/analysis/report/core_rows.hpp"
+#include "daemon/analysis/report/paper.hpp"
 
 #include <algorithm>
 
@@ -34,13 +34,6 @@ std::vector<CoreLine> core_lines(const classifier::FabricModel& model) {
   return out;
 }
 
-std::optional<CoreLine> find_core(const std::vector<CoreLine>& lines, std::string_view a,
-                                  std::string_view b) {
-  for (const CoreLine& line : lines)
-    if (same_pair(line, a, b)) return line;
-  return std::nullopt;
-}
-
 const paper::Core* paper_core(const CoreLine& line) {
   for (const paper::Core& core : paper::cores)
     if (same_pair(line, core.a, core.b)) return &core;
@@ -58,7 +51,8 @@ std::string first_features_html(const CoreLine& line) {
 std::vector<CoreLine> shown_cores(const std::vector<CoreLine>& lines, std::size_t count) {
   std::vector<CoreLine> out;
   for (const paper::Core& core : paper::cores)
-    if (auto line = find_core(lines, core.a, core.b)) out.push_back(std::move(*line));
+    std::ranges::copy_if(lines, std::back_inserter(out),
+                         [&](const CoreLine& line) { return same_pair(line, core.a, core.b); });
   std::vector<CoreLine> others;
   for (const CoreLine& line : lines)
     if (paper_core(line) == nullptr) others.push_back(line);
