@@ -2,7 +2,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "daemon/apps/weft_rig/served_link.hpp"
 #include "protocols/modbus/mbap.hpp"
 
 namespace weft::daemon {
