@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "daemon/apps/weft/app.hpp"
+#include "daemon/apps/weft/commands.hpp"
 #include "daemon/campaign/diagnostics/port_checks.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"
 
