@@ -1,12 +1,9 @@
-#include "daemon/apps/weft/bench_commands.hpp"
-
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "daemon/apps/weft/answer_text.hpp"
+#include "daemon/apps/weft/bench_options.hpp"
+#include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/stop_signals.hpp"
-#include "daemon/apps/weft/table.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/campaign/align_run.hpp"
 #include "protocols/base/time.hpp"
@@ -15,6 +12,19 @@ namespace weft::daemon::cli {
 namespace {
 
 using nlohmann::json;
+
+struct AlignArgs {
+  std::filesystem::path rig;
+  unsigned per_side = 3;
+  std::optional<double> span_mm;
+  std::optional<double> largest_tilt_deg;
+  double contact_force_n = 0.1;
+  double touch_speed_mm_s = 0.05;
+  double largest_residual_um = 20;
+  double tolerance_mrad = 0.1;
+  std::uint64_t seed = 1;
+  PluginArgs plugins;
+};
 
 constexpr double urad_per_rad = 1e6;
 constexpr double mrad = 1e-3;
@@ -105,15 +115,9 @@ AlignRequest request_of(const AlignArgs& args, const StopSignals& signals, Conso
   s.touch_speed_mps = args.touch_speed_mm_s * m_per_mm;
   s.largest_residual_m = args.largest_residual_um * m_per_um;
   s.tolerance_rad = args.tolerance_mrad * mrad;
-  request.device_log = [&console](const DeviceLogEntry& line) {
-    console.err << "weft: " << line.device << ": "
-                << (line.level == LogLevel::error ? "error: " : "warning: ") << line.text
-                << std::endl;
-  };
+  request.device_log = [&console](const DeviceLogEntry& line) { print_device_log(line, console); };
   return request;
 }
-
-}  // namespace
 
 void add_options(CLI::App& command, AlignArgs& args) {
   command.add_option("--rig", args.rig, "rig file (JSON)")->required();
@@ -137,6 +141,7 @@ void add_options(CLI::App& command, AlignArgs& args) {
   add_options(command, args.plugins);
 }
 
+/// exit_failure, after a sentence, when the plate was not found, is no plane or was not levelled.
 Result<int> run_align(const AlignArgs& args, Console& console) {
   const StopSignals signals;
   const Result<AlignSummary> summary = run_alignment(request_of(args, signals, console));
@@ -151,6 +156,13 @@ Result<int> run_align(const AlignArgs& args, Console& console) {
   print(console, format_text(*summary), json_of(*summary));
   if (signals.number() != 0) return exit_signal + signals.number();
   return summary->done.outcome == recipes::Outcome::complete ? exit_ok : exit_failure;
+}
+
+}  // namespace
+
+void add_align_command(const CommandGroup& weft) {
+  weft.add<AlignArgs>("align", "find the plate's tilt by touching, level it, touch again",
+                      run_align);
 }
 
 }  // namespace weft::daemon::cli

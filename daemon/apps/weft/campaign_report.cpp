@@ -10,13 +10,10 @@
 #include "daemon/analysis/handover/handover.hpp"
 #include "daemon/analysis/report/evaluate_campaign.hpp"
 #include "daemon/analysis/report/report.hpp"
-#include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/stop_signals.hpp"
-#include "daemon/base/file/read_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/base/version/software_version.hpp"
-#include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
 
 namespace weft::daemon::cli {
@@ -28,35 +25,12 @@ EvaluationSink progress_to(Console& console) {
   };
 }
 
-constexpr std::uintmax_t most_report_bytes = std::uintmax_t{1} << 30;
-
-std::filesystem::path json_beside(std::filesystem::path html) {
-  return html.replace_extension(".json");
-}
-
 std::string share_text(const HandoverShare& share) {
   return percent(share.share, 1) + " % (95 %: " + percent(share.ci95_low, 1) + " to " +
          percent(share.ci95_high, 1) + ")";
 }
 
 }  // namespace
-
-Status check_report_places(const std::filesystem::path& html) {
-  const std::filesystem::path json = json_beside(html);
-  for (const auto& file : {html, json})
-    if (Status ok = check_output(file); !ok) return ok;
-  std::error_code unseen;
-  if (!std::filesystem::exists(json, unseen)) return {};
-  const auto there = read_text_file(json, most_report_bytes);
-  if (there && is_report_json(*there)) return {};
-  return fail(
-      {.code = Errc::invalid_argument,
-       .where = json.string(),
-       .what =
-           "the report's JSON document goes beside its page, and would take the place of a file "
-           "that is no report",
-       .hint = "Choose another name for the page"});
-}
 
 std::string machine_text() {
   utsname system{};
@@ -66,17 +40,9 @@ std::string machine_text() {
   return text + ", compiler " + __VERSION__;
 }
 
-Result<CampaignReport> write_report(const CampaignSummary& summary,
-                                    const std::filesystem::path& folder, std::size_t repeats,
-                                    Console& console) {
-  const Result<Dataset> dataset = read_hdf5(summary.dataset_file);
-  if (!dataset) return pass(dataset.error());
-  return write_report_to(summary, *dataset, folder / "report.html", repeats, {}, console);
-}
-
-Result<CampaignReport> write_report_to(const CampaignSummary& summary, const Dataset& dataset,
-                                       const std::filesystem::path& html, std::size_t repeats,
-                                       const ReportExtras& extras, Console& console) {
+Result<CampaignReport> write_report(const CampaignSummary& summary, const Dataset& dataset,
+                                    const std::filesystem::path& html, std::size_t repeats,
+                                    const ReportExtras& extras, Console& console) {
   EvaluateOptions options;
   options.repeats = repeats;
   // What a live vote has left says nothing of all slides.
@@ -90,7 +56,7 @@ Result<CampaignReport> write_report_to(const CampaignSummary& summary, const Dat
   CampaignReport report;
   report.selected = selected;
   report.html = html;
-  report.json = json_beside(html);
+  report.json = std::filesystem::path(html).replace_extension(".json");
   if (!results) report.not_classified = results.error();
   const std::vector<ExplorationResult> none;
   const DesignParts design = selected || holds_imprints(dataset) || !results

@@ -45,19 +45,12 @@ struct ReportExtras {
   std::string tradeoff_html = {};  ///< sections
 };
 
-/// Reads the data set back, classifies it over `repeats` random splits, unless slides of it ended
-/// early, and writes both documents into `folder`. Progress goes to the console's `err`.
-Result<CampaignReport> write_report(const CampaignSummary& summary,
-                                    const std::filesystem::path& folder, std::size_t repeats,
-                                    Console& console);
-/// The same into `html`, and the JSON document beside it under the same name.
-Result<CampaignReport> write_report_to(const CampaignSummary& summary, const Dataset& dataset,
-                                       const std::filesystem::path& html, std::size_t repeats,
-                                       const ReportExtras& extras, Console& console);
-
-/// Whether write_report_to() may write both: check_output(), and where the JSON document goes there
-/// is none, or one of an older report. Nobody named that file: it may be a recipe.
-Status check_report_places(const std::filesystem::path& html);
+/// Classifies a campaign's data over `repeats` random splits, unless slides of it ended early, and
+/// writes the report into `html` and the JSON document beside it under the same name. Progress goes
+/// to the console's `err`.
+Result<CampaignReport> write_report(const CampaignSummary& summary, const Dataset& dataset,
+                                    const std::filesystem::path& html, std::size_t repeats,
+                                    const ReportExtras& extras, Console& console);
 
 /// "2 threads, Linux 6.1 x86_64, compiler 12.2.0": for figures of speed.
 std::string machine_text();

@@ -1,11 +1,9 @@
-#include "daemon/apps/weft/bench_commands.hpp"
-
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "daemon/analysis/report/report.hpp"
-#include "daemon/apps/weft/file_problems.hpp"
-#include "daemon/apps/weft/table.hpp"
+#include "daemon/apps/weft/bench_options.hpp"
+#include "daemon/apps/weft/commands.hpp"
+#include "daemon/apps/weft/console.hpp"
 #include "daemon/base/text/format.hpp"
 #include "protocols/base/time.hpp"
 #include "recipes/engine/operator_steps.hpp"
@@ -17,6 +15,13 @@ namespace {
 using nlohmann::json;
 using recipes::Diagnostic;
 using recipes::Plan;
+
+struct CheckArgs {
+  std::filesystem::path recipe;
+  std::filesystem::path rig;
+  FidelityArgs fidelity;
+  PluginArgs plugins;
+};
 
 json to_json(const std::vector<Diagnostic>& list) {
   json out = json::array();
@@ -154,8 +159,6 @@ std::string plan_text(const Plan& plan, const SimulationNote& simulation,
   return out;
 }
 
-}  // namespace
-
 void add_options(CLI::App& command, CheckArgs& args) {
   command.add_option("RECIPE", args.recipe, "recipe file (JSON)")->required();
   command.add_option("--rig", args.rig, "rig file (JSON)")->required();
@@ -163,6 +166,8 @@ void add_options(CLI::App& command, CheckArgs& args) {
   add_options(command, args.plugins);
 }
 
+/// Prints plan, duration, bytes, envelope and margins. A refused recipe is not an error of this
+/// function: all its problems are printed and exit_failure is returned.
 Result<int> run_check(const CheckArgs& args, Console& console) {
   CampaignRequest request{args.recipe, args.rig, {}, {}, fidelity_request(args.fidelity)};
   request.plugins = make_settings(args.plugins, console);
@@ -172,6 +177,12 @@ Result<int> run_check(const CheckArgs& args, Console& console) {
   print(console, plan_text(*found->plan, found->simulation, found->warnings),
         plan_json(args, *found->plan, found->simulation, found->warnings));
   return exit_ok;
+}
+
+}  // namespace
+
+void add_check_command(const CommandGroup& weft) {
+  weft.add<CheckArgs>("check", "check a recipe against a rig, without moving", run_check);
 }
 
 }  // namespace weft::daemon::cli

@@ -1,8 +1,8 @@
 #include "daemon/apps/weft/classify_command.hpp"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "classifier/base/line_io.hpp"
@@ -10,11 +10,9 @@
 #include "classifier/live/staged_model.hpp"
 #include "classifier/model/model_file.hpp"
 #include "classifier/vibro/recording_model.hpp"
-#include "daemon/apps/weft/answer_text.hpp"
-#include "daemon/apps/weft/console.hpp"
+#include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
-#include "daemon/apps/weft/model_recordings.hpp"
-#include "daemon/apps/weft/standard_input.hpp"
+#include "daemon/apps/weft/options.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
 #include "daemon/base/text/csv.hpp"
 #include "daemon/base/text/format.hpp"
@@ -31,6 +29,66 @@ using classifier::Trial;
 using nlohmann::json;
 
 namespace ci = classifier::imprint;
+namespace vibro = classifier::vibro;
+
+struct ClassifyArgs {
+  std::filesystem::path model;
+  std::filesystem::path trials;  ///< a trial (CSV) or a data set (HDF5); "-": standard input
+  std::string vote = "majority";
+  std::size_t shortlist = 20;
+  bool shortlist_given = false;  ///< on the command line
+};
+
+using Labels = std::vector<std::string>;
+
+template <class Number>
+json by_label(const Labels& labels, const std::vector<Number>& of_class) {
+  json out;
+  for (std::size_t k = 0; k < labels.size(); ++k) out[labels[k]] = of_class[k];
+  return out;
+}
+
+constexpr std::size_t most_named = 10;  // of hundreds of fabrics nobody reads the last
+
+// The winner first, then the others that got votes, most votes first; nothing without votes.
+std::string votes_text(const Labels& labels, const classifier::Ballot& ballot) {
+  if (ballot.votes.empty()) return {};
+  std::vector<std::size_t> order;
+  for (std::size_t k = 0; k < labels.size(); ++k)
+    if (k != ballot.winner && ballot.votes[k] > 0) order.push_back(k);
+  std::ranges::stable_sort(order, std::greater<>(), [&](auto k) { return ballot.votes[k]; });
+  order.insert(order.begin(), ballot.winner);
+  std::string out = "  (votes:";
+  for (std::size_t i = 0; i < std::min(order.size(), most_named); ++i)
+    out += " " + labels[order[i]] + " " + std::to_string(ballot.votes[order[i]]);
+  if (order.size() > most_named)
+    out += ", " + std::to_string(order.size() - most_named) + " more fabrics";
+  return out + ")";
+}
+
+/// A line that says so where the model learnt from simulated data; nothing otherwise.
+std::string trained_banner(const classifier::Provenance& provenance) {
+  return provenance.bench == "simulated" ? "The model was trained on SIMULATED data.\n" : "";
+}
+
+/// [{file, label, votes, cores_asked, probability, none_of_these, true_label}], what there is of
+/// it.
+json answers_json(const classifier::TrainedLearner& learner, bool has_postprocessing,
+                  const std::vector<PredictedTrial>& answered) {
+  const Labels& labels = learner.labels();
+  json out = json::array();
+  for (const PredictedTrial& a : answered) {
+    const classifier::Ballot& ballot = a.answer.ballot;
+    json one{{"file", a.file}, {"label", labels[ballot.winner]}};
+    if (!ballot.votes.empty()) one["votes"] = by_label(labels, ballot.votes);
+    if (learner.cores() != nullptr) one["cores_asked"] = ballot.cores;
+    if (!a.answer.probability.empty()) one["probability"] = by_label(labels, a.answer.probability);
+    if (has_postprocessing) one["none_of_these"] = a.answer.none_of_these;
+    if (!a.true_label.empty()) one["true_label"] = a.true_label;
+    out.push_back(std::move(one));
+  }
+  return out;
+}
 
 struct LoadedImprints {
   BenchKind bench = BenchKind::unknown;
@@ -83,6 +141,46 @@ Result<int> run_classify_imprints(const ClassifyArgs& args, Console& console) {
          {"bench", to_string(requested->bench)},
          {"vote", args.vote},
          {"imprints", answers_json(model->learner, model->postprocessing.has_value(), list)}});
+  return exit_ok;
+}
+
+json windows_by_label(const std::vector<std::string>& labels,
+                      const std::vector<std::size_t>& windows) {
+  json out = json::object();
+  for (std::size_t k = 0; k < labels.size(); ++k)
+    if (windows[k] > 0) out[labels[k]] = windows[k];
+  return out;
+}
+
+/// `args.model` is one of recordings.
+Result<int> run_classify_recordings(const ClassifyArgs& args, Console& console) {
+  std::ifstream in(args.model, std::ios::binary);
+  const auto model = vibro::load_recording_model(in);
+  if (!model) return pass(model.error(), args.model.string());
+  const auto set = open_all_recordings(args.trials);
+  if (!set) return pass(set.error());
+  const auto answers = vibro::classify_recordings(*model, set->recordings);
+  if (!answers) return pass(answers.error(), args.trials.string());
+  std::string text = bench_banner(set->kind) + trained_banner(model->provenance);
+  json list = json::array();
+  for (const vibro::RecordingAnswer& a : *answers) {
+    std::size_t windows = 0;
+    for (const std::size_t n : a.windows) windows += n;
+    text += a.file + ": " + model->labels[a.label] + "  (" + std::to_string(a.windows[a.label]) +
+            " of " + std::to_string(windows) + " windows)\n";
+    list.push_back({{"file", a.file},
+                    {"label", model->labels[a.label]},
+                    {"windows", windows_by_label(model->labels, a.windows)}});
+    if (!a.true_label.empty()) list.back()["true_label"] = a.true_label;
+  }
+  print(console, text,
+        {{"command", "classify"},
+         {"kind", "recordings"},
+         {"model", args.model.string()},
+         {"model_bench", model->provenance.bench},
+         {"method", vibro::to_string(model->method)},
+         {"bench", to_string(set->kind)},
+         {"recordings", std::move(list)}});
   return exit_ok;
 }
 
@@ -150,8 +248,6 @@ Result<std::vector<PredictedTrial>> answers(const StoredModel& stored,
   return out;
 }
 
-}  // namespace
-
 void add_options(CLI::App& command, ClassifyArgs& args) {
   command.add_option("MODEL", args.model, "model file of `weft train`")->required();
   command
@@ -160,15 +256,10 @@ void add_options(CLI::App& command, ClassifyArgs& args) {
                   "(.h5) for a model of recordings; imprints (.h5), or one (.csv, .txt, .pgm, "
                   ".npy), for a model of imprints")
       ->required();
-  command
-      .add_option("--vote", args.vote,
-                  "majority or soft: all cores; dag: one core less than fabrics; shortlist: the "
-                  "cores of the fabrics whose means are nearest")
-      ->check(CLI::IsMember({"majority", "soft", "dag", "shortlist"}))
-      ->capture_default_str();
-  command.add_option("--shortlist", args.shortlist, "fabrics on the short-list")
-      ->check(CLI::Range(1, 10000))
-      ->capture_default_str()
+  add_word(command, "--vote", args.vote, {"majority", "soft", "dag", "shortlist"},
+           "majority or soft: all cores; dag: one core less than fabrics; shortlist: the cores of "
+           "the fabrics whose means are nearest");
+  add_count(command, "--shortlist", args.shortlist, 1, 10000, "fabrics on the short-list")
       ->each([&args](const std::string&) { args.shortlist_given = true; });
 }
 
@@ -180,9 +271,9 @@ Result<int> run_classify(const ClassifyArgs& args, Console& console) {
                  .expected = "--vote shortlist",
                  .got = "--vote " + args.vote});
   const auto beginning = read_beginning(args.model);
-  if (classifier::is_of_kind(beginning, classifier::vibro::recording_model_header))
+  if (classifier::is_of_kind(beginning, vibro::recording_model_header))
     return run_classify_recordings(args, console);
-  if (classifier::is_of_kind(beginning, classifier::imprint::imprint_model_header))
+  if (classifier::is_of_kind(beginning, ci::imprint_model_header))
     return run_classify_imprints(args, console);
   if (classifier::is_of_kind(beginning, classifier::staged_file_header))
     return fail({.code = Errc::unsupported,
@@ -211,6 +302,22 @@ Result<int> run_classify(const ClassifyArgs& args, Console& console) {
          {"vote", args.vote},
          {"trials", answers_json(stored->learner, stored->postprocessing.has_value(), *list)}});
   return exit_ok;
+}
+
+}  // namespace
+
+std::string answer_line(const classifier::TrainedLearner& learner, const PredictedTrial& answered) {
+  const classifier::Ballot& ballot = answered.answer.ballot;
+  const Labels& labels = learner.labels();
+  std::string out = answered.file + ": " + labels[ballot.winner];
+  if (!answered.answer.probability.empty())
+    out += " " + percent(answered.answer.probability[ballot.winner], 0) + " %";
+  if (answered.answer.none_of_these) out += ", or none of these";
+  return out + votes_text(labels, ballot) + "\n";
+}
+
+void add_classify_command(const CommandGroup& weft) {
+  weft.add<ClassifyArgs>("classify", "what a model says of a trial", run_classify);
 }
 
 }  // namespace weft::daemon::cli

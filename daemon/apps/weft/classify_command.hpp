@@ -1,26 +1,21 @@
 #pragma once
-// `weft classify`: a stored model's answer for one trial or for every trial of a data set.
+// What `weft classify` says of one trial.
 
-#include <cstddef>
-#include <filesystem>
 #include <string>
 
-#include "daemon/apps/weft/console.hpp"
-
-namespace CLI {
-class App;
-}
+#include "classifier/vote/postprocessing.hpp"
 
 namespace weft::daemon::cli {
 
-struct ClassifyArgs {
-  std::filesystem::path model;
-  std::filesystem::path trials;  ///< a trial (CSV) or a data set (HDF5); "-": standard input
-  std::string vote = "majority";
-  std::size_t shortlist = 20;
-  bool shortlist_given = false;  ///< on the command line
+/// A trial and the answer on it.
+struct PredictedTrial {
+  std::string file;
+  std::string true_label;         ///< empty: not known
+  classifier::Prediction answer;  ///< without probability and refusal where the model has no aids
 };
-void add_options(CLI::App& command, ClassifyArgs& args);
-Result<int> run_classify(const ClassifyArgs& args, Console& console);
+
+/// "trial.csv: denim 97 %, or none of these  (votes: denim 3 silk 2)" and a line break; the ten
+/// fabrics with most votes are named.
+std::string answer_line(const classifier::TrainedLearner& learner, const PredictedTrial& answered);
 
 }  // namespace weft::daemon::cli

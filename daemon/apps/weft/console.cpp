@@ -1,6 +1,7 @@
 #include "daemon/apps/weft/console.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <ostream>
@@ -30,9 +31,12 @@ std::string harmless(std::string_view text) {
   return out;
 }
 
-}  // namespace
-
-namespace {
+// Characters, not bytes: continuation bytes of UTF-8 take no room on the screen.
+std::size_t text_width(const std::string& text) {
+  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
+    return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;
+  }));
+}
 
 void print(Console& console, std::string_view text, const json& object, int indent) {
   if (console.json) {
@@ -97,6 +101,26 @@ std::optional<int> parse_command_line(CLI::App& app, int argc, const char* const
     const int status = app.exit(e);
     return status == 0 ? exit_ok : exit_usage;
   }
+}
+
+std::string Table::text(const std::string& indent) const {
+  std::vector<std::size_t> width;
+  for (const auto& row : rows_) {
+    width.resize(std::max(width.size(), row.size()));
+    for (std::size_t k = 0; k < row.size(); ++k) width[k] = std::max(width[k], text_width(row[k]));
+  }
+  std::string out;
+  for (const auto& row : rows_) {
+    std::string line = indent;
+    for (std::size_t k = 0; k < row.size(); ++k) {
+      const std::string padding(width[k] - text_width(row[k]), ' ');
+      const bool left = k == 0 || others_ == Align::left;
+      line += (k == 0 ? "" : "  ") + (left ? row[k] + padding : padding + row[k]);
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    out += line + "\n";
+  }
+  return out;
 }
 
 }  // namespace weft::daemon::cli

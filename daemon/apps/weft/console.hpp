@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "protocols/base/result.hpp"
 
@@ -53,5 +54,23 @@ int report(Console& console, const Error& error);
 int report_thrown(Console& console, const std::exception& thrown, const std::string& where);
 /// The same for a command line that cannot be understood. Returns exit_usage.
 int report_usage(Console& console, const std::string& message);
+
+// Tables of text in columns, for terminals.
+
+enum class Align { left, right };
+
+/// Columns as wide as their widest cell, two blanks between them; the first is flush left, the
+/// others as `others` says: right for numbers, left for facts. Rows may be of different lengths.
+class Table {
+ public:
+  explicit Table(Align others = Align::right) : others_(others) {}
+  void row(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
+  /// Every line starts with `indent`.
+  [[nodiscard]] std::string text(const std::string& indent = "  ") const;
+
+ private:
+  Align others_;
+  std::vector<std::vector<std::string>> rows_;
+};
 
 }  // namespace weft::daemon::cli

@@ -1,6 +1,5 @@
 #include "daemon/apps/weft/daemon_call.hpp"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -12,11 +11,6 @@ namespace weft::daemon::cli {
 
 using client::Client;
 using nlohmann::json;
-
-void add_run(CLI::App& command, RunOrderArgs& args) {
-  add_socket(command, args);
-  command.add_option("RUN", args.run, "its name, R-000318; the one under way where it is left out");
-}
 
 Result<json> call(Client& daemon, std::string_view method) {
   return call(daemon, method, json::object());
@@ -72,22 +66,10 @@ std::string format_run(const json& run) {
   return line + "\n";
 }
 
-/// The run that was named, or the one under way.
-Result<std::string> run_of(Client& daemon, const std::string& named) {
-  if (!named.empty()) return named;
-  const auto rig = call(daemon, "rig.state");
-  if (!rig) return pass(rig.error());
-  if (rig->contains("run")) return rig->at("run").get<std::string>();
-  return fail({.code = Errc::not_found,
-               .where = "weftd",
-               .what = "no run is under way",
-               .hint = "weft status lists all"});
-}
-
-Result<json> load_run(Client& daemon, const std::string& named) {
-  const auto id = run_of(daemon, named);
-  if (!id) return pass(id.error());
-  return call(daemon, "run.get", {{"run", *id}});
+Result<int> print_run(const Result<json>& run, Console& console) {
+  if (!run) return pass(run.error());
+  print(console, format_run(*run), *run);
+  return exit_ok;
 }
 
 namespace {
@@ -132,22 +114,7 @@ Result<json> under_lease(Client& daemon, const LeaseRequest& lease_request, std:
   return done;
 }
 
-Result<int> ordered(const RunOrderArgs& args, std::string_view method, json params,
-                    Console& console) {
-  auto daemon = opened(args);
-  if (!daemon) return pass(daemon.error());
-  const auto id = run_of(*daemon, args.run);
-  if (!id) return pass(id.error());
-  params["run"] = *id;
-  const auto run = call(*daemon, method, params);
-  if (!run) return pass(run.error());
-  print(console, format_run(*run), *run);
-  return exit_ok;
-}
-
 namespace {
-
-using client::Client;
 
 std::string from_environment(const char* name) {
   const char* const value = std::getenv(name);
@@ -181,7 +148,7 @@ Result<std::string> load_token(const SocketArgs& args) {
 
 }  // namespace
 
-void add_socket(CLI::App& command, SocketArgs& args) {
+void add_options(CLI::App& command, SocketArgs& args) {
   auto* const socket =
       command.add_option("--socket", args.socket,
                          "the daemon's Unix socket; without it and --daemon, WEFT_SOCKET is taken");
@@ -202,22 +169,13 @@ void add_socket(CLI::App& command, SocketArgs& args) {
 Result<Reached> reached(const SocketArgs& named) {
   const auto args = meant(named);
   if (!args) return pass(args.error());
-  if (args->daemon.empty()) {
-    auto client = Client::open(args->socket);
-    if (!client) return pass(client.error());
-    return Reached{std::move(*client), true};
-  }
-  const auto token = load_token(*args);
+  const bool is_local = args->daemon.empty();
+  const auto token = is_local ? Result<std::string>() : load_token(*args);
   if (!token) return pass(token.error());
-  auto client = Client::open(client::Where{args->daemon, args->tls_ca, *token});
+  auto client = is_local ? Client::open(args->socket)
+                         : Client::open(client::Where{args->daemon, args->tls_ca, *token});
   if (!client) return pass(client.error());
-  return Reached{std::move(*client), false};
-}
-
-Result<Client> opened(const SocketArgs& args) {
-  auto found = reached(args);
-  if (!found) return pass(found.error());
-  return std::move(found->client);
+  return Reached{std::move(*client), is_local};
 }
 
 }  // namespace weft::daemon::cli

@@ -7,15 +7,20 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/apps/weft/console.hpp"
-#include "daemon/apps/weft/daemon_commands.hpp"
+#include "daemon/apps/weft/commands.hpp"
 #include "daemon/service/client/client.hpp"
 
-namespace CLI {
-class App;
-}
-
 namespace weft::daemon::cli {
+
+/// Where the daemon is: --socket or --daemon; where there is neither, the environment's WEFT_SOCKET
+/// or WEFT_DAEMON.
+struct SocketArgs {
+  std::filesystem::path socket;
+  std::string daemon;                ///< "tls://HOST:PORT" or "tcp://127.0.0.1:PORT"
+  std::filesystem::path tls_ca;      ///< --tls-ca, WEFT_TLS_CA
+  std::filesystem::path token_file;  ///< one token; else the environment's WEFT_TOKEN
+};
+void add_options(CLI::App& command, SocketArgs& args);
 
 /// A client, and whether it came by the Unix socket.
 struct Reached {
@@ -25,10 +30,17 @@ struct Reached {
 /// What is typed is meant, whatever the environment says. Errors: invalid_argument, where neither
 /// names a daemon or the environment names two; the token file's; Client::open()'s.
 Result<Reached> reached(const SocketArgs& args);
-Result<client::Client> opened(const SocketArgs& args);
 
-/// The socket's options, and RUN.
-void add_run(CLI::App& command, RunOrderArgs& args);
+/// A command on the daemon that its options name.
+template <class Args>
+void add_daemon_command(const CommandGroup& group, const char* name, const char* text,
+                        Result<int> (*execute)(client::Client&, const Args&, Console&)) {
+  group.add<Args>(name, text, [execute](const Args& args, Console& console) -> Result<int> {
+    auto found = reached(args);
+    if (!found) return pass(found.error());
+    return execute(found->client, args, console);
+  });
+}
 
 Result<nlohmann::json> call(client::Client& daemon, std::string_view method);
 Result<nlohmann::json> call(client::Client& daemon, std::string_view method,
@@ -36,10 +48,9 @@ Result<nlohmann::json> call(client::Client& daemon, std::string_view method,
 
 /// A run for people, with what a person is asked for.
 std::string format_run(const nlohmann::json& run);
-/// The run that was named, or the one under way. Errors: not_found, when none is.
-Result<std::string> run_of(client::Client& daemon, const std::string& named);
-/// The same run as the daemon tells it.
-Result<nlohmann::json> load_run(client::Client& daemon, const std::string& named);
+/// Prints a run, as it is or as a failed call left it.
+Result<int> print_run(const Result<nlohmann::json>& run, Console& console);
+
 struct LeaseRequest {
   std::string note;                          ///< what for
   std::chrono::milliseconds longest{15000};  ///< for which others are kept away if we die meanwhile
@@ -48,8 +59,5 @@ struct LeaseRequest {
 /// page's), else under one that is given back: what the daemon answers to it.
 Result<nlohmann::json> under_lease(client::Client& daemon, const LeaseRequest& lease_request,
                                    std::string_view method, nlohmann::json params);
-/// Asks for a change of that run, and prints it.
-Result<int> ordered(const RunOrderArgs& args, std::string_view method, nlohmann::json params,
-                    Console& console);
 
 }  // namespace weft::daemon::cli

@@ -1,7 +1,6 @@
-#include "daemon/apps/weft/daemon_commands.hpp"
-
-#include <CLI/CLI.hpp>
+#include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <ostream>
 
 #include "daemon/apps/weft/daemon_call.hpp"
@@ -12,6 +11,62 @@ namespace {
 
 using client::Client;
 using nlohmann::json;
+
+struct StartArgs : SocketArgs {
+  std::string recipe;
+  std::optional<std::uint64_t> seed;
+  std::string name;
+  bool wait = false;
+};
+struct RunOrderArgs : SocketArgs {
+  std::string run;  ///< the one under way, where it is empty
+};
+struct PauseArgs : RunOrderArgs {
+  bool now = false;
+};
+struct ResumeArgs : RunOrderArgs {
+  bool preview = false;
+};
+struct RecoverArgs : ResumeArgs {
+  std::string choice;
+};
+struct ResetArgs : SocketArgs {
+  std::string reason;
+};
+struct LogArgs : RunOrderArgs {
+  std::int64_t most = 100;
+};
+struct CallArgs : SocketArgs {
+  std::string method;
+  std::string params = "{}";
+};
+/// The run that was named, or the one under way. Errors: not_found, when none is.
+Result<std::string> run_of(Client& daemon, const std::string& named) {
+  if (!named.empty()) return named;
+  const auto rig = call(daemon, "rig.state");
+  if (!rig) return pass(rig.error());
+  if (rig->contains("run")) return rig->at("run").get<std::string>();
+  return fail({.code = Errc::not_found,
+               .where = "weftd",
+               .what = "no run is under way",
+               .hint = "weft status lists all"});
+}
+
+/// The same run as the daemon tells it.
+Result<json> load_run(Client& daemon, const std::string& named) {
+  const auto id = run_of(daemon, named);
+  if (!id) return pass(id.error());
+  return call(daemon, "run.get", {{"run", *id}});
+}
+
+/// Asks for a change of that run, and prints it.
+Result<int> order(Client& daemon, const RunOrderArgs& args, std::string_view method, json params,
+                  Console& console) {
+  const auto id = run_of(daemon, args.run);
+  if (!id) return pass(id.error());
+  params["run"] = *id;
+  return print_run(call(daemon, method, params), console);
+}
 
 /// The command by which a person takes it away; empty where none does.
 std::string way_out(const json& blocker) {
@@ -45,16 +100,14 @@ void print_wait(Client& daemon, const json& run, Console& console) {
       console.err << "weft: the run waits in line. " << blocker_text(blocker);
 }
 
-struct Recovered {
-  std::string run, choice;
-};
-Result<int> print_recovered(Client& daemon, const Recovered& what, bool preview, Console& console) {
+/// Told first: what becomes of an interrupted run.
+Result<int> run_recover(Client& daemon, const RecoverArgs& what, Console& console) {
   const auto left =
       call(daemon, "run.recover", {{"run", what.run}, {"choice", what.choice}, {"preview", true}});
   if (!left) return pass(left.error());
   std::string text;
   for (const json& step : left->at("will")) text += "  " + step.get<std::string>() + "\n";
-  if (preview) {
+  if (what.preview) {
     print(console, text, *left);
     return exit_ok;
   }
@@ -65,8 +118,7 @@ Result<int> print_recovered(Client& daemon, const Recovered& what, bool preview,
                   "run.recover", {{"run", what.run}, {"choice", what.choice}});
   if (!run) return pass(run.error());
   print_wait(daemon, *run, console);
-  print(console, format_run(*run), *run);
-  return exit_ok;
+  return print_run(run, console);
 }
 
 Result<int> waited(Client& daemon, const json& run, Console& console) {
@@ -90,71 +142,49 @@ void print_handover(Client& daemon, const json& run, Console& console) {
     print_line(console, format_run(*now), *now);
 }
 
-}  // namespace
-
-void add_options(CLI::App& command, StatusArgs& args) {
-  add_socket(command, args);
-}
 void add_options(CLI::App& command, StartArgs& args) {
-  add_socket(command, args);
+  add_options(command, static_cast<SocketArgs&>(args));
   command.add_option("RECIPE", args.recipe, "name of a recipe in the daemon's folder")->required();
   command.add_option("--seed", args.seed, "in place of the recipe's");
   command.add_option("--name", args.name, "added to the name of the run's folder");
   command.add_flag("--wait", args.wait,
                    "until the run has ended, and what its recipe hands over with it");
 }
+void add_options(CLI::App& command, RunOrderArgs& args) {
+  add_options(command, static_cast<SocketArgs&>(args));
+  command.add_option("RUN", args.run, "its name, R-000318; the one under way where it is left out");
+}
 void add_options(CLI::App& command, PauseArgs& args) {
-  add_run(command, args);
+  add_options(command, static_cast<RunOrderArgs&>(args));
   command.add_flag("--now", args.now, "not after the repetition, which is then run again");
 }
 void add_options(CLI::App& command, ResumeArgs& args) {
-  add_run(command, args);
+  add_options(command, static_cast<RunOrderArgs&>(args));
   command.add_flag("--preview", args.preview,
                    "an interrupted run: what it would do, nothing moves");
 }
 void add_options(CLI::App& command, RecoverArgs& args) {
-  add_socket(command, args);
+  add_options(command, static_cast<SocketArgs&>(args));
   command.add_option("RUN", args.run, "its name, R-000318")->required();
   command.add_option("CHOICE", args.choice, "resume, discard or keep-partial")
       ->required()
       ->check(CLI::IsMember({"resume", "discard", "keep-partial"}));
   command.add_flag("--preview", args.preview, "what it would do; nothing happens");
 }
-void add_options(CLI::App& command, ConfirmArgs& args) {
-  add_run(command, args);
-}
-void add_options(CLI::App& command, StopArgs& args) {
-  add_run(command, args);
-}
-void add_options(CLI::App& command, AbortArgs& args) {
-  add_run(command, args);
-}
-void add_options(CLI::App& command, HaltArgs& args) {
-  add_socket(command, args);
-}
-void add_options(CLI::App& command, EstopArgs& args) {
-  add_socket(command, args);
-}
 void add_options(CLI::App& command, ResetArgs& args) {
-  add_socket(command, args);
+  add_options(command, static_cast<SocketArgs&>(args));
   command.add_option("REASON", args.reason, "what was looked at, in a few words")->required();
 }
-void add_options(CLI::App& command, WatchArgs& args) {
-  add_run(command, args);
-}
 void add_options(CLI::App& command, LogArgs& args) {
-  add_socket(command, args);
+  add_options(command, static_cast<SocketArgs&>(args));
   command.add_option("RUN", args.run, "its name, R-000318; of all runs where it is left out");
   command.add_option("--most", args.most, "lines, the newest")->capture_default_str();
 }
 void add_options(CLI::App& command, CallArgs& args) {
-  add_socket(command, args);
+  add_options(command, static_cast<SocketArgs&>(args));
   command.add_option("METHOD", args.method, "noun.verb; rpc.discover lists all")->required();
   command.add_option("PARAMS", args.params, "a JSON object")->capture_default_str();
 }
-
-namespace {
-
 /// Page by page.
 Result<json> all_runs(Client& daemon) {
   json runs = json::array();
@@ -169,14 +199,10 @@ Result<json> all_runs(Client& daemon) {
   }
 }
 
-}  // namespace
-
-Result<int> run_status(const StatusArgs& args, Console& console) {
-  auto daemon = opened(args);
-  if (!daemon) return pass(daemon.error());
-  const auto ready = call(*daemon, "system.ready");
+Result<int> run_status(Client& daemon, const SocketArgs&, Console& console) {
+  const auto ready = call(daemon, "system.ready");
   if (!ready) return pass(ready.error());
-  const auto runs = all_runs(*daemon);
+  const auto runs = all_runs(daemon);
   if (!runs) return pass(runs.error());
   std::string text = ready_text(*ready);
   for (const json& run : *runs) text += format_run(run);
@@ -184,50 +210,39 @@ Result<int> run_status(const StatusArgs& args, Console& console) {
   return exit_ok;
 }
 
-Result<int> run_start(const StartArgs& args, Console& console) {
-  auto daemon = opened(args);
-  if (!daemon) return pass(daemon.error());
+/// Takes a lease of the rig, puts the run in line; with --wait until it has ended: exit_ok only
+/// where it is complete.
+Result<int> run_start(Client& daemon, const StartArgs& args, Console& console) {
   json params{{"recipe", args.recipe}, {"name", args.name}};
   if (args.seed) params["seed"] = *args.seed;
   const auto run =
-      under_lease(*daemon, {"weft start " + args.recipe}, "run.start", std::move(params));
+      under_lease(daemon, {"weft start " + args.recipe}, "run.start", std::move(params));
   if (!run) return pass(run.error());
-  print_wait(*daemon, *run, console);
+  print_wait(daemon, *run, console);
   if (args.wait) {
     console.err << "weft: " << format_run(*run)
                 << "weft: it goes on without this command: weft watch " << run->value("run", "")
                 << std::endl;
-    return waited(*daemon, *run, console);
+    return waited(daemon, *run, console);
   }
-  print(console, format_run(*run), *run);
-  return exit_ok;
+  return print_run(run, console);
 }
 
-Result<int> run_pause(const PauseArgs& args, Console& console) {
-  return ordered(args, "run.pause", {{"at", args.now ? "now" : "boundary"}}, console);
-}
-
-Result<int> run_resume(const ResumeArgs& args, Console& console) {
-  auto daemon = opened(args);
-  if (!daemon) return pass(daemon.error());
-  const auto run = load_run(*daemon, args.run);
+/// A run that is held, or one that the daemon's death interrupted: what is left is told first.
+Result<int> run_resume(Client& daemon, const ResumeArgs& args, Console& console) {
+  const auto run = load_run(daemon, args.run);
   if (!run) return pass(run.error());
   const std::string id = run->at("run").get<std::string>();
   if (run->value("state", "") != "interrupted" && !args.preview)
-    return ordered(args, "run.resume", json::object(), console);
-  return print_recovered(*daemon, {id, "resume"}, args.preview, console);
+    return order(daemon, args, "run.resume", {}, console);
+  RecoverArgs what{args, "resume"};
+  what.run = id;
+  return run_recover(daemon, what, console);
 }
 
-Result<int> run_recover(const RecoverArgs& args, Console& console) {
-  auto daemon = opened(args);
-  if (!daemon) return pass(daemon.error());
-  return print_recovered(*daemon, {args.run, args.choice}, args.preview, console);
-}
-
-Result<int> run_confirm(const ConfirmArgs& args, Console& console) {
-  auto daemon = opened(args);
-  if (!daemon) return pass(daemon.error());
-  const auto run = load_run(*daemon, args.run);
+/// A person has done what the run waits for, which is told first.
+Result<int> run_confirm(Client& daemon, const RunOrderArgs& args, Console& console) {
+  const auto run = load_run(daemon, args.run);
   if (!run) return pass(run.error());
   const std::string id = run->at("run").get<std::string>();
   const json prompt = run->value("attention", json());
@@ -236,21 +251,20 @@ Result<int> run_confirm(const ConfirmArgs& args, Console& console) {
                  .where = id,
                  .what = "the run waits for nobody",
                  .got = run->value("state", "")});
-  const auto confirmed = call(*daemon, "run.confirm", {{"run", id}, {"step", prompt.at("step")}});
+  const auto confirmed = call(daemon, "run.confirm", {{"run", id}, {"step", prompt.at("step")}});
   if (!confirmed) return pass(confirmed.error());
   console.err << "weft: done: " << prompt.value("text", "") << '\n';
-  print(console, format_run(*confirmed), *confirmed);
-  return exit_ok;
+  return print_run(confirmed, console);
 }
 
-Result<int> run_stop(const StopArgs& args, Console& console) {
-  return ordered(args, "run.stop", json::object(), console);
+/// Prints how the rig is. Anything but `expected` is a failure.
+Result<int> print_rig(Client& daemon, Console& console, std::string_view expected = {}) {
+  const auto rig = call(daemon, "rig.state");
+  if (!rig) return pass(rig.error());
+  const std::string state = rig->value("rig", "");
+  print(console, "rig " + state + "\n", *rig);
+  return expected.empty() || state == expected ? exit_ok : exit_failure;
 }
-Result<int> run_abort(const AbortArgs& args, Console& console) {
-  return ordered(args, "run.abort", json::object(), console);
-}
-
-namespace {
 
 Result<int> latched(const SocketArgs& args, bool emergency, Console& console) {
   auto found = reached(args);
@@ -261,64 +275,45 @@ Result<int> latched(const SocketArgs& args, bool emergency, Console& console) {
   } else if (const auto halted = call(daemon, emergency ? "rig.estop" : "rig.halt"); !halted) {
     return pass(halted.error());  // the raw line is for the local socket
   }
-  const auto rig = call(daemon, "rig.state");
-  if (!rig) return pass(rig.error());
-  print(console, "rig " + rig->value("rig", "") + "\n", *rig);
-  return rig->value("rig", "") == "latched" ? exit_ok : exit_failure;
+  return print_rig(daemon, console, "latched");
 }
 
-}  // namespace
-
-Result<int> run_halt(const HaltArgs& args, Console& console) {
-  return latched(args, false, console);
-}
-Result<int> run_estop(const EstopArgs& args, Console& console) {
-  return latched(args, true, console);
-}
-
-Result<int> run_reset(const ResetArgs& args, Console& console) {
-  auto daemon = opened(args);
-  if (!daemon) return pass(daemon.error());
-  const auto reset = call(*daemon, "rig.reset", {{"reason", args.reason}});
+/// Somebody has looked at the rig: it may move again.
+Result<int> run_reset(Client& daemon, const ResetArgs& args, Console& console) {
+  const auto reset = call(daemon, "rig.reset", {{"reason", args.reason}});
   if (!reset) return pass(reset.error());
-  const auto rig = call(*daemon, "rig.state");
-  if (!rig) return pass(rig.error());
-  print(console, "rig " + rig->value("rig", "") + "\n", *rig);
-  return exit_ok;
+  return print_rig(daemon, console);
 }
 
-Result<int> run_watch(const WatchArgs& args, Console& console) {
-  auto daemon = opened(args);
-  if (!daemon) return pass(daemon.error());
-  const auto id = run_of(*daemon, args.run);
+/// A line for each change, until the run has ended.
+Result<int> run_watch(Client& daemon, const RunOrderArgs& args, Console& console) {
+  const auto id = run_of(daemon, args.run);
   if (!id) return pass(id.error());
-  const auto opened = call(*daemon, "sub.open", {{"topics", {"run:" + *id}}, {"mode", "latest"}});
+  const auto opened = call(daemon, "sub.open", {{"topics", {"run:" + *id}}, {"mode", "latest"}});
   if (!opened) return pass(opened.error());
   json run = opened->at("snapshot").value("run:" + *id, json());
   if (run.is_null()) {
-    const auto reply = load_run(*daemon, *id);  // refuses what is no run
+    const auto reply = load_run(daemon, *id);  // refuses what is no run
     if (!reply) return pass(reply.error());
     run = *reply;
   }
-  print_wait(*daemon, run, console);
+  print_wait(daemon, run, console);
   for (;;) {
     print_line(console, format_run(run), run);
     if (run.contains("outcome")) break;
-    const auto event = daemon->next_event();
+    const auto event = daemon.next_event();
     if (!event) return pass(event.error());
     run.merge_patch(json::parse(*event).at("delta"));
   }
-  print_handover(*daemon, run, console);
+  print_handover(daemon, run, console);
   return run.value("outcome", "") == "complete" ? exit_ok : exit_failure;
 }
 
-Result<int> run_log(const LogArgs& args, Console& console) {
-  auto daemon = opened(args);
-  if (!daemon) return pass(daemon.error());
-  const auto log = call(*daemon, "log.tail", {{"run", args.run}, {"most", args.most}});
+Result<int> run_log(Client& daemon, const LogArgs& args, Console& console) {
+  const auto log = call(daemon, "log.tail", {{"run", args.run}, {"most", args.most}});
   if (!log) return pass(log.error());
   if (log->at("lines").empty() && !args.run.empty())
-    if (const auto reply = load_run(*daemon, args.run); !reply) return pass(reply.error());
+    if (const auto reply = load_run(daemon, args.run); !reply) return pass(reply.error());
   std::string text;
   for (const json& line : log->at("lines"))
     text += utc_text(line.value("t_us", std::int64_t{0})) + "  " + line.value("run", "") + "  " +
@@ -328,6 +323,7 @@ Result<int> run_log(const LogArgs& args, Console& console) {
   return exit_ok;
 }
 
+/// Any method: the result as the daemon gives it.
 Result<int> run_call(const CallArgs& args, Console& console) {
   if (!json::accept(args.params))
     return fail({.code = Errc::parse,
@@ -335,12 +331,45 @@ Result<int> run_call(const CallArgs& args, Console& console) {
                  .what = "the parameters are no JSON",
                  .expected = "an object",
                  .got = args.params});
-  auto daemon = opened(args);
-  if (!daemon) return pass(daemon.error());
-  const auto result = call(*daemon, args.method, json::parse(args.params));
+  auto found = reached(args);
+  if (!found) return pass(found.error());
+  const auto result = call(found->client, args.method, json::parse(args.params));
   if (!result) return pass(result.error());
   print(console, result->dump(2) + "\n", *result);
   return exit_ok;
+}
+
+}  // namespace
+
+void add_daemon_commands(const CommandGroup& weft) {
+  add_daemon_command(weft, "status", "the daemon's readiness and its runs", run_status);
+  add_daemon_command(weft, "start", "puts a recipe in the daemon's line", run_start);
+  add_daemon_command(weft, "watch", "a line for each change of a run", run_watch);
+  add_daemon_command<PauseArgs>(
+      weft, "pause", "holds a run before its next repetition",
+      [](auto& daemon, auto& args, auto& console) {
+        return order(daemon, args, "run.pause", {{"at", args.now ? "now" : "boundary"}}, console);
+      });
+  add_daemon_command(weft, "resume", "goes on with a run that is held", run_resume);
+  add_daemon_command(weft, "recover",
+                     "goes on with an interrupted run, discards it or keeps what there is",
+                     run_recover);
+  add_daemon_command(weft, "confirm", "what a run waits for a person to do is done", run_confirm);
+  add_daemon_command<RunOrderArgs>(weft, "stop", "ends a run after its repetition",
+                                   [](auto& daemon, auto& args, auto& console) {
+                                     return order(daemon, args, "run.stop", {}, console);
+                                   });
+  add_daemon_command<RunOrderArgs>(weft, "abort", "ends a run now, the probe up",
+                                   [](auto& daemon, auto& args, auto& console) {
+                                     return order(daemon, args, "run.abort", {}, console);
+                                   });
+  weft.add<SocketArgs>("halt", "stops all motion and latches the rig",
+                       [](auto& args, auto& console) { return latched(args, false, console); });
+  weft.add<SocketArgs>("estop", "as halt, and only an engineer resets it",
+                       [](auto& args, auto& console) { return latched(args, true, console); });
+  add_daemon_command(weft, "reset", "somebody has looked at the rig: it may move again", run_reset);
+  add_daemon_command(weft, "log", "the daemon's journal", run_log);
+  weft.add<CallArgs>("call", "any method of the daemon's API", run_call);
 }
 
 }  // namespace weft::daemon::cli

@@ -1,14 +1,12 @@
-#include "daemon/apps/weft/data_commands.hpp"
-
-#include <CLI/CLI.hpp>
 #include <charconv>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "daemon/analysis/report/report.hpp"
+#include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
-#include "daemon/apps/weft/table.hpp"
+#include "daemon/apps/weft/options.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
@@ -21,6 +19,26 @@ namespace weft::daemon::cli {
 namespace {
 
 using nlohmann::json;
+
+struct ImportArgs {
+  std::filesystem::path source;  ///< a manifest or a folder
+  std::filesystem::path out;
+  std::string format = "manifest";
+  std::string filter = "*";
+  std::string shape;                  ///< imprint-table: "28x50"
+  std::string group;                  ///< fabricslide: empty is "repetition"
+  std::string order;                  ///< icub20: empty is "time"
+  std::vector<std::string> channels;  ///< vibtac12; empty: X, Y, Z
+  double rate_hz = 0;                 ///< tables with times; 0: as they tell
+};
+struct ExportArgs {
+  std::filesystem::path campaign;
+  std::filesystem::path out;
+  bool without_log = false;
+};
+struct InfoArgs {
+  std::filesystem::path dataset;  ///< or a campaign file
+};
 
 struct Counts {
   std::map<std::string, std::size_t> label;
@@ -240,8 +258,6 @@ Result<int> run_import_recordings(const ImportArgs& args, Console& console) {
   return exit_ok;
 }
 
-}  // namespace
-
 void add_options(CLI::App& command, ImportArgs& args) {
   command
       .add_option("SOURCE", args.source,
@@ -249,19 +265,14 @@ void add_options(CLI::App& command, ImportArgs& args) {
                   "fabricslide: a folder")
       ->required();
   command.add_option("-o,--output", args.out, "data set to write (HDF5)")->required();
-  command
-      .add_option("--format", args.format,
-                  "layout of SOURCE; imprints: a manifest of .csv, .pgm and .npy matrices, "
-                  "imprint-table: an imprint a line, label,group,values; recordings: a manifest "
-                  "of sound files and tables of sound and vibration")
-      ->check(CLI::IsMember({"manifest", "fabricslide", "icub20", "imprints", "imprint-table",
-                             "recordings", "vibtac12", "lmt_sound", "hapmat"}))
-      ->capture_default_str();
-  command
-      .add_option("--channels", args.channels,
-                  "vibtac12: some of X,Y,Z,S (X,Y,Z); with S only textures that have a sound track")
-      ->delimiter(',')
-      ->allow_extra_args(false);
+  add_word(command, "--format", args.format,
+           {"manifest", "fabricslide", "icub20", "imprints", "imprint-table", "recordings",
+            "vibtac12", "lmt_sound", "hapmat"},
+           "layout of SOURCE; imprints: a manifest of .csv, .pgm and .npy matrices, "
+           "imprint-table: an imprint a line, label,group,values; recordings: a manifest of sound "
+           "files and tables of sound and vibration");
+  add_list(command, "--channels", args.channels,
+           "vibtac12: some of X,Y,Z,S (X,Y,Z); with S only textures that have a sound track");
   command.add_option("--filter", args.filter,
                      "fabricslide: only files whose name matches, with * and ?");
   command.add_option("--shape", args.shape, "imprint-table: rows x columns, such as 28x50");
@@ -279,38 +290,35 @@ void add_options(CLI::App& command, ImportArgs& args) {
       ->check(CLI::Range(1e-3, 1e6));
 }
 
+/// Options that say nothing about the format that was asked for.
+Status check_format_options(const ImportArgs& args) {
+  const auto is = [&](std::initializer_list<std::string_view> formats) {
+    return std::ranges::find(formats, args.format) != formats.end();
+  };
+  const auto refused = [](const char* option, std::string what, Error more = {}) {
+    more.where = option;
+    more.what = std::move(what);
+    return fail(std::move(more));
+  };
+  if (!is({"fabricslide"}) && args.filter != "*")
+    return refused("--filter", args.format + " has no file names to filter",
+                   {.hint = "Leave lines out of the manifest instead"});
+  if (!is({"imprint-table"}) && !args.shape.empty())
+    return refused("--shape", "only a table needs a shape", {.got = args.shape});
+  if (!is({"fabricslide"}) && !args.group.empty())
+    return refused("--group", "a manifest names its groups itself");
+  if (!is({"vibtac12"}) && !args.channels.empty())
+    return refused("--channels", "only of vibtac12 channels are chosen",
+                   {.expected = "--format vibtac12", .got = "--format " + args.format});
+  if (!is({"icub20"}) && !args.order.empty())
+    return refused("--order", "only icub20 has two orders", {.got = args.order});
+  if (!is({"manifest", "fabricslide", "recordings", "hapmat"}) && args.rate_hz != 0)
+    return refused("--rate-hz", args.format + " has no column of times");
+  return {};
+}
+
 Result<int> run_import(const ImportArgs& args, Console& console) {
-  if (args.format != "fabricslide" && args.filter != "*")
-    return fail({.code = Errc::invalid_argument,
-                 .where = "--filter",
-                 .what = args.format + " has no file names to filter",
-                 .hint = "Leave lines out of the manifest instead"});
-  if (args.format != "imprint-table" && !args.shape.empty())
-    return fail({.code = Errc::invalid_argument,
-                 .where = "--shape",
-                 .what = "only a table needs a shape",
-                 .got = args.shape});
-  if (args.format != "fabricslide" && !args.group.empty())
-    return fail({.code = Errc::invalid_argument,
-                 .where = "--group",
-                 .what = "a manifest names its groups itself"});
-  if (args.format != "vibtac12" && !args.channels.empty())
-    return fail({.code = Errc::invalid_argument,
-                 .where = "--channels",
-                 .what = "only of vibtac12 channels are chosen",
-                 .expected = "--format vibtac12",
-                 .got = "--format " + args.format});
-  if (args.format != "icub20" && !args.order.empty())
-    return fail({.code = Errc::invalid_argument,
-                 .where = "--order",
-                 .what = "only icub20 has two orders",
-                 .got = args.order});
-  const bool has_times = args.format == "manifest" || args.format == "fabricslide" ||
-                         args.format == "recordings" || args.format == "hapmat";
-  if (args.rate_hz != 0 && !has_times)
-    return fail({.code = Errc::invalid_argument,
-                 .where = "--rate-hz",
-                 .what = args.format + " has no column of times"});
+  if (auto ok = check_format_options(args); !ok) return pass(ok.error());
   if (auto ok = check_output(args.out); !ok) return pass(ok.error());
   if (makes_recordings(args.format)) return run_import_recordings(args, console);
   Result<Dataset> dataset = import(args);
@@ -332,6 +340,7 @@ void add_options(CLI::App& command, ExportArgs& args) {
                    "of a campaign whose log is damaged or gone: the trials that lie before");
 }
 
+/// The complete trials of a campaign file; says how many were left out.
 Result<int> run_export(const ExportArgs& args, Console& console) {
   if (auto ok = check_output(args.campaign, args.out); !ok) return pass(ok.error());
   const Result<CampaignContents> campaign = open_campaign(
@@ -378,6 +387,15 @@ Result<int> run_info(const InfoArgs& args, Console& console) {
   print(console, info_text(args.dataset, *dataset, sha256),
         info_json("dataset info", args.dataset, *dataset, sha256));
   return exit_ok;
+}
+
+}  // namespace
+
+void add_dataset_commands(const CommandGroup& weft) {
+  const CommandGroup dataset = weft.group("dataset", "import, export and describe data sets");
+  dataset.add<ImportArgs>("import", "other people's recordings into a data set", run_import);
+  dataset.add<ExportArgs>("export", "the complete trials of a campaign file", run_export);
+  dataset.add<InfoArgs>("info", "what a data set holds", run_info);
 }
 
 }  // namespace weft::daemon::cli

@@ -2,6 +2,7 @@
 // Files that commands read data from and write results to.
 
 #include <filesystem>
+#include <iosfwd>
 #include <map>
 #include <span>
 #include <string>
@@ -24,6 +25,11 @@ Result<RecordingSet> open_recordings(const std::filesystem::path& path,
 
 /// A data set; a campaign file is refused with the command that makes a data set of it.
 Result<Dataset> open_dataset(const std::filesystem::path& path);
+
+/// Reads `in` to its end: a trial (CSV), or a whole data set, told by HDF5's signature. A data set
+/// goes through a temporary file that is gone afterwards, because HDF5 needs to seek. Refuses no
+/// stream, nothing in it, more than 4 GiB, and what readers of files refuse.
+Result<Dataset> trials_from(std::istream* in);
 
 /// A campaign file, finished or not, of a process that may have been killed.
 struct CampaignContents {

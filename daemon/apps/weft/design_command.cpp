@@ -1,13 +1,11 @@
-#include "daemon/apps/weft/study_commands.hpp"
-
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
 #include "daemon/analysis/design/design_page.hpp"
+#include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
-#include "daemon/apps/weft/number_range.hpp"
-#include "daemon/apps/weft/table.hpp"
+#include "daemon/apps/weft/options.hpp"
+#include "daemon/apps/weft/trial_choice.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/text/format.hpp"
 
@@ -16,6 +14,29 @@ namespace {
 
 using nlohmann::json;
 namespace design = classifier::design;
+
+struct DesignAnalyseArgs {
+  std::vector<std::filesystem::path> datasets;
+  std::filesystem::path out;  ///< page; empty: not written
+  std::string learner = "lda";
+  std::size_t resamples = 2000;
+  std::uint64_t seed = 1;
+  double shortest_mm = 0.2, longest_mm = 5;
+};
+struct DesignRepetitionsArgs {
+  std::filesystem::path dataset;
+  std::filesystem::path out;  ///< page; empty: not written
+  TrialChoice trials;
+  std::string learner = "pvalue";
+  std::size_t predict = 20;
+  double accuracy = 0.9;
+  std::size_t most = 200;
+  std::size_t first = 0;
+  bool strokes = false;
+  std::size_t draws = 4;
+  std::size_t resamples = 2000;
+  std::uint64_t seed = 1;
+};
 
 std::string cells_text(const SweepAnalysis& a) {
   Table table;
@@ -64,25 +85,19 @@ std::string curve_text(const RepetitionStudy& study) {
   return bench_banner(study.bench) + table.text() + wrapped(format_repetition_study(study), "");
 }
 
-}  // namespace
-
 void add_options(CLI::App& command, DesignAnalyseArgs& args) {
   command.add_option("DATA", args.datasets, "data sets of a sweep, all of one kind of bench")
       ->required();
   command.add_option("-o,--output", args.out, "page to write (HTML)");
   command.add_option("--learner", args.learner, "that tells the fabrics apart")
       ->capture_default_str();
-  command
-      .add_option("--resamples", args.resamples, "of the trials, for the stability of the choice")
-      ->check(CLI::Range(100, 1'000'000))
-      ->capture_default_str();
+  add_count(command, "--resamples", args.resamples, 100, 1'000'000,
+            "of the trials, for the stability of the choice");
   command.add_option("--seed", args.seed, "of resamples and learner")->capture_default_str();
-  command.add_option("--shortest-mm", args.shortest_mm, "shortest period of a texture")
-      ->check(number_range(0.001, 1000.0))
-      ->capture_default_str();
-  command.add_option("--longest-mm", args.longest_mm, "longest period of a texture")
-      ->check(number_range(0.001, 1000.0))
-      ->capture_default_str();
+  add_number(command, "--shortest-mm", args.shortest_mm, 0.001, 1000.0,
+             "shortest period of a texture");
+  add_number(command, "--longest-mm", args.longest_mm, 0.001, 1000.0,
+             "longest period of a texture");
 }
 
 Result<int> run_design_analyse(const DesignAnalyseArgs& args, Console& console) {
@@ -131,24 +146,17 @@ void add_options(CLI::App& command, DesignRepetitionsArgs& args) {
   add_trial_options(command, args.trials);
   command.add_option("--learner", args.learner, "that tells the fabrics apart")
       ->capture_default_str();
-  command.add_option("--predict", args.predict, "repetitions whose accuracy is foretold")
-      ->check(CLI::Range(3, 100'000))
-      ->capture_default_str();
-  command.add_option("--accuracy", args.accuracy, "that is wanted")
-      ->check(number_range(0.01, 0.9999))
-      ->capture_default_str();
-  command.add_option("--most", args.most, "repetitions that are looked for")
-      ->check(CLI::Range(3, 100'000))
-      ->capture_default_str();
+  add_count(command, "--predict", args.predict, 3, 100'000,
+            "repetitions whose accuracy is foretold");
+  add_number(command, "--accuracy", args.accuracy, 0.01, 0.9999, "that is wanted");
+  add_count(command, "--most", args.most, 3, 100'000, "repetitions that are looked for");
   command.add_option("--first", args.first, "take only the first so many repetitions (all)");
   command.add_flag("--strokes", args.strokes,
                    "every trial of a label is a repetition, in an order drawn from the seed");
-  command.add_option("--draws", args.draws, "trainings for each size and repetition left out")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  command.add_option("--resamples", args.resamples, "of the repetitions, for the intervals")
-      ->check(CLI::Range(100, 1'000'000))
-      ->capture_default_str();
+  add_count(command, "--draws", args.draws, 1, 1000,
+            "trainings for each size and repetition left out");
+  add_count(command, "--resamples", args.resamples, 100, 1'000'000,
+            "of the repetitions, for the intervals");
   command.add_option("--seed", args.seed, "of draws and resamples")->capture_default_str();
   record_given(command, args.trials.given);
 }
@@ -186,6 +194,18 @@ Result<int> run_design_repetitions(const DesignRepetitionsArgs& args, Console& c
   out["command"] = "design repetitions";
   print(console, curve_text(study) + page_line(args.out), out);
   return exit_ok;
+}
+
+}  // namespace
+
+void add_design_commands(const CommandGroup& weft) {
+  const CommandGroup group = weft.group("design", "which setting, and how many repetitions");
+  group.add<DesignAnalyseArgs>("analyse",
+                               "the cells of a sweep: response, separability, time, which to take",
+                               run_design_analyse);
+  group.add<DesignRepetitionsArgs>("repetitions",
+                                   "learning curve, and what more repetitions would give",
+                                   run_design_repetitions);
 }
 
 }  // namespace weft::daemon::cli

@@ -1,16 +1,21 @@
-#include "daemon/apps/weft/bench_commands.hpp"
-
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "daemon/apps/weft/number_range.hpp"
-#include "daemon/apps/weft/table.hpp"
+#include "daemon/apps/weft/bench_options.hpp"
+#include "daemon/apps/weft/commands.hpp"
+#include "daemon/apps/weft/options.hpp"
 #include "daemon/campaign/diagnostics/doctor.hpp"
 
 namespace weft::daemon::cli {
 namespace {
 
 using nlohmann::json;
+
+struct DoctorArgs {
+  std::filesystem::path rig;
+  std::filesystem::path out = ".";
+  double listen_s = 2;
+  PluginArgs plugins;
+};
 
 std::string_view bench_mode_text(BenchMode mode) {
   if (mode == BenchMode::simulated) return "simulated";
@@ -106,24 +111,28 @@ json json_of(const DoctorReport& report) {
   return out;
 }
 
-}  // namespace
-
 void add_options(CLI::App& command, DoctorArgs& args) {
   command.add_option("--rig", args.rig, "rig file (JSON)")->required();
   command.add_option("--out", args.out, "folder where campaigns will be recorded")
       ->capture_default_str();
-  command.add_option("--listen", args.listen_s, "seconds to listen to the devices")
-      ->check(number_range(0.1, 600.0))
-      ->capture_default_str();
+  add_number(command, "--listen", args.listen_s, 0.1, 600.0, "seconds to listen to the devices");
   add_options(command, args.plugins);
 }
 
+/// exit_failure when there is a problem; warnings alone do not count.
 Result<int> run_doctor(const DoctorArgs& args, Console& console) {
   const Result<DoctorReport> report =
       examine({args.rig, args.out, args.listen_s, make_settings(args.plugins, console)});
   if (!report) return pass(report.error());
   print(console, format_text(*report), json_of(*report));
   return report->count(Severity::problem) == 0 ? exit_ok : exit_failure;
+}
+
+}  // namespace
+
+void add_doctor_command(const CommandGroup& weft) {
+  weft.add<DoctorArgs>("doctor", "look over a rig: devices, ports, machine; what to fix",
+                       run_doctor);
 }
 
 }  // namespace weft::daemon::cli

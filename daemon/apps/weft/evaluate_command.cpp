@@ -1,13 +1,11 @@
-#include "daemon/apps/weft/evaluate_command.hpp"
-
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/evaluate/open_set_check.hpp"
+#include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/evaluate_text.hpp"
-#include "daemon/apps/weft/number_range.hpp"
+#include "daemon/apps/weft/options.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
@@ -24,9 +22,9 @@ Status add_permuted(const EvaluateArgs& args, const ChosenTrials& chosen,
   if (args.permute_labels == 0) return {};
   text += "Labels in random order:\n";
   for (const Outcome& outcome : outcomes) {
-    const auto permuted =
-        classifier::evaluate_permuted(chosen.features, outcome.learner, make_options(args),
-                                      {args.train_fraction, args.permute_labels, 1});
+    const auto permuted = classifier::evaluate_permuted(
+        chosen.features, outcome.learner, train_options(args.training),
+        {args.train_fraction, args.permute_labels, 1});
     if (!permuted) return pass(permuted.error(), args.dataset.string());
     const std::string name = outcome.name();
     out["results"][name]["permuted"] = {{"accuracy", permuted->mean},
@@ -46,8 +44,8 @@ Status add_unknown_labels(const EvaluateArgs& args, const ChosenTrials& chosen,
   if (!args.none_of_these) return {};
   text += "None of these, every fabric left out of the training in turn:\n";
   for (const Outcome& outcome : measured.outcomes) {
-    const auto found = classifier::check_open_set(chosen.features, measured.splits,
-                                                  outcome.evaluation.recipes, make_options(args));
+    const auto found = classifier::check_open_set(
+        chosen.features, measured.splits, outcome.evaluation.recipes, train_options(args.training));
     if (!found) return pass(found.error(), args.dataset.string());
     json unknown_labels = json::array();
     std::size_t trials = 0, answers = 0;
@@ -98,27 +96,24 @@ Status write_page(const EvaluateArgs& args, const ChosenTrials& chosen, const Me
   return write_text_file(args.report, evaluation_html(page));
 }
 
-void add_split_options(CLI::App& command, EvaluateArgs& args) {
-  auto* train = command.add_option("--train-groups", args.train_groups, "groups that train: A,B");
-  auto* test = command.add_option("--test-groups", args.test_groups, "groups that test: C");
-  train->delimiter(',')->allow_extra_args(false)->needs(test);
-  test->delimiter(',')->allow_extra_args(false)->needs(train);
-  auto* fraction = command.add_option("--train-fraction", args.train_fraction,
-                                      "share of each label's trials that trains, such as 0.4");
-  fraction->excludes(train)->check(number_range(0.001, 0.999));
-  command
-      .add_flag("--leave-one-group-out", args.leave_one_group_out,
-                "every group tests once, all others train; try --fold-unit group with it")
-      ->excludes(train)
-      ->excludes(fraction);
-  command
-      .add_option("--permute-labels", args.permute_labels,
-                  "also train and test with labels in random order, so often: must give chance")
-      ->needs(fraction)
-      ->check(CLI::Range(1, 100000));
-  command.add_option("--repeats", args.repeats, "random splits")
-      ->check(CLI::Range(1, 100000))
-      ->capture_default_str();
+Result<int> run_evaluate(const EvaluateArgs& args, Console& console) {
+  if (is_about_recordings(args)) return run_evaluate_recordings(args, console);
+  if (!args.report.empty())
+    if (Status ok = check_output(args.dataset, args.report); !ok) return pass(ok.error());
+  const Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, true, true);
+  if (!chosen) return pass(chosen.error());
+  const Result<Measured> measured = measure(args, *chosen);
+  if (!measured) return pass(measured.error());
+  // It has nothing of what follows, which trains anew and may end in an error.
+  if (Status ok = write_page(args, *chosen, *measured); !ok) return pass(ok.error());
+  std::string text = report_text(args, *chosen, *measured);
+  json out = report_json(args, *chosen, *measured);
+  if (Status ok = add_permuted(args, *chosen, measured->outcomes, text, out); !ok)
+    return pass(ok.error());
+  if (Status ok = add_unknown_labels(args, *chosen, *measured, text, out); !ok)
+    return pass(ok.error());
+  print(console, text, out);
+  return exit_ok;
 }
 
 }  // namespace
@@ -127,7 +122,14 @@ void add_options(CLI::App& command, EvaluateArgs& args) {
   command
       .add_option("DATASET", args.dataset, "data set, or recordings of sound and vibration (HDF5)")
       ->required();
-  add_split_options(command, args);
+  add_split_options(command, args, "share of each label's trials that trains, such as 0.4",
+                    "every group tests once, all others train; try --fold-unit group with it");
+  command
+      .add_option("--permute-labels", args.permute_labels,
+                  "also train and test with labels in random order, so often: must give chance")
+      ->needs("--train-fraction")
+      ->check(CLI::Range(1, 100000));
+  add_count(command, "--repeats", args.repeats, 1, 100000, "random splits");
   command
       .add_option(
           "--learner,--reduction", args.learners,
@@ -140,11 +142,8 @@ void add_options(CLI::App& command, EvaluateArgs& args) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->capture_default_str();
-  command
-      .add_option("--learning-curve", args.curve,
-                  "also with so many training trials of each label: 2,4,8")
-      ->delimiter(',')
-      ->allow_extra_args(false)
+  add_list(command, "--learning-curve", args.curve,
+           "also with so many training trials of each label: 2,4,8")
       ->check(CLI::Range(2, 1000000));
   command.add_flag("--calibration", args.calibration,
                    "also compare the probabilities of test answers with what came true");
@@ -153,14 +152,26 @@ void add_options(CLI::App& command, EvaluateArgs& args) {
                    "another (trains as often as there are fabrics, for every split)");
   command.add_option("--report", args.report, "also write all of it as a page (HTML)");
   command.add_flag("--answers", args.answers, "with --json: the answer on every test trial");
-  command.add_option("--curve-draws", args.curve_draws, "random draws for each split and number")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
+  add_count(command, "--curve-draws", args.curve_draws, 1, 1000,
+            "random draws for each split and number");
   add_trial_options(command, args.trials);
   add_level_option(command, args.trials);
   add_train_options(command, args.training);
   add_recording_options(command, args.recordings);
   record_given(command, args.trials.given);
+}
+
+void add_split_options(CLI::App& command, SplitChoice& choice, const std::string& fraction,
+                       const std::string& leave_out) {
+  auto* train = add_list(command, "--train-groups", choice.train_groups, "groups that train: A,B");
+  auto* test = add_list(command, "--test-groups", choice.test_groups, "groups that test: C");
+  train->needs(test);
+  test->needs(train);
+  auto* random = command.add_option("--train-fraction", choice.train_fraction, fraction);
+  random->excludes(train)->check(number_range(0.001, 0.999));
+  command.add_flag("--leave-one-group-out", choice.leave_one_group_out, leave_out)
+      ->excludes(train)
+      ->excludes(random);
 }
 
 Result<std::vector<classifier::Split>> make_splits(const EvaluateArgs& args,
@@ -187,24 +198,8 @@ Result<std::vector<classifier::Split>> make_splits(const EvaluateArgs& args,
                                        args.training.seed);
 }
 
-Result<int> run_evaluate(const EvaluateArgs& args, Console& console) {
-  if (is_about_recordings(args)) return run_evaluate_recordings(args, console);
-  if (!args.report.empty())
-    if (Status ok = check_output(args.dataset, args.report); !ok) return pass(ok.error());
-  const Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, true, true);
-  if (!chosen) return pass(chosen.error());
-  const Result<Measured> measured = measure(args, *chosen);
-  if (!measured) return pass(measured.error());
-  // It has nothing of what follows, which trains anew and may end in an error.
-  if (Status ok = write_page(args, *chosen, *measured); !ok) return pass(ok.error());
-  std::string text = report_text(args, *chosen, *measured);
-  json out = report_json(args, *chosen, *measured);
-  if (Status ok = add_permuted(args, *chosen, measured->outcomes, text, out); !ok)
-    return pass(ok.error());
-  if (Status ok = add_unknown_labels(args, *chosen, *measured, text, out); !ok)
-    return pass(ok.error());
-  print(console, text, out);
-  return exit_ok;
+void add_evaluate_command(const CommandGroup& weft) {
+  weft.add<EvaluateArgs>("evaluate", "train and test on splits of a data set", run_evaluate);
 }
 
 }  // namespace weft::daemon::cli

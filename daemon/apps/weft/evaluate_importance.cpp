@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/apps/weft/table.hpp"
 #include "daemon/base/text/format.hpp"
 
 namespace weft::daemon::cli {

@@ -5,16 +5,32 @@
 
 #include "classifier/baseline/class_folds.hpp"
 #include "classifier/evaluate/open_set_check.hpp"
-#include "daemon/apps/weft/imprint_features.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/interval_text.hpp"
+#include "daemon/storage/imprints/imprint_dataset.hpp"
 
 namespace weft::daemon::cli {
 namespace {
 
 using classifier::Learner;
 using classifier::LearnerEvaluation;
+
+// "every" leaves cores-best out: best tries the same candidates and three more kinds.
+Result<std::vector<Learner>> parse_learners(const std::vector<std::string>& words) {
+  std::vector<Learner> out;
+  for (const std::string& word : words) {
+    if (word == "every") {
+      out = classifier::all_learners();
+      std::erase(out, Learner::cores_best);
+      return out;
+    }
+    const auto one = classifier::learner_from(word);
+    if (!one) return pass(one.error(), "--learner");
+    if (std::find(out.begin(), out.end(), *one) == out.end()) out.push_back(*one);
+  }
+  return out;
+}
 
 // LDA and trees have nothing to choose by folds; their probabilities are learnt from them.
 bool needs_folds(Learner learner, bool calibration) {
@@ -27,7 +43,7 @@ std::map<std::string, std::size_t> count_folds(const EvaluateArgs& args, Learner
   std::map<std::string, std::size_t> out;
   for (const classifier::Split& split : splits) {
     const classifier::FoldReport report =
-        fold_report(select_rows(features, split.train), learner, make_options(args));
+        fold_report(select_rows(features, split.train), learner, train_options(args.training));
     if (!report.as_requested()) ++out[format_folds(report)];
   }
   return out;
@@ -40,7 +56,7 @@ Result<std::vector<Outcome>> evaluate_all(const EvaluateArgs& args,
                                           bool calibration) {
   std::vector<Outcome> out;
   for (const Learner learner : learners) {
-    auto evaluation = classifier::evaluate(features, splits, learner, make_options(args),
+    auto evaluation = classifier::evaluate(features, splits, learner, train_options(args.training),
                                            steady_wall_seconds, calibration);
     if (!evaluation) return pass(evaluation.error(), args.dataset.string());
     if (args.leave_one_group_out) name_groups_left_out(*evaluation);
@@ -109,27 +125,24 @@ Result<std::vector<CurvePoint>> measure_curve(const EvaluateArgs& args,
   return out;
 }
 
-}  // namespace
+constexpr std::size_t most_timed = 16;
 
-// "every" leaves cores-best out: best tries the same candidates and three more kinds.
-Result<std::vector<Learner>> parse_learners(const std::vector<std::string>& words) {
-  std::vector<Learner> out;
-  for (const std::string& word : words) {
-    if (word == "every") {
-      out = classifier::all_learners();
-      std::erase(out, Learner::cores_best);
-      return out;
-    }
-    const auto one = classifier::learner_from(word);
-    if (!one) return pass(one.error(), "--learner");
-    if (std::find(out.begin(), out.end(), *one) == out.end()) out.push_back(*one);
+/// Mean over the first of `count` things, each extracted once before; 0 where one cannot be.
+template <class Extract>
+double mean_seconds(std::size_t count, const classifier::SecondsNow& seconds_now,
+                    const Extract& extract) {
+  const std::size_t timed = std::min(most_timed, count);
+  double sum_s = 0.0;
+  for (std::size_t i = 0; i < timed; ++i) {
+    if (!extract(i)) return 0.0;
+    const double began_s = seconds_now();
+    if (!extract(i)) return 0.0;
+    sum_s += seconds_now() - began_s;
   }
-  return out;
+  return timed == 0 ? 0.0 : sum_s / static_cast<double>(timed);
 }
 
-classifier::TrainOptions make_options(const EvaluateArgs& args) {
-  return train_options(args.training, classifier::Reduction::pvalue);
-}
+}  // namespace
 
 bool is_choice(Learner learner) {
   return learner == Learner::best || learner == Learner::cores_best;
@@ -165,23 +178,24 @@ Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen) {
 
 double seconds_of_features(const TrialChoice& choice, const ChosenTrials& chosen,
                            const classifier::SecondsNow& seconds_now) {
-  constexpr std::size_t timed = 16;
   if (choice.window_s != 0.0) return 0.0;
-  if (chosen.imprint_plan)
-    return seconds_of_imprint_features(chosen.dataset, *chosen.imprint_plan, seconds_now);
-  auto selection = choose_trials(chosen.dataset, choice, false);
-  if (!selection || selection->trials.empty()) return 0.0;
-  classifier::FeatureExtractor extractor(chosen.setup.options);
-  const std::size_t count = std::min(timed, selection->trials.size());
-  double sum_s = 0.0;
-  for (std::size_t i = 0; i < count; ++i) {
-    classifier::Trial& trial = selection->trials[i];
-    if (!remove_level(trial, choice) || !extractor.extract(trial)) return 0.0;
-    const double began_s = seconds_now();
-    if (!extractor.extract(trial)) return 0.0;
-    sum_s += seconds_now() - began_s;
+  if (chosen.imprint_plan) {
+    const auto imprints = extract_imprints(chosen.dataset);
+    auto features = classifier::imprint::PlannedFeatures::make(*chosen.imprint_plan);
+    if (!imprints || !features) return 0.0;
+    return mean_seconds(imprints->size(), seconds_now, [&](std::size_t i) {
+      return features->extract((*imprints)[i].image).has_value();
+    });
   }
-  return sum_s / static_cast<double>(count);
+  auto selection = choose_trials(chosen.dataset, choice, false);
+  if (!selection) return 0.0;
+  classifier::FeatureExtractor extractor(chosen.setup.options);
+  std::vector<classifier::Trial>& trials = selection->trials;
+  trials.resize(std::min(trials.size(), most_timed));
+  for (classifier::Trial& trial : trials)
+    if (!remove_level(trial, choice)) return 0.0;
+  return mean_seconds(trials.size(), seconds_now,
+                      [&](std::size_t i) { return extractor.extract(trials[i]).has_value(); });
 }
 
 // "lda" or "lda 4, svc 1": what a choice came to, and how often.
@@ -192,18 +206,6 @@ std::string chosen_text(const LearnerEvaluation& e) {
   for (const auto& [name, splits] : count)
     out.push_back(count.size() == 1 ? name : name + " (" + std::to_string(splits) + " splits)");
   return joined(out);
-}
-
-std::string split_text(const EvaluateArgs& args, const std::vector<classifier::Split>& splits) {
-  const std::string sizes = std::to_string(splits.front().train.size()) + " train, " +
-                            std::to_string(splits.front().test.size()) + " test";
-  if (args.leave_one_group_out)
-    return "each of " + std::to_string(splits.size()) + " groups left out in turn; first: " + sizes;
-  if (args.train_fraction == 0.0)
-    return "groups " + joined(args.train_groups, ",") + " train, groups " +
-           joined(args.test_groups, ",") + " test: " + sizes;
-  return std::to_string(args.repeats) + " random splits of " + percent(args.train_fraction, 0) +
-         " % of each label: " + sizes;
 }
 
 std::string tried_text(const std::vector<classifier::RecipeScore>& scores) {

@@ -1,6 +1,7 @@
 #pragma once
-// What `weft evaluate` measures, before it is shown.
+// What `weft evaluate` is asked and what it measures, before it is shown.
 
+#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
@@ -8,9 +9,44 @@
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/evaluate/splits.hpp"
 #include "daemon/analysis/report/evaluation_page.hpp"
-#include "daemon/apps/weft/evaluate_command.hpp"
+#include "daemon/apps/weft/evaluate_recordings.hpp"
+#include "daemon/apps/weft/train_command.hpp"
+#include "daemon/apps/weft/trial_choice.hpp"
 
 namespace weft::daemon::cli {
+
+/// Which trials train and which test.
+struct SplitChoice {
+  std::vector<std::string> train_groups;
+  std::vector<std::string> test_groups;
+  double train_fraction = 0.0;  ///< 0: by groups
+  bool leave_one_group_out = false;
+};
+/// `fraction` and `leave_out` say what the last two are for.
+void add_split_options(CLI::App& command, SplitChoice& choice, const std::string& fraction,
+                       const std::string& leave_out);
+
+struct EvaluateArgs : SplitChoice {
+  std::filesystem::path dataset;
+  std::size_t repeats = 30;
+  std::size_t permute_labels = 0;  ///< permutations to try as well; 0: none
+  std::vector<std::string> learners = {"every"};
+  std::vector<std::size_t> curve;  ///< training recordings of each label; empty: all
+  bool calibration = false;        ///< probabilities of test answers too; --report implies it
+  bool none_of_these = false;      ///< every fabric left out in turn and shown
+  std::filesystem::path report;    ///< page to write; empty: none
+  bool answers = false;            ///< with --json: list them
+  std::size_t curve_draws = 5;     ///< of each split and number
+  TrialChoice trials;
+  TrainChoice training;
+  RecordingChoice recordings;
+};
+void add_options(CLI::App& command, EvaluateArgs& args);
+
+/// One split by groups, one for each group left out, or `repeats` random ones. Refuses random
+/// splits of windows: windows of one recording would be on both sides.
+Result<std::vector<classifier::Split>> make_splits(const EvaluateArgs& args,
+                                                   const classifier::FeatureMatrix& features);
 
 struct Outcome {
   classifier::Learner learner = classifier::Learner::pvalue;
@@ -31,13 +67,8 @@ struct Measured {
   classifier::DuplicateRows duplicates;  ///< test trials that are copies of training trials
 };
 
-/// Of the words of --learner; "every" is all but cores-best.
-Result<std::vector<classifier::Learner>> parse_learners(const std::vector<std::string>& words);
-
 /// best or cores-best.
 bool is_choice(classifier::Learner learner);
-
-classifier::TrainOptions make_options(const EvaluateArgs& args);
 
 /// Refuses what make_splits(), evaluate() and thinned() refuse, and with --none-of-these what
 /// check_labels_can_be_left_out() does; but for what a training alone can tell, before the first.
@@ -53,8 +84,5 @@ std::string chosen_text(const classifier::LearnerEvaluation& evaluation);
 
 /// Errors of the candidates in cross-validation: "lda 5/644; trees 3/129, then dropped; ...".
 std::string tried_text(const std::vector<classifier::RecipeScore>& scores);
-
-/// How the trials were split, in words.
-std::string split_text(const EvaluateArgs& args, const std::vector<classifier::Split>& splits);
 
 }  // namespace weft::daemon::cli

@@ -1,16 +1,13 @@
 #include "daemon/apps/weft/evaluate_recordings.hpp"
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
 #include "classifier/vibro/cross_validation.hpp"
 #include "daemon/analysis/tradeoff/measure_vibro.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
-#include "daemon/apps/weft/evaluate_command.hpp"
 #include "daemon/apps/weft/evaluate_text.hpp"
-#include "daemon/apps/weft/number_range.hpp"
-#include "daemon/apps/weft/table.hpp"
+#include "daemon/apps/weft/options.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
@@ -223,36 +220,23 @@ void add_recording_feature_options(CLI::App& command, RecordingChoice& choice) {
                   "principal components, the paper's 3; 0: the features themselves")
       ->capture_default_str()
       ->group(recordings_group);
-  command.add_option("--step-s", choice.step_s, "from one window to the next")
-      ->check(number_range(0.001, 1e6))
-      ->capture_default_str()
+  add_number(command, "--step-s", choice.step_s, 0.001, 1e6, "from one window to the next")
       ->group(recordings_group);
 }
 
 void add_recording_options(CLI::App& command, RecordingChoice& choice) {
-  const std::string group = recordings_group;
-  command
-      .add_option("--method", choice.methods,
-                  "NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA, Cores; best: chosen "
-                  "on training windows; every: all of them")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->group(group);
-  command
-      .add_option("--protocol", choice.protocol,
-                  "blocks: contiguous parts left out; random: the paper's, which leaks")
-      ->check(CLI::IsMember({"blocks", "random"}))
-      ->capture_default_str()
-      ->group(group);
+  add_list(command, "--method", choice.methods,
+           "NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA, Cores; best: chosen on "
+           "training windows; every: all of them")
+      ->group(recordings_group);
+  add_word(command, "--protocol", choice.protocol, {"blocks", "random"},
+           "blocks: contiguous parts left out; random: the paper's, which leaks")
+      ->group(recordings_group);
   add_recording_feature_options(command, choice);
-  command.add_option("--blocks", choice.blocks, "contiguous parts of every recording")
-      ->check(CLI::Range(2, 1000))
-      ->capture_default_str()
-      ->group(group);
-  command.add_option("--per-recording", choice.per_recording, "windows at random")
-      ->check(CLI::Range(2, 100000))
-      ->capture_default_str()
-      ->group(group);
+  add_count(command, "--blocks", choice.blocks, 2, 1000, "contiguous parts of every recording")
+      ->group(recordings_group);
+  add_count(command, "--per-recording", choice.per_recording, 2, 100000, "windows at random")
+      ->group(recordings_group);
   command
       .add_option(
           "--importance", choice.importance,
@@ -260,7 +244,7 @@ void add_recording_options(CLI::App& command, RecordingChoice& choice) {
           "one --method or RForest, and a forest's own; and train with the five that the same "
           "selects among training windows; try --features SMMRP10")
       ->check(CLI::Range(1, 1000))
-      ->group(group);
+      ->group(recordings_group);
 }
 
 bool is_about_recordings(const EvaluateArgs& args) {

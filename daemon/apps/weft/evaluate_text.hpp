@@ -38,4 +38,9 @@ std::string report_text(const EvaluateArgs& args, const ChosenTrials& chosen,
 nlohmann::json report_json(const EvaluateArgs& args, const ChosenTrials& chosen,
                            const Measured& measured);
 
+/// Counts of a confusion matrix: a row per true label, a column per answer, recall at the end.
+/// Zeros are dots, so that mistakes stand out.
+/// A label that no trial tested has no recall: "-".
+std::string confusion_text(const classifier::Confusion& confusion);
+
 }  // namespace weft::daemon::cli

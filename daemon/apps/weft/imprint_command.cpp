@@ -1,23 +1,49 @@
-#include "daemon/apps/weft/data_commands.hpp"
-
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "classifier/imprint/experiments.hpp"
 #include "daemon/analysis/imprint/imprint_scene.hpp"
 #include "daemon/analysis/imprint/tables.hpp"
+#include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
-#include "daemon/apps/weft/number_range.hpp"
-#include "daemon/apps/weft/table.hpp"
+#include "daemon/apps/weft/imprint_features.hpp"
+#include "daemon/apps/weft/options.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
+#include "daemon/storage/imprints/imprint_dataset.hpp"
 
 namespace weft::daemon::cli {
 namespace {
 
 namespace ci = classifier::imprint;
+
+struct ImprintSceneArgs {
+  std::filesystem::path out;
+  std::string level = "Z+";
+  std::size_t side = 32;
+  std::size_t presses = 1;
+  std::uint64_t seed = 1;
+};
+struct ImprintTablesArgs {
+  std::filesystem::path dataset;
+  std::filesystem::path out;  ///< page; empty: none
+  std::vector<std::string> experiments;
+  std::vector<std::string> rules;
+  std::vector<std::string> scales;  ///< "1,2,4"; empty: the paper's
+  bool no_laws = false;
+};
+struct ImprintSearchArgs {
+  std::filesystem::path dataset;
+  std::vector<std::string> groups;  ///< to learn from; empty: all
+  std::string scales = "0,0.5,1,1.5,2,2.5,3,3.5,4,5,6";
+  std::size_t most_scales = 3;
+  std::string form = "10";
+  std::string rule = "least-squares";
+  std::string evaluated_by = "2/N";
+  std::size_t shown = 10;
+};
 
 template <class Kind, std::size_t count>
 std::vector<std::string> all_names(const std::array<Kind, count>& all) {
@@ -26,13 +52,18 @@ std::vector<std::string> all_names(const std::array<Kind, count>& all) {
   return out;
 }
 
+/// The one of `all` that has this name, which one of them has.
+template <class Kind, std::size_t count>
+Kind named_one(const std::string& name, const std::array<Kind, count>& all) {
+  return *std::ranges::find_if(all, [&](Kind one) { return to_string(one) == name; });
+}
+
 /// The named ones of `all`, in the order given.
 template <class Kind, std::size_t count>
 std::vector<Kind> named_ones(const std::vector<std::string>& names,
                              const std::array<Kind, count>& all) {
   std::vector<Kind> out;
-  for (const std::string& name : names)
-    out.push_back(*std::ranges::find_if(all, [&](Kind one) { return to_string(one) == name; }));
+  for (const std::string& name : names) out.push_back(named_one(name, all));
   return out;
 }
 
@@ -81,24 +112,17 @@ std::string tables_text(const ImprintTables& tables) {
   return out + "Whether any weights at all would tell the classes apart\n" + table.text();
 }
 
-}  // namespace
-
 void add_options(CLI::App& command, ImprintSceneArgs& args) {
   command.add_option("-o,--output", args.out, "data set to write (HDF5)")->required();
-  command.add_option("--level", args.level, "Z: springs side by side; Z+: elastic half-space")
-      ->check(CLI::IsMember({"Z", "Z+"}))
-      ->capture_default_str();
-  command
-      .add_option("--side", args.side,
-                  "taxels of the part of the 128 x 128 array that is read, as many rows as columns")
-      ->check(CLI::Range(1, 128))
-      ->capture_default_str();
-  command.add_option("--presses", args.presses, "of each object with each force")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
+  add_word(command, "--level", args.level, {"Z", "Z+"},
+           "Z: springs side by side; Z+: elastic half-space");
+  add_count(command, "--side", args.side, 1, 128,
+            "taxels of the part of the 128 x 128 array that is read, as many rows as columns");
+  add_count(command, "--presses", args.presses, 1, 1000, "of each object with each force");
   command.add_option("--seed", args.seed, "of placements, hand and noise")->capture_default_str();
 }
 
+/// Makes a data set of simulated imprints.
 Result<int> run_imprint_scene(const ImprintSceneArgs& args, Console& console) {
   if (auto ok = check_output(args.out); !ok) return pass(ok.error());
   const auto level = sim::level_from(args.level);
@@ -133,19 +157,12 @@ void add_options(CLI::App& command, ImprintTablesArgs& args) {
                   "imprints (HDF5): weft dataset import, weft imprint scene")
       ->required();
   command.add_option("-o,--output", args.out, "also write the tables as a page (HTML)");
-  command
-      .add_option(
-          "--experiments", args.experiments,
-          "what is set aside in turn (all four): " + joined(all_names(ci::all_experiments), ","))
-      ->delimiter(',')
-      ->allow_extra_args(false)
+  add_list(command, "--experiments", args.experiments,
+           "what is set aside in turn (all four): " + joined(all_names(ci::all_experiments), ","))
       ->check(CLI::IsMember(all_names(ci::all_experiments)));
-  command
-      .add_option("--rules", args.rules,
-                  "what learns: " + joined(all_names(ci::all_rules), ",") +
-                      " (without pvalue cores and svc)")
-      ->delimiter(',')
-      ->allow_extra_args(false)
+  add_list(
+      command, "--rules", args.rules,
+      "what learns: " + joined(all_names(ci::all_rules), ",") + " (without pvalue cores and svc)")
       ->check(CLI::IsMember(all_names(ci::all_rules)));
   command.add_option("--scales", args.scales,
                      "a set of scales in taxels, such as 1,2,4; may be given again (the paper's "
@@ -153,6 +170,7 @@ void add_options(CLI::App& command, ImprintTablesArgs& args) {
   command.add_flag("--no-laws", args.no_laws, "without Laws' energies");
 }
 
+/// The tables of Ellis 1986 on a data set of imprints.
 Result<int> run_imprint_tables(const ImprintTablesArgs& args, Console& console) {
   if (!args.out.empty())
     if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());
@@ -166,6 +184,106 @@ Result<int> run_imprint_tables(const ImprintTablesArgs& args, Console& console) 
     if (auto ok = write_text_file(args.out, tables_html(*tables)); !ok) return pass(ok.error());
   print(console, tables_text(*tables), nlohmann::json(tables_json(*tables)));
   return exit_ok;
+}
+
+/// The imprints to learn from.
+Result<std::vector<ci::Imprint>> imprints_to_search(const ImprintSearchArgs& args,
+                                                    const Dataset& dataset) {
+  auto all = extract_imprints(dataset);
+  if (!all) return pass(all.error(), args.dataset.string());
+  if (args.groups.empty()) return all;
+  const std::vector<std::string> groups = imprint_groups(dataset, *all);
+  std::vector<ci::Imprint> out;
+  for (std::size_t i = 0; i < groups.size(); ++i)
+    if (std::ranges::find(args.groups, groups[i]) != args.groups.end())
+      out.push_back(std::move((*all)[i]));
+  if (out.empty())
+    return fail({.code = Errc::not_found,
+                 .where = "--groups",
+                 .what = "no imprint is of these groups",
+                 .got = joined(args.groups, ",")});
+  return out;
+}
+
+Result<ci::ScaleSearchOptions> search_options(const ImprintSearchArgs& args) {
+  ci::ScaleSearchOptions out;
+  auto sigmas = scales_from(args.scales);
+  if (!sigmas) return pass(sigmas.error(), "--scales");
+  out.sigmas = std::move(*sigmas);
+  out.most_scales = args.most_scales;
+  out.form = args.form == "10" ? ci::Form::full : ci::Form::brief;
+  out.rule = named_one(args.rule, ci::all_rules);
+  out.evaluated_by = named_one(args.evaluated_by, ci::all_experiments);
+  return out;
+}
+
+void add_options(CLI::App& command, ImprintSearchArgs& args) {
+  command.add_option("DATASET", args.dataset, "imprints (HDF5)")->required();
+  add_list(command, "--groups", args.groups,
+           "search on these groups alone, those that train: what is found on imprints says nothing "
+           "about the accuracy on the same ones");
+  command.add_option("--scales", args.scales, "scales to choose from [taxels]")
+      ->capture_default_str();
+  add_count(command, "--most-scales", args.most_scales, 1, 5, "largest number of scales in a set");
+  add_word(command, "--form", args.form, {"10", "7"}, "features a scale");
+  add_word(command, "--rule", args.rule, all_names(ci::all_rules), "what learns");
+  add_word(command, "--judge", args.evaluated_by, all_names(ci::all_experiments),
+           "what is set aside in turn");
+  add_count(command, "--shown", args.shown, 1, 2000, "best sets to show");
+}
+
+/// The sets of scales that tell the classes of a data set apart best.
+Result<int> run_imprint_search(const ImprintSearchArgs& args, Console& console) {
+  const auto options = search_options(args);
+  if (!options) return pass(options.error());
+  const auto dataset = open_dataset(args.dataset);
+  if (!dataset) return pass(dataset.error());
+  const auto imprints = imprints_to_search(args, *dataset);
+  if (!imprints) return pass(imprints.error());
+  const auto ranked = ci::search_scales(*imprints, *options);
+  if (!ranked) return pass(ranked.error(), args.dataset.string());
+  Table table;
+  table.row({"scales", "right"});
+  nlohmann::json best = nlohmann::json::array();
+  for (std::size_t i = 0; i < std::min(args.shown, ranked->size()); ++i) {
+    const ci::ScaleScore& score = (*ranked)[i];
+    const auto count = [&](std::size_t n) {
+      return score.outcome.converged ? nlohmann::json(n) : nlohmann::json(nullptr);
+    };
+    std::vector<std::string> words;
+    for (const double sigma : score.sigmas) words.push_back(general(sigma));
+    table.row({joined(words), cell_text(score.outcome)});
+    best.push_back({{"scales", score.sigmas},
+                    {"converged", score.outcome.converged},
+                    {"correct", count(score.outcome.correct)},
+                    {"total", count(score.outcome.total)}});
+  }
+  print(console,
+        bench_banner(dataset->info.kind) + "Best of " + std::to_string(ranked->size()) +
+            " sets of scales on " + std::to_string(imprints->size()) + " imprints, " + args.rule +
+            ", " + args.evaluated_by + ", " + args.form + " features a scale\n" + table.text(),
+        {{"command", "imprint search"},
+         {"bench", to_string(dataset->info.kind)},
+         {"imprints", imprints->size()},
+         {"sets", ranked->size()},
+         {"rule", args.rule},
+         {"judge", args.evaluated_by},
+         {"features", args.form},
+         {"best", best}});
+  return exit_ok;
+}
+
+}  // namespace
+
+void add_imprint_commands(const CommandGroup& weft) {
+  const CommandGroup imprint = weft.group("imprint", "texture of static imprints (Ellis 1986)");
+  imprint.add<ImprintSceneArgs>("scene", "simulated imprints of twelve objects as a data set",
+                                run_imprint_scene);
+  imprint.add<ImprintTablesArgs>("tables",
+                                 "the paper's four experiments on any imprints, its figures beside",
+                                 run_imprint_tables);
+  imprint.add<ImprintSearchArgs>(
+      "search", "the scales of smoothing that tell the classes apart best", run_imprint_search);
 }
 
 }  // namespace weft::daemon::cli

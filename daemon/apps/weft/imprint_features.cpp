@@ -1,14 +1,30 @@
 #include "daemon/apps/weft/imprint_features.hpp"
 
-#include <algorithm>
 #include <sstream>
 
-#include "daemon/apps/weft/number_range.hpp"
+#include "daemon/storage/imprints/image_file.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
 
 namespace weft::daemon::cli {
 
 namespace ci = classifier::imprint;
+
+Result<std::vector<double>> scales_from(std::string_view text) {
+  NumberLines lines("scales", text);
+  if (!lines.next())
+    return fail({.code = Errc::parse, .what = "no scale", .expected = "such as 1,2,4"});
+  std::vector<double> out;
+  for (std::size_t i = 0; i < lines.fields().size(); ++i) {
+    const auto sigma = lines.number(i);
+    if (!sigma)
+      return fail({.code = Errc::parse,
+                   .what = "a scale is not a number",
+                   .expected = "such as 1,2,4",
+                   .got = std::string(text)});
+    out.push_back(*sigma);
+  }
+  return out;
+}
 
 Result<ci::FeaturePlan> feature_plan_from(const std::string& scales, const std::string& kinds) {
   ci::FeaturePlan out{std::nullopt, {}};
@@ -55,24 +71,6 @@ Result<classifier::FeatureMatrix> imprint_features(const Dataset& dataset,
   if (!out) return pass(out.error());
   out->groups = imprint_groups(dataset, *imprints);
   return out;
-}
-
-double seconds_of_imprint_features(const Dataset& dataset, const ci::FeaturePlan& plan,
-                                   const classifier::SecondsNow& seconds_now) {
-  constexpr std::size_t timed = 16;
-  const auto imprints = extract_imprints(dataset);
-  auto features = ci::PlannedFeatures::make(plan);
-  if (!imprints || !features || imprints->empty()) return 0.0;
-  const std::size_t count = std::min(timed, imprints->size());
-  double sum_s = 0.0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const ci::Image& image = (*imprints)[i].image;
-    if (!features->extract(image)) return 0.0;
-    const double began_s = seconds_now();
-    if (!features->extract(image)) return 0.0;
-    sum_s += seconds_now() - began_s;
-  }
-  return sum_s / static_cast<double>(count);
 }
 
 }  // namespace weft::daemon::cli

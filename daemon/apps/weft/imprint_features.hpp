@@ -3,13 +3,18 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "classifier/evaluate/evaluate.hpp"
+#include "classifier/features/feature_matrix.hpp"
 #include "classifier/imprint/imprint_set.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 
 namespace weft::daemon::cli {
+
+/// "1,2,4" [taxels]. Errors: parse, for anything but numbers with commas between.
+Result<std::vector<double>> scales_from(std::string_view text);
 
 /// `scales`: "1,2,4" [taxels]. `kinds`: a sum of 10 or 7 (Ellis 1986, at every scale), laws3 and
 /// laws5 (Laws 1979, on the imprint as it is), such as "10+laws5". Errors: parse for words that
@@ -25,11 +30,5 @@ std::vector<std::string> imprint_groups(const Dataset& dataset,
 /// A row for every complete imprint; groups are imprint_groups(). Errors: those of build_matrix().
 Result<classifier::FeatureMatrix> imprint_features(const Dataset& dataset,
                                                    const classifier::imprint::FeaturePlan& plan);
-
-/// Mean time of one imprint's features, over the first 16, on one thread [s]; 0 where they cannot
-/// be extracted.
-double seconds_of_imprint_features(const Dataset& dataset,
-                                   const classifier::imprint::FeaturePlan& plan,
-                                   const classifier::SecondsNow& seconds_now);
 
 }  // namespace weft::daemon::cli

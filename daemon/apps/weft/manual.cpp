@@ -1,9 +1,6 @@
-#include "daemon/apps/weft/manual.hpp"
-
-#include <CLI/CLI.hpp>
-#include <functional>
 #include <vector>
 
+#include "daemon/apps/weft/commands.hpp"
 #include "daemon/base/text/format.hpp"
 
 namespace weft::daemon::cli {

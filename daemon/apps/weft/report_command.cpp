@@ -1,14 +1,15 @@
-
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "daemon/analysis/report/report.hpp"
 #include "daemon/analysis/report/trace.hpp"
 #include "daemon/analysis/tradeoff/sim/sim_page.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"
+#include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
-#include "daemon/apps/weft/study_commands.hpp"
+#include "daemon/apps/weft/options.hpp"
+#include "daemon/apps/weft/trade_command.hpp"
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/certificate/verify.hpp"
@@ -19,6 +20,16 @@ namespace weft::daemon::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+struct ReportArgs {
+  std::filesystem::path folder;  ///< campaign.sqlite and dataset.h5, of weft run or weftd
+  std::filesystem::path out;     ///< page; its JSON document goes beside it
+  std::size_t repeats = 30;      ///< random splits, as of weft run
+  std::vector<std::string> vary{"features", "learner", "slide"};  ///< of the classifier's trade
+  bool no_tradeoff = false;
+  std::size_t tradeoff_splits = 5;
+  std::filesystem::path fidelity;  ///< table of weft trade sim; empty: no such section
+};
 
 bool out_of_plan(const CampaignSummary& summary) {
   return summary.trials_complete < summary.trials_planned &&
@@ -85,6 +96,27 @@ Result<CampaignSummary> load_summary(const fs::path& folder, const VerifyReport&
   return out;
 }
 
+constexpr std::uintmax_t most_report_bytes = std::uintmax_t{1} << 30;
+
+/// Whether write_report() may write both: check_output(), and where the JSON document goes there
+/// is none, or one of an older report. Nobody named that file: it may be a recipe.
+Status check_report_places(const std::filesystem::path& html) {
+  const std::filesystem::path document = fs::path(html).replace_extension(".json");
+  for (const auto& file : {html, document})
+    if (Status ok = check_output(file); !ok) return ok;
+  std::error_code unseen;
+  if (!std::filesystem::exists(document, unseen)) return {};
+  const auto there = read_text_file(document, most_report_bytes);
+  if (there && is_report_json(*there)) return {};
+  return fail(
+      {.code = Errc::invalid_argument,
+       .where = document.string(),
+       .what =
+           "the report's JSON document goes beside its page, and would take the place of a file "
+           "that is no report",
+       .hint = "Choose another name for the page"});
+}
+
 /// Imprints, sweeps and slides that ended early have pages and commands of their own.
 bool tradeoffs(const ReportArgs& args, const Dataset& dataset) {
   return !args.no_tradeoff && dataset.info.ended_early.empty() && !holds_imprints(dataset) &&
@@ -135,23 +167,15 @@ Status check_places(const ReportArgs& args) {
                .hint = "The JSON document goes beside it"});
 }
 
-}  // namespace
-
 void add_options(CLI::App& command, ReportArgs& args) {
   command.add_option("FOLDER", args.folder, "of a campaign, by weft run or weftd")
       ->required()
       ->check(CLI::ExistingDirectory);
   command.add_option("-o,--output", args.out, "page to write (.html); .json beside it")->required();
-  command.add_option("--repeats", args.repeats, "random splits for the accuracies")
-      ->check(CLI::Range(1, 100000))
+  add_count(command, "--repeats", args.repeats, 1, 100000, "random splits for the accuracies");
+  add_list(command, "--vary", args.vary, "what speed against accuracy varies, see weft trade")
       ->capture_default_str();
-  command.add_option("--vary", args.vary, "what speed against accuracy varies, see weft trade")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->capture_default_str();
-  command.add_option("--trade-splits", args.tradeoff_splits, "random splits of that")
-      ->check(CLI::Range(1, 100000))
-      ->capture_default_str();
+  add_count(command, "--trade-splits", args.tradeoff_splits, 1, 100000, "random splits of that");
   command.add_flag("--no-trade", args.no_tradeoff, "leave speed against accuracy out");
   command
       .add_option("--fidelity", args.fidelity,
@@ -160,6 +184,7 @@ void add_options(CLI::App& command, ReportArgs& args) {
       ->check(CLI::ExistingFile);
 }
 
+/// Errors: not_found, where the folder has no data set; verify()'s, the trade's.
 Result<int> run_report(const ReportArgs& args, Console& console) {
   if (Status ok = check_places(args); !ok) return pass(ok.error());
   const auto verified = verify(args.folder);
@@ -181,7 +206,7 @@ Result<int> run_report(const ReportArgs& args, Console& console) {
   const auto fidelity = fidelity_section(args, *summary);
   if (!fidelity) return pass(fidelity.error());
   extras.tradeoff_html += *fidelity;
-  const auto report = write_report_to(*summary, *dataset, args.out, args.repeats, extras, console);
+  const auto report = write_report(*summary, *dataset, args.out, args.repeats, extras, console);
   if (!report) return pass(report.error());
   if (report->not_classified)
     console.err << "not classified: " << to_string(*report->not_classified) << std::endl;
@@ -192,6 +217,13 @@ Result<int> run_report(const ReportArgs& args, Console& console) {
                               {"verified", verify_json(*verified)}};
   print(console, report->summary + "Report: " + report->html.string() + "\n", summary_json);
   return verified->holds() ? exit_ok : exit_failure;
+}
+
+}  // namespace
+
+void add_report_command(const CommandGroup& weft) {
+  weft.add<ReportArgs>("report", "the report of a campaign that is over, to read or to print",
+                       run_report);
 }
 
 }  // namespace weft::daemon::cli

@@ -1,6 +1,3 @@
-#include "daemon/apps/weft/run_command.hpp"
-
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -9,16 +6,14 @@
 #include <vector>
 
 #include "daemon/analysis/report/report.hpp"
-#include "daemon/apps/weft/answer_text.hpp"
+#include "daemon/apps/weft/bench_options.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"
-#include "daemon/apps/weft/console.hpp"
+#include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
-#include "daemon/apps/weft/file_problems.hpp"
-#include "daemon/apps/weft/number_range.hpp"
+#include "daemon/apps/weft/options.hpp"
 #include "daemon/apps/weft/progress.hpp"
 #include "daemon/apps/weft/stop_signals.hpp"
-#include "daemon/apps/weft/table.hpp"
-#include "daemon/apps/weft/train_options.hpp"
+#include "daemon/apps/weft/train_command.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
 #include "daemon/base/loop/threads.hpp"
 #include "daemon/base/text/format.hpp"
@@ -26,11 +21,30 @@
 #include "daemon/campaign/resume.hpp"
 #include "daemon/service/daemon/weftd.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
+#include "daemon/storage/dataset/hdf5_file.hpp"
 
 namespace weft::daemon::cli {
 namespace {
 
 using nlohmann::json;
+
+struct RunArgs {
+  std::filesystem::path recipe;
+  std::filesystem::path rig;
+  std::filesystem::path out;
+  std::optional<std::uint64_t> seed;  ///< in place of the recipe's
+  FidelityArgs fidelity;
+  PluginArgs plugins;
+  bool error_check = true;
+  bool evaluate = true;
+  bool yes = false;                   ///< operator steps count as done without asking
+  bool resume = false;                ///< go on with the campaign in `out`
+  std::filesystem::path level;        ///< what weft align --json said; empty: none
+  double level_max_age_h = 24;        ///< 0: any age
+  bool preview = false;               ///< with resume: say what is left, move nothing
+  std::size_t repeats = 30;           ///< random splits of the evaluation
+  std::filesystem::path socket = {};  ///< OUT/weftd.sock where it is empty
+};
 
 using Campaign = std::function<Result<CampaignSummary>(const CampaignHooks& hooks)>;
 
@@ -198,9 +212,7 @@ Ran run_until_stopped(const RunArgs& args, bool prompts, Console& console) {
     hooks.progress = both<TrialProgress>([&](const auto& line) { progress(line); }, hooks.progress);
     hooks.device_log = [&](const DeviceLogEntry& line) {
       progress.finish();
-      console.err << "weft: " << line.device << ": "
-                  << (line.level == LogLevel::error ? "error: " : "warning: ") << line.text
-                  << std::endl;
+      print_device_log(line, console);
     };
     hooks.stop = &signals.requested();
     if (hooks.orders == nullptr) hooks.orders = &own_orders;
@@ -254,7 +266,10 @@ Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, Consol
     print(console, summary_text(summary), summary_json(summary));
     return recorded;
   }
-  const Result<CampaignReport> report = write_report(summary, args.out, args.repeats, console);
+  const Result<Dataset> dataset = read_hdf5(summary.dataset_file);
+  if (!dataset) return pass(dataset.error());
+  const Result<CampaignReport> report =
+      write_report(summary, *dataset, args.out / "report.html", args.repeats, {}, console);
   if (!report) return pass(report.error());
   if (!is_complete(summary))
     console.err << "weft: the campaign is not complete (" << format_incomplete(summary)
@@ -277,8 +292,6 @@ Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, Consol
   return report->not_classified || (result && result->failed) ? exit_failure : recorded;
 }
 
-}  // namespace
-
 void add_options(CLI::App& command, RunArgs& args) {
   command.add_option("RECIPE", args.recipe, "recipe file (JSON)")->required();
   command.add_option("--rig", args.rig, "rig file (JSON)")->required();
@@ -294,12 +307,9 @@ void add_options(CLI::App& command, RunArgs& args) {
                    "record only: no classification, no report, no hand-over");
   command.add_option("--level", args.level,
                      "what weft align --json said: the plate is held at the level that was found");
-  command
-      .add_option(
-          "--level-max-age-h", args.level_max_age_h,
-          "a level that was found longer ago is refused; 0: any age, and by a clock that was ahead")
-      ->check(number_range(0.0, 1e6))
-      ->capture_default_str();
+  add_number(
+      command, "--level-max-age-h", args.level_max_age_h, 0.0, 1e6,
+      "a level that was found longer ago is refused; 0: any age, and by a clock that was ahead");
   command.add_flag("--yes", args.yes,
                    "operator steps count as done without asking: for a bench that needs nobody");
   command.add_flag("--resume", args.resume,
@@ -308,11 +318,10 @@ void add_options(CLI::App& command, RunArgs& args) {
   command.add_option("--socket", args.socket,
                      "where others look at the campaign, hold it and end it meanwhile: weft watch, "
                      "pause, stop ... --socket; OUT/weftd.sock");
-  command.add_option("--repeats", args.repeats, "random splits of the classification")
-      ->check(CLI::Range(1, 100000))
-      ->capture_default_str();
+  add_count(command, "--repeats", args.repeats, 1, 100000, "random splits of the classification");
 }
 
+/// exit_failure when not every trial is complete, exit_signal + number after SIGINT or SIGTERM.
 Result<int> run_run(const RunArgs& args, Console& console) {
   const IgnoreBrokenPipe to_the_end;
   if (auto ok = refuse_inputs_as_outputs(args); !ok) return pass(ok.error());
@@ -358,6 +367,12 @@ Result<int> run_run(const RunArgs& args, Console& console) {
   if (signal != 0) return interrupted(*summary, signal, console);
   if (summary->dataset_error) return unconcluded(*summary, console);
   return conclude(args, *summary, console);
+}
+
+}  // namespace
+
+void add_run_command(const CommandGroup& weft) {
+  weft.add<RunArgs>("run", "run a campaign, record, classify and report it", run_run);
 }
 
 }  // namespace weft::daemon::cli

@@ -1,9 +1,12 @@
-#include "daemon/apps/weft/daemon_commands.hpp"
+// Tokens of a daemon's clients by TCP and HTTP: in its file, and in a link to its page.
 
-#include <CLI/CLI.hpp>
+#include <pwd.h>
+#include <unistd.h>
+
 #include <nlohmann/json.hpp>
 
-#include "daemon/apps/weft/table.hpp"
+#include "daemon/apps/weft/daemon_call.hpp"
+#include "daemon/apps/weft/options.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/service/rpc/tokens.hpp"
@@ -13,6 +16,28 @@ namespace {
 
 using nlohmann::json;
 
+const std::vector<std::string> all_roles{"observer", "operator", "engineer", "admin"};
+constexpr int most_days = 3660;
+
+struct TokenAddArgs {
+  std::filesystem::path file;
+  std::string name;
+  std::string role = "operator";
+  int days = 30;
+};
+struct TokenListArgs {
+  std::filesystem::path file;
+};
+struct TokenRemoveArgs {
+  std::filesystem::path file;
+  std::string name;
+};
+struct PageArgs : SocketArgs {
+  std::string name;  ///< your own in the system, or that with a number, where it is empty
+  std::string role = "operator";
+  int days = 1;
+};
+
 CLI::Option* add_file(CLI::App& command, std::filesystem::path& file) {
   return command.add_option("--tokens", file, "the daemon's file of tokens")->required();
 }
@@ -21,17 +46,11 @@ std::int64_t utc_us() {
   return utc_now().count() / 1000;
 }
 
-}  // namespace
-
 void add_options(CLI::App& command, TokenAddArgs& args) {
   command.add_option("NAME", args.name, "whom it is for")->required();
   add_file(command, args.file);
-  command.add_option("--role", args.role, "observer, operator, engineer or admin")
-      ->check(CLI::IsMember({"observer", "operator", "engineer", "admin"}))
-      ->capture_default_str();
-  command.add_option("--days", args.days, "how long it is good for")
-      ->check(CLI::Range(1, 3660))
-      ->capture_default_str();
+  add_word(command, "--role", args.role, all_roles, "observer, operator, engineer or admin");
+  add_count(command, "--days", args.days, 1, most_days, "how long it is good for");
 }
 void add_options(CLI::App& command, TokenListArgs& args) {
   add_file(command, args.file)->check(CLI::ExistingFile);
@@ -83,6 +102,76 @@ Result<int> run_token_remove(const TokenRemoveArgs& args, Console& console) {
   if (!changed) return pass(changed.error(), args.file.string());
   print(console, args.name + " has no token any more\n", {{"removed", args.name}});
   return exit_ok;
+}
+
+constexpr int most_tries = 100;
+constexpr std::string_view name_taken = "token.name_taken";
+
+std::string own_name() {
+  const passwd* const entry = getpwuid(getuid());
+  return entry == nullptr ? "page" : entry->pw_name;
+}
+
+/// Names of tokens are taken once: "ada", "ada-2", ... A link for yourself acts for you, so that
+/// page and terminal steer the same run; one for somebody else does not.
+Result<json> new_token(client::Client& daemon, const PageArgs& args) {
+  const std::string name = args.name.empty() ? own_name() : args.name;
+  const auto me = call(daemon, "session.whoami");
+  if (!me) return pass(me.error());
+  const bool own = args.name.empty() && me->at("local") == true;
+  const json terms{{"role", args.role}, {"days", args.days}, {"own", own}};
+  Result<json> made = json();
+  for (int i = 1; i <= most_tries; ++i) {
+    json params = terms;
+    params["name"] = i == 1 ? name : name + "-" + std::to_string(i);
+    made = call(daemon, "token.add", params);
+    if (made || !args.name.empty() || daemon.refusal() != name_taken) break;
+  }
+  return made;
+}
+
+void add_options(CLI::App& command, PageArgs& args) {
+  add_options(command, static_cast<SocketArgs&>(args));
+  command.add_option(
+      "--name", args.name,
+      "whom it is for; left out, it has your name and, made through the Unix socket, is yours: "
+      "the page and your terminal are one user");
+  add_word(command, "--role", args.role, all_roles,
+           "observer (who watches), operator, engineer or admin");
+  add_count(command, "--days", args.days, 1, most_days, "how long the link is good for");
+}
+
+Result<int> run_page(client::Client& daemon, const PageArgs& args, Console& console) {
+  const auto info = call(daemon, "system.info");
+  if (!info) return pass(info.error());
+  const json url = info->value("http", json());
+  if (!url.is_string())
+    return fail({.code = Errc::wrong_state,
+                 .where = "weftd",
+                 .what = "this daemon serves no page",
+                 .expected = "--http PORT",
+                 .hint = "Start it with --http 8080"});
+  const auto token = new_token(daemon, args);
+  if (!token) return pass(token.error());
+  // After '#': a browser keeps it to itself, no server's log has it.
+  const std::string link =
+      url.get<std::string>() + "/#token=" + token->at("token").get<std::string>();
+  print(console, link + "\n",
+        {{"link", link}, {"name", token->at("name")}, {"expires_us", token->at("expires_us")}});
+  return exit_ok;
+}
+
+}  // namespace
+
+void add_page_command(const CommandGroup& weft) {
+  add_daemon_command(weft, "page", "a link to the daemon's page, good for a day", run_page);
+}
+
+void add_token_commands(const CommandGroup& weft) {
+  const CommandGroup token = weft.group("token", "tokens of the daemon's TCP clients");
+  token.add<TokenAddArgs>("add", "makes one and prints it, once", run_token_add);
+  token.add<TokenListArgs>("list", "whose there are, their roles, until when", run_token_list);
+  token.add<TokenRemoveArgs>("remove", "takes one away", run_token_remove);
 }
 
 }  // namespace weft::daemon::cli

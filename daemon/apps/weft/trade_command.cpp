@@ -1,6 +1,5 @@
-#include "daemon/apps/weft/study_commands.hpp"
+#include "daemon/apps/weft/trade_command.hpp"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <ostream>
@@ -9,8 +8,7 @@
 #include "daemon/analysis/tradeoff/tradeoff.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
-#include "daemon/apps/weft/number_range.hpp"
-#include "daemon/apps/weft/table.hpp"
+#include "daemon/apps/weft/options.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
@@ -39,10 +37,7 @@ bool has_groups(const Dataset& dataset) {
 /// out in turn where others recorded.
 EvaluateArgs split_args(const TradeClassifierArgs& args, const Dataset& dataset) {
   EvaluateArgs out;
-  out.train_groups = args.train_groups;
-  out.test_groups = args.test_groups;
-  out.train_fraction = args.train_fraction;
-  out.leave_one_group_out = args.leave_one_group_out;
+  static_cast<SplitChoice&>(out) = args;
   out.repeats = args.splits;
   out.training = args.training;
   const bool given =
@@ -86,7 +81,7 @@ Result<ClassifierTradeoffOptions> make_options(const TradeClassifierArgs& args) 
   const auto learner = classifier::learner_from(args.learner);
   if (!learner) return pass(learner.error(), "--learner");
   out.learner = *learner;
-  out.training = train_options(args.training, classifier::Reduction::pvalue);
+  out.training = train_options(args.training);
   out.features.norm = args.norm == "rms" ? classifier::Norm::rms : classifier::Norm::l2;
   out.exploration = args.exploration;
   out.timings = args.timings;
@@ -99,7 +94,7 @@ Result<TradeoffSet> measure(const TradeClassifierArgs& args, ClassifierTradeoffO
   if (!dataset) return pass(dataset.error());
   options.split = split_maker(args, *dataset);
   const auto progress = [&](std::size_t step, std::size_t steps, const std::string& what) {
-    console.err << "trade " << step + 1 << "/" << steps << ": " << what << std::endl;
+    print_step(console, step, steps, what);
   };
   auto set = measure_classifier_tradeoff(*dataset, options, steady_wall_seconds, progress);
   if (!set) return pass(set.error(), path.string());
@@ -166,65 +161,16 @@ Result<std::string> set_text(const TradeoffSet& set, const std::vector<TradeoffC
   return out;
 }
 
-Status write(const TradeClassifierArgs& args, const TradeoffReport& report,
-             const nlohmann::ordered_json& data) {
-  const auto page = tradeoff_html(report);
-  if (!page) return pass(page.error());
-  if (Status ok = write_text_file(args.out, *page); !ok || args.data.empty()) return ok;
-  const std::string text =
-      data.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
-  return write_text_file(args.data, text);
-}
-
-void add_split_options(CLI::App& command, TradeClassifierArgs& args) {
-  auto* train = command.add_option("--train-groups", args.train_groups, "groups that train: A,B");
-  auto* test = command.add_option("--test-groups", args.test_groups, "groups that test: C");
-  train->delimiter(',')->allow_extra_args(false)->needs(test);
-  test->delimiter(',')->allow_extra_args(false)->needs(train);
-  auto* fraction =
-      command.add_option("--train-fraction", args.train_fraction,
-                         "random splits with this share of each label's trials training; without "
-                         "any of these 0.4 for campaigns, else each group left out in turn");
-  fraction->excludes(train)->check(number_range(0.001, 0.999));
-  command
-      .add_flag("--leave-one-group-out", args.leave_one_group_out,
-                "every group tests once, all others train")
-      ->excludes(train)
-      ->excludes(fraction);
-  command.add_option("--splits", args.splits, "most splits of a kind that gives several")
-      ->check(CLI::Range(1, 100000))
-      ->capture_default_str();
+Result<int> run_trade_classifier(const TradeClassifierArgs& args, Console& console) {
+  const Output outputs[] = {{"page", args.files.page}, {"data", args.files.data}};
+  if (Status ok = check_outputs(args.datasets, outputs); !ok) return pass(ok.error());
+  std::string text;
+  const auto report = measured_tradeoff(args, console, text);
+  if (!report) return pass(report.error());
+  return write_tradeoff(args.files, *report, text, console);
 }
 
 }  // namespace
-
-void add_options(CLI::App& command, TradeClassifierArgs& args) {
-  command.add_option("DATASET", args.datasets, "data sets (HDF5); each has a picture of its own")
-      ->required();
-  command.add_option("-o,--output", args.out, "page to write (HTML)")->required();
-  command.add_option("--data", args.data, "the figures behind it to write (JSON)");
-  command
-      .add_option("--vary", args.vary,
-                  "some of features,learner,slide,speed,exploration,vote,stop; without it all")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->check(family_problem);
-  command.add_option("--learner", args.learner, "of the default that the others differ from")
-      ->check(CLI::IsMember({"pvalue", "pca", "all", "lda", "svc", "trees", "cores-best", "best"}))
-      ->capture_default_str();
-  command.add_option("--exploration", args.exploration,
-                     "of the default, such as M2 or M1+M2; without it the data set's first");
-  command
-      .add_option("--norm", args.norm,
-                  "F_norm: l2 as in the paper, or rms for motions of different lengths")
-      ->check(CLI::IsMember({"l2", "rms"}))
-      ->capture_default_str();
-  add_split_options(command, args);
-  command.add_option("--timings", args.timings, "repetitions of which the median is shown")
-      ->check(CLI::Range(5, 10000))
-      ->capture_default_str();
-  add_train_options(command, args.training);
-}
 
 Result<TradeoffReport> measured_tradeoff(const TradeClassifierArgs& args, Console& console,
                                          std::string& text) {
@@ -242,17 +188,66 @@ Result<TradeoffReport> measured_tradeoff(const TradeClassifierArgs& args, Consol
   return report;
 }
 
-Result<int> run_trade_classifier(const TradeClassifierArgs& args, Console& console) {
-  const Output outputs[] = {{"page", args.out}, {"data", args.data}};
-  if (Status ok = check_outputs(args.datasets, outputs); !ok) return pass(ok.error());
-  std::string text;
-  const auto report = measured_tradeoff(args, console, text);
-  if (!report) return pass(report.error());
-  const auto data = tradeoff_json(*report);
+void add_options(CLI::App& command, TradeClassifierArgs& args) {
+  command.add_option("DATASET", args.datasets, "data sets (HDF5); each has a picture of its own")
+      ->required();
+  add_options(command, args.files);
+  add_list(command, "--vary", args.vary,
+           "some of features,learner,slide,speed,exploration,vote,stop; without it all")
+      ->check(family_problem);
+  add_word(command, "--learner", args.learner,
+           {"pvalue", "pca", "all", "lda", "svc", "trees", "cores-best", "best"},
+           "of the default that the others differ from");
+  command.add_option("--exploration", args.exploration,
+                     "of the default, such as M2 or M1+M2; without it the data set's first");
+  add_word(command, "--norm", args.norm, {"l2", "rms"},
+           "F_norm: l2 as in the paper, or rms for motions of different lengths");
+  add_split_options(command, args,
+                    "random splits with this share of each label's trials training; without any of "
+                    "these 0.4 for campaigns, else each group left out in turn",
+                    "every group tests once, all others train");
+  add_count(command, "--splits", args.splits, 1, 100000,
+            "most splits of a kind that gives several");
+  add_count(command, "--timings", args.timings, 5, 10000,
+            "repetitions of which the median is shown");
+  add_train_options(command, args.training);
+}
+
+void add_options(CLI::App& command, TradeoffFiles& files) {
+  command.add_option("-o,--output", files.page, "page to write (HTML)")->required();
+  command.add_option("--data", files.data, "the figures behind it to write (JSON)");
+}
+
+Status write_json(const std::filesystem::path& file, const nlohmann::ordered_json& object,
+                  int indent) {
+  const auto replace = nlohmann::ordered_json::error_handler_t::replace;
+  return write_text_file(file, object.dump(indent, ' ', false, replace) + "\n");
+}
+
+Result<int> write_tradeoff(const TradeoffFiles& files, const TradeoffReport& report,
+                           const std::string& text, Console& console) {
+  const auto page = tradeoff_html(report);
+  if (!page) return pass(page.error());
+  const auto data = tradeoff_json(report);
   if (!data) return pass(data.error());
-  if (Status ok = write(args, *report, *data); !ok) return pass(ok.error());
-  print(console, text + "page: " + args.out.string() + "\n", nlohmann::json(*data));
+  if (Status ok = write_text_file(files.page, *page); !ok) return pass(ok.error());
+  if (!files.data.empty())
+    if (Status ok = write_json(files.data, *data, 2); !ok) return pass(ok.error());
+  print(console, text + "page: " + files.page.string() + "\n", nlohmann::json(*data));
   return exit_ok;
+}
+
+void print_step(Console& console, std::size_t step, std::size_t steps, const std::string& what) {
+  console.err << "trade " << step + 1 << "/" << steps << ": " << what << std::endl;
+}
+
+void add_trade_commands(const CommandGroup& weft) {
+  const CommandGroup trade = weft.group("trade", "what accuracy costs in time, on one picture");
+  trade.add<TradeClassifierArgs>(
+      "classifier", "feature count, learner, slide length, speed, exploration, vote, when to stop",
+      run_trade_classifier);
+  add_trade_vibro_command(trade);
+  add_trade_sim_command(trade);
 }
 
 }  // namespace weft::daemon::cli

@@ -1,6 +1,3 @@
-#include "daemon/apps/weft/study_commands.hpp"
-
-#include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -11,7 +8,8 @@
 #include "daemon/analysis/tradeoff/sim/sim_page.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
-#include "daemon/apps/weft/table.hpp"
+#include "daemon/apps/weft/options.hpp"
+#include "daemon/apps/weft/trade_command.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
@@ -21,6 +19,19 @@ namespace weft::daemon::cli {
 namespace {
 
 using Progress = std::function<void(const std::string&)>;
+
+struct TradeSimArgs {
+  TradeoffFiles files;
+  std::filesystem::path table;      ///< sim/fidelity.json; empty: not written
+  std::filesystem::path reference;  ///< trajectories of another solver; empty: the finest run
+  std::filesystem::path fabrics = "sim/fabrics.json";
+  std::vector<std::string> scenes;  ///< empty: all; "none"
+  bool quick = false;
+  std::size_t timings = 7;
+  bool downstream = false;
+  std::size_t seeds = 5;   ///< of downstream
+  std::size_t trials = 8;  ///< of downstream: on each swatch
+};
 
 constexpr const char* no_scene = "none";
 constexpr double quick_slide_s = 2;
@@ -53,7 +64,8 @@ std::vector<std::string> scenes_of(const TradeSimArgs& args) {
 Status check_files(const TradeSimArgs& args) {
   std::vector<std::filesystem::path> inputs{args.fabrics};
   if (!args.reference.empty()) inputs.push_back(args.reference);
-  const Output outputs[] = {{"page", args.out}, {"data", args.data}, {"table", args.table}};
+  const Output outputs[] = {
+      {"page", args.files.page}, {"data", args.files.data}, {"table", args.table}};
   if (Status ok = check_outputs(inputs, outputs); !ok) return ok;
   if (args.table.empty() || !scenes_of(args).empty()) return {};
   return fail({.code = Errc::invalid_argument,
@@ -158,14 +170,11 @@ Result<DownstreamResult> downstream(const TradeSimArgs& args, const sim::FabricL
 }
 
 Status write(const TradeSimArgs& args, const SimTradeoffReport& report) {
-  const auto text = [](const nlohmann::ordered_json& object, int indent) {
-    return object.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
-  };
-  if (Status ok = write_text_file(args.out, sim_tradeoff_html(report)); !ok) return ok;
-  if (!args.data.empty())
-    if (Status ok = write_text_file(args.data, text(sim_tradeoff_json(report), 2)); !ok) return ok;
+  if (Status ok = write_text_file(args.files.page, sim_tradeoff_html(report)); !ok) return ok;
+  if (!args.files.data.empty())
+    if (Status ok = write_json(args.files.data, sim_tradeoff_json(report), 2); !ok) return ok;
   if (args.table.empty()) return {};
-  return write_text_file(args.table, text(fidelity_table_json(report), 1));
+  return write_json(args.table, fidelity_table_json(report), 1);
 }
 
 SimTradeoffReport empty_report(const TradeSimArgs& args) {
@@ -180,35 +189,26 @@ SimTradeoffReport empty_report(const TradeSimArgs& args) {
   return out;
 }
 
-}  // namespace
-
 void add_options(CLI::App& command, TradeSimArgs& args) {
-  command.add_option("-o,--output", args.out, "page to write (HTML)")->required();
-  command.add_option("--data", args.data, "the figures behind it to write (JSON)");
+  add_options(command, args.files);
   command.add_option("--table", args.table,
                      "the table to write from which a run chooses its level (sim/fidelity.json)");
   command.add_option("--reference", args.reference,
                      "trajectories of another solver (bench_sim_reference); without it the finest "
                      "run of L2, and of its own step alone, is the reference");
   command.add_option("--fabrics", args.fabrics, "cloth table")->capture_default_str();
-  command
-      .add_option("--scenes", args.scenes,
-                  "some of " + joined(sim_scene_names(), ",") + ", or none")
-      ->delimiter(',')
-      ->allow_extra_args(false)
+  add_list(command, "--scenes", args.scenes,
+           "some of " + joined(sim_scene_names(), ",") + ", or none")
       ->check(CLI::IsMember(sim_scene_names()) | CLI::IsMember({no_scene}));
   command.add_flag("--quick", args.quick, "few steps and three cloths, to see that it works");
   command.add_flag("--downstream", args.downstream,
                    "also train classifiers at one level and test them at another");
-  command.add_option("--seeds", args.seeds, "of --downstream: rigs, swatches and trials anew")
-      ->check(CLI::Range(2, 1000))
-      ->capture_default_str();
-  command.add_option("--trials", args.trials, "of --downstream: on each swatch of a cloth")
-      ->check(CLI::Range(4, 1000))
-      ->capture_default_str();
-  command.add_option("--timings", args.timings, "repetitions of which best and median are shown")
-      ->check(CLI::Range(1, 10000))
-      ->capture_default_str();
+  add_count(command, "--seeds", args.seeds, 2, 1000,
+            "of --downstream: rigs, swatches and trials anew");
+  add_count(command, "--trials", args.trials, 4, 1000,
+            "of --downstream: on each swatch of a cloth");
+  add_count(command, "--timings", args.timings, 1, 10000,
+            "repetitions of which best and median are shown");
 }
 
 Result<int> run_trade_sim(const TradeSimArgs& args, Console& console) {
@@ -237,9 +237,16 @@ Result<int> run_trade_sim(const TradeSimArgs& args, Console& console) {
   std::string text;
   for (const SimSceneResult& scene : report.scenes) text += read_text(scene);
   if (report.downstream) text += read_text(*report.downstream);
-  print(console, text + "page: " + args.out.string() + "\n",
+  print(console, text + "page: " + args.files.page.string() + "\n",
         nlohmann::json(sim_tradeoff_json(report)));
   return exit_ok;
+}
+
+}  // namespace
+
+void add_trade_sim_command(const CommandGroup& trade) {
+  trade.add<TradeSimArgs>("sim", "the plant's levels, integrators and steps on its scenes",
+                          run_trade_sim);
 }
 
 }  // namespace weft::daemon::cli

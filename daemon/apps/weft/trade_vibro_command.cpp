@@ -1,6 +1,3 @@
-#include "daemon/apps/weft/study_commands.hpp"
-
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
@@ -8,11 +5,9 @@
 #include "daemon/analysis/tradeoff/tradeoff.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
-#include "daemon/apps/weft/evaluate_recordings.hpp"
-#include "daemon/apps/weft/number_range.hpp"
-#include "daemon/apps/weft/table.hpp"
+#include "daemon/apps/weft/options.hpp"
+#include "daemon/apps/weft/trade_command.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
-#include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/base/version/software_version.hpp"
@@ -22,6 +17,21 @@ namespace weft::daemon::cli {
 namespace {
 
 namespace vibro = classifier::vibro;
+
+struct TradeVibroArgs {
+  std::vector<std::filesystem::path> datasets;
+  TradeoffFiles files;
+  std::vector<std::string> methods;
+  std::vector<std::string> families;
+  std::string exploration;  ///< of campaigns; empty: the only one there is
+  std::vector<double> windows_s = {1.0, 2.0};
+  std::size_t blocks = 5;
+  double step_s = 0.25;
+  std::size_t per_recording = 100;
+  std::size_t repeats = 5;
+  std::size_t timings = 101;
+  std::uint64_t seed = 1;
+};
 
 Result<VibroTradeoffOptions> vibro_options(const TradeVibroArgs& args) {
   VibroTradeoffOptions out;
@@ -110,59 +120,38 @@ std::string vibro_summary(const TradeoffSet& set) {
          "\n" + left_out + table.text();
 }
 
-}  // namespace
-
 void add_options(CLI::App& command, TradeVibroArgs& args) {
   command
       .add_option("DATASET", args.datasets,
                   "recordings of `weft dataset import`, or campaigns with a vibration sensor")
       ->required();
-  command.add_option("-o,--output", args.out, "page to write (HTML)")->required();
-  command.add_option("--data", args.data, "the figures behind it to write (JSON)");
-  command
-      .add_option("--method", args.methods,
-                  "some of NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA, Cores")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  command
-      .add_option("--features", args.families,
-                  "some of SMMRP, FFT, SMMRPFFT (these without it), SMMRP10, ALL, BANDS, WIDE")
-      ->delimiter(',')
-      ->allow_extra_args(false);
+  add_options(command, args.files);
+  add_list(command, "--method", args.methods,
+           "some of NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA, Cores");
+  add_list(command, "--features", args.families,
+           "some of SMMRP, FFT, SMMRPFFT (these without it), SMMRP10, ALL, BANDS, WIDE");
   command.add_option("--exploration", args.exploration,
                      "of campaigns: only trials of this exploration, such as V1");
-  command.add_option("--window-s", args.windows_s, "lengths of windows")
-      ->delimiter(',')
-      ->allow_extra_args(false)
+  add_list(command, "--window-s", args.windows_s, "lengths of windows")
       ->check(number_range(0.01, 1e4))
       ->capture_default_str();
-  command.add_option("--blocks", args.blocks, "contiguous parts of every recording")
-      ->check(CLI::Range(2, 1000))
-      ->capture_default_str();
-  command.add_option("--step-s", args.step_s, "from one window of a part to the next")
-      ->check(number_range(0.001, 1e6))
-      ->capture_default_str();
-  command.add_option("--per-recording", args.per_recording, "windows at random")
-      ->check(CLI::Range(10, 100000))
-      ->capture_default_str();
-  command.add_option("--repeats", args.repeats, "splits of windows at random")
-      ->check(CLI::Range(2, 1000))
-      ->capture_default_str();
-  command.add_option("--timings", args.timings, "windows of which the median is shown")
-      ->check(CLI::Range(5, 100000))
-      ->capture_default_str();
+  add_count(command, "--blocks", args.blocks, 2, 1000, "contiguous parts of every recording");
+  add_number(command, "--step-s", args.step_s, 0.001, 1e6, "from one window of a part to the next");
+  add_count(command, "--per-recording", args.per_recording, 10, 100000, "windows at random");
+  add_count(command, "--repeats", args.repeats, 2, 1000, "splits of windows at random");
+  add_count(command, "--timings", args.timings, 5, 100000, "windows of which the median is shown");
   command.add_option("--seed", args.seed, "of windows, splits and learners")->capture_default_str();
 }
 
 Result<int> run_trade_vibro(const TradeVibroArgs& args, Console& console) {
-  const Output outputs[] = {{"page", args.out}, {"data", args.data}};
+  const Output outputs[] = {{"page", args.files.page}, {"data", args.files.data}};
   if (Status ok = check_outputs(args.datasets, outputs); !ok) return pass(ok.error());
   const auto options = vibro_options(args);
   if (!options) return pass(options.error());
   TradeoffReport report = vibro_report(args);
   std::string text;
   const auto progress = [&](std::size_t step, std::size_t steps, const std::string& what) {
-    console.err << "trade " << step + 1 << "/" << steps << ": " << what << std::endl;
+    print_step(console, step, steps, what);
   };
   const auto sets = checked_sets(args, *options);
   if (!sets) return pass(sets.error());
@@ -177,15 +166,14 @@ Result<int> run_trade_vibro(const TradeVibroArgs& args, Console& console) {
       report.tables_html += "<section>\n<h2>The paper's tables, " + escape(path) + "</h2>\n" +
                             tables + "</section>\n";
   }
-  const auto page = tradeoff_html(report);
-  if (!page) return pass(page.error());
-  const auto data = tradeoff_json(report);
-  if (!data) return pass(data.error());
-  if (Status ok = write_text_file(args.out, *page); !ok) return pass(ok.error());
-  if (!args.data.empty())
-    if (Status ok = write_text_file(args.data, data->dump(2) + "\n"); !ok) return pass(ok.error());
-  print(console, text + "page: " + args.out.string() + "\n", nlohmann::json(*data));
-  return exit_ok;
+  return write_tradeoff(args.files, report, text, console);
+}
+
+}  // namespace
+
+void add_trade_vibro_command(const CommandGroup& trade) {
+  trade.add<TradeVibroArgs>("vibro", "learner, features, window and source of sound and vibration",
+                            run_trade_vibro);
 }
 
 }  // namespace weft::daemon::cli

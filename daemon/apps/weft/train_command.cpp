@@ -1,6 +1,5 @@
 #include "daemon/apps/weft/train_command.hpp"
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -9,9 +8,10 @@
 #include "classifier/imprint/imprint_model.hpp"
 #include "classifier/live/staged_model.hpp"
 #include "daemon/analysis/report/report.hpp"
+#include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/evaluate_outcome.hpp"
-#include "daemon/apps/weft/model_recordings.hpp"
+#include "daemon/apps/weft/options.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
@@ -149,41 +149,6 @@ std::string summary_text(const TrainArgs& args, const Trained& trained) {
   return out;
 }
 
-}  // namespace
-
-void add_options(CLI::App& command, TrainArgs& args) {
-  command.add_option("DATASET", args.dataset, "data set (HDF5)")->required();
-  command.add_option("-o,--output", args.out, "model file to write")->required();
-  add_trial_options(command, args.trials);
-  auto* const windows = command.get_option("--window-s");
-  command
-      .add_option("--learner,--reduction", args.learner,
-                  "cores with p-value, PCA or all features; lda: shrinkage LDA; svc: one "
-                  "multi-class SVC; trees: extremely randomised trees; cores-best, best: chosen by "
-                  "cross-validation of the whole "
-                  "learner, as `weft evaluate` does")
-      ->check(CLI::IsMember({"pvalue", "pca", "all", "cores-pvalue", "cores-pca", "cores-all",
-                             "lda", "svc", "trees", "cores-best", "best"}))
-      ->capture_default_str();
-  command
-      .add_flag(
-          "--live", args.live,
-          "for votes while a slide goes on: a model for each of 0.5, 1, 2, 3, 4, 6, 8, 12 ... "
-          "s of slide, without phase E")
-      ->excludes(windows);
-  add_train_options(command, args.training);
-  command
-      .add_option(
-          "--method", args.recordings.methods,
-          "NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA (if not told) or Cores")
-      ->expected(1)
-      ->group(recordings_group);
-  add_recording_feature_options(command, args.recordings);
-  record_given(command, args.trials.given);
-}
-
-namespace {
-
 std::string stages_text(const TrainArgs& args, const classifier::StagedModel& model,
                         std::size_t slides, double train_s) {
   std::vector<std::string> lengths;
@@ -238,7 +203,7 @@ Result<int> run_train_live(const TrainArgs& args, classifier::Learner learner, C
   if (!chosen) return pass(chosen.error(), args.dataset.string());
   classifier::StagedOptions options;
   options.learner = learner;
-  options.training = train_options(args.training, classifier::Reduction::pvalue);
+  options.training = train_options(args.training);
   options.features.norm = args.trials.norm == "rms" ? classifier::Norm::rms : classifier::Norm::l2;
   options.exploration = chosen->exploration;
   options.provenance = {std::string(to_string(dataset->info.kind)), dataset_sha256(*dataset),
@@ -260,8 +225,6 @@ Result<int> run_train_live(const TrainArgs& args, classifier::Learner learner, C
   return exit_ok;
 }
 
-}  // namespace
-
 Result<int> run_train(const TrainArgs& args, Console& console) {
   if (is_about_recordings(args)) return run_train_recordings(args, console);
   if (args.live) {
@@ -277,6 +240,36 @@ Result<int> run_train(const TrainArgs& args, Console& console) {
   return run_train_with(here, args, console);
 }
 
+}  // namespace
+
+void add_options(CLI::App& command, TrainArgs& args) {
+  command.add_option("DATASET", args.dataset, "data set (HDF5)")->required();
+  command.add_option("-o,--output", args.out, "model file to write")->required();
+  add_trial_options(command, args.trials);
+  auto* const windows = command.get_option("--window-s");
+  add_word(command, "--learner,--reduction", args.learner,
+           {"pvalue", "pca", "all", "cores-pvalue", "cores-pca", "cores-all", "lda", "svc", "trees",
+            "cores-best", "best"},
+           "cores with p-value, PCA or all features; lda: shrinkage LDA; svc: one multi-class SVC; "
+           "trees: extremely randomised trees; cores-best, best: chosen by cross-validation of the "
+           "whole learner, as `weft evaluate` does");
+  command
+      .add_flag(
+          "--live", args.live,
+          "for votes while a slide goes on: a model for each of 0.5, 1, 2, 3, 4, 6, 8, 12 ... "
+          "s of slide, without phase E")
+      ->excludes(windows);
+  add_train_options(command, args.training);
+  command
+      .add_option(
+          "--method", args.recordings.methods,
+          "NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA (if not told) or Cores")
+      ->expected(1)
+      ->group(recordings_group);
+  add_recording_feature_options(command, args.recordings);
+  record_given(command, args.trials.given);
+}
+
 Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Console& console) {
   const Result<classifier::Learner> learner = classifier::learner_from(args.learner);
   if (!learner) return pass(learner.error(), "--learner");
@@ -290,8 +283,7 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
   if (!chosen) return pass(chosen.error());
   auto imprints = imprint_setup(*chosen);
   if (!imprints) return pass(imprints.error(), args.dataset.string());
-  const classifier::TrainOptions options =
-      train_options(args.training, classifier::Reduction::pvalue);
+  const classifier::TrainOptions options = train_options(args.training);
   const double began_s = steady_wall_seconds();
   auto trained = trainer(*chosen, *learner, options);
   if (!trained) return pass(trained.error(), args.dataset.string());
@@ -322,6 +314,10 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
         bench_banner(chosen->dataset.info) + summary_text(args, done) + unconverged_text(options),
         summary_json(args, chosen->dataset.info, done));
   return exit_ok;
+}
+
+void add_train_command(const CommandGroup& weft) {
+  weft.add<TrainArgs>("train", "train a model", run_train);
 }
 
 }  // namespace weft::daemon::cli

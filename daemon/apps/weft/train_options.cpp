@@ -1,7 +1,8 @@
-#include "daemon/apps/weft/train_options.hpp"
+#include "daemon/apps/weft/train_command.hpp"
 
-#include <CLI/CLI.hpp>
 #include <charconv>
+
+#include "daemon/apps/weft/options.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -26,46 +27,31 @@ void add_train_options(CLI::App& command, TrainChoice& choice) {
   command.add_option("--seed", choice.seed, "of folds, random splits and trees")
       ->check(seed_problem)
       ->capture_default_str();
-  command.add_option("--cap", choice.cap, "most features or components of a core, the paper's N")
-      ->check(CLI::Range(1, 100000))
-      ->capture_default_str();
-  command.add_option("--folds", choice.folds, "of the cross-validation")
-      ->check(CLI::Range(2, 1000))
-      ->capture_default_str();
-  command.add_option("--fold-unit", choice.fold_unit, "what stays together in a fold")
-      ->check(CLI::IsMember({"recording", "group"}))
-      ->capture_default_str();
+  add_count(command, "--cap", choice.cap, 1, 100000,
+            "most features or components of a core, the paper's N");
+  add_count(command, "--folds", choice.folds, 2, 1000, "of the cross-validation");
+  add_word(command, "--fold-unit", choice.fold_unit, {"recording", "group"},
+           "what stays together in a fold");
   command.add_flag("--paper-selection", choice.paper_selection,
                    "select features once from all training trials, as the paper does, instead of "
                    "inside each fold");
-  command
-      .add_option("--t-test", choice.t_test,
-                  "that selects features: pooled, one variance for both fabrics as in the paper; "
-                  "welch, a variance for each")
-      ->check(CLI::IsMember({"pooled", "welch"}))
-      ->capture_default_str();
-  command
-      .add_option("--solver", choice.solver,
-                  "of the support vector machines: own; libsvm, the reference, which solves every "
-                  "point of the grid by itself: the same parameters and answers, far slower")
-      ->check(CLI::IsMember({"own", "libsvm"}))
-      ->capture_default_str();
-  command
-      .add_option("--tie", choice.tie,
-                  "between parameters with equal errors: loss, the smaller hinge loss; order, the "
-                  "smaller C, gamma, delta, which trains in half the time; auto: loss, but order "
-                  "with --paper-selection or " +
-                      std::to_string(classifier::many_fabrics) + " fabrics and more")
-      ->check(CLI::IsMember({"auto", "loss", "order"}))
-      ->capture_default_str();
-  command.add_option("--threads", choice.threads, "0: one per core; results do not depend on it")
-      ->check(CLI::Range(0, 1024))
-      ->capture_default_str();
+  add_word(command, "--t-test", choice.t_test, {"pooled", "welch"},
+           "that selects features: pooled, one variance for both fabrics as in the paper; welch, a "
+           "variance for each");
+  add_word(command, "--solver", choice.solver, {"own", "libsvm"},
+           "of the support vector machines: own; libsvm, the reference, which solves every point "
+           "of the grid by itself: the same parameters and answers, far slower");
+  add_word(command, "--tie", choice.tie, {"auto", "loss", "order"},
+           "between parameters with equal errors: loss, the smaller hinge loss; order, the "
+           "smaller C, gamma, delta, which trains in half the time; auto: loss, but order with "
+           "--paper-selection or " +
+               std::to_string(classifier::many_fabrics) + " fabrics and more");
+  add_count(command, "--threads", choice.threads, 0, 1024,
+            "0: one per core; results do not depend on it");
 }
 
-classifier::TrainOptions train_options(const TrainChoice& choice, classifier::Reduction reduction) {
+classifier::TrainOptions train_options(const TrainChoice& choice) {
   classifier::TrainOptions options;
-  options.reduction = reduction;
   if (choice.t_test == "welch") options.t_test = classifier::TTest::welch;
   if (choice.solver == "libsvm") options.search = classifier::Search::libsvm;
   options.nested = !choice.paper_selection;

@@ -1,6 +1,5 @@
 #include "daemon/apps/weft/trial_choice.hpp"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -9,7 +8,6 @@
 #include "classifier/features/layout.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/imprint_features.hpp"
-#include "daemon/apps/weft/number_range.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/storage/dataset/sample_times.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
@@ -91,11 +89,8 @@ void add_trial_options(CLI::App& command, TrialChoice& choice) {
       .add_option("--window-step-s", choice.window_step_s, "from one window's start to the next")
       ->check(number_range(1e-3, 1e6))
       ->needs("--window-s");
-  command
-      .add_option("--norm", choice.norm,
-                  "F_norm: l2 as in the paper, or rms for motions of different lengths")
-      ->check(CLI::IsMember({"l2", "rms"}))
-      ->capture_default_str();
+  add_word(command, "--norm", choice.norm, {"l2", "rms"},
+           "F_norm: l2 as in the paper, or rms for motions of different lengths");
   command.add_option("--scales", choice.scales, "imprints: scales of smoothing [taxels]")
       ->capture_default_str();
   command
@@ -262,7 +257,8 @@ std::map<TrialKey, std::size_t> trials_by_key(const Dataset& dataset, const std:
 }
 
 // Features of several explorations side by side.
-Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice, bool one_exploration) {
+Result<ChosenTrials> load_joined(const Dataset& dataset, const TrialChoice& choice,
+                                 bool one_exploration) {
   if (choice.window_s != 0.0)
     return fail({.code = Errc::invalid_argument,
                  .where = "--window-s",
@@ -301,8 +297,6 @@ Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice, boo
     append_columns(*features, parts[p] + ":", out.features);
   }
   out.strokes = out.features.size();
-  out.sha256 = dataset_sha256(dataset);
-  out.dataset = std::move(dataset);
   return out;
 }
 
@@ -314,7 +308,7 @@ MotionLengths measure_lengths(const std::vector<Trial>& strokes) {
 }
 
 // Imprints have features of their own.
-Result<ChosenTrials> load_imprints(Dataset dataset, const TrialChoice& choice) {
+Result<ChosenTrials> load_imprints(const Dataset& dataset, const TrialChoice& choice) {
   auto plan = feature_plan_from(choice.scales, choice.imprint_features);
   if (!plan) return pass(plan.error());
   auto features = imprint_features(dataset, *plan);
@@ -328,8 +322,20 @@ Result<ChosenTrials> load_imprints(Dataset dataset, const TrialChoice& choice) {
   out.setup.exploration = imprint_exploration;
   out.strokes = features->size();
   out.features = std::move(*features);
-  out.sha256 = dataset_sha256(dataset);
-  out.dataset = std::move(dataset);
+  return out;
+}
+
+Result<ChosenTrials> load_slides(const Dataset& dataset, const TrialChoice& choice,
+                                 bool one_exploration) {
+  Result<TrialSelection> chosen = choose_trials(dataset, choice, one_exploration);
+  if (!chosen) return pass(chosen.error());
+  ChosenTrials out;
+  out.strokes = chosen->strokes;
+  out.setup = make_setup(*chosen, choice, sample_period_s(dataset));
+  if (choice.window_s == 0.0) out.motion = measure_lengths(chosen->trials);
+  auto features = compute_features(std::move(chosen->trials), choice, out.setup.options);
+  if (!features) return pass(features.error());
+  out.features = std::move(*features);
   return out;
 }
 
@@ -341,27 +347,13 @@ Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialC
   if (!dataset) return pass(dataset.error());
   if (auto ok = check_given(choice.given, kind_of(*dataset)); !ok)
     return pass(ok.error(), path.string());
-  if (can_join && choice.exploration.find('+') != std::string::npos) {
-    auto out = load_joined(std::move(*dataset), choice, one_exploration);
-    if (!out) return pass(out.error(), path.string());
-    return out;
-  }
-  if (holds_imprints(*dataset)) {
-    auto out = load_imprints(std::move(*dataset), choice);
-    if (!out) return pass(out.error(), path.string());
-    return out;
-  }
-  Result<TrialSelection> chosen = choose_trials(*dataset, choice, one_exploration);
-  if (!chosen) return pass(chosen.error(), path.string());
-  ChosenTrials out;
-  out.strokes = chosen->strokes;
-  out.setup = make_setup(*chosen, choice, sample_period_s(*dataset));
-  if (choice.window_s == 0.0) out.motion = measure_lengths(chosen->trials);
-  auto features = compute_features(std::move(chosen->trials), choice, out.setup.options);
-  if (!features) return pass(features.error(), path.string());
-  out.features = std::move(*features);
-  out.sha256 = dataset_sha256(*dataset);
-  out.dataset = std::move(*dataset);
+  const bool is_sum = can_join && choice.exploration.find('+') != std::string::npos;
+  auto out = is_sum                     ? load_joined(*dataset, choice, one_exploration)
+             : holds_imprints(*dataset) ? load_imprints(*dataset, choice)
+                                        : load_slides(*dataset, choice, one_exploration);
+  if (!out) return pass(out.error(), path.string());
+  out->sha256 = dataset_sha256(*dataset);
+  out->dataset = std::move(*dataset);
   return out;
 }
 

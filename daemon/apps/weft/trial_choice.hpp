@@ -10,13 +10,9 @@
 #include "classifier/features/trial.hpp"
 #include "classifier/imprint/imprint_set.hpp"
 #include "classifier/model/model_file.hpp"
-#include "daemon/apps/weft/kind_options.hpp"
+#include "daemon/apps/weft/options.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 #include "protocols/base/result.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace weft::daemon::cli {
 

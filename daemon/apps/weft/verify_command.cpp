@@ -1,9 +1,7 @@
-#include "daemon/apps/weft/data_commands.hpp"
-
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "daemon/analysis/handover/handover.hpp"
+#include "daemon/apps/weft/commands.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/campaign/resume.hpp"
 #include "daemon/storage/certificate/verify.hpp"
@@ -12,6 +10,10 @@ namespace weft::daemon::cli {
 namespace {
 
 using nlohmann::json;
+
+struct VerifyArgs {
+  std::filesystem::path path;
+};
 
 std::string state_text(const VerifyReport& report) {
   if (report.blank) return "Nothing was ever written into the campaign file.\n";
@@ -66,8 +68,6 @@ std::string verify_text(const VerifyReport& report) {
          exports;
 }
 
-}  // namespace
-
 void add_options(CLI::App& command, VerifyArgs& args) {
   command
       .add_option("PATH", args.path,
@@ -75,6 +75,7 @@ void add_options(CLI::App& command, VerifyArgs& args) {
       ->required();
 }
 
+/// exit_failure when something is not as it was recorded.
 Result<int> run_verify(const VerifyArgs& args, Console& console) {
   const auto report = verify(args.path);
   if (!report) return pass(report.error());
@@ -91,6 +92,12 @@ Result<int> run_verify(const VerifyArgs& args, Console& console) {
   reply["hand_over_missing"] = lacks;
   print(console, text, reply);
   return report->holds() ? exit_ok : exit_failure;
+}
+
+}  // namespace
+
+void add_verify_command(const CommandGroup& weft) {
+  weft.add<VerifyArgs>("verify", "whether a campaign or data set is what was recorded", run_verify);
 }
 
 }  // namespace weft::daemon::cli

@@ -1,10 +1,10 @@
-// The `weft` command line; see daemon/apps/weft/app.hpp.
+// The `weft` command line; see daemon/apps/weft/commands.hpp.
 
 #include <unistd.h>
 
 #include <iostream>
 
-#include "daemon/apps/weft/app.hpp"
+#include "daemon/apps/weft/commands.hpp"
 
 int main(int argc, char** argv) {
   weft::daemon::cli::Console console{std::cout, std::cerr,

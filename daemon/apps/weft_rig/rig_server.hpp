@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/apps/weft_rig/served_clients.hpp"
+#include "daemon/apps/weft_rig/served_link.hpp"
 #include "daemon/hardware/rig/rig_file.hpp"
 #include "sim/rig/rig.hpp"
 

@@ -2,26 +2,123 @@
 // The device's end of a link: it waits for a host at the place that the rig file names.
 
 #include <functional>
+#include <map>
 #include <memory>
+#include <utility>
 #include <vector>
 
-#include "daemon/apps/weft_rig/served_place.hpp"
-#include "daemon/apps/weft_rig/served_socket.hpp"
+#include "daemon/hardware/link/port_link.hpp"
 #include "daemon/hardware/rig/rig_file.hpp"
 #include "drivers/api/driver.hpp"
+#include "sim/devices/emulator.hpp"
 
 namespace weft::daemon {
 
-// A device on a TCP port that serves several hosts at once.
+/// The device's end of a link, whose plug can be pulled.
+class ServedPlace : public Link {
+ public:
+  /// Out: what a host sees when the plug is pulled. In: the same place again, for hosts to open
+  /// anew. Nothing is done when it is so already. Errors: io, when the place cannot be had again.
+  virtual Status set_plugged(bool in) = 0;
+  /// Called when another host has the place. On a datagram port hosts come and go unseen.
+  virtual void on_new_host(std::function<void()>) {}
+};
+
+/// Hands every host that connects to `accepted`. Errors: not_found (address), io (port taken).
+class TcpDoor {
+ public:
+  using Accepted = std::function<void(std::unique_ptr<Link> host)>;
+  /// How a connection ends when its link is destroyed here: after what was sent has arrived, or at
+  /// once, with a reset.
+  enum class Ends : std::uint8_t { in_order, reset };
+  static Result<std::unique_ptr<TcpDoor>> open(RealLoop& loop, const Endpoint& at,
+                                               Accepted accepted, Ends ends = Ends::in_order);
+  ~TcpDoor();
+  /// The port it listens on; the system's choice when 0 was asked for.
+  [[nodiscard]] std::uint16_t port() const;
+
+ private:
+  struct Parts;
+  explicit TcpDoor(std::shared_ptr<Parts> parts) : parts_(std::move(parts)) {}
+  std::shared_ptr<Parts> parts_;
+};
+
+/// A place behind a TCP door: out, connections are reset and others refused.
+class TcpPlace : public ServedPlace {
+ public:
+  TcpPlace(RealLoop& loop, Endpoint at) : loop_(&loop), at_(std::move(at)) {}
+  Status set_plugged(bool in) override;
+  void on_receive(Receiver receiver) override { receiver_ = std::move(receiver); }
+  void on_closed(Closed) override {}  // a device outlives its hosts
+
+ protected:
+  virtual void welcome(std::unique_ptr<Link> host) = 0;
+  virtual void part_with_hosts() = 0;
+  [[nodiscard]] RealLoop& loop() const { return *loop_; }
+  void on_bytes(ByteView bytes, TimePoint at) const {
+    if (receiver_) receiver_(bytes, at);
+  }
+
+ private:
+  RealLoop* loop_;
+  Endpoint at_;
+  Receiver receiver_;
+  std::unique_ptr<TcpDoor> door_;
+};
+
+/// `Place` is made of `arguments` and plugged in.
+template <class Place, class... Arguments>
+Result<std::unique_ptr<ServedPlace>> plugged_in(Arguments&&... arguments) {
+  auto made = std::make_unique<Place>(std::forward<Arguments>(arguments)...);
+  if (Status in = made->set_plugged(true); !in) return pass(in.error());
+  return std::unique_ptr<ServedPlace>(std::move(made));
+}
+
+/// One host at a time, the newest wins. Unplugged, the host's connection is reset and others are
+/// refused.
+Result<std::unique_ptr<ServedPlace>> serve_tcp(RealLoop& loop, const Endpoint& at);
+/// Whether a datagram makes its sender the one who is answered.
+using Redirects = std::function<bool(ByteView datagram)>;
+/// Answers go to whoever sent the last datagram that redirects them; before there was one, to port
+/// `unasked` of this address, to nobody where that is 0. Unplugged, it is silent: a cable that is
+/// out sends no refusal.
+Result<std::unique_ptr<ServedPlace>> serve_udp(RealLoop& loop, const Endpoint& at,
+                                               Redirects redirects, std::uint16_t unasked = 0);
+
+// A port of an emulated device that takes many clients: a connection and an emulator for each,
+// ended when the client asks.
+
+/// Thread-bound to its loop, which outlives it.
+class ServedClients {
+ public:
+  using Make = std::function<std::unique_ptr<sim::ClientEmulator>()>;
+  /// Errors: not_found (address), io (port taken).
+  static Result<std::unique_ptr<ServedClients>> open(RealLoop& loop, const Endpoint& at, Make make);
+  /// Out: connections end, others are refused. Errors: io, when the port cannot be had again.
+  Status set_plugged(bool in);
+
+ private:
+  ServedClients(RealLoop& loop, Endpoint at, Make make)
+      : loop_(&loop), at_(std::move(at)), make_(std::move(make)) {}
+  void welcome(std::unique_ptr<Link> host);
+  void answer(std::size_t client, ByteView bytes, TimePoint at);
+  void end_soon(std::size_t client);
+
+  struct Client {
+    std::unique_ptr<Link> link;
+    std::unique_ptr<sim::ClientEmulator> emulator;
+  };
+  RealLoop* loop_;
+  Endpoint at_;
+  Make make_;
+  std::map<std::size_t, Client> clients_;
+  std::size_t next_client_ = 0;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  std::unique_ptr<TcpDoor> door_;
+};
 
 /// How many bytes at the front are whole messages, or no part of any.
 using WholeMessages = std::function<std::size_t(ByteView)>;
-
-/// Each host's messages are handed on whole, so that none is mixed with another host's. An answer
-/// goes to whom it answers; what a fault has delayed, to who asked last. Unplugged, connections are
-/// reset and others refused. Errors: not_found (address), io (port taken).
-Result<std::unique_ptr<ServedPlace>> serve_tcp_to_many(RealLoop& loop, const Endpoint& at,
-                                                       WholeMessages whole);
 
 /// Serves one device. What is sent while nobody listens is lost, as on a wire. A host may come, go
 /// and come again.

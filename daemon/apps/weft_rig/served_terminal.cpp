@@ -29,13 +29,6 @@ tl::unexpected<Error> no_terminal(const char* what) {
 
 }  // namespace
 
-Result<std::unique_ptr<ServedTerminal>> ServedTerminal::create(RealLoop& loop,
-                                                               const std::string& path) {
-  std::unique_ptr<ServedTerminal> made(new ServedTerminal(loop, path));
-  if (Status in = made->set_plugged(true); !in) return pass(in.error());
-  return made;
-}
-
 Status ServedTerminal::plug_in() {
   master_port_ = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
   if (master_port_ < 0) return no_terminal("posix_openpt");

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "daemon/apps/weft_rig/served_place.hpp"
+#include "daemon/apps/weft_rig/served_link.hpp"
 #include "daemon/hardware/link/descriptor_link.hpp"
 
 namespace weft::daemon {
@@ -18,8 +18,7 @@ namespace weft::daemon {
 /// whole messages.
 class ServedTerminal final : public ServedPlace {
  public:
-  /// Errors: io.
-  static Result<std::unique_ptr<ServedTerminal>> create(RealLoop& loop, const std::string& path);
+  ServedTerminal(RealLoop& loop, std::string path) : loop_(&loop), path_(std::move(path)) {}
   ~ServedTerminal() override;
 
   Status write(ByteView bytes) override;
@@ -29,7 +28,6 @@ class ServedTerminal final : public ServedPlace {
   Status set_plugged(bool in) override;
 
  private:
-  ServedTerminal(RealLoop& loop, std::string path) : loop_(&loop), path_(std::move(path)) {}
   Status plug_in();
   void pull();
   Status publish();

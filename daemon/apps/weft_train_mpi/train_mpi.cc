@@ -161,8 +161,7 @@ int follow(const Ranks& ranks, const cli::TrainArgs& args) {
   const auto chosen = cli::load_trials(args.dataset, args.trials, true);
   for (Ranks::Command next = Ranks::take(); next.order != Order::end; next = Ranks::take()) {
     if (next.order == Order::train)
-      train_share(ranks, *chosen, cli::train_options(args.training, classifier::Reduction::pvalue),
-                  unpacked(next.detail));
+      train_share(ranks, *chosen, cli::train_options(args.training), unpacked(next.detail));
     else
       Ranks::send_to_root(chosen ? chosen->sha256 : complaint_of(chosen.error()));
   }

@@ -1,11 +1,9 @@
 // The daemon's program; see daemon/service/daemon/weftd.hpp.
 
-#include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <iostream>
 
-#include "daemon/apps/weft/console.hpp"
-#include "daemon/apps/weft/manual.hpp"
+#include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/stop_signals.hpp"
 #include "daemon/base/version/software_version.hpp"
 #include "daemon/service/daemon/weftd.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 // Scalable vector graphics, as much as the report's figures need. Colours are CSS classes, so that
-// light and dark pages share one drawing; see style.cpp.
+// light and dark pages share one drawing; see html.cpp.
 
 #include <functional>
 #include <span>

@@ -5,7 +5,7 @@
 #include <random>
 #include <sstream>
 
-#include "daemon/apps/weft/app.hpp"
+#include "daemon/apps/weft/commands.hpp"
 #include "protocols/base/time.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"
 

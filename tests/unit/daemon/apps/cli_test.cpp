@@ -5,11 +5,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "daemon/apps/weft/answer_text.hpp"
-#include "daemon/apps/weft/app.hpp"
-#include "daemon/apps/weft/evaluate_command.hpp"
+#include "daemon/apps/weft/classify_command.hpp"
+#include "daemon/apps/weft/commands.hpp"
+#include "daemon/apps/weft/evaluate_text.hpp"
 #include "daemon/apps/weft/progress.hpp"
-#include "daemon/apps/weft/table.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"

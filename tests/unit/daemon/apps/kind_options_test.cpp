@@ -1,16 +1,11 @@
 // Options that say nothing about the kind of the data are refused, never dropped.
 
-#include <CLI/CLI.hpp>
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "daemon/apps/weft/app.hpp"
-#include "daemon/apps/weft/data_commands.hpp"
-#include "daemon/apps/weft/evaluate_command.hpp"
-#include "daemon/apps/weft/kind_options.hpp"
-#include "daemon/apps/weft/study_commands.hpp"
-#include "daemon/apps/weft/train_command.hpp"
+#include "daemon/apps/weft/commands.hpp"
+#include "daemon/apps/weft/options.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
 #include "daemon/storage/recordings/recording_set.hpp"
@@ -63,22 +58,16 @@ std::string imprints_in(const TemporaryFolder& folder) {
   return folder / "i.h5";
 }
 
-template <class Args>
-GivenOptions make_options() {
-  CLI::App command;
-  Args args;
-  add_options(command, args);
-  GivenOptions out;
-  for (const CLI::Option* option : command.get_options()) out.insert(option->get_name());
-  return out;
-}
-
 TEST_CASE("every option of a command that takes several kinds of data is about one of them") {
+  CLI::App root;
+  ChosenCommand chosen;
+  add_commands(root, chosen);
+  const CLI::App* const design = root.get_subcommand("design");
   GivenOptions all;
-  all.merge(make_options<EvaluateArgs>());
-  all.merge(make_options<TrainArgs>());
-  all.merge(make_options<FeaturesArgs>());
-  all.merge(make_options<DesignRepetitionsArgs>());
+  for (const CLI::App* const command :
+       {root.get_subcommand("evaluate"), root.get_subcommand("train"),
+        root.get_subcommand("features"), design->get_subcommand("repetitions")})
+    for (const CLI::Option* option : command->get_options()) all.insert(option->get_name());
   CHECK(all.contains("--permute-labels"));
   for (const std::string& option : all) {
     CAPTURE(option);

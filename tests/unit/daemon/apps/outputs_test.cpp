@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <sstream>
 
-#include "daemon/apps/weft/app.hpp"
+#include "daemon/apps/weft/commands.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/certificate/verify.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"

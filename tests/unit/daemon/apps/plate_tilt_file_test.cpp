@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "daemon/apps/weft/app.hpp"
+#include "daemon/apps/weft/commands.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "protocols/base/time.hpp"
 #include "recipes/engine/rig_limits.hpp"

@@ -1,11 +1,11 @@
 // What weft run and weft align say of a bench that they could not leave as they should. SIMULATED.
 
-#include "daemon/apps/weft/answer_text.hpp"
+#include "daemon/apps/weft/bench_options.hpp"
 
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "daemon/apps/weft/app.hpp"
+#include "daemon/apps/weft/commands.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"
 
 namespace rig_text_test {

@@ -14,7 +14,7 @@
 #include "daemon/analysis/tradeoff/sim/measure_sim.hpp"
 #include "daemon/analysis/tradeoff/sim/sim_page.hpp"
 #include "daemon/analysis/tradeoff/sim/sim_run.hpp"
-#include "daemon/apps/weft/app.hpp"
+#include "daemon/apps/weft/commands.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "sim/plant/fidelity/table.hpp"
 

@@ -1,16 +1,9 @@
-#include "daemon/apps/weft/model_recordings.hpp"
-
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
-#include <string>
 
 #include "classifier/vibro/recording_model.hpp"
-#include "daemon/apps/weft/answer_text.hpp"
-#include "daemon/apps/weft/classify_command.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
-#include "daemon/apps/weft/evaluate_recordings.hpp"
 #include "daemon/apps/weft/evaluate_text.hpp"
 #include "daemon/apps/weft/train_command.hpp"
 #include "daemon/base/file/atomic_file.hpp"
@@ -66,13 +59,6 @@ std::string format_plan(const RecordingPlan& plan, const std::string& exploratio
          (exploration.empty() ? "" : ", exploration " + exploration);
 }
 
-json by_label(const std::vector<std::string>& labels, const std::vector<std::size_t>& windows) {
-  json out = json::object();
-  for (std::size_t k = 0; k < labels.size(); ++k)
-    if (windows[k] > 0) out[labels[k]] = windows[k];
-  return out;
-}
-
 }  // namespace
 
 bool is_about_recordings(const TrainArgs& args) {
@@ -116,37 +102,6 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
          {"window_s", model->setup.window_s},
          {"step_s", model->setup.step_s},
          {"train_s", train_s}});
-  return exit_ok;
-}
-
-Result<int> run_classify_recordings(const ClassifyArgs& args, Console& console) {
-  std::ifstream in(args.model, std::ios::binary);
-  const auto model = vibro::load_recording_model(in);
-  if (!model) return pass(model.error(), args.model.string());
-  const auto set = open_all_recordings(args.trials);
-  if (!set) return pass(set.error());
-  const auto answers = vibro::classify_recordings(*model, set->recordings);
-  if (!answers) return pass(answers.error(), args.trials.string());
-  std::string text = bench_banner(set->kind) + trained_banner(model->provenance);
-  json list = json::array();
-  for (const vibro::RecordingAnswer& a : *answers) {
-    std::size_t windows = 0;
-    for (const std::size_t n : a.windows) windows += n;
-    text += a.file + ": " + model->labels[a.label] + "  (" + std::to_string(a.windows[a.label]) +
-            " of " + std::to_string(windows) + " windows)\n";
-    list.push_back({{"file", a.file},
-                    {"label", model->labels[a.label]},
-                    {"windows", by_label(model->labels, a.windows)}});
-    if (!a.true_label.empty()) list.back()["true_label"] = a.true_label;
-  }
-  print(console, text,
-        {{"command", "classify"},
-         {"kind", "recordings"},
-         {"model", args.model.string()},
-         {"model_bench", model->provenance.bench},
-         {"method", vibro::to_string(model->method)},
-         {"bench", to_string(set->kind)},
-         {"recordings", std::move(list)}});
   return exit_ok;
 }
 

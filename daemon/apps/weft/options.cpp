@@ -1,9 +1,8 @@
-#include "daemon/apps/weft/kind_options.hpp"
+#include "daemon/apps/weft/options.hpp"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <string_view>
-#include <vector>
 
 #include "daemon/base/text/format.hpp"
 
@@ -31,8 +30,8 @@ struct Instead {
 };
 
 struct OptionRow {
-  std::string_view option;
-  Kinds kinds = 0;  // that it says something about
+  std::vector<std::string_view> options;
+  Kinds kinds = 0;  // that they say something about
   std::vector<Instead> instead = {};
 };
 
@@ -41,60 +40,33 @@ constexpr Instead if_vibration{for_slides, "--method with it"};
 
 const std::vector<OptionRow>& options_by_kind() {
   static const std::vector<OptionRow> rows = {
-      {"DATASET", for_all},
-      {"DATA", for_all},
-      {"--help", for_all},
-      {"--output", for_all},
-      {"--report", for_all},
-      {"--seed", for_all},
-      {"--threads", for_all},
-      {"--train-groups", for_all},
-      {"--test-groups", for_all},
-      {"--leave-one-group-out", for_all},
-      {"--predict", for_all},
-      {"--accuracy", for_all},
-      {"--most", for_all},
-      {"--first", for_all},
-      {"--strokes", for_all},
-      {"--draws", for_all},
-      {"--resamples", for_all},
-      {"--window-s", for_slides | for_recordings},
-      {"--window-step-s",
+      {{"DATASET", "DATA", "--help", "--output", "--report", "--seed", "--threads",
+        "--train-groups", "--test-groups", "--leave-one-group-out", "--predict", "--accuracy",
+        "--most", "--first", "--strokes", "--draws", "--resamples"},
+       for_all},
+      {{"--window-s", "--exploration"}, for_slides | for_recordings},
+      {{"--norm", "--remove-level", "--live"}, for_slides},
+      {{"--window-step-s"},
        for_slides,
        {{for_even_steps, "--step-s"}, {for_random, "--per-recording"}}},
-      {"--exploration", for_slides | for_recordings},
-      {"--norm", for_slides},
-      {"--remove-level", for_slides},
-      {"--live", for_slides},
-      {"--scales", for_imprints},
-      {"--imprint-features", for_imprints, {{for_recordings, "--features"}}},
-      {"--learner", for_fabrics, {{for_recordings, "--method"}}},
-      {"--train-fraction", for_fabrics, {{for_cut, "--protocol"}}},
-      {"--repeats", for_fabrics | for_random},
-      {"--permute-labels", for_fabrics},
-      {"--none-of-these", for_fabrics},
-      {"--learning-curve", for_fabrics},
-      {"--curve-draws", for_fabrics},
-      {"--calibration", for_fabrics},
-      {"--answers", for_fabrics},
-      {"--cap", for_fabrics},
-      {"--folds", for_fabrics},
-      {"--fold-unit", for_fabrics},
-      {"--paper-selection", for_fabrics},
-      {"--t-test", for_fabrics},
-      {"--solver", for_fabrics},
-      {"--tie", for_fabrics},
-      {"--method", for_recordings},
-      {"--importance", for_recordings},
-      {"--features", for_recordings, {{for_imprints, "--imprint-features"}, if_vibration}},
-      {"--combine", for_recordings, {if_vibration}},
-      {"--components", for_recordings, {if_vibration}},
-      {"--step-s",
+      {{"--scales"}, for_imprints},
+      {{"--imprint-features"}, for_imprints, {{for_recordings, "--features"}}},
+      {{"--permute-labels", "--none-of-these", "--learning-curve", "--curve-draws", "--calibration",
+        "--answers", "--cap", "--folds", "--fold-unit", "--paper-selection", "--t-test", "--solver",
+        "--tie"},
+       for_fabrics},
+      {{"--learner"}, for_fabrics, {{for_recordings, "--method"}}},
+      {{"--train-fraction"}, for_fabrics, {{for_cut, "--protocol"}}},
+      {{"--repeats"}, for_fabrics | for_random},
+      {{"--method", "--importance"}, for_recordings},
+      {{"--features"}, for_recordings, {{for_imprints, "--imprint-features"}, if_vibration}},
+      {{"--combine", "--components"}, for_recordings, {if_vibration}},
+      {{"--step-s"},
        for_even_steps,
        {{for_slides, "--window-step-s"}, {for_random, "--per-recording"}}},
-      {"--protocol", for_cut, {if_vibration}},
-      {"--blocks", bit(DataKind::parts), {if_vibration}},
-      {"--per-recording", for_random, {if_vibration}},
+      {{"--protocol"}, for_cut, {if_vibration}},
+      {{"--blocks"}, bit(DataKind::parts), {if_vibration}},
+      {{"--per-recording"}, for_random, {if_vibration}},
   };
   return rows;
 }
@@ -117,6 +89,29 @@ std::string_view describe_kind(DataKind kind) {
 
 }  // namespace
 
+CLI::Validator number_range(double least, double most) {
+  const CLI::Range range(least, most);
+  const auto problem = [range](std::string& text) -> std::string {
+    double value = 0.0;
+    if (CLI::detail::lexical_cast(text, value) && std::isnan(value))
+      return "Value " + text + " is not a number";
+    return range(text);
+  };
+  return {problem, range.get_description()};
+}
+
+CLI::Option* add_number(CLI::App& command, const std::string& name, double& number, double least,
+                        double most, const std::string& text) {
+  return command.add_option(name, number, text)
+      ->check(number_range(least, most))
+      ->capture_default_str();
+}
+
+CLI::Option* add_word(CLI::App& command, const std::string& name, std::string& word,
+                      const std::vector<std::string>& words, const std::string& text) {
+  return command.add_option(name, word, text)->check(CLI::IsMember(words))->capture_default_str();
+}
+
 void record_given(CLI::App& command, GivenOptions& given) {
   for (CLI::Option* option : command.get_options())
     option->each([&given, name = option->get_name()](const std::string&) { given.insert(name); });
@@ -125,7 +120,9 @@ void record_given(CLI::App& command, GivenOptions& given) {
 Status check_given(const GivenOptions& given, DataKind kind) {
   std::vector<std::string> refused, instead;
   for (const std::string& option : given) {
-    const auto row = std::ranges::find(options_by_kind(), option, &OptionRow::option);
+    const auto row = std::ranges::find_if(options_by_kind(), [&](const OptionRow& one) {
+      return std::ranges::find(one.options, option) != one.options.end();
+    });
     if (row != options_by_kind().end() && (row->kinds & bit(kind)) != 0) continue;
     refused.push_back(option);
     if (row == options_by_kind().end()) continue;

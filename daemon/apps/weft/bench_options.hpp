@@ -1,12 +1,14 @@
 #pragma once
-// `--plugins` and `--plugins-only`, of the commands that make a rig's drivers.
+// What the commands on a rig share: `run`, `check`, `align` and `doctor`.
 
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "daemon/apps/weft/console.hpp"
+#include "daemon/campaign/bench_check.hpp"
 #include "daemon/campaign/simulation.hpp"
+#include "daemon/campaign/trial_recording.hpp"
 #include "daemon/hardware/plugins/driver_catalog.hpp"
 
 namespace CLI {
@@ -25,6 +27,8 @@ void add_options(CLI::App& command, FidelityArgs& args);
 
 FidelityRequest fidelity_request(const FidelityArgs& args);
 
+// `--plugins` and `--plugins-only`, of the commands that make a rig's drivers.
+
 struct PluginArgs {
   std::vector<std::filesystem::path> folders;
   bool only = false;
@@ -34,5 +38,19 @@ void add_options(CLI::App& command, PluginArgs& args);
 /// The folders of the command line, then those of WEFT_PLUGIN_PATH, separated by colons. A plugin
 /// that hangs ends the process with exit_failure after the sentence (and the object of --json).
 PluginSettings make_settings(const PluginArgs& args, const Console& console);
+
+/// Warnings and errors of a driver, as they come, on `err`.
+void print_device_log(const DeviceLogEntry& line, Console& console);
+
+/// {"pointer", "message", "expected", "got", "hint", "sentence"}
+nlohmann::json diagnostic_json(const recipes::Diagnostic& diagnostic);
+
+/// Every problem under the name of its file; with --json also in the error object. Returns
+/// exit_failure.
+int refuse(const std::vector<FileProblem>& problems, Console& console);
+
+/// What is not as after a good end, and what to do; empty where the probe is up and nothing was
+/// left out.
+std::string format_rig(recipes::Cleanup cleanup, recipes::RigFact rig);
 
 }  // namespace weft::daemon::cli

@@ -1,0 +1,83 @@
+#pragma once
+// The command line as a whole, and how each command puts itself into it. For .cpp files: it brings
+// CLI11.
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "daemon/apps/weft/console.hpp"
+
+namespace weft::daemon::cli {
+
+/// Runs `weft` with these arguments. Never throws. Returns exit_ok, exit_failure or exit_usage.
+int run(int argc, const char* const* argv, Console& console);
+
+/// The command that was typed, with what was typed for it; empty before the command line is parsed.
+using ChosenCommand = std::function<Result<int>(Console&)>;
+
+/// Commands that are typed after one name, such as "weft" or "weft dataset". The application and
+/// `chosen` outlive it.
+class CommandGroup {
+ public:
+  CommandGroup(CLI::App& app, ChosenCommand& chosen) : app_(&app), chosen_(&chosen) {}
+
+  [[nodiscard]] CommandGroup group(const char* name, const char* text) const {
+    CLI::App* const below = app_->add_subcommand(name, text);
+    below->fallthrough()->require_subcommand(1);
+    return {*below, *chosen_};
+  }
+
+  /// A command. add_options(CLI::App&, Args&) says what can be typed, and `execute` gets it.
+  template <class Args>
+  void add(const char* name, const char* text,
+           const std::function<Result<int>(const Args&, Console&)>& execute) const {
+    CLI::App* const command = app_->add_subcommand(name, text);
+    command->fallthrough();
+    const auto args = std::make_shared<Args>();
+    add_options(*command, *args);
+    command->callback([chosen = chosen_, args, execute] {
+      *chosen = [args, execute](Console& console) { return execute(*args, console); };
+    });
+  }
+
+ private:
+  CLI::App* app_;
+  ChosenCommand* chosen_;
+};
+
+/// All commands of `weft`, in the order in which --help lists them.
+void add_commands(CLI::App& root, ChosenCommand& chosen);
+
+// Each in a file of its own, with the arguments that it takes.
+void add_run_command(const CommandGroup& weft);
+void add_check_command(const CommandGroup& weft);
+void add_doctor_command(const CommandGroup& weft);
+void add_align_command(const CommandGroup& weft);
+void add_dataset_commands(const CommandGroup& weft);
+void add_verify_command(const CommandGroup& weft);
+void add_export_command(const CommandGroup& weft);
+void add_report_command(const CommandGroup& weft);
+void add_features_command(const CommandGroup& weft);
+void add_train_command(const CommandGroup& weft);
+void add_evaluate_command(const CommandGroup& weft);
+void add_classify_command(const CommandGroup& weft);
+void add_trade_commands(const CommandGroup& weft);
+void add_design_commands(const CommandGroup& weft);
+void add_imprint_commands(const CommandGroup& weft);
+/// What is asked of a running weftd.
+void add_daemon_commands(const CommandGroup& weft);
+void add_page_command(const CommandGroup& weft);
+void add_queue_commands(const CommandGroup& weft);
+void add_token_commands(const CommandGroup& weft);
+
+// The command line told to other programs, from the table that it is parsed by.
+
+/// A page of section 1 in roff (man(7)): every command with its arguments and options.
+std::string manual_page(const CLI::App& root);
+
+/// A script for bash: commands and options of the program; files where neither fits.
+std::string bash_completion(const CLI::App& root);
+
+}  // namespace weft::daemon::cli

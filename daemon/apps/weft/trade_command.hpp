@@ -1,0 +1,49 @@
+#pragma once
+// What the commands of `weft trade` share, and `weft report` takes from them.
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "daemon/analysis/tradeoff/tradeoff.hpp"
+#include "daemon/apps/weft/commands.hpp"
+#include "daemon/apps/weft/evaluate_outcome.hpp"
+
+namespace weft::daemon::cli {
+
+/// The page, and the figures behind it.
+struct TradeoffFiles {
+  std::filesystem::path page;
+  std::filesystem::path data;  ///< JSON; empty: not written
+};
+/// --output and --data.
+void add_options(CLI::App& command, TradeoffFiles& files);
+
+struct TradeClassifierArgs : SplitChoice {
+  std::vector<std::filesystem::path> datasets;
+  TradeoffFiles files;
+  std::vector<std::string> vary;  ///< families; empty: all
+  std::string learner = "pvalue";
+  std::string exploration;  ///< of the default; empty: each data set's first
+  std::string norm = "l2";
+  std::size_t splits = 10;  ///< at most
+  std::size_t timings = 9;
+  TrainChoice training;
+};
+void add_options(CLI::App& command, TradeClassifierArgs& args);
+
+/// What it measures; `text` gets its tables, for a terminal.
+Result<TradeoffReport> measured_tradeoff(const TradeClassifierArgs& args, Console& console,
+                                         std::string& text);
+
+/// Writes both, and prints `text` and where the page is.
+Result<int> write_tradeoff(const TradeoffFiles& files, const TradeoffReport& report,
+                           const std::string& text, Console& console);
+Status write_json(const std::filesystem::path& file, const nlohmann::ordered_json& object,
+                  int indent);
+
+/// Says on `err` what is being measured.
+void print_step(Console& console, std::size_t step, std::size_t steps, const std::string& what);
+
+void add_trade_vibro_command(const CommandGroup& trade);
+void add_trade_sim_command(const CommandGroup& trade);
+
+}  // namespace weft::daemon::cli
