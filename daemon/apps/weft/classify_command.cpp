@@ -256,9 +256,10 @@ void add_options(CLI::App& command, ClassifyArgs& args) {
                   "(.h5) for a model of recordings; imprints (.h5), or one (.csv, .txt, .pgm, "
                   ".npy), for a model of imprints")
       ->required();
-  add_word(command, "--vote", args.vote, {"majority", "soft", "dag", "shortlist"},
-           "majority or soft: all cores; dag: one core less than fabrics; shortlist: the cores of "
-           "the fabrics whose means are nearest");
+  add_keyword(
+      command, "--vote", args.vote, {"majority", "soft", "dag", "shortlist"},
+      "majority or soft: all cores; dag: one core less than fabrics; shortlist: the cores of "
+      "the fabrics whose means are nearest");
   add_count(command, "--shortlist", args.shortlist, 1, 10000, "fabrics on the short-list")
       ->each([&args](const std::string&) { args.shortlist_given = true; });
 }

@@ -265,12 +265,13 @@ void add_options(CLI::App& command, ImportArgs& args) {
                   "fabricslide: a folder")
       ->required();
   command.add_option("-o,--output", args.out, "data set to write (HDF5)")->required();
-  add_word(command, "--format", args.format,
-           {"manifest", "fabricslide", "icub20", "imprints", "imprint-table", "recordings",
-            "vibtac12", "lmt_sound", "hapmat"},
-           "layout of SOURCE; imprints: a manifest of .csv, .pgm and .npy matrices, "
-           "imprint-table: an imprint a line, label,group,values; recordings: a manifest of sound "
-           "files and tables of sound and vibration");
+  add_keyword(
+      command, "--format", args.format,
+      {"manifest", "fabricslide", "icub20", "imprints", "imprint-table", "recordings", "vibtac12",
+       "lmt_sound", "hapmat"},
+      "layout of SOURCE; imprints: a manifest of .csv, .pgm and .npy matrices, "
+      "imprint-table: an imprint a line, label,group,values; recordings: a manifest of sound "
+      "files and tables of sound and vibration");
   add_list(command, "--channels", args.channels,
            "vibtac12: some of X,Y,Z,S (X,Y,Z); with S only textures that have a sound track");
   command.add_option("--filter", args.filter,

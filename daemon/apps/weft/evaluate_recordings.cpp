@@ -229,8 +229,8 @@ void add_recording_options(CLI::App& command, RecordingChoice& choice) {
            "NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA, Cores; best: chosen on "
            "training windows; every: all of them")
       ->group(recordings_group);
-  add_word(command, "--protocol", choice.protocol, {"blocks", "random"},
-           "blocks: contiguous parts left out; random: the paper's, which leaks")
+  add_keyword(command, "--protocol", choice.protocol, {"blocks", "random"},
+              "blocks: contiguous parts left out; random: the paper's, which leaks")
       ->group(recordings_group);
   add_recording_feature_options(command, choice);
   add_count(command, "--blocks", choice.blocks, 2, 1000, "contiguous parts of every recording")

@@ -111,8 +111,8 @@ void add_options(CLI::App& command, CampaignExportArgs& args) {
                   "folder export, with its digest in list.json")
       ->required()
       ->check(CLI::ExistingDirectory);
-  add_word(command, "--format", args.format, {"hdf5", "features-csv"},
-           "hdf5, a data set, or features-csv, the table of its features");
+  add_keyword(command, "--format", args.format, {"hdf5", "features-csv"},
+              "hdf5, a data set, or features-csv, the table of its features");
   command.add_option("--exploration", args.exploration,
                      "with features-csv: whose, where the campaign has several");
 }

@@ -114,8 +114,8 @@ std::string tables_text(const ImprintTables& tables) {
 
 void add_options(CLI::App& command, ImprintSceneArgs& args) {
   command.add_option("-o,--output", args.out, "data set to write (HDF5)")->required();
-  add_word(command, "--level", args.level, {"Z", "Z+"},
-           "Z: springs side by side; Z+: elastic half-space");
+  add_keyword(command, "--level", args.level, {"Z", "Z+"},
+              "Z: springs side by side; Z+: elastic half-space");
   add_count(command, "--side", args.side, 1, 128,
             "taxels of the part of the 128 x 128 array that is read, as many rows as columns");
   add_count(command, "--presses", args.presses, 1, 1000, "of each object with each force");
@@ -225,10 +225,10 @@ void add_options(CLI::App& command, ImprintSearchArgs& args) {
   command.add_option("--scales", args.scales, "scales to choose from [taxels]")
       ->capture_default_str();
   add_count(command, "--most-scales", args.most_scales, 1, 5, "largest number of scales in a set");
-  add_word(command, "--form", args.form, {"10", "7"}, "features a scale");
-  add_word(command, "--rule", args.rule, all_names(ci::all_rules), "what learns");
-  add_word(command, "--judge", args.evaluated_by, all_names(ci::all_experiments),
-           "what is set aside in turn");
+  add_keyword(command, "--form", args.form, {"10", "7"}, "features a scale");
+  add_keyword(command, "--rule", args.rule, all_names(ci::all_rules), "what learns");
+  add_keyword(command, "--judge", args.evaluated_by, all_names(ci::all_experiments),
+              "what is set aside in turn");
   add_count(command, "--shown", args.shown, 1, 2000, "best sets to show");
 }
 

@@ -107,8 +107,8 @@ CLI::Option* add_number(CLI::App& command, const std::string& name, double& numb
       ->capture_default_str();
 }
 
-CLI::Option* add_word(CLI::App& command, const std::string& name, std::string& word,
-                      const std::vector<std::string>& words, const std::string& text) {
+CLI::Option* add_keyword(CLI::App& command, const std::string& name, std::string& word,
+                         const std::vector<std::string>& words, const std::string& text) {
   return command.add_option(name, word, text)->check(CLI::IsMember(words))->capture_default_str();
 }
 

@@ -26,8 +26,8 @@ CLI::Option* add_count(CLI::App& command, const std::string& name, Count& count,
 CLI::Option* add_number(CLI::App& command, const std::string& name, double& number, double least,
                         double most, const std::string& text);
 /// One of some words.
-CLI::Option* add_word(CLI::App& command, const std::string& name, std::string& word,
-                      const std::vector<std::string>& words, const std::string& text);
+CLI::Option* add_keyword(CLI::App& command, const std::string& name, std::string& word,
+                         const std::vector<std::string>& words, const std::string& text);
 /// Several values with commas between.
 template <class Value>
 CLI::Option* add_list(CLI::App& command, const std::string& name, std::vector<Value>& values,

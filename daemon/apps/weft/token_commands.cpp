@@ -49,7 +49,7 @@ std::int64_t utc_us() {
 void add_options(CLI::App& command, TokenAddArgs& args) {
   command.add_option("NAME", args.name, "whom it is for")->required();
   add_file(command, args.file);
-  add_word(command, "--role", args.role, all_roles, "observer, operator, engineer or admin");
+  add_keyword(command, "--role", args.role, all_roles, "observer, operator, engineer or admin");
   add_count(command, "--days", args.days, 1, most_days, "how long it is good for");
 }
 void add_options(CLI::App& command, TokenListArgs& args) {
@@ -136,8 +136,8 @@ void add_options(CLI::App& command, PageArgs& args) {
       "--name", args.name,
       "whom it is for; left out, it has your name and, made through the Unix socket, is yours: "
       "the page and your terminal are one user");
-  add_word(command, "--role", args.role, all_roles,
-           "observer (who watches), operator, engineer or admin");
+  add_keyword(command, "--role", args.role, all_roles,
+              "observer (who watches), operator, engineer or admin");
   add_count(command, "--days", args.days, 1, most_days, "how long the link is good for");
 }
 

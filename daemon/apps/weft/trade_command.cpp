@@ -195,13 +195,13 @@ void add_options(CLI::App& command, TradeClassifierArgs& args) {
   add_list(command, "--vary", args.vary,
            "some of features,learner,slide,speed,exploration,vote,stop; without it all")
       ->check(family_problem);
-  add_word(command, "--learner", args.learner,
-           {"pvalue", "pca", "all", "lda", "svc", "trees", "cores-best", "best"},
-           "of the default that the others differ from");
+  add_keyword(command, "--learner", args.learner,
+              {"pvalue", "pca", "all", "lda", "svc", "trees", "cores-best", "best"},
+              "of the default that the others differ from");
   command.add_option("--exploration", args.exploration,
                      "of the default, such as M2 or M1+M2; without it the data set's first");
-  add_word(command, "--norm", args.norm, {"l2", "rms"},
-           "F_norm: l2 as in the paper, or rms for motions of different lengths");
+  add_keyword(command, "--norm", args.norm, {"l2", "rms"},
+              "F_norm: l2 as in the paper, or rms for motions of different lengths");
   add_split_options(command, args,
                     "random splits with this share of each label's trials training; without any of "
                     "these 0.4 for campaigns, else each group left out in turn",

@@ -247,12 +247,13 @@ void add_options(CLI::App& command, TrainArgs& args) {
   command.add_option("-o,--output", args.out, "model file to write")->required();
   add_trial_options(command, args.trials);
   auto* const windows = command.get_option("--window-s");
-  add_word(command, "--learner,--reduction", args.learner,
-           {"pvalue", "pca", "all", "cores-pvalue", "cores-pca", "cores-all", "lda", "svc", "trees",
-            "cores-best", "best"},
-           "cores with p-value, PCA or all features; lda: shrinkage LDA; svc: one multi-class SVC; "
-           "trees: extremely randomised trees; cores-best, best: chosen by cross-validation of the "
-           "whole learner, as `weft evaluate` does");
+  add_keyword(
+      command, "--learner,--reduction", args.learner,
+      {"pvalue", "pca", "all", "cores-pvalue", "cores-pca", "cores-all", "lda", "svc", "trees",
+       "cores-best", "best"},
+      "cores with p-value, PCA or all features; lda: shrinkage LDA; svc: one multi-class SVC; "
+      "trees: extremely randomised trees; cores-best, best: chosen by cross-validation of the "
+      "whole learner, as `weft evaluate` does");
   command
       .add_flag(
           "--live", args.live,

@@ -30,22 +30,24 @@ void add_train_options(CLI::App& command, TrainChoice& choice) {
   add_count(command, "--cap", choice.cap, 1, 100000,
             "most features or components of a core, the paper's N");
   add_count(command, "--folds", choice.folds, 2, 1000, "of the cross-validation");
-  add_word(command, "--fold-unit", choice.fold_unit, {"recording", "group"},
-           "what stays together in a fold");
+  add_keyword(command, "--fold-unit", choice.fold_unit, {"recording", "group"},
+              "what stays together in a fold");
   command.add_flag("--paper-selection", choice.paper_selection,
                    "select features once from all training trials, as the paper does, instead of "
                    "inside each fold");
-  add_word(command, "--t-test", choice.t_test, {"pooled", "welch"},
-           "that selects features: pooled, one variance for both fabrics as in the paper; welch, a "
-           "variance for each");
-  add_word(command, "--solver", choice.solver, {"own", "libsvm"},
-           "of the support vector machines: own; libsvm, the reference, which solves every point "
-           "of the grid by itself: the same parameters and answers, far slower");
-  add_word(command, "--tie", choice.tie, {"auto", "loss", "order"},
-           "between parameters with equal errors: loss, the smaller hinge loss; order, the "
-           "smaller C, gamma, delta, which trains in half the time; auto: loss, but order with "
-           "--paper-selection or " +
-               std::to_string(classifier::many_fabrics) + " fabrics and more");
+  add_keyword(
+      command, "--t-test", choice.t_test, {"pooled", "welch"},
+      "that selects features: pooled, one variance for both fabrics as in the paper; welch, a "
+      "variance for each");
+  add_keyword(
+      command, "--solver", choice.solver, {"own", "libsvm"},
+      "of the support vector machines: own; libsvm, the reference, which solves every point "
+      "of the grid by itself: the same parameters and answers, far slower");
+  add_keyword(command, "--tie", choice.tie, {"auto", "loss", "order"},
+              "between parameters with equal errors: loss, the smaller hinge loss; order, the "
+              "smaller C, gamma, delta, which trains in half the time; auto: loss, but order with "
+              "--paper-selection or " +
+                  std::to_string(classifier::many_fabrics) + " fabrics and more");
   add_count(command, "--threads", choice.threads, 0, 1024,
             "0: one per core; results do not depend on it");
 }

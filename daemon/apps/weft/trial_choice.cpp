@@ -89,8 +89,8 @@ void add_trial_options(CLI::App& command, TrialChoice& choice) {
       .add_option("--window-step-s", choice.window_step_s, "from one window's start to the next")
       ->check(number_range(1e-3, 1e6))
       ->needs("--window-s");
-  add_word(command, "--norm", choice.norm, {"l2", "rms"},
-           "F_norm: l2 as in the paper, or rms for motions of different lengths");
+  add_keyword(command, "--norm", choice.norm, {"l2", "rms"},
+              "F_norm: l2 as in the paper, or rms for motions of different lengths");
   command.add_option("--scales", choice.scales, "imprints: scales of smoothing [taxels]")
       ->capture_default_str();
   command
