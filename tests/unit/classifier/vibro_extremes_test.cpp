@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "classifier/vibro/extract.hpp"
+#include "classifier/vibro/stream.hpp"
 #include "tests/unit/classifier/features_support.hpp"
 
 namespace weft::classifier::vibro::vibro_extremes_test {
@@ -119,6 +119,70 @@ TEST_CASE("Channels without a rate, without a name of their own or not at all ar
   CHECK_FALSE(window_at(r, 0.1, 1.0));
   CHECK_FALSE(window_at(r, 0.0, 0.0));
   CHECK_FALSE(window_at(Recording{}, 0.0, 1.0));
+}
+
+// Two channels, samples in odd pieces at unequal paces.
+std::vector<std::vector<double>> streamed(const Recording& r, FeatureChoice choice,
+                                          WindowStream::Timing timing, std::uint64_t seed) {
+  auto stream = WindowStream::make(r.channels, choice, timing).value();
+  RandomEngine engine(seed);
+  std::vector<std::size_t> at(r.channels.size(), 0);
+  std::vector<std::vector<double>> out;
+  while (at != std::vector{r.samples[0].size(), r.samples[1].size()}) {
+    const std::size_t c = random_below(engine, at.size());
+    const std::size_t piece =
+        std::min(random_below(engine, c == 0 ? 1700 : 61), r.samples[c].size() - at[c]);
+    REQUIRE(stream.add(c, std::span(r.samples[c]).subspan(at[c], piece)));
+    at[c] += piece;
+    for (;;) {
+      const auto next = stream.next();
+      REQUIRE(next);
+      if (!*next) break;
+      out.emplace_back((*next)->begin(), (*next)->end());
+    }
+  }
+  CHECK(stream.taken() == out.size());
+  return out;
+}
+
+TEST_CASE("Features while samples come in have the bits of those of the whole recording") {
+  Recording r;
+  r.file = "r";
+  r.channels = {{"S", 8000.0, "1"}, {"X", 200.0, "count"}};
+  r.samples = {noise(8000 * 5 + 3, 1), noise(200 * 5 + 7, 2)};
+  const FeatureChoice choice{Family::all, Combine::concat};
+  for (const WindowStream::Timing timing :
+       {WindowStream::Timing{1.0, 1.0}, {2.0, 0.35}, {0.5, 1.25}}) {
+    const auto live = streamed(r, choice, timing, 9);
+    auto batch = WindowExtractor::make(r.channels, choice).value();
+    std::size_t windows = 0;
+    for (;; ++windows) {
+      const auto window =
+          window_at(r, static_cast<double>(windows) * timing.step_s, timing.window_s);
+      if (!window) break;
+      const auto row = batch.features(*window).value();
+      REQUIRE(windows < live.size());
+      CHECK(live[windows] == std::vector<double>(row.begin(), row.end()));
+    }
+    CHECK(live.size() == windows);
+  }
+}
+
+TEST_CASE("A stream refuses what it cannot take and goes on as before") {
+  auto stream =
+      WindowStream::make({{"X", 200.0, "1"}}, {Family::smmrp, Combine::mean}, {1.0, 1.0}).value();
+  const std::vector<double> good = noise(150, 3), bad = {1.0, std::nan("")};
+  REQUIRE(stream.add(0, good));
+  const auto refused = stream.add(0, bad);
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().where == "X: sample 151");
+  CHECK_FALSE(stream.add(1, good));
+  REQUIRE(stream.add(0, good));
+  CHECK(stream.next().value().has_value());
+  CHECK_FALSE(stream.next().value().has_value());
+  CHECK_FALSE(WindowStream::make({{"X", 200.0, "1"}}, {}, {1.0, 0.0}));
+  CHECK_FALSE(WindowStream::make({{"X", 200.0, "1"}}, {}, {0.001, 1.0}));
+  CHECK_FALSE(WindowStream::make({{"X", 200.0, "1"}}, {}, {std::nan(""), 1.0}));
 }
 
 }  // namespace
