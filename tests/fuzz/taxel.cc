@@ -1,4 +1,4 @@
-// The tactile array's stream, and the CPM-Finger's datagrams.
+// The tactile array's stream, and the CPM-Finger's datagrams and CAN frames.
 
 #include "protocols/taxel/taxel.hpp"
 #include "tests/fuzz/chunked.hpp"
@@ -35,11 +35,31 @@ void try_datagram(ByteView bytes) {
   demand(std::equal(again.begin(), again.end(), bytes.begin()), "a datagram is written back");
 }
 
+/// Frames of ten bytes: id, length, data. Any id, and any length that CAN allows.
+void try_can(ByteView bytes) {
+  constexpr std::array<std::uint16_t, 6> ids{0x405, 0x407, 0x409, 0x40B, 0x601, 0x123};
+  cpm::CanAssembler assembler;
+  for (; bytes.size() >= 10; bytes = bytes.subspan(10)) {
+    cpm::CanFrame frame;
+    frame.id = ids[bytes[0] % ids.size()];
+    frame.length = static_cast<std::uint8_t>(bytes[1] % 9);
+    std::copy_n(bytes.begin() + 2, 8, frame.data.begin());
+    if (bytes[1] < 128) frame.length = frame.id == cpm::can_proximity_id ? 4 : 8;
+    const auto scan = assembler.push(frame);
+    if (!scan) continue;
+    cpm::CanAssembler second;
+    std::optional<cpm::Scan> again;
+    for (const cpm::CanFrame& part : cpm::encode_can(*scan)) again = second.push(part);
+    demand(again == scan, "a scan that was put together is written back");
+  }
+}
+
 }  // namespace
 
 WEFT_FUZZ_TARGET(taxel) {
   try_stream(ChunkedInput({data, size}));
   try_datagram({data, size});
+  try_can({data, size});
   return 0;
 }
 

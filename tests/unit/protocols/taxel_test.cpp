@@ -65,11 +65,29 @@ void check_cpm_udp(const nlohmann::json& json) {
   CHECK(Bytes(encoded.begin(), encoded.end()) == bytes);
 }
 
+void check_cpm_can(const nlohmann::json& json) {
+  const nlohmann::json& f = json.at("fields");
+  const cpm::Scan expected{f.at("counts"), f.at("proximity1_counts"), f.at("proximity2_counts")};
+  const auto frames = cpm::encode_can(expected);
+  cpm::CanAssembler assembler;
+  std::optional<cpm::Scan> scan;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const nlohmann::json& golden = json.at("can_frames").at(i);
+    const Bytes data = hex(golden.at("hex"));
+    CHECK(frames[i].id == golden.at("id").get<unsigned>());
+    CHECK(Bytes(frames[i].data.begin(), frames[i].data.begin() + frames[i].length) == data);
+    CHECK_FALSE(scan);
+    scan = assembler.push(frames[i]);
+  }
+  REQUIRE(scan);
+  CHECK(*scan == expected);
+}
+
 }  // namespace
 
 TEST_CASE("every taxel vector decodes to its fields and encodes back to its bytes") {
   const std::vector<Vector> vectors = testing::load_vectors("taxel");
-  REQUIRE(vectors.size() >= 5);
+  REQUIRE(vectors.size() >= 6);
   for (const Vector& vector : vectors) {
     INFO(vector.name);
     const nlohmann::json golden = nlohmann::json::parse(vector.text);
@@ -77,6 +95,7 @@ TEST_CASE("every taxel vector decodes to its fields and encodes back to its byte
     const std::string form = golden.at("fields").at("form");
     if (form == "weft") check_weft(golden);
     if (form == "cpm_udp") check_cpm_udp(golden);
+    if (form == "cpm_can") check_cpm_can(golden);
   }
 }
 
@@ -137,6 +156,26 @@ TEST_CASE("a CPM datagram of another length is refused") {
     const Result<cpm::Counts> counts = cpm::decode_datagram(Bytes(size, 0));
     CHECK_FALSE(counts);
   }
+}
+
+TEST_CASE("a CAN scan with a part missing is dropped and counted, the next one is whole") {
+  cpm::Scan scan;
+  for (std::size_t i = 0; i < cpm::taxels; ++i) scan.counts[i] = static_cast<std::uint16_t>(i);
+  const auto frames = cpm::encode_can(scan);
+  for (std::size_t missing = 0; missing < frames.size(); ++missing) {
+    cpm::CanAssembler assembler;
+    std::vector<cpm::Scan> scans;
+    for (int round = 0; round < 2; ++round)
+      for (std::size_t i = 0; i < frames.size(); ++i) {
+        if (round == 0 && i == missing) continue;
+        if (const auto s = assembler.push(frames[i])) scans.push_back(*s);
+      }
+    CHECK(scans == std::vector<cpm::Scan>{scan});
+    CHECK(assembler.incomplete_scans() == 1);
+  }
+  cpm::CanAssembler assembler;
+  CHECK_FALSE(assembler.push(cpm::CanFrame{0x123, 8, {}}));
+  CHECK_FALSE(assembler.push(cpm::CanFrame{0x405, 7, {}}));
 }
 
 }  // namespace taxel_test
