@@ -10,6 +10,31 @@ constexpr std::uint16_t first_value = 0x1234;
 constexpr std::size_t mask_at = 16;
 constexpr std::uint16_t bias_bit = 1, clear_latch_bit = 2;
 
+struct Writer {
+  Bytes* out;
+
+  void operator()(const ReadFt& r) const {
+    out->resize(out->size() + mask_at - 1);
+    const int bits = (r.bias ? bias_bit : 0) | (r.clear_latch ? clear_latch_bit : 0);
+    BigWriter(*out).write(r.condition_mask).write(static_cast<std::uint16_t>(bits));
+  }
+  void operator()(const ReadCalibration&) const { out->resize(out->size() + command_size - 1); }
+  void operator()(const WriteTransform& w) const {
+    BigWriter writer(*out);
+    writer.write(w.distance_unit).write(w.angle_unit);
+    for (const std::int16_t value : w.hundredths) writer.write(value);
+    constexpr std::size_t reserved = 5;
+    out->resize(out->size() + reserved);
+  }
+  void operator()(const WriteCondition& w) const {
+    BigWriter writer(*out);
+    writer.write(w.index).write(w.axis).write(w.output_code).write(w.comparison);
+    writer.write(w.compared_with);
+    constexpr std::size_t reserved = 13;
+    out->resize(out->size() + reserved);
+  }
+};
+
 ReadFt read_ft(ByteView bytes) {
   BigReader reader(bytes.subspan(mask_at));
   ReadFt read;
@@ -40,7 +65,29 @@ WriteCondition write_condition(ByteView bytes) {
   return write;
 }
 
+/// Past the first word of a reply.
+Result<BigReader> reply_reader(ByteView bytes, std::size_t size) {
+  if (bytes.size() != size)
+    return fail({.code = Errc::parse,
+                 .what = "a reply of the command port has the wrong length",
+                 .expected = std::to_string(size) + " bytes",
+                 .got = std::to_string(bytes.size())});
+  BigReader reader(bytes);
+  const auto word = reader.read<std::uint16_t>();
+  if (word != first_value)
+    return fail({.code = Errc::parse,
+                 .what = "a reply of the command port does not begin with 0x1234",
+                 .expected = "4660",
+                 .got = std::to_string(word)});
+  return reader;
+}
+
 }  // namespace
+
+void append(Bytes& out, const CommandRequest& request) {
+  out.push_back(static_cast<std::uint8_t>(request.index()));
+  std::visit(Writer{&out}, request);
+}
 
 Result<CommandRequest> decode_command(ByteView bytes) {
   if (bytes.size() != command_size)
@@ -82,6 +129,36 @@ void append(Bytes& out, const WriteReply& reply) {
       .write(first_value)
       .write(static_cast<std::uint8_t>(reply.command))
       .write(reply.error);
+}
+
+Result<FtReply> decode_ft_reply(ByteView bytes) {
+  auto reader = reply_reader(bytes, ft_reply_size);
+  if (!reader) return pass(reader.error());
+  FtReply reply;
+  reply.status = reader->read<std::uint16_t>();
+  for (std::int16_t& counts : reply.counts) counts = reader->read<std::int16_t>();
+  return reply;
+}
+
+Result<CalibrationReply> decode_calibration_reply(ByteView bytes) {
+  auto reader = reply_reader(bytes, calibration_reply_size);
+  if (!reader) return pass(reader.error());
+  CalibrationReply reply;
+  reply.force_unit = reader->read<std::uint8_t>();
+  reply.torque_unit = reader->read<std::uint8_t>();
+  reply.counts_per_force = reader->read<std::uint32_t>();
+  reply.counts_per_torque = reader->read<std::uint32_t>();
+  for (std::uint16_t& factor : reply.scale) factor = reader->read<std::uint16_t>();
+  return reply;
+}
+
+Result<WriteReply> decode_write_reply(ByteView bytes) {
+  auto reader = reply_reader(bytes, write_reply_size);
+  if (!reader) return pass(reader.error());
+  WriteReply reply;
+  reply.command = static_cast<TcpCommand>(reader->read<std::uint8_t>());
+  reply.error = reader->read<std::uint8_t>();
+  return reply;
 }
 
 Result<double> metres_per(std::uint8_t distance_unit) {

@@ -14,6 +14,9 @@ namespace weft::protocols::rdt {
 
 inline constexpr std::uint16_t tcp_port = 49151;
 inline constexpr std::size_t command_size = 20;
+inline constexpr std::size_t ft_reply_size = 16;
+inline constexpr std::size_t calibration_reply_size = 24;
+inline constexpr std::size_t write_reply_size = 4;
 
 enum class TcpCommand : std::uint8_t {
   read_ft = 0,
@@ -52,6 +55,8 @@ struct WriteCondition {
 };
 using CommandRequest = std::variant<ReadFt, ReadCalibration, WriteTransform, WriteCondition>;
 
+/// Appends 20 bytes.
+void append(Bytes& out, const CommandRequest& request);
 /// Errors: parse, for a wrong length; unsupported, for another command.
 Result<CommandRequest> decode_command(ByteView bytes);
 
@@ -59,6 +64,8 @@ Result<CommandRequest> decode_command(ByteView bytes);
 struct FtReply {
   std::uint16_t status = 0;  ///< the upper half of Record::status
   std::array<std::int16_t, 6> counts{};
+
+  bool operator==(const FtReply&) const = default;
 };
 /// Answer to ReadCalibration. Units: 2 N, 3 N m; others in the page's section.
 struct CalibrationReply {
@@ -67,16 +74,24 @@ struct CalibrationReply {
   std::uint32_t counts_per_force = 0;
   std::uint32_t counts_per_torque = 0;
   std::array<std::uint16_t, 6> scale{};
+
+  bool operator==(const CalibrationReply&) const = default;
 };
 /// Answer to WriteTransform and WriteCondition.
 struct WriteReply {
   TcpCommand command{};
   std::uint8_t error = 0;  ///< 0: taken
+
+  bool operator==(const WriteReply&) const = default;
 };
 
 void append(Bytes& out, const FtReply& reply);
 void append(Bytes& out, const CalibrationReply& reply);
 void append(Bytes& out, const WriteReply& reply);
+/// Errors: parse, for a wrong length or a wrong first word.
+Result<FtReply> decode_ft_reply(ByteView bytes);
+Result<CalibrationReply> decode_calibration_reply(ByteView bytes);
+Result<WriteReply> decode_write_reply(ByteView bytes);
 
 /// Of the units of a WriteTransform: 1 inch, 2 foot, 3 mm, 4 cm, 5 m; 1 degree, 2 radian. Errors:
 /// unsupported.

@@ -35,10 +35,24 @@ void try_datagram(ByteView bytes) {
   demand(same(again, bytes), "records that were read are written back");
 }
 
+/// What a request leaves open is written as zeros: it is the same when it is read again.
 void try_command(ByteView bytes) {
   const Result<CommandRequest> request = decode_command(bytes);
   if (!request) return demand(!request.error().what.empty(), "an error says what is wrong");
-  demand(bytes.size() == command_size && request->index() == bytes[0], "the command that is asked");
+  Bytes again;
+  append(again, *request);
+  demand(again.size() == command_size, "a request to the command port is 20 bytes");
+  const Result<CommandRequest> read_again = decode_command(again);
+  demand(read_again.has_value() && *read_again == *request,
+         "a command that was read is written back");
+}
+
+template <class Reply>
+void try_reply(ByteView bytes, const Result<Reply>& reply) {
+  if (!reply) return demand(!reply.error().what.empty(), "an error says what is wrong");
+  Bytes again;
+  append(again, *reply);
+  demand(same(again, bytes), "a reply that was read is written back");
 }
 
 }  // namespace
@@ -48,6 +62,9 @@ WEFT_FUZZ_TARGET(rdt) {
   try_request(input);
   try_datagram(input);
   try_command(input);
+  try_reply(input, weft::protocols::rdt::decode_ft_reply(input));
+  try_reply(input, weft::protocols::rdt::decode_calibration_reply(input));
+  try_reply(input, weft::protocols::rdt::decode_write_reply(input));
   const bool one = weft::protocols::rdt::decode_record(input).has_value();
   demand(one == (size == weft::protocols::rdt::record_size), "a record is 36 bytes");
   return 0;

@@ -155,68 +155,25 @@ TEST_CASE("a force above the threshold latches until a request resets it; the va
 
 namespace {
 
-/// READFT: the conditions that are enabled from now on; bit 0 biases, bit 1 clears the latch.
-Bytes read_ft(std::uint16_t mask = 0, std::uint8_t bits = 0) {
-  Bytes out(rdt::command_size);
-  out[16] = static_cast<std::uint8_t>(mask >> 8);
-  out[17] = static_cast<std::uint8_t>(mask);
-  out[19] = bits;
-  return out;
-}
-
-constexpr std::uint8_t bias = 1, clear_latch = 2;
-
-Bytes write_condition(int index, int axis, int comparison, int value) {
-  Bytes out{3};
-  BigWriter(out)
-      .write(static_cast<std::uint8_t>(index))
-      .write(static_cast<std::uint8_t>(axis))
-      .write(std::uint8_t{0})
-      .write(static_cast<std::int8_t>(comparison))
-      .write(static_cast<std::int16_t>(value));
-  return out;
-}
-
 /// A client of the box's command port.
 struct CommandPort {
   explicit CommandPort(Box& of) : box(of), port([this] { return &box.box; }) {}
-  /// Zeros follow to the length of a request.
-  Bytes query(Bytes request, std::size_t chunk = rdt::command_size) {
-    Bytes reply;
-    request.resize(rdt::command_size);
+  Bytes query(const rdt::CommandRequest& request, std::size_t chunk = rdt::command_size) {
+    Bytes bytes, reply;
+    append(bytes, request);
     ByteSink out = [&](ByteView b) { reply.insert(reply.end(), b.begin(), b.end()); };
-    for (std::size_t at = 0; at < request.size(); at += chunk)
-      port.receive(ByteView(request).subspan(at, std::min(chunk, request.size() - at)), box.now,
-                   out);
+    for (std::size_t at = 0; at < bytes.size(); at += chunk)
+      port.receive(ByteView(bytes).subspan(at, std::min(chunk, bytes.size() - at)), box.now, out);
     return reply;
   }
-  int status(const Bytes& request = read_ft()) {
-    const Bytes reply = query(request);
-    return reply.at(2) << 8 | reply.at(3);
-  }
-  struct Scale {
-    double counts_per_force, counts_per_torque;
-    std::array<double, 6> factor{};
-  };
-  Scale scale() {
-    const Bytes reply = query({1});
-    BigReader reader(ByteView(reply).subspan(4));
-    Scale out{};
-    out.counts_per_force = reader.read<std::uint32_t>();
-    out.counts_per_torque = reader.read<std::uint32_t>();
-    for (double& factor : out.factor) factor = reader.read<std::uint16_t>();
-    REQUIRE(reader.ok());
-    return out;
-  }
   /// N and N m, as a client computes them.
-  std::array<double, 6> wrench(std::uint8_t bits = 0) {
-    const Scale counts = scale();
-    const Bytes reply = query(read_ft(0, bits));
-    BigReader reader(ByteView(reply).subspan(4));
+  std::array<double, 6> wrench(const rdt::ReadFt& read = {}) {
+    const auto scale = rdt::decode_calibration_reply(query(rdt::ReadCalibration{})).value();
+    const auto reply = rdt::decode_ft_reply(query(read)).value();
     std::array<double, 6> out{};
     for (std::size_t i = 0; i < 6; ++i)
-      out[i] = reader.read<std::int16_t>() * counts.factor[i] /
-               (i < 3 ? counts.counts_per_force : counts.counts_per_torque);
+      out[i] = 1.0 * reply.counts[i] * scale.scale[i] /
+               (i < 3 ? scale.counts_per_force : scale.counts_per_torque);
     return out;
   }
   Box& box;
@@ -237,8 +194,8 @@ TEST_CASE("the command port reads the wrench that the stream tells, in any chunk
   CHECK(wrench[2] == Approx(record.force_counts[2] / 1e6).margin(0.004));
   CHECK(wrench[2] > 2.8);
   for (const std::size_t chunk : {1U, 7U, 19U})
-    CHECK(port.query(read_ft(), chunk) == port.query(read_ft()));
-  CHECK(port.query(read_ft()).size() == 16);
+    CHECK(port.query(rdt::ReadFt{}, chunk) == port.query(rdt::ReadFt{}));
+  CHECK(port.query(rdt::ReadFt{}).size() == rdt::ft_reply_size);
 }
 
 TEST_CASE("READFT biases the box and clears its latch") {
@@ -246,10 +203,10 @@ TEST_CASE("READFT biases the box and clears its latch") {
   params.threshold_n = 2;
   Box box(params);
   CommandPort port(box);
-  CHECK(port.status() == 0x8001);
-  CHECK(std::abs(port.wrench(bias)[2]) < 0.1);
-  CHECK(port.status() == 0x8001);
-  CHECK(port.status(read_ft(0, clear_latch)) == 0);
+  CHECK(rdt::decode_ft_reply(port.query(rdt::ReadFt{})).value().status == 0x8001);
+  CHECK(std::abs(port.wrench({.bias = true})[2]) < 0.1);
+  CHECK(rdt::decode_ft_reply(port.query(rdt::ReadFt{})).value().status == 0x8001);
+  CHECK(rdt::decode_ft_reply(port.query(rdt::ReadFt{.clear_latch = true})).value().status == 0);
   CHECK(std::abs(port.wrench()[2]) < 0.1);
 }
 
@@ -262,18 +219,18 @@ TEST_CASE("a tool transform moves torques and turns the frame, on the stream too
   const auto sensed = port.wrench();
   const auto taken = hex("12 34 02 00"), refused = hex("12 34 02 01");
   // 100 mm along x: the weight along z then pulls about y, T' = T - d x F.
-  CHECK(port.query(hex("02 03 01 27 10")) == taken);
+  CHECK(port.query(rdt::WriteTransform{.hundredths = {10000, 0, 0, 0, 0, 0}}) == taken);
   CHECK(port.wrench()[4] == Approx(sensed[4] + 0.1 * sensed[2]).margin(0.001));
   // A quarter turn about x: what was along z is now along the new y.
-  CHECK(port.query(hex("02 03 01 00 00 00 00 00 00 23 28")) == taken);
+  CHECK(port.query(rdt::WriteTransform{.hundredths = {0, 0, 0, 9000, 0, 0}}) == taken);
   CHECK(port.wrench()[1] == Approx(sensed[2]).margin(0.005));
   CHECK(std::abs(port.wrench()[2]) < 0.005);
   box.send(start);
   box.run(0.1);
   CHECK(box.take().back().force_counts[1] == Approx(sensed[2] * 1e6).epsilon(0.01));
   CHECK(box.box.page(box.now).configuration.tool_transform[3] == 90);
-  CHECK(port.query(hex("02 09 01")) == refused);
-  CHECK(port.query(hex("02 03 01")) == taken);
+  CHECK(port.query(rdt::WriteTransform{.distance_unit = 9}) == refused);
+  CHECK(port.query(rdt::WriteTransform{}) == taken);
   CHECK(port.wrench()[2] == Approx(sensed[2]).margin(0.005));
 }
 
@@ -282,29 +239,35 @@ TEST_CASE("a condition that is written latches once a READFT has enabled it") {
   params.sensor.noise = {};
   Box box(params);
   CommandPort port(box);
-  const CommandPort::Scale scale = port.scale();
+  const auto scale = rdt::decode_calibration_reply(port.query(rdt::ReadCalibration{})).value();
   const auto newtons = [&](double n) {
-    return static_cast<int>(n * scale.counts_per_force / scale.factor[2]);
+    return static_cast<std::int16_t>(n * scale.counts_per_force / scale.scale[2]);
+  };
+  const auto status = [&](const rdt::ReadFt& read) {
+    return rdt::decode_ft_reply(port.query(read)).value().status;
   };
   const auto taken = hex("12 34 03 00"), refused = hex("12 34 03 01");
   // the plate weighs 2.9 N
-  CHECK(port.query(write_condition(3, 2, 1, newtons(2))) == taken);
-  CHECK(port.query(write_condition(4, 2, 1, newtons(4))) == taken);
-  CHECK(port.query(write_condition(5, 2, -1, newtons(4))) == taken);
-  CHECK(port.status() == 0);
-  CHECK(port.status(read_ft(1U << 4)) == 0);
-  CHECK(port.status(read_ft(1U << 3)) == 0x8001);
-  CHECK(port.status(read_ft(1U << 4)) == 0x8001);  // latched
-  CHECK(port.status(read_ft(1U << 4, clear_latch)) == 0);
+  CHECK(port.query(rdt::WriteCondition{.index = 3, .axis = 2, .compared_with = newtons(2)}) ==
+        taken);
+  CHECK(port.query(rdt::WriteCondition{.index = 4, .axis = 2, .compared_with = newtons(4)}) ==
+        taken);
+  CHECK(port.query(rdt::WriteCondition{
+            .index = 5, .axis = 2, .comparison = -1, .compared_with = newtons(4)}) == taken);
+  CHECK(status({}) == 0);
+  CHECK(status({.condition_mask = 1U << 4}) == 0);
+  CHECK(status({.condition_mask = 1U << 3}) == 0x8001);
+  CHECK(status({.condition_mask = 1U << 4}) == 0x8001);  // latched
+  CHECK(status({.condition_mask = 1U << 4, .clear_latch = true}) == 0);
   box.send(start);
   box.run(0.1);
   CHECK(box.take().back().status == 0);
-  CHECK(port.status(read_ft(1U << 5)) == 0x8001);
+  CHECK(status({.condition_mask = 1U << 5}) == 0x8001);
   box.run(0.1);
   CHECK(box.take().back().status == 0x80010000);
-  CHECK(port.query(write_condition(32, 0, 1, 0)) == refused);
-  CHECK(port.query(write_condition(0, 6, 1, 0)) == refused);
-  CHECK(port.query(write_condition(0, 0, 0, 0)) == refused);
+  CHECK(port.query(rdt::WriteCondition{.index = 32}) == refused);
+  CHECK(port.query(rdt::WriteCondition{.axis = 6}) == refused);
+  CHECK(port.query(rdt::WriteCondition{.comparison = 0}) == refused);
 }
 
 TEST_CASE("the command port does not answer what it does not know") {
@@ -315,7 +278,7 @@ TEST_CASE("the command port does not answer what it does not know") {
   const Bytes unknown(rdt::command_size, 0x77);
   port.port.receive(unknown, box.now, out);
   CHECK(reply.empty());
-  CHECK(port.query(read_ft()).size() == 16);
+  CHECK(port.query(rdt::ReadFt{}).size() == rdt::ft_reply_size);
   NetftCommandEmulator off([] { return nullptr; });
   off.receive(Bytes(rdt::command_size, 0), box.now, out);
   CHECK(reply.empty());
