@@ -1,9 +1,9 @@
 #include "protocols/taxel/taxel.hpp"
 
+#include <string>
+
 #include "protocols/base/bytes.hpp"
 #include "protocols/base/result.hpp"
-
-#include <string>
 
 namespace weft::protocols::taxel {
 namespace {
@@ -58,6 +58,21 @@ bool Splitter::next(Frame& frame) {
 }
 
 namespace cpm {
+namespace {
+
+constexpr std::size_t values_per_frame = 4;
+constexpr std::uint8_t all_parts = 0x0F;
+
+void put_u16(CanFrame& frame, std::size_t index, std::uint16_t word) {
+  frame.data[2 * index] = static_cast<std::uint8_t>(word);
+  frame.data[2 * index + 1] = static_cast<std::uint8_t>(word >> 8);
+}
+
+std::uint16_t u16_at_index(const CanFrame& frame, std::size_t index) {
+  return static_cast<std::uint16_t>(frame.data[2 * index] | frame.data[2 * index + 1] << 8);
+}
+
+}  // namespace
 
 std::array<std::uint8_t, datagram_size> encode_datagram(const Counts& counts) {
   std::array<std::uint8_t, datagram_size> out{};
@@ -80,6 +95,50 @@ Result<Counts> decode_datagram(ByteView datagram) {
   for (const std::uint8_t taxel : taxel_at_wire_position)
     counts[taxel] = reader.read<std::uint16_t>();
   return counts;
+}
+
+std::array<CanFrame, 5> encode_can(const Scan& scan) {
+  std::array<CanFrame, 5> frames{};
+  for (std::size_t i = 0; i < taxels; ++i)
+    put_u16(frames[i / values_per_frame], i % values_per_frame,
+            scan.counts[taxel_at_wire_position[i]]);
+  for (std::size_t part = 0; part < can_taxel_ids.size(); ++part)
+    frames[part].id = can_taxel_ids[part];
+  frames[4].id = can_proximity_id;
+  frames[4].length = 4;
+  put_u16(frames[4], 0, scan.proximity1_counts);
+  put_u16(frames[4], 1, scan.proximity2_counts);
+  return frames;
+}
+
+std::optional<Scan> CanAssembler::push(const CanFrame& frame) {
+  if (frame.id == can_proximity_id && frame.length == 4) return finish(frame);
+  for (std::size_t part = 0; part < can_taxel_ids.size(); ++part)
+    if (frame.id == can_taxel_ids[part] && frame.length == 8) store(frame, part);
+  return std::nullopt;
+}
+
+void CanAssembler::store(const CanFrame& frame, std::size_t part) {
+  const auto bit = static_cast<std::uint8_t>(1U << part);
+  if ((parts_seen_ & bit) != 0) {  // the closing frame of the scan before was lost
+    ++incomplete_scans_;
+    parts_seen_ = 0;
+  }
+  parts_seen_ = static_cast<std::uint8_t>(parts_seen_ | bit);
+  for (std::size_t i = 0; i < values_per_frame; ++i)
+    scan_.counts[taxel_at_wire_position[part * values_per_frame + i]] = u16_at_index(frame, i);
+}
+
+std::optional<Scan> CanAssembler::finish(const CanFrame& frame) {
+  const bool whole = parts_seen_ == all_parts;
+  parts_seen_ = 0;
+  if (!whole) {
+    ++incomplete_scans_;
+    return std::nullopt;
+  }
+  scan_.proximity1_counts = u16_at_index(frame, 0);
+  scan_.proximity2_counts = u16_at_index(frame, 1);
+  return scan_;
 }
 
 }  // namespace cpm

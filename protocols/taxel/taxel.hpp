@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "protocols/base/bytes.hpp"
@@ -51,9 +52,9 @@ class Splitter : public FrameSplitter {
 /// For Frame::sequence.
 using SequenceTracker = BasicSequenceTracker<std::uint16_t>;
 
-// The CPM-Finger (CySkin) form of the same sensor: the UDP datagrams of its gateway, which listens
-// to the sensor's CAN frames. Source: can2wifi2ros and FabricSlide of wngfra
-// (docs/reference/device-facts.md, CPM finger).
+// The CPM-Finger (CySkin) forms of the same sensor: CAN frames, and the UDP datagrams of its
+// gateway. Source: can2wifi2ros and FabricSlide of wngfra (docs/reference/device-facts.md, CPM
+// finger).
 namespace cpm {
 
 inline constexpr std::size_t taxels = 16;
@@ -70,6 +71,46 @@ using Counts = std::array<std::uint16_t, taxels>;  ///< in taxel index order
 std::array<std::uint8_t, datagram_size> encode_datagram(const Counts& counts);
 /// Errors: parse, for any other length than 32.
 Result<Counts> decode_datagram(ByteView datagram);
+
+struct CanFrame {
+  std::uint16_t id = 0;
+  std::uint8_t length = 8;
+  std::array<std::uint8_t, 8> data{};
+
+  bool operator==(const CanFrame&) const = default;
+};
+
+/// Ids of the four frames that carry four little-endian words each, in wire order.
+inline constexpr std::array<std::uint16_t, 4> can_taxel_ids{0x405, 0x407, 0x409, 0x40B};
+inline constexpr std::uint16_t can_proximity_id = 0x601;  ///< two words; closes a scan
+
+struct Scan {
+  Counts counts{};
+  std::uint16_t proximity1_counts = 0;
+  std::uint16_t proximity2_counts = 0;
+
+  bool operator==(const Scan&) const = default;
+};
+
+/// The five frames of a scan, in the order in which the sensor sends them.
+std::array<CanFrame, 5> encode_can(const Scan& scan);
+
+/// Puts scans together. Frames with other ids or lengths are ignored; a scan with a part missing is
+/// dropped and counted.
+class CanAssembler {
+ public:
+  /// Returns the scan that `frame` completes, if it does.
+  std::optional<Scan> push(const CanFrame& frame);
+  [[nodiscard]] std::uint64_t incomplete_scans() const { return incomplete_scans_; }
+
+ private:
+  void store(const CanFrame& frame, std::size_t part);
+  std::optional<Scan> finish(const CanFrame& frame);
+
+  Scan scan_;
+  std::uint8_t parts_seen_ = 0;  ///< one bit per taxel frame
+  std::uint64_t incomplete_scans_ = 0;
+};
 
 }  // namespace cpm
 
