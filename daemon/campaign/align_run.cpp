@@ -1,10 +1,9 @@
 #include "daemon/campaign/align_run.hpp"
 
-#include "daemon/base/loop/wall_clock.hpp"
-
 #include <algorithm>
 #include <utility>
 
+#include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/campaign/bench_check.hpp"
 
 namespace weft::daemon {

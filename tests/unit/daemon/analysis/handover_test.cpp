@@ -1,7 +1,6 @@
 // A complete campaign goes to the classifier by itself. SIMULATED.
 
 #include "daemon/analysis/handover/handover.hpp"
-#include "daemon/base/file/read_file.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -12,6 +11,7 @@
 
 #include "classifier/model/model_file.hpp"
 #include "daemon/analysis/handover/train.hpp"
+#include "daemon/base/file/read_file.hpp"
 #include "daemon/base/file/sha256.hpp"
 #include "daemon/campaign/resume.hpp"
 #include "tests/unit/daemon/benches/kill_points.hpp"
