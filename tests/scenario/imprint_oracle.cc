@@ -17,6 +17,7 @@
 
 #include "classifier/imprint/experiments.hpp"
 #include "classifier/imprint/imprint_set.hpp"
+#include "classifier/imprint/linear_rule.hpp"
 #include "classifier/imprint/scale_features.hpp"
 
 namespace {

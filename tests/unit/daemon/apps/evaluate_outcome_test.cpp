@@ -78,8 +78,8 @@ TEST_CASE(
   const auto drawn = classifier::thinned(measured->splits, chosen.features.labels,
                                          chosen.features.files, 2, 40, args.training.seed);
   REQUIRE(drawn);
-  const auto each =
-      classifier::evaluate(chosen.features, *drawn, classifier::Learner::lda, make_options(args));
+  const auto each = classifier::evaluate(chosen.features, *drawn, classifier::Learner::lda,
+                                         train_options(args.training));
   REQUIRE(each);
   std::vector<double> of_group(2);
   for (std::size_t i = 0; i < 80; ++i) of_group[i / 40] += each->splits[i].accuracy / 40;
