@@ -21,7 +21,7 @@ tl::unexpected<Error> out_of_memory(std::size_t rows, const std::string& got);
 Status check_square_memory(std::size_t rows, double matrices);
 
 /// What `work` returns, a Result; out_of_memory() where it runs out of memory on any thread of
-/// parallel.hpp.
+/// the functions below.
 template <class Work>
 auto within_memory(std::size_t rows, const Work& work) -> decltype(work()) {
   try {

@@ -1,5 +1,5 @@
 #pragma once
-// One core as lines of a stored model, bit for bit.
+// Parts of stored models as lines, bit for bit: where a model comes from, labels, tables, one core.
 
 #include <algorithm>
 #include <array>

@@ -15,10 +15,10 @@
 
 namespace weft::classifier::fourier {
 
-// Tables of the transforms of fourier.hpp.
+// Tables of the transforms.
 
 /// Twiddles of the first level by `radix`, then of the levels by four of a part, largest first: the
-/// `w` of fourier.hpp. `part` is a power of two; a radix of 1 has no first level.
+/// `w` of the levels. `part` is a power of two; a radix of 1 has no first level.
 simd::AlignedDoubles twiddles(std::size_t radix, std::size_t part);
 
 /// [radix x 2]: cos and sin of 2 pi k / radix, zeros exact.
