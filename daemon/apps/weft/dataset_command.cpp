@@ -127,17 +127,13 @@ std::string left_out_text(const CampaignContents& campaign) {
          (campaign.progress.discarded ? "; somebody discarded it" : "") + ".\n";
 }
 
-void add_campaign(const CampaignContents& campaign, json& object) {
+void print_campaign(const char* command, const std::filesystem::path& file,
+                    const CampaignContents& campaign, const std::string& sha256, Console& console) {
+  json object = info_json(command, file, campaign.dataset, sha256);
   object["trials_planned"] = campaign.progress.planned;
   object["finished"] = campaign.progress.finished;
   object["left_out"] = json(campaign.left_out);
   object["never_begun"] = campaign.never_begun;
-}
-
-void print_campaign(const char* command, const std::filesystem::path& file,
-                    const CampaignContents& campaign, const std::string& sha256, Console& console) {
-  json object = info_json(command, file, campaign.dataset, sha256);
-  add_campaign(campaign, object);
   print(console, info_text(file, campaign.dataset, sha256) + left_out_text(campaign), object);
 }
 

@@ -34,9 +34,10 @@ void add_options(CLI::App& command, TradeClassifierArgs& args);
 Result<TradeoffReport> measured_tradeoff(const TradeClassifierArgs& args, Console& console,
                                          std::string& text);
 
-/// Writes both, and prints `text` and where the page is.
+/// Writes the page and the figures, and prints `text` and where the page is.
 Result<int> write_tradeoff(const TradeoffFiles& files, const TradeoffReport& report,
                            const std::string& text, Console& console);
+/// Bytes that are no UTF-8 become U+FFFD.
 Status write_json(const std::filesystem::path& file, const nlohmann::ordered_json& object,
                   int indent);
 
