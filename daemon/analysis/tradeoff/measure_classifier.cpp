@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <map>
 #include <memory>
-#include <set>
 
 #include "classifier/vote/novelty.hpp"
 #include "daemon/analysis/tradeoff/answer_timing.hpp"
@@ -51,10 +50,6 @@ void score(const SplitPlan& plan, const std::vector<Count>& counts, TradeoffPoin
   point.accuracy = classifier::compute_mean(accuracy);
   point.ci95 = classifier::split_interval(accuracy, mean_sizes(sizes));
   if (plan.groups_left_out) name_groups_left_out(point.ci95);
-}
-
-std::size_t label_count(const FeatureMatrix& features) {
-  return std::set<std::string>(features.labels.begin(), features.labels.end()).size();
 }
 
 /// Answers one trial with the machine of a split.
@@ -121,7 +116,7 @@ class Measurement {
     auto bench = bench_for(exploration, 0);
     if (!bench) return pass(bench.error());
     base_ = std::move(*bench);
-    const std::size_t labels = label_count(base_.material.features);
+    const std::size_t labels = classifier::find_classes(base_.material.features).labels.size();
     if (labels < 2)
       return fail({.code = Errc::invalid_argument,
                    .where = "labels",
@@ -311,14 +306,12 @@ class Measurement {
   Result<std::vector<Count>> count(const StudyCondition& arm, const Bench& bench,
                                    const Training& training) const {
     std::vector<Count> out;
-    std::size_t tested = 0;
     for (std::size_t s = 0; s < bench.plan.splits.size(); ++s) {
       auto one = count_split(arm, bench, training, s);
       if (!one) return pass(one.error());
       out.push_back(*one);
-      tested += one->tested;
     }
-    if (tested == 0)
+    if (std::ranges::none_of(out, [](const Count& c) { return c.tested > 0; }))
       return fail({.code = Errc::invalid_argument, .where = arm.name, .what = "nothing to test"});
     return out;
   }
