@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 
+#include "classifier/fabric/folds.hpp"
 #include "classifier/vote/novelty.hpp"
 #include "daemon/analysis/tradeoff/answer_timing.hpp"
 #include "daemon/base/text/format.hpp"
