@@ -4,28 +4,43 @@
 
 namespace weft::daemon::runs {
 
-bool update_prompt(NextPrompt& prompt, RunState state, const RunStatusUpdate& moment,
-                   std::chrono::nanoseconds now, std::int64_t& names_taken) {
+void OperatorPrompts::on_plan(std::int64_t run, const std::optional<recipes::StepPrompt>& first) {
+  entries_.erase(run);
+  if (first) entries_[run] = {*first};
+}
+
+const OperatorPrompt* OperatorPrompts::on_step(std::int64_t run, RunState state,
+                                               const RunStatusUpdate& moment,
+                                               std::chrono::nanoseconds now) {
   if (state == RunState::awaiting_operator && moment.requested) {
-    const auto& [ticket, requested] = *moment.requested;
-    prompt = {requested, "Q-" + std::to_string(++names_taken), ticket, now};
-    return true;
+    const auto& [ticket, prompt] = *moment.requested;
+    return &(entries_[run] = {prompt, "Q-" + std::to_string(++names_taken_), ticket, now});
   }
-  if (state != RunState::running) return false;
-  prompt.reset();
-  if (!moment.next_prompt) return false;
-  prompt = {*moment.next_prompt};
-  if (moment.next_prompt_in_s)
-    prompt->at = now + std::chrono::nanoseconds(std::llround(*moment.next_prompt_in_s * 1e9));
-  return false;
+  if (state != RunState::running) return nullptr;
+  on_plan(run, moment.next_prompt);
+  if (moment.next_prompt && moment.next_prompt_in_s)
+    entries_[run].at = now + std::chrono::nanoseconds(std::llround(*moment.next_prompt_in_s * 1e9));
+  return nullptr;
 }
 
-bool needs_people(RunState state) {
-  return state < RunState::pausing || state == RunState::awaiting_operator;
+void OperatorPrompts::on_state(std::int64_t run, RunState state) {
+  const bool needs_people = state < RunState::pausing || state == RunState::awaiting_operator;
+  if (!needs_people) entries_.erase(run);
 }
 
-Status check_confirmation(const NextPrompt& prompt, std::string_view step) {
-  const std::string open = prompt ? prompt->step : "";
+const OperatorPrompt* OperatorPrompts::find(std::int64_t run) const {
+  const auto found = entries_.find(run);
+  return found == entries_.end() ? nullptr : &found->second;
+}
+
+recipes::Ticket OperatorPrompts::ticket(std::int64_t run) const {
+  const OperatorPrompt* const prompt = find(run);
+  return prompt == nullptr ? 0 : prompt->ticket;
+}
+
+Status OperatorPrompts::check(std::int64_t run, std::string_view step) const {
+  const OperatorPrompt* const prompt = find(run);
+  const std::string open = prompt == nullptr ? "" : prompt->step;
   if (open == step) return {};
   return fail({.code = Errc::wrong_state,
                .where = "/params/step",

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -23,16 +24,28 @@ struct OperatorPrompt {
   std::optional<std::int64_t> at_us = {};  ///< the same by the machine's wall clock [UTC]
 };
 
-/// The prompt of a run that is open, or the next one.
-using NextPrompt = std::optional<OperatorPrompt>;
+/// At most one prompt for each run, by its number.
+class OperatorPrompts {
+ public:
+  /// `names_taken`: none of the names up to this one is given again.
+  explicit OperatorPrompts(std::int64_t names_taken = 0) : names_taken_(names_taken) {}
 
-/// The engine of a run reports, which is in `state` from now on. True: a prompt opens. Its name is
-/// a new one: `names_taken` of them have been given.
-bool update_prompt(NextPrompt& prompt, RunState state, const RunStatusUpdate& moment,
-                   std::chrono::nanoseconds now, std::int64_t& names_taken);
-/// False: a run in this state is on its way to its end, or held.
-bool needs_people(RunState state);
-/// Errors: wrong_state, when `step` does not name the open prompt.
-Status check_confirmation(const NextPrompt& prompt, std::string_view step);
+  /// The plan of a run is known: what it asks for first, if anything.
+  void on_plan(std::int64_t run, const std::optional<recipes::StepPrompt>& first);
+  /// The engine of a run reports, which is in `state` from now on. The prompt that opens, if any.
+  const OperatorPrompt* on_step(std::int64_t run, RunState state, const RunStatusUpdate& moment,
+                                std::chrono::nanoseconds now);
+  /// A run has changed to `state`: one that is on its way to its end needs no person.
+  void on_state(std::int64_t run, RunState state);
+  /// The open prompt, or the next; nothing without one.
+  [[nodiscard]] const OperatorPrompt* find(std::int64_t run) const;
+  [[nodiscard]] recipes::Ticket ticket(std::int64_t run) const;
+  /// Errors: wrong_state, when `step` does not name the open prompt.
+  [[nodiscard]] Status check(std::int64_t run, std::string_view step) const;
+
+ private:
+  std::map<std::int64_t, OperatorPrompt> entries_;
+  std::int64_t names_taken_;
+};
 
 }  // namespace weft::daemon::runs

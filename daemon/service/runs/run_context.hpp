@@ -31,8 +31,8 @@ struct RunView {
   StoredRun stored;
   RunStateMachine machine;
   std::optional<RunStatusUpdate> moment;
-  std::optional<LiveVoteUpdate> vote;  ///< the newest of its recipe's live votes
-  NextPrompt operator_prompt;          ///< the next human action
+  std::optional<LiveVoteUpdate> vote;             ///< the newest of its recipe's live votes
+  std::optional<OperatorPrompt> operator_prompt;  ///< the next human action
   std::size_t trials_done = 0;
   std::size_t trials_planned = 0;
   std::size_t attempts_rejected = 0;       ///< bad ones that were taken again

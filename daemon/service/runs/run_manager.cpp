@@ -52,7 +52,7 @@ void RunManager::load() {
   rig_ = *rig;
   // Each prompt has a line of the journal, so these names are new.
   if (const auto newest = store_.tail("", 1); newest && !newest->empty())
-    prompt_names_taken_ = newest->front().sequence;
+    prompts_ = OperatorPrompts(newest->front().sequence);
   RunChange change;
   std::vector<RunQueue::Run> waiting;
   for (const StoredRun& stored : *known) {
@@ -210,18 +210,16 @@ void RunManager::use_plan(Run& run, const PlanSummary& plan) {
   run.stored.disk_bytes = plan.disk_bytes;
   // A person has a terminal at it: what was not ordered takes as long as it takes.
   if (context_.one_run) run.limits.arming = run.limits.running = Deadlines::Duration::max();
-  run.operator_prompt.reset();
-  if (plan.first_prompt && !run.stored.resume) run.operator_prompt = {*plan.first_prompt};
+  prompts_.on_plan(run.number(), run.stored.resume ? std::nullopt : plan.first_prompt);
 }
 
 void RunManager::stage(Run& run, const RunStep& step, std::string_view by, RunChange& change) {
   const bool is_change = step.next.state != run.state();
   run.machine = step.next;
   if (step.order && executor_.run() == run.number())
-    executor_.give({*step.order, std::string(by),
-                    run.operator_prompt ? run.operator_prompt->ticket : recipes::Ticket{0}});
+    executor_.give({*step.order, std::string(by), prompts_.ticket(run.number())});
   if (!is_change) return;
-  if (!needs_people(step.next.state)) run.operator_prompt.reset();
+  prompts_.on_state(run.number(), step.next.state);
   if (step.lost) give_up(run, change);
   StoredRun& stored = run.stored;
   stored.state = step.next.state;
@@ -263,10 +261,13 @@ void RunManager::notify_ended(Run& run) {
 // was known.
 RunView RunManager::shown(const Run& run) const {
   RunView view = run;
-  using std::chrono::milliseconds;
-  if (NextPrompt& prompt = view.operator_prompt; prompt && prompt->at)
-    prompt->at_us =
-        std::chrono::duration_cast<milliseconds>(*prompt->at + wall_ahead()).count() * 1000;
+  if (const OperatorPrompt* const prompt = prompts_.find(run.number())) {
+    view.operator_prompt = *prompt;
+    using std::chrono::milliseconds;
+    if (prompt->at)
+      view.operator_prompt->at_us =
+          std::chrono::duration_cast<milliseconds>(*prompt->at + wall_ahead()).count() * 1000;
+  }
   if (view.is_over()) return view;
   const RunFacts& facts = run.stored;
   view.stored.facts() = {.bench_outcome = facts.bench_outcome, .bench_error = facts.bench_error};
@@ -344,8 +345,8 @@ void RunManager::tick() {
   const bool clock_was_set = std::chrono::abs(ahead - wall_ahead_) > set_otherwise;
   if (clock_was_set) wall_ahead_ = ahead;
   for (const auto& run : runs_) {
-    const bool is_timed = run->operator_prompt && run->operator_prompt->at;
-    if (clock_was_set && is_timed) notify(*run, "auto:clock");
+    const OperatorPrompt* const prompt = prompts_.find(run->number());
+    if (clock_was_set && prompt != nullptr && prompt->at) notify(*run, "auto:clock");
     std::erase_if(run->waiting, [](const auto& each) { return each.listener.expired(); });
     const RunStep step = on_time(run->machine, run->limits, context_.now());
     if (step.next.state != run->state()) apply(*run, step, "auto:deadline");

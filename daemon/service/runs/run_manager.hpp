@@ -199,7 +199,7 @@ class RunManager final : private RunReports {
   RunQueue queue_;
   RigState rig_;
   RepeatedStops repeated_stops_;
-  std::int64_t prompt_names_taken_ = 0;
+  OperatorPrompts prompts_;
   bool closing_ = false;
   bool disk_is_awaited_ = false;           ///< its folder or its space, without which no run begins
   std::chrono::nanoseconds wall_ahead_{};  ///< of the monotonic clock, when times were sent last

@@ -37,7 +37,7 @@ Status RunManager::commit_transition(Run& run, StoredRun stored, const RunStateM
   if (!persisted) return persisted;
   run.stored = std::move(stored);
   run.machine = machine;
-  if (!needs_people(machine.state)) run.operator_prompt.reset();
+  prompts_.on_state(run.number(), machine.state);
   notify_queue(by);
   return {};
 }
@@ -96,7 +96,7 @@ Result<RunView> RunManager::order(std::string_view id, Order order, std::string_
     return pass(std::move(refused), run.stored.id());
   }
   if (order == Order::confirm) {
-    if (Status ok = check_confirmation(run.operator_prompt, confirms); !ok) return pass(ok.error());
+    if (Status ok = prompts_.check(run.number(), confirms); !ok) return pass(ok.error());
     journal(id, "confirmed", by, {{"step", confirms}});  // before the rig may move
   }
   apply(run, *step, by);

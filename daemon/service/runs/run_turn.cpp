@@ -95,13 +95,13 @@ void RunManager::on_moment(std::int64_t number, const RunStatusUpdate& moment) {
   run.trials_planned = moment.planned;
   const RunStep step = on_step(run.machine, run.limits, moment.step, context_.now());
   RunChange change;
-  if (update_prompt(run.operator_prompt, step.next.state, moment, context_.now(),
-                    prompt_names_taken_))
+  if (const OperatorPrompt* const opened =
+          prompts_.on_step(number, step.next.state, moment, context_.now()))
     change.journal.push_back(line(run.stored.id(), "asked", by_recipe,
-                                  {{"step", run.operator_prompt->step},
-                                   {"text", run.operator_prompt->prompt.text},
-                                   {"trial", run.operator_prompt->prompt.trial},
-                                   {"people_s", run.operator_prompt->prompt.people_s}}));
+                                  {{"step", opened->step},
+                                   {"text", opened->prompt.text},
+                                   {"trial", opened->prompt.trial},
+                                   {"people_s", opened->prompt.people_s}}));
   apply(run, step, "auto:run", std::move(change));
 }
 

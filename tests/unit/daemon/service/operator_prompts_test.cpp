@@ -3,7 +3,6 @@
 #include "daemon/service/run_model/operator_prompts.hpp"
 
 #include <catch2/catch.hpp>
-#include <map>
 
 namespace operator_prompts_test {
 
@@ -23,29 +22,6 @@ RunStatusUpdate asking(recipes::Ticket ticket, const char* text) {
   moment.requested = recipes::PromptOperator{ticket, query(text)};
   return moment;
 }
-
-/// The prompts of several runs, as the run manager has them.
-struct OperatorPrompts {
-  explicit OperatorPrompts(std::int64_t names = 0) : names_taken(names) {}
-  bool on_step(std::int64_t run, RunState state, const RunStatusUpdate& moment,
-               std::chrono::nanoseconds now) {
-    return update_prompt(prompts[run], state, moment, now, names_taken);
-  }
-  void on_plan(std::int64_t run, const std::optional<recipes::StepPrompt>& first) {
-    prompts[run].reset();
-    if (first) prompts[run] = {*first};
-  }
-  void on_state(std::int64_t run, RunState state) {
-    if (!needs_people(state)) prompts[run].reset();
-  }
-  const OperatorPrompt* find(std::int64_t run) { return prompts[run] ? &*prompts[run] : nullptr; }
-  recipes::Ticket ticket(std::int64_t run) { return prompts[run] ? prompts[run]->ticket : 0; }
-  Status check(std::int64_t run, std::string_view step) {
-    return check_confirmation(prompts[run], step);
-  }
-  std::map<std::int64_t, NextPrompt> prompts;
-  std::int64_t names_taken;
-};
 
 }  // namespace
 
