@@ -354,7 +354,7 @@ class Measurement {
     const FeatureMatrix& features = base_.material.features;
     const auto number = [](std::size_t n) { return static_cast<double>(n); };
     out_.facts = {{"trials", number(features.size())},
-                  {"labels", number(label_count(features))},
+                  {"labels", number(classifier::find_classes(features).labels.size())},
                   {"features", number(features.names.size())},
                   {"split", base_.plan.words},
                   {"splits", number(base_.plan.splits.size())},
