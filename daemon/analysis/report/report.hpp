@@ -63,8 +63,6 @@ bool is_report_json(std::string_view text);
 std::string report_json(const ReportInput& input);
 std::string report_html(const ReportInput& input);
 
-// The parts that report.json and the command line's --json have in common, in one shape.
-
 // How a campaign was simulated, in words: for the terminal, the page and report.json.
 
 /// "Simulated at level L1 3.072 ms because the scene needs a wrench and taxel counts; error against
@@ -75,6 +73,8 @@ std::string sentence(const SimulationNote& note);
 std::vector<std::string> error_lines(const SimulationNote& note);
 /// Both for a terminal: at most 80 columns, each line ends with a newline.
 std::string simulation_text(const SimulationNote& note);
+
+// What report.json and the command line's --json have in common, in one shape.
 
 /// Accuracy, interval and its method, accuracy of each split, times, and the confusion matrix as
 /// {"labels": [...], "count": [[...]]}: a row per true label, a column per answer.

@@ -116,6 +116,7 @@ std::string lead(const ReportInput& input) {
   return out + ".</p>\n";
 }
 
+/// On paper: the campaign's name and its bench at the head of every page.
 std::string paper_style(const ReportInput& input) {
   std::string bench(bench_name(input.dataset.info.kind));
   if (const std::string incomplete = format_incomplete(input.run); !incomplete.empty())
@@ -126,6 +127,7 @@ std::string paper_style(const ReportInput& input) {
          "@bottom-right{content:counter(page) \" / \" counter(pages);font:8pt sans-serif}}\n";
 }
 
+/// Title, honesty note, tiles.
 std::string heading_section(const ReportInput& input) {
   const BenchKind kind = input.dataset.info.kind;
   std::string out = "<header>" + badge_html(input) + "\n<h1>Campaign " + escape(input.run.name) +
@@ -157,6 +159,7 @@ std::string found_problems(const VerifyReport& report) {
   return out;
 }
 
+/// Of a report made afterwards.
 std::string certificate_section(const ReportInput& input) {
   if (input.verified == nullptr) return {};
   const VerifyReport& report = *input.verified;

@@ -16,6 +16,8 @@ using classifier::VoteKind;
 
 constexpr std::array<std::string_view, 7> family_names = {
     "features", "learner", "slide", "speed", "exploration", "vote", "stop"};  // as TradeoffFamily
+constexpr std::size_t family_count = static_cast<std::size_t>(TradeoffFamily::stop) + 1;
+static_assert(family_names.size() == family_count);
 
 constexpr std::array<std::size_t, 7> feature_counts = {1, 2, 5, 10, 20, 40, 80};
 constexpr std::array slides_s = {0.5, 1.0, 2.0, 4.0, 8.0, 16.0};
@@ -57,6 +59,7 @@ class Planner {
                                 &Planner::add_slides,       &Planner::add_speeds,
                                 &Planner::add_explorations, &Planner::add_votes,
                                 &Planner::add_stops};  // in the order of TradeoffFamily
+    static_assert(adders.size() == family_count);
     const std::string why = (this->*adders.at(static_cast<std::size_t>(family)))();
     if (out_.arms.size() == before) out_.left_out.emplace_back(family_, why);
   }

@@ -1,5 +1,6 @@
 #pragma once
-// Where a command writes: people's text or one JSON object on `out`, errors and progress on `err`.
+// Where a command writes: people's text or one JSON object on `out`, errors and progress on `err`;
+// tables of text.
 
 #include <exception>
 #include <iosfwd>

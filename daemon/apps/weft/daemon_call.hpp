@@ -48,7 +48,7 @@ Result<nlohmann::json> call(client::Client& daemon, std::string_view method,
 
 /// A run for people, with what a person is asked for.
 std::string format_run(const nlohmann::json& run);
-/// Prints a run, as it is or as a failed call left it.
+/// Prints a run; passes on the error of a call that failed.
 Result<int> print_run(const Result<nlohmann::json>& run, Console& console);
 
 struct LeaseRequest {

@@ -17,6 +17,7 @@ using classifier::Learner;
 using classifier::LearnerEvaluation;
 
 // "every" leaves cores-best out: best tries the same candidates and three more kinds.
+/// Of the words of --learner; every is all but cores-best.
 Result<std::vector<Learner>> parse_learners(const std::vector<std::string>& words) {
   std::vector<Learner> out;
   for (const std::string& word : words) {

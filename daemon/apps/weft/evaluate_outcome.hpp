@@ -19,7 +19,7 @@ namespace weft::daemon::cli {
 struct SplitChoice {
   std::vector<std::string> train_groups;
   std::vector<std::string> test_groups;
-  double train_fraction = 0.0;  ///< 0: by groups
+  double train_fraction = 0.0;  ///< 0: by groups, or what suits the data set
   bool leave_one_group_out = false;
 };
 /// `fraction` and `leave_out` say what the last two are for.
@@ -75,7 +75,7 @@ bool is_choice(classifier::Learner learner);
 Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen);
 
 /// Features of one trial: mean over up to 16, each extracted once before, as its tables are made by
-/// then. 0 where features were not of whole single trials.
+/// then, on one thread [s]. 0 where features were not of whole single trials, or fail.
 double seconds_of_features(const TrialChoice& choice, const ChosenTrials& chosen,
                            const classifier::SecondsNow& seconds_now);
 

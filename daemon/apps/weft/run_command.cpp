@@ -256,6 +256,14 @@ int unconcluded(const CampaignSummary& s, Console& console) {
   return exit_failure;
 }
 
+/// The data set is given back before anything else is read.
+Result<CampaignReport> report_of(const RunArgs& args, const CampaignSummary& summary,
+                                 Console& console) {
+  const Result<Dataset> dataset = read_hdf5(summary.dataset_file);
+  if (!dataset) return pass(dataset.error());
+  return write_report(summary, *dataset, args.out / "report.html", args.repeats, {}, console);
+}
+
 /// Classifies and reports what is complete. What is missing costs the exit status, not the data.
 Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, Console& console) {
   const int recorded = is_complete(summary) ? exit_ok : exit_failure;
@@ -266,10 +274,7 @@ Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, Consol
     print(console, summary_text(summary), summary_json(summary));
     return recorded;
   }
-  const Result<Dataset> dataset = read_hdf5(summary.dataset_file);
-  if (!dataset) return pass(dataset.error());
-  const Result<CampaignReport> report =
-      write_report(summary, *dataset, args.out / "report.html", args.repeats, {}, console);
+  const Result<CampaignReport> report = report_of(args, summary, console);
   if (!report) return pass(report.error());
   if (!is_complete(summary))
     console.err << "weft: the campaign is not complete (" << format_incomplete(summary)

@@ -60,6 +60,7 @@ void add_options(CLI::App& command, TokenRemoveArgs& args) {
   add_file(command, args.file);
 }
 
+/// Makes a token for TCP and prints it, once.
 Result<int> run_token_add(const TokenAddArgs& args, Console& console) {
   constexpr std::int64_t day_us = 86'400'000'000;
   const std::int64_t expires_us = utc_us() + args.days * day_us;
@@ -77,6 +78,7 @@ Result<int> run_token_add(const TokenAddArgs& args, Console& console) {
   return exit_ok;
 }
 
+/// Names, roles and until when each is good: the file knows no more of a token.
 Result<int> run_token_list(const TokenListArgs& args, Console& console) {
   const auto tokens = access::TokenFile::load(args.file);
   if (!tokens) return pass(tokens.error());
@@ -95,6 +97,7 @@ Result<int> run_token_list(const TokenListArgs& args, Console& console) {
   return exit_ok;
 }
 
+/// Takes a token away: within a second or so it is good for nothing more.
 Result<int> run_token_remove(const TokenRemoveArgs& args, Console& console) {
   const Status changed = access::TokenFile::change(
       args.file, access::TokenFile::Wait::until_free,
@@ -141,6 +144,7 @@ void add_options(CLI::App& command, PageArgs& args) {
   add_count(command, "--days", args.days, 1, most_days, "how long the link is good for");
 }
 
+/// Has the daemon make a token, and prints the link that opens its page with it.
 Result<int> run_page(client::Client& daemon, const PageArgs& args, Console& console) {
   const auto info = call(daemon, "system.info");
   if (!info) return pass(info.error());

@@ -1,5 +1,6 @@
 #pragma once
-// The device's end of a link: it waits for a host at the place that the rig file names.
+// The device's end of a link: it waits for hosts at the place that the rig file names, on a
+// terminal, UDP or TCP, one host or several.
 
 #include <functional>
 #include <map>

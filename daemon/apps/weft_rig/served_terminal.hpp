@@ -13,7 +13,8 @@ namespace weft::daemon {
 /// gone, as with a serial adapter; plugged in again, another terminal is at the same path.
 ///
 /// As on a serial port, what the device says while nobody has the terminal open is lost, and so is
-/// what the last host left unread; settings of the line last. Who opens it when nobody has it open
+/// what the last host left unread; settings of the line last. Made by plugged_in(): there is no
+/// terminal before set_plugged(true), whose errors are io. Who opens it when nobody has it open
 /// is a new host. A host that does not read gets what the system holds for it, about 20 kB, in
 /// whole messages.
 class ServedTerminal final : public ServedPlace {

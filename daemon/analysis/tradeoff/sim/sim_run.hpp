@@ -42,7 +42,8 @@ struct SimTrace {
   std::vector<std::array<std::uint16_t, sim::pad_count>> pads;  ///< per sample; see sim_pads.hpp
 };
 
-/// A case with its setting, checked by make(), so that setting up is not timed with the run.
+/// A case with its setting, checked, so that setting up is not timed with the run. run() takes only
+/// one that make() gave.
 struct SimRunner {
   const SimCase* one;
   SimSetting setting;

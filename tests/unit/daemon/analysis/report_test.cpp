@@ -3,8 +3,10 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
 #include "daemon/analysis/report/paper.hpp"
@@ -115,6 +117,10 @@ TEST_CASE("the trial shown is the one of median force error") {
 TEST_CASE("cores shown begin with the paper's pairs, in whichever order they are named") {
   const auto lines = core_lines(campaign().results[0].find(Reduction::pvalue)->model);
   REQUIRE(lines.size() == 3);
+  const std::set<std::string_view> named{"knitwear1", "wool"};
+  CHECK(std::ranges::any_of(lines, [&](const CoreLine& line) {
+    return std::set<std::string_view>{line.a, line.b} == named;
+  }));
   const auto shown = shown_cores(lines, 3);
   REQUIRE(shown.size() == 3);
   CHECK(paper_core(shown[0])->inputs == 2);
