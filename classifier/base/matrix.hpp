@@ -60,7 +60,7 @@ inline std::vector<std::size_t> numbers_below(std::size_t count) {
   return out;
 }
 
-/// Place of the largest of the values, at least one; the lowest of several.
+/// Place of the largest of the values; the lowest of several, 0 of none.
 template <class Values>
 std::size_t place_of_largest(const Values& values) {
   return static_cast<std::size_t>(std::ranges::max_element(values) - std::ranges::begin(values));

@@ -85,15 +85,15 @@ Status check_feature(double value, const std::string& where) {
                .expected = "magnitudes up to 2.2e307"});
 }
 
-Status check_length(std::span<const double> values, std::size_t expected, std::string where,
-                    std::string hint) {
+Status check_length(std::span<const double> values, std::size_t expected, std::string_view where,
+                    std::string_view hint) {
   if (values.size() == expected) return {};
   return fail({.code = Errc::invalid_argument,
-               .where = std::move(where),
+               .where = std::string(where),
                .what = "wrong number of features",
                .expected = std::to_string(expected),
                .got = std::to_string(values.size()),
-               .hint = std::move(hint)});
+               .hint = std::string(hint)});
 }
 
 Status check_features(std::span<const double> values, std::span<const std::string> names) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "classifier/base/matrix.hpp"
@@ -63,8 +64,8 @@ Status check_features(std::span<const double> values, std::span<const std::strin
 inline constexpr const char* another_sensor = "Was the model trained for another sensor?";
 
 /// Refuses a vector that has not the number of features that something trained, `where`, takes.
-Status check_length(std::span<const double> values, std::size_t expected, std::string where,
-                    std::string hint = {});
+Status check_length(std::span<const double> values, std::size_t expected, std::string_view where,
+                    std::string_view hint = {});
 
 /// Refuses sizes that disagree and what check_feature() refuses (named by file and feature).
 Status check(const FeatureMatrix& matrix);

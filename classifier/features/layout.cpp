@@ -27,6 +27,7 @@ constexpr std::array<BlockText, 15> block_texts = {{{"mean.P", "F_mean^P", "coun
                                                     {"m5", "F_5th", "count^5"},
                                                     {"Hfrq", "F_H.frq", "count"},
                                                     {"Sh", "F_S.h", "count"}}};
+static_assert(block_texts.size() == static_cast<std::size_t>(Block::sh) + 1);
 
 const BlockText& text_of(Block block) {
   return block_texts[static_cast<std::size_t>(block)];

@@ -2,7 +2,6 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -44,15 +43,19 @@ Status check_training(const Matrix& rows, std::span<const std::size_t> of_row,
 
 namespace {
 
-// Class of the largest inner product with the row, whose last value is the bias's one; the lowest
-// of several. Nothing where a product is not finite.
-std::optional<std::size_t> answer(const Matrix& weight, std::span<const double> row) {
+// Class of the largest inner product of its weights with `input(k)` for every column k but the
+// last, which is the bias and is added last; the lowest of several. Nothing where a product is not
+// finite.
+template <class Input>
+std::optional<std::size_t> answer(const Matrix& weight, const Input& input) {
+  const std::size_t inputs = weight.cols() - 1;
   std::size_t best = 0;
   double largest = 0.0;
   for (std::size_t c = 0; c < weight.rows(); ++c) {
     double product = 0.0;
     const auto w = weight.row(c);
-    for (std::size_t k = 0; k < row.size(); ++k) product += w[k] * row[k];
+    for (std::size_t k = 0; k < inputs; ++k) product += w[k] * input(k);
+    product += w[inputs];
     if (!std::isfinite(product)) return std::nullopt;
     if (c > 0 && product <= largest) continue;
     best = c;
@@ -64,11 +67,10 @@ std::optional<std::size_t> answer(const Matrix& weight, std::span<const double> 
 }  // namespace
 
 Result<std::size_t> LinearRule::classify(std::span<const double> features) const {
-  const std::size_t inputs = weight_.cols() - 1;
-  if (auto ok = check_length(features, inputs, "linear rule"); !ok) return pass(ok.error());
-  std::vector<double> row(weight_.cols(), 1.0);
-  for (std::size_t k = 0; k < inputs; ++k) row[k] = scaler_.apply(k, features[k]);
-  if (const auto best = answer(weight_, row)) return *best;
+  if (auto ok = check_length(features, weight_.cols() - 1, "linear rule"); !ok)
+    return pass(ok.error());
+  const auto scaled_input = [&](std::size_t k) { return scaler_.apply(k, features[k]); };
+  if (const auto best = answer(weight_, scaled_input)) return *best;
   return fail({.code = Errc::range,
                .where = "linear rule",
                .what = "a product is not finite",
@@ -88,14 +90,17 @@ void add(std::span<double> weight, double factor, std::span<const double> row) {
   for (std::size_t k = 0; k < row.size(); ++k) weight[k] += factor * row[k];
 }
 
+// Products are finite: rows are up to 1e100 (check_training()), `c` up to 1e6 (train_kesler()) and
+// most_rounds below 2^64.
 std::size_t one_round(const Matrix& rows, std::span<const std::size_t> of_row, double c,
                       Matrix& weight) {
   std::size_t mistakes = 0;
   for (std::size_t r = 0; r < rows.rows(); ++r) {
-    const std::size_t predicted_as = *answer(weight, rows.row(r));  // finite: see check_training()
+    const auto row = rows.row(r);
+    const std::size_t predicted_as = answer(weight, [&](std::size_t k) { return row[k]; }).value();
     if (predicted_as == of_row[r]) continue;
-    add(weight.row(of_row[r]), c, rows.row(r));
-    add(weight.row(predicted_as), -c, rows.row(r));
+    add(weight.row(of_row[r]), c, row);
+    add(weight.row(predicted_as), -c, row);
     ++mistakes;
   }
   return mistakes;
@@ -286,8 +291,12 @@ Result<LinearRule> train_least_squares(const Matrix& rows, std::span<const std::
 }
 
 std::string_view to_string(Separability verdict) {
-  constexpr std::array<std::string_view, 3> names{"separable", "not separable", "undecided"};
-  return names.at(static_cast<std::size_t>(verdict));
+  constexpr NameTable<Separability, 3> names = {{
+      {Separability::separable, "separable"},
+      {Separability::not_separable, "not separable"},
+      {Separability::undecided, "undecided"},
+  }};
+  return name_in(names, verdict);
 }
 
 Result<SeparabilityOutcome> separability(const Matrix& rows, std::span<const std::size_t> of_row,

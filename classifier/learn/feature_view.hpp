@@ -1,6 +1,6 @@
 #pragma once
-// How a learner sees the features: as they are, compressed, or by their rank among training values,
-// as a share or as a normal score.
+// Scaling to zero mean and unit deviation, and how a learner sees the features: as they are,
+// compressed, or by their rank among training values, as a share or as a normal score.
 
 #include <span>
 #include <string_view>

@@ -1,5 +1,6 @@
 #pragma once
-// The two solvers behind one face: our own for small dense problems, libsvm for everything else.
+// Squared distances and the radial basis function on them, and two solvers behind one interface:
+// our own for small dense problems, libsvm for everything else.
 
 #include <cstddef>
 #include <optional>

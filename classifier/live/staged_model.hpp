@@ -1,6 +1,7 @@
 #pragma once
-// A model for votes while a slide goes on: one trained machine for each of several lengths of
-// slide. What a feature is worth changes with the length of the motion it is computed from, so one
+// A model for votes while a slide goes on, its file, the voter that evaluates it as frames come,
+// and the rule for when a vote is sure. There is one trained machine for each of several lengths of
+// slide: what a feature is worth changes with the length of the motion it is computed from, so one
 // machine for all lengths knows each of them less well (classifier/README.md, "While the slide goes
 // on").
 

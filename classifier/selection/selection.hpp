@@ -1,5 +1,6 @@
 #pragma once
-// Which features tell two fabrics apart: section III-D of Khan et al. 2016.
+// Which features tell two fabrics apart (section III-D of Khan et al. 2016), and the principal
+// components that section IV-B compares with.
 
 #include <cstddef>
 #include <span>
@@ -10,8 +11,7 @@
 
 namespace weft::classifier {
 
-// Principal components of one core's scaled training rows: what section IV-B of Khan et al. 2016
-// compares with.
+// Principal components of one core's scaled training rows.
 
 struct PcaBasis {
   Matrix axes;  ///< [components x features], orthonormal rows, largest variance first

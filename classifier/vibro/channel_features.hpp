@@ -1,5 +1,6 @@
 #pragma once
-// The ten numbers of one channel of one window, and the one of its whole spectrum.
+// The ten numbers of one channel of one window, the mean amplitude of its whole spectrum, and its
+// power in sixteen bands of frequency.
 
 #include <array>
 #include <cstddef>
@@ -83,6 +84,7 @@ enum class FrameFeature {
   zcr,         ///< mean over the frames of sign changes per sample
 };
 inline constexpr std::size_t figure_count = 10;
+static_assert(static_cast<std::size_t>(FrameFeature::zcr) == figure_count - 1);
 using ChannelFeatures = std::array<double, figure_count>;
 
 /// "MEAN", "STD" ... "ZCR", in the order of the enumeration.

@@ -1,5 +1,6 @@
 #pragma once
-// A recording of several channels of different rates, and the windows that are cut from it.
+// A recording of several channels of different rates, the windows that are cut from it, and the
+// sets of features of the 2023 paper with their names and units.
 
 #include <cstddef>
 #include <cstdint>
@@ -12,8 +13,6 @@
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier::vibro {
-
-// The sets of features of the 2023 paper, their names and units.
 
 /// One source of samples.
 struct Channel {

@@ -1,5 +1,6 @@
 #pragma once
-// A probability per fabric from the decision values of the cores.
+// A probability per fabric from the decision values of the cores: decisions on training trials held
+// out, the sigmoids fitted to them, and the coupling of pairs.
 
 #include <cstddef>
 #include <span>

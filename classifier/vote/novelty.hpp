@@ -1,5 +1,6 @@
 #pragma once
-// "None of these": how strange a trial is, measured against training trials that were left out.
+// Where every class lies in feature space, and "none of these": how strange a trial is, measured
+// against training trials that were left out.
 
 #include <array>
 #include <cstddef>

@@ -10,7 +10,6 @@
 #include <limits>
 #include <optional>
 #include <utility>
-
 #endif
 
 namespace weft::classifier::vibro {

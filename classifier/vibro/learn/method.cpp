@@ -28,6 +28,7 @@ constexpr NameTable<Method, 12> method_names = {{
 }};
 
 struct LearnerFunctions {
+  Method method;
   Result<ClassifierPtr> (*fit)(const Training& training, const MethodOptions& options);
   ClassifierPtr (*read)(LineReader& in, std::size_t features, std::size_t classes);
 };
@@ -43,21 +44,27 @@ Result<ClassifierPtr> fit_own(const Training& training, const MethodOptions& opt
   return fit_fabric(training, learner, options);
 }
 
-// In the order of the enumeration.
 constexpr std::array<LearnerFunctions, method_names.size()> learners = {{
-    {fit_naive_bayes, read_naive_bayes},
-    {fit_neighbours, read_neighbours},
-    {fit_tree, read_trees},
-    {fit_forest, read_trees},
-    {fit_svm, read_svm},
-    {fit_logistic, read_logistic},
-    {fit_layers<1>, read_network},
-    {fit_layers<2>, read_network},
-    {fit_xgb, read_boosted},
-    {fit_xgbrf, read_boosted},
-    {fit_own<Learner::lda>, read_fabric},
-    {fit_own<Learner::all>, read_fabric},
+    {Method::nb, fit_naive_bayes, read_naive_bayes},
+    {Method::knn, fit_neighbours, read_neighbours},
+    {Method::tree, fit_tree, read_trees},
+    {Method::forest, fit_forest, read_trees},
+    {Method::svm, fit_svm, read_svm},
+    {Method::logistic, fit_logistic, read_logistic},
+    {Method::nn, fit_layers<1>, read_network},
+    {Method::mlp2, fit_layers<2>, read_network},
+    {Method::xgb, fit_xgb, read_boosted},
+    {Method::xgbrf, fit_xgbrf, read_boosted},
+    {Method::lda, fit_own<Learner::lda>, read_fabric},
+    {Method::cores, fit_own<Learner::all>, read_fabric},
 }};
+static_assert(
+    [] {
+      for (std::size_t i = 0; i < learners.size(); ++i)
+        if (learners[i].method != static_cast<Method>(i)) return false;
+      return true;
+    }(),
+    "learners are in the order of Method");
 
 Status check_training(const Training& training) {
   const Matrix& rows = *training.rows;
