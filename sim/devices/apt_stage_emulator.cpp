@@ -1,5 +1,5 @@
-// Conversation: who is addressed, what is answered. Motion is in apt_stage_motion.cpp, what the
-// counters and the status word say in apt_stage_status.cpp.
+// Conversation: who is addressed, what is answered. Motion, the counters and the status word are
+// in apt_stage_motion.cpp.
 #include "sim/devices/apt_stage_emulator.hpp"
 
 #include <algorithm>

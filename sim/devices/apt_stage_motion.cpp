@@ -1,4 +1,4 @@
-// Motion commands of the APT stage, and what is said at their ends.
+// Motion commands of the APT stage, what is sent at their ends, the counters and the status word.
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,7 @@
 #pragma once
-// An ATI Net F/T box: RDT requests in, records out, one datagram a call. Source:
-// docs/reference/device-facts.md, Net F/T stream and Net F/T status word.
+// An ATI Net F/T box: RDT requests in, records out, one datagram a call; its command port and its
+// web pages. Source: docs/reference/device-facts.md, Net F/T stream, Net F/T status word and Net
+// F/T pages.
 
 #include <array>
 #include <cstdint>
@@ -141,11 +142,8 @@ class RdtEmulator final : public ForceEmulator {
   std::optional<TimePoint> jumped_, latched_by_;  ///< onset of the fault that was carried out
 };
 
-// The HTTP port of a Net F/T box: its settings and calibration pages. Source:
-// docs/reference/device-facts.md, Net F/T pages.
-
-/// One connection: READFT, READCALINFO, WRITETRANSFORM and WRITECONDITION (WRITETHRESHOLD in newer
-/// manuals). Other commands are not answered.
+/// The command port, one connection: READFT, READCALINFO, WRITETRANSFORM and WRITECONDITION
+/// (WRITETHRESHOLD in newer manuals). Other commands are not answered.
 class NetftCommandEmulator final : public ClientEmulator {
  public:
   /// `box` is asked at each request; nullptr: the box is off, and nothing is answered.
@@ -160,8 +158,8 @@ class NetftCommandEmulator final : public ClientEmulator {
   Bytes waiting_;
 };
 
-/// One connection, one answer; in memory, where there are no connections, what comes after an
-/// answer is of the next. Pages: /netftapi2.xml (with "index=n", of that configuration),
+/// The HTTP port: one connection, one answer; in memory, where there are no connections, what comes
+/// after an answer is of the next. Pages: /netftapi2.xml (with "index=n", of that configuration),
 /// /netftcalapi.xml; those of NetftSettings, which send on to a page for people;
 /// /rundata.cgi?cmd=bias, also setuserbias and clearuserbias; / (a word of welcome).
 class NetftPageEmulator final : public ClientEmulator {

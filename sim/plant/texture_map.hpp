@@ -1,8 +1,9 @@
 #pragma once
-// What the surface does to a pad: the average of e^{h/lambda} over its disc, on a 50 um grid,
-// computed in square tiles only where a pad goes. Divided by the mean over the whole cloth, so that
-// a smooth cloth gives 1. The disc is made of square cells: its transfer function is within
-// 0.7 % of full scale of the true disc's. Source: docs/reference/plant.md, Pads on a surface.
+// What the surface does to the pads: PadBed has the pressure of all 16 at their conversions,
+// TextureMap the average of e^{h/lambda} over a pad's disc, on a 50 um grid, computed in square
+// tiles only where a pad goes. Divided by the mean over the whole cloth, so that a smooth cloth
+// gives 1. The disc is made of square cells: its transfer function is within 0.7 % of full scale of
+// the true disc's. Source: docs/reference/plant.md, Pads on a surface.
 
 #include <array>
 #include <climits>

@@ -17,34 +17,101 @@ constexpr double array_corner_m = 25.3e-3;  // half the diagonal of 128 x 128 ta
 constexpr double largest_turn_rad = 0.2;    // laid on by hand [E]
 constexpr double tooth_tip_m = 0.2e-3;      // radius that rounds a tooth's tip [E]
 
-constexpr auto objects = [] {
-  using enum ObjectClass;
-  using enum Pattern;
-  // name, class, pattern, pitch x and y, radius, depth, irregularity, roughness, bow, compliance,
-  // E*
-  return std::array{
-      // stiff conductive foam; unetched printed circuit board; rubber sheet under air: nearly the
-      // same pressure everywhere
-      ObjectSpec{"PLANE1", planar, none, 0, 0, 0, 0, 0, 12e-6, 0, 4e-9, 1e6},
-      ObjectSpec{"PLANE2", planar, none, 0, 0, 0, 0, 0, 2e-6},
-      ObjectSpec{"PLANE3", planar, none, 0, 0, 0, 0, 0, 5e-6, 0, 1e-6, 20e3},
-      ObjectSpec{"RASP1", rasp, parallelogram, 3.4e-3, 4.0e-3, 1.3e-3, 1.2e-3, 0.10, 5e-6},
-      ObjectSpec{"RASP2", rasp, parallelogram, 3.4e-3, 4.0e-3, 1.1e-3, 0.9e-3, 0.14, 8e-6},
-      ObjectSpec{"RASP3", rasp, parallelogram, 2.4e-3, 3.2e-3, 0.9e-3, 0.7e-3, 0.10, 5e-6},
-      // aluminium, square grid; aluminium, hexagonal; thick block of hard plastic: the glass under
-      // the array bends
-      ObjectSpec{"SCREEN1", screen, square, 6.8e-3, 6.8e-3, 2.6e-3, 1.0e-3, 0, 5e-6},
-      ObjectSpec{"SCREEN2", screen, hexagonal, 4.9e-3, 4.9e-3 * half_root_3, 1.7e-3, 1.0e-3, 0,
-                 5e-6},
-      ObjectSpec{"SCREEN3", screen, hexagonal, 5.2e-3, 5.2e-3 * half_root_3, 1.4e-3, 3.0e-3, 0,
-                 3e-6, 0.15e-3},
-      // cuff, wool; sweater, acrylic; scarf
-      ObjectSpec{"KNIT1", knit, rib, 1.6e-3, 1.2e-3, 0.45e-3, 0.7e-3, 0.10, 20e-6, 0, 12e-9, 0.3e6},
-      ObjectSpec{"KNIT2", knit, stocking, 2.2e-3, 1.7e-3, 0.55e-3, 0.6e-3, 0.08, 20e-6, 0, 9e-9,
-                 0.4e6},
-      ObjectSpec{"KNIT3", knit, garter, 2.6e-3, 1.6e-3, 0.6e-3, 0.9e-3, 0.10, 25e-6, 0, 10e-9,
-                 0.35e6}};
-}();
+constexpr std::array objects{
+    ObjectSpec{.name = "PLANE1",  // stiff conductive foam
+               .roughness_m = 12e-6,
+               .compliance_m_pa = 4e-9,
+               .modulus_pa = 1e6},
+    ObjectSpec{.name = "PLANE2", .roughness_m = 2e-6},  // unetched printed circuit board
+    ObjectSpec{.name = "PLANE3",  // rubber sheet under air: nearly the same pressure everywhere
+               .roughness_m = 5e-6,
+               .compliance_m_pa = 1e-6,
+               .modulus_pa = 20e3},
+    ObjectSpec{.name = "RASP1",
+               .object_class = ObjectClass::rasp,
+               .pattern = Pattern::parallelogram,
+               .pitch_x_m = 3.4e-3,
+               .pitch_y_m = 4.0e-3,
+               .radius_m = 1.3e-3,
+               .depth_m = 1.2e-3,
+               .irregularity = 0.10,
+               .roughness_m = 5e-6},
+    ObjectSpec{.name = "RASP2",
+               .object_class = ObjectClass::rasp,
+               .pattern = Pattern::parallelogram,
+               .pitch_x_m = 3.4e-3,
+               .pitch_y_m = 4.0e-3,
+               .radius_m = 1.1e-3,
+               .depth_m = 0.9e-3,
+               .irregularity = 0.14,
+               .roughness_m = 8e-6},
+    ObjectSpec{.name = "RASP3",
+               .object_class = ObjectClass::rasp,
+               .pattern = Pattern::parallelogram,
+               .pitch_x_m = 2.4e-3,
+               .pitch_y_m = 3.2e-3,
+               .radius_m = 0.9e-3,
+               .depth_m = 0.7e-3,
+               .irregularity = 0.10,
+               .roughness_m = 5e-6},
+    ObjectSpec{.name = "SCREEN1",  // aluminium, square grid
+               .object_class = ObjectClass::screen,
+               .pattern = Pattern::square,
+               .pitch_x_m = 6.8e-3,
+               .pitch_y_m = 6.8e-3,
+               .radius_m = 2.6e-3,
+               .depth_m = 1.0e-3,
+               .roughness_m = 5e-6},
+    ObjectSpec{.name = "SCREEN2",  // aluminium, hexagonal
+               .object_class = ObjectClass::screen,
+               .pattern = Pattern::hexagonal,
+               .pitch_x_m = 4.9e-3,
+               .pitch_y_m = 4.9e-3 * half_root_3,
+               .radius_m = 1.7e-3,
+               .depth_m = 1.0e-3,
+               .roughness_m = 5e-6},
+    ObjectSpec{.name = "SCREEN3",  // thick block of hard plastic: the glass under the array bends
+               .object_class = ObjectClass::screen,
+               .pattern = Pattern::hexagonal,
+               .pitch_x_m = 5.2e-3,
+               .pitch_y_m = 5.2e-3 * half_root_3,
+               .radius_m = 1.4e-3,
+               .depth_m = 3.0e-3,
+               .roughness_m = 3e-6,
+               .bow_m = 0.15e-3},
+    ObjectSpec{.name = "KNIT1",  // cuff, wool
+               .object_class = ObjectClass::knit,
+               .pattern = Pattern::rib,
+               .pitch_x_m = 1.6e-3,
+               .pitch_y_m = 1.2e-3,
+               .radius_m = 0.45e-3,
+               .depth_m = 0.7e-3,
+               .irregularity = 0.10,
+               .roughness_m = 20e-6,
+               .compliance_m_pa = 12e-9,
+               .modulus_pa = 0.3e6},
+    ObjectSpec{.name = "KNIT2",  // sweater, acrylic
+               .object_class = ObjectClass::knit,
+               .pattern = Pattern::stocking,
+               .pitch_x_m = 2.2e-3,
+               .pitch_y_m = 1.7e-3,
+               .radius_m = 0.55e-3,
+               .depth_m = 0.6e-3,
+               .irregularity = 0.08,
+               .roughness_m = 20e-6,
+               .compliance_m_pa = 9e-9,
+               .modulus_pa = 0.4e6},
+    ObjectSpec{.name = "KNIT3",  // scarf
+               .object_class = ObjectClass::knit,
+               .pattern = Pattern::garter,
+               .pitch_x_m = 2.6e-3,
+               .pitch_y_m = 1.6e-3,
+               .radius_m = 0.6e-3,
+               .depth_m = 0.9e-3,
+               .irregularity = 0.10,
+               .roughness_m = 25e-6,
+               .compliance_m_pa = 10e-9,
+               .modulus_pa = 0.35e6}};
 
 /// Height of one tooth, hole or stitch against its neighbours: the same at every press.
 double feature_offset(const ObjectSpec& object, double column, double row) {

@@ -1,6 +1,6 @@
 #pragma once
-// From a quantity in every step to the readings of one sensor axis: low-pass, sampling at the
-// sensor's own period, noise, range, quantum.
+// An oscillator advanced exactly, and from a quantity in every step to the readings of one sensor
+// axis: low-pass, sampling at the sensor's own period, noise, range, quantum.
 
 #include <array>
 #include <cstdint>
