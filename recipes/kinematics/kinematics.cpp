@@ -1,11 +1,14 @@
 #include "recipes/kinematics/kinematics.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
 
 namespace weft::recipes {
 namespace {
+
+constexpr double quarter_turn = std::numbers::pi / 2;
 
 /// Rotation in a plane by `angle`, counter-clockwise: (a, b) -> (c a - s b, s a + c b).
 std::array<double, 2> turned(double a, double b, double angle) {
@@ -72,7 +75,6 @@ ProbePose forward(const Geometry& geometry, const Joints& joints) {
 }
 
 Result<Joints> inverse(const Geometry& geometry, const ProbePose& pose) {
-  constexpr double quarter_turn = std::numbers::pi / 2;
   if (!finite(pose) || std::abs(pose.tilt_x_rad) >= quarter_turn ||
       std::abs(pose.tilt_y_rad) >= quarter_turn)
     return unusable("the probe pose is not usable",
@@ -127,6 +129,23 @@ double angle_between(const Direction& a, const Direction& b) {
   const double cross =
       std::hypot(a.v * b.up - a.up * b.v, a.up * b.u - a.u * b.up, a.u * b.v - a.v * b.u);
   return std::atan2(cross, a.u * b.u + a.v * b.v + a.up * b.up);
+}
+
+Result<SurfacePose> surface_pose(const Geometry& geometry, const Joints& joints) {
+  const auto is_number = [](double value) { return std::isfinite(value); };
+  if (!std::ranges::all_of(joints.value, is_number) || std::abs(joints[Axis::rx]) >= quarter_turn ||
+      std::abs(joints[Axis::ry]) >= quarter_turn)
+    return unusable("the stage positions are not usable",
+                    "finite numbers and tilts under a quarter turn");
+  const ProbePose pose = forward(geometry, joints);
+  return SurfacePose{pose.contact_m, pose.clearance_m,
+                     probe_axis({pose.tilt_x_rad, pose.tilt_y_rad})};
+}
+
+Result<Joints> joints_on(const Geometry& geometry, const SurfacePose& pose) {
+  const Result<Tilts> tilts = tilts_along(pose.normal);
+  if (!tilts) return pass(tilts.error());
+  return inverse(geometry, {pose.contact_m, pose.clearance_m, tilts->rx_rad, tilts->ry_rad});
 }
 
 }  // namespace weft::recipes

@@ -94,8 +94,10 @@ Result<Joints> inverse(const Geometry& geometry, const ProbePose& pose);
 /// Angle between the probe's axis and the plate's normal [rad], 0 to pi.
 double lean_rad(const ProbePose& pose);
 
-// The bench seen from a surface: the probe's axis along the normal at a point. Two rotations fix a
-// direction but no turn about it, so a direction and the two tilts determine each other.
+// The bench seen from a surface: stage positions to and from a point and a normal, both in the
+// fabric frame. The probe stands on the point with its axis along the normal. Two rotations fix a
+// direction but no turn about it, so the five stages and a point with a normal determine each
+// other.
 
 /// A direction in the fabric frame: along the warp, along the weft, up from the plate. Any length
 /// but zero.
@@ -116,5 +118,19 @@ Result<Tilts> tilts_along(const Direction& normal);
 
 /// Angle between two directions [rad], 0 to pi, to full precision near 0 too.
 double angle_between(const Direction& a, const Direction& b);
+
+/// The probe on a surface, in the fabric frame.
+struct SurfacePose {
+  Vec2 contact_m;          ///< foot of the face's centre on the nominal plate
+  double clearance_m = 0;  ///< height of the face's centre above the nominal plate
+  Direction normal;        ///< along the probe's axis, away from the plate
+};
+
+/// Forward. Errors: invalid_argument for joints that are not finite or lean a quarter turn or more.
+Result<SurfacePose> surface_pose(const Geometry& geometry, const Joints& joints);
+
+/// Inverse. Errors: those of tilts_along() and of inverse(): range when a stage would leave its
+/// travel.
+Result<Joints> joints_on(const Geometry& geometry, const SurfacePose& pose);
 
 }  // namespace weft::recipes

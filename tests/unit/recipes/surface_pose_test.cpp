@@ -29,6 +29,41 @@ double norm(const Direction& d) {
 
 }  // namespace
 
+TEST_CASE("Stage positions come back from point and normal to 1e-12, over the whole travel") {
+  const Geometry g = bench_geometry();
+  std::mt19937 random(11);
+  for (int i = 0; i < 2000; ++i) {
+    const Joints joints = joints_anywhere(g, random);
+    const auto pose = surface_pose(g, joints);
+    REQUIRE(pose);
+    const auto back = joints_on(g, *pose);
+    REQUIRE(back);
+    for (const Axis axis : all_axes) REQUIRE(std::abs((*back)[axis] - joints[axis]) < 1e-12);
+  }
+}
+
+TEST_CASE(
+    "Point and normal come back from stage positions to 1e-12, whatever the normal's length") {
+  const Geometry g = bench_geometry();
+  std::mt19937 random(12);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int i = 0; i < 2000; ++i) {
+    const Direction n = probe_axis({0.29 * unit(random), 0.29 * unit(random)});
+    const double size = std::exp(5 * unit(random));
+    const SurfacePose pose{{0.06 + 0.03 * unit(random), 0.06 + 0.03 * unit(random)},
+                           0.004 * unit(random),
+                           {n.u * size, n.v * size, n.up * size}};
+    const auto joints = joints_on(g, pose);
+    REQUIRE(joints);
+    const auto back = surface_pose(g, *joints);
+    REQUIRE(back);
+    REQUIRE(std::abs(back->contact_m.x_m - pose.contact_m.x_m) < 1e-12);
+    REQUIRE(std::abs(back->contact_m.y_m - pose.contact_m.y_m) < 1e-12);
+    REQUIRE(std::abs(back->clearance_m - pose.clearance_m) < 1e-12);
+    REQUIRE(norm(minus(back->normal, n)) < 1e-12);
+  }
+}
+
 TEST_CASE("Each rotation alone leans the axis in its own plane") {
   for (const double angle : {-0.3, -1e-9, 0.0, 1e-9, 0.02, 0.3}) {
     const Direction about_x = probe_axis({angle, 0});
@@ -76,6 +111,27 @@ TEST_CASE("Normals that point into the plate, are zero or are not numbers are re
     REQUIRE_FALSE(tilts);
     CHECK(tilts.error().code == Errc::invalid_argument);
   }
+}
+
+TEST_CASE("Joints that are not numbers or lean a quarter turn have no surface pose") {
+  for (const Axis axis : all_axes) {
+    Joints joints;
+    joints.value = {0.05, 0.05, 0.09, 0, 0};
+    joints[axis] = nan_value;
+    CHECK_FALSE(surface_pose(bench_geometry(), joints));
+  }
+  Joints turned;
+  turned.value = {0.05, 0.05, 0.09, std::numbers::pi / 2, 0};
+  const auto pose = surface_pose(bench_geometry(), turned);
+  REQUIRE_FALSE(pose);
+  CHECK_THAT(to_string(pose.error()), Catch::Contains("quarter turn"));
+}
+
+TEST_CASE("A pose beyond the travel is refused with the stage that cannot go there") {
+  const auto joints = joints_on(bench_geometry(), {{0.05, 0.05}, 0, {0, 1, 1}});
+  REQUIRE_FALSE(joints);
+  CHECK(joints.error().code == Errc::range);
+  CHECK_THAT(to_string(joints.error()), Catch::Contains("rx = 0.78"));
 }
 
 }  // namespace surface_pose_test
