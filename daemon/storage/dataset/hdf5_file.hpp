@@ -20,6 +20,8 @@ Result<std::string> write_hdf5(const Dataset& dataset, const std::filesystem::pa
 /// Errors: not_found; parse (not HDF5, or not a Weft data set); unsupported (a later layout);
 /// corrupt (cut short, altered, or a digest that disagrees: names the trial). Without
 /// `verify_digest` neither digests nor /phases, which follows from what they cover, are compared.
-Result<Dataset> read_hdf5(const std::filesystem::path& path, bool verify_digest = true);
+/// wrong_state, when it was stopped: `stop_requested` is looked at before each trial's digest.
+Result<Dataset> read_hdf5(const std::filesystem::path& path, bool verify_digest = true,
+                          const StopRequested& stop_requested = {});
 
 }  // namespace weft::daemon

@@ -296,7 +296,8 @@ Status read_reported_counts(Reader& in, const Dataset& dataset, ReportedCounts& 
 }
 
 /// Trial by trial first, so that the error can say which.
-Status verify_digests(const DatasetDigest& expected, const Dataset& dataset) {
+Status verify_digests(const DatasetDigest& expected, const Dataset& dataset,
+                      const StopRequested& stop_requested) {
   const auto compare = [](std::string where, std::string_view whose, const std::string& recorded,
                           const std::string& got) -> Status {
     if (got == recorded) return {};
@@ -306,13 +307,14 @@ Status verify_digests(const DatasetDigest& expected, const Dataset& dataset) {
                  .expected = recorded,
                  .got = got});
   };
-  const DatasetDigest got = compute_digest(dataset);
+  const auto got = compute_digest(dataset, stop_requested);
+  if (!got) return pass(got.error());
   for (std::size_t i = 0; i < dataset.trials.size(); ++i)
     if (Status same = compare("trial " + dataset.trials[i].file, "the trial",
-                              expected.trial_sha256[i], got.trial_sha256[i]);
+                              expected.trial_sha256[i], got->trial_sha256[i]);
         !same)
       return same;
-  return compare("dataset_sha256", "the data set", expected.dataset_sha256, got.dataset_sha256);
+  return compare("dataset_sha256", "the data set", expected.dataset_sha256, got->dataset_sha256);
 }
 
 /// All that is done inside the library.
@@ -341,13 +343,14 @@ Result<Dataset> read_columns(const std::filesystem::path& path, bool verify_dige
   return dataset;
 }
 
-Result<Dataset> read_all(const std::filesystem::path& path, bool verify_digest) {
+Result<Dataset> read_all(const std::filesystem::path& path, bool verify_digest,
+                         const StopRequested& stop_requested) {
   ReportedCounts reported;
   auto dataset = read_columns(path, verify_digest, reported);
   if (!dataset) return dataset;
   Status done = check(*dataset);
   if (!done) done.error().code = Errc::corrupt;
-  if (done && verify_digest) done = verify_digests(reported.digest, *dataset);
+  if (done && verify_digest) done = verify_digests(reported.digest, *dataset, stop_requested);
   // After the digests, which can say in which trial a phase was altered.
   if (done && reported.phases && *reported.phases != hdf5::phase_runs(*dataset))
     done = fail(
@@ -358,9 +361,10 @@ Result<Dataset> read_all(const std::filesystem::path& path, bool verify_digest) 
 
 }  // namespace
 
-Result<Dataset> read_hdf5(const std::filesystem::path& path, bool verify_digest) {
+Result<Dataset> read_hdf5(const std::filesystem::path& path, bool verify_digest,
+                          const StopRequested& stop_requested) {
   try {
-    return read_all(path, verify_digest);
+    return read_all(path, verify_digest, stop_requested);
   } catch (const std::bad_alloc&) {
     return fail(
         {.code = Errc::io, .where = path.string(), .what = "not enough memory for this data set"});

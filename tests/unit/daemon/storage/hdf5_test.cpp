@@ -338,6 +338,7 @@ TEST_CASE("one thread exports while another ends a run, and both files are whole
 TEST_CASE("digests are made and given up while another thread has the library") {
   const TemporaryFolder folder;
   const Dataset dataset = recorded(folder);
+  REQUIRE(write_hdf5(dataset, folder / "whole.h5"));
   std::atomic<int> inspections = 0;
   const auto give_up = [&inspections] { return ++inspections == 2; };
   std::optional<Error> refused;
@@ -351,6 +352,8 @@ TEST_CASE("digests are made and given up while another thread has the library") 
   CHECK(refused->code == Errc::wrong_state);
   CHECK(inspections == 2);
   CHECK_FALSE(std::filesystem::exists(folder / "stopped.h5"));
+  const auto once = [] { return true; };
+  CHECK(read_hdf5(folder / "whole.h5", true, once).error().code == Errc::wrong_state);
 }
 
 TEST_CASE("columns are written with the library to oneself, digests made with it free") {
