@@ -6,6 +6,7 @@
 #include <csignal>
 #include <limits>
 
+#include "daemon/storage/recorder/sqlite.hpp"
 #include "tests/unit/daemon/storage/support.hpp"
 
 namespace recorder_test {
@@ -133,6 +134,11 @@ TEST_CASE(
   CHECK(all->records[1].outcome == TrialOutcome::failed);
   CHECK(all->records[2].outcome == TrialOutcome::interrupted);
   CHECK(all->trials[2].samples() == 1);
+  auto file = sqlite::Database::open(folder / "c.weft", sqlite::Mode::read_only);
+  REQUIRE(file);
+  const auto taxel_rows = file->integer("SELECT sum(rows) FROM chunk WHERE stream = 0");
+  REQUIRE(taxel_rows);
+  CHECK(taxel_rows->value() == 6);  // both samples of all three trials
 }
 
 TEST_CASE("the same seed gives the same digest whatever the chunks and the wall clock") {
