@@ -1,6 +1,8 @@
 #pragma once
 // Between the C++ types of drivers and the C structs of the plugin ABI; used on both sides.
 
+#include <cstddef>
+#include <cstdint>
 #include <type_traits>
 #include <variant>
 #include <vector>
@@ -37,11 +39,24 @@ weft_taxel_sample_v1 c_value(const TaxelSample& taxels);
 weft_block_sample_v1 c_value(const AccelerationSample& block);
 weft_block_sample_v1 c_value(const SoundSample& block);
 
-/// Kinds of samples, like those of commands, are numbered from 1 in the order of the variant.
-static_assert(
-    std::is_same_v<std::variant_alternative_t<WEFT_STAGE_SAMPLE - 1, SampleValue>, StageSample>);
-static_assert(
-    std::is_same_v<std::variant_alternative_t<WEFT_SOUND_SAMPLE - 1, SampleValue>, SoundSample>);
+/// Kinds of samples and of commands are numbered from 1 in the order of the variant.
+template <class Variant, std::size_t kind, class Value>
+inline constexpr bool has_kind =
+    std::is_same_v<std::variant_alternative_t<kind - 1, Variant>, Value>;
+
+static_assert(std::variant_size_v<SampleValue> == WEFT_SOUND_SAMPLE);
+static_assert(has_kind<SampleValue, WEFT_STAGE_SAMPLE, StageSample>);
+static_assert(has_kind<SampleValue, WEFT_WRENCH_SAMPLE, WrenchSample>);
+static_assert(has_kind<SampleValue, WEFT_TAXEL_SAMPLE, TaxelSample>);
+static_assert(has_kind<SampleValue, WEFT_ACCELERATION_SAMPLE, AccelerationSample>);
+static_assert(has_kind<SampleValue, WEFT_SOUND_SAMPLE, SoundSample>);
+
+static_assert(std::variant_size_v<Command> == WEFT_BIAS);
+static_assert(has_kind<Command, WEFT_HOME, HomeCommand>);
+static_assert(has_kind<Command, WEFT_MOVE, MoveCommand>);
+static_assert(has_kind<Command, WEFT_SERVO, ServoCommand>);
+static_assert(has_kind<Command, WEFT_POLL, PollCommand>);
+static_assert(has_kind<Command, WEFT_BIAS, BiasCommand>);
 
 /// Calls `use` with the sample as C has it; nothing allocates.
 template <class Use>
