@@ -140,7 +140,7 @@ struct CheckedRequest {
 Result<CheckedRequest> check_request(const CampaignRequest& request);
 /// For who waits for an answer: check_request() with the models' heads alone, and no `models`; what
 /// is wrong with the rest of a model is found by the run, before it takes the rig. The bench is put
-/// together dry as well (daemon/campaign/preflight.hpp), short of drivers that are plugins'.
+/// together dry as well (daemon/campaign/bench_check.hpp), short of drivers that are plugins'.
 Result<CheckedRequest> check_quickly(const CampaignRequest& request);
 
 /// check_request(), with the rig file as it will be run and recorded: its fidelity chosen.

@@ -39,7 +39,7 @@ struct SimTrace {
   std::vector<sim::ContactState> samples;  ///< one per sample, the first after one of them
   std::vector<double> touch_s;             ///< touch-downs, between the looks by their trend
   SimCycle cycle;
-  std::vector<std::array<std::uint16_t, sim::pad_count>> pads;  ///< per sample; see sim_pads.hpp
+  std::vector<std::array<std::uint16_t, sim::pad_count>> pads;  ///< per sample; see measure_sim.cpp
 };
 
 /// A case with its setting, checked, so that setting up is not timed with the run. run() takes only
