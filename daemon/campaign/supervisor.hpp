@@ -51,10 +51,9 @@ class Supervisor {
  private:
   // events and effects
   void dispatch(recipes::Event event);
-  template <class Order>
-  void carry_out(const Order& order) {
-    actions_.begin(order);
-  }
+  template <class Effect>
+  requires requires(BenchActions& actions, const Effect& effect) { actions.begin(effect); }
+  void carry_out(const Effect& effect) { actions_.begin(effect); }
   void carry_out(const recipes::PromptOperator& effect);
   void carry_out(const recipes::TrialBegin& effect);
   void carry_out(const recipes::MountFabric& effect);
