@@ -39,12 +39,14 @@ constexpr std::optional<DriverState> next(DriverState state, LifecycleEvent even
 
 constexpr std::string_view to_string(DriverState state) {
   constexpr std::array<std::string_view, 4> names{"closed", "open", "armed", "faulted"};
+  static_assert(names.size() == static_cast<std::size_t>(DriverState::faulted) + 1);
   const auto at = static_cast<std::size_t>(state);
   return at < names.size() ? names[at] : "unknown";
 }
 
 /// Base for drivers. A driver that inherits it writes received(), make_safe() and the commands.
-/// The final class owns its timers as members, so that none outlives it.
+/// A derived class owns its timers as members, so that none outlives it; ListeningDriver owns the
+/// watchdog of silence.
 class DriverBase : public Driver {
  public:
   explicit DriverBase(DriverHost& host) : host_(&host) {}

@@ -205,6 +205,7 @@ std::string_view to_string(Guard guard) {
 std::string_view to_string(GuardAction action) {
   constexpr std::array<std::string_view, 4> names{"hold", "retract", "retract and end",
                                                   "stop after the trial"};
+  static_assert(names.size() == static_cast<std::size_t>(GuardAction::finish_trial) + 1);
   const auto i = static_cast<std::size_t>(action);
   return i < names.size() ? names[i] : "unknown";
 }

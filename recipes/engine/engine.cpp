@@ -164,6 +164,7 @@ void Machine::on(const HaltRequested&) {
   end(is_concluding() ? *state_.campaign_outcome : Outcome::aborted, Cleanup::skipped,
       RigFact::holding);
 }
+
 namespace {
 
 template <std::size_t count>
@@ -176,17 +177,20 @@ std::string_view name_at(const std::array<std::string_view, count>& names, std::
 std::string_view to_string(Outcome outcome) {
   constexpr std::array<std::string_view, 6> names{"complete", "stopped",     "aborted",
                                                   "failed",   "interrupted", "rejected"};
+  static_assert(names.size() == static_cast<std::size_t>(Outcome::rejected) + 1);
   return name_at(names, static_cast<std::size_t>(outcome));
 }
 
 std::string_view to_string(Cleanup cleanup) {
   constexpr std::array<std::string_view, 4> names{"done", "partial", "failed", "skipped"};
+  static_assert(names.size() == static_cast<std::size_t>(Cleanup::skipped) + 1);
   return name_at(names, static_cast<std::size_t>(cleanup));
 }
 
 std::string_view to_string(RigFact rig) {
   constexpr std::array<std::string_view, 5> names{"safe", "holding", "moving", "unknown",
                                                   "latched"};
+  static_assert(names.size() == static_cast<std::size_t>(RigFact::latched) + 1);
   return name_at(names, static_cast<std::size_t>(rig));
 }
 
@@ -196,6 +200,7 @@ std::string_view to_string(Step step) {
       "biasing",    "approaching", "seating",           "lowering",  "resting",
       "pressing",   "holding",     "sliding",           "releasing", "ending",
       "retracting", "held",        "concluding",        "done"};
+  static_assert(names.size() == static_cast<std::size_t>(Step::done) + 1);
   return name_at(names, static_cast<std::size_t>(step));
 }
 

@@ -51,6 +51,8 @@ Decimal decimal_from_log(double natural_log) {
 
 constexpr std::array<std::string_view, 3> kind_names{"unknown", "simulated", "real"};
 constexpr std::array<std::string_view, 3> kind_texts{"ORIGIN UNKNOWN", "SIMULATED", "REAL DATA"};
+static_assert(kind_names.size() == static_cast<std::size_t>(BenchKind::real) + 1);
+static_assert(kind_texts.size() == static_cast<std::size_t>(BenchKind::real) + 1);
 
 }  // namespace
 

@@ -22,6 +22,7 @@ enum class Severity : std::uint8_t {
 };
 constexpr std::string_view to_string(Severity severity) {
   constexpr std::array<std::string_view, 3> names{"ok", "warning", "problem"};
+  static_assert(names.size() == static_cast<std::size_t>(Severity::problem) + 1);
   const auto at = static_cast<std::size_t>(severity);
   return at < names.size() ? names[at] : "unknown";
 }

@@ -48,6 +48,7 @@ Status put_quanta(RowWriter& out, std::span<const double> values, double per_uni
 std::string_view to_string(Stream stream) {
   constexpr std::array<std::string_view, stream_count> names{"taxel", "wrench", "stages",
                                                              "acceleration", "sound"};
+  static_assert(names.size() == static_cast<std::size_t>(Stream::sound) + 1);
   return names.at(static_cast<std::size_t>(stream));
 }
 
