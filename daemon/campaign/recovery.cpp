@@ -1,3 +1,5 @@
+// An interrupted campaign discarded, or kept as far as it came; declared in resume.hpp.
+
 #include "daemon/campaign/resume.hpp"
 
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
 #pragma once
-// Going on with a campaign whose process died or was stopped: what is left, and whether the recipe,
-// the rig and the devices are those of its file.
+// A campaign whose process died or was stopped. Resumed: what is left, and whether the recipe, the
+// rig and the devices are those of its file. Not resumed: discarded, or kept as far as it came.
 
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,6 @@
 #pragma once
-// What is recorded of a trial, and how well its force was held.
+// What is recorded of a trial, and how well its force was held; warnings and errors of the drivers
+// for the journal.
 
 #include <functional>
 #include <map>

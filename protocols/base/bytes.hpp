@@ -1,7 +1,7 @@
 #pragma once
-// Bounded reading and writing of wire bytes. Lengths are checked before every access: a reader that
-// runs out turns bad and stays bad, and every later value is 0, so a decoder checks once at its
-// end.
+// Bounded reading and writing of wire bytes, and checksums. Lengths are checked before every
+// access: a reader that runs out turns bad and stays bad, and every later value is 0, so a decoder
+// checks once at its end.
 
 #include <cstddef>
 #include <cstdint>

@@ -1,3 +1,5 @@
+// Checksums by tables; declared in bytes.hpp.
+
 #include "protocols/base/bytes.hpp"
 
 #include <array>

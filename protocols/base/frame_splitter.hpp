@@ -1,7 +1,7 @@
 #pragma once
-// What the framings of Weft's own sensors share: a stream is cut into frames that carry check
-// values, and most of them have the same head and tail. Little-endian. Layouts: the READMEs of
-// protocols/taxel, vibro and imprint.
+// FrameSplitter: base of the splitters that cut a stream into frames. FrameHead: head and tail of
+// the frames of most of Weft's own sensors, with check values, little-endian; layouts in the
+// READMEs of protocols/taxel, vibro and imprint.
 
 #include <array>
 #include <cstdint>

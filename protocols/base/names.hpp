@@ -1,5 +1,6 @@
 #pragma once
-// The words for the values of an enumeration, as one table that is read both ways.
+// The words for the values of an enumeration, as one table that is read both ways; and numbers as
+// text.
 
 #include <array>
 #include <charconv>

@@ -1,5 +1,6 @@
 #pragma once
-// Time is an argument: pure code receives a TimePoint, only a Loop reads a clock.
+// Time points, durations and unit constants. Time is an argument: pure code receives a TimePoint,
+// only a Loop reads a clock.
 
 #include <chrono>
 #include <cstdint>

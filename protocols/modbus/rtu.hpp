@@ -1,6 +1,6 @@
 #pragma once
-// Modbus RTU framing: slave address, PDU, CRC-16 with its low byte first. Source: MODBUS over
-// Serial Line 1.02, section 2.5.1.
+// Modbus framing, RTU on a serial line and MBAP over TCP. RTU: slave address, PDU, CRC-16 with its
+// low byte first. Source: MODBUS over Serial Line 1.02, section 2.5.1; of MBAP see below.
 
 #include <optional>
 

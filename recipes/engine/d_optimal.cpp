@@ -1,3 +1,5 @@
+// D-optimal choice of the cells of a sweep; declared in sweep.hpp.
+
 #include "recipes/engine/sweep.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #pragma once
-// Geometry of a trial's moves: what the engine commands is what the checker and the forecast look
-// at.
+// Moves of trials and of a recipe's last steps, with their time limits and errors. The engine
+// commands the same moves that the checker and the forecast examine.
 
 #include <cstddef>
 #include <string>

@@ -1,3 +1,5 @@
+// Reads a recipe's operator steps and its last steps; declared in recipe_reader.hpp.
+
 #include "recipes/engine/recipe_reader.hpp"
 
 #include <algorithm>

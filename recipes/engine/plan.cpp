@@ -8,6 +8,7 @@
 #include "recipes/engine/operator_steps.hpp"
 
 namespace weft::recipes {
+
 const PhaseStep& Exploration::step(Phase phase) const {
   for (const PhaseStep& candidate : phases)
     if (candidate.phase == phase) return candidate;

@@ -1,7 +1,6 @@
 #pragma once
 // A recipe document to the values it states, in SI units. What needs more than one value (does the
-// path fit the plate?) is looked at
-// afterwards.
+// path fit the plate?) is looked at afterwards.
 
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>

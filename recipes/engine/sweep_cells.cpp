@@ -1,3 +1,5 @@
+// The explorations in the cells of a sweep, made and checked; declared in recipe_reader.hpp.
+
 #include "recipes/engine/recipe_reader.hpp"
 
 #include <algorithm>

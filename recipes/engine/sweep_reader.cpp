@@ -1,3 +1,5 @@
+// Reads the sweep of a recipe; declared in recipe_reader.hpp.
+
 #include "recipes/engine/recipe_reader.hpp"
 
 #include <algorithm>

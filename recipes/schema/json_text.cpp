@@ -1,3 +1,5 @@
+// JSON text to a document, with line and column of errors; declared in object_reader.hpp.
+
 #include "recipes/schema/object_reader.hpp"
 
 #include <algorithm>

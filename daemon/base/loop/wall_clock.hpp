@@ -1,5 +1,6 @@
 #pragma once
-// The wall clock, for figures of speed and for the recorder's commit budget. Never for control.
+// The machine's clocks: UTC, UTC that never goes back, monotonic and processor time. For dates,
+// expiry, figures of speed and the recorder's commit budget; never for control.
 
 #include <algorithm>
 #include <chrono>

@@ -1,5 +1,6 @@
 #pragma once
-// Numbers and text as a reader wants to see them. Nothing here ever prints "nan" or "inf".
+// Text for readers: names of enumerators and bench kinds, UTF-8 and HTML, numbers, durations and
+// dates. Nothing here ever prints "nan" or "inf".
 
 #include <algorithm>
 #include <array>

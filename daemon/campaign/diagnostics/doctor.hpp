@@ -12,8 +12,6 @@
 
 namespace weft::daemon {
 
-// Ports of the operating system: which there are, whose they are, and why one cannot be opened.
-
 // What the machine itself must give a bench: punctuality, clocks, room for the data.
 
 /// What was found out of the machine, so that the judgement can be tested apart from it.
@@ -33,6 +31,8 @@ MachineFacts check_machine(const std::filesystem::path& data_folder);
 
 /// Findings in the order of MachineFacts. In virtual time punctuality does not matter.
 std::vector<Diagnosis> check_system(const MachineFacts& facts, bool real_time);
+
+// Ports of the operating system: which there are, whose they are, and why one cannot be opened.
 
 /// A serial port that the machine has, as libserialport lists it.
 struct SerialPortSeen {

@@ -1,3 +1,5 @@
+// Checks of serial ports, and which ports there are; declared in doctor.hpp.
+
 #include "daemon/campaign/diagnostics/doctor.hpp"
 
 #include <grp.h>

@@ -1,3 +1,5 @@
+// Checks of the machine: scheduling, clocks, disk; declared in doctor.hpp.
+
 #include "daemon/campaign/diagnostics/doctor.hpp"
 
 #include <sys/timex.h>

@@ -1,3 +1,5 @@
+// Links: how the rig file states them, and how they are opened; declared in rig_file.hpp.
+
 #include "daemon/hardware/rig/rig_file.hpp"
 
 #include <nlohmann/json.hpp>

@@ -1,3 +1,4 @@
+// The level that weft align measured, merged into a rig file; declared in rig_file.hpp.
 
 #include <nlohmann/json.hpp>
 

@@ -189,6 +189,9 @@ struct DatasetDigest {
   std::vector<std::string> trial_sha256;
 };
 DatasetDigest compute_digest(const Dataset& dataset);
+/// The same, which may be given up: hours of recording take seconds. `stop_requested` is looked at
+/// before each trial. Errors: wrong_state, when it was stopped.
+Result<DatasetDigest> compute_digest(const Dataset& dataset, const StopRequested& stop_requested);
 std::string dataset_sha256(const Dataset& dataset);
 std::string trial_sha256(const classifier::Trial& trial, const TrialRecord& record);
 
@@ -202,8 +205,6 @@ Result<std::vector<std::string>> explorations_in(std::string_view sum);
 /// them.
 std::vector<classifier::Trial> complete_trials(const Dataset& dataset,
                                                std::optional<std::string_view> exploration = {});
-
-// The digests of a data set, which may be given up: hours of recording take seconds.
 
 // One recording under several names: where one copy trains, the other tests nothing.
 
@@ -223,9 +224,5 @@ std::string copies_text(const Copies& copies);
 /// The same values as 16-bit counts, or nothing when one of them is not a whole number from 0 to
 /// 65535.
 std::optional<std::vector<std::uint16_t>> as_u16(std::span<const double> counts);
-
-/// As compute_digest(). `stop_requested` is looked at before each trial. Errors: wrong_state, when
-/// it was stopped.
-Result<DatasetDigest> compute_digest(const Dataset& dataset, const StopRequested& stop_requested);
 
 }  // namespace weft::daemon

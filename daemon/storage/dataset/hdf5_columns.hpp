@@ -1,5 +1,6 @@
 #pragma once
-// HDF5's integer handles as objects that close themselves, and its errors as values.
+// HDF5 for data sets: handles that close themselves, the lock of the library, its errors as values,
+// and Writer and Reader of columns, attributes and documents.
 
 #include <hdf5.h>
 
