@@ -38,28 +38,27 @@ tl::unexpected<Error> no_handover(std::string_view run) {
 }  // namespace
 
 Result<std::map<std::int64_t, HandoverStatus>> HandoverStore::handovers() {
-  auto query =
-      database_->prepare("SELECT run, state, by, error, result_json, attempts FROM hand_over");
-  if (!query) return pass(query.error());
   std::map<std::int64_t, HandoverStatus> out;
-  for (;;) {
-    const auto row = query->step();
-    if (!row) return pass(row.error());
-    if (!*row) return out;
+  const auto add_row = [&out](const sqlite::Statement& row) -> Status {
     HandoverStatus fact;
-    const auto state = handover_state_from(query->text(1));
+    const auto state = handover_state_from(row.text(1));
     if (!state)
       return fail({.code = Errc::corrupt,
                    .where = "hand_over",
                    .what = "a hand-over in no state that there is",
-                   .got = query->text(1)});
+                   .got = row.text(1)});
     fact.state = *state;
-    fact.by = query->text(2);
-    fact.error = query->text(3);
-    fact.result_json = query->text(4);
-    fact.attempts = static_cast<std::size_t>(query->integer(5));
-    out.emplace(query->integer(0), std::move(fact));
-  }
+    fact.by = row.text(2);
+    fact.error = row.text(3);
+    fact.result_json = row.text(4);
+    fact.attempts = static_cast<std::size_t>(row.integer(5));
+    out.emplace(row.integer(0), std::move(fact));
+    return {};
+  };
+  const Status read = database_->each(
+      "SELECT run, state, by, error, result_json, attempts FROM hand_over", add_row);
+  if (!read) return pass(read.error());
+  return out;
 }
 
 Status HandoverStore::persist(std::int64_t run, const HandoverStatus& fact) {
@@ -67,9 +66,8 @@ Status HandoverStore::persist(std::int64_t run, const HandoverStatus& fact) {
       "INSERT OR REPLACE INTO hand_over (run, state, by, error, result_json, attempts) VALUES "
       "(?,?,?,?,?,?)");
   if (!change) return pass(change.error());
-  change->bind(1, run).bind(2, to_string(fact.state)).bind(3, fact.by).bind(4, fact.error);
-  change->bind(5, fact.result_json).bind(6, static_cast<std::int64_t>(fact.attempts));
-  return change->run();
+  return change->run(run, to_string(fact.state), fact.by, fact.error, fact.result_json,
+                     static_cast<std::int64_t>(fact.attempts));
 }
 
 HandoverService::HandoverService(HandoverContext context, runs::RunStore& journal)

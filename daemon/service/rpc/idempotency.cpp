@@ -2,6 +2,8 @@
 
 #include <charconv>
 
+#include "daemon/storage/recorder/sqlite.hpp"
+
 namespace weft::daemon::access {
 namespace {
 
@@ -123,28 +125,25 @@ rpc::RpcError key_in_use(IdempotencyCache::Found found, const std::string& key) 
 }
 
 Result<std::vector<StoredAnswer>> AnswerStore::answers() {
-  auto query = database_->prepare(
-      "SELECT name, token, fingerprint, asked_us, result, error FROM answer ORDER BY number");
-  if (!query) return pass(query.error());
   std::vector<StoredAnswer> out;
-  for (;;) {
-    const auto row = query->step();
-    if (!row) return pass(row.error());
-    if (!*row) return out;
-    StoredAnswer one{query->text(0), query->text(1), query->text(2), query->integer(3), {}};
-    if (!query->is_null(4)) one.outcome = query->text(4);
-    if (!query->is_null(5)) one.outcome = tl::unexpected(rpc::error_from_json(query->text(5)));
-    out.push_back(std::move(one));
-  }
+  const Status read = database_->each(
+      "SELECT name, token, fingerprint, asked_us, result, error FROM answer ORDER BY number",
+      [&](const sqlite::Statement& row) {
+        StoredAnswer one{row.text(0), row.text(1), row.text(2), row.integer(3), {}};
+        if (!row.is_null(4)) one.outcome = row.text(4);
+        if (!row.is_null(5)) one.outcome = tl::unexpected(rpc::error_from_json(row.text(5)));
+        out.push_back(std::move(one));
+      });
+  if (!read) return pass(read.error());
+  return out;
 }
 
 Status AnswerStore::persist(const StoredAnswer& requested) {
   auto insert = database_->prepare_to_write(
       "INSERT OR REPLACE INTO answer (name, token, fingerprint, asked_us) VALUES (?, ?, ?, ?)");
   if (!insert) return pass(insert.error());
-  insert->bind(1, requested.name).bind(2, requested.token).bind(3, requested.fingerprint);
-  insert->bind(4, requested.requested_us);
-  return insert->run();
+  return insert->run(requested.name, requested.token, requested.fingerprint,
+                     requested.requested_us);
 }
 
 Status AnswerStore::persist_outcome(std::string_view name, const rpc::Outcome& outcome) {
@@ -152,15 +151,13 @@ Status AnswerStore::persist_outcome(std::string_view name, const rpc::Outcome& o
                                                     : "UPDATE answer SET error = ? WHERE name = ?");
   if (!change) return pass(change.error());
   const std::string text = outcome ? *outcome : rpc::to_json(outcome.error());
-  change->bind(1, text).bind(2, name);
-  return change->run();
+  return change->run(text, name);
 }
 
 Status AnswerStore::forget_answer(std::string_view name) {
   auto change = database_->prepare_to_write("DELETE FROM answer WHERE name = ?");
   if (!change) return pass(change.error());
-  change->bind(1, name);
-  return change->run();
+  return change->run(name);
 }
 
 }  // namespace weft::daemon::access

@@ -13,7 +13,10 @@
 #include <vector>
 
 #include "daemon/service/rpc/method.hpp"
-#include "daemon/storage/recorder/sqlite.hpp"
+
+namespace weft::daemon::sqlite {
+class Database;
+}  // namespace weft::daemon::sqlite
 
 namespace weft::daemon::access {
 

@@ -4,8 +4,10 @@
 #include <array>
 #include <charconv>
 #include <concepts>
+#include <cstddef>
 #include <tuple>
 #include <type_traits>
+#include <utility>
 
 #include "daemon/service/run_store/run_store.hpp"
 
@@ -96,6 +98,11 @@ auto columns_of(Run& run) {
                   run.bench_outcome, run.bench_error, run.disk_bytes);
 }
 
+constexpr auto column_count = static_cast<std::ptrdiff_t>(
+    std::tuple_size_v<decltype(columns_of(std::declval<StoredRun&>()))>);
+static_assert(std::ranges::count(read_sql, ',') + 1 == column_count);
+static_assert(std::ranges::count(write_sql, '?') == column_count);
+
 /// Reads the columns of a row in their order.
 struct RowReader {
   const sqlite::Statement& row;
@@ -175,7 +182,7 @@ Status RunStore::make_tables() {
 Result<std::vector<StoredRun>> RunStore::runs() {
   std::vector<StoredRun> out;
   Status valid;
-  const Status done = for_rows(read_sql, [&](const sqlite::Statement& row) {
+  const Status done = database_.each(read_sql, [&](const sqlite::Statement& row) {
     StoredRun& run = out.emplace_back();
     RowReader reader{row};
     std::apply([&](auto&... column) { (reader.read(column), ...); }, columns_of(run));
@@ -191,7 +198,7 @@ Status RunStore::write(const StoredRun& run) {
   StoredRun stored = run;
   stored.folder = stored_folder(run.folder);
   const auto write_columns = [this](const auto&... column) {
-    return this->run(write_sql, to_sql(column)...);
+    return database_.run(write_sql, to_sql(column)...);
   };
   return std::apply(write_columns, columns_of(stored));
 }

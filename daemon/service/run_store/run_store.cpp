@@ -126,7 +126,8 @@ std::filesystem::path RunStore::make_absolute(const std::filesystem::path& folde
 /// SQLite's look at every page now: damage that is found only later would fail a run.
 Status RunStore::check_pages() {
   std::string found;
-  Status read = for_rows("PRAGMA quick_check(1)", [&](const auto& row) { found = row.text(0); });
+  Status read =
+      database_.each("PRAGMA quick_check(1)", [&](const auto& row) { found = row.text(0); });
   if (!read || found == "ok") return read;
   return fail(
       {.code = Errc::corrupt,
@@ -220,33 +221,36 @@ Status RunStore::write(const RunChange& change) {
 }
 
 Status RunStore::write(const CheckedRecipe& recipe) {
-  return run("INSERT OR IGNORE INTO recipe (sha256, text) VALUES (?, ?)", recipe.sha256,
-             recipe.text);
+  return database_.run("INSERT OR IGNORE INTO recipe (sha256, text) VALUES (?, ?)", recipe.sha256,
+                       recipe.text);
 }
 
 Status RunStore::write(const RigState& rig) {
-  return run("INSERT OR REPLACE INTO rig (id, fact, why) VALUES (1, ?, ?)",
-             rig.is_emergency() ? emergency_name : to_string(rig.fact()), rig.why());
+  return database_.run("INSERT OR REPLACE INTO rig (id, fact, why) VALUES (1, ?, ?)",
+                       rig.is_emergency() ? emergency_name : to_string(rig.fact()), rig.why());
 }
 
 Status RunStore::write(const RunQueue& queue) {
-  Status done = run("INSERT OR REPLACE INTO line (id, revision, held_by) VALUES (1, ?, ?)",
+  Status done =
+      database_.run("INSERT OR REPLACE INTO line (id, revision, held_by) VALUES (1, ?, ?)",
                     queue.revision(), queue.paused_by());
   if (done) done = database_.execute("DELETE FROM waiting");
   for (std::int64_t place = 0; const std::int64_t number : queue.runs())
-    if (done) done = run("INSERT INTO waiting (place, run) VALUES (?, ?)", place++, number);
+    if (done)
+      done = database_.run("INSERT INTO waiting (place, run) VALUES (?, ?)", place++, number);
   return done;
 }
 
 Status RunStore::write(const JournalLine& line) {
-  return run("INSERT INTO journal (utc_us, run, kind, by, payload_json) VALUES (?,?,?,?,?)",
-             line.utc_us, line.run, line.kind, line.by, line.payload_json);
+  return database_.run(
+      "INSERT INTO journal (utc_us, run, kind, by, payload_json) VALUES (?,?,?,?,?)", line.utc_us,
+      line.run, line.kind, line.by, line.payload_json);
 }
 
 Result<RigState> RunStore::rig_state() {
   using enum RigState::Fact;
   std::string name(to_string(safe)), why;
-  const Status read = for_rows("SELECT fact, why FROM rig", [&](const auto& row) {
+  const Status read = database_.each("SELECT fact, why FROM rig", [&](const auto& row) {
     name = row.text(0);
     why = row.text(1);
   });
@@ -264,20 +268,20 @@ Result<RunQueue> RunStore::queue() {
   std::int64_t revision = 0;
   std::string paused_by;
   std::vector<RunQueue::Run> waiting;
-  Status read = for_rows("SELECT revision, held_by FROM line", [&](const auto& row) {
+  Status read = database_.each("SELECT revision, held_by FROM line", [&](const auto& row) {
     revision = row.integer(0);
     paused_by = row.text(1);
   });
   if (read)
-    read = for_rows("SELECT run FROM waiting ORDER BY place",
-                    [&](const auto& row) { waiting.push_back(row.integer(0)); });
+    read = database_.each("SELECT run FROM waiting ORDER BY place",
+                          [&](const auto& row) { waiting.push_back(row.integer(0)); });
   if (!read) return pass(read.error());
   return RunQueue(revision, std::move(paused_by), std::move(waiting));
 }
 
 Result<std::int64_t> RunStore::find_number(std::string_view sql) {
   std::int64_t number = 0;
-  const Status read = for_rows(sql, [&](const auto& row) { number = row.integer(0); });
+  const Status read = database_.each(sql, [&](const auto& row) { number = row.integer(0); });
   if (!read) return pass(read.error());
   return number;
 }

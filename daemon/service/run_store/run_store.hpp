@@ -143,27 +143,14 @@ class RunStore {
   Status write(const RunQueue& queue);
   Status write(const RigState& rig);
   Status write(const JournalLine& line);
-  /// Runs a statement with `values` bound in their order.
-  template <class... Values>
-  Status run(std::string_view sql, const Values&... values) {
-    return for_rows(
-        sql, [](const sqlite::Statement&) {}, values...);
-  }
   /// The one that a statement returns.
   Result<std::int64_t> find_number(std::string_view sql);
-  /// Runs one with `values` too, and calls `on_row` with each row of the answer.
+  /// As sqlite::Database::each(), with `values` bound in their order.
   template <class OnRow, class... Values>
   Status for_rows(std::string_view sql, OnRow on_row, const Values&... values) {
     auto statement = database_.prepare(sql);
-    if (!statement) return pass(statement.error());
-    int index = 0;
-    (statement->bind(++index, values), ...);
-    for (;;) {
-      const auto has_row = statement->step();
-      if (!has_row) return pass(has_row.error());
-      if (!*has_row) return {};
-      on_row(std::as_const(*statement));
-    }
+    if (!statement) return pass(std::move(statement).error());
+    return statement->bind_all(values...).each(std::move(on_row));
   }
 
   sqlite::Database database_;

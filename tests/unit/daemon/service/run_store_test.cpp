@@ -9,6 +9,93 @@ using namespace weft::daemon;
 using namespace weft::daemon::runs;
 using test::TemporaryFolder;
 
+namespace {
+
+void check_same(const StoredRun& found, const StoredRun& wanted) {
+  const RunFacts &facts = found, &wanted_facts = wanted;
+  CHECK(facts.outcome == wanted_facts.outcome);
+  CHECK(facts.cleanup == wanted_facts.cleanup);
+  CHECK(facts.rig_fact == wanted_facts.rig_fact);
+  CHECK(facts.error == wanted_facts.error);
+  CHECK(facts.dataset_sha256 == wanted_facts.dataset_sha256);
+  CHECK(facts.dataset_error == wanted_facts.dataset_error);
+  CHECK(facts.bench_outcome == wanted_facts.bench_outcome);
+  CHECK(facts.bench_error == wanted_facts.bench_error);
+  CHECK(found.number == wanted.number);
+  CHECK(found.recipe.string() == wanted.recipe.string());
+  CHECK(found.rig.string() == wanted.rig.string());
+  CHECK(found.folder.string() == wanted.folder.string());
+  CHECK(found.recipe_sha256 == wanted.recipe_sha256);
+  CHECK(found.seed == wanted.seed);
+  CHECK(found.name == wanted.name);
+  CHECK(found.by == wanted.by);
+  CHECK(found.created_us == wanted.created_us);
+  CHECK(found.state == wanted.state);
+  CHECK(found.bench == wanted.bench);
+  CHECK(found.trials_done == wanted.trials_done);
+  CHECK(found.trials_planned == wanted.trials_planned);
+  CHECK(found.disk_bytes == wanted.disk_bytes);
+  CHECK(found.resume == wanted.resume);
+  CHECK(found.recovered == wanted.recovered);
+  CHECK(found.rig_untaken == wanted.rig_untaken);
+}
+
+}  // namespace
+
+TEST_CASE("each field of a run is read back as it was written, and as it was written again") {
+  const TemporaryFolder folder;
+  RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
+  StoredRun run;
+  run.recipe = "denim.json";
+  run.rig = "bench.json";
+  run.folder = folder / "R-000001";
+  run.recipe_sha256 = "36426411";
+  run.seed = 18446744073709551615U;
+  run.name = "first";
+  run.by = "ada";
+  run.created_us = 20;
+  run.state = RunState::held;
+  run.bench = "simulated";
+  run.trials_done = 30;
+  run.trials_planned = 40;
+  run.disk_bytes = 50;
+  run.resume = true;
+  run.recovered = "discard";
+  run.rig_untaken = false;
+  run.facts() = {.outcome = "stopped",
+                 .cleanup = "done",
+                 .rig_fact = "safe",
+                 .error = "stalled",
+                 .dataset_sha256 = "5d41402a",
+                 .dataset_error = "no room",
+                 .bench_outcome = "aborted",
+                 .bench_error = "no device answers"};
+  REQUIRE(test::add(store, run));
+  REQUIRE(store.runs()->size() == 1);
+  check_same(store.runs()->front(), run);
+
+  run.folder = folder / "R-000001-2";
+  run.state = RunState::interrupted;
+  run.bench = "real";
+  run.trials_done.reset();
+  run.trials_planned = 41;
+  run.disk_bytes = 51;
+  run.resume = false;
+  run.recovered = "keep-partial";
+  run.rig_untaken = true;
+  run.facts() = {.outcome = "interrupted",
+                 .cleanup = "skipped",
+                 .rig_fact = "unknown",
+                 .error = "cut",
+                 .dataset_sha256 = "7d793037",
+                 .dataset_error = "no disk",
+                 .bench_outcome = "failed",
+                 .bench_error = "timeout"};
+  REQUIRE(store.commit({.runs = {run}}));
+  REQUIRE(store.runs()->size() == 1);
+  check_same(store.runs()->front(), run);
+}
+
 TEST_CASE("a run whose seed is no number is corrupt, as any other field") {
   const test::TemporaryFolder folder;
   const auto file = folder / "weftd.sqlite";
