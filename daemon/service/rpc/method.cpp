@@ -26,6 +26,7 @@ struct TypeRow {
   std::string_view schema;
   bool (*matches)(const json& value);
 };
+/// In the order of ParamType.
 constexpr std::array<TypeRow, 7> types{{
     {ParamType::text, "string", [](const json& value) { return value.is_string(); }},
     {ParamType::integer, "integer", [](const json& value) { return value.is_number_integer(); }},
@@ -37,9 +38,12 @@ constexpr std::array<TypeRow, 7> types{{
      [](const json& value) { return value.is_string() || value.is_number_integer(); }},
 }};
 
-const TypeRow& row_of(ParamType type) {
-  return *std::ranges::find(types, type, &TypeRow::type);
+constexpr const TypeRow& row_of(ParamType type) {
+  return types[static_cast<std::size_t>(type)];
 }
+static_assert(types.size() == static_cast<std::size_t>(ParamType::id) + 1 &&
+              std::ranges::all_of(types,
+                                  [](const TypeRow& row) { return &row == &row_of(row.type); }));
 
 /// What is wrong with one parameter that came; nothing where nothing is.
 std::optional<RpcError> find_problem(const std::vector<ParamSpec>& known, const std::string& name,

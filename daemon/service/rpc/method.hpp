@@ -15,7 +15,7 @@
 
 namespace weft::daemon::server {
 class Session;
-/// Who talks to the daemon now, by their sessions' names, "s-41".
+/// Who talks to the daemon now, by session name, "s-41". Used by the server's thread alone.
 using Sessions = std::map<std::string, Session*, std::less<>>;
 }  // namespace weft::daemon::server
 
@@ -28,7 +28,7 @@ enum class ParamType {
   flag,
   object,
   list,
-  id  ///< of a request: a text or a whole number
+  id  ///< of a request: a text or a whole number; the last type
 };
 
 struct ParamSpec {

@@ -14,6 +14,7 @@ struct StateRow {
   Clock Deadlines::*length = nullptr;     ///< how long it may last; without it waits for people
   std::optional<Order> at_deadline = {};  ///< the next rung of the ladder
 };
+/// In the order of RunState.
 constexpr std::array<StateRow, all_run_states.size()> rows{
     {{"queued"},
      {"arming", &Deadlines::arming, Order::abort},
@@ -27,6 +28,7 @@ constexpr std::array<StateRow, all_run_states.size()> rows{
      {"halting", &Deadlines::halting},
      {"ended"},
      {"interrupted"}}};
+static_assert(std::ranges::none_of(rows, [](const StateRow& row) { return row.name.empty(); }));
 
 const StateRow& row_of(RunState state) {
   return rows[static_cast<std::size_t>(state)];

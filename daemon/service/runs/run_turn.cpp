@@ -157,8 +157,10 @@ void RunManager::on_thread_ended(std::int64_t number, const RunResult& result) {
   Run& run = *numbered(number);
   StoredRun& stored = run.stored;
   const auto& summary = result.summary;
-  RunEnd end{found_facts(result, run), summary.has_value(), result.acquired_rig,
-             run.aborted_by_end};
+  RunEnd end{.found = found_facts(result, run),
+             .has_summary = summary.has_value(),
+             .acquired_rig = result.acquired_rig,
+             .was_closing = run.aborted_by_end};
   RunChange change;
   if (!result.acquired_rig) {
     rig_.end_override();
