@@ -61,7 +61,9 @@ Result<Lease> Leases::renew(std::string_view id, std::string_view user, millisec
                             Clock now) {
   if (Status ok = check_ttl(ttl); !ok) return pass(ok.error());
   auto lease = find(id, user, now);
-  if (lease) lease->expires = by_id_.find(id)->second.expires = now + ttl;
+  if (!lease) return lease;
+  lease->expires = now + ttl;
+  by_id_.find(id)->second.expires = lease->expires;
   return lease;
 }
 

@@ -14,7 +14,9 @@ const OperatorPrompt* OperatorPrompts::on_step(std::int64_t run, RunState state,
                                                std::chrono::nanoseconds now) {
   if (state == RunState::awaiting_operator && moment.requested) {
     const auto& [ticket, prompt] = *moment.requested;
-    return &(entries_[run] = {prompt, "Q-" + std::to_string(++names_taken_), ticket, now});
+    OperatorPrompt& opened = entries_[run];
+    opened = {prompt, "Q-" + std::to_string(++names_taken_), ticket, now};
+    return &opened;
   }
   if (state != RunState::running) return nullptr;
   on_plan(run, moment.next_prompt);

@@ -58,13 +58,20 @@ class RunObserver {
   RunObserver(const RunObserver&) = delete;
   RunObserver& operator=(const RunObserver&) = delete;
   virtual ~RunObserver() = default;
-  virtual void on_run_changed(const RunView& /*run*/) {}
-  virtual void on_vote(const RunView& /*run*/) {}
-  virtual void on_queue_changed(const RunQueue& /*queue*/, std::string_view /*by*/) {}
+  virtual void on_run_changed(const RunView& run) = 0;
+  virtual void on_vote(const RunView& run) = 0;
+  virtual void on_queue_changed(const RunQueue& queue, std::string_view by) = 0;
   /// Also of a halt that changes nothing.
-  virtual void on_rig_state_changed(const RigState& /*rig*/, std::string_view /*by*/) {}
+  virtual void on_rig_state_changed(const RigState& rig, std::string_view by) = 0;
 };
-inline RunObserver no_observer;
+/// For a manager that nobody watches.
+struct SilentObserver final : RunObserver {
+  void on_run_changed(const RunView& /*run*/) override {}
+  void on_vote(const RunView& /*run*/) override {}
+  void on_queue_changed(const RunQueue& /*queue*/, std::string_view /*by*/) override {}
+  void on_rig_state_changed(const RigState& /*rig*/, std::string_view /*by*/) override {}
+};
+inline SilentObserver no_observer;
 
 struct RunContext {
   std::filesystem::path rig;                        ///< rig file

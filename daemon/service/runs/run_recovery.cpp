@@ -107,7 +107,7 @@ void RunRecovery::preview(const StoredRun& run, Recovery choice, Result<Campaign
 template <class Work, class OnDone>
 void RunRecovery::start(std::jthread& thread, Work work, OnDone on_done) {
   thread = std::jthread([this, &thread, work = std::move(work),
-                         on_done = std::move(on_done)](const std::stop_token& stop) {
+                         on_done = std::move(on_done)](const std::stop_token& stop) mutable {
     context_.post([&thread, on_done, result = work(stop)] {
       thread.join();  // this was its last message
       on_done(result);
@@ -176,10 +176,9 @@ void RunRecovery::scan(std::vector<FolderScan> scans,
   if (scans.empty()) return;
   start(
       scan_thread_,
-      [scans = std::move(scans)](const std::stop_token&) {
-        std::vector<FolderScan> news = scans;
-        std::erase_if(news, [](FolderScan& scan) { return !has_news(scan); });
-        return news;
+      [scans = std::move(scans)](const std::stop_token&) mutable {
+        std::erase_if(scans, [](FolderScan& scan) { return !has_news(scan); });
+        return std::exchange(scans, {});
       },
       [on_news = std::move(on_news)](const std::vector<FolderScan>& news) {
         std::ranges::for_each(news, on_news);
