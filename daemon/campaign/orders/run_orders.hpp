@@ -70,7 +70,9 @@ struct FaultOrder {
   std::string json;   ///< an entry of `simulation.faults`; of an end "device" and "fault", or ""
   bool ends = false;  ///< those faults of the device
   std::string by;
-  std::function<void(const Status&)> callback;  ///< what came of it; on any thread
+  /// What came of it; on any thread. The answer is posted when its last copy is dropped, also where
+  /// it was never called.
+  std::function<void(const Status&)> callback;
 };
 
 /// The engine's event for it.

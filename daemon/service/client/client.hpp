@@ -17,8 +17,8 @@ namespace weft::daemon::client {
 /// Where a daemon is, and what to show and to ask of it.
 struct Where {
   std::string at;  ///< a Unix socket's path, "tls://HOST:PORT" or "tcp://127.0.0.1:PORT"
-  std::filesystem::path tls_ca =
-      {};                  ///< whose certificates are believed (PEM); empty: the system's
+  /// Certificates that are trusted (PEM); empty: the system's.
+  std::filesystem::path tls_ca = {};
   std::string token = {};  ///< "wft_...": not needed on a Unix socket
 };
 

@@ -114,6 +114,8 @@ class Daemon final : private runs::RunObserver {
   const std::function<void(std::function<void()>)> post_ = [this](std::function<void()> work) {
     server_->post(std::move(work));
   };
+  // Their threads begin at once, so nothing is sent to them before begin() has made server_. They
+  // are gone before the server, to which they post.
   WorkerQueue workers_{post_}, change_workers_{post_}, file_workers_{post_};
   std::unique_ptr<runs::RunManager> manager_;  // gone first: its threads post to the server
   std::unique_ptr<handover::HandoverService> handovers_;  // likewise, and uses the manager

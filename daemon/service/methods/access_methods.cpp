@@ -273,8 +273,8 @@ void add_token_methods(rpc::Methods& methods, const Services& services) {
                {"days", ParamType::integer, false, "how long it is good for [days], 30"},
                {"own", ParamType::flag, false,
                 "it is for yourself, a user of the machine, who came without a token: who comes "
-                "with it "
-                "is you, as far as its role goes, and has your leases and keys; else token:NAME"}},
+                "with it is you, as far as its role goes, and has your leases and keys; else "
+                "token:NAME"}},
               "name, role, expires_us, user (who comes with it), token", add_token)
       .memory = rpc::Memory::while_running;
 }

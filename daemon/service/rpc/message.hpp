@@ -1,5 +1,6 @@
 #pragma once
-// JSON-RPC 2.0, one message a line, and its errors. Source: jsonrpc.org/specification; docs/api.md.
+// JSON-RPC 2.0, one message a line: bytes to lines (LineBuffer), lines to requests, answers to
+// lines, errors, and hints for a misspelt word. Source: jsonrpc.org/specification; docs/api.md.
 
 #include <memory>
 #include <nlohmann/json_fwd.hpp>

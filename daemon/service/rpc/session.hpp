@@ -1,6 +1,7 @@
 #pragma once
 // One client's side of the server: lines in, lines out; no socket. Greets, lets it introduce
-// itself, checks each request and hands it to its method. Source: docs/api.md.
+// itself, checks each request and hands it to its method. Also what all sessions share, and the
+// files that methods hand to the transport. Source: docs/api.md.
 
 #include <functional>
 #include <map>
@@ -21,13 +22,11 @@ namespace weft::daemon::server {
 
 inline constexpr std::string_view protocol_version = "1.0";
 
-// What the methods hand to the transport.
-
 /// Where files are: "/data/R-000318/dataset.h5".
 inline constexpr std::string_view data_path = "/data/";
 
-/// A file that somebody may have. It is what its list says; once somebody writes to it, its stamp
-/// is another, and it is not.
+/// A file that a client may download. It is what its list says; once somebody writes to it, its
+/// stamp is another, and it is not.
 struct ServedFile {
   std::shared_ptr<const OpenFile> file;
   OpenFile::Stamp as_of;
@@ -126,7 +125,7 @@ class Session {
   [[nodiscard]] const rpc::Caller& caller() const { return caller_; }
   [[nodiscard]] bool is_open() const { return is_open_; }
   [[nodiscard]] std::size_t wrong_tokens() const { return wrong_tokens_; }
-  /// For the methods of sub.*: this conversation's own.
+  /// For the methods of sub.*: this session's own. Used by the server's thread alone.
   using Subscriptions = std::map<std::string, std::shared_ptr<Subscription>, std::less<>>;
   Subscriptions& subscriptions() { return subscriptions_; }
   [[nodiscard]] std::size_t pending() const { return pending_.size(); }

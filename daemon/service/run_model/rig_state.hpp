@@ -1,5 +1,6 @@
 #pragma once
-// Whether the rig may be moved, and why not, as values with the time as an argument.
+// Whether the rig may be moved, and why not, and how repeated stops are counted for the journal:
+// values, with the time as an argument.
 
 #include <chrono>
 #include <cstdint>

@@ -85,8 +85,8 @@ struct RunFacts {
   std::string outcome = {}, cleanup = {}, rig_fact = {};  ///< the three facts, once it has ended
   std::string error = {};                                 ///< the first thing that went wrong
   std::string dataset_sha256 = {};
-  std::string dataset_error =
-      {};  ///< why its record was not concluded, whatever became of the bench
+  /// Why its record was not concluded, whatever became of the bench.
+  std::string dataset_error = {};
   /// Outcome and error of its newest turn at the bench; empty where it had none, or died in it.
   std::string bench_outcome = {}, bench_error = {};
   friend bool operator==(const RunFacts&, const RunFacts&) = default;

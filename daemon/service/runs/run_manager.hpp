@@ -168,8 +168,9 @@ class RunManager final : private RunReports {
 
   /// In memory, with the order to its thread; what is to be written is added to `change`.
   void stage(Run& run, const RunStep& step, std::string_view by, RunChange& change);
-  /// A person's order: everything is as before where it cannot be written.
+  /// A person's order: everything is as before where it cannot be written. Notifies nobody.
   Status commit(RunQueue queue, RunChange change);
+  /// commit() with one line of the journal; then notifies of the queue and begins what may begin.
   Status change_queue(RunQueue queue, JournalLine line, std::string_view by);
   Status commit_transition(Run& run, StoredRun stored, const RunStateMachine& machine,
                            std::string_view by);

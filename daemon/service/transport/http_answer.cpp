@@ -246,8 +246,8 @@ std::string subscribe_line(const HttpRequest& request, std::optional<std::int64_
   json params{{"topics", parse_topics(request)},
               {"mode", request.parameter("mode").value_or("latest")}};
   if (const auto rate = request.parameter("max_hz")) {
-    const auto number =
-        number_of<double>(*rate);  // what is none stays text, which the method refuses
+    const auto number = number_of<double>(*rate);
+    // What is no number stays text, which the method refuses.
     params["max_hz"] = number ? json(*number) : json(*rate);
   }
   if (from_seq) params["from_seq"] = *from_seq;
