@@ -18,14 +18,6 @@ using Numbers = std::vector<std::int64_t>;
 
 constexpr int deepest = 32;  // of a booster's own text: 7
 
-tl::unexpected<Error> refused(std::string message, std::string expected = {},
-                              std::string got = {}) {
-  return fail({.code = Errc::corrupt,
-               .what = std::move(message),
-               .expected = std::move(expected),
-               .got = std::move(got)});
-}
-
 // The library's reader calls itself for each bracket: none may lead it down without end.
 json parsed(std::string_view text) {
   bool too_deep = false;
@@ -86,12 +78,15 @@ Status check_lengths(const json& tree, std::size_t nodes) {
       "/split_type",   "/right_children", "/split_conditions", "/split_indices", "/sum_hessian"};
   for (const char* list : lists)
     if (!all_numbers(at(tree, list), nodes))
-      return refused("lists of a tree of the booster are of unlike lengths, or of no numbers",
-                     std::to_string(nodes) + " numbers",
-                     std::to_string(at(tree, list).size()) + " of " + (list + 1));
+      return fail({.code = Errc::corrupt,
+                   .what = "lists of a tree of the booster are of unlike lengths, or of no numbers",
+                   .expected = std::to_string(nodes) + " numbers",
+                   .got = std::to_string(at(tree, list).size()) + " of " + (list + 1)});
   if (!has_number(tree, "/tree_param/num_nodes", nodes))
-    return refused("a tree of the booster counts its nodes wrongly", std::to_string(nodes),
-                   at(tree, "/tree_param/num_nodes").dump());
+    return fail({.code = Errc::corrupt,
+                 .what = "a tree of the booster counts its nodes wrongly",
+                 .expected = std::to_string(nodes),
+                 .got = at(tree, "/tree_param/num_nodes").dump()});
   return {};
 }
 
@@ -102,16 +97,22 @@ Status check_branches(const Numbers& left, const Numbers& right, const Numbers& 
   std::vector<bool> has_parent(left.size());
   for (std::size_t i = 0; i < left.size(); ++i) {
     if (i > 0 && (parent[i] < 0 || parent[i] >= nodes))
-      return refused("a node of the booster has a parent that is none",
-                     "less than " + std::to_string(nodes), std::to_string(parent[i]));
+      return fail({.code = Errc::corrupt,
+                   .what = "a node of the booster has a parent that is none",
+                   .expected = "less than " + std::to_string(nodes),
+                   .got = std::to_string(parent[i])});
     if (left[i] == -1 && right[i] == -1) continue;
     for (const std::int64_t child : {left[i], right[i]}) {
       if (child < 1 || child >= nodes || has_parent[static_cast<std::size_t>(child)])
-        return refused("a node of the booster leads nowhere",
-                       "two nodes of its own of " + std::to_string(nodes), std::to_string(child));
+        return fail({.code = Errc::corrupt,
+                     .what = "a node of the booster leads nowhere",
+                     .expected = "two nodes of its own of " + std::to_string(nodes),
+                     .got = std::to_string(child)});
       if (parent[static_cast<std::size_t>(child)] != static_cast<std::int64_t>(i))
-        return refused("a node of the booster has another parent", std::to_string(i),
-                       std::to_string(parent[static_cast<std::size_t>(child)]));
+        return fail({.code = Errc::corrupt,
+                     .what = "a node of the booster has another parent",
+                     .expected = std::to_string(i),
+                     .got = std::to_string(parent[static_cast<std::size_t>(child)])});
       has_parent[static_cast<std::size_t>(child)] = true;
     }
   }
@@ -124,23 +125,30 @@ Status check_tree(const json& tree, std::size_t features) {
   const Numbers parent = whole_numbers(at(tree, "/parents"));
   const Numbers feature = whole_numbers(at(tree, "/split_indices"));
   const Numbers kind = whole_numbers(at(tree, "/split_type"));
-  if (left.empty()) return refused("a tree of the booster has no nodes");
+  if (left.empty())
+    return fail({.code = Errc::corrupt, .what = "a tree of the booster has no nodes"});
   if (auto ok = check_lengths(tree, left.size()); !ok) return ok;
   if (right.size() != left.size() || parent.size() != left.size() ||
       feature.size() != left.size() || kind.size() != left.size())
-    return refused("nodes of the booster are not whole numbers");
+    return fail({.code = Errc::corrupt, .what = "nodes of the booster are not whole numbers"});
   if (auto ok = check_branches(left, right, parent); !ok) return ok;
   for (std::size_t i = 0; i < left.size(); ++i) {
     if (left[i] == -1) continue;
     if (feature[i] < 0 || feature[i] >= static_cast<std::int64_t>(features))
-      return refused("a feature of the booster is beyond the last",
-                     "less than " + std::to_string(features), std::to_string(feature[i]));
+      return fail({.code = Errc::corrupt,
+                   .what = "a feature of the booster is beyond the last",
+                   .expected = "less than " + std::to_string(features),
+                   .got = std::to_string(feature[i])});
   }
   for (const char* list :
        {"/categories", "/categories_nodes", "/categories_segments", "/categories_sizes"})
-    if (!at(tree, list).empty()) return refused("the booster splits by categories", "numbers");
+    if (!at(tree, list).empty())
+      return fail({.code = Errc::corrupt,
+                   .what = "the booster splits by categories",
+                   .expected = "numbers"});
   if (std::ranges::any_of(kind, [](std::int64_t k) { return k != 0; }))
-    return refused("the booster splits by categories", "numbers");
+    return fail(
+        {.code = Errc::corrupt, .what = "the booster splits by categories", .expected = "numbers"});
   return {};
 }
 
@@ -148,12 +156,16 @@ Status check_tree(const json& tree, std::size_t features) {
 Status check_classes(const json& model, std::size_t trees, std::size_t classes) {
   const Numbers of_tree = whole_numbers(at(model, "/tree_info"));
   if (of_tree.size() != trees || !has_number(model, "/gbtree_model_param/num_trees", trees))
-    return refused("the booster counts its trees wrongly", std::to_string(trees),
-                   std::to_string(of_tree.size()));
+    return fail({.code = Errc::corrupt,
+                 .what = "the booster counts its trees wrongly",
+                 .expected = std::to_string(trees),
+                 .got = std::to_string(of_tree.size())});
   for (const std::int64_t c : of_tree)
     if (c < 0 || c >= static_cast<std::int64_t>(classes))
-      return refused("a class of the booster is beyond the last",
-                     "less than " + std::to_string(classes), std::to_string(c));
+      return fail({.code = Errc::corrupt,
+                   .what = "a class of the booster is beyond the last",
+                   .expected = "less than " + std::to_string(classes),
+                   .got = std::to_string(c)});
   return {};
 }
 
@@ -166,14 +178,15 @@ Status check_rounds(const json& model, std::size_t trees, std::size_t classes) {
            trees % (parallel * classes) == 0;
   });
   if (!known)
-    return refused("the booster has no whole rounds of trees",
-                   "1 or " + std::to_string(trees_of_forest) + " trees of each class",
-                   at(model, "/gbtree_model_param/num_parallel_tree").dump());
+    return fail({.code = Errc::corrupt,
+                 .what = "the booster has no whole rounds of trees",
+                 .expected = "1 or " + std::to_string(trees_of_forest) + " trees of each class",
+                 .got = at(model, "/gbtree_model_param/num_parallel_tree").dump()});
   const json& begins = at(model, "/iteration_indptr");
   const Numbers from = whole_numbers(begins);
   if (!begins.is_null() && (from.size() < 2 || from.front() != 0 || !std::ranges::is_sorted(from) ||
                             from.back() != static_cast<std::int64_t>(trees)))
-    return refused("rounds of the booster lead nowhere");
+    return fail({.code = Errc::corrupt, .what = "rounds of the booster lead nowhere"});
   return {};
 }
 
@@ -181,21 +194,30 @@ Status check_learner(const json& learner, std::size_t features, std::size_t clas
   if (!has_number(learner, "/learner_model_param/num_feature", features) ||
       !has_number(learner, "/learner_model_param/num_class", classes) ||
       !has_number(learner, "/objective/softmax_multiclass_param/num_class", classes))
-    return refused("the booster is not one of these features and labels",
-                   std::to_string(features) + " features, " + std::to_string(classes) + " labels");
+    return fail({.code = Errc::corrupt,
+                 .what = "the booster is not one of these features and labels",
+                 .expected = std::to_string(features) + " features, " + std::to_string(classes) +
+                             " labels"});
   if (at(learner, "/objective/name") != "multi:softprob" ||
       at(learner, "/gradient_booster/name") != "gbtree")
-    return refused("the booster is of another kind", "gbtree of multi:softprob");
+    return fail({.code = Errc::corrupt,
+                 .what = "the booster is of another kind",
+                 .expected = "gbtree of multi:softprob"});
   if (!is_finite_text(at(learner, "/learner_model_param/base_score")))
-    return refused("the booster begins at no number", "a finite base_score",
-                   at(learner, "/learner_model_param/base_score").dump());
+    return fail({.code = Errc::corrupt,
+                 .what = "the booster begins at no number",
+                 .expected = "a finite base_score",
+                 .got = at(learner, "/learner_model_param/base_score").dump()});
   const json& model = at(learner, "/gradient_booster/model");
   const json& trees = at(model, "/trees");
-  if (!trees.is_array() || trees.empty()) return refused("the booster has no trees");
+  if (!trees.is_array() || trees.empty())
+    return fail({.code = Errc::corrupt, .what = "the booster has no trees"});
   for (std::size_t i = 0; i < trees.size(); ++i) {
     if (at(trees[i], "/id") != i)  // the library reads trees side by side, each into its own place
-      return refused("trees of the booster are out of order", std::to_string(i),
-                     at(trees[i], "/id").dump());
+      return fail({.code = Errc::corrupt,
+                   .what = "trees of the booster are out of order",
+                   .expected = std::to_string(i),
+                   .got = at(trees[i], "/id").dump()});
     if (auto ok = check_tree(trees[i], features); !ok) return ok;
   }
   if (auto ok = check_classes(model, trees.size(), classes); !ok) return ok;

@@ -14,20 +14,11 @@ using nlohmann::json;
 constexpr NumberRange ports{1, 65535};
 constexpr NumberRange bauds{50, 12e6};
 
-/// A link that cannot be, at a JSON pointer.
-tl::unexpected<Error> bad_link(std::string where, std::string what, std::string expected = {},
-                               std::string got = {}) {
-  return fail({.code = Errc::invalid_argument,
-               .where = std::move(where),
-               .what = std::move(what),
-               .expected = std::move(expected),
-               .got = std::move(got)});
-}
-
 Result<std::string> address(const json& link, const char* key, const std::string& where) {
   const auto found = link.find(key);
   if (found == link.end() || !found->is_string() || found->get<std::string>().empty())
-    return bad_link(where + "/" + key, "missing or not a text", "a text");
+    return fail(
+        {.where = where + "/" + key, .what = "missing or not a text", .expected = "a text"});
   return found->get<std::string>();
 }
 
@@ -52,7 +43,8 @@ Result<SerialSettings> serial(json link, const std::string& where) {
 Result<Endpoint> endpoint(json link, const std::string& where) {
   Result<std::string> host = address(link, "host", where);
   if (!host) return pass(host.error());
-  if (!link.contains("port")) return bad_link(where + "/port", "missing", "a port's number");
+  if (!link.contains("port"))
+    return fail({.where = where + "/port", .what = "missing", .expected = "a port's number"});
   link.erase("host");
   link.erase("kind");
   ConfigReader reader(link.dump());
@@ -80,7 +72,9 @@ Result<LinkSettings> udp(json link, const std::string& where) {
 Result<LinkSettings> memory(const json& link, const std::string& where) {
   for (const auto& [key, value] : link.items())
     if (key != "kind")
-      return bad_link(where + "/" + key, "a memory link has no settings", "kind alone");
+      return fail({.where = where + "/" + key,
+                   .what = "a memory link has no settings",
+                   .expected = "kind alone"});
   return LinkSettings(MemoryPort{});
 }
 
@@ -92,7 +86,10 @@ Result<LinkSettings> of_kind(const json& link, const std::string& where) {
   if (*kind == "tcp")
     return endpoint(link, where).map([](auto e) { return LinkSettings(TcpPort{e}); });
   if (*kind == "udp") return udp(link, where);
-  return bad_link(where + "/kind", "no such kind of link", "memory, serial, tcp or udp", *kind);
+  return fail({.where = where + "/kind",
+               .what = "no such kind of link",
+               .expected = "memory, serial, tcp or udp",
+               .got = *kind});
 }
 
 struct Opener {
@@ -117,8 +114,10 @@ Result<LinkSettings> parse_link(std::string_view text, std::string_view where) {
   const json link = json::parse(text, nullptr, false);
   if (link.is_null() || (link.is_object() && link.empty())) return LinkSettings(MemoryPort{});
   if (!link.is_object())
-    return bad_link(std::string(where), "not a link", "an object",
-                    link.is_discarded() ? "no JSON" : link.type_name());
+    return fail({.where = std::string(where),
+                 .what = "not a link",
+                 .expected = "an object",
+                 .got = link.is_discarded() ? "no JSON" : link.type_name()});
   return of_kind(link, std::string(where));
 }
 

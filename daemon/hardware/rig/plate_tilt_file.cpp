@@ -18,17 +18,6 @@ struct FoundLevel {
   std::int64_t measured_unix_s = 0;
 };
 
-/// A level that a campaign may not be given.
-tl::unexpected<Error> unusable(std::string where, std::string what, std::string expected = {},
-                               std::string got = {}, std::string hint = {}) {
-  return fail({.code = Errc::wrong_state,
-               .where = std::move(where),
-               .what = std::move(what),
-               .expected = std::move(expected),
-               .got = std::move(got),
-               .hint = std::move(hint)});
-}
-
 Result<FoundLevel> parse_level(std::string_view text) {
   const json parsed = json::parse(text, nullptr, false);
   if (!parsed.is_object() || parsed.value("command", json()) != "align")
@@ -38,7 +27,11 @@ Result<FoundLevel> parse_level(std::string_view text) {
                  .hint = make_one});
   try {
     const json& after = parsed.at("after");
-    if (after.is_null()) return unusable("/after", "no tilt was found", {}, {}, make_one);
+    if (after.is_null())
+      return fail({.code = Errc::wrong_state,
+                   .where = "/after",
+                   .what = "no tilt was found",
+                   .hint = make_one});
     return FoundLevel{parsed.at("rig"),           parsed.at("bench"),          parsed.at("outcome"),
                       after.at("rx_rad"),         after.at("ry_rad"),          after.at("lean_rad"),
                       parsed.at("tolerance_rad"), parsed.at("measured_unix_s")};
@@ -53,15 +46,26 @@ Result<FoundLevel> parse_level(std::string_view text) {
 
 Status of_this_rig(const FoundLevel& found, const RigFile& rig) {
   if (found.outcome != "complete" || !(found.lean_left_rad <= found.tolerance_rad))
-    return unusable("/outcome", "the plate was not levelled", "complete", found.outcome,
-                    "Run weft align again");
+    return fail({.code = Errc::wrong_state,
+                 .where = "/outcome",
+                 .what = "the plate was not levelled",
+                 .expected = "complete",
+                 .got = found.outcome,
+                 .hint = "Run weft align again"});
   if (found.rig != rig.name)
-    return unusable("/rig", "the level is another rig's", rig.name, found.rig,
-                    "Run weft align with this rig file");
+    return fail({.code = Errc::wrong_state,
+                 .where = "/rig",
+                 .what = "the level is another rig's",
+                 .expected = rig.name,
+                 .got = found.rig,
+                 .hint = "Run weft align with this rig file"});
   if (found.bench != to_string(rig.bench))
-    return unusable("/bench", "the level is of another kind of bench",
-                    std::string(to_string(rig.bench)), found.bench,
-                    "Run weft align with this rig file");
+    return fail({.code = Errc::wrong_state,
+                 .where = "/bench",
+                 .what = "the level is of another kind of bench",
+                 .expected = std::string(to_string(rig.bench)),
+                 .got = found.bench,
+                 .hint = "Run weft align with this rig file"});
   return {};
 }
 
@@ -73,13 +77,19 @@ Status of_these_days(const FoundLevel& found, std::chrono::nanoseconds now_utc,
   if (oldest.count() <= 0) return {};
   // no difference: any number may stand in a file
   if (found.measured_unix_s > now_s + clocks_differ_s)
-    return unusable("/measured_unix_s", "the level was found in the future",
-                    "at most " + seconds(now_s), seconds(found.measured_unix_s),
-                    "Set this machine's clock, or say --level-max-age-h 0");
+    return fail({.code = Errc::wrong_state,
+                 .where = "/measured_unix_s",
+                 .what = "the level was found in the future",
+                 .expected = "at most " + seconds(now_s),
+                 .got = seconds(found.measured_unix_s),
+                 .hint = "Set this machine's clock, or say --level-max-age-h 0"});
   if (found.measured_unix_s < now_s - oldest.count())
-    return unusable("/measured_unix_s", "the level is too old",
-                    "at least " + seconds(now_s - oldest.count()), seconds(found.measured_unix_s),
-                    "Run weft align again, or say --level-max-age-h");
+    return fail({.code = Errc::wrong_state,
+                 .where = "/measured_unix_s",
+                 .what = "the level is too old",
+                 .expected = "at least " + seconds(now_s - oldest.count()),
+                 .got = seconds(found.measured_unix_s),
+                 .hint = "Run weft align again, or say --level-max-age-h"});
   return {};
 }
 

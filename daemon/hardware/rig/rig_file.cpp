@@ -26,24 +26,14 @@ const std::vector<std::string> root_keys{"name",  "bench",   "devices", "limits"
 const std::vector<std::string> device_keys{"name", "role", "driver",   "config",  "link",
                                            "also", "http", "commands", "emulator"};
 
-/// What the rig file may not have, at a JSON pointer.
-tl::unexpected<Error> refused(std::string where, std::string what, std::string expected = {},
-                              std::string got = {}, std::string hint = {}) {
-  return fail({.code = Errc::invalid_argument,
-               .where = std::move(where),
-               .what = std::move(what),
-               .expected = std::move(expected),
-               .got = std::move(got),
-               .hint = std::move(hint)});
-}
-
 Status only_known_keys(const json& object, const std::vector<std::string>& known,
                        const std::string& where) {
   for (const auto& [key, value] : object.items()) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
     const std::string meant = nearest_name(key, known);
-    return refused(where + "/" + key, "unknown key", {}, {},
-                   meant.empty() ? "" : "Did you mean " + meant + "?");
+    return fail({.where = where + "/" + key,
+                 .what = "unknown key",
+                 .hint = meant.empty() ? "" : "Did you mean " + meant + "?"});
   }
   return {};
 }
@@ -51,14 +41,20 @@ Status only_known_keys(const json& object, const std::vector<std::string>& known
 Result<std::string> text_member(const json& object, const char* key, const std::string& where) {
   const auto found = object.find(key);
   if (found == object.end() || !found->is_string())
-    return refused(where + "/" + key, "missing or not a string", "a string",
-                   found == object.end() ? "nothing" : std::string(found->type_name()));
+    return fail({.where = where + "/" + key,
+                 .what = "missing or not a string",
+                 .expected = "a string",
+                 .got = found == object.end() ? "nothing" : std::string(found->type_name())});
   return found->get<std::string>();
 }
 
 Status read_more_links(const json& object, const std::string& where, DeviceEntry& device) {
   const json also = object.value("also", json::array());
-  if (!also.is_array()) return refused(where + "/also", "not a list", "links", also.type_name());
+  if (!also.is_array())
+    return fail({.where = where + "/also",
+                 .what = "not a list",
+                 .expected = "links",
+                 .got = also.type_name()});
   for (std::size_t i = 0; i < also.size(); ++i) {
     const auto link = parse_link(also[i].dump(), where + "/also/" + std::to_string(i));
     if (!link) return pass(link.error());
@@ -75,7 +71,11 @@ Status read_more_links(const json& object, const std::string& where, DeviceEntry
 }
 
 Result<DeviceEntry> device_entry(const json& object, const std::string& where) {
-  if (!object.is_object()) return refused(where, "not a device", "an object", object.type_name());
+  if (!object.is_object())
+    return fail({.where = where,
+                 .what = "not a device",
+                 .expected = "an object",
+                 .got = object.type_name()});
   if (Status ok = only_known_keys(object, device_keys, where); !ok) return pass(ok.error());
   DeviceEntry device;
   for (auto [key, member] :
@@ -86,8 +86,10 @@ Result<DeviceEntry> device_entry(const json& object, const std::string& where) {
   }
   if (device.role != vibro_role &&
       std::find(roles.begin(), roles.end(), device.role) == roles.end())
-    return refused(where + "/role", "unknown role", "x, y, z, rx, ry, wrench, taxels or vibro",
-                   device.role);
+    return fail({.where = where + "/role",
+                 .what = "unknown role",
+                 .expected = "x, y, z, rx, ry, wrench, taxels or vibro",
+                 .got = device.role});
   device.config_json = object.value("config", json::object()).dump();
   Result<LinkSettings> link =
       parse_link(object.value("link", json::object()).dump(), where + "/link");
@@ -101,7 +103,10 @@ Result<BenchMode> bench_mode(const std::string& word) {
   if (word == "simulated") return BenchMode::simulated;
   if (word == "emulated") return BenchMode::emulated;
   if (word == "real") return BenchMode::real;
-  return refused("/bench", "unknown bench", "simulated, emulated or real", word);
+  return fail({.where = "/bench",
+               .what = "unknown bench",
+               .expected = "simulated, emulated or real",
+               .got = word});
 }
 
 bool is_memory(const LinkSettings& link) {
@@ -117,25 +122,31 @@ bool page_suits(const DeviceEntry& device, bool in_memory) {
 Status commands_suit(const DeviceEntry& device, BenchMode mode, const std::string& where) {
   if (!device.commands) return {};
   if (mode == BenchMode::emulated && std::holds_alternative<TcpPort>(*device.commands)) return {};
-  return refused(where + "/commands", "only weft-rig serves a command port, for other programs",
-                 "tcp on an emulated bench");
+  return fail({.where = where + "/commands",
+               .what = "only weft-rig serves a command port, for other programs",
+               .expected = "tcp on an emulated bench"});
 }
 
 // A simulated bench has no ports, and the others nothing but ports.
 Status link_suits(const DeviceEntry& device, BenchMode mode, const std::string& where) {
   const bool in_memory = mode == BenchMode::simulated;
   if (is_memory(device.link) != in_memory)
-    return refused(where + "/link", "the link does not suit the bench",
-                   in_memory ? "memory on a simulated bench" : "serial, tcp or udp on a real port",
-                   in_memory ? "a port" : "memory", "See sim/rigs/README.md");
+    return fail({.where = where + "/link",
+                 .what = "the link does not suit the bench",
+                 .expected = in_memory ? "memory on a simulated bench"
+                                       : "serial, tcp or udp on a real port",
+                 .got = in_memory ? "a port" : "memory",
+                 .hint = "See sim/rigs/README.md"});
   if (!page_suits(device, in_memory))
-    return refused(where + "/http", "the link does not suit the bench",
-                   in_memory ? "memory on a simulated bench" : "tcp on a real port");
+    return fail({.where = where + "/http",
+                 .what = "the link does not suit the bench",
+                 .expected = in_memory ? "memory on a simulated bench" : "tcp on a real port"});
   if (Status s = commands_suit(device, mode, where); !s) return s;
   if (device.also.empty()) return {};
   if (mode != BenchMode::emulated || std::any_of(device.also.begin(), device.also.end(), is_memory))
-    return refused(where + "/also", "only weft-rig serves a device at more places than one",
-                   "ports of an emulated bench");
+    return fail({.where = where + "/also",
+                 .what = "only weft-rig serves a device at more places than one",
+                 .expected = "ports of an emulated bench"});
   return {};
 }
 
@@ -150,8 +161,9 @@ Result<Endpoint> read_console(const json& root) {
   const auto pointer = "/simulation/console"_json_pointer;
   json link = root.contains(pointer) ? root[pointer] : json();
   if (!link.is_object())
-    return refused(pointer.to_string(), "missing or not an object",
-                   "host and port where weft-rig takes orders");
+    return fail({.where = pointer.to_string(),
+                 .what = "missing or not an object",
+                 .expected = "host and port where weft-rig takes orders"});
   link["kind"] = "tcp";
   const Result<LinkSettings> console = parse_link(link.dump(), pointer.to_string());
   if (!console) return pass(console.error());
@@ -164,13 +176,17 @@ Status every_role_once(const std::vector<DeviceEntry>& devices) {
                          [&](const DeviceEntry& d) { return d.role == role; });
   };
   if (filled(vibro_role) > 1)
-    return refused("/devices", "role vibro is filled twice", "at most one device",
-                   std::to_string(filled(vibro_role)) + " devices");
+    return fail({.where = "/devices",
+                 .what = "role vibro is filled twice",
+                 .expected = "at most one device",
+                 .got = std::to_string(filled(vibro_role)) + " devices"});
   for (const std::string_view role : roles) {
     const auto count = filled(role);
     if (count != 1)
-      return refused("/devices", "role " + std::string(role) + " is not filled once", "one device",
-                     std::to_string(count) + " devices");
+      return fail({.where = "/devices",
+                   .what = "role " + std::string(role) + " is not filled once",
+                   .expected = "one device",
+                   .got = std::to_string(count) + " devices"});
   }
   return {};
 }
@@ -183,8 +199,10 @@ Result<std::vector<std::filesystem::path>> plugin_folders(const json& root) {
                        return folder.is_string();
                      });
   if (!texts)
-    return refused("/plugins", "not a list of folders",
-                   "folders with drivers, relative to the rig file", list->dump());
+    return fail({.where = "/plugins",
+                 .what = "not a list of folders",
+                 .expected = "folders with drivers, relative to the rig file",
+                 .got = list->dump()});
   for (const json& folder : *list) folders.emplace_back(folder.get<std::string>());
   return folders;
 }
@@ -205,7 +223,7 @@ void limit_acceleration(const json& root, std::vector<DeviceEntry>& devices) {
 
 Result<RigFile> from_json(const json& root) {
   if (!root.is_object() || !root.contains("devices") || !root["devices"].is_array())
-    return refused("/devices", "not a rig file", "an array of devices");
+    return fail({.where = "/devices", .what = "not a rig file", .expected = "an array of devices"});
   if (Status ok = only_known_keys(root, root_keys, ""); !ok) return pass(ok.error());
   RigFile rig;
   Result<std::string> name = text_member(root, "name", "");

@@ -16,35 +16,28 @@ namespace {
 constexpr std::array<std::string_view, 7> outcome_names{
     "complete", "stopped", "aborted", "failed", "interrupted", "rejected", "ended_early"};
 
-tl::unexpected<Error> invalid(std::string where, std::string what, std::string expected = {},
-                              std::string got = {}) {
-  return fail({.code = Errc::invalid_argument,
-               .where = std::move(where),
-               .what = std::move(what),
-               .expected = std::move(expected),
-               .got = std::move(got)});
-}
-
 Status sizes_disagree(std::string_view what, std::size_t expected, std::size_t got) {
-  return invalid({}, "number of " + std::string(what) + " disagrees", std::to_string(expected),
-                 std::to_string(got));
+  return fail({.what = "number of " + std::string(what) + " disagrees",
+               .expected = std::to_string(expected),
+               .got = std::to_string(got)});
 }
 
 Status check_taxels(const classifier::Trial& trial) {
-  if (trial.taxels == 0) return invalid({}, "a trial without taxels");
-  if (trial.samples() == 0) return invalid({}, "a trial without samples");
+  if (trial.taxels == 0) return fail({.what = "a trial without taxels"});
+  if (trial.samples() == 0) return fail({.what = "a trial without samples"});
   if (trial.counts.size() != trial.samples() * trial.taxels)
     return sizes_disagree("counts", trial.samples() * trial.taxels, trial.counts.size());
   const auto odd = std::ranges::find_if(trial.counts, [](double c) { return !std::isfinite(c); });
   if (odd != trial.counts.end())
-    return invalid("sample " + std::to_string(static_cast<std::size_t>(odd - trial.counts.begin()) /
-                                              trial.taxels),
-                   "a count that is not a finite number");
+    return fail(
+        {.where = "sample " + std::to_string(static_cast<std::size_t>(odd - trial.counts.begin()) /
+                                             trial.taxels),
+         .what = "a count that is not a finite number"});
   const auto phase = std::ranges::find_if(
       trial.phase, [](Phase p) { return !phase_from_char(to_char(p)).has_value(); });
   if (phase != trial.phase.end())
-    return invalid("sample " + std::to_string(phase - trial.phase.begin()),
-                   "a phase that is none of S, P, M, E and -");
+    return fail({.where = "sample " + std::to_string(phase - trial.phase.begin()),
+                 .what = "a phase that is none of S, P, M, E and -"});
   return {};
 }
 
@@ -59,7 +52,7 @@ Status check_blocks(const BlockStream& stream, const BlockFormat& format, std::s
     if (column->size() != blocks)
       return sizes_disagree("blocks of " + what, blocks, column->size());
   if (blocks > 0 && (format.readings == 0 || !(format.rate_hz > 0)))
-    return invalid({}, "blocks of " + what + " without readings or rate");
+    return fail({.what = "blocks of " + what + " without readings or rate"});
   return {};
 }
 
@@ -68,11 +61,11 @@ Status check_record(const TrialRecord& record, std::size_t samples, const Datase
   const TrialQuality& quality = record.quality;
   if (!std::isfinite(quality.force_rms_error_n.value_or(0)) ||
       !std::isfinite(quality.force_in_band_fraction.value_or(0)))
-    return invalid({}, "a quality figure that is not a finite number");
+    return fail({.what = "a quality figure that is not a finite number"});
   if (record.spec.factors.size() != info.factors.size())
     return sizes_disagree("factors", info.factors.size(), record.spec.factors.size());
   if (!std::ranges::all_of(record.spec.factors, [](double x) { return std::isfinite(x); }))
-    return invalid({}, "a factor's value that is not a finite number");
+    return fail({.what = "a factor's value that is not a finite number"});
   if (record.t_ns.size() != samples) return sizes_disagree("times", samples, record.t_ns.size());
   if (!record.device_us.empty() && record.device_us.size() != samples)
     return sizes_disagree("device times", samples, record.device_us.size());
@@ -203,7 +196,7 @@ double WrenchStream::torque_nm(std::size_t i, std::size_t axis) const {
 }
 
 Status check(const Dataset& dataset) {
-  if (dataset.trials.empty()) return invalid({}, "a data set without trials");
+  if (dataset.trials.empty()) return fail({.what = "a data set without trials"});
   if (dataset.records.size() != dataset.trials.size())
     return sizes_disagree("records", dataset.trials.size(), dataset.records.size());
   std::unordered_set<std::string_view> files;
@@ -211,11 +204,13 @@ Status check(const Dataset& dataset) {
     const classifier::Trial& trial = dataset.trials[i];
     const std::string where = "trial " + trial.file;
     if (trial.file.empty() || !files.insert(trial.file).second)
-      return invalid(where, "the name of a trial must be present and unique");
-    if (trial.label.empty()) return invalid(where, "a trial without label");
+      return fail({.where = where, .what = "the name of a trial must be present and unique"});
+    if (trial.label.empty()) return fail({.where = where, .what = "a trial without label"});
     if (trial.taxels != dataset.trials.front().taxels)
-      return invalid(where, "trials of different taxel counts",
-                     std::to_string(dataset.trials.front().taxels), std::to_string(trial.taxels));
+      return fail({.where = where,
+                   .what = "trials of different taxel counts",
+                   .expected = std::to_string(dataset.trials.front().taxels),
+                   .got = std::to_string(trial.taxels)});
     if (auto fine = check_taxels(trial); !fine) return pass(std::move(fine).error(), where);
     auto fine = check_record(dataset.records[i], trial.samples(), dataset.info);
     if (!fine) return pass(std::move(fine).error(), where);
@@ -238,8 +233,10 @@ Result<std::vector<std::string>> explorations_in(std::string_view sum) {
     to = sum.find('+', from);
     std::string name(sum.substr(from, to == std::string_view::npos ? to : to - from));
     if (!sum.empty() && (name.empty() || std::ranges::find(out, name) != out.end()))
-      return invalid("--exploration", "not a sum of explorations",
-                     "different names with + between them, such as M1+M2", std::string(sum));
+      return fail({.where = "--exploration",
+                   .what = "not a sum of explorations",
+                   .expected = "different names with + between them, such as M1+M2",
+                   .got = std::string(sum)});
     out.push_back(std::move(name));
   }
   return out;

@@ -17,15 +17,6 @@ namespace {
 
 using classifier::imprint::Image;
 
-tl::unexpected<Error> broken(std::string where, std::string what, std::string expected = {},
-                             std::string_view got = {}) {
-  return fail({.code = Errc::parse,
-               .where = std::move(where),
-               .what = std::move(what),
-               .expected = std::move(expected),
-               .got = std::string(got.substr(0, 80))});
-}
-
 constexpr std::string_view gaps = " \t\r";
 
 constexpr std::string_view map_blanks = " \t\r\n\v\f";
@@ -77,15 +68,22 @@ Status read_plain_map(const std::string& name, GreyMapTokens& words, std::size_t
   for (double& value : out.data()) {
     const auto number = words.number();
     if (!number || *number > most)
-      return broken(name, "a taxel is missing or too large", "0 to " + std::to_string(most));
+      return fail({.code = Errc::parse,
+                   .where = name,
+                   .what = "a taxel is missing or too large",
+                   .expected = "0 to " + std::to_string(most)});
     value = static_cast<double>(*number);
   }
   if (!words.is_ended())
-    return broken(name, "nothing ends the last taxel: the file may be cut short",
-                  "a line break at the end");
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "nothing ends the last taxel: the file may be cut short",
+                 .expected = "a line break at the end"});
   if (!words.is_at_end())
-    return broken(name, "more taxels than the header says",
-                  std::to_string(out.rows()) + " x " + std::to_string(out.cols()));
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "more taxels than the header says",
+                 .expected = std::to_string(out.rows()) + " x " + std::to_string(out.cols())});
   return {};
 }
 
@@ -93,14 +91,19 @@ Status read_binary_map(const std::string& name, std::string_view bytes, std::siz
                        Image& out) {
   const std::size_t width = most < 256 ? 1 : 2;
   if (bytes.size() != width * out.data().size())
-    return broken(name, "the image has another number of bytes",
-                  std::to_string(width * out.data().size()), std::to_string(bytes.size()));
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "the image has another number of bytes",
+                 .expected = std::to_string(width * out.data().size()),
+                 .got = std::to_string(bytes.size())});
   for (std::size_t i = 0; i < out.data().size(); ++i) {
     std::size_t value = static_cast<unsigned char>(bytes[width * i]);
     if (width == 2) value = 256 * value + static_cast<unsigned char>(bytes[2 * i + 1]);
     if (value > most)
-      return broken(name, "a taxel is larger than the file's largest value",
-                    "0 to " + std::to_string(most));
+      return fail({.code = Errc::parse,
+                   .where = name,
+                   .what = "a taxel is larger than the file's largest value",
+                   .expected = "0 to " + std::to_string(most)});
     out.data()[i] = static_cast<double>(value);
   }
   return {};
@@ -137,10 +140,19 @@ Result<ArrayHeader> read_array_header(const std::string& name, std::string_view 
              order = find_header_entry(text, "fortran_order"),
              shape = find_header_entry(text, "shape");
   if (!type || !order || !shape || !type->starts_with('\''))
-    return broken(name, "the header is not an array's", "descr, fortran_order and shape", text);
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "the header is not an array's",
+                 .expected = "descr, fortran_order and shape",
+                 .got = std::string(text.substr(0, 80))});
   ArrayHeader out;
   const std::size_t end = type->find('\'', 1);
-  if (end == std::string_view::npos) return broken(name, "the type has no end", "'<u2'", *type);
+  if (end == std::string_view::npos)
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "the type has no end",
+                 .expected = "'<u2'",
+                 .got = std::string(type->substr(0, 80))});
   out.type = type->substr(1, end - 1);
   out.columns_first = order->starts_with("True");
   std::string_view sizes = shape->substr(0, shape->find(')'));
@@ -148,9 +160,17 @@ Result<ArrayHeader> read_array_header(const std::string& name, std::string_view 
   sizes.remove_prefix(std::min(sizes.find_first_not_of(" ,"), sizes.size()));
   const auto cols = leading_number(sizes);
   if (!rows || !cols || sizes.find_first_not_of(" ,") != std::string_view::npos)
-    return broken(name, "an imprint has two dimensions", "shape (rows, columns)", *shape);
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "an imprint has two dimensions",
+                 .expected = "shape (rows, columns)",
+                 .got = std::string(shape->substr(0, 80))});
   if (*rows == 0 || *cols == 0 || *rows > classifier::imprint::most_taxels / *cols)
-    return broken(name, "no imprint has this size", "1 to 16777216 taxels", *shape);
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "no imprint has this size",
+                 .expected = "1 to 16777216 taxels",
+                 .got = std::string(shape->substr(0, 80))});
   out.rows = *rows;
   out.cols = *cols;
   return out;
@@ -227,7 +247,11 @@ Result<Image> parse_image_csv(const std::string& name, std::string_view text) {
     ++rows;
   }
   if (auto ok = lines.check_end(); !ok) return pass(ok.error());
-  if (rows == 0) return broken(name, "the file holds no imprint", "rows of numbers");
+  if (rows == 0)
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "the file holds no imprint",
+                 .expected = "rows of numbers"});
   Image out(rows, cols);
   std::copy(values.begin(), values.end(), out.data().begin());
   return out;
@@ -301,15 +325,24 @@ Result<double> NumberLines::number(std::size_t at) const {
 
 Result<Image> parse_image_pgm(const std::string& name, std::string_view text) {
   const bool plain = text.starts_with("P2"), binary = text.starts_with("P5");
-  if (!plain && !binary) return broken(name, "no grey map", "a file that begins with P2 or P5");
+  if (!plain && !binary)
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "no grey map",
+                 .expected = "a file that begins with P2 or P5"});
   GreyMapTokens words(text);
   const auto cols = words.number(), rows = words.number(), most = words.number();
   if (!cols || !rows || !most || *most < 1 || *most > largest_map_value)
-    return broken(name, "the header is not one of a grey map",
-                  "width, height and a largest value of 1 to 65535");
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "the header is not one of a grey map",
+                 .expected = "width, height and a largest value of 1 to 65535"});
   if (*rows == 0 || *cols == 0 || *rows > classifier::imprint::most_taxels / *cols ||
       *rows * *cols > text.size())
-    return broken(name, "the image cannot have this size", "as many taxels as the file has bytes");
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "the image cannot have this size",
+                 .expected = "as many taxels as the file has bytes"});
   Image out(*rows, *cols);
   auto done = plain ? read_plain_map(name, words, *most, out)
                     : read_binary_map(name, words.rest(), *most, out);
@@ -319,14 +352,24 @@ Result<Image> parse_image_pgm(const std::string& name, std::string_view text) {
 
 Result<Image> parse_image_npy(const std::string& name, std::string_view text) {
   if (!text.starts_with("\x93NUMPY") || text.size() < 10)
-    return broken(name, "no NumPy array", "a file that begins with \\x93NUMPY");
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "no NumPy array",
+                 .expected = "a file that begins with \\x93NUMPY"});
   const std::size_t wide = text[6] == 1 ? 2 : 4, start = 8 + wide;
   if (text[6] < 1 || text[6] > 3 || text.size() < start)
-    return broken(name, "an array file of another version", "1, 2 or 3");
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "an array file of another version",
+                 .expected = "1, 2 or 3"});
   std::size_t length = 0;
   for (std::size_t i = 0; i < wide; ++i)
     length |= static_cast<std::size_t>(static_cast<unsigned char>(text[8 + i])) << (8 * i);
-  if (length > text.size() - start) return broken(name, "the header is cut short", "its length");
+  if (length > text.size() - start)
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "the header is cut short",
+                 .expected = "its length"});
   const auto header = read_array_header(name, text.substr(start, length));
   if (!header) return pass(header.error());
   const std::string_view body = text.substr(start + length);
@@ -334,13 +377,19 @@ Result<Image> parse_image_npy(const std::string& name, std::string_view text) {
   const std::size_t width =
       header->type.empty() ? 0 : static_cast<std::size_t>(header->type.back() - '0');
   if (body.size() != taxels * width)
-    return broken(name, "the array has another number of bytes", std::to_string(taxels * width),
-                  std::to_string(body.size()));
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "the array has another number of bytes",
+                 .expected = std::to_string(taxels * width),
+                 .got = std::to_string(body.size())});
   std::vector<double> values(taxels);
   const std::vector<std::uint8_t> bytes(body.begin(), body.end());
   if (!read_type(header->type, bytes, values))
-    return broken(name, "values of this type are not read",
-                  "u1, i1, u2, i2, u4, i4, f4 or f8 with its byte order", header->type);
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "values of this type are not read",
+                 .expected = "u1, i1, u2, i2, u4, i4, f4 or f8 with its byte order",
+                 .got = header->type.substr(0, 80)});
   Image out(header->rows, header->cols);
   for (std::size_t r = 0; r < header->rows; ++r)
     for (std::size_t c = 0; c < header->cols; ++c)

@@ -16,19 +16,11 @@
 namespace weft::daemon {
 namespace {
 
-tl::unexpected<Error> damaged(std::string where, std::string what, std::string got = {},
-                              std::string expected = {}) {
-  return fail({.code = Errc::corrupt,
-               .where = std::move(where),
-               .what = std::move(what),
-               .expected = std::move(expected),
-               .got = std::move(got)});
-}
-
 Result<std::int64_t> read_integer(sqlite::Database& database, const char* sql) {
   const auto found = database.integer(sql);
   if (!found) return pass(found.error());
-  if (!*found) return damaged({}, "the campaign file lacks its header row");
+  if (!*found)
+    return fail({.code = Errc::corrupt, .what = "the campaign file lacks its header row"});
   return **found;
 }
 
@@ -69,7 +61,9 @@ Status read_block_streams(sqlite::Database& database, DatasetInfo& info) {
                        [&](const sqlite::Statement& row) -> Status {
                          const std::int64_t readings = row.integer(2);
                          if (readings < 1 || readings > most_block_values || !(row.real(1) > 0))
-                           return damaged("block_stream", "a stream of impossible blocks");
+                           return fail({.code = Errc::corrupt,
+                                        .where = "block_stream",
+                                        .what = "a stream of impossible blocks"});
                          const bool sound =
                              row.integer(0) == static_cast<std::int64_t>(Stream::sound);
                          (sound ? info.sound : info.acceleration) = {
@@ -92,12 +86,19 @@ Result<std::size_t> read_header(sqlite::Database& database, DatasetInfo& info) {
   if (!query) return pass(std::move(query).error());
   auto row = query->step();
   if (!row) return pass(std::move(row).error());
-  if (!*row) return damaged({}, "the campaign file lacks its header row");
+  if (!*row) return fail({.code = Errc::corrupt, .what = "the campaign file lacks its header row"});
   const auto kind = bench_kind_from(query->text(0));
-  if (!kind) return damaged("campaign", "unknown bench kind", query->text(0));
+  if (!kind)
+    return fail({.code = Errc::corrupt,
+                 .where = "campaign",
+                 .what = "unknown bench kind",
+                 .got = query->text(0)});
   const std::int64_t taxels = query->integer(9);
   if (taxels < 1 || taxels > most_taxels)
-    return damaged("campaign", "impossible number of taxels", std::to_string(taxels));
+    return fail({.code = Errc::corrupt,
+                 .where = "campaign",
+                 .what = "impossible number of taxels",
+                 .got = std::to_string(taxels)});
   info.kind = *kind;
   info.name = query->text(1);
   info.source = query->text(2);
@@ -175,7 +176,11 @@ Result<TrialRecord> read_trial_row(const sqlite::Statement& query) {
   record.spec.patch_seed = unsigned_of(query.text(7));
   const auto outcome =
       query.is_null(8) ? TrialOutcome::interrupted : trial_outcome_from(query.text(8));
-  if (!outcome) return damaged(trial_name(record.spec), "unknown outcome", query.text(8));
+  if (!outcome)
+    return fail({.code = Errc::corrupt,
+                 .where = trial_name(record.spec),
+                 .what = "unknown outcome",
+                 .got = query.text(8)});
   record.outcome = *outcome;
   record.quality = {real_or_nothing(query, 9), real_or_nothing(query, 10)};
   return record;
@@ -200,11 +205,12 @@ class ChunkReader {
     return query_.bind_all(trial_id).each([&](const sqlite::Statement& row) -> Status {
       const std::int64_t stream = row.integer(0);
       if (stream < 0 || stream >= std::int64_t{stream_count})
-        return damaged({}, "a chunk of an unknown stream");
+        return fail({.code = Errc::corrupt, .what = "a chunk of an unknown stream"});
       const std::string where =
           std::string(to_string(static_cast<Stream>(stream))) + " chunk " + row.text(1);
       if (row.integer(1) != expected_number[static_cast<std::size_t>(stream)]++)
-        return damaged(where, "a chunk before this one is missing");
+        return fail(
+            {.code = Errc::corrupt, .where = where, .what = "a chunk before this one is missing"});
       auto done = decode(static_cast<Stream>(stream), trial, record);
       if (!done) return pass(std::move(done).error(), where);
       return {};
@@ -221,13 +227,17 @@ class ChunkReader {
     const ByteView data = query_.blob(5);
     const std::size_t width = widths_[static_cast<std::size_t>(stream)];
     if (width == 0 && stream != Stream::stages)
-      return damaged({}, "a chunk of a stream that the file does not describe");
+      return fail(
+          {.code = Errc::corrupt, .what = "a chunk of a stream that the file does not describe"});
     const std::size_t row = row_bytes(stream, width);
     if (data.empty() || data.size() % row != 0 ||
         std::cmp_not_equal(data.size() / row, query_.integer(2)))
-      return damaged({}, "cut short", std::to_string(data.size()) + " bytes",
-                     query_.text(2) + " rows of " + std::to_string(row) + " bytes");
-    if (crc32(data) != query_.integer(4)) return damaged({}, "altered: its CRC-32 disagrees");
+      return fail({.code = Errc::corrupt,
+                   .what = "cut short",
+                   .expected = query_.text(2) + " rows of " + std::to_string(row) + " bytes",
+                   .got = std::to_string(data.size()) + " bytes"});
+    if (crc32(data) != query_.integer(4))
+      return fail({.code = Errc::corrupt, .what = "altered: its CRC-32 disagrees"});
     const auto lost = static_cast<std::uint32_t>(query_.integer(3));
     switch (stream) {
       case Stream::wrench:
@@ -246,7 +256,8 @@ class ChunkReader {
         break;
     }
     record.lost_samples += lost;
-    if (!decode_taxels(data, trial, record)) return damaged({}, "an unknown phase");
+    if (!decode_taxels(data, trial, record))
+      return fail({.code = Errc::corrupt, .what = "an unknown phase"});
     return {};
   }
 
@@ -267,9 +278,11 @@ Status read_trials(sqlite::Database& database, const CampaignLoadOptions& option
     const TrialSpec& spec = record->spec;
     record->spec.factors = std::move((*factors)[row.integer(0)]);
     if (spec.factors.size() != dataset.info.factors.size())
-      return damaged(trial_name(spec), "a trial without its values of the sweep's factors",
-                     std::to_string(spec.factors.size()),
-                     std::to_string(dataset.info.factors.size()));
+      return fail({.code = Errc::corrupt,
+                   .where = trial_name(spec),
+                   .what = "a trial without its values of the sweep's factors",
+                   .expected = std::to_string(dataset.info.factors.size()),
+                   .got = std::to_string(spec.factors.size())});
     if (record->outcome == TrialOutcome::ended_early) ++ended_early[{spec.label, spec.exploration}];
     if (record->outcome != TrialOutcome::complete && !options.all_outcomes) return {};
     if (options.stop_requested && options.stop_requested())

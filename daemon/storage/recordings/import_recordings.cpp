@@ -15,16 +15,6 @@ namespace {
 using classifier::vibro::Channel;
 using classifier::vibro::Recording;
 
-tl::unexpected<Error> unreadable(std::string where, std::string what, std::string expected = {},
-                                 std::string got = {}, std::string hint = {}) {
-  return fail({.code = Errc::parse,
-               .where = std::move(where),
-               .what = std::move(what),
-               .expected = std::move(expected),
-               .got = std::move(got),
-               .hint = std::move(hint)});
-}
-
 std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> out;
   std::error_code gone;
@@ -68,11 +58,13 @@ Result<TimedRate> even_rate(const std::vector<double>& times, const LongestInter
     worst_s =
         std::max(worst_s, std::abs(times[i] - times.front() - static_cast<double>(i) * step_s));
   if (worst_s > 0.5 * step_s || longest.s > 1.5 * step_s)
-    return unreadable(longest.where, "the samples are not evenly spaced",
-                      "a sample each " + std::to_string(step_s) + " s",
-                      "one after " + std::to_string(longest.s) + " s",
-                      "Cut the recording where samples are missing; where none are, state the "
-                      "rate of the sensor: --rate-hz");
+    return fail({.code = Errc::parse,
+                 .where = longest.where,
+                 .what = "the samples are not evenly spaced",
+                 .expected = "a sample each " + std::to_string(step_s) + " s",
+                 .got = "one after " + std::to_string(longest.s) + " s",
+                 .hint = "Cut the recording where samples are missing; where none are, state the "
+                         "rate of the sensor: --rate-hz"});
   return timed_rate(1 / step_s, 2 * worst_s / step_s / duration_s);
 }
 
@@ -174,9 +166,12 @@ Result<std::vector<std::vector<double>>> read_lines(const std::filesystem::path&
       double value = 0.0;
       const auto [next, problem] = std::from_chars(at, end, value);
       if (problem != std::errc() || !std::isfinite(value) || (next != end && *next != ','))
-        return unreadable(path.string() + ":" + std::to_string(number) + ": field " +
+        return fail({.code = Errc::parse,
+                     .where = path.string() + ":" + std::to_string(number) + ": field " +
                               std::to_string(out.back().size() + 1),
-                          "not a finite number", "a number", std::string(at, end).substr(0, 20));
+                     .what = "not a finite number",
+                     .expected = "a number",
+                     .got = std::string(at, end).substr(0, 20)});
       out.back().push_back(value);
       if (next == end) break;
       at = next + 1;
@@ -197,8 +192,11 @@ Result<std::vector<std::vector<double>>> vibtac_channel(const std::filesystem::p
     channel = {name, 200.0, "count"};
     auto lines = read_lines(folder / (name + ".csv"));
     if (lines && lines->size() != textures)
-      return unreadable(folder / (name + ".csv"), "another number of textures",
-                        std::to_string(textures), std::to_string(lines->size()));
+      return fail({.code = Errc::parse,
+                   .where = folder / (name + ".csv"),
+                   .what = "another number of textures",
+                   .expected = std::to_string(textures),
+                   .got = std::to_string(lines->size())});
     return lines;
   }
   std::vector<std::vector<double>> out(textures);
@@ -208,9 +206,11 @@ Result<std::vector<std::vector<double>>> vibtac_channel(const std::filesystem::p
     auto sound = read_sound_file(path);
     if (!sound) return pass(sound.error());
     if (channel.rate_hz > 0 && channel.rate_hz != sound->rate_hz)
-      return unreadable(path, "another sampling rate than the tracks before",
-                        std::to_string(channel.rate_hz) + " Hz",
-                        std::to_string(sound->rate_hz) + " Hz");
+      return fail({.code = Errc::parse,
+                   .where = path,
+                   .what = "another sampling rate than the tracks before",
+                   .expected = std::to_string(channel.rate_hz) + " Hz",
+                   .got = std::to_string(sound->rate_hz) + " Hz"});
     channel = {"S", sound->rate_hz, "1"};
     out[t] = std::move(sound->channels.front());
   }
@@ -280,7 +280,11 @@ Result<RecordingSet> import_lmt_sound(const std::filesystem::path& folder) {
       std::smatch parts;
       const std::string name = path.filename().string();
       if (!std::regex_match(name, parts, pattern))
-        return unreadable(path, "not a name of this layout", "<Material>_<number>.wav", name);
+        return fail({.code = Errc::parse,
+                     .where = path,
+                     .what = "not a name of this layout",
+                     .expected = "<Material>_<number>.wav",
+                     .got = name});
       Recording own{name, material.filename().string(), parts[2], {}, {}};
       if (auto done = read_sound(path, own); !done) return pass(done.error());
       set.recordings.push_back(std::move(own));

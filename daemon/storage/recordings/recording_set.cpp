@@ -14,40 +14,35 @@ namespace {
 using classifier::vibro::Channel;
 using classifier::vibro::Recording;
 
-tl::unexpected<Error> invalid(std::string where, std::string what, std::string expected = {},
-                              std::string got = {}) {
-  return fail({.code = Errc::invalid_argument,
-               .where = std::move(where),
-               .what = std::move(what),
-               .expected = std::move(expected),
-               .got = std::move(got)});
-}
-
 Status check_channels(const std::vector<Channel>& channels) {
   std::set<std::string> names;
   for (const Channel& c : channels) {
     if (c.name.empty() || !names.insert(c.name).second)
-      return invalid(c.name, "a channel's name must be present and unique");
+      return fail({.where = c.name, .what = "a channel's name must be present and unique"});
     if (!(c.rate_hz > 0.0) || !std::isfinite(c.rate_hz))
-      return invalid(c.name, "a channel needs a sampling rate", "a positive number of Hz",
-                     std::to_string(c.rate_hz));
+      return fail({.where = c.name,
+                   .what = "a channel needs a sampling rate",
+                   .expected = "a positive number of Hz",
+                   .got = std::to_string(c.rate_hz)});
   }
-  if (channels.empty()) return invalid({}, "recordings without channels");
+  if (channels.empty()) return fail({.what = "recordings without channels"});
   return {};
 }
 
 Status check_recording(const Recording& recording, const std::vector<Channel>& channels) {
-  if (recording.label.empty()) return invalid({}, "a recording without label");
+  if (recording.label.empty()) return fail({.what = "a recording without label"});
   if (recording.channels != channels || recording.samples.size() != channels.size())
-    return invalid({}, "other channels than the first recording's", format_channels(channels),
-                   format_channels(recording.channels));
+    return fail({.what = "other channels than the first recording's",
+                 .expected = format_channels(channels),
+                 .got = format_channels(recording.channels)});
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const auto& samples = recording.samples[c];
-    if (samples.empty()) return invalid(channels[c].name, "a channel without samples");
+    if (samples.empty())
+      return fail({.where = channels[c].name, .what = "a channel without samples"});
     const auto odd = std::ranges::find_if(samples, [](double v) { return !std::isfinite(v); });
     if (odd != samples.end())
-      return invalid(channels[c].name + ": sample " + std::to_string(odd - samples.begin()),
-                     "a sample that is not a finite number");
+      return fail({.where = channels[c].name + ": sample " + std::to_string(odd - samples.begin()),
+                   .what = "a sample that is not a finite number"});
   }
   return {};
 }
@@ -68,8 +63,9 @@ std::optional<Span> find_motion(const classifier::Trial& trial, const TrialRecor
 }
 
 tl::unexpected<Error> lost_blocks(std::int64_t at_ns) {
-  return invalid({}, "blocks were lost while the probe slid", "every block of phase M",
-                 "none at " + std::to_string(at_ns / 1'000'000) + " ms of the host's clock");
+  return fail({.what = "blocks were lost while the probe slid",
+               .expected = "every block of phase M",
+               .got = "none at " + std::to_string(at_ns / 1'000'000) + " ms of the host's clock"});
 }
 
 // Samples of the blocks that lie in M whole, an array per axis, and where the first one begins.
@@ -95,7 +91,7 @@ Result<std::int64_t> read_blocks(const BlockStream& stream, const BlockFormat& f
         out[first_channel + a].push_back(stream.quanta[(b * format.readings + r) * axes + a] /
                                          per_unit);
   }
-  if (!begun) return invalid({}, "no whole block while the probe slid");
+  if (!begun) return fail({.what = "no whole block while the probe slid"});
   if (begin_ns - motion.from_ns >= block_ns + tolerance_ns) return lost_blocks(motion.from_ns);
   if (motion.to_ns - end_ns >= block_ns + tolerance_ns) return lost_blocks(end_ns);
   return begin_ns;
@@ -115,13 +111,13 @@ void align(std::vector<std::int64_t> begin_ns, const std::vector<Channel>& chann
 }  // namespace
 
 Status check(const RecordingSet& set) {
-  if (set.recordings.empty()) return invalid({}, "a data set without recordings");
+  if (set.recordings.empty()) return fail({.what = "a data set without recordings"});
   const auto& channels = set.recordings.front().channels;
   if (auto fine = check_channels(channels); !fine) return fine;
   std::set<std::string_view> files;
   for (const Recording& r : set.recordings) {
     if (r.file.empty() || !files.insert(r.file).second)
-      return invalid(r.file, "the name of a recording must be present and unique");
+      return fail({.where = r.file, .what = "the name of a recording must be present and unique"});
     if (auto fine = check_recording(r, channels); !fine) return pass(fine.error(), r.file);
   }
   return {};
@@ -178,7 +174,7 @@ Result<RecordingSet> extract_recordings(const Dataset& dataset,
     if (exploration && record.spec.exploration != *exploration) continue;
     Recording own{trial.file, trial.label, std::to_string(record.spec.repetition), channels, {}};
     const auto motion = find_motion(trial, record);
-    if (!motion) return invalid(trial.file, "a trial without phase M");
+    if (!motion) return fail({.where = trial.file, .what = "a trial without phase M"});
     std::vector<std::int64_t> begin_ns;  // of each channel
     const auto read = [&](const BlockStream& stream, const BlockFormat& format, std::size_t axes,
                           double per_unit) -> Status {
