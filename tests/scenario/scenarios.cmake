@@ -198,13 +198,16 @@ add_test(NAME scenario_weftd_people
 # The runs that wait, and what becomes of those that the daemon died under.
 add_test(NAME scenario_weftd_queue
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_queue.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+# What happens around an end: nothing moves before a person says so.
+add_test(NAME scenario_weftd_stops
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_stops.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_weftd_samples
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_samples.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_weftd_faults COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_faults.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft>
          ${PROJECT_SOURCE_DIR})
 # What becomes of what is under way where the daemon is told to end.
 add_test(NAME scenario_weftd_end COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_end.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
-set_tests_properties(scenario_weftd_people scenario_weftd_queue scenario_weftd_samples scenario_weftd_faults scenario_weftd_end PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+set_tests_properties(scenario_weftd_people scenario_weftd_queue scenario_weftd_stops scenario_weftd_samples scenario_weftd_faults scenario_weftd_end PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 # Votes while a slide goes on, and slides that end with them.
 add_test(NAME scenario_weftd_live
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_live.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})

@@ -137,6 +137,11 @@ def after(client, behind, run):
     client.call("sub.close", sub=shown["sub"])
     assert client.call("run.get", run=behind)["state"] == "queued"
     client.call("rig.reset", reason="looked at the probe")
+    assert client.call("queue.list")["paused_by"] == "auto:restart", "a reset starts nothing"
+    assert client.call("run.get", run=behind)["state"] == "queued"
+    lease = client.call("lease.acquire")["lease"]
+    client.call("queue.start", lease=lease)
+    client.call("lease.release", lease=lease)
     assert client.call("run.wait", run=behind)["outcome"] == "complete"
 
 
@@ -157,8 +162,8 @@ def discards(folder, client, daemon):
     assert refused.returncode == 1 and "discarded" in refused.stderr and not (folder / "no.h5").exists(), refused
     assert "somebody discarded it" in weft(None, "dataset", "info", str(campaign))
     weft(None, "verify", ended["folder"])
-    after(client, behind, run)
     client.call("lease.release", lease=lease)
+    after(client, behind, run)
     return daemon, client
 
 

@@ -148,6 +148,11 @@ Result<std::string> load_token(const SocketArgs& args) {
 
 }  // namespace
 
+void add_keep_going(CLI::App& command, bool& keep_going) {
+  command.add_flag("--keep-going", keep_going,
+                   "let the next run begin also if this one is stopped, aborted or fails");
+}
+
 void add_options(CLI::App& command, SocketArgs& args) {
   auto* const socket =
       command.add_option("--socket", args.socket,

@@ -21,6 +21,8 @@ struct SocketArgs {
   std::filesystem::path token_file;  ///< one token; else the environment's WEFT_TOKEN
 };
 void add_options(CLI::App& command, SocketArgs& args);
+/// --keep-going, of the commands that add a run to the queue.
+void add_keep_going(CLI::App& command, bool& keep_going);
 
 /// A client, and whether it came by the Unix socket.
 struct Reached {

@@ -16,6 +16,7 @@ struct StartArgs : SocketArgs {
   std::string recipe;
   std::optional<std::uint64_t> seed;
   std::string name;
+  bool keep_going = false;
   bool wait = false;
 };
 struct RunOrderArgs : SocketArgs {
@@ -147,6 +148,7 @@ void add_options(CLI::App& command, StartArgs& args) {
   command.add_option("RECIPE", args.recipe, "name of a recipe in the daemon's folder")->required();
   command.add_option("--seed", args.seed, "in place of the recipe's");
   command.add_option("--name", args.name, "added to the name of the run's folder");
+  add_keep_going(command, args.keep_going);
   command.add_flag("--wait", args.wait,
                    "until the run has ended, and what its recipe hands over with it");
 }
@@ -215,6 +217,7 @@ Result<int> run_status(Client& daemon, const SocketArgs&, Console& console) {
 Result<int> run_start(Client& daemon, const StartArgs& args, Console& console) {
   json params{{"recipe", args.recipe}, {"name", args.name}};
   if (args.seed) params["seed"] = *args.seed;
+  if (args.keep_going) params["keep_going"] = true;
   const auto run =
       under_lease(daemon, {"weft start " + args.recipe}, "run.start", std::move(params));
   if (!run) return pass(run.error());

@@ -14,6 +14,7 @@ struct QueueAddArgs : SocketArgs {
   std::optional<std::uint64_t> seed;
   std::string name;
   std::optional<std::int64_t> place;  ///< from 0; the end
+  bool keep_going = false;
 };
 struct QueuedRunArgs : SocketArgs {
   std::string run;
@@ -29,6 +30,7 @@ void add_options(CLI::App& command, QueueAddArgs& args) {
   command.add_option("--name", args.name, "added to the name of the run's folder");
   command.add_option("--place", args.place, "in line, 0 is the next; the end where it is left out")
       ->check(CLI::NonNegativeNumber);
+  add_keep_going(command, args.keep_going);
 }
 void add_options(CLI::App& command, QueuedRunArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
@@ -58,6 +60,7 @@ Result<int> print_queue(const Result<json>& queue, Console& console) {
 Result<int> run_queue_add(client::Client& daemon, const QueueAddArgs& args, Console& console) {
   json params{{"recipe", args.recipe}, {"name", args.name}};
   if (args.seed) params["seed"] = *args.seed;
+  if (args.keep_going) params["keep_going"] = true;
   if (args.place) params["place"] = *args.place;
   return print_run(
       under_lease(daemon, {"weft queue add " + args.recipe}, "queue.add", std::move(params)),

@@ -129,7 +129,9 @@ std::vector<rpc::ParamSpec> run_request_params(const std::vector<rpc::ParamSpec>
       {"seed", ParamType::integer, false, "in place of the recipe's"},
       {"name", ParamType::text, false, "added to the folder's name"},
       {"digest", ParamType::text, false,
-       "of the recipe that is meant, as recipe.check has it; another one is refused"}};
+       "of the recipe that is meant, as recipe.check has it; another one is refused"},
+      {"keep_going", ParamType::flag, false,
+       "let the next run begin also where this one is stopped, aborted or fails"}};
   params.insert(params.end(), more.begin(), more.end());
   return params;
 }
@@ -141,6 +143,7 @@ Result<runs::RunRequest> request_for_run(const Services& services, const Call& c
   if (!seed) return pass(seed.error());
   runs::RunRequest run_request{*file, *seed, call.params.value("name", ""), by(call.caller)};
   run_request.digest = call.params.value("digest", "");
+  run_request.keep_going = call.params.value("keep_going", false);
   return run_request;
 }
 

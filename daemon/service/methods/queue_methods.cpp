@@ -164,8 +164,8 @@ void add_queue_methods(rpc::Methods& methods, const Services& services) {
   group.change("queue.pause", "nothing more begins; the run under way goes on", Role::operator_,
                {if_rev}, whole_queue, pause_queue);
   group.change("queue.start",
-               "the next in line begins when the rig is free; after a restart of the daemon too, "
-               "which pauses a queue that is not empty",
+               "lets the next run begin when the rig is free. A queue in which runs wait is paused "
+               "after every end of a run but complete, after a restart and after a reset",
                Role::operator_, {rig_lease_param, if_rev}, whole_queue, start_queue);
 }
 

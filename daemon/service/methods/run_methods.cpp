@@ -178,7 +178,8 @@ void add_run_queueing(MethodGroup& group) {
 void add_run_orders(MethodGroup& group) {
   group
       .change("run.pause",
-              "holds before the next repetition, or now: then that repetition is run again",
+              "holds before the next repetition, or now: then that repetition is run again; where "
+              "no repetition is left, the queue is paused instead (pause_carried_over)",
               Role::operator_,
               {run_param, {"at", ParamType::text, false, "boundary (default) or now"}}, "the run",
               pause)
@@ -271,6 +272,8 @@ json run_json(const RunView& run) {
     out["trials_planned"] = run.trials_planned;
   }
   if (!stored.bench.empty()) out["bench"] = stored.bench;
+  if (stored.keep_going) out["keep_going"] = true;
+  if (run.pause_is_carried_over) out["pause_carried_over"] = true;
   if (!stored.recipe_sha256.empty()) out["digest"] = "sha256:" + stored.recipe_sha256;
   if (run.operator_prompt) {
     if (run.operator_prompt->at_us) out["next_attention_us"] = *run.operator_prompt->at_us;

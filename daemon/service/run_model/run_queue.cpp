@@ -5,6 +5,16 @@
 
 namespace weft::daemon::runs {
 
+std::string_view pause_cause_of(const EndedRun& run) {
+  if (run.is_disk_full) return without_disk;
+  if (run.outcome == "complete" && !run.is_interrupted) return {};
+  const bool covered = run.keep_going && run.acquired_rig;
+  if (run.outcome == "stopped") return covered ? "" : after_stop;
+  if (run.outcome == "aborted") return covered ? "" : after_abort;
+  if (run.outcome == "failed") return covered ? "" : after_failure;
+  return after_interruption;
+}
+
 std::size_t RunQueue::find_place(Run run) const {
   return static_cast<std::size_t>(std::ranges::find(runs_, run) - runs_.begin());
 }
@@ -18,6 +28,7 @@ void RunQueue::put(Run run, std::size_t place) {
 
 bool RunQueue::remove(Run run) {
   if (std::erase(runs_, run) == 0) return false;
+  if (runs_.empty() && paused_by_.starts_with("auto:")) paused_by_.clear();
   ++revision_;
   return true;
 }
@@ -41,8 +52,8 @@ Status RunQueue::resume() {
   return {};
 }
 
-bool RunQueue::on_cannot_begin() {
-  return !runs_.empty() && pause(after_failure);
+bool RunQueue::pause_automatically(std::string_view cause) {
+  return !cause.empty() && !runs_.empty() && pause(cause);
 }
 
 void RunQueue::on_restart(const std::vector<Run>& waiting) {
@@ -50,7 +61,7 @@ void RunQueue::on_restart(const std::vector<Run>& waiting) {
   std::ranges::copy_if(waiting, std::back_inserter(runs_),
                        [this](Run run) { return find_place(run) == runs_.size(); });
   if (!runs_.empty() && !is_paused()) paused_by_ = after_restart;
-  if (runs_.empty() && paused_by_ == after_restart) paused_by_.clear();
+  if (runs_.empty() && paused_by_.starts_with("auto:")) paused_by_.clear();
   ++revision_;
 }
 

@@ -8,14 +8,32 @@
 #include <vector>
 
 #include "daemon/service/run_model/rig_state.hpp"
-#include "protocols/base/result.hpp"
+#include "daemon/service/run_model/run_state.hpp"
 
 namespace weft::daemon::runs {
 
-/// These pause the queue where no person did: a daemon that finds runs of the one before, and a run
-/// without a bench.
+/// What pauses the queue without a person's order. A person resumes it.
 inline constexpr const char* after_restart = "auto:restart";
+inline constexpr const char* after_stop = "auto:stopped";
+inline constexpr const char* after_abort = "auto:aborted";
 inline constexpr const char* after_failure = "auto:failed";
+inline constexpr const char* after_interruption = "auto:interrupted";
+inline constexpr const char* after_halt = "auto:halted";
+inline constexpr const char* after_reset = "auto:reset";
+inline constexpr const char* without_disk = "auto:disk";
+inline constexpr const char* without_rig_file = "auto:rig_file";
+
+/// What the queue has to know of a run that is over.
+struct EndedRun {
+  std::string_view outcome;
+  bool keep_going = false;  ///< its request: the queue goes on after a stop, an abort or a failure
+  bool acquired_rig = false;  ///< else keep_going does not apply
+  bool is_disk_full = false;  ///< the disk was too full for its record
+  bool is_interrupted = false;
+};
+/// Why nothing begins after this end; empty where the next run may begin: after a complete run, or
+/// where keep_going covers the end.
+std::string_view pause_cause_of(const EndedRun& run);
 
 /// Each change makes another revision: a client that changes what it has read names that revision.
 class RunQueue {
@@ -35,14 +53,14 @@ class RunQueue {
 
   /// Adds a run or moves it. A place past the end is the end.
   void put(Run run, std::size_t place);
-  /// False: it did not wait.
+  /// Lifts an automatic pause with the last run. False: it did not wait.
   bool remove(Run run);
   /// Errors: wrong_state, when it is paused already.
   Status pause(std::string_view by);
   /// Errors: wrong_state, when it is not paused.
   Status resume();
-  /// A bench that does not come up would cost every run that waits. False: nothing changes.
-  bool on_cannot_begin();
+  /// For one of the causes above. False: it is empty or paused, and nothing changes.
+  bool pause_automatically(std::string_view cause);
   /// A daemon starts. `waiting`: its runs that wait, the oldest first; some may be from before the
   /// queue was kept.
   void on_restart(const std::vector<Run>& waiting);

@@ -25,7 +25,7 @@ CREATE TABLE IF NOT EXISTS run (
   trials_done INTEGER, trials_planned INTEGER, recipe_sha256 TEXT NOT NULL DEFAULT '',
   dataset_error TEXT NOT NULL DEFAULT '', rig_untaken INTEGER NOT NULL DEFAULT 0,
   bench_outcome TEXT NOT NULL DEFAULT '', bench_error TEXT NOT NULL DEFAULT '',
-  disk_bytes INTEGER NOT NULL DEFAULT 0
+  disk_bytes INTEGER NOT NULL DEFAULT 0, keep_going INTEGER NOT NULL DEFAULT 0
 ) STRICT;
 CREATE TABLE IF NOT EXISTS recipe (sha256 TEXT PRIMARY KEY, text TEXT NOT NULL) STRICT;
 CREATE TABLE IF NOT EXISTS journal (
@@ -55,7 +55,7 @@ struct LaterColumn {
 };
 constexpr std::string_view as_text = "TEXT NOT NULL DEFAULT ''",
                            as_count = "INTEGER NOT NULL DEFAULT 0";
-constexpr std::array<LaterColumn, 13> later_columns{{{"run", "resume", as_count},
+constexpr std::array<LaterColumn, 14> later_columns{{{"run", "resume", as_count},
                                                      {"run", "recovered", as_text},
                                                      {"run", "bench", as_text},
                                                      {"run", "trials_done", "INTEGER"},
@@ -66,6 +66,7 @@ constexpr std::array<LaterColumn, 13> later_columns{{{"run", "resume", as_count}
                                                      {"run", "bench_outcome", as_text},
                                                      {"run", "bench_error", as_text},
                                                      {"run", "disk_bytes", as_count},
+                                                     {"run", "keep_going", as_count},
                                                      {"answer", "token", as_text},
                                                      {"hand_over", "attempts", as_count}}};
 
@@ -73,13 +74,13 @@ constexpr std::array<LaterColumn, 13> later_columns{{{"run", "resume", as_count}
 constexpr std::string_view read_sql =
     "SELECT number, recipe, rig, folder, seed, name, by, created_us, state, outcome, cleanup, "
     "rig_fact, error, dataset_sha256, resume, recovered, bench, trials_done, trials_planned, "
-    "recipe_sha256, dataset_error, rig_untaken, bench_outcome, bench_error, disk_bytes "
-    "FROM run ORDER BY number";
+    "recipe_sha256, dataset_error, rig_untaken, bench_outcome, bench_error, disk_bytes, "
+    "keep_going FROM run ORDER BY number";
 constexpr std::string_view write_sql =
     "INSERT INTO run (number, recipe, rig, folder, seed, name, by, created_us, state, outcome, "
     "cleanup, rig_fact, error, dataset_sha256, resume, recovered, bench, trials_done, "
     "trials_planned, recipe_sha256, dataset_error, rig_untaken, bench_outcome, bench_error, "
-    "disk_bytes) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?) "
+    "disk_bytes, keep_going) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?) "
     "ON CONFLICT(number) DO UPDATE SET folder=excluded.folder, state=excluded.state, "
     "outcome=excluded.outcome, cleanup=excluded.cleanup, rig_fact=excluded.rig_fact, "
     "error=excluded.error, dataset_sha256=excluded.dataset_sha256, resume=excluded.resume, "
@@ -95,7 +96,7 @@ auto columns_of(Run& run) {
                   run.created_us, run.state, run.outcome, run.cleanup, run.rig_fact, run.error,
                   run.dataset_sha256, run.resume, run.recovered, run.bench, run.trials_done,
                   run.trials_planned, run.recipe_sha256, run.dataset_error, run.rig_untaken,
-                  run.bench_outcome, run.bench_error, run.disk_bytes);
+                  run.bench_outcome, run.bench_error, run.disk_bytes, run.keep_going);
 }
 
 constexpr auto column_count = static_cast<std::ptrdiff_t>(

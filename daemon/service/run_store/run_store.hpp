@@ -42,6 +42,7 @@ struct StoredRun : RunFacts {
   std::string recovered;
   /// It is under way, and has not taken the rig yet: its death would leave that as it was.
   bool rig_untaken = false;
+  bool keep_going = false;  ///< the queue goes on after it, see EndedRun
 
   [[nodiscard]] std::string id() const { return run_id(number); }
   RunFacts& facts() { return *this; }

@@ -38,6 +38,7 @@ struct RunView {
   std::size_t attempts_rejected = 0;       ///< bad ones that were taken again
   std::string last_rejection;              ///< why the newest of them was
   double wall_left_s = 0;                  ///< by the mean of the trials done, and people's time
+  bool pause_is_carried_over = false;      ///< to the queue: no repetition was left to take it
   std::string changed_by;                  ///< the user, session or rule that changed it last
   std::optional<HandoverStatus> handover;  ///< where its recipe has one and it is complete
   /// Whether its recipe has one, once the run has ended in this life of the daemon.

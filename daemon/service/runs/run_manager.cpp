@@ -180,6 +180,7 @@ Result<RunView> RunManager::submit(const RunRequest& wanted, const Checked& chec
   stored.seed = wanted.seed;
   stored.name = wanted.name;
   stored.by = wanted.by;
+  stored.keep_going = wanted.keep_going;
   stored.created_us = context_.utc_us();
   stored.bench = to_string(load_bench_kind(context_.rig));
   stored.trials_done = 0;
@@ -338,7 +339,6 @@ void RunManager::close() {
 void RunManager::tick() {
   store_.persist({});
   scan_folders();
-  if (std::exchange(disk_is_awaited_, false)) begin_next();
   journal_repeated(repeated_stops_.take(context_.now()));
   constexpr std::chrono::seconds set_otherwise{1};
   const auto ahead = wall_ahead();

@@ -26,6 +26,8 @@ struct RunRequest {
   std::optional<std::size_t> place = {};  ///< in the queue, from 0; the end where it is left out
   std::string digest = {};  ///< of the recipe that is meant, "sha256:..."; empty: as it is
   std::filesystem::path folder = {};  ///< its folder, where that is chosen already
+  /// The queue goes on after this run also where it is stopped, aborted or fails with the rig.
+  bool keep_going = false;
 };
 /// What to check for RunManager::submit(), on any thread: a recipe that plans a million trials
 /// takes check_quickly() a second.
@@ -45,8 +47,7 @@ struct ManagerStatus {
 /// Used by one thread, which `RunContext::post` calls back to.
 class RunManager final : private RunReports {
  public:
-  /// `store` outlives it. A queue that is found with runs in it is paused: a person resumes it, or
-  /// resets the rig.
+  /// `store` outlives it. A queue that is found with runs in it is paused: a person resumes it.
   RunManager(RunContext context, RunStore& store);
   ~RunManager();  ///< aborts what runs and waits for it
 
@@ -122,8 +123,9 @@ class RunManager final : private RunReports {
  private:
   struct Run : RunView {
     Deadlines limits{};
-    bool counted = true;          ///< how many trials are on record is known
-    bool aborted_by_end = false;  ///< the daemon's end gave the order
+    std::string pause_ordered_by;  ///< the person whose pause no repetition has taken yet
+    bool counted = true;           ///< how many trials are on record is known
+    bool aborted_by_end = false;   ///< the daemon's end gave the order
     struct Waiting {
       std::function<void(const RunView&)> on_ended;
       std::weak_ptr<const void> listener;
@@ -181,9 +183,17 @@ class RunManager final : private RunReports {
   void notify_rig(std::string_view by);
   void notify_ended(Run& run);
   void use_plan(Run& run, const PlanSummary& plan);
+  /// Begins the next run if the queue, the rig and the disk allow it; else pauses the queue.
   void begin_next();
   void begin(Run& run);
-  bool pause_after(const Run& run, const Error& why, RunChange& change);
+  [[nodiscard]] Status check_storage() const;
+  /// Pauses a queue in which runs wait, for an automatic cause. `why`: for the journal.
+  void pause_queue_for(std::string_view cause, const nlohmann::json& why, RunChange& change);
+  /// A person's pause that no repetition of the run is left to take.
+  void carry_pause_over(Run& run, RunChange& change);
+  /// The refusal of an order to a run that is over. Nothing more begins where the order was to
+  /// hold or end it.
+  Error refuse_late(const Run& run, Order order, std::string_view by, Error refused);
   void journal_repeated(const std::vector<RepeatedStops::Counted>& counted);
   /// It did not obey in time: its thread may come to an end yet.
   void give_up(Run& run, RunChange& change);
@@ -202,7 +212,6 @@ class RunManager final : private RunReports {
   RepeatedStops repeated_stops_;
   OperatorPrompts prompts_;
   bool closing_ = false;
-  bool disk_is_awaited_ = false;           ///< its folder or its space, without which no run begins
   std::chrono::nanoseconds wall_ahead_{};  ///< of the monotonic clock, when times were sent last
   RunRecovery recovery_{context_};
   RunExecutor executor_{context_, *this};

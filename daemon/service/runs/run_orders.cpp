@@ -93,14 +93,35 @@ Result<RunView> RunManager::order(std::string_view id, Order order, std::string_
   if (!step) {
     Error refused = step.error();
     if (order == Order::resume && refused.hint.empty()) refused.hint = resume_hint(run);
+    if (run.is_over()) refused = refuse_late(run, order, by, std::move(refused));
     return pass(std::move(refused), run.stored.id());
   }
+  RunChange change;
+  const bool is_pause = order == Order::pause || order == Order::pause_now;
+  run.pause_ordered_by = is_pause ? by : "";
+  // A repetition under way is finished first.
+  const bool is_under_way = order == Order::pause && run.state() != RunState::awaiting_operator;
+  const std::size_t under_way = is_under_way ? 1 : 0;
+  if (is_pause && run.trials_done + under_way >= run.trials_planned) carry_pause_over(run, change);
   if (order == Order::confirm) {
     if (Status ok = prompts_.check(run.number(), confirms); !ok) return pass(ok.error());
     journal(id, "confirmed", by, {{"step", confirms}});  // before the rig may move
   }
-  apply(run, *step, by);
+  apply(run, *step, by, std::move(change));
   return shown(run);
+}
+
+// Whoever pauses, stops or aborts a run wants no motion now: its end may have been milliseconds
+// ago.
+Error RunManager::refuse_late(const Run& run, Order order, std::string_view by, Error refused) {
+  const bool is_to_hold = order != Order::resume && order != Order::confirm;
+  RunQueue next = queue_;
+  if (!is_to_hold || next.runs().empty() || !next.pause(by)) return refused;
+  const json why{{"run", run.stored.id()}, {"late", to_string(order)}};
+  if (Status held = change_queue(std::move(next), line("", "queue_paused", by, why), by); !held)
+    return held.error();
+  refused.hint = "The run is over, so the queue is paused instead; weft queue start resumes it";
+  return refused;
 }
 
 // Motion first, then what has to reach the disk.
@@ -119,12 +140,14 @@ void RunManager::halt(RigState::Stop stop, std::string_view by, std::string_view
   is_news = rig_.halt(stop, by, reason) || is_news;
   if (rig_ != before) change.rig = rig_;
   const std::string kind = stop == RigState::Stop::emergency ? "estop" : "halt";
+  pause_queue_for(after_halt, reason.empty() ? json::object() : json{{"reason", reason}}, change);
   const json payload = reason.empty() ? json::object() : json{{"reason", reason}};
   if (repeated_stops_.is_journalled({kind, std::string(by), std::string(reason)}, is_news,
                                     context_.now()))
     change.journal.push_back(line("", kind, by, payload));
   if (!change.is_empty()) store_.persist(change);
   for (Run* const run : halted) notify(*run, by);
+  if (change.queue) notify_queue(by);
   notify_rig(by);
 }
 
@@ -157,13 +180,14 @@ Status RunManager::reset(std::string_view reason, std::string_view by) {
                  .expected = "ended",
                  .hint = "Wait for it; one that does not answer ends with the daemon"});
   journal_repeated(repeated_stops_.take());
-  Status persisted =
-      store_.commit({.rig = RigState(), .journal = {line("", "reset", by, {{"reason", reason}})}});
-  if (!persisted) return persisted;
+  RunQueue queue = queue_;
+  RunChange change{.rig = RigState(), .journal = {line("", "reset", by, {{"reason", reason}})}};
+  const bool pauses = queue.pause_automatically(after_reset);
+  if (pauses) change.journal.push_back(line("", "queue_paused", after_reset));
+  if (Status persisted = commit(std::move(queue), std::move(change)); !persisted) return persisted;
   rig_ = RigState();
   notify_rig(by);
-  if (queue_.paused_by() == after_restart) static_cast<void>(resume_queue(by));
-  begin_next();
+  if (pauses) notify_queue(by);
   return {};
 }
 

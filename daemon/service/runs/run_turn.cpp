@@ -27,6 +27,14 @@ RunFacts found_facts(const RunResult& result, const RunView& run) {
           .dataset_sha256 = certified_dataset(run.stored.folder)};
 }
 
+bool is_disk_full(const RunResult& result) {
+  const auto is_full = [](const std::optional<Error>& error) {
+    return error && error->code == Errc::no_space;
+  };
+  return result.summary ? is_full(result.summary->error) || is_full(result.summary->dataset_error)
+                        : result.summary.error().code == Errc::no_space;
+}
+
 }  // namespace
 
 Result<CampaignRequest> RunManager::request_of(const StoredRun& run) const {
@@ -48,25 +56,44 @@ void RunManager::begin_next() {
   const auto number = queue_.next(rig_);
   if (!number) return;
   Run& next = *numbered(*number);
-  // What it did would be forgotten, or there is no space for it; tick() looks again.
-  disk_is_awaited_ =
-      !store_.in_place() || !context_.check_space(context_.data, status().bytes_awaited);
-  if (disk_is_awaited_) return;
-  // The daemon of a `weft run` has just checked it, and no other run waits.
-  const Status usable = context_.one_run ? Status() : context_.check_rig_file(context_.rig);
+  const Status storage = check_storage();
+  // The daemon of a `weft run` has just checked the rig file, and no other run waits.
+  const Status usable =
+      storage && !context_.one_run ? context_.check_rig_file(context_.rig) : storage;
   if (usable) return begin(next);
+  const char* const cause = storage ? without_rig_file : without_disk;
   RunChange change;
-  if (!pause_after(next, usable.error(), change)) return;
+  pause_queue_for(cause, {{"run", next.stored.id()}, {"error", to_string(usable.error())}}, change);
   store_.persist(change);
-  notify_queue(after_failure);
+  notify_queue(cause);
 }
 
-bool RunManager::pause_after(const Run& run, const Error& why, RunChange& change) {
-  if (!queue_.on_cannot_begin()) return false;
+// Motion that follows from free disk space would surprise whoever freed it: the queue is paused,
+// and a person resumes it.
+Status RunManager::check_storage() const {
+  if (Status here = store_.in_place(); !here) return here;
+  if (!store_.is_persisted())
+    return fail({.code = Errc::no_space,
+                 .where = context_.data.string(),
+                 .what = "earlier changes are not written to the disk yet",
+                 .hint = "Free disk space, then weft queue start"});
+  return context_.check_space(context_.data, status().bytes_awaited);
+}
+
+void RunManager::pause_queue_for(std::string_view cause, const nlohmann::json& why,
+                                 RunChange& change) {
+  if (!queue_.pause_automatically(cause)) return;
   change.queue = queue_;
-  change.journal.push_back(line("", "queue_paused", after_failure,
-                                {{"run", run.stored.id()}, {"error", to_string(why)}}));
-  return true;
+  change.journal.push_back(line("", "queue_paused", cause, why));
+}
+
+void RunManager::carry_pause_over(Run& run, RunChange& change) {
+  run.pause_is_carried_over = true;
+  const std::string by = std::exchange(run.pause_ordered_by, {});
+  if (!queue_.pause(by)) return;  // it is paused
+  change.queue = queue_;
+  change.journal.push_back(
+      line("", "queue_paused", by, {{"run", run.stored.id()}, {"carried_over", true}}));
 }
 
 void RunManager::begin(Run& run) {
@@ -78,7 +105,7 @@ void RunManager::begin(Run& run) {
   stored.bench = to_string(load_bench_kind(context_.rig));
   stored.rig_untaken = true;
   run.forget_folder();
-  run.aborted_by_end = false;
+  run.aborted_by_end = run.pause_is_carried_over = false;
   apply(run, on_begun(run.machine, run.limits, context_.now()), "auto:queue");
   executor_.begin(run.number(), plan_is_known, request_of(stored), stored.resume);
 }
@@ -151,6 +178,7 @@ void RunManager::give_up(Run& run, RunChange& change) {
   if (has_rig && rig_.on_ended(false, run.number())) change.rig = rig_;
   stored.facts() = facts_without_answer(stored, has_rig, certified_dataset(stored.folder));
   stored.rig_fact = has_rig ? "unknown" : to_string(rig_.fact());
+  pause_queue_for(after_failure, {{"run", stored.id()}, {"error", stored.error}}, change);
 }
 
 void RunManager::on_thread_ended(std::int64_t number, const RunResult& result) {
@@ -177,18 +205,21 @@ void RunManager::on_thread_ended(std::int64_t number, const RunResult& result) {
     count_trials(run);  // the disk may have refused some of what was reported, or has more
   }
   run.wall_left_s = 0;
+  const bool was_pausing = run.state() == RunState::pausing;
   stage(run, on_ended(result.can_resume), "auto:run", change);
   change.put(run.to_store());  // also of one that had been given up
-  // What is resumed may lack something of its own; a recipe was checked when it was queued.
-  const bool costs_all = result.is_checked || !stored.resume;
-  const bool no_bench =
-      !summary && costs_all && !result.acquired_rig && end.found.outcome == "failed";
-  const bool is_paused = no_bench && pause_after(run, summary.error(), change);
+  if (was_pausing && !run.pause_ordered_by.empty()) carry_pause_over(run, change);
+  pause_queue_for(pause_cause_of({.outcome = stored.outcome,
+                                  .keep_going = stored.keep_going,
+                                  .acquired_rig = result.acquired_rig,
+                                  .is_disk_full = is_disk_full(result),
+                                  .is_interrupted = run.state() == RunState::interrupted}),
+                  {{"run", stored.id()}, {"error", stored.error}}, change);
   store_.persist(change);
   if (change.rig) notify_rig("auto:run");
   notify(run, "auto:run");
+  if (change.queue) notify_queue("auto:run");
   notify_ended(run);
-  if (is_paused) notify_queue(after_failure);
   begin_next();
 }
 

@@ -116,12 +116,14 @@ TEST_CASE("the line outlives the daemon, which begins nothing of it before someb
   CHECK(bench.manager->queue().runs() == Numbers{4});
   bench.manager->tick();
   CHECK_FALSE(bench.manager->active());
-  REQUIRE(bench.manager->reset("looked at it", "ada"));  // which is such a word
-  CHECK_FALSE(bench.manager->queue().is_paused());
+  REQUIRE(bench.manager->reset("looked at it", "ada"));  // which starts nothing
+  CHECK(bench.manager->queue().paused_by() == "auto:restart");
+  CHECK_FALSE(bench.manager->active());
+  REQUIRE(bench.manager->resume_queue("ada"));
   CHECK(bench.ended("R-000004").stored.outcome == "complete");
 }
 
-TEST_CASE("a run that waits for the disk's room over a restart goes on waiting") {
+TEST_CASE("a full disk pauses the queue, and free space starts nothing") {
   const TemporaryFolder folder;
   std::string id;
   {
@@ -133,11 +135,108 @@ TEST_CASE("a run that waits for the disk's room over a restart goes on waiting")
   bench.disk_is_full = true;
   REQUIRE(bench.manager->resume_queue("test"));
   CHECK(bench.manager->get(id)->machine.state == RunState::queued);
-  CHECK_FALSE(bench.manager->queue().is_paused());
+  CHECK(bench.manager->queue().paused_by() == "auto:disk");
   CHECK(bench.manager->status().bytes_awaited > 0);
   bench.disk_is_full = false;
   bench.manager->tick();
+  CHECK_FALSE(bench.manager->active());
+  REQUIRE(bench.manager->resume_queue("test"));
   CHECK(bench.ended(id).stored.outcome == "complete");
+}
+
+TEST_CASE("the next run waits for a person after every end but complete") {
+  const TemporaryFolder folder;
+  RunManagerBench bench(folder);
+  struct Row {
+    std::optional<Order> order;  ///< none: the bench fails
+    std::string paused_by;
+  };
+  const Row rows[] = {
+      {Order::stop, "auto:stopped"}, {Order::abort, "auto:aborted"}, {{}, "auto:failed"}};
+  const Row& row = rows[GENERATE(0, 1, 2)];
+  const bool keep_going = GENERATE(false, true);
+  bench.at_line = [&](const TrialProgress& line, RunOrders& orders) {
+    if (line.done != 1) return;
+    if (!row.order) throw std::runtime_error("the bench breaks");
+    orders.give({*row.order, "ada"});
+  };
+  RunRequest wanted{bench.request.recipe, {}, {}, "ada"};
+  wanted.keep_going = keep_going;
+  const std::string first = bench.submit(wanted)->stored.id();
+  const std::string second = bench.submit().stored.id();
+  CHECK(bench.ended(first).stored.outcome == row.paused_by.substr(5));
+  bench.at_line = {};
+  const bool goes_on = keep_going && row.order;  // the rig is unknown where the bench broke
+  CHECK(bench.manager->queue().paused_by() == (keep_going ? "" : row.paused_by));
+  CHECK(bench.manager->active().has_value() == goes_on);
+  if (keep_going) return;
+  if (!row.order) REQUIRE(bench.manager->reset("looked at it", "ada"));
+  bench.manager->tick();
+  CHECK_FALSE(bench.manager->active());
+  REQUIRE(bench.manager->resume_queue("ada"));
+  CHECK(bench.ended(second).stored.outcome == "complete");
+}
+
+TEST_CASE("a halt pauses the queue at once, whatever keep_going says") {
+  const TemporaryFolder folder;
+  RunManagerBench bench(folder);
+  RunRequest wanted{bench.request.recipe, {}, {}, "ada"};
+  wanted.keep_going = true;
+  const std::string first = bench.submit(wanted)->stored.id();
+  bench.submit();
+  REQUIRE(bench.posted.run_until(
+      [&] { return bench.manager->get(first)->machine.state == RunState::running; }));
+  bench.manager->halt(RigState::Stop::halt, "bo");
+  CHECK(bench.manager->queue().paused_by() == "auto:halted");
+  bench.ended(first);
+  REQUIRE(bench.manager->reset("looked at it", "ada"));
+  CHECK(bench.manager->queue().paused_by() == "auto:halted");
+  CHECK_FALSE(bench.manager->active());
+}
+
+TEST_CASE("a reset pauses a queue in which runs wait") {
+  const TemporaryFolder folder;
+  RunManagerBench bench(folder);
+  bench.manager->halt(RigState::Stop::halt, "bo");
+  const std::string id = bench.submit().stored.id();
+  CHECK_FALSE(bench.manager->queue().is_paused());
+  REQUIRE(bench.manager->reset("looked at it", "ada"));
+  CHECK(bench.manager->queue().paused_by() == "auto:reset");
+  CHECK_FALSE(bench.manager->active());
+  REQUIRE(bench.manager->remove(id, "ada"));
+  CHECK_FALSE(bench.manager->queue().is_paused());  // nobody waits
+}
+
+TEST_CASE("a pause that no repetition is left to take pauses the queue") {
+  const TemporaryFolder folder;
+  RunManagerBench bench(folder, test::tiny_recipe(1));  // its first repetition is its last
+  const std::string first = bench.submit().stored.id(), second = bench.submit().stored.id();
+  REQUIRE(bench.posted.run_until(
+      [&] { return bench.manager->get(first)->machine.state == RunState::running; }));
+  const auto paused = bench.manager->order(first, Order::pause, "ada");
+  REQUIRE(paused);
+  CHECK(paused->pause_is_carried_over);
+  CHECK(bench.manager->queue().paused_by() == "ada");
+  CHECK(bench.ended(first).stored.outcome == "complete");
+  CHECK_FALSE(bench.manager->active());
+  REQUIRE(bench.manager->resume_queue("ada"));
+  CHECK(bench.ended(second).stored.outcome == "complete");
+}
+
+TEST_CASE("an order to hold or end a run that is over pauses the queue, and says so") {
+  const TemporaryFolder folder;
+  RunManagerBench bench(folder, test::tiny_recipe(1));
+  const Order order = GENERATE(Order::pause, Order::pause_now, Order::stop, Order::abort);
+  const std::string first = bench.submit().stored.id();
+  bench.submit();
+  bench.submit();
+  bench.ended(first);
+  const auto late = bench.manager->order(first, order, "ada");
+  REQUIRE_FALSE(late);
+  CHECK(late.error().code == Errc::wrong_state);
+  CHECK(late.error().hint.find("weft queue start") != std::string::npos);
+  CHECK(bench.manager->queue().paused_by() == "ada");
+  CHECK_FALSE(bench.manager->order(first, Order::resume, "ada"));
 }
 
 TEST_CASE("an empty line is not held by a restart, and one that somebody paused stays so") {

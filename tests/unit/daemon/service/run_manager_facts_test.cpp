@@ -317,7 +317,7 @@ TEST_CASE("a rig file that is damaged while runs wait costs none of them") {
     REQUIRE(bench.manager->resume_queue("test"));
     CHECK_FALSE(bench.manager->active());
     CHECK(bench.manager->queue().runs() == std::vector<std::int64_t>{1, 2});
-    CHECK(bench.manager->queue().paused_by() == "auto:failed");
+    CHECK(bench.manager->queue().paused_by() == "auto:rig_file");
     const JournalLine newest = bench.store.tail("", 1)->front();
     CHECK(newest.kind == "queue_paused");
     CHECK(newest.payload_json.find(bench.request.rig.string()) != std::string::npos);

@@ -146,6 +146,7 @@ TEST_CASE("who goes on with a run of a safe rig has said nothing of one that is 
   CHECK(bench.ended(second).stored.rig_fact == "unknown");
   CHECK(bench.manager->get(first)->machine.state == RunState::queued);
   REQUIRE(bench.manager->reset("looked at it", "test"));
+  REQUIRE(bench.manager->resume_queue("test"));
   CHECK(bench.ended(first).stored.outcome == "complete");
 }
 
@@ -165,6 +166,7 @@ TEST_CASE("the wish to go on with a run does not outlive the daemon where the ri
   CHECK(bench.manager->get(id)->machine.state == RunState::queued);
   CHECK(bench.manager->get(other)->machine.state == RunState::queued);
   REQUIRE(bench.manager->reset("looked at it", "test"));
+  REQUIRE(bench.manager->resume_queue("test"));
   CHECK(bench.ended(id).stored.outcome == "complete");
   CHECK(bench.ended(other).stored.outcome == "complete");
 }

@@ -31,6 +31,7 @@ TEST_CASE("what escapes from a run's thread is a fault of that run; the next wai
   CHECK(bench.manager->get(next)->machine.state == RunState::queued);
   CHECK_FALSE(bench.manager->reset("", "test"));
   REQUIRE(bench.manager->reset("looked at it", "test"));
+  REQUIRE(bench.manager->resume_queue("test"));
   CHECK(bench.ended(next).stored.outcome == "complete");
   CHECK(bench.manager->rig_state().fact() == RigState::Fact::safe);
   CHECK_FALSE(bench.manager->reset("looked at it", "test"));
@@ -44,6 +45,7 @@ TEST_CASE("a rig that was halted is latched for the next daemon too") {
   const std::string id = bench.submit().stored.id();
   CHECK(bench.manager->get(id)->machine.state == RunState::queued);
   REQUIRE(bench.manager->reset("looked at it", "test"));
+  REQUIRE(bench.manager->resume_queue("test"));
   CHECK(bench.ended(id).stored.outcome == "complete");
 }
 
@@ -122,6 +124,7 @@ TEST_CASE("a run from before a restart has the time that its plan takes") {
   }
   RunManagerBench bench(folder);
   REQUIRE(bench.manager->reset("looked at it", "test"));
+  REQUIRE(bench.manager->resume_queue("test"));
   CHECK(bench.manager->get(id)->trials_planned == 4);  // as it was when it was submitted
   CHECK(bench.posted.run_until([&] { return bench.manager->get(id)->trials_planned == 4; }));
   CHECK_FALSE(bench.manager->get(id)->moment);
@@ -202,6 +205,7 @@ TEST_CASE("a run that waits is run as it was checked, whatever its recipe's file
   std::filesystem::remove(folder / "recipe.json");
   RunManagerBench bench(folder, tiny_recipe(4));  // the next daemon finds another recipe again
   REQUIRE(bench.manager->reset("looked at it", "test"));
+  REQUIRE(bench.manager->resume_queue("test"));
   const RunView run = bench.ended(id);
   CHECK(run.stored.outcome == "complete");
   CHECK(run.trials_done == 2);

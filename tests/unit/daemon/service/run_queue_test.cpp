@@ -27,7 +27,12 @@ TEST_CASE("each change of a queue makes another revision; what changes nothing d
       {"remove a stranger", [](RunQueue& q) { return q.remove(9); }, false, {1, 2, 3}, ""},
       {"pause", [](RunQueue& q) { return q.pause("ada").has_value(); }, true, {1, 2, 3}, "ada"},
       {"resume", [](RunQueue& q) { return q.resume().has_value(); }, false, {1, 2, 3}, ""},
-      {"no bench", [](RunQueue& q) { return q.on_cannot_begin(); }, true, {1, 2, 3}, "auto:failed"},
+      {"automatic pause",
+       [](RunQueue& q) { return q.pause_automatically(after_failure); },
+       true,
+       {1, 2, 3},
+       "auto:failed"},
+      {"no cause", [](RunQueue& q) { return q.pause_automatically(""); }, false, {1, 2, 3}, ""},
       {"restart",
        [](RunQueue& q) {
          return q.on_restart({1, 2, 3}), true;
@@ -50,7 +55,7 @@ TEST_CASE("a paused queue is paused by the first who did, and lets nothing begin
   RunQueue queue(0, "", {1});
   REQUIRE(queue.pause("ada"));
   CHECK(queue.pause("bo").error().got == "ada");
-  CHECK_FALSE(queue.on_cannot_begin());
+  CHECK_FALSE(queue.pause_automatically(after_abort));
   CHECK(queue.paused_by() == "ada");
   CHECK_FALSE(queue.next(RigState()));
   CHECK(queue.first_allowed(RigState()) == 1);
@@ -58,10 +63,45 @@ TEST_CASE("a paused queue is paused by the first who did, and lets nothing begin
   CHECK(queue.next(RigState()) == 1);
 }
 
-TEST_CASE("an empty queue is not paused for a bench that does not come up") {
+TEST_CASE("an automatic pause is for a queue in which runs wait; a person's stays without any") {
   RunQueue queue;
-  CHECK_FALSE(queue.on_cannot_begin());
+  CHECK_FALSE(queue.pause_automatically(after_failure));
   CHECK(queue == RunQueue());
+  for (const char* by : {after_abort, "ada"}) {
+    RunQueue one(0, by, {1});
+    CHECK(one.remove(1));
+    CHECK(one.paused_by() == (by == after_abort ? "" : by));
+  }
+}
+
+TEST_CASE("the queue goes on after a complete run, and where keep_going covers the end") {
+  struct Row {
+    EndedRun run;
+    std::string_view cause;
+  };
+  constexpr bool keep = true, rig = true, full = true, cut = true;
+  const Row rows[] = {
+      {{"complete"}, ""},
+      {{"complete", keep, rig}, ""},
+      {{"complete", keep, rig, !full, cut}, "auto:interrupted"},  // its record is not concluded
+      {{"complete", keep, rig, full, cut}, "auto:disk"},
+      {{"stopped", !keep, rig}, "auto:stopped"},
+      {{"stopped", keep, rig}, ""},
+      {{"aborted", !keep, rig}, "auto:aborted"},
+      {{"aborted", keep, rig}, ""},
+      {{"aborted", keep, !rig}, "auto:aborted"},
+      {{"failed", !keep, rig}, "auto:failed"},
+      {{"failed", keep, rig}, ""},
+      {{"failed", keep, !rig},
+       "auto:failed"},  // the bench did not come up: nor would it for others
+      {{"failed", keep, rig, full}, "auto:disk"},
+      {{"interrupted", !keep, rig, !full, cut}, "auto:interrupted"},
+      {{"interrupted", keep, rig, !full, cut}, "auto:interrupted"},
+  };
+  for (const auto& [run, cause] : rows) {
+    INFO(run.outcome << " keep_going " << run.keep_going << " rig " << run.acquired_rig);
+    CHECK(pause_cause_of(run) == cause);
+  }
 }
 
 TEST_CASE("what a daemon finds of a queue when it starts") {
@@ -78,6 +118,8 @@ TEST_CASE("what a daemon finds of a queue when it starts") {
       {"older than the queue", RunQueue(), {1, 2}, {1, 2}, "auto:restart"},
       {"some of them", RunQueue(3, "", {4}), {1, 4, 5}, {4, 1, 5}, "auto:restart"},
       {"empty", RunQueue(3, "auto:restart", {1}), {}, {}, ""},
+      {"empty after an abort", RunQueue(3, "auto:aborted", {1}), {}, {}, ""},
+      {"paused after an abort", RunQueue(3, "auto:aborted", {1}), {1}, {1}, "auto:aborted"},
       {"empty, paused by a person", RunQueue(3, "ada", {}), {}, {}, "ada"},
   };
   for (const Row& row : rows) {
