@@ -131,7 +131,7 @@ def interrupted(folder, client, daemon):
 
 def after(client, behind, run):
     """The rig is as it was left: only a word lets the next begin."""
-    assert client.call("rig.state") == {"rig": "unknown", "left_by": run}
+    assert client.call("rig.state") == {"rig": "unknown", "fact": "unknown", "left_by": run, "acknowledged": False}
     shown = client.call("sub.open", topics=["rig"], mode="latest")
     assert (shown["snapshot"]["rig"]["rig"], shown["snapshot"]["rig"]["left_by"]) == ("unknown", run), shown
     client.call("sub.close", sub=shown["sub"])

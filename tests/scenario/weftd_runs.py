@@ -106,12 +106,14 @@ def halts(daemon, client):
     assert client.call("run.get", run=queued)["state"] == "queued", "nothing begins on a latched rig"
     client.call("run.withdraw", run=queued)
     assert client.refused("rig.reset", reason="")["data"]["kind"] == "request.invalid"
-    client.call("rig.reset", reason="looked at the probe")
+    reset = client.call("rig.reset", reason="looked at the probe")
+    assert (reset["rig"], reset["fact"], reset["left_by"], reset["acknowledged"]) == ("holding", "holding", run, True), reset
     client.call("rig.halt")
     client.call("rig.reset", reason="looked once more")
     assert client.call("system.ready")["ok"]
-    told = [(e["delta"]["rig"], e["delta"]["latched_by"] is None) for e in client.events if e["topic"] == "rig"]
-    assert told == [("latched", False), ("safe", True)] * 2, told
+    told = [(e["delta"]["rig"], e["delta"]["fact"], e["delta"]["acknowledged"]) for e in client.events if e["topic"] == "rig"]
+    left = ("holding", "holding", True)
+    assert told == [("latched", "safe", None), ("latched", "holding", False), left, ("latched", "holding", True), left], told
     client.call("lease.release", lease=lease)
 
 

@@ -34,6 +34,9 @@ struct RecoverArgs : ResumeArgs {
 struct ResetArgs : SocketArgs {
   std::string reason;
 };
+struct UnlockArgs : SocketArgs {
+  std::string reason;
+};
 struct LogArgs : RunOrderArgs {
   std::int64_t most = 100;
 };
@@ -72,7 +75,9 @@ Result<int> order(Client& daemon, const RunOrderArgs& args, std::string_view met
 /// The command by which a person takes it away; empty where none does.
 std::string way_out(const json& blocker) {
   const std::string kind = blocker.value("kind", "");
-  if (kind == "rig.latched" || kind == "rig.unknown") return "weft reset REASON";
+  if (kind == "rig.latched" || kind == "rig.unknown" || kind == "rig.holding")
+    return "weft reset REASON";
+  if (kind == "rig.locked") return "weft unlock";
   if (kind == "queue.paused") return "weft queue start";
   return {};
 }
@@ -177,6 +182,10 @@ void add_options(CLI::App& command, ResetArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
   command.add_option("REASON", args.reason, "what was looked at, in a few words")->required();
 }
+void add_options(CLI::App& command, UnlockArgs& args) {
+  add_options(command, static_cast<SocketArgs&>(args));
+  command.add_option("REASON", args.reason, "why you remove another person's lock-out");
+}
 void add_options(CLI::App& command, LogArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
   command.add_option("RUN", args.run, "its name, R-000318; of all runs where it is left out");
@@ -265,7 +274,12 @@ Result<int> print_rig(Client& daemon, Console& console, std::string_view expecte
   const auto rig = call(daemon, "rig.state");
   if (!rig) return pass(rig.error());
   const std::string state = rig->value("rig", "");
-  print(console, "rig " + state + "\n", *rig);
+  std::string text = "rig " + state;
+  if (rig->value("acknowledged", false) && state != "latched")
+    text += " as " + rig->value("left_by", "") + " left it; weft retract lifts the probe";
+  if (const json lock = rig->value("locked", json()); lock.is_object())
+    text += ", locked out by " + lock.value("by", "") + ": " + lock.value("reason", "");
+  print(console, text + "\n", *rig);
   return expected.empty() || state == expected ? exit_ok : exit_failure;
 }
 
@@ -285,6 +299,19 @@ Result<int> latched(const SocketArgs& args, bool emergency, Console& console) {
 Result<int> run_reset(Client& daemon, const ResetArgs& args, Console& console) {
   const auto reset = call(daemon, "rig.reset", {{"reason", args.reason}});
   if (!reset) return pass(reset.error());
+  return print_rig(daemon, console);
+}
+
+/// Nothing moves before this person removes the lock-out.
+Result<int> run_lock(Client& daemon, const ResetArgs& args, Console& console) {
+  const auto locked = call(daemon, "rig.lock", {{"reason", args.reason}});
+  if (!locked) return pass(locked.error());
+  return print_rig(daemon, console);
+}
+
+Result<int> run_unlock(Client& daemon, const UnlockArgs& args, Console& console) {
+  const auto unlocked = call(daemon, "rig.unlock", {{"reason", args.reason}});
+  if (!unlocked) return pass(unlocked.error());
   return print_rig(daemon, console);
 }
 
@@ -371,6 +398,8 @@ void add_daemon_commands(const CommandGroup& weft) {
   weft.add<SocketArgs>("estop", "as halt, and only an engineer resets it",
                        [](auto& args, auto& console) { return latched(args, true, console); });
   add_daemon_command(weft, "reset", "somebody has looked at the rig: it may move again", run_reset);
+  add_daemon_command(weft, "lock", "lock the rig out in your name: nothing moves", run_lock);
+  add_daemon_command(weft, "unlock", "remove a lock-out of the rig", run_unlock);
   add_daemon_command(weft, "log", "the daemon's journal", run_log);
   weft.add<CallArgs>("call", "any method of the daemon's API", run_call);
 }

@@ -79,6 +79,18 @@ tl::expected<void, rpc::RpcError> require_free_lease(const Services& services,
                   .hint = "rig.halt needs no lease; lease.break takes one away, with a reason"});
 }
 
+tl::expected<void, rpc::RpcError> require_unlocked(const Services& services) {
+  const auto& lock = services.run_manager->rig_state().facts().lock_out;
+  if (!lock) return {};
+  return refused(rpc::code::access + 12, "rig.locked",
+                 {.code = Errc::wrong_state,
+                  .where = "rig",
+                  .what = "the rig is locked out by " + lock->user,
+                  .expected = "no lock-out",
+                  .got = lock->reason,
+                  .hint = "That person removes it, or an engineer with a reason: rig.unlock"});
+}
+
 tl::expected<void, rpc::RpcError> holds_lease(const Services& services, const Call& call) {
   const std::string scope = "rig:" + services.rig_name;
   const auto lease = services.leases->check(call.params.value("lease", ""), scope, call.caller.user,

@@ -91,6 +91,8 @@ void check_in_background(const Services& services, const Call& call, const Respo
 /// Refuses a change to the rig while another user holds its lease.
 tl::expected<void, rpc::RpcError> require_free_lease(const Services& services,
                                                      const rpc::Caller& caller);
+/// Refuses what may move the rig, or releases it, while a person has locked it out.
+tl::expected<void, rpc::RpcError> require_unlocked(const Services& services);
 /// The "lease" parameter is the caller's and of this rig.
 tl::expected<void, rpc::RpcError> holds_lease(const Services& services, const Call& call);
 

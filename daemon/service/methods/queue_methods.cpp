@@ -131,6 +131,7 @@ Outcome pause_queue(const Services& services, const Call& call) {
 }
 
 Outcome start_queue(const Services& services, const Call& call) {
+  if (auto open = require_unlocked(services); !open) return tl::unexpected(open.error());
   return changed(services, can_begin(services, call),
                  [&] { return services.run_manager->resume_queue(by(call.caller)); });
 }

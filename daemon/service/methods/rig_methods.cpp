@@ -19,24 +19,35 @@ std::string_view fact_of(RunState state) {
   return is_waiting ? "holding" : "moving";
 }
 
-/// Why it does not stand safe.
-void add_reason(const runs::RigState& rig, json& out) {
-  using Fact = runs::RigState::Fact;
-  if (rig.fact() == Fact::latched) {
-    out["latch"] = rig.is_emergency() ? "estop" : "halt";
-    out["latched_by"] = rig.why();
+/// One word for the rig: a latch comes before the fact.
+std::string_view rig_word(const runs::RigState& rig) {
+  return rig.is_latched() ? "latched" : to_string(rig.facts().fact);
+}
+
+/// The fact, and what keeps the rig from moving.
+void add_facts(const runs::RigFacts& facts, json& out) {
+  out["fact"] = to_string(facts.fact);
+  if (facts.latch) {
+    out["latch"] = facts.latch->is_emergency ? "estop" : "halt";
+    out["latched_by"] = facts.latch->why;
   }
-  if (rig.fact() == Fact::unknown) out["left_by"] = rig.why();
+  if (!facts.left_by.empty()) {
+    out["left_by"] = facts.left_by;
+    out["acknowledged"] = facts.acknowledged;
+  }
+  if (facts.lock_out)
+    out["locked"] = {{"by", facts.lock_out->user},
+                     {"reason", facts.lock_out->reason},
+                     {"since_us", facts.lock_out->since_us}};
 }
 
 json rig_json(const runs::RunManager& manager) {
-  using Fact = runs::RigState::Fact;
   const runs::RigState& rig = manager.rig_state();
   const auto run = manager.active();
-  const bool moves = run && rig.fact() != Fact::latched;
-  json out{{"rig", moves ? fact_of(manager.get(*run)->machine.state) : to_string(rig.fact())}};
+  const bool moves = run && !rig.is_latched();
+  json out{{"rig", moves ? fact_of(manager.get(*run)->machine.state) : rig_word(rig)}};
   if (run) out["run"] = *run;
-  add_reason(rig, out);
+  add_facts(rig.facts(), out);
   return out;
 }
 
@@ -179,30 +190,60 @@ Outcome reset(const Services& services, const Call& call) {
                     .expected = std::string(access::to_string(Role::engineer)),
                     .got = std::string(access::to_string(call.caller.role)),
                     .hint = "An engineer looks at the rig, then resets it"});
+  if (auto open = require_unlocked(services); !open) return tl::unexpected(open.error());
   const std::string reason = call.params.at("reason").get<std::string>();
   if (const Status ok = services.run_manager->reset(reason, by(call.caller)); !ok)
     return refused(ok.error());
-  return format_text({{"latched", false}});
+  json out = rig_json(*services.run_manager);
+  out["latched"] = false;
+  return format_text(out);
+}
+
+Outcome lock(const Services& services, const Call& call) {
+  const runs::LockOut lock{call.caller.user, call.params.at("reason").get<std::string>(),
+                           services.utc_us()};
+  if (lock.reason.size() < 3)
+    return refused(bad_param("reason", "a lock-out needs a reason", "a few words", lock.reason));
+  const auto& held = services.run_manager->rig_state().facts().lock_out;
+  if (held && held->user != lock.user) return tl::unexpected(require_unlocked(services).error());
+  if (const Status ok = services.run_manager->lock_out(lock, by(call.caller)); !ok)
+    return refused(ok.error());
+  return format_text(rig_json(*services.run_manager));
+}
+
+Outcome unlock(const Services& services, const Call& call) {
+  const runs::UnlockRequest wanted{call.caller.user, call.caller.role >= Role::engineer,
+                                   call.params.value("reason", "")};
+  const auto& held = services.run_manager->rig_state().facts().lock_out;
+  if (held && held->user != wanted.user && !wanted.is_allowed_for_others)
+    return tl::unexpected(require_unlocked(services).error());
+  if (const Status ok = services.run_manager->unlock(wanted, by(call.caller)); !ok)
+    return refused(ok.error());
+  return format_text(rig_json(*services.run_manager));
 }
 
 }  // namespace
 
 json rig_delta(const runs::RigState& rig, std::string_view by) {
-  json delta{{"rig", to_string(rig.fact())},
+  json delta{{"rig", rig_word(rig)},
              {"latch", nullptr},
              {"latched_by", nullptr},
              {"left_by", nullptr},
+             {"acknowledged", nullptr},
+             {"locked", nullptr},
              {"by", by}};
-  add_reason(rig, delta);
+  add_facts(rig.facts(), delta);
   return delta;
 }
 
 void add_rig_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);
   group
-      .read("rig.state", "the rig's own fact", {},
-            "rig, run, latch (halt or estop), latched_by (with the reason, where one was "
-            "given), left_by",
+      .read("rig.state", "whether the rig moves, where it was left, and what keeps it from moving",
+            {},
+            "rig (moving, holding, safe, unknown or latched), run, fact (safe, holding or unknown: "
+            "how the newest run left it), left_by, acknowledged (a person has reset it since), "
+            "latch (halt or estop), latched_by (with the reason), locked: by, reason, since_us",
             [](const Services& s, const Call&) { return format_text(rig_json(*s.run_manager)); })
       .urgency = rpc::Urgency::urgent;
   add_stop(group, "rig.halt",
@@ -214,10 +255,19 @@ void add_rig_methods(rpc::Methods& methods, const Services& services) {
            "power path that it could cut",
            runs::RigState::Stop::emergency);
   group.change("rig.reset",
-               "somebody has looked at the rig: it may move again; after an emergency stop an "
-               "engineer",
+               "release the latch after looking at the rig; after an emergency stop an engineer "
+               "does it. Nothing moves by it: the fact remains, and a queue in which runs wait is "
+               "paused",
                Role::operator_, {{"reason", ParamType::text, true, "what was looked at"}},
-               "latched", reset);
+               "latched, and as rig.state", reset);
+  group.change("rig.lock",
+               "lock the rig out in your name: nothing moves, over restarts too, before rig.unlock",
+               Role::operator_, {{"reason", ParamType::text, true, "what for, for the others"}},
+               "as rig.state", lock);
+  group.change("rig.unlock",
+               "remove your lock-out, or as an engineer another person's with a reason",
+               Role::operator_, {{"reason", ParamType::text, false, "for another person's"}},
+               "as rig.state", unlock);
   group.read("rig.describe", "what the rig is and can do, as its file says", {},
              "rig, bench (simulated, emulated, real), simulated, force_cap_n, torque_cap_nm, "
              "travel by axis, plate: origin, size, surface_z_m; footprint of the probe, "

@@ -59,15 +59,21 @@ json blocker(std::string_view kind, std::string where, std::string hint) {
 }
 
 void add_rig_blocker(const runs::RigState& rig, json& blockers) {
-  using Fact = runs::RigState::Fact;
-  if (rig.fact() == Fact::latched)
+  const runs::RigFacts& facts = rig.facts();
+  if (facts.lock_out)
+    blockers.push_back(blocker("rig.locked", "rig",
+                               "Locked out by " + facts.lock_out->user + ": " +
+                                   facts.lock_out->reason + ". That person removes it"));
+  if (facts.latch)
     blockers.push_back(blocker("rig.latched", "rig",
-                               (rig.is_emergency() ? "Emergency stop by " : "Halted by ") +
-                                   rig.why() + ": look at the rig, then rig.reset"));
-  if (rig.fact() == Fact::unknown)
-    blockers.push_back(blocker("rig.unknown", rig.why(),
-                               "Nobody knows where that run left the rig: look at it, then "
-                               "rig.reset, or, where the run is interrupted, go on with it"));
+                               (facts.latch->is_emergency ? "Emergency stop by " : "Halted by ") +
+                                   facts.latch->why + ": look at the rig, then rig.reset"));
+  if (facts.fact == runs::RigFact::safe || facts.acknowledged || facts.latch) return;
+  const bool is_unknown = facts.fact == runs::RigFact::unknown;
+  blockers.push_back(blocker(is_unknown ? "rig.unknown" : "rig.holding", facts.left_by,
+                             std::string(is_unknown ? "The position of the rig is unknown"
+                                                    : "The probe may be on the fabric") +
+                                 ": look at it, then rig.reset, or resume that run"));
 }
 
 void add_rig_file_blocker(const Services& services, json& blockers) {

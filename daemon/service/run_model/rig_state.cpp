@@ -1,7 +1,6 @@
 #include "daemon/service/run_model/rig_state.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace weft::daemon::runs {
 
@@ -12,35 +11,83 @@ std::string run_id(std::int64_t number) {
   return "R-" + digits;
 }
 
-std::string_view to_string(RigState::Fact fact) {
-  constexpr std::array<std::string_view, 3> names{"safe", "unknown", "latched"};
-  return names[static_cast<std::size_t>(fact)];
+RigFact rig_fact_of(std::string_view name) {
+  for (const RigFact fact : {RigFact::safe, RigFact::holding})
+    if (name == to_string(fact)) return fact;
+  return RigFact::unknown;
+}
+
+bool RigState::needs_reset() const {
+  return is_latched() || (facts_.fact != RigFact::safe && !facts_.acknowledged);
 }
 
 bool RigState::can_move(std::int64_t run) const {
-  return is_safe() || (fact_ == Fact::unknown && run == resume_override_run_);
+  return can_move() || (run == resume_override_run_ && !is_latched() && !facts_.lock_out);
 }
 
 bool RigState::halt(Stop stop, std::string_view by, std::string_view reason) {
-  const bool is_emergency = is_emergency_ || stop == Stop::emergency;
-  const bool is_news = !is_latched() || is_emergency != is_emergency_;
+  end_override();
+  const std::optional<Latch> before = facts_.latch;
+  const bool was_emergency = before && before->is_emergency;
   std::string why(by);
   if (!reason.empty()) why.append(": ").append(reason);
-  *this = RigState(Fact::latched, std::move(why), is_emergency);
-  return is_news;
+  facts_.latch = Latch{was_emergency || stop == Stop::emergency, std::move(why)};
+  return !before || facts_.latch->is_emergency != was_emergency;
 }
 
-bool RigState::on_ended(bool is_safe, std::int64_t run) {
+void RigState::reset() {
   end_override();
-  if (is_latched()) return false;
-  RigState next = is_safe ? RigState() : RigState(Fact::unknown, run_id(run));
-  if (next == *this) return false;
-  *this = std::move(next);
+  facts_.latch.reset();
+  facts_.acknowledged = facts_.fact != RigFact::safe;
+}
+
+bool RigState::on_ended(RigFact fact, std::int64_t run) {
+  end_override();
+  RigFacts next = facts_;
+  next.fact = fact;
+  next.left_by = fact == RigFact::safe ? std::string() : run_id(run);
+  next.acknowledged = false;
+  if (next == facts_) return false;
+  facts_ = std::move(next);
   return true;
 }
 
+Status RigState::lock(LockOut lock_out) {
+  if (facts_.lock_out && facts_.lock_out->user != lock_out.user)
+    return fail({.code = Errc::wrong_state,
+                 .where = "rig",
+                 .what = "the rig is locked out by " + facts_.lock_out->user,
+                 .expected = lock_out.user,
+                 .got = facts_.lock_out->reason,
+                 .hint = "Ask that person, or an engineer, for weft unlock"});
+  end_override();
+  facts_.lock_out = std::move(lock_out);
+  return {};
+}
+
+Status RigState::unlock(std::string_view user, bool is_allowed_for_others,
+                        std::string_view reason) {
+  if (!facts_.lock_out)
+    return fail({.code = Errc::wrong_state, .where = "rig", .what = "the rig is not locked out"});
+  const bool is_own = facts_.lock_out->user == user;
+  if (!is_own && !is_allowed_for_others)
+    return fail({.code = Errc::wrong_state,
+                 .where = "rig",
+                 .what = "the rig is locked out by another person",
+                 .expected = facts_.lock_out->user + ", or an engineer with a reason",
+                 .got = std::string(user)});
+  if (!is_own && reason.size() < 3)
+    return fail({.code = Errc::invalid_argument,
+                 .where = "/params/reason",
+                 .what = "another person's lock-out is removed for a reason",
+                 .expected = "a few words",
+                 .got = std::string(reason)});
+  facts_.lock_out.reset();
+  return {};
+}
+
 void RigState::allow_resumed(std::int64_t run) {
-  if (*this == RigState(Fact::unknown, run_id(run))) resume_override_run_ = run;
+  if (!is_latched() && facts_.left_by == run_id(run)) resume_override_run_ = run;
 }
 
 void RigState::end_override(std::int64_t run) {

@@ -4,60 +4,91 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "recipes/engine/engine.hpp"
 
 namespace weft::daemon::runs {
 
 /// "R-000318".
 std::string run_id(std::int64_t number);
 
+/// safe, holding (stopped where it was: the probe may be on the fabric) or unknown.
+using recipes::RigFact;
+/// The fact of that name; unknown for any other text.
+RigFact rig_fact_of(std::string_view name);
+
+/// Set by a halt, until a person resets it.
+struct Latch {
+  bool is_emergency = false;  ///< released by more than an operator's reset
+  std::string why;            ///< who halted it and the reason
+  friend bool operator==(const Latch&, const Latch&) = default;
+};
+
+/// A person keeps the rig from moving, over restarts too.
+struct LockOut {
+  std::string user, reason;
+  std::int64_t since_us = 0;  ///< UTC
+  friend bool operator==(const LockOut&, const LockOut&) = default;
+};
+
+/// What is kept of the rig: three facts that no other replaces.
+struct RigFacts {
+  RigFact fact = RigFact::safe;  ///< where the newest run left it
+  std::string left_by = {};      ///< the run that left it so; empty where it is safe
+  bool acknowledged = false;     ///< a person has looked at a rig that is not safe
+  std::optional<Latch> latch = {};
+  std::optional<LockOut> lock_out = {};
+  friend bool operator==(const RigFacts&, const RigFacts&) = default;
+};
+
 class RigState {
  public:
-  enum class Fact : std::uint8_t {
-    safe,
-    unknown,  ///< a run ended, or died, without knowing where it left the rig
-    latched   ///< halted
-  };
-  /// An emergency stop is released by more than an operator's word.
   enum class Stop : std::uint8_t { halt, emergency };
 
   RigState() = default;
-  explicit RigState(Fact fact, std::string why = {}, bool is_emergency = false)
-      : fact_(fact), is_emergency_(is_emergency), why_(std::move(why)) {}
+  explicit RigState(RigFacts facts) : facts_(std::move(facts)) {}
+  explicit RigState(RigFact fact, std::string left_by = {})
+      : RigState(RigFacts{fact, std::move(left_by)}) {}
+  explicit RigState(Latch latch) : RigState(RigFacts{.latch = std::move(latch)}) {}
 
-  [[nodiscard]] Fact fact() const { return fact_; }
-  /// Who halted it and the reason, or the run that left it unknown.
-  [[nodiscard]] const std::string& why() const { return why_; }
-  [[nodiscard]] bool is_emergency() const { return is_emergency_; }
-  [[nodiscard]] bool is_safe() const { return fact_ == Fact::safe; }
-  [[nodiscard]] bool is_latched() const { return fact_ == Fact::latched; }
-  /// A rig in an unknown state is moved only by the run that left it so, once a person resumes it.
+  [[nodiscard]] const RigFacts& facts() const { return facts_; }
+  [[nodiscard]] bool is_latched() const { return facts_.latch.has_value(); }
+  [[nodiscard]] bool is_emergency() const { return is_latched() && facts_.latch->is_emergency; }
+  /// Latched, or not safe and nobody has looked.
+  [[nodiscard]] bool needs_reset() const;
+  /// Any motion, of a run or by hand.
+  [[nodiscard]] bool can_move() const { return !needs_reset() && !facts_.lock_out; }
+  /// Also the run that left the rig as it is, once a person resumes it.
   [[nodiscard]] bool can_move(std::int64_t run) const;
 
   /// Latches it. An emergency stop remains one through later halts. False: it was latched so.
   bool halt(Stop stop, std::string_view by, std::string_view reason);
-  /// A run that had the rig is over. A latch remains. False: nothing changes.
-  bool on_ended(bool is_safe, std::int64_t run);
-  /// A person resumes a run: it may move the rig that it left unknown, until the next change.
+  /// A person has looked at it: ends the latch; the fact stays what it is.
+  void reset();
+  /// A run that had the rig is over. A latch and a lock-out remain. False: nothing changes.
+  bool on_ended(RigFact fact, std::int64_t run);
+  /// Errors: wrong_state, where another person has locked it out.
+  Status lock(LockOut lock_out);
+  /// `is_allowed_for_others`: of a role that may remove another person's. Errors: wrong_state;
+  /// invalid_argument, another's without a reason.
+  Status unlock(std::string_view user, bool is_allowed_for_others, std::string_view reason);
+  /// A person resumes a run: it may move the rig that it left so, until the next change.
   void allow_resumed(std::int64_t run);
-  /// No run may move an unknown rig any more, or `run` may not.
+  /// No run may move such a rig any more, or `run` may not.
   void end_override() { resume_override_run_ = 0; }
   void end_override(std::int64_t run);
 
   /// The override is no part of it: it is neither kept nor shown.
-  friend bool operator==(const RigState& a, const RigState& b) {
-    return a.fact_ == b.fact_ && a.why_ == b.why_ && a.is_emergency_ == b.is_emergency_;
-  }
+  friend bool operator==(const RigState& a, const RigState& b) { return a.facts_ == b.facts_; }
 
  private:
-  Fact fact_ = Fact::safe;
-  bool is_emergency_ = false;
-  std::string why_;
+  RigFacts facts_;
   std::int64_t resume_override_run_ = 0;  ///< 0: none
 };
-std::string_view to_string(RigState::Fact fact);
 
 /// Stops that change nothing, said again and again: each counts, and a flood of them does not fill
 /// the journal.

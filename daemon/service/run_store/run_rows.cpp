@@ -37,7 +37,10 @@ CREATE TABLE IF NOT EXISTS line (
 ) STRICT;
 CREATE TABLE IF NOT EXISTS waiting (place INTEGER PRIMARY KEY, run INTEGER NOT NULL) STRICT;
 CREATE TABLE IF NOT EXISTS rig (
-  id INTEGER PRIMARY KEY CHECK (id = 1), fact TEXT NOT NULL, why TEXT NOT NULL
+  id INTEGER PRIMARY KEY CHECK (id = 1), fact TEXT NOT NULL, why TEXT NOT NULL,
+  left_by TEXT NOT NULL DEFAULT '', acknowledged INTEGER NOT NULL DEFAULT 0,
+  latch TEXT NOT NULL DEFAULT '', lock_user TEXT NOT NULL DEFAULT '',
+  lock_reason TEXT NOT NULL DEFAULT '', lock_us INTEGER NOT NULL DEFAULT 0
 ) STRICT;
 CREATE TABLE IF NOT EXISTS answer (
   number INTEGER PRIMARY KEY AUTOINCREMENT, name TEXT NOT NULL UNIQUE, fingerprint TEXT NOT NULL,
@@ -55,7 +58,7 @@ struct LaterColumn {
 };
 constexpr std::string_view as_text = "TEXT NOT NULL DEFAULT ''",
                            as_count = "INTEGER NOT NULL DEFAULT 0";
-constexpr std::array<LaterColumn, 14> later_columns{{{"run", "resume", as_count},
+constexpr std::array<LaterColumn, 20> later_columns{{{"run", "resume", as_count},
                                                      {"run", "recovered", as_text},
                                                      {"run", "bench", as_text},
                                                      {"run", "trials_done", "INTEGER"},
@@ -67,6 +70,12 @@ constexpr std::array<LaterColumn, 14> later_columns{{{"run", "resume", as_count}
                                                      {"run", "bench_error", as_text},
                                                      {"run", "disk_bytes", as_count},
                                                      {"run", "keep_going", as_count},
+                                                     {"rig", "left_by", as_text},
+                                                     {"rig", "acknowledged", as_count},
+                                                     {"rig", "latch", as_text},
+                                                     {"rig", "lock_user", as_text},
+                                                     {"rig", "lock_reason", as_text},
+                                                     {"rig", "lock_us", as_count},
                                                      {"answer", "token", as_text},
                                                      {"hand_over", "attempts", as_count}}};
 

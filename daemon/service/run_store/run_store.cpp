@@ -16,8 +16,8 @@ constexpr const char* opening_sql =
     "PRAGMA locking_mode=EXCLUSIVE; PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;"
     "BEGIN IMMEDIATE; COMMIT;";
 
-/// The fact of a rig that an emergency stop has latched.
-constexpr std::string_view emergency_name = "estop";
+/// Names of the latches; older files have them in place of the fact.
+constexpr std::string_view halt_name = "halt", emergency_name = "estop", old_halt_name = "latched";
 
 constexpr std::int64_t most_searched = 20'000;  // lines of the journal
 
@@ -44,7 +44,7 @@ void cut_before_rig(StoredRun& run, const RigState& rig) {
     run.cleanup = "skipped";
     run.trials_done = 0;
   }
-  run.rig_fact = to_string(rig.fact());
+  run.rig_fact = to_string(rig.facts().fact);
   std::error_code unseen;
   if (!std::filesystem::exists(run.folder / campaign_file_name, unseen))
     return;  // it may come back
@@ -151,8 +151,10 @@ Status RunStore::recover_after_restart() {
     else
       cut_before_rig(run, *before);
     run.state = RunState::interrupted;
-    if (acquired_rig && !before->is_latched())
-      change.rig = RigState(RigState::Fact::unknown, run.id());
+    if (acquired_rig) {
+      change.rig = *before;
+      change.rig->on_ended(RigFact::unknown, run.number);
+    }
     change.put(run);
   }
   return change.is_empty() ? Status() : commit(change);
@@ -226,8 +228,15 @@ Status RunStore::write(const CheckedRecipe& recipe) {
 }
 
 Status RunStore::write(const RigState& rig) {
-  return database_.run("INSERT OR REPLACE INTO rig (id, fact, why) VALUES (1, ?, ?)",
-                       rig.is_emergency() ? emergency_name : to_string(rig.fact()), rig.why());
+  const RigFacts& facts = rig.facts();
+  const LockOut lock = facts.lock_out.value_or(LockOut{});
+  const Latch latch = facts.latch.value_or(Latch{});
+  const std::string_view latch_name = latch.is_emergency ? emergency_name : halt_name;
+  return database_.run(
+      "INSERT OR REPLACE INTO rig (id, fact, why, left_by, acknowledged, latch, lock_user, "
+      "lock_reason, lock_us) VALUES (1, ?, ?, ?, ?, ?, ?, ?, ?)",
+      to_string(facts.fact), latch.why, facts.left_by, std::int64_t{facts.acknowledged},
+      facts.latch ? latch_name : std::string_view(), lock.user, lock.reason, lock.since_us);
 }
 
 Status RunStore::write(const RunQueue& queue) {
@@ -248,20 +257,30 @@ Status RunStore::write(const JournalLine& line) {
 }
 
 Result<RigState> RunStore::rig_state() {
-  using enum RigState::Fact;
-  std::string name(to_string(safe)), why;
-  const Status read = database_.each("SELECT fact, why FROM rig", [&](const auto& row) {
-    name = row.text(0);
-    why = row.text(1);
-  });
+  RigFacts out;
+  Status valid;
+  const Status read = database_.each(
+      "SELECT fact, why, left_by, acknowledged, latch, lock_user, lock_reason, lock_us FROM rig",
+      [&](const auto& row) {
+        const std::string name = row.text(0), why = row.text(1), latch = row.text(4);
+        const bool is_old_latch = name == old_halt_name || name == emergency_name;
+        if (!is_old_latch && name != to_string(rig_fact_of(name)))
+          valid = fail({.code = Errc::corrupt,
+                        .where = "rig",
+                        .what = "a rig in no state that there is",
+                        .got = name});
+        out = {
+            .fact = rig_fact_of(name), .left_by = row.text(2), .acknowledged = row.integer(3) != 0};
+        if (is_old_latch || !latch.empty())
+          out.latch = Latch{name == emergency_name || latch == emergency_name, why};
+        else if (out.fact == RigFact::unknown && out.left_by.empty())
+          out.left_by = why;  // of an older file
+        if (const std::string user = row.text(5); !user.empty())
+          out.lock_out = LockOut{user, row.text(6), row.integer(7)};
+      });
+  if (!valid) return pass(valid.error());
   if (!read) return pass(read.error());
-  if (name == emergency_name) return RigState(latched, why, true);
-  for (const RigState::Fact fact : {safe, unknown, latched})
-    if (to_string(fact) == name) return RigState(fact, why);
-  return fail({.code = Errc::corrupt,
-               .where = "rig",
-               .what = "a rig in no state that there is",
-               .got = name});
+  return RigState(std::move(out));
 }
 
 Result<RunQueue> RunStore::queue() {

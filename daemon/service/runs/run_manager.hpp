@@ -29,6 +29,13 @@ struct RunRequest {
   /// The queue goes on after this run also where it is stopped, aborted or fails with the rig.
   bool keep_going = false;
 };
+/// Who removes a lock-out, and why.
+struct UnlockRequest {
+  std::string user;
+  bool is_allowed_for_others = false;  ///< the role may remove another person's
+  std::string reason = {};
+};
+
 /// What to check for RunManager::submit(), on any thread: a recipe that plans a million trials
 /// takes check_quickly() a second.
 CampaignRequest request_for(const RunRequest& wanted, const std::filesystem::path& rig);
@@ -89,14 +96,20 @@ class RunManager final : private RunReports {
   /// Errors: wrong_state, when it is not paused.
   Status resume_queue(std::string_view by);
 
-  /// Where it is not safe nothing begins before reset(), but for the run that left it unknown, once
-  /// a person resumes that.
+  /// Unless the rig can move, nothing begins before reset() and unlock(); exception: resuming the
+  /// run that left it so.
   [[nodiscard]] const RigState& rig_state() const { return rig_; }
   /// Stops motion now, whatever runs, and latches the rig until reset(). The same order again, of a
   /// rig that is latched, is counted in a line of the journal.
   void halt(RigState::Stop stop, std::string_view by, std::string_view reason = {});
-  /// Errors: wrong_state; invalid_argument, without a reason; io.
+  /// A person has looked at the rig: ends the latch. The fact of a rig that is not safe remains,
+  /// and the rig may move again. Errors: wrong_state; invalid_argument, without a reason; io.
   Status reset(std::string_view reason, std::string_view by);
+  /// Nothing moves before unlock(), over restarts too. Errors: wrong_state, while a run is under
+  /// way or where another person has locked it out; io.
+  Status lock_out(const LockOut& lock, std::string_view by);
+  /// Errors: RigState::unlock()'s; io.
+  Status unlock(const UnlockRequest& wanted, std::string_view by);
   /// Injects a fault into the bench of the run under way, once its devices are up, or ends some; it
   /// is in the run's journal and the daemon's. The callback is called once, on the manager's
   /// thread. Errors: wrong_state, without a run; those of the bench.
@@ -182,6 +195,9 @@ class RunManager final : private RunReports {
   void notify_queue(std::string_view by);
   void notify_rig(std::string_view by);
   void notify_ended(Run& run);
+  [[nodiscard]] Status require_idle() const;
+  /// A person's change of the rig. Nothing begins by it: a queue in which runs wait is paused.
+  Status change_rig(RigState rig, JournalLine line, std::string_view by);
   void use_plan(Run& run, const PlanSummary& plan);
   /// Begins the next run if the queue, the rig and the disk allow it; else pauses the queue.
   void begin_next();

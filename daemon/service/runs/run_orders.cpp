@@ -51,7 +51,7 @@ Status RunManager::remove(std::string_view id, std::string_view by) {
   if (!was_resumed) {
     stored.outcome = "stopped";
     stored.cleanup = "skipped";
-    stored.rig_fact = to_string(rig_.fact());  // nothing was moved
+    stored.rig_fact = to_string(rig_.facts().fact);  // nothing was moved
   }
   const RunStateMachine next = on_ended(was_resumed).next;
   if (Status persisted = commit_transition(run, std::move(stored), next, by); !persisted)
@@ -163,32 +163,61 @@ void RunManager::journal_repeated(const std::vector<RepeatedStops::Counted>& cou
 
 Status RunManager::reset(std::string_view reason, std::string_view by) {
   if (Status more = require_accepting(); !more) return more;
-  if (rig_.is_safe())
+  if (!rig_.needs_reset())
     return fail({.code = Errc::wrong_state,
                  .where = "rig",
-                 .what = "the rig is neither latched nor unknown"});
+                 .what = "the rig needs no reset",
+                 .expected = "latched, or not safe since the newest run",
+                 .got = std::string(to_string(rig_.facts().fact))});
   if (reason.size() < 3)
     return fail({.code = Errc::invalid_argument,
                  .where = "/params/reason",
                  .what = "a reset needs a reason",
                  .expected = "a few words",
                  .got = std::string(reason)});
-  if (const auto run = active())
-    return fail({.code = Errc::wrong_state,
-                 .where = *run,
-                 .what = "a run has not ended yet",
-                 .expected = "ended",
-                 .hint = "Wait for it; one that does not answer ends with the daemon"});
+  if (Status idle = require_idle(); !idle) return idle;
   journal_repeated(repeated_stops_.take());
+  RigState next = rig_;
+  next.reset();
+  return change_rig(std::move(next), line("", "reset", by, {{"reason", reason}}), by);
+}
+
+Status RunManager::require_idle() const {
+  const auto run = active();
+  if (!run) return {};
+  return fail({.code = Errc::wrong_state,
+               .where = *run,
+               .what = "a run has not ended yet",
+               .expected = "ended",
+               .hint = "Wait for it; one that does not answer ends with the daemon"});
+}
+
+// What lets the rig move again starts nothing: a person resumes the queue.
+Status RunManager::change_rig(RigState rig, JournalLine line, std::string_view by) {
   RunQueue queue = queue_;
-  RunChange change{.rig = RigState(), .journal = {line("", "reset", by, {{"reason", reason}})}};
-  const bool pauses = queue.pause_automatically(after_reset);
-  if (pauses) change.journal.push_back(line("", "queue_paused", after_reset));
+  const bool pauses = !rig_.can_move() && rig.can_move() && queue.pause_automatically(after_reset);
+  RunChange change{.rig = rig, .journal = {std::move(line)}};
+  if (pauses) change.journal.push_back(this->line("", "queue_paused", after_reset));
   if (Status persisted = commit(std::move(queue), std::move(change)); !persisted) return persisted;
-  rig_ = RigState();
+  rig_ = std::move(rig);
   notify_rig(by);
   if (pauses) notify_queue(by);
   return {};
+}
+
+Status RunManager::lock_out(const LockOut& lock, std::string_view by) {
+  if (Status idle = require_idle(); !idle) return idle;
+  RigState next = rig_;
+  if (Status locked = next.lock(lock); !locked) return locked;
+  return change_rig(std::move(next), line("", "locked", by, {{"reason", lock.reason}}), by);
+}
+
+Status RunManager::unlock(const UnlockRequest& wanted, std::string_view by) {
+  RigState next = rig_;
+  if (Status ok = next.unlock(wanted.user, wanted.is_allowed_for_others, wanted.reason); !ok)
+    return ok;
+  const json payload{{"reason", wanted.reason}, {"locked_by", rig_.facts().lock_out->user}};
+  return change_rig(std::move(next), line("", "unlocked", by, payload), by);
 }
 
 void RunManager::inject_fault(FaultOrder order, FaultCallback on_done) {

@@ -152,7 +152,7 @@ void RunManager::on_progress(std::int64_t number, const TrialProgress& progress)
 }
 
 bool RunManager::grant_rig(std::int64_t number) {
-  if (rig_.is_latched()) return false;
+  if (rig_.is_latched() || rig_.facts().lock_out) return false;
   Run& run = *numbered(number);
   StoredRun taken = run.to_store();
   taken.rig_untaken = false;
@@ -175,9 +175,9 @@ bool RunManager::count_trials(Run& run) {
 void RunManager::give_up(Run& run, RunChange& change) {
   StoredRun& stored = run.stored;
   const bool has_rig = executor_.has_rig();
-  if (has_rig && rig_.on_ended(false, run.number())) change.rig = rig_;
+  if (has_rig && rig_.on_ended(RigFact::unknown, run.number())) change.rig = rig_;
   stored.facts() = facts_without_answer(stored, has_rig, certified_dataset(stored.folder));
-  stored.rig_fact = has_rig ? "unknown" : to_string(rig_.fact());
+  stored.rig_fact = to_string(rig_.facts().fact);
   pause_queue_for(after_failure, {{"run", stored.id()}, {"error", stored.error}}, change);
 }
 
@@ -192,8 +192,8 @@ void RunManager::on_thread_ended(std::int64_t number, const RunResult& result) {
   RunChange change;
   if (!result.acquired_rig) {
     rig_.end_override();
-    end.found.rig_fact = to_string(rig_.fact());  // what it was
-  } else if (rig_.on_ended(end.found.rig_fact == "safe", number)) {
+    end.found.rig_fact = to_string(rig_.facts().fact);  // what it was
+  } else if (rig_.on_ended(rig_fact_of(end.found.rig_fact), number)) {
     change.rig = rig_;
   }
   stored.facts() = facts_of_end(stored, end);

@@ -107,7 +107,7 @@ TEST_CASE("an emergency stop ends a run as a halt does, and outlives halts and t
     bench.manager->halt(RigState::Stop::emergency, "ada");
     CHECK(bench.manager->get(id)->machine.state == RunState::halting);
     bench.manager->halt(RigState::Stop::halt, "bo");
-    CHECK(bench.manager->rig_state() == RigState{RigState::Fact::latched, "bo", true});
+    CHECK(bench.manager->rig_state() == RigState{Latch{true, "bo"}});
     bench.posted.let_go();
     CHECK(bench.ended(id).stored.outcome == "aborted");
   }

@@ -66,7 +66,7 @@ TEST_CASE("a discarded run has ended, its file says so, and no data set is made 
   CHECK(report->certified);
   CHECK(report->holds());
   CHECK_FALSE(bench.recover(only_run(bench), "ada"));
-  CHECK(bench.manager->rig_state() == RigState{RigState::Fact::unknown, only_run(bench)});
+  CHECK(bench.manager->rig_state() == RigState{RigFact::unknown, only_run(bench)});
   CampaignRequest request = bench.request;
   request.out = run->stored.folder;
   request.resume = true;

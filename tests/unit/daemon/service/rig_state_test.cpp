@@ -7,12 +7,22 @@
 namespace rig_state_test {
 
 using namespace weft::daemon::runs;
-using Fact = RigState::Fact;
 using Stop = RigState::Stop;
 
-TEST_CASE("every event in every state of the rig") {
-  const RigState safe, left(Fact::unknown, "R-000001"), halted(Fact::latched, "ada"),
-      estopped(Fact::latched, "ada", true);
+namespace {
+
+RigState with(RigFacts facts) {
+  return RigState(std::move(facts));
+}
+const Latch by_ada{false, "ada"}, by_bo{false, "bo"}, smoke{true, "bo: smoke"},
+    estop_by_bo{true, "bo"};
+
+}  // namespace
+
+TEST_CASE("every event in every state of the rig: fact, latch and lock-out replace none other") {
+  const RigState safe, left(RigFact::unknown, "R-000001"), halted(by_ada),
+      estopped(Latch{true, "ada"});
+  const RigState holding = with({RigFact::holding, "R-000002", false, by_ada});
   struct Row {
     const char* name;
     RigState before;
@@ -22,26 +32,43 @@ TEST_CASE("every event in every state of the rig") {
   };
   const auto halt = [](RigState& rig) { return rig.halt(Stop::halt, "bo", ""); };
   const auto estop = [](RigState& rig) { return rig.halt(Stop::emergency, "bo", "smoke"); };
-  const auto safe_end = [](RigState& rig) { return rig.on_ended(true, 2); };
-  const auto other_end = [](RigState& rig) { return rig.on_ended(false, 2); };
-  const RigState left_by_2(Fact::unknown, "R-000002"), halted_by_bo(Fact::latched, "bo"),
-      still_estopped(Fact::latched, "bo", true), smoke(Fact::latched, "bo: smoke", true);
+  const auto safe_end = [](RigState& rig) { return rig.on_ended(RigFact::safe, 2); };
+  const auto holding_end = [](RigState& rig) { return rig.on_ended(RigFact::holding, 2); };
+  const auto unknown_end = [](RigState& rig) { return rig.on_ended(RigFact::unknown, 2); };
+  const auto reset = [](RigState& rig) {
+    const bool needed = rig.needs_reset();
+    rig.reset();
+    return needed;
+  };
+  const auto lock = [](RigState& rig) { return rig.lock({"ada", "cable", 5}).has_value(); };
+  const LockOut cable{"ada", "cable", 5};
   const Row rows[] = {
-      {"halt of a safe rig", safe, halt, true, halted_by_bo},
-      {"halt of an unknown rig", left, halt, true, halted_by_bo},
-      {"halt of a halted rig", halted, halt, false, halted_by_bo},
-      {"halt leaves an emergency stop one", estopped, halt, false, still_estopped},
-      {"emergency stop of a safe rig", safe, estop, true, smoke},
-      {"emergency stop of an unknown rig", left, estop, true, smoke},
-      {"emergency stop of a halted rig", halted, estop, true, smoke},
-      {"emergency stop again", estopped, estop, false, smoke},
+      {"halt of a safe rig", safe, halt, true, RigState(by_bo)},
+      {"halt of an unknown rig", left, halt, true,
+       with({RigFact::unknown, "R-000001", false, by_bo})},
+      {"halt of a halted rig", halted, halt, false, RigState(by_bo)},
+      {"halt leaves an emergency stop one", estopped, halt, false, RigState(estop_by_bo)},
+      {"emergency stop of a safe rig", safe, estop, true, RigState(smoke)},
+      {"emergency stop of a halted rig", halted, estop, true, RigState(smoke)},
+      {"emergency stop again", estopped, estop, false, RigState(smoke)},
       {"a run ends safe", safe, safe_end, false, safe},
-      {"a run ends the doubt", left, safe_end, true, safe},
-      {"a run leaves it unknown", safe, other_end, true, left_by_2},
-      {"another run leaves it unknown", left, other_end, true, left_by_2},
-      {"the same run leaves it so", left_by_2, other_end, false, left_by_2},
+      {"a safe end replaces an unknown position", left, safe_end, true, safe},
+      {"a run leaves it unknown", safe, unknown_end, true, RigState(RigFact::unknown, "R-000002")},
+      {"another run leaves it unknown", left, unknown_end, true,
+       RigState(RigFact::unknown, "R-000002")},
       {"a latch outlives a safe end", halted, safe_end, false, halted},
-      {"a latch outlives any end", estopped, other_end, false, estopped},
+      {"the end of a halted run", halted, holding_end, true, holding},
+      {"the same end again", holding, holding_end, false, holding},
+      {"a reset keeps the fact", holding, reset, true, with({RigFact::holding, "R-000002", true})},
+      {"a reset of a halt without a run", halted, reset, true, safe},
+      {"a reset of an unknown rig", left, reset, true, with({RigFact::unknown, "R-000001", true})},
+      {"the end of the next run needs a look of its own",
+       with({RigFact::holding, "R-000001", true}), holding_end, true,
+       RigState(RigFact::holding, "R-000002")},
+      {"a lock-out stands beside the others", holding, lock, true,
+       with({RigFact::holding, "R-000002", false, by_ada, cable})},
+      {"a reset keeps a lock-out", with({RigFact::safe, "", false, by_ada, cable}), reset, true,
+       with({RigFact::safe, "", false, {}, cable})},
   };
   for (const Row& row : rows) {
     INFO(row.name);
@@ -51,30 +78,57 @@ TEST_CASE("every event in every state of the rig") {
   }
 }
 
+TEST_CASE("only the person who locked the rig out unlocks it, or an engineer with a reason") {
+  using weft::Errc;
+  RigState rig;
+  CHECK(rig.unlock("ada", true, "test").error().code == Errc::wrong_state);
+  REQUIRE(rig.lock({"ada", "cable", 5}));
+  REQUIRE(rig.lock({"ada", "the other cable", 6}));
+  CHECK(rig.lock({"bo", "mine", 7}).error().code == Errc::wrong_state);
+  CHECK_FALSE(rig.can_move());
+  CHECK(rig.unlock("bo", false, "I need it").error().code == Errc::wrong_state);
+  CHECK(rig.unlock("bo", true, "").error().code == Errc::invalid_argument);
+  CHECK(rig.facts().lock_out->reason == "the other cable");
+  RigState by_engineer = rig;
+  REQUIRE(by_engineer.unlock("bo", true, "ada has left"));
+  REQUIRE(rig.unlock("ada", false, ""));
+  for (const RigState& open : {by_engineer, rig}) CHECK(open.can_move());
+}
+
 TEST_CASE("which run may move the rig") {
   CHECK(RigState().can_move(1));
-  RigState left(Fact::unknown, "R-000001");
+  RigState left(RigFact::unknown, "R-000001");
   CHECK_FALSE(left.can_move(1));
   left.allow_resumed(2);  // which did not leave it so
   CHECK_FALSE(left.can_move(2));
   left.allow_resumed(1);
   CHECK(left.can_move(1));
   CHECK_FALSE(left.can_move(2));
-  CHECK(left == RigState(Fact::unknown, "R-000001"));
-  RigState latched(Fact::latched, "R-000001");
+  CHECK(left == RigState(RigFact::unknown, "R-000001"));
+  RigState latched = with({RigFact::unknown, "R-000001", false, by_ada});
   latched.allow_resumed(1);
   CHECK_FALSE(latched.can_move(1));
+  RigState locked = left;
+  REQUIRE(locked.lock({"ada", "cable", 5}));
+  locked.allow_resumed(1);
+  CHECK_FALSE(locked.can_move(1));
+  CHECK(with({RigFact::holding, "R-000001", true}).can_move(2));
 }
 
-TEST_CASE("a resume that was allowed ends with every end, every halt, and with its run") {
+TEST_CASE(
+    "a resume that was allowed ends with every end, halt, reset and lock-out, and with its run") {
   const auto allowed = [] {
-    RigState rig(Fact::unknown, "R-000001");
+    RigState rig(RigFact::unknown, "R-000001");
     rig.allow_resumed(1);
     return rig;
   };
   void (*const events[])(RigState&) = {
-      [](RigState& rig) { rig.on_ended(false, 1); },
+      [](RigState& rig) { rig.on_ended(RigFact::unknown, 1); },
       [](RigState& rig) { rig.halt(Stop::halt, "ada", ""); },
+      [](RigState& rig) {
+        REQUIRE(rig.lock({"ada", "cable", 5}));
+        REQUIRE(rig.unlock("ada", false, ""));
+      },
       [](RigState& rig) { rig.end_override(); },
       [](RigState& rig) { rig.end_override(1); },
   };

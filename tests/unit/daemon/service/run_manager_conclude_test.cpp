@@ -155,7 +155,7 @@ TEST_CASE("where a run that does not answer any more has left the rig nobody kno
     bench.manager->tick();
   }
   CHECK(bench.manager->get(id)->machine.state == RunState::ended);
-  CHECK(bench.manager->rig_state() == RigState{RigState::Fact::unknown, id});
+  CHECK(bench.manager->rig_state() == RigState{RigFact::unknown, id});
   answers.set_value();
 }
 
@@ -180,7 +180,7 @@ TEST_CASE("a run that is lost while it asks for the rig ends as it did before, w
   CHECK(lost.error == "the run does not answer");
   CHECK(lost.outcome == "interrupted");
   CHECK(lost.cleanup == before.stored.cleanup);
-  CHECK(bench.manager->rig_state() == RigState{RigState::Fact::unknown, id});  // as it was
+  CHECK(bench.manager->rig_state() == RigState{RigFact::unknown, id});  // as it was
 }
 
 }  // namespace run_manager_conclude_test

@@ -90,7 +90,7 @@ void inspect_again(const TemporaryFolder& folder, const LastWords& reported) {
   RunView run = bench.ended(id);
   if (reported.facts().complete) REQUIRE(run.machine.state == RunState::ended);
   if (run.machine.state == RunState::interrupted) {
-    const RigState unknown{RigState::Fact::unknown, id};
+    const RigState unknown{RigFact::unknown, id};
     if (reported.facts().has_rig) CHECK(bench.manager->rig_state() == unknown);
     if (!reported.facts().asks_for_rig) CHECK(bench.manager->rig_state() == RigState{});
     if (bench.manager->rig_state() != unknown) CHECK(bench.manager->rig_state() == RigState{});

@@ -55,7 +55,7 @@ TEST_CASE("a daemon that is told to end has a run's end on record, and may go on
     CHECK(bench.manager->get(second)->machine.state == RunState::queued);
   }
   RunManagerBench bench(folder, test::tiny_recipe(4));
-  CHECK(bench.manager->rig_state().fact() == RigState::Fact::safe);
+  CHECK(bench.manager->rig_state().facts().fact == RigFact::safe);
   const std::string id = bench.manager->all().front().stored.id();
   CHECK(bench.manager->get(id)->stored.outcome == "aborted");
   REQUIRE(bench.recover(id, "test"));
@@ -118,7 +118,7 @@ TEST_CASE(
   CHECK(reported.empty());  // the look takes as long as the test holds it
   bench.manager->halt(RigState::Stop::halt, "test");
   bench.manager->tick();
-  CHECK(bench.manager->rig_state().fact() == RigState::Fact::latched);
+  CHECK(bench.manager->rig_state().is_latched());
   bench.posted.let_go();
   REQUIRE(bench.posted.run_until([&] { return reported.size() == 2; }));
   CHECK(reported[0].planned == 4);
@@ -159,7 +159,7 @@ TEST_CASE("the wish to go on with a run does not outlive the daemon where the ri
     id = bench.manager->all().front().stored.id();
     bench.manager->halt(RigState::Stop::halt, "test");  // keeps it in line
     REQUIRE(bench.recover(id, "test"));
-    REQUIRE(bench.store.commit({.rig = RigState{RigState::Fact::unknown, id}}));
+    REQUIRE(bench.store.commit({.rig = RigState{RigFact::unknown, id}}));
   }
   RunManagerBench bench(folder);
   const std::string other = bench.submit().stored.id();

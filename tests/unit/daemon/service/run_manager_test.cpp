@@ -26,14 +26,14 @@ TEST_CASE("what escapes from a run's thread is a fault of that run; the next wai
   CHECK(failed.stored.outcome == "failed");
   CHECK(failed.stored.rig_fact == "unknown");
   CHECK(failed.stored.error.find("nobody takes this") != std::string::npos);
-  CHECK(bench.manager->rig_state() == RigState{RigState::Fact::unknown, failed.stored.id()});
+  CHECK(bench.manager->rig_state() == RigState{RigFact::unknown, failed.stored.id()});
   const std::string next = bench.submit().stored.id();
   CHECK(bench.manager->get(next)->machine.state == RunState::queued);
   CHECK_FALSE(bench.manager->reset("", "test"));
   REQUIRE(bench.manager->reset("looked at it", "test"));
   REQUIRE(bench.manager->resume_queue("test"));
   CHECK(bench.ended(next).stored.outcome == "complete");
-  CHECK(bench.manager->rig_state().fact() == RigState::Fact::safe);
+  CHECK(bench.manager->rig_state().facts().fact == RigFact::safe);
   CHECK_FALSE(bench.manager->reset("looked at it", "test"));
 }
 
@@ -41,7 +41,7 @@ TEST_CASE("a rig that was halted is latched for the next daemon too") {
   const TemporaryFolder folder;
   { RunManagerBench(folder).manager->halt(RigState::Stop::halt, "the one at the bench"); }
   RunManagerBench bench(folder);
-  CHECK(bench.manager->rig_state() == RigState{RigState::Fact::latched, "the one at the bench"});
+  CHECK(bench.manager->rig_state() == RigState{Latch{false, "the one at the bench"}});
   const std::string id = bench.submit().stored.id();
   CHECK(bench.manager->get(id)->machine.state == RunState::queued);
   REQUIRE(bench.manager->reset("looked at it", "test"));
@@ -54,13 +54,13 @@ TEST_CASE("a daemon that died under a run leaves a rig that only that run or a w
   leave_interrupted(folder);
   RunManagerBench bench(folder);
   const std::string id = bench.manager->all().front().stored.id();
-  CHECK(bench.manager->rig_state() == RigState{RigState::Fact::unknown, id});
+  CHECK(bench.manager->rig_state() == RigState{RigFact::unknown, id});
   const std::string other = bench.submit().stored.id();
   CHECK(bench.manager->get(other)->machine.state == RunState::queued);
   REQUIRE(bench.recover(id, "test"));
   CHECK(bench.ended(id).stored.outcome == "complete");
   CHECK(bench.ended(other).stored.outcome == "complete");
-  CHECK(bench.manager->rig_state().fact() == RigState::Fact::safe);
+  CHECK(bench.manager->rig_state().facts().fact == RigFact::safe);
 }
 
 TEST_CASE(

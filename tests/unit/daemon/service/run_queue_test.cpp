@@ -8,7 +8,6 @@ namespace run_queue_test {
 
 using namespace weft;
 using namespace weft::daemon::runs;
-using Fact = RigState::Fact;
 using Runs = std::vector<RunQueue::Run>;
 
 TEST_CASE("each change of a queue makes another revision; what changes nothing does not") {
@@ -134,16 +133,17 @@ TEST_CASE("what a daemon finds of a queue when it starts") {
 
 TEST_CASE("the next run is the first that the rig allows") {
   const RunQueue queue(0, "", {1, 2, 3});
-  RigState resumed(Fact::unknown, "R-000002");
+  RigState resumed(RigFact::unknown, "R-000002");
   resumed.allow_resumed(2);
   struct Row {
     RigState rig;
     std::optional<RunQueue::Run> next;
   };
   const Row rows[] = {{RigState(), 1},
-                      {RigState(Fact::unknown, "R-000002"), {}},
+                      {RigState(RigFact::unknown, "R-000002"), {}},
                       {resumed, 2},
-                      {RigState(Fact::latched, "ada"), {}}};
+                      {RigState(RigFacts{.fact = RigFact::holding, .acknowledged = true}), 1},
+                      {RigState(Latch{false, "ada"}), {}}};
   for (const auto& [rig, next] : rows) {
     CHECK(queue.next(rig) == next);
     CHECK(queue.first_allowed(rig) == next);

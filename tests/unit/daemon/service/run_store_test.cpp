@@ -155,6 +155,40 @@ TEST_CASE("a memory of runs from before there was the wish to resume is read, wi
   CHECK_FALSE(store.runs().value().front().resume);
 }
 
+TEST_CASE("fact, latch and lock-out of the rig are kept apart") {
+  const TemporaryFolder folder;
+  const RigState rigs[] = {RigState{}, RigState{RigFact::unknown, "R-000001"},
+                           RigState{Latch{true, "ada: smoke"}},
+                           RigState{RigFacts{RigFact::holding, "R-000002", true}},
+                           RigState{RigFacts{RigFact::holding, "R-000002", false,
+                                             Latch{false, "bo"}, LockOut{"ada", "cable", 5}}}};
+  for (const RigState& rig : rigs) {
+    REQUIRE(RunStore::open(folder / "weftd.sqlite")->commit({.rig = rig}));
+    CHECK(RunStore::open(folder / "weftd.sqlite")->rig_state().value() == rig);
+  }
+}
+
+TEST_CASE("a latch of an older file says nothing of where the rig was left") {
+  const TemporaryFolder folder;
+  RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
+  struct Row {
+    const char *fact, *why;
+    RigState rig;
+  };
+  const Row rows[] = {
+      {"safe", "", RigState{}},
+      {"unknown", "R-000001", RigState{RigFact::unknown, "R-000001"}},
+      {"latched", "ada", RigState{RigFacts{RigFact::unknown, "", false, Latch{false, "ada"}}}},
+      {"estop", "bo", RigState{RigFacts{RigFact::unknown, "", false, Latch{true, "bo"}}}}};
+  for (const auto& [fact, why, rig] : rows) {
+    REQUIRE(store.database().run("INSERT OR REPLACE INTO rig (id, fact, why) VALUES (1, ?, ?)",
+                                 std::string(fact), std::string(why)));
+    CHECK(store.rig_state().value() == rig);
+  }
+  REQUIRE(store.database().execute("UPDATE rig SET fact = 'asleep'"));
+  CHECK(store.rig_state().error().code == Errc::corrupt);
+}
+
 TEST_CASE("of a run from before it was kept who has the rig, that is unknown") {
   const TemporaryFolder folder;
   const bool is_old = GENERATE(true, false);
@@ -171,7 +205,7 @@ TEST_CASE("of a run from before it was kept who has the rig, that is unknown") {
     REQUIRE(file->execute("ALTER TABLE run DROP COLUMN rig_untaken"));
   }
   RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
-  const RigState unknown{RigState::Fact::unknown, run.id()};
+  const RigState unknown{RigFact::unknown, run.id()};
   CHECK(store.rig_state().value() == (is_old ? unknown : RigState{}));
   const StoredRun found = store.runs().value().front();
   CHECK(found.state == RunState::interrupted);

@@ -132,7 +132,7 @@ TEST_CASE("a daemon that ends takes nothing more on, and says why") {
   CHECK(manager.all().size() == 1);
   CHECK(manager.get(id)->machine.state == RunState::interrupted);
   manager.halt(RigState::Stop::halt, "test");
-  CHECK(manager.rig_state().fact() == RigState::Fact::latched);
+  CHECK(manager.rig_state().is_latched());
 }
 
 }  // namespace weftd_end_test

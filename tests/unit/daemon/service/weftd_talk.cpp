@@ -70,7 +70,7 @@ std::string Talk::kind_of(const json& answer) {
 }
 
 bool Talk::is_latched() const {
-  return bench.manager->rig_state().fact() == runs::RigState::Fact::latched;
+  return bench.manager->rig_state().is_latched();
 }
 
 void Talk::reset() {

@@ -5,7 +5,7 @@ import { words } from './format.js';
 
 const meaning = {
   safe: 'nothing moves, the probe is up',
-  holding: 'a run has it and stands still',
+  holding: 'stopped where it was: the probe may be on the fabric',
   moving: 'a run moves it',
   unknown: 'nobody knows where it was left',
   latched: 'halted: nothing moves until it is reset',
@@ -23,7 +23,7 @@ export class RigPanel {
     const fact = rig?.rig ?? 'unknown';
     fill(byId('rig-fact'), [fact, rig === null], () => [
       el('span', { class: `fact rig-${fact}` }, rig === null ? '…' : fact), ` ${rig === null ? '' : meaning[fact] ?? ''}`]);
-    const stuck = rig !== null && (fact === 'latched' || fact === 'unknown');
+    const stuck = rig !== null && (fact === 'latched' || Boolean(rig.left_by && !rig.acknowledged));
     byId('latched').hidden = !stuck;
     fill(byId('latched'), [rig, may_operate, live], () => this.#stuck(fact));
   }
@@ -32,8 +32,9 @@ export class RigPanel {
     const { rig, may_operate, live } = this.store;
     const by = rig?.latched_by ? ` by ${rig.latched_by}` : '';
     const text = fact === 'latched' ? `The rig was halted${by}. Nothing moves before somebody has looked at it.`
-      : `${words(rig?.left_by) || 'A run'} left the rig, and nobody knows where. Look at it before anything moves.`;
-    return [el('strong', {}, fact === 'latched' ? 'HALTED ' : 'UNKNOWN '), el('span', {}, text),
+      : fact === 'holding' ? `${words(rig.left_by)} stopped where it was: the probe may be on the fabric. Look at it before anything moves.`
+        : `${words(rig.left_by)} left the rig at an unknown position. Look at it before anything moves.`;
+    return [el('strong', {}, `${fact === 'latched' ? 'HALTED' : fact.toUpperCase()} `), el('span', {}, text),
       may_operate ? button('Reset the rig …', () => this.#reset(), { class: 'main', 'data-key': 'reset', disabled: !live }) : null,
     ].filter(Boolean);
   }
