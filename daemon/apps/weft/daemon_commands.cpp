@@ -106,7 +106,7 @@ void print_wait(Client& daemon, const json& run, Console& console) {
       console.err << "weft: the run waits in line. " << blocker_text(blocker);
 }
 
-/// Told first: what becomes of an interrupted run.
+/// Prints first what the choice does.
 Result<int> run_recover(Client& daemon, const RecoverArgs& what, Console& console) {
   const auto left =
       call(daemon, "run.recover", {{"run", what.run}, {"choice", what.choice}, {"preview", true}});
@@ -168,7 +168,7 @@ void add_options(CLI::App& command, PauseArgs& args) {
 void add_options(CLI::App& command, ResumeArgs& args) {
   add_options(command, static_cast<RunOrderArgs&>(args));
   command.add_flag("--preview", args.preview,
-                   "an interrupted run: what it would do, nothing moves");
+                   "of a run that is over: print what it would do, move nothing");
 }
 void add_options(CLI::App& command, RecoverArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
@@ -240,12 +240,14 @@ Result<int> run_start(Client& daemon, const StartArgs& args, Console& console) {
   return print_run(run, console);
 }
 
-/// A run that is held, or one that the daemon's death interrupted: what is left is told first.
+/// Resumes a run that is held, or one that is over and can be recovered, after printing what is
+/// left.
 Result<int> run_resume(Client& daemon, const ResumeArgs& args, Console& console) {
   const auto run = load_run(daemon, args.run);
   if (!run) return pass(run.error());
   const std::string id = run->at("run").get<std::string>();
-  if (run->value("state", "") != "interrupted" && !args.preview)
+  const std::string state = run->value("state", "");
+  if (state != "interrupted" && state != "ended" && !args.preview)
     return order(daemon, args, "run.resume", {}, console);
   RecoverArgs what{args, "resume"};
   what.run = id;
@@ -382,7 +384,7 @@ void add_daemon_commands(const CommandGroup& weft) {
       });
   add_daemon_command(weft, "resume", "goes on with a run that is held", run_resume);
   add_daemon_command(weft, "recover",
-                     "goes on with an interrupted run, discards it or keeps what there is",
+                     "resume a run that is over with trials left, discard it or keep what there is",
                      run_recover);
   add_daemon_command(weft, "confirm", "what a run waits for a person to do is done", run_confirm);
   add_daemon_command<RunOrderArgs>(weft, "stop", "ends a run after its repetition",

@@ -65,7 +65,9 @@ void resume_run(const Services& services, const Call& call, const Responder& res
 void resume(const Services& services, const Call& call, const Responder& respond) {
   const auto run = services.run_manager->get(run_of(call));
   if (!run) return respond(refused(run.error()));
-  if (run->machine.state == RunState::interrupted) return resume_run(services, call, respond);
+  const bool has_lease = !call.params.value("lease", "").empty();  // else an ended run is refused
+  if (run->machine.state == RunState::interrupted || (has_lease && runs::is_recoverable(*run)))
+    return resume_run(services, call, respond);
   respond(ordered(services, call, Order::resume));
 }
 
@@ -184,15 +186,16 @@ void add_run_orders(MethodGroup& group) {
               {run_param, {"at", ParamType::text, false, "boundary (default) or now"}}, "the run",
               pause)
       .urgency = rpc::Urgency::urgent;
-  group.change("run.resume",
-               "goes on: up, position, bias, then the next repetition; an interrupted run with the "
-               "repetition that was cut short",
-               Role::operator_,
-               {run_param,
-                {"preview", ParamType::flag, false,
-                 "interrupted runs: answers what it would do, and does nothing"},
-                {"lease", ParamType::text, false, "of the rig; interrupted runs need it"}},
-               "the run, or will, trials_planned, trials_done, trials_left", resume_or_preview);
+  group.change(
+      "run.resume",
+      "resume: up, position, bias, then the next repetition; a run that is over and can be "
+      "recovered with the repetition that was cut short",
+      Role::operator_,
+      {run_param,
+       {"preview", ParamType::flag, false,
+        "runs that are over: answer what it would do, and do nothing"},
+       {"lease", ParamType::text, false, "of the rig; runs that are over need it"}},
+      "the run, or will, trials_planned, trials_done, trials_left", resume_or_preview);
   group.change(
       "run.confirm",
       "a person has done what the run waits for, as its \"attention\" says; it goes on",
@@ -206,15 +209,16 @@ void add_run_orders(MethodGroup& group) {
 
 // To a run that was interrupted, and to any.
 void add_run_care(MethodGroup& group) {
-  group.change("run.recover",
-               "what becomes of an interrupted run: it goes on, it ends and is never made a data "
-               "set of, or it ends with a data set of the trials that are complete",
-               Role::operator_,
-               {run_param,
-                {"choice", ParamType::text, true, "resume, discard or keep-partial"},
-                {"preview", ParamType::flag, false, "answers what it would do, and does nothing"},
-                {"lease", ParamType::text, false, "of the rig; needed without preview"}},
-               "the run, or will, trials_planned, trials_done, trials_left", recover);
+  group.change(
+      "run.recover",
+      "resume a run that was interrupted, stopped, aborted or failed with trials left, or "
+      "discard it (it is never made a data set), or keep its complete trials as a data set",
+      Role::operator_,
+      {run_param,
+       {"choice", ParamType::text, true, "resume, discard or keep-partial"},
+       {"preview", ParamType::flag, false, "answers what it would do, and does nothing"},
+       {"lease", ParamType::text, false, "of the rig; needed without preview"}},
+      "the run, or will, trials_planned, trials_done, trials_left", recover);
   group.change(
       "run.annotate",
       "a note about a run, of any time, for the journal (log.query, kind \"note\"); its data "

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/campaign/resume.hpp"
 
 namespace weft::daemon::runs {
@@ -76,6 +78,25 @@ bool StoredRun::has_all() const {
   return outcome == "complete" || (counted && !dataset_sha256.empty());
 }
 
+JournalLine state_line(const StoredRun& run, std::int64_t utc_us, std::string_view by) {
+  nlohmann::json payload{{"state", to_string(run.state)}};
+  if (run.seed) payload["seed"] = *run.seed;
+  if (run.state == RunState::ended || run.state == RunState::interrupted) {
+    payload.update({{"outcome", run.outcome}, {"cleanup", run.cleanup}, {"rig", run.rig_fact}});
+    if (run.trials_done) payload["trials_done"] = *run.trials_done;
+    if (run.trials_planned) payload["trials_planned"] = *run.trials_planned;
+    if (!run.error.empty()) payload["error"] = run.error;
+    if (!run.dataset_error.empty()) payload["dataset_error"] = run.dataset_error;
+    if (!run.dataset_sha256.empty()) payload["dataset_sha256"] = run.dataset_sha256;
+  }
+  return {0,
+          utc_us,
+          run.id(),
+          "state",
+          std::string(by),
+          payload.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)};
+}
+
 bool RunChange::is_empty() const {
   return runs.empty() && !queue && !rig && journal.empty() && recipes.empty();
 }
@@ -142,6 +163,11 @@ Status RunStore::recover_after_restart() {
   if (!known) return pass(known.error());
   const auto before = rig_state();
   if (!before) return pass(before.error());
+  const auto newest = tail("", 1);
+  if (!newest) return pass(newest.error());
+  // The journal's times rise with its numbers, also where the clock was set back.
+  const std::int64_t utc_us =
+      std::max(utc_now().count() / 1000, newest->empty() ? 0 : newest->front().utc_us);
   RunChange change;
   for (StoredRun run : *known) {
     if (!was_under_way(run)) continue;
@@ -156,6 +182,7 @@ Status RunStore::recover_after_restart() {
       change.rig->on_ended(RigFact::unknown, run.number);
     }
     change.put(run);
+    change.journal.push_back(state_line(run, utc_us, after_restart));
   }
   return change.is_empty() ? Status() : commit(change);
 }

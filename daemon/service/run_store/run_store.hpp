@@ -43,6 +43,7 @@ struct StoredRun : RunFacts {
   /// It is under way, and has not taken the rig yet: its death would leave that as it was.
   bool rig_untaken = false;
   bool keep_going = false;  ///< the queue goes on after it, see EndedRun
+  bool had_ended = false;   ///< it had ended when a person resumed it; else it was interrupted
 
   [[nodiscard]] std::string id() const { return run_id(number); }
   RunFacts& facts() { return *this; }
@@ -54,6 +55,9 @@ struct JournalLine {
   std::int64_t sequence = 0, utc_us = 0;
   std::string run, kind, by, payload_json = "{}";
 };
+/// The line of a run that has changed its state: the state and the seed; of one that is over also
+/// how it ended.
+JournalLine state_line(const StoredRun& run, std::int64_t utc_us, std::string_view by);
 
 /// The text of a recipe as it was checked, by its digest: the file may change while a run waits.
 struct CheckedRecipe {
@@ -78,8 +82,8 @@ class RunStore {
  public:
   /// Opens or makes the file. A run's folder is kept relative to the file's own folder where it
   /// lies in that: both may be moved together. Runs that were under way when the daemon died become
-  /// `interrupted`, and the rig unknown, unless it was latched, or they had not taken it. Errors:
-  /// io, corrupt; wrong_state, when another daemon has it.
+  /// `interrupted`, with a line of the journal, and the rig unknown, unless they had not taken it.
+  /// Errors: io, corrupt; wrong_state, when another daemon has it.
   static Result<RunStore> open(const std::filesystem::path& file);
 
   /// The file, for what else is kept in it: it is locked, so that nothing opens it a second time.

@@ -33,6 +33,18 @@ std::filesystem::path free_folder(const std::filesystem::path& wanted) {
   return folder;
 }
 
+/// What was asked for, for the journal.
+nlohmann::json submission_of(const StoredRun& run) {
+  nlohmann::json out{{"recipe", run.recipe.stem().string()},
+                     {"digest", "sha256:" + run.recipe_sha256},
+                     {"trials_planned", run.trials_planned.value_or(0)},
+                     {"folder", run.folder.string()}};
+  if (run.seed) out["seed"] = *run.seed;
+  if (!run.name.empty()) out["name"] = run.name;
+  if (run.keep_going) out["keep_going"] = true;
+  return out;
+}
+
 }  // namespace
 
 CampaignRequest request_for(const RunRequest& wanted, const std::filesystem::path& rig) {
@@ -67,7 +79,10 @@ void RunManager::load() {
     if (run.counted) change.put(run.to_store());
   }
   if (auto persisted = store_.queue()) queue_ = std::move(*persisted);
+  const std::string paused_by = queue_.paused_by();
   queue_.on_restart(waiting);
+  if (queue_.is_paused() && queue_.paused_by() != paused_by)
+    change.journal.push_back(line("", "queue_paused", after_restart));
   change.queue = queue_;
   store_.persist(change);
   notify_queue(after_restart);
@@ -192,7 +207,7 @@ Result<RunView> RunManager::submit(const RunRequest& wanted, const Checked& chec
   RunQueue queue = queue_;
   queue.put(stored.number, wanted.place.value_or(queue.runs().size()));
   RunChange change{.runs = {stored},
-                   .journal = {line(stored.id(), "submitted", wanted.by)},
+                   .journal = {line(stored.id(), "submitted", wanted.by, submission_of(stored))},
                    .recipes = {{sha256, checked->recipe_text}}};
   change.journal.front().utc_us = stored.created_us;
   if (Status persisted = commit(std::move(queue), std::move(change)); !persisted)
@@ -226,7 +241,7 @@ void RunManager::stage(Run& run, const RunStep& step, std::string_view by, RunCh
   stored.state = step.next.state;
   if (run.is_over()) stored.rig_untaken = false;  // not before: it may die in between
   change.put(run.to_store());
-  change.journal.push_back(state_line(stored, by));
+  change.journal.push_back(state_line(stored, context_.utc_us(), by));
   if (queue_.remove(stored.number)) change.queue = queue_;
 }
 
@@ -291,10 +306,6 @@ JournalLine RunManager::line(std::string_view run, std::string_view kind, std::s
   JournalLine out = line(run, kind, by);
   out.payload_json = payload.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   return out;
-}
-
-JournalLine RunManager::state_line(const StoredRun& run, std::string_view by) const {
-  return line(run.id(), "state", by, {{"state", to_string(run.state)}});
 }
 
 void RunManager::journal(std::string_view run, std::string_view kind, std::string_view by,

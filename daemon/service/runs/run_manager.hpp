@@ -71,18 +71,20 @@ class RunManager final : private RunReports {
   Result<RunView> order(std::string_view id, Order order, std::string_view by,
                         std::string_view confirms = {});
 
-  /// What a choice would do with an interrupted run; nothing moves. The campaign is verified, which
+  /// What a choice would do with a run that was interrupted, or was stopped, aborted or failed with
+  /// trials left; nothing moves. The campaign is verified, which
   /// takes a second for each 150 MB, on another thread; the callback is called once, on the
   /// manager's. Errors: not_found; wrong_state; preview_resume()'s, preview_keep_partial()'s.
   void preview(std::string_view id, Recovery choice, PreviewCallback on_preview);
   using SettleCallback = std::function<void(const Result<RunView>&)>;
-  /// Ends an interrupted run by discarding it or keeping what there is, on another thread as well.
-  /// The state of the rig remains as it is. Errors: not_found; wrong_state; keep_partial()'s; io,
-  /// where the daemon's folder is away. The run is interrupted as before then.
+  /// Ends such a run by discarding it or keeping what there is, on another thread as well. The
+  /// state of the rig remains as it is. Errors: not_found; wrong_state, also to keep what is a data
+  /// set already; keep_partial()'s; io, where the daemon's folder is away. The run is as before
+  /// then.
   void settle(std::string_view id, Recovery choice, std::string_view by, SettleCallback on_done);
   /// What to check for recover(). Errors: not_found; wrong_state.
   [[nodiscard]] Result<CampaignRequest> request_to_recover(std::string_view id) const;
-  /// Puts an interrupted run into the queue again, to be resumed where it was. Its file is
+  /// Puts such a run into the queue again, to be resumed where it was. Its file is
   /// checked when it begins. Errors: not_found, also where its campaign is not there any more;
   /// wrong_state; those of the check; io, where that cannot be written.
   Result<RunView> recover(std::string_view id, std::string_view by, const Checked& checked);
@@ -168,13 +170,12 @@ class RunManager final : private RunReports {
   [[nodiscard]] Result<Run*> find(std::string_view id) const;
   [[nodiscard]] Result<Run*> find_queued(std::string_view id, std::string_view otherwise,
                                          std::string_view hint) const;
-  [[nodiscard]] Result<Run*> find_interrupted(std::string_view id) const;
+  [[nodiscard]] Result<Run*> find_recoverable(std::string_view id) const;
   [[nodiscard]] Result<CampaignRequest> request_of(const StoredRun& run) const;
   [[nodiscard]] JournalLine line(std::string_view run, std::string_view kind,
                                  std::string_view by) const;
   [[nodiscard]] JournalLine line(std::string_view run, std::string_view kind, std::string_view by,
                                  const nlohmann::json& payload) const;
-  [[nodiscard]] JournalLine state_line(const StoredRun& run, std::string_view by) const;
   /// Of what has happened.
   void journal(std::string_view run, std::string_view kind, std::string_view by,
                const nlohmann::json& payload);

@@ -1,4 +1,4 @@
-// What people order: of runs and their queue, of the rig, and of interrupted runs.
+// Orders of people: for runs and their queue, for the rig, and for runs that are recovered.
 
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -32,8 +32,8 @@ Status RunManager::commit_transition(Run& run, StoredRun stored, const RunStateM
     queue.put(stored.number, 0);
   else
     queue.remove(stored.number);
-  Status persisted =
-      commit(std::move(queue), {.runs = {stored}, .journal = {state_line(stored, by)}});
+  Status persisted = commit(
+      std::move(queue), {.runs = {stored}, .journal = {state_line(stored, context_.utc_us(), by)}});
   if (!persisted) return persisted;
   run.stored = std::move(stored);
   run.machine = machine;
@@ -53,7 +53,7 @@ Status RunManager::remove(std::string_view id, std::string_view by) {
     stored.cleanup = "skipped";
     stored.rig_fact = to_string(rig_.facts().fact);  // nothing was moved
   }
-  const RunStateMachine next = on_ended(was_resumed).next;
+  const RunStateMachine next = on_ended(was_resumed && !stored.had_ended).next;
   if (Status persisted = commit_transition(run, std::move(stored), next, by); !persisted)
     return persisted;
   rig_.end_override(run.number());
@@ -92,7 +92,9 @@ Result<RunView> RunManager::order(std::string_view id, Order order, std::string_
   const auto step = on_order(run.machine, run.limits, order, context_.now());
   if (!step) {
     Error refused = step.error();
-    if (order == Order::resume && refused.hint.empty()) refused.hint = resume_hint(run);
+    if (order == Order::resume && is_recoverable(run))
+      refused.hint =
+          "run.recover resumes it where it was: weft recover " + run.stored.id() + " resume";
     if (run.is_over()) refused = refuse_late(run, order, by, std::move(refused));
     return pass(std::move(refused), run.stored.id());
   }
@@ -236,33 +238,35 @@ void RunManager::inject_fault(FaultOrder order, FaultCallback on_done) {
   executor_.inject(std::move(order), std::move(journalled));
 }
 
-Result<RunManager::Run*> RunManager::find_interrupted(std::string_view id) const {
+Result<RunManager::Run*> RunManager::find_recoverable(std::string_view id) const {
   auto found = find(id);
   if (!found) return found;
   const Run& run = **found;
-  if (run.state() != RunState::interrupted)
+  if (!is_recoverable(run))
     return fail({.code = Errc::wrong_state,
                  .where = "/params/run",
-                 .what = "only an interrupted run is recovered",
-                 .expected = "interrupted",
-                 .got = std::string(to_string(run.state())),
-                 .hint = resume_hint(run)});
+                 .what = run.is_over() ? "nothing is left of this run to be recovered"
+                                       : "the run is not over",
+                 .expected = "interrupted, or ended with trials left",
+                 .got = std::string(to_string(run.state())) +
+                        (run.is_over() ? ", " + run.stored.outcome : std::string())});
   if (recovery_.is_settling(run.number()))
     return fail({.code = Errc::wrong_state,
                  .where = "/params/run",
-                 .what = "somebody is about to end this run"});
+                 .what = "another request is about to end this run",
+                 .hint = "run.wait answers when it has ended"});
   return found;
 }
 
 void RunManager::preview(std::string_view id, Recovery choice, PreviewCallback on_preview) {
-  const auto found = find_interrupted(id);
+  const auto found = find_recoverable(id);
   if (!found) return on_preview(pass(found.error()));
   const StoredRun& run = (*found)->stored;
   recovery_.preview(run, choice, request_of(run), std::move(on_preview));
 }
 
 Result<CampaignRequest> RunManager::request_to_recover(std::string_view id) const {
-  const auto found = find_interrupted(id);
+  const auto found = find_recoverable(id);
   if (!found) return pass(found.error());
   return request_of((*found)->stored);
 }
@@ -270,13 +274,14 @@ Result<CampaignRequest> RunManager::request_to_recover(std::string_view id) cons
 Result<RunView> RunManager::recover(std::string_view id, std::string_view by,
                                     const Checked& checked) {
   if (Status more = require_accepting(); !more) return pass(more.error());
-  const auto found = find_interrupted(id);
+  const auto found = find_recoverable(id);
   if (!found) return pass(found.error());
   Run& run = **found;
   if (!checked) return pass(checked.error());
   if (!run.counted) count_trials(run);  // its folder may be back
   StoredRun stored = run.to_store();
   if (Status there = is_where_it_was(stored); !there) return pass(there.error());
+  stored.had_ended = run.state() == RunState::ended;
   stored.resume = true;
   const RunStateMachine queued{RunState::queued, RunStateMachine::Clock::max()};
   if (Status persisted = commit_transition(run, std::move(stored), queued, by); !persisted)
@@ -291,10 +296,16 @@ Result<RunView> RunManager::recover(std::string_view id, std::string_view by,
 void RunManager::settle(std::string_view id, Recovery choice, std::string_view by,
                         SettleCallback on_done) {
   if (Status more = require_accepting(); !more) return on_done(pass(more.error()));
-  const auto found = find_interrupted(id);
+  const auto found = find_recoverable(id);
   if (!found) return on_done(pass(found.error()));
   if (Status here = store_.in_place(); !here) return on_done(pass(here.error()));
   Run& run = **found;
+  if (choice == Recovery::keep_partial && !run.stored.dataset_sha256.empty())
+    return on_done(fail({.code = Errc::wrong_state,
+                         .where = "/params/choice",
+                         .what = "the complete trials of this run are a data set already",
+                         .expected = "resume or discard",
+                         .got = std::string(to_string(choice))}));
   recovery_.settle(run.stored, choice, by,
                    [this, &run, choice, by = std::string(by),
                     on_done = std::move(on_done)](const Result<CampaignSummary>& summary) {

@@ -82,15 +82,12 @@ Status is_where_it_was(const StoredRun& run) {
                .hint = "Put its folder back, or discard the run"});
 }
 
-std::string resume_hint(const RunView& run) {
+bool is_recoverable(const RunView& run) {
+  if (run.state() == RunState::interrupted) return true;
   const StoredRun& stored = run.stored;
   const bool has_all = stored.has_all() || (run.external_resume && run.external_resume->complete);
-  if (run.state() != RunState::ended || has_all || stored.recovered == "discard" ||
-      run.trials_done == 0)
-    return {};
-  const std::string seed = stored.seed ? " --seed " + std::to_string(*stored.seed) : "";
-  return "What is left of its campaign: weft run " + stored.recipe.string() + " --rig " +
-         stored.rig.string() + " --out " + stored.folder.string() + seed + " --resume";
+  return run.state() == RunState::ended && !has_all && stored.outcome != "complete" &&
+         stored.recovered != to_string(Recovery::discard);
 }
 
 RunRecovery::~RunRecovery() {

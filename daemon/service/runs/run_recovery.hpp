@@ -1,7 +1,7 @@
 #pragma once
-// Interrupted runs: previews of what a choice would do, the choices that end a run, and what others
-// did in the folders of runs that are over. A disk may hang, so that none of it is done on the
-// server's thread.
+// Runs that can be recovered: previews of what a choice would do, the choices that end a run, and
+// what others did in the folders of runs that are over. A disk may hang, so that none of it is done
+// on the server's thread.
 
 #include <filesystem>
 #include <functional>
@@ -14,7 +14,7 @@
 
 namespace weft::daemon::runs {
 
-/// What becomes of an interrupted run.
+/// What becomes of a run that was interrupted or has ended with trials left.
 enum class Recovery : std::uint8_t {
   resume,       ///< it is resumed where it was
   discard,      ///< it has ended, and no data set is made of it
@@ -25,8 +25,9 @@ std::string_view to_string(Recovery choice);
 /// Where a resumed run has its campaign: one that recorded something would begin anew, somewhere
 /// else. Errors: not_found.
 Status is_where_it_was(const StoredRun& run);
-/// How what is left of an ended run can still be recorded; empty where that is nothing.
-std::string resume_hint(const RunView& run);
+/// Whether a person may resume, discard or keep it: it was interrupted, or ended with trials left
+/// and was not discarded.
+bool is_recoverable(const RunView& run);
 
 /// What is known of the folder of a run that is over.
 struct FolderScan {

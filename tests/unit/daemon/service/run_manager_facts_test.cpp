@@ -348,35 +348,59 @@ TEST_CASE("a run that waits begins on the rig of the daemon that begins it, neve
   CHECK(ended.stored.rig == bench.request.rig);
 }
 
-TEST_CASE("what is left of a run that has ended is named to who wants to go on with it") {
+TEST_CASE("a run that was stopped, aborted or failed is recovered as an interrupted one is") {
+  const TemporaryFolder folder;
+  RunManagerBench bench(folder);
+  const auto order =
+      GENERATE(std::optional(Order::stop), std::optional(Order::abort), std::optional<Order>());
+  bench.at_line = [&](const TrialProgress& line, RunOrders& orders) {
+    if (line.done != 1) return;
+    if (!order) throw std::runtime_error("the bench breaks");
+    orders.give({*order, "test"});
+  };
+  const std::string id = bench.submit().stored.id();
+  const RunView cut = bench.ended(id);
+  REQUIRE(cut.machine.state == RunState::ended);
+  REQUIRE(cut.trials_done < cut.trials_planned);
+  bench.at_line = {};
+  const auto refused = bench.manager->order(id, Order::resume, "test");
+  CHECK(refused.error().hint.find("weft recover " + id) != std::string::npos);
+  if (!order) REQUIRE(bench.manager->reset("looked at it", "test"));
+  REQUIRE(bench.manager->pause_queue("test"));
+  REQUIRE(bench.recover(id, "test"));
+  REQUIRE(bench.manager->remove(id, "test"));  // it is as it was before
+  const RunView removed = bench.manager->get(id).value();
+  CHECK(removed.machine.state == RunState::ended);
+  CHECK(facts_of(removed) == facts_of(cut));
+  REQUIRE(bench.recover(id, "test"));
+  REQUIRE(bench.manager->resume_queue("test"));
+  const RunView whole = bench.ended(id);
+  CHECK(whole.machine.state == RunState::ended);
+  CHECK(whole.stored.outcome == "complete");
+  CHECK(whole.trials_done == cut.trials_planned);
+  CHECK_FALSE(whole.stored.dataset_sha256.empty());
+  CHECK(bench.recover(id, "test").error().code == Errc::wrong_state);
+}
+
+TEST_CASE("a run that was aborted is discarded, and never recovered after that") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
   bench.at_line = [](const TrialProgress&, RunOrders& orders) {
-    orders.give({Order::stop, "test"});
+    orders.give({Order::abort, "test"});
   };
   const std::string id = bench.submit().stored.id();
   REQUIRE(bench.ended(id).machine.state == RunState::ended);
-  for (const auto& refused :
-       {bench.recover(id, "test"), bench.manager->order(id, Order::resume, "test")}) {
-    REQUIRE_FALSE(refused);
-    CHECK(refused.error().hint.find("--resume") != std::string::npos);
-    CHECK(refused.error().hint.find((folder / "R-000001").string()) != std::string::npos);
-  }
-}
-
-TEST_CASE("how its data set can still be made is named of a run of weft run, which ends for good") {
-  const TemporaryFolder folder;
-  RunManagerBench bench(folder, test::tiny_recipe(1), true);
-  bench.at_line = [&](const TrialProgress& line, RunOrders&) {
-    if (line.done == line.planned) fs::create_directories(folder / "R-000001/dataset.h5/a folder");
+  const auto settled = [&](Recovery choice) {
+    std::optional<Result<RunView>> reply;
+    bench.manager->settle(id, choice, "test", [&](const Result<RunView>& run) { reply = run; });
+    REQUIRE(bench.posted.run_until([&] { return reply.has_value(); }));
+    return *reply;
   };
-  const std::string id = bench.submit().stored.id();
-  const RunView run = bench.ended(id);
-  REQUIRE(run.machine.state == RunState::ended);
-  CHECK(run.stored.outcome == "complete");
-  const auto refused = bench.manager->order(id, Order::resume, "test");
-  REQUIRE_FALSE(refused);
-  CHECK(refused.error().hint.find("--resume") != std::string::npos);
+  CHECK(settled(Recovery::keep_partial).error().code == Errc::wrong_state);  // it has a data set
+  const auto discarded = settled(Recovery::discard);
+  REQUIRE(discarded);
+  CHECK(discarded->stored.recovered == "discard");
+  CHECK(bench.recover(id, "test").error().code == Errc::wrong_state);
 }
 
 TEST_CASE("a run that is over leaves no thread behind") {

@@ -18,6 +18,15 @@ namespace {
 
 const std::filesystem::path verbs_page = WEFT_SOURCE_DIR "/docs/reference/run-verbs.md";
 
+/// A row of the page: a state, which in the last row is one of a run with trials left.
+struct VerbRow {
+  RunState state;
+  bool has_rest = false;
+};
+std::string name_of(VerbRow row) {
+  return std::string(to_string(row.state)) + (row.has_rest ? ", trials left" : "");
+}
+
 std::string verb_recipe(RunState state) {
   if (state != RunState::awaiting_operator) return test::tiny_recipe(2);
   auto recipe = nlohmann::json::parse(test::tiny_recipe(2));
@@ -33,7 +42,8 @@ struct VerbCase {
   std::unique_ptr<RunManagerBench> bench;
   std::string id;
 
-  explicit VerbCase(RunState state) {
+  explicit VerbCase(VerbRow row) {
+    const RunState state = row.state;
     if (state == RunState::interrupted) leave_interrupted(folder);
     bench = std::make_unique<RunManagerBench>(folder, verb_recipe(state));
     if (state == RunState::interrupted) {
@@ -41,6 +51,7 @@ struct VerbCase {
     } else {
       if (state == RunState::queued) REQUIRE(bench->manager->pause_queue("test"));
       id = bench->submit().stored.id();
+      if (row.has_rest) reach(RunState::aborting);
       reach(state);
     }
     INFO(to_string(state));
@@ -142,25 +153,31 @@ constexpr std::array all_verbs{
          }},
     Verb{"rig.reset",
          [](VerbCase& of) -> Status { return of.bench->manager->reset("looked at it", "test"); }},
+    Verb{"rig.lock",
+         [](VerbCase& of) -> Status {
+           return of.bench->manager->lock_out({"ada", "cable", 1}, "test");
+         }},
+    Verb{"rig.unlock",
+         [](VerbCase& of) -> Status { return of.bench->manager->unlock({"ada"}, "test"); }},
     Verb{"run.start, another", [](VerbCase& of) -> Status {
            return status_of(of.bench->submit({of.bench->request.recipe, {}, {}, "test"}));
          }}};
 
 /// What each verb makes of the state, cell by cell; a verb that is refused changes nothing.
-std::string verb_row(RunState state) {
-  auto at = std::make_unique<VerbCase>(state);
+std::string verb_row(VerbRow row) {
+  auto at = std::make_unique<VerbCase>(row);
   const bool timed =
       at->bench->manager->get(at->id)->machine.deadline < RunStateMachine::Clock::max();
-  std::string out = "| " + std::string(to_string(state)) + " | " + (timed ? "yes" : "-") + " |";
+  std::string out = "| " + name_of(row) + " | " + (timed ? "yes" : "-") + " |";
   for (const Verb& verb : all_verbs) {
-    INFO(to_string(state) << ", " << verb.name);
+    INFO(name_of(row) << ", " << verb.name);
     const Status reply = verb.say(*at);
     const bool taken = reply.has_value();
     out += taken ? " " + std::string(to_string(at->now())) + " |" : " - |";
     if (taken) {
-      at = std::make_unique<VerbCase>(state);
+      at = std::make_unique<VerbCase>(row);
     } else {
-      CHECK(at->now() == state);
+      CHECK(at->now() == row.state);
       CHECK(reply.error().code == Errc::wrong_state);
       CHECK_FALSE(reply.error().what.empty());
     }
@@ -174,7 +191,8 @@ std::string whole_verbs_page() {
     head += " " + std::string(verb.name) + " |";
     rule += "---|";
   }
-  for (const RunState state : all_run_states) rows += verb_row(state);
+  for (const RunState state : all_run_states) rows += verb_row({state});
+  rows += verb_row({RunState::ended, true});
   return "# Every verb in every state of a run\n\n"
          "Tried one by one by `tests/unit/daemon/service/verb_table_test.cpp`, which fails where "
          "this page "
