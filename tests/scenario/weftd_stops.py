@@ -116,20 +116,163 @@ def a_late_pause_holds_the_queue(rig):
     rig.client.call("run.wait", run=third)
 
 
+def remote(daemon, token):
+    client = Client(("127.0.0.1", daemon.port), introduce=False)
+    client.call("session.open", client="test", protocol="1.x", token=token)
+    return client
+
+
+def a_lease_is_kept_for_the_run(rig, tokens):
+    """Fault 3. `weft start` gave its lease back after 12 ms, so that another token aborted the run."""
+    ada, bo, engineer = (remote(rig.daemon, tokens[name]) for name in ("ada", "bo", "engineer"))
+    lease = ada.call("lease.acquire")["lease"]
+    run = ada.call("run.start", recipe="many", lease=lease)["run"]
+    ada.call("lease.release", lease=lease)
+    rig.arrives(run, 1)
+    kept = ada.call("lease.list")["leases"]
+    assert [(one["user"], one["kept_for"]) for one in kept] == [("token:ada", run)], kept
+    assert bo.refused("run.abort", run=run)["data"]["kind"] == "lease.held"
+    assert bo.refused("lease.acquire")["data"]["kind"] == "state.conflict"
+    assert rig.client.refused("run.resume", run=run)["data"]["kind"] == "lease.held"
+    behind = bo.call("run.start", recipe="one")["run"]  # which needs no lease: nothing begins before the end
+    bo.call("run.pause", run=run)
+    while rig.state(run) != "held":
+        rig.client.event()
+    assert bo.refused("run.resume", run=run, break_lease="ada is away")["data"]["kind"] == "access.role"
+    assert bo.refused("run.resume", run=run)["data"]["kind"] == "lease.held"
+    again = remote(rig.daemon, tokens["ada"])
+    assert again.call("run.resume", run=run)["state"] == "resuming", "the same user in another session"
+    assert rig.state(run) != "aborting"
+    bo.call("run.abort", run=run, break_lease="ada is away")
+    assert rig.client.call("run.wait", run=run)["outcome"] == "aborted"
+    broken = [line for line in rig.client.call("log.tail", most=50)["lines"] if line["kind"] == "lease.broken"]
+    assert broken[-1]["data"]["reason"] == "ada is away" and "token:bo" in broken[-1]["by"], broken
+    assert rig.queue() == ("auto:aborted", [behind])
+    rig.clear()
+    run = rig.start("many")
+    rig.arrives(run, 1)
+    rig.client.call("run.pause", run=run)
+    while rig.state(run) != "held":
+        rig.client.event()
+    assert engineer.call("run.resume", run=run, break_lease="root is away")["state"] == "resuming"
+    weft(rig.daemon, "abort", run)
+    rig.client.call("run.wait", run=run)
+
+
+def a_lock_out_is_one_persons(rig, tokens, folder):
+    """Fault 3. A halts, B resets, and the next run armed 3 ms later."""
+    ada, bo, engineer = (remote(rig.daemon, tokens[name]) for name in ("ada", "bo", "engineer"))
+    ada.call("rig.halt")
+    locked = ada.call("rig.lock", reason="my hand is in it")
+    assert (locked["locked"]["by"], locked["locked"]["reason"]) == ("token:ada", "my hand is in it"), locked
+    run = rig.start("one")
+    lease = bo.call("lease.acquire")["lease"]
+    for method, params in ("rig.reset", {"reason": "not looked at"}), ("rig.lock", {"reason": "mine"}), ("rig.unlock", {}), \
+            ("queue.start", {"lease": lease}):
+        assert bo.refused(method, **params)["data"]["kind"] == "rig.locked", method
+    bo.call("lease.release", lease=lease)
+    rig.daemon.end()
+    rig.daemon = Daemon(WEFTD, ROOT, folder, "--port", "0")
+    rig.client = Client(rig.daemon.socket)
+    rig.client.call("sub.open", topics=["run:*", "rig", "queue"], mode="every")
+    ada, bo, engineer = (remote(rig.daemon, tokens[name]) for name in ("ada", "bo", "engineer"))
+    assert {"rig.locked", "rig.latched"} <= {b["kind"] for b in bo.call("system.ready")["blockers"]}
+    assert bo.refused("rig.unlock")["data"]["kind"] == "rig.locked"
+    assert engineer.refused("rig.unlock")["data"]["kind"] == "request.invalid"
+    engineer.call("rig.unlock", reason="ada says it is free")
+    assert rig.state(run) == "queued" and rig.queue()[0] == "auto:restart", rig.queue()
+    assert "locked out by root" in weft(rig.daemon, "lock", "cable").stdout
+    weft(rig.daemon, "unlock")
+    rig.clear()
+
+
+def the_journal_tells_an_end(rig, folder):
+    """Fault 4. `weft log RUN` ended with {"state":"ended"} for all ends alike, and nothing was written after a kill."""
+    def state_lines(run):
+        lines = [json.loads(json.dumps(line)) for line in rig.client.call("log.tail", run=run)["lines"]]
+        submitted = [line for line in lines if line["kind"] == "submitted"][0]["data"]
+        assert submitted["recipe"] == "many" and submitted["seed"] == 7 and submitted["digest"].startswith("sha256:"), submitted
+        return [line for line in lines if line["kind"] == "state"]
+
+    run = rig.start("many", seed=7)
+    rig.arrives(run, 1)
+    rig.client.call("sim.inject", fault={"device": "stage.x", "kind": "silent"})
+    ended = rig.client.call("run.wait", run=run)
+    last = state_lines(run)[-1]["data"]
+    assert {key: last.get(key) for key in ("state", "outcome", "cleanup", "rig", "error", "seed")} == {
+        "state": "ended", "outcome": "failed", "cleanup": ended["cleanup"], "rig": ended["rig"], "error": ended["error"], "seed": 7}, last
+    rig.clear()
+    run = rig.start("many", seed=7)
+    rig.arrives(run, 1)
+    rig.daemon.process.kill()
+    rig.daemon.process.wait()
+    rig.daemon = Daemon(WEFTD, ROOT, folder, "--port", "0")
+    rig.client = Client(rig.daemon.socket)
+    rig.client.call("sub.open", topics=["run:*", "rig", "queue"], mode="every")
+    last = state_lines(run)[-1]
+    assert last["by"] == "auto:restart" and last["data"]["state"] == "interrupted" and last["data"]["rig"] == "unknown", last
+    return run
+
+
+def what_is_left_is_recovered(rig, interrupted):
+    """Fault 5. A stopped, aborted or failed campaign could not be continued over the API."""
+    rig.ask("run.recover", run=interrupted, choice="discard")
+    rig.clear()
+    for end in "run.stop", "run.abort", "sim.inject", "rig.halt":
+        run = rig.start("many")
+        rig.arrives(run, 2)
+        params = {"sim.inject": {"fault": {"device": "stage.x", "kind": "silent"}}, "rig.halt": {}}.get(end, {"run": run})
+        rig.client.call(end, **params)
+        cut = rig.client.call("run.wait", run=run)
+        assert cut["state"] == "ended" and cut["trials_done"] < cut["trials_planned"], cut
+        left = rig.client.call("run.recover", run=run, choice="resume", preview=True)
+        assert left["trials_left"] == cut["trials_planned"] - left["trials_done"] > 0, (left, cut)
+        if rig.client.call("rig.state")["rig"] != "safe":
+            rig.client.call("rig.reset", reason="looked at it")
+        rig.ask("run.recover", run=run, choice="resume")
+        whole = rig.client.call("run.wait", run=run)
+        assert (whole["outcome"], whole["trials_done"]) == ("complete", whole["trials_planned"]), whole
+        assert rig.client.refused("run.recover", run=run, choice="resume", preview=True)["data"]["kind"] == "state.conflict"
+        rig.clear()
+
+
+def a_reset_says_where_the_probe_is(rig):
+    """Fault 8. `weft reset` said "rig safe" while the run's fact said holding."""
+    run = rig.start("many")
+    rig.arrives(run, 1)
+    rig.client.call("rig.halt")
+    ended = rig.client.call("run.wait", run=run)
+    assert ended["rig"] == "holding", ended
+    state = rig.client.call("rig.state")
+    assert (state["rig"], state["fact"], state["left_by"]) == ("latched", "holding", run), state
+    said = weft(rig.daemon, "reset", "looked at it").stdout
+    assert said.startswith("rig holding") and run in said, said
+    state = rig.client.call("rig.state")
+    assert (state["rig"], state["acknowledged"]) == ("holding", True), state
+    assert rig.client.call("system.ready")["ok"]
+    assert rig.client.call("run.wait", run=rig.start("one"))["outcome"] == "complete"
+    assert rig.client.call("rig.state")["rig"] == "safe"
+
+
 def main():
     with tempfile.TemporaryDirectory(prefix="weft-stops-") as name:
         folder = pathlib.Path(name)
         write_recipes(folder)
         (folder / "data").mkdir()
-        daemon = Daemon(WEFTD, ROOT, folder, "--port", "0")
+        roles = {"ada": "operator", "bo": "operator", "engineer": "engineer"}
+        tokens = {name: token_of(WEFT, folder / "data" / "tokens.json", name, role) for name, role in roles.items()}
+        rig = Rig(Daemon(WEFTD, ROOT, folder, "--port", "0"))
         try:
-            rig = Rig(daemon)
             for test in the_queue_waits_after_every_end, a_late_pause_holds_the_queue:
                 test(rig)
                 rig.clear()
-            assert daemon.end() == 0
+            a_lease_is_kept_for_the_run(rig, tokens)
+            a_lock_out_is_one_persons(rig, tokens, folder)
+            what_is_left_is_recovered(rig, the_journal_tells_an_end(rig, folder))
+            a_reset_says_where_the_probe_is(rig)
+            assert rig.daemon.end() == 0
         finally:
-            daemon.process.kill()
+            rig.daemon.process.kill()
     print("around an end: all of it held (simulated)")
 
 

@@ -25,7 +25,11 @@ struct RunOrderArgs : SocketArgs {
 struct PauseArgs : RunOrderArgs {
   bool now = false;
 };
-struct ResumeArgs : RunOrderArgs {
+/// An order that another user's lease may keep from being given.
+struct BreakArgs : RunOrderArgs {
+  std::string break_lease;  ///< why that lease is broken
+};
+struct ResumeArgs : BreakArgs {
   bool preview = false;
 };
 struct RecoverArgs : ResumeArgs {
@@ -61,6 +65,11 @@ Result<json> load_run(Client& daemon, const std::string& named) {
   const auto id = run_of(daemon, named);
   if (!id) return pass(id.error());
   return call(daemon, "run.get", {{"run", *id}});
+}
+
+/// What such an order asks for.
+json break_params(const BreakArgs& args) {
+  return args.break_lease.empty() ? json::object() : json{{"break_lease", args.break_lease}};
 }
 
 /// Asks for a change of that run, and prints it.
@@ -165,8 +174,13 @@ void add_options(CLI::App& command, PauseArgs& args) {
   add_options(command, static_cast<RunOrderArgs&>(args));
   command.add_flag("--now", args.now, "not after the repetition, which is then run again");
 }
-void add_options(CLI::App& command, ResumeArgs& args) {
+void add_options(CLI::App& command, BreakArgs& args) {
   add_options(command, static_cast<RunOrderArgs&>(args));
+  command.add_option("--break-lease", args.break_lease,
+                     "reason to break the lease that another user has for the run");
+}
+void add_options(CLI::App& command, ResumeArgs& args) {
+  add_options(command, static_cast<BreakArgs&>(args));
   command.add_flag("--preview", args.preview,
                    "of a run that is over: print what it would do, move nothing");
 }
@@ -248,14 +262,14 @@ Result<int> run_resume(Client& daemon, const ResumeArgs& args, Console& console)
   const std::string id = run->at("run").get<std::string>();
   const std::string state = run->value("state", "");
   if (state != "interrupted" && state != "ended" && !args.preview)
-    return order(daemon, args, "run.resume", {}, console);
+    return order(daemon, args, "run.resume", break_params(args), console);
   RecoverArgs what{args, "resume"};
   what.run = id;
   return run_recover(daemon, what, console);
 }
 
 /// A person has done what the run waits for, which is told first.
-Result<int> run_confirm(Client& daemon, const RunOrderArgs& args, Console& console) {
+Result<int> run_confirm(Client& daemon, const BreakArgs& args, Console& console) {
   const auto run = load_run(daemon, args.run);
   if (!run) return pass(run.error());
   const std::string id = run->at("run").get<std::string>();
@@ -265,7 +279,9 @@ Result<int> run_confirm(Client& daemon, const RunOrderArgs& args, Console& conso
                  .where = id,
                  .what = "the run waits for nobody",
                  .got = run->value("state", "")});
-  const auto confirmed = call(daemon, "run.confirm", {{"run", id}, {"step", prompt.at("step")}});
+  json params = break_params(args);
+  params.update({{"run", id}, {"step", prompt.at("step")}});
+  const auto confirmed = call(daemon, "run.confirm", params);
   if (!confirmed) return pass(confirmed.error());
   console.err << "weft: done: " << prompt.value("text", "") << '\n';
   return print_run(confirmed, console);
@@ -391,10 +407,11 @@ void add_daemon_commands(const CommandGroup& weft) {
                                    [](auto& daemon, auto& args, auto& console) {
                                      return order(daemon, args, "run.stop", {}, console);
                                    });
-  add_daemon_command<RunOrderArgs>(weft, "abort", "ends a run now, the probe up",
-                                   [](auto& daemon, auto& args, auto& console) {
-                                     return order(daemon, args, "run.abort", {}, console);
-                                   });
+  add_daemon_command<BreakArgs>(weft, "abort", "end a run now with the probe up",
+                                [](auto& daemon, auto& args, auto& console) {
+                                  return order(daemon, args, "run.abort", break_params(args),
+                                               console);
+                                });
   weft.add<SocketArgs>("halt", "stops all motion and latches the rig",
                        [](auto& args, auto& console) { return latched(args, false, console); });
   weft.add<SocketArgs>("estop", "as halt, and only an engineer resets it",

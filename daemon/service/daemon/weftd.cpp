@@ -289,6 +289,7 @@ void Daemon::on_run_changed(const runs::RunView& run) {
        {"outcome", "cleanup", "rig", "error", "dataset_error", "dataset_sha256", "campaign_since"})
     if (!delta.contains(gone)) delta[gone] = nullptr;
   hub_.publish("run:" + run.stored.id(), delta, utc_us());
+  api::keep_lease(services_, run);
   if (handovers_ && own_ == nullptr)  // `weft run` does that itself
     handovers_->consider(run.stored, run.has_handover);
 }

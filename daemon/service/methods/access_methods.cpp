@@ -19,16 +19,21 @@ constexpr rpc::ParamSpec ttl_param{"ttl_ms", ParamType::integer, false,
 
 json lease_json(const Services& services, const Lease& lease) {
   const auto left = lease.expires - services.now();
-  return {{"lease", lease.id},  {"scope", lease.scope},
-          {"user", lease.user}, {"session", lease.session},
-          {"note", lease.note}, {"expires_us", services.utc_us() + left.count() / 1000}};
+  return {{"lease", lease.id},
+          {"scope", lease.scope},
+          {"user", lease.user},
+          {"session", lease.session},
+          {"note", lease.note},
+          {"expires_us", services.utc_us() + left.count() / 1000},
+          {"kept_for", lease.kept_for.empty() ? json() : json(lease.kept_for)}};
 }
 
 /// What a topic "lease:SCOPE" tells: who holds it now, and what has just been done with the lease,
 /// so that one of these is there in a snapshot and the others are not.
 json delta_of(std::string_view what, const json& lease, bool is_held, std::string_view who) {
   json delta{{"held", is_held ? lease : json()}, {"by", who}};
-  for (const std::string_view each : {"acquired", "renewed", "released", "broken", "expired"})
+  for (const std::string_view each :
+       {"acquired", "renewed", "released", "kept", "broken", "expired"})
     delta[std::string(each)] = each == what ? lease : json();
   return delta;
 }
@@ -36,7 +41,8 @@ json delta_of(std::string_view what, const json& lease, bool is_held, std::strin
 void notify(const Services& services, const Lease& lease, std::string_view what, json payload,
             std::string_view who) {
   payload["by"] = who;
-  const bool is_held = what == "acquired" || what == "renewed";
+  const bool is_held =
+      what == "acquired" || what == "renewed" || what == "kept" || !lease.kept_for.empty();
   services.hub->publish("lease:" + lease.scope, delta_of(what, payload, is_held, who),
                         services.utc_us());
 }
@@ -215,6 +221,46 @@ Outcome add_token(const Services& services, const Call& call) {
 }
 
 }  // namespace
+
+tl::expected<void, rpc::RpcError> may_order(const Services& services, const Call& call,
+                                            Role least_to_break) {
+  const std::string run = run_of(call);
+  auto lease = services.leases->kept_for(run);
+  if (!lease) lease = services.leases->holder("rig:" + services.rig_name, services.now());
+  if (!lease || lease->user == call.caller.user) return {};
+  const std::string reason = call.params.value("break_lease", "");
+  if (reason.empty()) return lease_held(*lease, call.caller);
+  if (call.caller.role < least_to_break)
+    return refused(rpc::code::access + 3, "access.role",
+                   {.code = Errc::wrong_state,
+                    .where = "/params/break_lease",
+                    .what = "this role breaks no lease for this order",
+                    .expected = std::string(access::to_string(least_to_break)),
+                    .got = std::string(access::to_string(call.caller.role))});
+  const auto broken = changed(
+      services, call, "broken",
+      [&](access::Leases& leases) { return leases.break_lease(lease->id, reason, services.now()); },
+      {{"reason", reason}, {"run", run}});
+  if (!broken) return tl::unexpected(broken.error());
+  return {};
+}
+
+void keep_lease(const Services& services, const runs::RunView& run) {
+  const std::string id = run.stored.id();
+  constexpr std::string_view who = "auto:run";
+  if (run.is_over()) {
+    const auto lease = services.leases->end_keeping(id);
+    const bool is_over = lease && lease->expires <= services.now();
+    if (is_over) notify(services, *lease, "released", lease_json(services, *lease), who);
+  } else if (run.state() != runs::RunState::queued && !run.stored.user.empty()) {
+    const access::Leases::Request owner{.scope = "rig:" + services.rig_name,
+                                        .user = run.stored.user,
+                                        .session = {},
+                                        .note = run.stored.recipe.stem().string()};
+    if (const auto lease = services.leases->keep(id, owner, services.now()))
+      notify(services, *lease, "kept", lease_json(services, *lease), who);
+  }
+}
 
 void notify_lease_expired(const Services& services, const Lease& lease) {
   constexpr std::string_view who = "auto:time";

@@ -65,18 +65,34 @@ void check_in_background(const Services& services, const Call& call, const Respo
             });
 }
 
+tl::unexpected<rpc::RpcError> lease_held(const access::Lease& lease, const rpc::Caller& caller) {
+  const std::string note =
+      lease.kept_for.empty() ? lease.note : "until " + lease.kept_for + " ends";
+  return refused(rpc::code::access + 10, "lease.held",
+                 {.code = Errc::wrong_state,
+                  .where = lease.scope,
+                  .what = "another user holds the rig",
+                  .expected = caller.user,
+                  .got = lease.user + (note.empty() ? "" : " (" + note + ")"),
+                  .hint = "rig.halt, run.stop and run.pause need no lease; break_lease takes it "
+                          "away, with a reason"});
+}
+
 tl::expected<void, rpc::RpcError> require_free_lease(const Services& services,
                                                      const rpc::Caller& caller) {
   const std::string scope = "rig:" + services.rig_name;
   const auto lease = services.leases->holder(scope, services.now());
   if (!lease || lease->user == caller.user) return {};
-  return refused(rpc::code::access + 10, "lease.held",
-                 {.code = Errc::wrong_state,
-                  .where = scope,
-                  .what = "somebody else holds the rig",
-                  .expected = caller.user,
-                  .got = lease->user + (lease->note.empty() ? "" : " (" + lease->note + ")"),
-                  .hint = "rig.halt needs no lease; lease.break takes one away, with a reason"});
+  return lease_held(*lease, caller);
+}
+
+tl::expected<void, rpc::RpcError> can_queue(const Services& services, const Call& call) {
+  const auto run = services.run_manager->active();
+  const auto kept = run ? services.leases->kept_for(*run) : std::nullopt;
+  const bool is_kept_by_another = kept && kept->user != call.caller.user;
+  if (is_kept_by_another && !call.params.contains("lease"))
+    return require_free_lease(services, call.caller);
+  return holds_lease(services, call);
 }
 
 tl::expected<void, rpc::RpcError> require_unlocked(const Services& services) {
@@ -137,7 +153,8 @@ Result<std::optional<std::uint64_t>> read_unsigned(const Call& call, const char*
 std::vector<rpc::ParamSpec> run_request_params(const std::vector<rpc::ParamSpec>& more) {
   std::vector<rpc::ParamSpec> params{
       {"recipe", ParamType::text, true, "name of a recipe, see recipe.list"},
-      rig_lease_param,
+      {"lease", ParamType::text, false,
+       "your lease of the rig; not needed while another user's is kept for a run under way"},
       {"seed", ParamType::integer, false, "in place of the recipe's"},
       {"name", ParamType::text, false, "added to the folder's name"},
       {"digest", ParamType::text, false,
@@ -156,6 +173,7 @@ Result<runs::RunRequest> request_for_run(const Services& services, const Call& c
   runs::RunRequest run_request{*file, *seed, call.params.value("name", ""), by(call.caller)};
   run_request.digest = call.params.value("digest", "");
   run_request.keep_going = call.params.value("keep_going", false);
+  run_request.user = call.caller.user;
   return run_request;
 }
 

@@ -91,6 +91,16 @@ void check_in_background(const Services& services, const Call& call, const Respo
 /// Refuses a change to the rig while another user holds its lease.
 tl::expected<void, rpc::RpcError> require_free_lease(const Services& services,
                                                      const rpc::Caller& caller);
+/// Refuses to add a run to the queue without a lease, unless another user's is only kept for a run
+/// under way: nothing begins before that run has ended.
+tl::expected<void, rpc::RpcError> can_queue(const Services& services, const Call& call);
+/// Refuses an order for the "run" parameter while another user's lease is kept for that run, or
+/// another user holds the rig. With a "break_lease" parameter, a reason, that lease is broken
+/// first; errors: access.role, for a role below `least_to_break`; those of the journal.
+tl::expected<void, rpc::RpcError> may_order(const Services& services, const Call& call,
+                                            Role least_to_break);
+/// The refusal that names the holder.
+tl::unexpected<rpc::RpcError> lease_held(const access::Lease& lease, const rpc::Caller& caller);
 /// Refuses what may move the rig, or releases it, while a person has locked it out.
 tl::expected<void, rpc::RpcError> require_unlocked(const Services& services);
 /// The "lease" parameter is the caller's and of this rig.

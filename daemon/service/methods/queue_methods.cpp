@@ -34,7 +34,7 @@ tl::expected<void, rpc::RpcError> can_change(const Services& services, const Cal
 
 /// A change after which a run may begin.
 tl::expected<void, rpc::RpcError> can_begin(const Services& services, const Call& call) {
-  if (auto held = holds_lease(services, call); !held) return held;
+  if (auto held = can_queue(services, call); !held) return held;
   return as_known(services, call);
 }
 
@@ -126,13 +126,14 @@ Outcome remove_run(const Services& services, const Call& call) {
 }
 
 Outcome pause_queue(const Services& services, const Call& call) {
-  return changed(services, can_change(services, call),
+  return changed(services, as_known(services, call),
                  [&] { return services.run_manager->pause_queue(by(call.caller)); });
 }
 
 Outcome start_queue(const Services& services, const Call& call) {
   if (auto open = require_unlocked(services); !open) return tl::unexpected(open.error());
-  return changed(services, can_begin(services, call),
+  if (auto held = holds_lease(services, call); !held) return tl::unexpected(held.error());
+  return changed(services, as_known(services, call),
                  [&] { return services.run_manager->resume_queue(by(call.caller)); });
 }
 

@@ -11,14 +11,14 @@ using runs::RunView;
 using Checked = runs::Checked;
 
 Outcome entered(const Services& services, const Call& call, const Checked& checked) {
-  if (auto held = holds_lease(services, call); !held) return tl::unexpected(held.error());
+  if (auto held = can_queue(services, call); !held) return tl::unexpected(held.error());
   const auto run_request = request_for_run(services, call);
   if (!run_request) return refused(run_request.error());
   return run_outcome(services.run_manager->submit(*run_request, checked));
 }
 
 void start(const Services& services, const Call& call, const Responder& respond) {
-  if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
+  if (auto held = can_queue(services, call); !held) return respond(tl::unexpected(held.error()));
   const auto run_request = request_for_run(services, call);
   if (!run_request) return respond(refused(run_request.error()));
   check_in_background(services, call, respond, request_for(*run_request, services.rig),
@@ -27,15 +27,23 @@ void start(const Services& services, const Call& call, const Responder& respond)
                       });
 }
 
+/// The least role that breaks another user's lease for an order; none for what everybody may order.
+std::optional<Role> breaking_role(Order order) {
+  if (order == Order::abort) return Role::operator_;
+  if (order == Order::resume || order == Order::confirm) return Role::engineer;
+  return std::nullopt;
+}
+
 Outcome ordered(const Services& services, const Call& call, Order order) {
-  if (auto free = require_free_lease(services, call.caller); !free)
-    return tl::unexpected(free.error());
+  if (const auto role = breaking_role(order))
+    if (auto allowed = may_order(services, call, *role); !allowed)
+      return tl::unexpected(allowed.error());
   return run_outcome(services.run_manager->order(run_of(call), order, by(call.caller)));
 }
 
 Outcome confirm(const Services& services, const Call& call) {
-  if (auto free = require_free_lease(services, call.caller); !free)
-    return tl::unexpected(free.error());
+  if (auto allowed = may_order(services, call, Role::engineer); !allowed)
+    return tl::unexpected(allowed.error());
   const std::string step = call.params.at("step").get<std::string>();
   return run_outcome(
       services.run_manager->order(run_of(call), Order::confirm, by(call.caller), step));
@@ -53,12 +61,13 @@ void resume_run(const Services& services, const Call& call, const Responder& res
   if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
   const auto request = services.run_manager->request_to_recover(run_of(call));
   if (!request) return respond(refused(request.error()));
-  check_in_background(
-      services, call, respond, *request,
-      [s = &services](const Call& then, const Checked& checked) -> Outcome {
-        if (auto held = holds_lease(*s, then); !held) return tl::unexpected(held.error());
-        return run_outcome(s->run_manager->recover(run_of(then), by(then.caller), checked));
-      });
+  check_in_background(services, call, respond, *request,
+                      [s = &services](const Call& then, const Checked& checked) -> Outcome {
+                        if (auto held = holds_lease(*s, then); !held)
+                          return tl::unexpected(held.error());
+                        const runs::RecoverRequest wanted{by(then.caller), then.caller.user};
+                        return run_outcome(s->run_manager->recover(run_of(then), wanted, checked));
+                      });
 }
 
 /// A run that is held goes on as well.
@@ -141,9 +150,14 @@ Outcome withdraw(const Services& services, const Call& call) {
   return run_outcome(services.run_manager->get(run_of(call)));
 }
 
-void add_order(MethodGroup& group, std::string_view name, std::string_view summary, Order order) {
+constexpr rpc::ParamSpec break_lease_param{"break_lease", ParamType::text, false,
+                                           "a reason: break the lease that another user has for "
+                                           "this run (abort: operator, else engineer)"};
+
+void add_order(MethodGroup& group, std::string_view name, std::string_view summary, Order order,
+               const std::vector<rpc::ParamSpec>& params = {run_param}) {
   group
-      .change(name, summary, Role::operator_, {run_param}, "the run",
+      .change(name, summary, Role::operator_, params, "the run",
               [order](const Services& services, const Call& call) {
                 return ordered(services, call, order);
               })
@@ -194,17 +208,19 @@ void add_run_orders(MethodGroup& group) {
       {run_param,
        {"preview", ParamType::flag, false,
         "runs that are over: answer what it would do, and do nothing"},
-       {"lease", ParamType::text, false, "of the rig; runs that are over need it"}},
+       {"lease", ParamType::text, false, "of the rig; runs that are over need it"},
+       break_lease_param},
       "the run, or will, trials_planned, trials_done, trials_left", resume_or_preview);
-  group.change(
-      "run.confirm",
-      "a person has done what the run waits for, as its \"attention\" says; it goes on",
-      Role::operator_,
-      {run_param,
-       {"step", ParamType::text, true, "which one: step of the run's attention, \"Q-12\""}},
-      "the run", confirm);
+  group.change("run.confirm",
+               "a person has done what the run waits for, as its \"attention\" says; it goes on",
+               Role::operator_,
+               {run_param,
+                {"step", ParamType::text, true, "which one: step of the run's attention, \"Q-12\""},
+                break_lease_param},
+               "the run", confirm);
   add_order(group, "run.stop", "finishes the repetition, cleans up, ends", Order::stop);
-  add_order(group, "run.abort", "stops motion, retracts, ends", Order::abort);
+  add_order(group, "run.abort", "stops motion, retracts, ends", Order::abort,
+            {run_param, break_lease_param});
 }
 
 // To a run that was interrupted, and to any.

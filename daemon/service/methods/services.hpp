@@ -102,6 +102,8 @@ void open_served_file(const Services& services, std::string_view path,
                       const std::function<void(const Result<server::ServedFile>&)>& callback);
 /// {ok, blockers: [{kind, where, hint}]}: all that keeps a run from being started now.
 std::string readiness_json(const Services& services);
+/// While a run is under way its user's lease is kept, from the first change of the run to its end.
+void keep_lease(const Services& services, const runs::RunView& run);
 /// Its time is over: in the journal, then told.
 void notify_lease_expired(const Services& services, const access::Lease& lease);
 /// What "rig" events carry: how the rig stands by now, and by whose word or act; null where a

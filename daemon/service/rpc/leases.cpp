@@ -18,21 +18,35 @@ Status check_ttl(milliseconds ttl) {
                .hint = "Renew it as long as it is needed"});
 }
 
+bool is_over(const Lease& lease, Leases::Clock now) {
+  return lease.expires <= now && lease.kept_for.empty();
+}
+
 tl::unexpected<Error> held(const Lease& lease, Leases::Clock now) {
   const auto left_s = std::chrono::duration<double>(lease.expires - now).count();
-  return fail({.code = Errc::wrong_state,
-               .where = lease.scope,
-               .what = lease.scope + " is leased",
-               .got = lease.user + " for another " + std::to_string(static_cast<long>(left_s) + 1) +
-                      " s" + (lease.note.empty() ? "" : " (" + lease.note + ")"),
-               .hint = "Wait, ask them, or lease.break with a reason"});
+  const std::string until =
+      lease.kept_for.empty() ? "for another " + std::to_string(static_cast<long>(left_s) + 1) + " s"
+                             : "until " + lease.kept_for + " ends";
+  return fail(
+      {.code = Errc::wrong_state,
+       .where = lease.scope,
+       .what = lease.scope + " is leased",
+       .got = lease.user + " " + until + (lease.note.empty() ? "" : " (" + lease.note + ")"),
+       .hint = "Wait, ask them, or lease.break with a reason"});
 }
 
 }  // namespace
 
 Result<Lease> Leases::acquire(const Request& requested, Clock now) {
   if (Status ok = check_ttl(requested.ttl); !ok) return pass(ok.error());
-  if (const auto other = holder(requested.scope, now)) return held(*other, now);
+  for (auto& [known_id, lease] : by_id_) {
+    if (lease.scope != requested.scope || is_over(lease, now)) continue;
+    if (lease.expires > now || lease.user != requested.user) return held(lease, now);
+    lease.session = requested.session;
+    lease.note = requested.note;
+    lease.expires = lease.journalled = now + requested.ttl;
+    return lease;
+  }
   const std::string id = "L-" + epoch_ + "-" + std::to_string(next_++);
   return by_id_
       .insert_or_assign(id, Lease{id, requested.scope, requested.user, requested.session,
@@ -42,7 +56,7 @@ Result<Lease> Leases::acquire(const Request& requested, Clock now) {
 
 Result<Lease> Leases::find(std::string_view id, std::string_view user, Clock now) const {
   const auto found = by_id_.find(id);
-  if (found == by_id_.end() || found->second.expires <= now)
+  if (found == by_id_.end() || is_over(found->second, now))
     return fail({.code = Errc::not_found,
                  .where = "/params/lease",
                  .what = "no such lease, or its time is over",
@@ -78,8 +92,41 @@ bool Leases::should_journal(std::string_view id) {
 
 Result<Lease> Leases::release(std::string_view id, std::string_view user, Clock now) {
   auto lease = find(id, user, now);
-  if (lease) by_id_.erase(lease->id);
+  if (!lease) return lease;
+  if (lease->kept_for.empty())
+    by_id_.erase(lease->id);
+  else
+    by_id_.find(id)->second.expires = now;
   return lease;
+}
+
+std::optional<Lease> Leases::keep(std::string_view run, const Request& owner, Clock now) {
+  if (kept_for(run)) return std::nullopt;
+  for (auto& [id, lease] : by_id_)
+    if (lease.scope == owner.scope && lease.user == owner.user && !is_over(lease, now)) {
+      lease.kept_for = run;
+      return lease;
+    }
+  const std::string id = "L-" + epoch_ + "-" + std::to_string(next_++);
+  return by_id_
+      .insert_or_assign(id, Lease{id, owner.scope, owner.user, owner.session, owner.note, now, now,
+                                  std::string(run)})
+      .first->second;
+}
+
+std::optional<Lease> Leases::end_keeping(std::string_view run) {
+  for (auto& [id, lease] : by_id_)
+    if (lease.kept_for == run) {
+      lease.kept_for.clear();
+      return lease;
+    }
+  return std::nullopt;
+}
+
+std::optional<Lease> Leases::kept_for(std::string_view run) const {
+  for (const auto& [id, lease] : by_id_)
+    if (lease.kept_for == run) return lease;
+  return std::nullopt;
 }
 
 Result<Lease> Leases::break_lease(std::string_view id, std::string_view reason, Clock now) {
@@ -90,7 +137,7 @@ Result<Lease> Leases::break_lease(std::string_view id, std::string_view reason, 
                  .expected = "a few words",
                  .got = std::string(reason)});
   const auto found = by_id_.find(id);
-  if (found == by_id_.end() || found->second.expires <= now)
+  if (found == by_id_.end() || is_over(found->second, now))
     return fail({.code = Errc::not_found,
                  .where = "/params/lease",
                  .what = "no such lease, or its time is over",
@@ -121,14 +168,14 @@ std::optional<Lease> Leases::holder(std::string_view scope, Clock now) const {
 std::vector<Lease> Leases::all(Clock now) const {
   std::vector<Lease> out;
   for (const auto& [id, lease] : by_id_)
-    if (lease.expires > now) out.push_back(lease);
+    if (!is_over(lease, now)) out.push_back(lease);
   return out;
 }
 
 std::vector<Lease> Leases::expire(Clock now) {
   std::vector<Lease> over;
   std::erase_if(by_id_, [&](const auto& entry) {
-    const bool done = entry.second.expires <= now;
+    const bool done = is_over(entry.second, now);
     if (done) over.push_back(entry.second);
     return done;
   });

@@ -23,6 +23,8 @@ struct Lease {
   std::string note;
   std::chrono::nanoseconds expires{};     ///< on the clock of the calls' `now`
   std::chrono::nanoseconds journalled{};  ///< when it ends as the journal has it
+  /// The run of its user that is under way: until that ends it does not expire, released or not.
+  std::string kept_for = {};
 };
 
 /// Time is an argument; any monotonic origin.
@@ -39,23 +41,32 @@ class Leases {
     std::string scope, user, session, note;
     std::chrono::milliseconds ttl{15000};
   };
-  /// Errors: range (ttl), wrong_state (held by another: who, and for how long still).
+  /// A lease that is kept for a run is given to its user again, in any session. Errors: range
+  /// (ttl), wrong_state (held or kept: who, and for how long still).
   Result<Lease> acquire(const Request& requested, Clock now);
   /// By its holder. Errors: not_found (never was, or is over), wrong_state (another's), range.
   Result<Lease> renew(std::string_view id, std::string_view user, std::chrono::milliseconds ttl,
                       Clock now);
   /// Whether it ends a second or more later than was noted of it; then it counts as noted.
   bool should_journal(std::string_view id);
+  /// One that is kept for a run ends with that run.
   Result<Lease> release(std::string_view id, std::string_view user, Clock now);
+  /// The run begins: its user's lease, or a new one, is kept until it ends. Nothing: it is kept
+  /// already.
+  std::optional<Lease> keep(std::string_view run, const Request& owner, Clock now);
+  /// The run is over. The lease that was kept for it, if any.
+  std::optional<Lease> end_keeping(std::string_view run);
+  [[nodiscard]] std::optional<Lease> kept_for(std::string_view run) const;
   /// By anybody who may, with a reason of at least three letters.
   Result<Lease> break_lease(std::string_view id, std::string_view reason, Clock now);
 
   /// That `id` is a lease on `scope` of this user's. Errors as renew().
   Result<Lease> check(std::string_view id, std::string_view scope, std::string_view user,
                       Clock now) const;
+  /// Who holds it now; leases that are only kept do not count.
   [[nodiscard]] std::optional<Lease> holder(std::string_view scope, Clock now) const;
   [[nodiscard]] std::vector<Lease> all(Clock now) const;
-  /// Those whose time is over, taken out.
+  /// Those whose time is over and that are not kept, taken out.
   std::vector<Lease> expire(Clock now);
 
  private:

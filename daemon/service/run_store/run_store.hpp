@@ -31,6 +31,7 @@ struct StoredRun : RunFacts {
   std::optional<std::uint64_t> seed;
   std::string name;
   std::string by;
+  std::string user;             ///< who submitted or resumed it; empty where that is not known
   std::int64_t created_us = 0;  ///< UTC
   RunState state = RunState::queued;
   std::string bench;  ///< "simulated", "real"; empty where that is not known

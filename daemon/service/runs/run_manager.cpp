@@ -195,6 +195,7 @@ Result<RunView> RunManager::submit(const RunRequest& wanted, const Checked& chec
   stored.seed = wanted.seed;
   stored.name = wanted.name;
   stored.by = wanted.by;
+  stored.user = wanted.user;
   stored.keep_going = wanted.keep_going;
   stored.created_us = context_.utc_us();
   stored.bench = to_string(load_bench_kind(context_.rig));

@@ -21,13 +21,18 @@ namespace weft::daemon::runs {
 struct RunRequest {
   std::filesystem::path recipe;
   std::optional<std::uint64_t> seed;
-  std::string name;  ///< of its folder; the run's own number where it is empty
-  std::string by;
+  std::string name;                       ///< of its folder; the run's own number where it is empty
+  std::string by;                         ///< session and user, or a rule
   std::optional<std::size_t> place = {};  ///< in the queue, from 0; the end where it is left out
   std::string digest = {};  ///< of the recipe that is meant, "sha256:..."; empty: as it is
   std::filesystem::path folder = {};  ///< its folder, where that is chosen already
   /// The queue goes on after this run also where it is stopped, aborted or fails with the rig.
   bool keep_going = false;
+  std::string user = {};  ///< whose lease is kept while it is under way
+};
+/// Who resumes a run that is over: `by` as in RunRequest.
+struct RecoverRequest {
+  std::string by, user = {};
 };
 /// Who removes a lock-out, and why.
 struct UnlockRequest {
@@ -87,7 +92,8 @@ class RunManager final : private RunReports {
   /// Puts such a run into the queue again, to be resumed where it was. Its file is
   /// checked when it begins. Errors: not_found, also where its campaign is not there any more;
   /// wrong_state; those of the check; io, where that cannot be written.
-  Result<RunView> recover(std::string_view id, std::string_view by, const Checked& checked);
+  Result<RunView> recover(std::string_view id, const RecoverRequest& wanted,
+                          const Checked& checked);
 
   [[nodiscard]] const RunQueue& queue() const { return queue_; }
   /// Another place in the queue, from 0. Errors: not_found, wrong_state.

@@ -271,8 +271,9 @@ Result<CampaignRequest> RunManager::request_to_recover(std::string_view id) cons
   return request_of((*found)->stored);
 }
 
-Result<RunView> RunManager::recover(std::string_view id, std::string_view by,
+Result<RunView> RunManager::recover(std::string_view id, const RecoverRequest& wanted,
                                     const Checked& checked) {
+  const std::string& by = wanted.by;
   if (Status more = require_accepting(); !more) return pass(more.error());
   const auto found = find_recoverable(id);
   if (!found) return pass(found.error());
@@ -282,6 +283,7 @@ Result<RunView> RunManager::recover(std::string_view id, std::string_view by,
   StoredRun stored = run.to_store();
   if (Status there = is_where_it_was(stored); !there) return pass(there.error());
   stored.had_ended = run.state() == RunState::ended;
+  stored.user = wanted.user;
   stored.resume = true;
   const RunStateMachine queued{RunState::queued, RunStateMachine::Clock::max()};
   if (Status persisted = commit_transition(run, std::move(stored), queued, by); !persisted)

@@ -81,6 +81,45 @@ TEST_CASE("Who asks faster than may be waits for the bucket to fill, and nobody 
   CHECK(rates.take("bob", 2s));  // forgotten, which does him no harm
 }
 
+TEST_CASE("A lease is kept while the run of its user is under way, released or not") {
+  Leases leases("9c1d40b2");
+  const auto of_ada = requested("ada");
+  const bool had_lease = GENERATE(true, false);
+  std::string id;
+  if (had_lease) {
+    id = leases.acquire(of_ada, 0s)->id;
+    CHECK(leases.keep("R-000001", of_ada, 1s)->id == id);
+    REQUIRE(leases.release(id, "ada", 2s));
+  } else {
+    id = leases.keep("R-000001", of_ada, 1s)->id;
+  }
+  CHECK_FALSE(leases.keep("R-000001", of_ada, 3s));  // it is kept already
+  CHECK(leases.expire(100s).empty());
+  CHECK_FALSE(leases.holder("rig:bench", 100s));  // nobody is at it
+  CHECK(leases.all(100s).size() == 1);
+  CHECK(leases.acquire(requested("bob"), 100s).error().code == Errc::wrong_state);
+  const auto again = leases.acquire(of_ada, 100s);
+  REQUIRE(again);
+  CHECK(again->id == id);
+  CHECK(leases.holder("rig:bench", 101s)->id == id);
+  CHECK(leases.kept_for("R-000001")->user == "ada");
+  CHECK(leases.end_keeping("R-000001")->id == id);
+  CHECK_FALSE(leases.end_keeping("R-000001"));
+  CHECK(leases.expire(116s).size() == 1);
+  CHECK(leases.acquire(requested("bob"), 116s));
+}
+
+TEST_CASE("A run keeps a lease of its own beside another user's, which breaking ends") {
+  Leases leases("9c1d40b2");
+  REQUIRE(leases.acquire(requested("bob"), 0s));
+  const auto kept = leases.keep("R-000001", requested("ada"), 1s);
+  REQUIRE(kept);
+  CHECK(leases.holder("rig:bench", 2s)->user == "bob");
+  CHECK(leases.kept_for("R-000001")->user == "ada");
+  REQUIRE(leases.break_lease(kept->id, "ada has left", 3s));
+  CHECK_FALSE(leases.kept_for("R-000001"));
+}
+
 TEST_CASE("Nobody uses, renews or releases somebody else's lease") {
   Leases leases("9c1d40b2");
   const auto lease = leases.acquire(requested("ada"), 0s);

@@ -82,7 +82,8 @@ inline Result<runs::RunView> recover(runs::RunManager& manager, std::string_view
                                      std::string_view by) {
   const auto request = manager.request_to_recover(id);
   if (!request) return pass(request.error());
-  return manager.recover(id, by, check_quickly(*request));
+  const runs::RecoverRequest wanted{std::string(by), std::string(by)};
+  return manager.recover(id, wanted, check_quickly(*request));
 }
 
 /// Gives the run its number and writes it.

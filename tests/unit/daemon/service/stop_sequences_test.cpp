@@ -1,0 +1,388 @@
+// Random sequences of orders, faults, a full disk, restarts and passing time on a run manager,
+// whose bench is scripted and whose time is virtual: nothing moves without a person's order after
+// an end other than complete, nor while latched, locked out or unacknowledged, and it ends idle.
+// SIMULATED.
+
+#include <condition_variable>
+#include <mutex>
+#include <random>
+
+#include "tests/unit/daemon/service/run_manager_bench.hpp"
+
+namespace stop_sequences_test {
+
+using namespace weft;
+using namespace weft::daemon;
+using namespace weft::daemon::runs;
+using namespace std::chrono_literals;
+using test::Posted;
+using test::TemporaryFolder;
+
+namespace {
+
+/// What happens at the bench of the run under way.
+enum class BenchEvent : std::uint8_t { look_at_orders, trial_done, device_fails, disk_full };
+
+/// Takes one event after the other from the test's thread; the run's thread waits in between.
+class ScriptedBench {
+ public:
+  static constexpr std::size_t planned = 3;
+
+  Result<CampaignSummary> perform(const CampaignRequest& request, const CampaignHooks& hooks) {
+    std::error_code ignored;
+    std::filesystem::create_directories(request.out, ignored);
+    std::ofstream(request.out / campaign_file_name) << "scripted";  // what a recovery looks for
+    if (is_down) return fail({.code = Errc::io, .where = "stage.x", .what = "no device answers"});
+    if (Status granted = hooks.rig_acquired(); !granted) return pass(granted.error());
+    ++motions;
+    CampaignSummary end;
+    end.trials_planned = planned;
+    for (is_held_ = is_pausing_ = is_stopping_ = false;;) {
+      hooks.moment({.trial = end.trials_complete,
+                    .planned = planned,
+                    .step = is_held_ ? recipes::Step::held : recipes::Step::pressing});
+      const BenchEvent event = next();
+      if (const auto cut = cut_by_orders(*hooks.orders)) {
+        end.outcome = recipes::Outcome::aborted;
+        end.rig = *cut;
+        return end;
+      }
+      if (event == BenchEvent::device_fails || event == BenchEvent::disk_full)
+        return failed(std::move(end), event == BenchEvent::disk_full);
+      const bool is_done = event == BenchEvent::trial_done && !is_held_;
+      if (is_done) ++end.trials_complete;
+      hooks.progress({.done = end.trials_complete, .planned = planned});
+      if (end.trials_complete == planned) return end;
+      if (is_stopping_ && (is_done || is_held_)) {
+        end.outcome = recipes::Outcome::stopped;
+        return end;
+      }
+      is_held_ = is_held_ || (is_pausing_ && is_done);
+    }
+  }
+
+  void give(BenchEvent event) {
+    const std::lock_guard lock(mutex_);
+    if (!is_waiting_) return;  // nobody is at the bench
+    event_ = event;
+    is_waiting_ = false;
+    given_.notify_all();
+  }
+  [[nodiscard]] bool is_waiting() const {
+    const std::lock_guard lock(mutex_);
+    return is_waiting_;
+  }
+  /// The daemon dies: its run looks at its orders until it is told to end.
+  void set_dying(bool dying) {
+    const std::lock_guard lock(mutex_);
+    is_dying_ = dying;
+    given_.notify_all();
+  }
+
+  std::atomic<bool> is_down = false;
+  std::atomic<int> motions = 0;
+
+ private:
+  /// Where the rig is left, where an order ends the run at once.
+  std::optional<RigFact> cut_by_orders(RunOrders& orders) {
+    while (const auto given = orders.take()) {
+      if (given->order == Order::abort) return RigFact::safe;
+      if (given->order == Order::halt) return RigFact::holding;
+      is_stopping_ = is_stopping_ || given->order == Order::stop;
+      is_pausing_ = given->order == Order::pause || given->order == Order::pause_now;
+      if (given->order == Order::resume) is_held_ = false;
+    }
+    return std::nullopt;
+  }
+  static CampaignSummary failed(CampaignSummary end, bool is_full) {
+    end.outcome = recipes::Outcome::failed;
+    end.error = Error{.code = is_full ? Errc::no_space : Errc::timeout, .what = "scripted"};
+    end.rig = is_full ? RigFact::safe : RigFact::unknown;
+    return end;
+  }
+  BenchEvent next() {
+    std::unique_lock lock(mutex_);
+    is_waiting_ = true;
+    given_.wait(lock, [&] { return event_ || is_dying_; });
+    is_waiting_ = false;
+    return std::exchange(event_, std::nullopt).value_or(BenchEvent::look_at_orders);
+  }
+
+  mutable std::mutex mutex_;
+  std::condition_variable given_;
+  std::optional<BenchEvent> event_;
+  bool is_waiting_ = false, is_dying_ = false;
+  bool is_held_ = false, is_pausing_ = false, is_stopping_ = false;  // of the run's thread
+};
+
+/// A daemon over a folder, its people, and what they have said.
+class Sequence final : private RunObserver {
+ public:
+  Sequence(const TemporaryFolder& folder, const CampaignRequest& request, const Checked& checked,
+           unsigned seed)
+      : folder_(folder), request_(request), checked_(checked), random_(seed) {
+    start();
+  }
+  ~Sequence() override { die(); }
+
+  int begun = 0;
+
+  void play(int events) {
+    for (int i = 0; i < events; ++i) {
+      take_event();
+      settle();
+    }
+    end_idle();
+  }
+
+ private:
+  using Word = std::int64_t;  ///< the order of what happens, from 1
+
+  std::size_t below(std::size_t n) { return random_() % n; }
+
+  void start() {
+    store_.emplace(std::move(RunStore::open(folder_ / "weftd.sqlite").value()));
+    manager_ = std::make_unique<RunManager>(
+        RunContext{
+            .rig = request_.rig,
+            .data = folder_.path(),
+            .post = [this](std::function<void()> work) { post(std::move(work)); },
+            .now = [this] { return now_; },
+            .utc_us = [this] { return now_.count() / 1000; },
+            .observer = this,
+            .perform = [this](const CampaignRequest& wanted,
+                              const CampaignHooks& hooks) { return bench_.perform(wanted, hooks); },
+            .check_space = [this](const std::filesystem::path&, std::uint64_t bytes) -> Status {
+              if (bytes > 0 && is_disk_full_) return fail({.code = Errc::no_space, .what = "full"});
+              return {};
+            },
+            .check_rig_file = [](const std::filesystem::path&) { return Status(); }},
+        *store_);
+  }
+  void die() {
+    states_.clear();
+    bench_.set_dying(true);
+    manager_.reset();
+    bench_.set_dying(false);
+    store_.reset();
+    const std::lock_guard lock(mutex_);
+    waiting_.clear();
+  }
+
+  void post(std::function<void()> work) {
+    const std::lock_guard lock(mutex_);
+    waiting_.push_back(std::move(work));
+    posted_.notify_all();
+  }
+  /// Until the run under way waits for the next event of its bench, or none is.
+  void settle() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      while (!waiting_.empty()) {
+        const auto work = std::move(waiting_.front());
+        waiting_.pop_front();
+        lock.unlock();
+        work();
+        lock.lock();
+      }
+      if (!manager_->active() || bench_.is_waiting()) return;
+      posted_.wait_for(lock, 1ms, [this] { return !waiting_.empty(); });
+    }
+  }
+
+  void person(const std::function<void(std::string_view id)>& orders) {
+    orders(run_id(1 + static_cast<std::int64_t>(below(runs_ + 1))));
+  }
+  /// What starts no motion, whatever it changes.
+  void no_motion(const std::function<void()>& what) {
+    const int before = bench_.motions;
+    const auto active = manager_->active();
+    what();
+    settle();
+    if (manager_->active() != active && manager_->active()) FAIL("a run began by itself");
+    if (bench_.motions != before && !active) FAIL("motion by itself");
+  }
+
+  void submit() {
+    RunRequest wanted{request_.recipe, {}, {}, "ada"};
+    wanted.keep_going = below(4) == 0;
+    const auto run = manager_->submit(wanted, checked_);
+    if (!run) return;
+    runs_ = static_cast<std::size_t>(run->stored.number);
+    words_[run->stored.number] = ++word_;
+  }
+  void say_all_may_begin() {
+    if (!manager_->resume_queue("ada")) return;
+    ++word_;
+    for (const std::int64_t run : manager_->queue().runs()) words_[run] = word_;
+    if (const auto run = manager_->active()) words_[std::stoll(run->substr(2))] = word_;
+  }
+  void recover(std::string_view id) {
+    const auto request = manager_->request_to_recover(id);
+    if (request && manager_->recover(id, {"ada", "ada"}, checked_))
+      words_[std::stoll(std::string(id.substr(2)))] = ++word_;
+  }
+  void give_order(std::string_view id) {
+    constexpr std::array orders{Order::pause, Order::pause_now, Order::resume, Order::stop,
+                                Order::abort};
+    static_cast<void>(manager_->order(id, orders[below(orders.size())], "ada"));
+  }
+  void restart() {
+    no_motion([this] {
+      die();
+      start();
+    });
+    bad_end_ = ++word_;
+  }
+  void pass_time() {
+    constexpr std::array<Deadlines::Duration, 4> steps{1s, 20s, 15min, 24h};
+    no_motion([this, &steps] {
+      now_ += steps[below(steps.size())];
+      manager_->tick();
+    });
+  }
+
+  void take_event() {
+    switch (below(24)) {
+      case 0:
+      case 1:
+      case 2:
+        return submit();
+      case 3:
+      case 4:
+        return say_all_may_begin();
+      case 5:
+        return static_cast<void>(manager_->pause_queue("ada"));
+      case 6:
+        return person([this](auto id) { static_cast<void>(manager_->remove(id, "ada")); });
+      case 7:
+        return person([this](auto id) { static_cast<void>(manager_->move(id, below(3), "ada")); });
+      case 8:
+      case 9:
+      case 10:
+        return person([this](auto id) { give_order(id); });
+      case 11:
+        no_motion([this] { manager_->halt(RigState::Stop(below(2)), "bo", "smoke"); });
+        bad_end_ = ++word_;
+        return;
+      case 12:
+        return no_motion([this] {
+          if (manager_->reset("looked at it", "ada")) bad_end_ = ++word_;
+        });
+      case 13:
+        return no_motion([this] {
+          static_cast<void>(manager_->lock_out({"ada", "cable", 1}, "ada"));
+        });
+      case 14:
+        return no_motion([this] {
+          if (manager_->unlock({"ada"}, "ada")) bad_end_ = ++word_;
+        });
+      case 15:
+        return person([this](auto id) { recover(id); });
+      case 16:
+        is_disk_full_ = !is_disk_full_;
+        return no_motion([this] { manager_->tick(); });
+      case 17:
+        bench_.is_down = below(3) == 0;
+        return;
+      case 18:
+        return restart();
+      case 19:
+        return pass_time();
+      default: {
+        const auto event = BenchEvent(below(8) < 5 ? 1 : below(4));
+        is_disk_event_ = event == BenchEvent::disk_full;
+        return bench_.give(event);
+      }
+    }
+  }
+
+  void on_run_changed(const RunView& run) override {
+    const std::int64_t number = run.stored.number;
+    const RunState before = std::exchange(states_[number], run.state());
+    if (run.state() == RunState::arming && before != RunState::arming) on_begun(run);
+    const bool was_under_way =
+        before != RunState::queued && before != RunState::ended && before != RunState::interrupted;
+    if (run.is_over() && was_under_way) on_ended(run);
+  }
+  void on_vote(const RunView&) override {}
+  void on_queue_changed(const RunQueue&, std::string_view) override {}
+  void on_rig_state_changed(const RigState&, std::string_view) override {}
+
+  void on_begun(const RunView& run) {
+    motions_before_ = bench_.motions;
+    if (words_[run.stored.number] <= bad_end_) FAIL(run.stored.id() << " begins without an order");
+    if (!manager_->rig_state().can_move(run.stored.number))
+      FAIL("it begins on a rig that may not move");
+    ++begun;
+  }
+  void on_ended(const RunView& run) {
+    const StoredRun& stored = run.stored;
+    if (stored.outcome.empty() || stored.cleanup.empty() || stored.rig_fact.empty())
+      FAIL("an end without its facts");
+    const bool has_moved = bench_.motions != motions_before_;
+    const bool is_covered = stored.keep_going && has_moved && !is_disk_event_;
+    const bool is_complete = stored.outcome == "complete" && run.state() == RunState::ended;
+    if (!is_complete && !is_covered) bad_end_ = ++word_;
+  }
+
+  void end_idle() {
+    for (int i = 0; i < 40 && manager_->active(); ++i) {
+      bench_.give(BenchEvent::look_at_orders);
+      settle();
+      now_ += 24h * 30;
+      manager_->tick();
+      settle();
+    }
+    if (manager_->active()) FAIL("it does not come to rest");
+    for (const RunView& run : manager_->all())
+      if (run.state() != RunState::queued && !run.is_over()) FAIL("a run is under way at the end");
+  }
+
+  const TemporaryFolder& folder_;
+  const CampaignRequest& request_;
+  const Checked& checked_;
+  std::mt19937 random_;
+  std::mutex mutex_;
+  std::condition_variable posted_;
+  std::deque<std::function<void()>> waiting_;
+  ScriptedBench bench_;
+  std::optional<RunStore> store_;
+  std::unique_ptr<RunManager> manager_;
+  RunStateMachine::Clock now_{};
+  std::atomic<bool> is_disk_full_ = false;
+  std::size_t runs_ = 0;
+  Word word_ = 0, bad_end_ = 0;
+  std::map<std::int64_t, Word> words_;  ///< of a person that a run may begin
+  std::map<std::int64_t, RunState> states_;
+  bool is_disk_event_ = false;
+  int motions_before_ = 0;
+};
+
+void play_sequences(unsigned first, unsigned count) {
+  const TemporaryFolder shared;
+  const CampaignRequest request = test::request_in(shared, test::tiny_recipe(2));
+  const Checked checked = check_quickly(request);
+  REQUIRE(checked);
+  int begun = 0;
+  for (unsigned seed = first; seed < first + count; ++seed) {
+    INFO("seed " << seed);
+    const TemporaryFolder folder;
+    Sequence sequence(folder, request, checked, seed);
+    sequence.play(25);
+    begun += sequence.begun;
+  }
+  CHECK(begun > static_cast<int>(count));  // else it would say nothing
+}
+
+}  // namespace
+
+TEST_CASE("nothing begins without a person's order after an end other than complete") {
+  play_sequences(1, 400);
+}
+
+TEST_CASE("the same in 100 000 sequences", "[.][long]") {
+  play_sequences(1000, 100'000);
+}
+
+}  // namespace stop_sequences_test
