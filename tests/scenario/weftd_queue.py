@@ -106,7 +106,17 @@ def commands(daemon):
     assert [line.split()[0] for line in weft(daemon, "queue", "list").splitlines()[1:]] == [second, first]
     assert [line.split()[0] for line in weft(daemon, "queue", "move", first, "0").splitlines()[1:]] == [first, second]
     assert second not in weft(daemon, "queue", "remove", second)
-    weft(daemon, "queue", "start")
+    copies = json.loads(weft(daemon, "--json", "queue", "add", "short", "--repeat", "3", "--seed", "5", "--after", second))["run"]
+    queue = json.loads(weft(daemon, "--json", "queue", "list"))["runs"]
+    assert [run["run"] for run in queue[1:]] == [f"R-{int(copies[2:]) + i:06}" for i in range(3)], queue
+    assert all(run["after"] == second and run["blocked"] for run in queue[1:]), "it was removed"
+    assert weft(daemon, "queue", "edit", copies, "--after", "", "--name", "free", "--seed", "9").count("did not end complete") == 2
+    weft(daemon, "queue", "clear")
+    first = json.loads(weft(daemon, "--json", "queue", "add", "short"))["run"]
+    assert [line["kind"] for line in json.loads(weft(daemon, "--json", "queue", "history"))["lines"]][-4:] == [
+        "submitted", "edited", "queue_cleared", "submitted"]
+    if json.loads(weft(daemon, "--json", "queue", "list"))["paused_by"]:
+        weft(daemon, "queue", "start")
     assert "R-" not in weft(daemon, "queue", "list")
     return first
 

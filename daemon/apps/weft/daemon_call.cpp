@@ -66,6 +66,12 @@ std::string format_run(const json& run) {
   return line + "\n";
 }
 
+std::string format_journal_line(const json& line) {
+  return utc_text(line.value("t_us", std::int64_t{0})) + "  " + line.value("run", "") + "  " +
+         line.value("kind", "") + "  " + line.value("by", "") + "  " + line.at("data").dump() +
+         "\n";
+}
+
 Result<int> print_run(const Result<json>& run, Console& console) {
   if (!run) return pass(run.error());
   print(console, format_run(*run), *run);
@@ -150,9 +156,26 @@ Result<std::string> load_token(const SocketArgs& args) {
 
 }  // namespace
 
-void add_keep_going(CLI::App& command, bool& keep_going) {
-  command.add_flag("--keep-going", keep_going,
+void add_options(CLI::App& command, RunRequestArgs& args) {
+  add_options(command, static_cast<SocketArgs&>(args));
+  command.add_option("RECIPE", args.recipe, "name of a recipe in the daemon's folder")->required();
+  command.add_option("--seed", args.seed, "seed of the run; default: the recipe's");
+  command.add_option("--name", args.name, "text added to the name of the run's folder");
+  command.add_option("--repeat", args.repeat, "number of runs, each with the next seed")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
+  command.add_option("--after", args.after, "run that must have ended complete before");
+  command.add_flag("--keep-going", args.keep_going,
                    "let the next run begin also if this one is stopped, aborted or fails");
+}
+
+json request_params(const RunRequestArgs& args) {
+  json params{{"recipe", args.recipe}, {"name", args.name}};
+  if (args.seed) params["seed"] = *args.seed;
+  if (args.repeat != 1) params["repeat"] = args.repeat;
+  if (!args.after.empty()) params["after"] = args.after;
+  if (args.keep_going) params["keep_going"] = true;
+  return params;
 }
 
 void add_options(CLI::App& command, SocketArgs& args) {

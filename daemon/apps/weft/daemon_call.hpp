@@ -2,8 +2,10 @@
 // How commands speak to a running weftd. For .cpp files of daemon/apps/weft.
 
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -21,8 +23,16 @@ struct SocketArgs {
   std::filesystem::path token_file;  ///< one token; else the environment's WEFT_TOKEN
 };
 void add_options(CLI::App& command, SocketArgs& args);
-/// --keep-going, of the commands that add a run to the queue.
-void add_keep_going(CLI::App& command, bool& keep_going);
+/// What the commands that add a run to the queue take.
+struct RunRequestArgs : SocketArgs {
+  std::string recipe;
+  std::optional<std::uint64_t> seed;
+  std::string name, after;
+  std::int64_t repeat = 1;
+  bool keep_going = false;
+};
+void add_options(CLI::App& command, RunRequestArgs& args);
+nlohmann::json request_params(const RunRequestArgs& args);
 
 /// A client, and whether it came by the Unix socket.
 struct Reached {
@@ -50,6 +60,8 @@ Result<nlohmann::json> call(client::Client& daemon, std::string_view method,
 
 /// A run for people, with what a person is asked for.
 std::string format_run(const nlohmann::json& run);
+/// A line of the journal for people, with its line break.
+std::string format_journal_line(const nlohmann::json& line);
 /// Prints a run; passes on the error of a call that failed.
 Result<int> print_run(const Result<nlohmann::json>& run, Console& console);
 

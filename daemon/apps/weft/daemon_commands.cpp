@@ -12,11 +12,7 @@ namespace {
 using client::Client;
 using nlohmann::json;
 
-struct StartArgs : SocketArgs {
-  std::string recipe;
-  std::optional<std::uint64_t> seed;
-  std::string name;
-  bool keep_going = false;
+struct StartArgs : RunRequestArgs {
   bool wait = false;
 };
 struct RunOrderArgs : SocketArgs {
@@ -158,11 +154,7 @@ void print_handover(Client& daemon, const json& run, Console& console) {
 }
 
 void add_options(CLI::App& command, StartArgs& args) {
-  add_options(command, static_cast<SocketArgs&>(args));
-  command.add_option("RECIPE", args.recipe, "name of a recipe in the daemon's folder")->required();
-  command.add_option("--seed", args.seed, "in place of the recipe's");
-  command.add_option("--name", args.name, "added to the name of the run's folder");
-  add_keep_going(command, args.keep_going);
+  add_options(command, static_cast<RunRequestArgs&>(args));
   command.add_flag("--wait", args.wait,
                    "until the run has ended, and what its recipe hands over with it");
 }
@@ -238,11 +230,8 @@ Result<int> run_status(Client& daemon, const SocketArgs&, Console& console) {
 /// Takes a lease of the rig, puts the run in line; with --wait until it has ended: exit_ok only
 /// where it is complete.
 Result<int> run_start(Client& daemon, const StartArgs& args, Console& console) {
-  json params{{"recipe", args.recipe}, {"name", args.name}};
-  if (args.seed) params["seed"] = *args.seed;
-  if (args.keep_going) params["keep_going"] = true;
   const auto run =
-      under_lease(daemon, {"weft start " + args.recipe}, "run.start", std::move(params));
+      under_lease(daemon, {"weft start " + args.recipe}, "run.start", request_params(args));
   if (!run) return pass(run.error());
   print_wait(daemon, *run, console);
   if (args.wait) {
@@ -363,10 +352,7 @@ Result<int> run_log(Client& daemon, const LogArgs& args, Console& console) {
   if (log->at("lines").empty() && !args.run.empty())
     if (const auto reply = load_run(daemon, args.run); !reply) return pass(reply.error());
   std::string text;
-  for (const json& line : log->at("lines"))
-    text += utc_text(line.value("t_us", std::int64_t{0})) + "  " + line.value("run", "") + "  " +
-            line.value("kind", "") + "  " + line.value("by", "") + "  " + line.at("data").dump() +
-            "\n";
+  for (const json& line : log->at("lines")) text += format_journal_line(line);
   print(console, text, *log);
   return exit_ok;
 }

@@ -9,32 +9,43 @@ namespace {
 
 using nlohmann::json;
 
-struct QueueAddArgs : SocketArgs {
-  std::string recipe;
-  std::optional<std::uint64_t> seed;
-  std::string name;
+struct QueueAddArgs : RunRequestArgs {
   std::optional<std::int64_t> place;  ///< from 0; the end
-  bool keep_going = false;
 };
 struct QueuedRunArgs : SocketArgs {
   std::string run;
+};
+struct QueueEditArgs : QueuedRunArgs {
+  std::optional<std::int64_t> place;
+  std::optional<std::uint64_t> seed;
+  std::optional<std::string> name, after;
+  std::optional<bool> keep_going;
 };
 struct QueueMoveArgs : QueuedRunArgs {
   std::int64_t place = 0;
 };
 
 void add_options(CLI::App& command, QueueAddArgs& args) {
-  add_options(command, static_cast<SocketArgs&>(args));
-  command.add_option("RECIPE", args.recipe, "name of a recipe in the daemon's folder")->required();
-  command.add_option("--seed", args.seed, "in place of the recipe's");
-  command.add_option("--name", args.name, "added to the name of the run's folder");
+  add_options(command, static_cast<RunRequestArgs&>(args));
   command.add_option("--place", args.place, "in line, 0 is the next; the end where it is left out")
       ->check(CLI::NonNegativeNumber);
-  add_keep_going(command, args.keep_going);
 }
 void add_options(CLI::App& command, QueuedRunArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
   command.add_option("RUN", args.run, "its name, R-000318")->required();
+}
+void add_options(CLI::App& command, QueueEditArgs& args) {
+  add_options(command, static_cast<QueuedRunArgs&>(args));
+  command.add_option("--place", args.place, "place in the queue, 0 is the next")
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--seed", args.seed, "seed of the run");
+  command.add_option("--name", args.name, "text added to the name of the run's folder");
+  command.add_option("--after", args.after,
+                     "run that must have ended complete before; '' for none");
+  command.add_option(
+      "--keep-going", args.keep_going,
+      "true or false: let the next run begin also if this one is stopped, aborted or "
+      "fails");
 }
 void add_options(CLI::App& command, QueueMoveArgs& args) {
   add_options(command, static_cast<QueuedRunArgs&>(args));
@@ -46,7 +57,13 @@ void add_options(CLI::App& command, QueueMoveArgs& args) {
 std::string queue_text(const json& queue) {
   const json by = queue.value("paused_by", json());
   std::string text = by.is_string() ? "paused by " + by.get<std::string>() + "\n" : "";
-  for (const json& run : queue.at("runs")) text += format_run(run);
+  for (const json& run : queue.at("runs")) {
+    text += format_run(run);
+    if (run.contains("after"))
+      text +=
+          "  after " + run.value("after", "") +
+          (run.value("blocked", false) ? ", which did not end complete: weft queue edit\n" : "\n");
+  }
   return text.empty() ? "nobody waits\n" : text;
 }
 
@@ -57,10 +74,41 @@ Result<int> print_queue(const Result<json>& queue, Console& console) {
   return exit_ok;
 }
 
+Result<int> run_queue_edit(client::Client& daemon, const QueueEditArgs& args, Console& console) {
+  json params{{"run", args.run}};
+  const auto put = [&params](const char* name, const auto& value) {
+    if (value) params[name] = *value;
+  };
+  put("place", args.place);
+  put("seed", args.seed);
+  put("name", args.name);
+  put("after", args.after);
+  put("keep_going", args.keep_going);
+  return print_queue(call(daemon, "queue.edit", params), console);
+}
+
+/// What people and rules did to the queue, oldest first.
+Result<int> run_queue_history(client::Client& daemon, const SocketArgs&, Console& console) {
+  json params{{"kind", "submitted,edited,queue_paused,queue_started,queue_cleared"},
+              {"most", 1000}};
+  json lines = json::array();
+  std::string text;
+  for (json next = 1; !next.is_null();) {
+    params["from"] = next;
+    const auto page = call(daemon, "log.query", params);
+    if (!page) return pass(page.error());
+    for (const json& line : page->at("lines")) {
+      text += format_journal_line(line);
+      lines.push_back(line);
+    }
+    next = page->at("next");
+  }
+  print(console, text, {{"lines", std::move(lines)}});
+  return exit_ok;
+}
+
 Result<int> run_queue_add(client::Client& daemon, const QueueAddArgs& args, Console& console) {
-  json params{{"recipe", args.recipe}, {"name", args.name}};
-  if (args.seed) params["seed"] = *args.seed;
-  if (args.keep_going) params["keep_going"] = true;
+  json params = request_params(args);
   if (args.place) params["place"] = *args.place;
   return print_run(
       under_lease(daemon, {"weft queue add " + args.recipe}, "queue.add", std::move(params)),
@@ -85,6 +133,12 @@ void add_queue_commands(const CommandGroup& weft) {
         const json params{{"run", args.run}, {"place", args.place}};
         return print_queue(call(daemon, "queue.move", params), console);
       });
+  add_daemon_command(queue, "edit", "change a run that waits", run_queue_edit);
+  add_daemon_command<SocketArgs>(queue, "clear", "take all runs out of the queue",
+                                 [](auto& daemon, auto&, auto& console) {
+                                   return print_queue(call(daemon, "queue.clear"), console);
+                                 });
+  add_daemon_command(queue, "history", "print what was done to the queue", run_queue_history);
   add_daemon_command<SocketArgs>(queue, "pause", "nothing more begins",
                                  [](auto& daemon, auto&, auto& console) {
                                    return print_queue(call(daemon, "queue.pause"), console);

@@ -160,7 +160,10 @@ std::vector<rpc::ParamSpec> run_request_params(const std::vector<rpc::ParamSpec>
       {"digest", ParamType::text, false,
        "of the recipe that is meant, as recipe.check has it; another one is refused"},
       {"keep_going", ParamType::flag, false,
-       "let the next run begin also where this one is stopped, aborted or fails"}};
+       "let the next run begin also where this one is stopped, aborted or fails"},
+      {"repeat", ParamType::integer, false,
+       "as many runs of it, 1 to 100; a seed counts up from one to the next; 1"},
+      after_param};
   params.insert(params.end(), more.begin(), more.end());
   return params;
 }
@@ -174,6 +177,11 @@ Result<runs::RunRequest> request_for_run(const Services& services, const Call& c
   run_request.digest = call.params.value("digest", "");
   run_request.keep_going = call.params.value("keep_going", false);
   run_request.user = call.caller.user;
+  run_request.after = call.params.value("after", "");
+  constexpr auto most = static_cast<std::int64_t>(runs::most_copies);
+  const auto copies = read_whole_number(call, {"repeat", 1, 1, most, "number of copies"});
+  if (!copies) return pass(copies.error());
+  run_request.copies = *copies;
   return run_request;
 }
 

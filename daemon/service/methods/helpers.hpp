@@ -113,6 +113,9 @@ Status append_journal(const Services& services, std::string_view kind, std::stri
 inline constexpr rpc::ParamSpec run_param{"run", ParamType::text, true, "its name, \"R-000318\""};
 inline constexpr rpc::ParamSpec rig_lease_param{"lease", ParamType::text, true,
                                                 "your lease of the rig"};
+inline constexpr rpc::ParamSpec after_param{
+    "after", ParamType::text, false,
+    "a run, \"R-000317\": begin once that one has ended complete; \"\" for none"};
 /// The "run" parameter.
 std::string run_of(const Call& call);
 

@@ -116,8 +116,31 @@ Outcome move_run(const Services& services, const Call& call) {
   if (!at) return refused(at.error());
   return changed(services, {}, [&] {
     const std::size_t end = services.run_manager->queue().runs().size();
-    return services.run_manager->move(run_of(call), at->value_or(end), by(call.caller));
+    return services.run_manager->edit(run_of(call), {.place = at->value_or(end)}, by(call.caller));
   });
+}
+
+Outcome edit_run(const Services& services, const Call& call) {
+  if (auto allowed = can_change(services, call); !allowed) return tl::unexpected(allowed.error());
+  const auto at = read_unsigned(call, "place", "no place before the first");
+  if (!at) return refused(at.error());
+  const auto seed = read_seed(call);
+  if (!seed) return refused(seed.error());
+  runs::QueueEdit edit{.place = *at, .seed = *seed};
+  const auto text = [&](const char* name, std::optional<std::string>& to) {
+    if (call.params.contains(name)) to = call.params.at(name).get<std::string>();
+  };
+  text("name", edit.name);
+  text("after", edit.after);
+  if (call.params.contains("keep_going"))
+    edit.keep_going = call.params.at("keep_going").get<bool>();
+  return changed(services, {},
+                 [&] { return services.run_manager->edit(run_of(call), edit, by(call.caller)); });
+}
+
+Outcome clear(const Services& services, const Call& call) {
+  return changed(services, can_change(services, call),
+                 [&] { return services.run_manager->clear_queue(by(call.caller)); });
 }
 
 Outcome remove_run(const Services& services, const Call& call) {
@@ -163,6 +186,18 @@ void add_queue_methods(rpc::Methods& methods, const Services& services) {
                whole_queue, remove_run);
   group.change("queue.move", "another place in line", Role::operator_, {run_param, place, if_rev},
                whole_queue, move_run);
+  group.change("queue.edit", "change a run that waits; what is left out stays", Role::operator_,
+               {run_param,
+                place,
+                {"seed", ParamType::integer, false, "in place of the recipe's"},
+                {"name", ParamType::text, false, "added to the folder's name"},
+                after_param,
+                {"keep_going", ParamType::flag, false,
+                 "let the next run begin also where this one is stopped, aborted or fails"},
+                if_rev},
+               whole_queue, edit_run);
+  group.change("queue.clear", "take all runs that wait out of the queue", Role::operator_, {if_rev},
+               whole_queue, clear);
   group.change("queue.pause", "nothing more begins; the run under way goes on", Role::operator_,
                {if_rev}, whole_queue, pause_queue);
   group.change("queue.start",

@@ -293,6 +293,8 @@ json run_json(const RunView& run) {
   }
   if (!stored.bench.empty()) out["bench"] = stored.bench;
   if (stored.keep_going) out["keep_going"] = true;
+  if (stored.after != 0) out["after"] = runs::run_id(stored.after);
+  if (run.is_blocked) out["blocked"] = true;
   if (run.pause_is_carried_over) out["pause_carried_over"] = true;
   if (!stored.recipe_sha256.empty()) out["digest"] = "sha256:" + stored.recipe_sha256;
   if (run.operator_prompt) {

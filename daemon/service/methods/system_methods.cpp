@@ -189,7 +189,9 @@ void add_log_methods(MethodGroup& group) {
   group.read(
       "log.query", "lines of the daemon's journal, oldest first, by run, kind and time",
       {{"run", ParamType::text, false, "of this run only"},
-       {"kind", ParamType::text, false, "of this kind only, \"state\""},
+       {"kind", ParamType::text, false,
+        "of this kind only, \"state\"; of several, separated by commas: the queue's history is "
+        "\"submitted,edited,queue_paused,queue_started,queue_cleared\""},
        {"since_us", ParamType::integer, false, "not before, UTC"},
        {"until_us", ParamType::integer, false, "before, UTC"},
        {"from", ParamType::integer, false, "this sequence number on: next of the page before"},

@@ -65,13 +65,15 @@ void RunQueue::on_restart(const std::vector<Run>& waiting) {
   ++revision_;
 }
 
-std::optional<RunQueue::Run> RunQueue::first_allowed(const RigState& rig) const {
-  const auto found = std::ranges::find_if(runs_, [&](Run run) { return rig.can_move(run); });
+std::optional<RunQueue::Run> RunQueue::first_allowed(const RigState& rig,
+                                                     const IsReady& is_ready) const {
+  const auto found =
+      std::ranges::find_if(runs_, [&](Run run) { return rig.can_move(run) && is_ready(run); });
   return found == runs_.end() ? std::nullopt : std::optional(*found);
 }
 
-std::optional<RunQueue::Run> RunQueue::next(const RigState& rig) const {
-  return is_paused() ? std::nullopt : first_allowed(rig);
+std::optional<RunQueue::Run> RunQueue::next(const RigState& rig, const IsReady& is_ready) const {
+  return is_paused() ? std::nullopt : first_allowed(rig, is_ready);
 }
 
 }  // namespace weft::daemon::runs

@@ -2,6 +2,7 @@
 // The runs that wait for the rig, as a value: change a copy, commit it, then replace the original.
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -65,10 +66,13 @@ class RunQueue {
   /// queue was kept.
   void on_restart(const std::vector<Run>& waiting);
 
-  /// The first run that the state of the rig allows, paused or not.
-  [[nodiscard]] std::optional<Run> first_allowed(const RigState& rig) const;
+  /// Whether the run that one is to follow has ended complete.
+  using IsReady = std::function<bool(Run)>;
+  /// The first run that the state of the rig allows and that is ready, paused or not.
+  [[nodiscard]] std::optional<Run> first_allowed(const RigState& rig,
+                                                 const IsReady& is_ready) const;
   /// The run to begin now, if any.
-  [[nodiscard]] std::optional<Run> next(const RigState& rig) const;
+  [[nodiscard]] std::optional<Run> next(const RigState& rig, const IsReady& is_ready) const;
   friend bool operator==(const RunQueue&, const RunQueue&) = default;
 
  private:

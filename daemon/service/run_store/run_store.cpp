@@ -369,7 +369,9 @@ Result<RunStore::Page> RunStore::query(const Query& wanted) {
   Page page;
   const Status read = for_rows(
       "SELECT sequence, utc_us, run, kind, by, payload_json FROM journal WHERE sequence >= ?1 AND "
-      "sequence < ?2 AND (?3 = '' OR run = ?3) AND (?4 = '' OR kind = ?4) AND utc_us >= ?5 AND "
+      "sequence < ?2 AND (?3 = '' OR run = ?3) AND (?4 = '' OR instr(',' || ?4 || ',', ',' || kind "
+      "|| "
+      "',') > 0) AND utc_us >= ?5 AND "
       "utc_us < ?6 ORDER BY sequence LIMIT ?7",
       [&](const auto& row) { page.lines.push_back(line_of(row)); }, from, end, wanted.run,
       wanted.kind, wanted.since_us, wanted.until_us, static_cast<std::int64_t>(wanted.most));

@@ -44,6 +44,7 @@ struct StoredRun : RunFacts {
   /// It is under way, and has not taken the rig yet: its death would leave that as it was.
   bool rig_untaken = false;
   bool keep_going = false;  ///< the queue goes on after it, see EndedRun
+  std::int64_t after = 0;   ///< it begins once this run has ended complete; 0: none
   bool had_ended = false;   ///< it had ended when a person resumed it; else it was interrupted
 
   [[nodiscard]] std::string id() const { return run_id(number); }
@@ -117,7 +118,7 @@ class RunStore {
   [[nodiscard]] Result<std::vector<JournalLine>> tail(std::string_view run, std::size_t most);
 
   struct Query {
-    std::string run, kind;  ///< empty: any
+    std::string run, kind;  ///< empty: any; kinds are separated by commas
     std::int64_t since_us = 0,
                  until_us = std::numeric_limits<std::int64_t>::max();  ///< [since, until)
     std::int64_t from = 0;                                             ///< sequence

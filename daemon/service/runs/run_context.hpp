@@ -35,9 +35,10 @@ struct RunView {
   std::optional<OperatorPrompt> operator_prompt;  ///< the next human action
   std::size_t trials_done = 0;
   std::size_t trials_planned = 0;
-  std::size_t attempts_rejected = 0;       ///< bad ones that were taken again
-  std::string last_rejection;              ///< why the newest of them was
-  double wall_left_s = 0;                  ///< by the mean of the trials done, and people's time
+  std::size_t attempts_rejected = 0;  ///< bad ones that were taken again
+  std::string last_rejection;         ///< why the newest of them was
+  double wall_left_s = 0;             ///< by the mean of the trials done, and people's time
+  bool is_blocked = false;            ///< it waits for a run that has ended otherwise than complete
   bool pause_is_carried_over = false;      ///< to the queue: no repetition was left to take it
   std::string changed_by;                  ///< the user, session or rule that changed it last
   std::optional<HandoverStatus> handover;  ///< where its recipe has one and it is complete

@@ -9,6 +9,17 @@
 namespace weft::daemon::runs {
 namespace {
 
+/// One that is there is an older run's, of a daemon whose memory is gone.
+std::filesystem::path free_folder(const std::filesystem::path& wanted) {
+  std::filesystem::path folder = wanted;
+  std::error_code none;
+  for (int i = 2; std::filesystem::exists(folder, none); ++i)
+    folder = wanted.string() + "-" + std::to_string(i);
+  return folder;
+}
+
+}  // namespace
+
 // A person's name for a folder is one path component, nothing hidden.
 Status check_name(const std::string& name) {
   constexpr std::size_t longest = 100;
@@ -24,16 +35,6 @@ Status check_name(const std::string& name) {
                .got = name});
 }
 
-/// One that is there is an older run's, of a daemon whose memory is gone.
-std::filesystem::path free_folder(const std::filesystem::path& wanted) {
-  std::filesystem::path folder = wanted;
-  std::error_code none;
-  for (int i = 2; std::filesystem::exists(folder, none); ++i)
-    folder = wanted.string() + "-" + std::to_string(i);
-  return folder;
-}
-
-/// What was asked for, for the journal.
 nlohmann::json submission_of(const StoredRun& run) {
   nlohmann::json out{{"recipe", run.recipe.stem().string()},
                      {"digest", "sha256:" + run.recipe_sha256},
@@ -42,10 +43,9 @@ nlohmann::json submission_of(const StoredRun& run) {
   if (run.seed) out["seed"] = *run.seed;
   if (!run.name.empty()) out["name"] = run.name;
   if (run.keep_going) out["keep_going"] = true;
+  if (run.after != 0) out["after"] = run_id(run.after);
   return out;
 }
-
-}  // namespace
 
 CampaignRequest request_for(const RunRequest& wanted, const std::filesystem::path& rig) {
   return {wanted.recipe, rig, {}, wanted.seed};
@@ -146,7 +146,8 @@ ManagerStatus RunManager::status() const {
   if (at_work != nullptr && at_work->is_over()) out.unresponsive = at_work->stored.id();
   out.is_at_rest = !recovery_.is_settling() && (!active() || out.unresponsive);
   out.is_closing = closing_;
-  if (const auto next = queue_.first_allowed(rig_)) {
+  const auto next = queue_.first_allowed(rig_, [this](std::int64_t run) { return is_ready(run); });
+  if (next) {
     const StoredRun& stored = numbered(*next)->stored;
     out.bytes_awaited = stored.resume ? 0 : stored.disk_bytes;
   }
@@ -171,7 +172,13 @@ Status RunManager::can_submit(const RunRequest& wanted, const Checked& checked) 
   if (Status ok = check_name(wanted.name); !ok) return ok;
   if (!checked) return pass(checked.error());
   if (Status here = store_.in_place(); !here) return here;
-  return context_.check_space(context_.data, disk_forecast(checked->plan));
+  if (wanted.copies == 0 || wanted.copies > most_copies)
+    return fail({.code = Errc::range,
+                 .where = "/params/repeat",
+                 .what = "number of copies out of range",
+                 .expected = "1 to " + std::to_string(most_copies),
+                 .got = std::to_string(wanted.copies)});
+  return context_.check_space(context_.data, wanted.copies * disk_forecast(checked->plan));
 }
 
 Result<RunView> RunManager::submit(const RunRequest& wanted, const Checked& checked) {
@@ -184,41 +191,59 @@ Result<RunView> RunManager::submit(const RunRequest& wanted, const Checked& chec
                  .expected = "sha256:" + sha256,
                  .got = wanted.digest,
                  .hint = "recipe.diff and recipe.check tell what it is"});
-  const auto number = store_.next_number();
-  if (!number) return pass(number.error());
-  auto run = std::make_unique<Run>();
-  StoredRun& stored = run->stored;
-  stored.number = *number;
-  stored.recipe_sha256 = sha256;
-  stored.recipe = wanted.recipe;
-  stored.rig = context_.rig;
-  stored.seed = wanted.seed;
-  stored.name = wanted.name;
-  stored.by = wanted.by;
-  stored.user = wanted.user;
-  stored.keep_going = wanted.keep_going;
-  stored.created_us = context_.utc_us();
-  stored.bench = to_string(load_bench_kind(context_.rig));
-  stored.trials_done = 0;
-  stored.trials_planned = static_cast<std::int64_t>(checked->plan.trials.size());
-  const std::string folder = stored.id() + (wanted.name.empty() ? "" : "-" + wanted.name);
-  stored.folder = wanted.folder.empty() ? free_folder(context_.data / folder) : wanted.folder;
-  const PlanSummary plan = summarize(checked->plan);
-  stored.disk_bytes = plan.disk_bytes;
+  const auto first = store_.next_number();
+  if (!first) return pass(first.error());
+  const auto after = followed(*first, wanted.after);
+  if (!after) return pass(after.error());
   RunQueue queue = queue_;
-  queue.put(stored.number, wanted.place.value_or(queue.runs().size()));
-  RunChange change{.runs = {stored},
-                   .journal = {line(stored.id(), "submitted", wanted.by, submission_of(stored))},
-                   .recipes = {{sha256, checked->recipe_text}}};
-  change.journal.front().utc_us = stored.created_us;
+  RunChange change{.recipes = {{sha256, checked->recipe_text}}};
+  for (std::size_t i = 0; i < wanted.copies; ++i) {
+    StoredRun run = stored_run(wanted, checked, *first + static_cast<std::int64_t>(i));
+    if (run.seed) *run.seed += i;
+    run.after = *after;
+    queue.put(run.number, wanted.place ? *wanted.place + i : queue.runs().size());
+    change.journal.push_back(line(run.id(), "submitted", wanted.by, submission_of(run)));
+    change.journal.back().utc_us = run.created_us;
+    change.runs.push_back(std::move(run));
+  }
+  const std::vector<StoredRun> added = change.runs;
   if (Status persisted = commit(std::move(queue), std::move(change)); !persisted)
     return pass(persisted.error());
-  Run& added = *runs_.emplace_back(std::move(run));
-  use_plan(added, plan);
-  notify(added, wanted.by);
+  const PlanSummary plan = summarize(checked->plan);
+  for (const StoredRun& run : added) {
+    Run& one = *runs_.emplace_back(std::make_unique<Run>());
+    one.stored = run;
+    use_plan(one, plan);
+    notify(one, wanted.by);
+  }
   notify_queue(wanted.by);
   begin_next();
-  return shown(added);
+  return shown(*numbered(*first));
+}
+
+StoredRun RunManager::stored_run(const RunRequest& wanted, const Checked& checked,
+                                 std::int64_t number) const {
+  StoredRun run;
+  run.number = number;
+  run.recipe_sha256 = sha256_hex(checked->recipe_text);
+  run.recipe = wanted.recipe;
+  run.rig = context_.rig;
+  run.seed = wanted.seed;
+  run.name = wanted.name;
+  run.by = wanted.by;
+  run.user = wanted.user;
+  run.keep_going = wanted.keep_going;
+  run.created_us = context_.utc_us();
+  run.bench = to_string(load_bench_kind(context_.rig));
+  run.trials_done = 0;
+  run.trials_planned = static_cast<std::int64_t>(checked->plan.trials.size());
+  run.folder = wanted.folder.empty() ? folder_for(run) : wanted.folder;
+  run.disk_bytes = disk_forecast(checked->plan);
+  return run;
+}
+
+std::filesystem::path RunManager::folder_for(const StoredRun& run) const {
+  return free_folder(context_.data / (run.id() + (run.name.empty() ? "" : "-" + run.name)));
 }
 
 void RunManager::use_plan(Run& run, const PlanSummary& plan) {
@@ -278,6 +303,9 @@ void RunManager::notify_ended(Run& run) {
 // was known.
 RunView RunManager::shown(const Run& run) const {
   RunView view = run;
+  const Run* const first = numbered(run.stored.after);
+  view.is_blocked = run.state() == RunState::queued && first != nullptr && first->is_over() &&
+                    !is_ready(run.number());
   if (const OperatorPrompt* const prompt = prompts_.find(run.number())) {
     view.operator_prompt = *prompt;
     using std::chrono::milliseconds;

@@ -28,7 +28,19 @@ struct RunRequest {
   std::filesystem::path folder = {};  ///< its folder, where that is chosen already
   /// The queue goes on after this run also where it is stopped, aborted or fails with the rig.
   bool keep_going = false;
-  std::string user = {};  ///< whose lease is kept while it is under way
+  std::string user = {};   ///< whose lease is kept while it is under way
+  std::string after = {};  ///< it begins once this run has ended complete
+  /// As many runs, with numbers of their own; a seed counts up from one to the next.
+  std::size_t copies = 1;
+};
+constexpr std::size_t most_copies = 100;
+
+/// What a person changes of a run that waits; what is left out stays.
+struct QueueEdit {
+  std::optional<std::size_t> place = {};  ///< from 0
+  std::optional<std::uint64_t> seed = {};
+  std::optional<std::string> name = {}, after = {};  ///< after: "" ends it
+  std::optional<bool> keep_going = {};
 };
 /// Who resumes a run that is over: `by` as in RunRequest.
 struct RecoverRequest {
@@ -41,6 +53,10 @@ struct UnlockRequest {
   std::string reason = {};
 };
 
+/// Errors: invalid_argument, for a name that is no plain part of a folder's name.
+Status check_name(const std::string& name);
+/// What a person asked for, for the journal.
+nlohmann::json submission_of(const StoredRun& run);
 /// What to check for RunManager::submit(), on any thread: a recipe that plans a million trials
 /// takes check_quickly() a second.
 CampaignRequest request_for(const RunRequest& wanted, const std::filesystem::path& rig);
@@ -63,9 +79,10 @@ class RunManager final : private RunReports {
   RunManager(RunContext context, RunStore& store);
   ~RunManager();  ///< aborts what runs and waits for it
 
-  /// Puts the run into the queue; it begins when the rig is free, with the recipe as it was
-  /// checked, whatever its file says by then. Errors: those of the check, another digest than the
-  /// request's, an unusable name, not enough disk.
+  /// Puts the run, or its copies, into the queue; it begins when the rig is free, with the recipe
+  /// as it was checked, whatever its file says by then. The first of the copies. Errors: those of
+  /// the check, another digest than the request's, an unusable name, not enough disk; not_found,
+  /// the run to follow.
   Result<RunView> submit(const RunRequest& wanted, const Checked& checked);
   /// Takes a run that has not begun out of the queue; one that was to be resumed is as it was
   /// before. Errors: not_found; wrong_state; io, where that cannot be written: it waits as before.
@@ -96,8 +113,11 @@ class RunManager final : private RunReports {
                           const Checked& checked);
 
   [[nodiscard]] const RunQueue& queue() const { return queue_; }
-  /// Another place in the queue, from 0. Errors: not_found, wrong_state.
-  Status move(std::string_view id, std::size_t place, std::string_view by);
+  /// Errors: not_found; wrong_state, also where the run would follow itself; invalid_argument,
+  /// a name; io. Nothing is changed then.
+  Status edit(std::string_view id, const QueueEdit& wanted, std::string_view by);
+  /// Takes all runs that wait out of the queue. Errors: io; all wait as before then.
+  Status clear_queue(std::string_view by);
   /// Nothing more begins; the run under way is not affected. Errors: wrong_state, when it is
   /// paused.
   Status pause_queue(std::string_view by);
@@ -172,6 +192,14 @@ class RunManager final : private RunReports {
   void load();
   [[nodiscard]] Status require_accepting() const;
   [[nodiscard]] Status can_submit(const RunRequest& wanted, const Checked& checked) const;
+  [[nodiscard]] StoredRun stored_run(const RunRequest& wanted, const Checked& checked,
+                                     std::int64_t number) const;
+  [[nodiscard]] std::filesystem::path folder_for(const StoredRun& run) const;
+  /// As it is once a person has taken it out of the queue.
+  [[nodiscard]] StoredRun withdrawn(const Run& run) const;
+  /// The number of the run that `run` is to follow; 0 for "". Errors: not_found; wrong_state.
+  [[nodiscard]] Result<std::int64_t> followed(std::int64_t run, const std::string& after) const;
+  [[nodiscard]] bool is_ready(std::int64_t run) const;
   [[nodiscard]] Run* numbered(std::int64_t number) const;
   [[nodiscard]] Result<Run*> find(std::string_view id) const;
   [[nodiscard]] Result<Run*> find_queued(std::string_view id, std::string_view otherwise,

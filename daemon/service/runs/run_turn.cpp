@@ -53,7 +53,7 @@ Result<CampaignRequest> RunManager::request_of(const StoredRun& run) const {
 
 void RunManager::begin_next() {
   if (active() || closing_) return;
-  const auto number = queue_.next(rig_);
+  const auto number = queue_.next(rig_, [this](std::int64_t run) { return is_ready(run); });
   if (!number) return;
   Run& next = *numbered(*number);
   const Status storage = check_storage();

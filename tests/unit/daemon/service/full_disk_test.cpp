@@ -112,14 +112,14 @@ TEST_CASE("a wish for the line that cannot be kept changes nothing") {
   const runs::RunQueue before = bench.manager->queue();
   {
     const FullDisk full;
-    CHECK_FALSE(bench.manager->move(second, 0, "ada"));
+    CHECK_FALSE(bench.manager->edit(second, {.place = 0}, "ada"));
     CHECK_FALSE(bench.manager->pause_queue("ada"));
     CHECK_FALSE(bench.manager->remove(second, "ada"));
   }
   CHECK(bench.manager->get(second)->machine.state == RunState::queued);
   CHECK(bench.manager->queue() == before);
   CHECK(bench.store.queue().value() == before);
-  CHECK(lines_of(bench.store, "moved") == 0);
+  CHECK(lines_of(bench.store, "edited") == 0);
   REQUIRE(bench.manager->pause_queue("ada"));
   {
     const FullDisk full;

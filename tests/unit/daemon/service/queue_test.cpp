@@ -57,10 +57,10 @@ TEST_CASE("runs begin in the order of their line, and each change is another rev
   fill(bench);
   CHECK(bench.manager->queue().revision() == before + 4);
   CHECK(bench.manager->queue().runs() == Numbers{1, 2, 3});
-  REQUIRE(bench.manager->move("R-000003", 0, "ada"));
+  REQUIRE(bench.manager->edit("R-000003", {.place = 0}, "ada"));
   CHECK(bench.manager->queue().runs() == Numbers{3, 1, 2});
   CHECK(bench.manager->queue().revision() == before + 5);
-  CHECK(bench.manager->move("R-000009", 0, "ada").error().code == Errc::not_found);
+  CHECK(bench.manager->edit("R-000009", {.place = 0}, "ada").error().code == Errc::not_found);
   CHECK(bench.manager->pause_queue("ada").error().code == Errc::wrong_state);
   CHECK_FALSE(bench.manager->active());
   const RunRequest next{bench.request.recipe, {}, {}, "test", 0};
@@ -70,7 +70,7 @@ TEST_CASE("runs begin in the order of their line, and each change is another rev
   CHECK(bench.manager->queue().runs() == Numbers{4, 3, 2});
   REQUIRE(bench.manager->resume_queue("ada"));
   CHECK(bench.manager->queue().runs() == Numbers{3, 2});
-  CHECK(bench.manager->move("R-000004", 0, "ada").error().code == Errc::wrong_state);
+  CHECK(bench.manager->edit("R-000004", {.place = 0}, "ada").error().code == Errc::wrong_state);
   CHECK(bench.manager->resume_queue("ada").error().code == Errc::wrong_state);
   for (const char* id : {"R-000004", "R-000003", "R-000002"})
     CHECK(bench.ended(id).stored.outcome == "complete");
@@ -97,7 +97,7 @@ TEST_CASE("the line outlives the daemon, which begins nothing of it before someb
   {
     RunManagerBench bench(folder);
     fill(bench);
-    REQUIRE(bench.manager->move("R-000003", 0, "ada"));
+    REQUIRE(bench.manager->edit("R-000003", {.place = 0}, "ada"));
     revision = bench.manager->queue().revision();
   }
   {
@@ -262,6 +262,58 @@ TEST_CASE("a run that somebody goes on with is the next in line") {
   CHECK(bench.ended("R-000001").stored.outcome == "complete");
 }
 
+TEST_CASE("copies have numbers and seeds of their own, in one line") {
+  const TemporaryFolder folder;
+  RunManagerBench bench(folder, test::tiny_recipe(1));
+  REQUIRE(bench.manager->pause_queue("ada"));
+  bench.submit();
+  RunRequest wanted{bench.request.recipe, 7, "three", "ada", 0};
+  wanted.copies = 3;
+  CHECK(bench.submit(wanted)->stored.number == 2);
+  CHECK(bench.manager->queue().runs() == Numbers{2, 3, 4, 1});
+  for (const std::int64_t number : {2, 3, 4}) {
+    const StoredRun run = bench.manager->get(run_id(number))->stored;
+    CHECK(run.seed == 7 + static_cast<std::uint64_t>(number) - 2);
+    CHECK(run.folder.filename() == run_id(number) + "-three");
+  }
+  wanted.copies = most_copies + 1;
+  CHECK(bench.submit(wanted).error().code == Errc::range);
+  REQUIRE(bench.manager->clear_queue("ada"));
+  CHECK(bench.manager->queue().runs().empty());
+  for (const RunView& run : bench.manager->all()) CHECK(run.stored.outcome == "stopped");
+}
+
+TEST_CASE("a run begins once the one that it follows has ended complete, and others may pass it") {
+  const TemporaryFolder folder;
+  RunManagerBench bench(folder, test::tiny_recipe(1));
+  const bool is_aborted = GENERATE(true, false);
+  REQUIRE(bench.manager->pause_queue("ada"));
+  const std::string first = bench.submit().stored.id();
+  RunRequest wanted{bench.request.recipe, {}, {}, "ada", 0};
+  wanted.after = first;
+  const std::string follower = bench.submit(wanted)->stored.id();
+  CHECK(bench.manager->queue().runs() == Numbers{2, 1});
+  CHECK(bench.manager->edit(first, {.after = follower}, "ada").error().code == Errc::wrong_state);
+  CHECK(bench.manager->edit(first, {.after = first}, "ada").error().code == Errc::wrong_state);
+  CHECK(bench.manager->edit(first, {.after = "R-000009"}, "ada").error().code == Errc::not_found);
+  REQUIRE(bench.manager->resume_queue("ada"));
+  CHECK(bench.manager->active() == first);
+  if (is_aborted) REQUIRE(bench.manager->order(first, Order::abort, "ada"));
+  bench.ended(first);
+  if (!is_aborted) {
+    CHECK(bench.ended(follower).stored.outcome == "complete");
+    return;
+  }
+  REQUIRE(bench.manager->resume_queue("ada"));
+  CHECK_FALSE(bench.manager->active());
+  CHECK(bench.manager->get(follower)->is_blocked);
+  const std::string last = bench.submit().stored.id();
+  CHECK(bench.ended(last).stored.outcome == "complete");
+  REQUIRE(bench.manager->edit(follower, {.name = "free", .after = ""}, "ada"));
+  CHECK(bench.ended(follower).stored.outcome == "complete");
+  CHECK(bench.manager->get(follower)->stored.folder.filename() == follower + "-free");
+}
+
 TEST_CASE("any sequence of changes leaves a line of exactly the runs that wait, kept as it is") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
@@ -284,7 +336,7 @@ TEST_CASE("any sequence of changes leaves a line of exactly the runs that wait, 
         static_cast<void>(bench.manager->resume_queue("ada"));
         break;
       default:
-        static_cast<void>(bench.manager->move(id, random() % 5, "ada"));
+        static_cast<void>(bench.manager->edit(id, {.place = random() % 5}, "ada"));
     }
     Numbers waiting;
     for (const RunView& run : bench.manager->all())

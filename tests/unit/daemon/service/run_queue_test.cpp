@@ -10,6 +10,14 @@ using namespace weft;
 using namespace weft::daemon::runs;
 using Runs = std::vector<RunQueue::Run>;
 
+namespace {
+
+bool all_ready(RunQueue::Run) {
+  return true;
+}
+
+}  // namespace
+
 TEST_CASE("each change of a queue makes another revision; what changes nothing does not") {
   struct Row {
     const char* name;
@@ -56,10 +64,10 @@ TEST_CASE("a paused queue is paused by the first who did, and lets nothing begin
   CHECK(queue.pause("bo").error().got == "ada");
   CHECK_FALSE(queue.pause_automatically(after_abort));
   CHECK(queue.paused_by() == "ada");
-  CHECK_FALSE(queue.next(RigState()));
-  CHECK(queue.first_allowed(RigState()) == 1);
+  CHECK_FALSE(queue.next(RigState(), all_ready));
+  CHECK(queue.first_allowed(RigState(), all_ready) == 1);
   REQUIRE(queue.resume());
-  CHECK(queue.next(RigState()) == 1);
+  CHECK(queue.next(RigState(), all_ready) == 1);
 }
 
 TEST_CASE("an automatic pause is for a queue in which runs wait; a person's stays without any") {
@@ -145,10 +153,11 @@ TEST_CASE("the next run is the first that the rig allows") {
                       {RigState(RigFacts{.fact = RigFact::holding, .acknowledged = true}), 1},
                       {RigState(Latch{false, "ada"}), {}}};
   for (const auto& [rig, next] : rows) {
-    CHECK(queue.next(rig) == next);
-    CHECK(queue.first_allowed(rig) == next);
+    CHECK(queue.next(rig, all_ready) == next);
+    CHECK(queue.first_allowed(rig, all_ready) == next);
   }
-  CHECK_FALSE(RunQueue().next(RigState()));
+  CHECK_FALSE(RunQueue().next(RigState(), all_ready));
+  CHECK(queue.next(RigState(), [](RunQueue::Run run) { return run != 1; }) == 2);
 }
 
 }  // namespace run_queue_test

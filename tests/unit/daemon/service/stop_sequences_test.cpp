@@ -38,9 +38,11 @@ class ScriptedBench {
     CampaignSummary end;
     end.trials_planned = planned;
     for (is_held_ = is_pausing_ = is_stopping_ = false;;) {
-      hooks.moment({.trial = end.trials_complete,
-                    .planned = planned,
-                    .step = is_held_ ? recipes::Step::held : recipes::Step::pressing});
+      RunStatusUpdate moment;
+      moment.trial = end.trials_complete;
+      moment.planned = planned;
+      moment.step = is_held_ ? recipes::Step::held : recipes::Step::pressing;
+      hooks.moment(moment);
       const BenchEvent event = next();
       if (const auto cut = cut_by_orders(*hooks.orders)) {
         end.outcome = recipes::Outcome::aborted;
@@ -51,7 +53,10 @@ class ScriptedBench {
         return failed(std::move(end), event == BenchEvent::disk_full);
       const bool is_done = event == BenchEvent::trial_done && !is_held_;
       if (is_done) ++end.trials_complete;
-      hooks.progress({.done = end.trials_complete, .planned = planned});
+      TrialProgress progress;
+      progress.done = end.trials_complete;
+      progress.planned = planned;
+      hooks.progress(progress);
       if (end.trials_complete == planned) return end;
       if (is_stopping_ && (is_done || is_held_)) {
         end.outcome = recipes::Outcome::stopped;
@@ -256,7 +261,8 @@ class Sequence final : private RunObserver {
       case 6:
         return person([this](auto id) { static_cast<void>(manager_->remove(id, "ada")); });
       case 7:
-        return person([this](auto id) { static_cast<void>(manager_->move(id, below(3), "ada")); });
+        return person(
+            [this](auto id) { static_cast<void>(manager_->edit(id, {.place = below(3)}, "ada")); });
       case 8:
       case 9:
       case 10:

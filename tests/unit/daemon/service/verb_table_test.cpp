@@ -136,7 +136,9 @@ constexpr std::array all_verbs{
     Verb{"run.withdraw",
          [](VerbCase& of) -> Status { return of.bench->manager->remove(of.id, "test"); }},
     Verb{"queue.move",
-         [](VerbCase& of) -> Status { return of.bench->manager->move(of.id, 0, "test"); }},
+         [](VerbCase& of) -> Status {
+           return of.bench->manager->edit(of.id, {.place = 0}, "test");
+         }},
     Verb{"run.recover, resume",
          [](VerbCase& of) -> Status { return status_of(of.bench->recover(of.id, "test")); }},
     Verb{"run.recover, discard", order_settle<Recovery::discard>},

@@ -1,0 +1,159 @@
+// Orders of people for the queue: each is one transaction, and changes nothing where that fails.
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "daemon/service/runs/run_manager.hpp"
+
+namespace weft::daemon::runs {
+
+using nlohmann::json;
+
+Status RunManager::commit(RunQueue queue, RunChange change) {
+  change.queue = queue;
+  Status persisted = store_.commit(change);
+  if (persisted) queue_ = std::move(queue);
+  return persisted;
+}
+
+Status RunManager::change_queue(RunQueue queue, JournalLine line, std::string_view by) {
+  if (Status persisted = commit(std::move(queue), {.journal = {std::move(line)}}); !persisted)
+    return persisted;
+  notify_queue(by);
+  begin_next();
+  return {};
+}
+
+Status RunManager::commit_transition(Run& run, StoredRun stored, const RunStateMachine& machine,
+                                     std::string_view by) {
+  stored.state = machine.state;
+  RunQueue queue = queue_;
+  if (machine.state == RunState::queued)
+    queue.put(stored.number, 0);
+  else
+    queue.remove(stored.number);
+  Status persisted = commit(
+      std::move(queue), {.runs = {stored}, .journal = {state_line(stored, context_.utc_us(), by)}});
+  if (!persisted) return persisted;
+  run.stored = std::move(stored);
+  run.machine = machine;
+  prompts_.on_state(run.number(), machine.state);
+  notify_queue(by);
+  return {};
+}
+
+StoredRun RunManager::withdrawn(const Run& run) const {
+  StoredRun stored = run.stored;
+  stored.state = on_ended(stored.resume && !stored.had_ended).next.state;
+  if (stored.resume) return stored;  // it is as it was before
+  stored.outcome = "stopped";
+  stored.cleanup = "skipped";
+  stored.rig_fact = to_string(rig_.facts().fact);  // nothing was moved
+  return stored;
+}
+
+Status RunManager::remove(std::string_view id, std::string_view by) {
+  const auto found = find_queued(id, "the run has begun", "run.stop or run.abort ends it");
+  if (!found) return pass(found.error());
+  Run& run = **found;
+  StoredRun stored = withdrawn(run);
+  const RunStateMachine next{stored.state, RunStateMachine::Clock::max()};
+  if (Status persisted = commit_transition(run, std::move(stored), next, by); !persisted)
+    return persisted;
+  rig_.end_override(run.number());
+  notify(run, by);
+  notify_ended(run);
+  return {};
+}
+
+Status RunManager::clear_queue(std::string_view by) {
+  RunQueue queue = queue_;
+  RunChange change{.journal = {line("", "queue_cleared", by, {{"runs", queue.runs().size()}})}};
+  const std::vector<RunQueue::Run> waiting = queue.runs();
+  for (const RunQueue::Run number : waiting) {
+    queue.remove(number);
+    change.runs.push_back(withdrawn(*numbered(number)));
+    change.journal.push_back(state_line(change.runs.back(), context_.utc_us(), by));
+  }
+  const std::vector<StoredRun> removed = change.runs;
+  if (Status persisted = commit(std::move(queue), std::move(change)); !persisted) return persisted;
+  rig_.end_override();
+  for (const StoredRun& stored : removed) {
+    Run& run = *numbered(stored.number);
+    run.stored = stored;
+    run.machine = {stored.state, RunStateMachine::Clock::max()};
+    prompts_.on_state(run.number(), stored.state);
+    notify(run, by);
+    notify_ended(run);
+  }
+  notify_queue(by);
+  return {};
+}
+
+Result<std::int64_t> RunManager::followed(std::int64_t run, const std::string& after) const {
+  if (after.empty()) return 0;
+  const auto found = find(after);
+  if (!found) return pass(found.error());
+  // Each run follows one at most, so that a chain that leads back to this run is a cycle.
+  for (const Run* next = *found; next != nullptr; next = numbered(next->stored.after))
+    if (next->number() == run)
+      return fail({.code = Errc::wrong_state,
+                   .where = "/params/after",
+                   .what = "the run would follow itself",
+                   .expected = "a run that does not follow this one",
+                   .got = after});
+  return (*found)->number();
+}
+
+bool RunManager::is_ready(std::int64_t run) const {
+  const std::int64_t after = numbered(run)->stored.after;
+  if (after == 0) return true;
+  const Run* const first = numbered(after);
+  return first != nullptr && first->state() == RunState::ended &&
+         first->stored.outcome == "complete";
+}
+
+Status RunManager::edit(std::string_view id, const QueueEdit& wanted, std::string_view by) {
+  const auto found = find_queued(id, "the run does not wait in the queue", "");
+  if (!found) return pass(found.error());
+  Run& run = **found;
+  StoredRun stored = run.stored;
+  if (wanted.name) {
+    if (Status ok = check_name(*wanted.name); !ok) return ok;
+    stored.name = *wanted.name;
+    if (!stored.resume) stored.folder = folder_for(stored);
+  }
+  if (wanted.seed) stored.seed = wanted.seed;
+  if (wanted.keep_going) stored.keep_going = *wanted.keep_going;
+  if (wanted.after) {
+    const auto after = followed(run.number(), *wanted.after);
+    if (!after) return pass(after.error());
+    stored.after = *after;
+  }
+  RunQueue queue = queue_;
+  queue.put(run.number(), wanted.place.value_or(queue.find_place(run.number())));
+  json payload = submission_of(stored);
+  payload["place"] = queue.find_place(run.number());
+  RunChange change{.runs = {stored}, .journal = {line(id, "edited", by, payload)}};
+  if (Status persisted = commit(std::move(queue), std::move(change)); !persisted) return persisted;
+  run.stored = std::move(stored);
+  notify(run, by);
+  notify_queue(by);
+  begin_next();  // it may be ready now
+  return {};
+}
+
+Status RunManager::pause_queue(std::string_view by) {
+  RunQueue next = queue_;
+  if (Status ok = next.pause(by); !ok) return ok;
+  return change_queue(std::move(next), line("", "queue_paused", by), by);
+}
+
+Status RunManager::resume_queue(std::string_view by) {
+  if (Status more = require_accepting(); !more) return more;
+  RunQueue next = queue_;
+  if (Status ok = next.resume(); !ok) return ok;
+  return change_queue(std::move(next), line("", "queue_started", by), by);
+}
+
+}  // namespace weft::daemon::runs
