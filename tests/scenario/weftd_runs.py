@@ -102,7 +102,7 @@ def halts(daemon, client):
     ended = client.call("run.wait", run=run)
     assert (ended["outcome"], ended["cleanup"]) == ("aborted", "skipped"), ended
     assert client.call("rig.state")["rig"] == "latched"
-    assert [b["kind"] for b in client.call("system.ready")["blockers"]] == ["rig.latched"]
+    assert [b["kind"] for b in client.call("system.ready")["blockers"]] == ["rig.latched", "queue.paused"]
     assert client.call("run.get", run=queued)["state"] == "queued", "nothing begins on a latched rig"
     client.call("run.withdraw", run=queued)
     assert client.refused("rig.reset", reason="")["data"]["kind"] == "request.invalid"
@@ -182,7 +182,7 @@ def death(folder, client, daemon):
     found = client.call("run.get", run=run)
     assert (found["state"], found["outcome"], found["rig"]) == ("interrupted", "interrupted", "unknown"), found
     assert client.call("run.list", state="interrupted")["runs"][0]["run"] == run
-    assert client.call("rig.state") == {"rig": "unknown", "left_by": run}
+    assert client.call("rig.state") == {"rig": "unknown", "fact": "unknown", "left_by": run, "acknowledged": False}
     assert [b["kind"] for b in client.call("system.ready")["blockers"]] == ["rig.unknown"]
     return daemon, client, run
 

@@ -14,6 +14,7 @@ import tempfile
 from weftd_support import PATIENCE_S, Client, Daemon, token_of
 
 WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
+SILENT = {"device": "ft", "fault": "silent"}
 
 
 def write_recipes(folder):
@@ -74,7 +75,7 @@ def the_queue_waits_after_every_end(rig):
     """Fault 2. The next queued campaign began 12 ms after a stop, an abort, a device fault and a halt."""
     ends = {"auto:stopped": lambda run: rig.client.call("run.stop", run=run),
             "auto:aborted": lambda run: rig.client.call("run.abort", run=run),
-            "auto:failed": lambda run: rig.client.call("sim.inject", fault={"device": "stage.x", "kind": "silent"}),
+            "auto:failed": lambda run: rig.client.call("sim.inject", **SILENT),
             "auto:halted": lambda run: rig.client.call("rig.halt", reason="fault 2")}
     for paused_by, end in ends.items():
         first, second = rig.start("many"), rig.start("one")
@@ -97,11 +98,13 @@ def the_queue_waits_after_every_end(rig):
 
 def a_late_pause_holds_the_queue(rig):
     """Fault 13. A pause in the last repetition was lost: the next campaign armed 6 ms after the end."""
+    rig.client.call("sim.clock", pace=100)
     first, second = rig.start("one"), rig.start("one")
-    while rig.state(first) != "running":
+    while rig.client.call("run.get", run=first).get("at", {}).get("step") not in ("pressing", "holding", "sliding"):
         rig.client.event()
     paused = rig.client.call("run.pause", run=first)
     assert paused["state"] == "pausing" and paused["pause_carried_over"], paused
+    rig.client.call("sim.clock", pace=0)
     assert rig.client.call("run.wait", run=first)["outcome"] == "complete"
     by, waiting = rig.queue()
     assert "root" in by and waiting == [second], (by, waiting)
@@ -196,7 +199,7 @@ def the_journal_tells_an_end(rig, folder):
 
     run = rig.start("many", seed=7)
     rig.arrives(run, 1)
-    rig.client.call("sim.inject", fault={"device": "stage.x", "kind": "silent"})
+    rig.client.call("sim.inject", **SILENT)
     ended = rig.client.call("run.wait", run=run)
     last = state_lines(run)[-1]["data"]
     assert {key: last.get(key) for key in ("state", "outcome", "cleanup", "rig", "error", "seed")} == {
@@ -221,7 +224,7 @@ def what_is_left_is_recovered(rig, interrupted):
     for end in "run.stop", "run.abort", "sim.inject", "rig.halt":
         run = rig.start("many")
         rig.arrives(run, 2)
-        params = {"sim.inject": {"fault": {"device": "stage.x", "kind": "silent"}}, "rig.halt": {}}.get(end, {"run": run})
+        params = {"sim.inject": SILENT, "rig.halt": {}}.get(end, {"run": run})
         rig.client.call(end, **params)
         cut = rig.client.call("run.wait", run=run)
         assert cut["state"] == "ended" and cut["trials_done"] < cut["trials_planned"], cut

@@ -9,6 +9,16 @@ namespace weft::daemon::runs {
 
 using nlohmann::json;
 
+namespace {
+
+/// Whether the engine finishes the repetition under way before it takes the pause.
+bool finishes_first(const RunView& run, Order order) {
+  const recipes::Step step = run.moment ? run.moment->step : recipes::Step::ready;
+  return order == Order::pause ? step > recipes::Step::mounting : step == recipes::Step::retracting;
+}
+
+}  // namespace
+
 Result<RunView> RunManager::order(std::string_view id, Order order, std::string_view by,
                                   std::string_view confirms) {
   const auto found = find(id);
@@ -26,10 +36,8 @@ Result<RunView> RunManager::order(std::string_view id, Order order, std::string_
   RunChange change;
   const bool is_pause = order == Order::pause || order == Order::pause_now;
   run.pause_ordered_by = is_pause ? by : "";
-  // A repetition under way is finished first.
-  const bool is_under_way = order == Order::pause && run.state() != RunState::awaiting_operator;
-  const std::size_t under_way = is_under_way ? 1 : 0;
-  if (is_pause && run.trials_done + under_way >= run.trials_planned) carry_pause_over(run, change);
+  const std::size_t finished = finishes_first(run, order) ? 1 : 0;
+  if (is_pause && run.trials_done + finished >= run.trials_planned) carry_pause_over(run, change);
   if (order == Order::confirm) {
     if (Status ok = prompts_.check(run.number(), confirms); !ok) return pass(ok.error());
     journal(id, "confirmed", by, {{"step", confirms}});  // before the rig may move

@@ -209,10 +209,12 @@ TEST_CASE("a reset pauses a queue in which runs wait") {
 
 TEST_CASE("a pause that no repetition is left to take pauses the queue") {
   const TemporaryFolder folder;
-  RunManagerBench bench(folder, test::tiny_recipe(1));  // its first repetition is its last
+  RunManagerBench bench(folder, test::tiny_recipe(1));
   const std::string first = bench.submit().stored.id(), second = bench.submit().stored.id();
-  REQUIRE(bench.posted.run_until(
-      [&] { return bench.manager->get(first)->machine.state == RunState::running; }));
+  REQUIRE(bench.posted.run_until([&] {
+    const RunView run = bench.manager->get(first).value();
+    return run.trials_done + 1 == run.trials_planned && run.moment->step == recipes::Step::sliding;
+  }));
   const auto paused = bench.manager->order(first, Order::pause, "ada");
   REQUIRE(paused);
   CHECK(paused->pause_is_carried_over);

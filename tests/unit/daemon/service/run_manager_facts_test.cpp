@@ -144,11 +144,13 @@ TEST_CASE("while the daemon's folder is away nothing of the line begins, and not
   CHECK(cut.machine.state == RunState::interrupted);  // its data set can be made yet
   bench.manager->tick();
   CHECK(bench.manager->get(second)->machine.state == RunState::queued);
-  CHECK_FALSE(bench.manager->queue().is_paused());
+  CHECK(bench.manager->queue().is_paused());
   CHECK_FALSE(fs::exists(folder.path()));
   bench.at_line = {};
   fs::rename(away, folder.path());
   bench.manager->tick();
+  CHECK_FALSE(bench.manager->active());
+  REQUIRE(bench.manager->resume_queue("test"));
   CHECK(bench.ended(second).stored.outcome == "complete");
   REQUIRE(bench.recover(first, "test"));
   const RunView whole = bench.ended(first);
@@ -157,8 +159,7 @@ TEST_CASE("while the daemon's folder is away nothing of the line begins, and not
   CHECK_FALSE(whole.stored.dataset_sha256.empty());
 }
 
-TEST_CASE(
-    "a run that waits begins once the disk has room for it; one after the other is not lost") {
+TEST_CASE("a run that waits for room on the disk is not lost, and begins by a person's order") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder, test::tiny_recipe(1));
   bench.at_line = [&](const TrialProgress& line, RunOrders&) {
@@ -168,11 +169,13 @@ TEST_CASE(
   bench.ended(first);
   bench.manager->tick();
   CHECK(bench.manager->get(second)->machine.state == RunState::queued);
-  CHECK_FALSE(bench.manager->queue().is_paused());
+  CHECK(bench.manager->queue().paused_by() == "auto:disk");
   CHECK(bench.manager->status().bytes_awaited > 0);
   bench.at_line = {};
   bench.disk_is_full = false;
   bench.manager->tick();
+  CHECK_FALSE(bench.manager->active());
+  REQUIRE(bench.manager->resume_queue("test"));
   CHECK(bench.ended(second).stored.outcome == "complete");
   CHECK(bench.manager->status().bytes_awaited == 0);
 }
@@ -200,7 +203,7 @@ TEST_CASE("a run that never began is withdrawn from a rig as it stands") {
   bench.manager->halt(RigState::Stop::halt, "test");
   const std::string id = bench.submit().stored.id();
   REQUIRE(bench.manager->remove(id, "test"));
-  CHECK(bench.manager->get(id)->stored.rig_fact == "latched");
+  CHECK(bench.manager->get(id)->stored.rig_fact == "safe");
 }
 
 TEST_CASE("a daemon's folder may be moved: its runs are found in it and go on there") {

@@ -211,21 +211,20 @@ class Sequence final : private RunObserver {
   void submit() {
     RunRequest wanted{request_.recipe, {}, {}, "ada"};
     wanted.keep_going = below(4) == 0;
-    const auto run = manager_->submit(wanted, checked_);
-    if (!run) return;
-    runs_ = static_cast<std::size_t>(run->stored.number);
-    words_[run->stored.number] = ++word_;
+    words_[static_cast<std::int64_t>(runs_) + 1] = ++word_;  // it may begin at once
+    if (manager_->submit(wanted, checked_)) ++runs_;
   }
   void say_all_may_begin() {
-    if (!manager_->resume_queue("ada")) return;
+    const auto before = words_;
     ++word_;
     for (const std::int64_t run : manager_->queue().runs()) words_[run] = word_;
-    if (const auto run = manager_->active()) words_[std::stoll(run->substr(2))] = word_;
+    if (!manager_->resume_queue("ada")) words_ = before;
   }
   void recover(std::string_view id) {
+    const auto before = words_;
+    words_[std::stoll(std::string(id.substr(2)))] = ++word_;
     const auto request = manager_->request_to_recover(id);
-    if (request && manager_->recover(id, {"ada", "ada"}, checked_))
-      words_[std::stoll(std::string(id.substr(2)))] = ++word_;
+    if (!request || !manager_->recover(id, {"ada", "ada"}, checked_)) words_ = before;
   }
   void give_order(std::string_view id) {
     constexpr std::array orders{Order::pause, Order::pause_now, Order::resume, Order::stop,
@@ -375,7 +374,7 @@ void play_sequences(unsigned first, unsigned count) {
     INFO("seed " << seed);
     const TemporaryFolder folder;
     Sequence sequence(folder, request, checked, seed);
-    sequence.play(25);
+    sequence.play(60);
     begun += sequence.begun;
   }
   CHECK(begun > static_cast<int>(count));  // else it would say nothing

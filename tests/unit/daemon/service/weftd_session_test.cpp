@@ -128,7 +128,7 @@ TEST_CASE("A folder that is taken away under the daemon is told, and nothing beg
   talk.bench.manager->tick();
   CHECK(state_of(waits) == runs::RunState::queued);
   move(away, file);
-  CHECK(talk.query("queue.pause").contains("result"));
+  CHECK(talk.query("queue.list").at("result").at("paused_by") == "auto:disk");
   talk.bench.manager->tick();
   CHECK(state_of(waits) == runs::RunState::queued);
   CHECK(talk.query("queue.start", {{"lease", lease}}).contains("result"));
@@ -138,7 +138,7 @@ TEST_CASE("A folder that is taken away under the daemon is told, and nothing beg
 TEST_CASE("On the local socket a stop needs no introduction, on the port it does") {
   Talk local;
   CHECK(local.query("rig.halt", {{"reason", "smoke"}}).at("result").at("latched") == true);
-  CHECK(local.bench.manager->rig_state().why() == "s-1 (ada): smoke");
+  CHECK(local.bench.manager->rig_state().facts().latch->why == "s-1 (ada): smoke");
   CHECK(local.kind_of(local.query("rig.state")) == "session.required");
   Talk remote(Peer{});
   CHECK(remote.kind_of(remote.query("rig.halt")) == "session.required");
