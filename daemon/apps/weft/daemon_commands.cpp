@@ -3,8 +3,10 @@
 #include <optional>
 #include <ostream>
 
+#include "daemon/apps/weft/bench_options.hpp"
 #include "daemon/apps/weft/daemon_call.hpp"
 #include "daemon/base/text/format.hpp"
+#include "protocols/base/json_text.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -16,6 +18,7 @@ struct StartArgs : SocketArgs {
   std::string recipe;
   std::optional<std::uint64_t> seed;
   std::string name;
+  ParameterArgs parameters;
   bool wait = false;
 };
 struct RunOrderArgs : SocketArgs {
@@ -147,6 +150,7 @@ void add_options(CLI::App& command, StartArgs& args) {
   command.add_option("RECIPE", args.recipe, "name of a recipe in the daemon's folder")->required();
   command.add_option("--seed", args.seed, "in place of the recipe's");
   command.add_option("--name", args.name, "added to the name of the run's folder");
+  add_options(command, args.parameters);
   command.add_flag("--wait", args.wait,
                    "until the run has ended, and what its recipe hands over with it");
 }
@@ -215,6 +219,7 @@ Result<int> run_status(Client& daemon, const SocketArgs&, Console& console) {
 Result<int> run_start(Client& daemon, const StartArgs& args, Console& console) {
   json params{{"recipe", args.recipe}, {"name", args.name}};
   if (args.seed) params["seed"] = *args.seed;
+  if (const Status ok = put_parameters(args.parameters, params); !ok) return pass(ok.error());
   const auto run =
       under_lease(daemon, {"weft start " + args.recipe}, "run.start", std::move(params));
   if (!run) return pass(run.error());
@@ -325,15 +330,11 @@ Result<int> run_log(Client& daemon, const LogArgs& args, Console& console) {
 
 /// Any method: the result as the daemon gives it.
 Result<int> run_call(const CallArgs& args, Console& console) {
-  if (!json::accept(args.params))
-    return fail({.code = Errc::parse,
-                 .where = "PARAMS",
-                 .what = "the parameters are no JSON",
-                 .expected = "an object",
-                 .got = args.params});
+  const Result<json> params = parse_json(args.params);
+  if (!params) return pass(params.error(), "PARAMS");
   auto found = reached(args);
   if (!found) return pass(found.error());
-  const auto result = call(found->client, args.method, json::parse(args.params));
+  const auto result = call(found->client, args.method, *params);
   if (!result) return pass(result.error());
   print(console, result->dump(2) + "\n", *result);
   return exit_ok;

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "daemon/apps/weft/bench_options.hpp"
 #include "daemon/apps/weft/daemon_call.hpp"
 
 namespace weft::daemon::cli {
@@ -14,6 +15,7 @@ struct QueueAddArgs : SocketArgs {
   std::optional<std::uint64_t> seed;
   std::string name;
   std::optional<std::int64_t> place;  ///< from 0; the end
+  ParameterArgs parameters;
 };
 struct QueuedRunArgs : SocketArgs {
   std::string run;
@@ -27,6 +29,7 @@ void add_options(CLI::App& command, QueueAddArgs& args) {
   command.add_option("RECIPE", args.recipe, "name of a recipe in the daemon's folder")->required();
   command.add_option("--seed", args.seed, "in place of the recipe's");
   command.add_option("--name", args.name, "added to the name of the run's folder");
+  add_options(command, args.parameters);
   command.add_option("--place", args.place, "in line, 0 is the next; the end where it is left out")
       ->check(CLI::NonNegativeNumber);
 }
@@ -59,6 +62,7 @@ Result<int> run_queue_add(client::Client& daemon, const QueueAddArgs& args, Cons
   json params{{"recipe", args.recipe}, {"name", args.name}};
   if (args.seed) params["seed"] = *args.seed;
   if (args.place) params["place"] = *args.place;
+  if (const Status ok = put_parameters(args.parameters, params); !ok) return pass(ok.error());
   return print_run(
       under_lease(daemon, {"weft queue add " + args.recipe}, "queue.add", std::move(params)),
       console);

@@ -122,6 +122,11 @@ Result<std::optional<std::uint64_t>> read_unsigned(const Call& call, const char*
   return std::optional(found->get<std::uint64_t>());
 }
 
+std::string read_parameters(const Call& call) {
+  const auto values = call.params.find("parameters");
+  return values == call.params.end() ? std::string() : values->dump();
+}
+
 std::vector<rpc::ParamSpec> run_request_params(const std::vector<rpc::ParamSpec>& more) {
   std::vector<rpc::ParamSpec> params{
       {"recipe", ParamType::text, true, "name of a recipe, see recipe.list"},
@@ -129,7 +134,8 @@ std::vector<rpc::ParamSpec> run_request_params(const std::vector<rpc::ParamSpec>
       {"seed", ParamType::integer, false, "in place of the recipe's"},
       {"name", ParamType::text, false, "added to the folder's name"},
       {"digest", ParamType::text, false,
-       "of the recipe that is meant, as recipe.check has it; another one is refused"}};
+       "of the resolved recipe that is meant, as recipe.check has it; another one is refused"},
+      parameters_param};
   params.insert(params.end(), more.begin(), more.end());
   return params;
 }
@@ -141,11 +147,13 @@ Result<runs::RunRequest> request_for_run(const Services& services, const Call& c
   if (!seed) return pass(seed.error());
   runs::RunRequest run_request{*file, *seed, call.params.value("name", ""), by(call.caller)};
   run_request.digest = call.params.value("digest", "");
+  run_request.parameters_json = read_parameters(call);
   return run_request;
 }
 
 Result<std::filesystem::path> recipe_file(const Services& services, const std::string& name) {
-  if (name.empty() || name.find('/') != std::string::npos || name.starts_with('.'))
+  if (name.empty() || name.find('/') != std::string::npos || name.starts_with('.') ||
+      name.starts_with('-'))
     return fail({.code = Errc::invalid_argument,
                  .where = "/params/recipe",
                  .what = "not a recipe's name",

@@ -24,8 +24,9 @@ struct RunRequest {
   std::string name;  ///< of its folder; the run's own number where it is empty
   std::string by;
   std::optional<std::size_t> place = {};  ///< in the queue, from 0; the end where it is left out
-  std::string digest = {};  ///< of the recipe that is meant, "sha256:..."; empty: as it is
-  std::filesystem::path folder = {};  ///< its folder, where that is chosen already
+  std::string digest = {};                ///< of the resolved recipe, "sha256:..."; empty: as it is
+  std::filesystem::path folder = {};      ///< its folder, where that is chosen already
+  std::string parameters_json = {};       ///< of the recipe; empty: their defaults
 };
 /// What to check for RunManager::submit(), on any thread: a recipe that plans a million trials
 /// takes check_quickly() a second.
