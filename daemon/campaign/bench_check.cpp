@@ -240,8 +240,15 @@ Result<Preflight> preflight(const CampaignRequest& request, PluginDrivers plugin
   if (!opened) return pass(opened.error());
   Result<std::string> text = load_recipe_text(request);
   if (!text) return pass(text.error());
-  recipes::CheckReport checked = recipes::check_recipe(*text, opened->limits, request.seed);
-  Preflight out{std::move(*text), std::move(checked.plan), {}, {}, std::move(checked.warnings)};
+  recipes::CheckReport checked =
+      recipes::check_recipe(*text, opened->limits, request.seed, request.parameters_json);
+  Preflight out{std::move(checked.recipe_json),
+                std::move(checked.plan),
+                {},
+                {},
+                std::move(checked.warnings),
+                std::move(*text),
+                std::move(checked.parameters_json)};
   add(request.recipe, checked.problems, out.problems);
   if (!out.plan) return out;
   if (const auto models = load_live_models(*out.plan, request.recipe.parent_path()); !models)

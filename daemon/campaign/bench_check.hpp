@@ -61,11 +61,13 @@ struct FileProblem {
 
 /// `plan` is there when the recipe by itself can be planned; the bench is looked at only then.
 struct Preflight {
-  std::string recipe_text;
+  std::string recipe_text;  ///< resolved, where nothing was wrong with it
   std::optional<recipes::Plan> plan;
   SimulationNote simulation;
   std::vector<FileProblem> problems;
   std::vector<recipes::Diagnostic> warnings;
+  std::string file_text;        ///< of the recipe, as it was read
+  std::string parameters_json;  ///< as the recipe declares them
 };
 
 /// Of what a request names as recipe, rig, seed, fidelity and plugins. Errors: what keeps the files

@@ -36,6 +36,7 @@ struct CampaignRequest {
   std::filesystem::path level = {};
   std::chrono::seconds oldest_level = std::chrono::hours(24);  ///< zero: any age
   std::optional<std::string> recipe_text = {};  ///< in place of what its file says by now
+  std::string parameters_json = {};  ///< of the recipe, {NAME: value}; empty: their defaults
   /// With `resume`: one that came to its end is told as its file has it, where otherwise it is
   /// refused that nothing is left. A daemon may die between a campaign's end and its own note of
   /// it.
@@ -126,13 +127,13 @@ struct CampaignHooks {
   const BenchPace* pace = nullptr;
 };
 
-/// The recipe's text: the request's, or that of its file. Errors: read_text_file()'s.
+/// The recipe's text, not resolved: the request's, or that of its file. Errors: read_text_file()'s.
 Result<std::string> load_recipe_text(const CampaignRequest& request);
 
 /// Plan and rig of a request, everything refused that can be refused. The error lists all problems.
 struct CheckedRequest {
   recipes::Plan plan;
-  std::string recipe_text;
+  std::string recipe_text;  ///< resolved
   std::string rig_text;
   std::vector<recipes::Diagnostic> warnings;
   LiveModels models = {};

@@ -9,11 +9,21 @@
 namespace weft::daemon {
 namespace {
 
-std::string all_problems(const std::vector<recipes::Diagnostic>& problems) {
-  std::string text =
-      std::to_string(problems.size()) + (problems.size() == 1 ? " problem:" : " problems:");
+/// A single problem keeps its parts; several are a list.
+Error refusal(const std::filesystem::path& file, const std::vector<recipes::Diagnostic>& problems) {
+  if (problems.size() == 1) {
+    const recipes::Diagnostic& only = problems.front();
+    return Error{.code = Errc::invalid_argument,
+                 .where = only.pointer,
+                 .what = only.message,
+                 .expected = only.expected,
+                 .got = only.got,
+                 .hint = only.hint}
+        .in(file.string());
+  }
+  std::string text = std::to_string(problems.size()) + " problems:";
   for (const recipes::Diagnostic& problem : problems) text += "\n  " + recipes::to_string(problem);
-  return text;
+  return {.code = Errc::invalid_argument, .where = file.string(), .what = std::move(text)};
 }
 
 /// The rig file, with the level that was found where one is named.
@@ -49,12 +59,10 @@ Result<CheckedRequest> check_recipe_and_rig(const CampaignRequest& request) {
   if (!limits) return pass(limits.error(), request.rig.string());
   Result<std::string> recipe = load_recipe_text(request);
   if (!recipe) return pass(recipe.error());
-  recipes::CheckReport report = recipes::check_recipe(*recipe, *limits, request.seed);
-  if (!report.plan)
-    return fail({.code = Errc::invalid_argument,
-                 .where = request.recipe.string(),
-                 .what = all_problems(report.problems)});
-  return CheckedRequest{std::move(*report.plan), std::move(*recipe), *rig_text,
+  recipes::CheckReport report =
+      recipes::check_recipe(*recipe, *limits, request.seed, request.parameters_json);
+  if (!report.plan) return fail(refusal(request.recipe, report.problems));
+  return CheckedRequest{std::move(*report.plan), std::move(report.recipe_json), *rig_text,
                         std::move(report.warnings)};
 }
 
@@ -66,13 +74,9 @@ Status check_its_bench(const CampaignRequest& request, const CheckedRequest& che
   const auto bench = preflight_bench(request, checked.plan, *rig, PluginDrivers::unread);
   if (!bench) return pass(bench.error());
   if (const auto& problems = bench->found_problems.rig; !problems.empty())
-    return fail({.code = Errc::invalid_argument,
-                 .where = request.rig.string(),
-                 .what = all_problems(problems)});
+    return fail(refusal(request.rig, problems));
   if (const auto& problems = bench->found_problems.recipe; !problems.empty())
-    return fail({.code = Errc::invalid_argument,
-                 .where = request.recipe.string(),
-                 .what = all_problems(problems)});
+    return fail(refusal(request.recipe, problems));
   return {};
 }
 

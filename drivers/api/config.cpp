@@ -1,4 +1,5 @@
 #include "drivers/api/config.hpp"
+#include "protocols/base/json_text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -34,12 +35,16 @@ struct ConfigReader::Document {
 };
 
 ConfigReader::ConfigReader(std::string_view json) : document_(std::make_unique<Document>()) {
-  document_->object = nlohmann::json::parse(json, nullptr, /*allow_exceptions=*/false);
-  if (document_->object.is_object()) return;
+  Result<nlohmann::json> parsed = parse_json(json);
+  if (parsed && parsed->is_object()) {
+    document_->object = std::move(*parsed);
+    return;
+  }
   document_->object = nlohmann::json::object();
   problem_ = {.code = Errc::parse,
               .what = "the configuration is not a JSON object",
               .expected = "{\"key\": value, ...}"};
+  if (!parsed) problem_ = parsed.error();
 }
 
 ConfigReader::~ConfigReader() = default;

@@ -9,6 +9,7 @@
 #include "recipes/engine/plan.hpp"
 #include "recipes/engine/recipe_reader.hpp"
 #include "recipes/schema/object_reader.hpp"
+#include "recipes/schema/parameters.hpp"
 
 namespace weft::recipes {
 namespace {
@@ -318,6 +319,46 @@ std::vector<Diagnostic> warnings_about(const Plan& plan) {
   return warnings;
 }
 
+/// Binds the parameters, where there are any. True where there was no problem.
+bool resolve(json& document, std::string_view values_json, CheckReport& report,
+             Problems& problems) {
+  if (document.is_object() && document.contains("parameters"))
+    report.parameters_json = document["parameters"].dump();
+  if (!bind_parameters(document, values_json, problems) || !problems.empty())
+    return problems.empty();
+  std::string text = document.dump(2) + "\n";
+  if (text.size() > max_recipe_bytes)
+    problems.add({"", "the recipe is too large with its values in their place",
+                  "at most " + std::to_string(max_recipe_bytes) + " bytes",
+                  std::to_string(text.size()) + " bytes", ""});
+  report.recipe_json = std::move(text);
+  return problems.empty();
+}
+
+/// Plan and warnings, where there is no problem.
+void check_resolved(const json& document, const RigLimits& limits,
+                    std::optional<std::uint64_t> seed, CheckReport& report, Problems& problems) {
+  StatedRecipe stated = read_recipe(document, limits, seed, problems);
+  check_trial_count(stated, problems);
+  for (StatedExploration& exploration : stated.explorations)
+    place_on_plate(exploration, limits, problems);
+  if (!problems.empty()) return;
+  std::string canonical = canonical_json(stated);
+  spread_sweep(stated, limits, problems);
+  if (!problems.empty()) return;
+  report.plan = make_plan(std::move(stated), limits, std::move(canonical));
+  Plan& plan = *report.plan;
+  const bool adds_mounts = limits.bench == "real" && add_mount_steps(plan);
+  plan.forecast = forecast(plan);
+  report.warnings = warnings_about(plan);
+  if (adds_mounts)
+    report.warnings.push_back({"/operator_steps",
+                               "somebody must mount the fabrics on a real bench, and the recipe "
+                               "asks nobody for some: each of these is asked for before its first "
+                               "trial",
+                               "a step \"before\": \"fabric\"", "", ""});
+}
+
 }  // namespace
 
 std::uint64_t patch_seed(std::uint64_t recipe_seed, std::string_view fabric,
@@ -330,29 +371,16 @@ std::uint64_t patch_seed(std::uint64_t recipe_seed, std::string_view fabric,
 }
 
 CheckReport check_recipe(std::string_view recipe_json, const RigLimits& limits,
-                         std::optional<std::uint64_t> seed) {
+                         std::optional<std::uint64_t> seed, std::string_view values_json) {
   Problems problems;
   nlohmann::json document;
-  if (!parse_json(recipe_json, {.max_bytes = max_recipe_bytes}, document, problems))
-    return {std::nullopt, problems.take(), {}};
-  StatedRecipe stated = read_recipe(document, limits, seed, problems);
-  check_trial_count(stated, problems);
-  for (StatedExploration& exploration : stated.explorations)
-    place_on_plate(exploration, limits, problems);
-  if (!problems.empty()) return {std::nullopt, problems.take(), {}};
-  std::string canonical = canonical_json(stated);
-  spread_sweep(stated, limits, problems);
-  if (!problems.empty()) return {std::nullopt, problems.take(), {}};
-  Plan plan = make_plan(std::move(stated), limits, std::move(canonical));
-  const bool adds_mounts = limits.bench == "real" && add_mount_steps(plan);
-  plan.forecast = forecast(plan);
-  std::vector<Diagnostic> warnings = warnings_about(plan);
-  if (adds_mounts)
-    warnings.push_back({"/operator_steps",
-                        "somebody must mount the fabrics on a real bench, and the recipe asks "
-                        "nobody for some: each of these is asked for before its first trial",
-                        "a step \"before\": \"fabric\"", "", ""});
-  return {std::move(plan), {}, std::move(warnings)};
+  CheckReport report;
+  report.recipe_json = recipe_json;
+  if (parse_json(recipe_json, {.max_bytes = max_recipe_bytes}, document, problems) &&
+      resolve(document, values_json, report, problems))
+    check_resolved(document, limits, seed, report, problems);
+  report.problems = problems.take();
+  return report;
 }
 
 }  // namespace weft::recipes

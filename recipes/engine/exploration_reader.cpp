@@ -206,8 +206,7 @@ void read_class(const std::string& name, const json& members, const std::string&
                 const std::vector<std::string>& fabrics, std::vector<std::string>& class_of,
                 Problems& problems) {
   if (!is_name(name))
-    problems.add({place, "not the name of a class", "1 to 64 letters, digits, '_', '-' or '.'",
-                  brief(name), ""});
+    problems.add({place, "not the name of a class", std::string(name_rule), brief(name), ""});
   if (!members.is_array() || members.empty())
     return problems.add({place, "not the fabrics of a class", "a list of the recipe's fabrics",
                          brief(members), ""});

@@ -185,16 +185,21 @@ struct CheckReport {
   std::optional<Plan> plan;
   std::vector<Diagnostic> problems;
   std::vector<Diagnostic> warnings;
+  /// The resolved recipe, which is what is recorded: the text as given where it has no parameters,
+  /// or a problem.
+  std::string recipe_json = {};
+  std::string parameters_json = "{}";  ///< as the recipe declares them
 };
 
 /// Longest recipe that is looked at; a longer one is refused by its size alone.
 inline constexpr std::size_t max_recipe_bytes = std::size_t{1} << 20;
 inline constexpr std::size_t max_trials = 1'000'000;
 
-/// Parses and checks a recipe against a rig. `seed` takes the place of the recipe's own, which is
-/// checked all the same. Never throws; any text is an input.
+/// Parses, resolves and checks a recipe against a rig. `seed` takes the place of the recipe's own,
+/// which is checked all the same. `values_json`: {NAME: value} of its parameters, or empty
+/// (recipes/schema/parameters.hpp). Never throws; any text is an input.
 CheckReport check_recipe(std::string_view recipe_json, const RigLimits& limits,
-                         std::optional<std::uint64_t> seed = {});
+                         std::optional<std::uint64_t> seed = {}, std::string_view values_json = {});
 
 /// Which patch of cloth a trial touches: FNV-1a 64 over the decimal seed, fabric, exploration and
 /// repetition, separated by '/', then mixed by splitmix64. It depends on nothing else, so that the

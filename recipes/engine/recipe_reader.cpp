@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "recipes/schema/object_reader.hpp"
+#include "recipes/schema/parameters.hpp"
 #include "recipes/schema/quantities.hpp"
 
 namespace weft::recipes {
@@ -20,8 +21,8 @@ constexpr std::int64_t most_retakes = 20;
 void read_fabric(const json& value, const std::string& place, const RigLimits& limits,
                  std::vector<std::string>& fabrics, Problems& problems) {
   if (!value.is_string() || !is_name(value.get<std::string>()))
-    return problems.add({place, "not the name of a fabric",
-                         "1 to 64 letters, digits, '_', '-' or '.'", brief(value), ""});
+    return problems.add(
+        {place, "not the name of a fabric", std::string(name_rule), brief(value), ""});
   const std::string name = value.get<std::string>();
   if (std::find(fabrics.begin(), fabrics.end(), name) != fabrics.end())
     return problems.add({place, "the fabric is listed twice", "every fabric once", name,
@@ -113,16 +114,17 @@ void read_explorations(ObjectReader& recipe, const RigLimits& limits, StatedReci
   for (const auto& [name, exploration] : value->items()) {
     if (!is_name(name))
       problems.add({child(place, name), "the exploration's name cannot be used in file names",
-                    "1 to 64 letters, digits, '_', '-' or '.'", clipped(name), ""});
+                    std::string(name_rule), clipped(name), ""});
     stated.explorations.push_back(
         read_exploration(name, exploration, child(place, name), limits, problems));
   }
 }
 
-void read_scalars(ObjectReader& recipe, StatedRecipe& stated) {
+void read_scalars(ObjectReader& recipe, StatedRecipe& stated, Problems& problems) {
   recipe.integer("schema_version", 1, 1);
   for (const std::string_view key : {"$schema", "source", "description"})
     recipe.text(key, Need::optional);
+  read_bound_parameters(recipe, problems);
   stated.name = recipe.name("name").value_or("");
   stated.seed = static_cast<std::uint64_t>(
       recipe.integer("seed", 0, largest_seed, Need::optional).value_or(1));
@@ -189,7 +191,7 @@ StatedRecipe read_recipe(const json& document, const RigLimits& limits,
                          std::optional<std::uint64_t> seed, Problems& problems) {
   StatedRecipe stated;
   ObjectReader recipe(document, "", problems);
-  read_scalars(recipe, stated);
+  read_scalars(recipe, stated, problems);
   read_seed(seed, stated, problems);
   read_fabrics(recipe, limits, stated, problems);
   stated.class_of = read_classes(recipe, stated.fabrics, problems);

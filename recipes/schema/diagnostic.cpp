@@ -64,20 +64,6 @@ std::vector<Diagnostic> Problems::take() {
   return std::exchange(list_, {});
 }
 
-std::string child(std::string_view parent, std::string_view key) {
-  std::string pointer(parent);
-  pointer += '/';
-  for (const char c : key.substr(0, longest_quote)) {
-    if (c == '~')
-      pointer += "~0";
-    else if (c == '/')
-      pointer += "~1";
-    else
-      pointer += c;
-  }
-  return pointer;
-}
-
 std::string child(std::string_view parent, std::size_t index) {
   return child(parent, std::to_string(index));
 }

@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "protocols/base/json_text.hpp"
+
 namespace weft::recipes {
 
 /// One finding.
@@ -33,8 +35,8 @@ class Problems {
   std::size_t left_out_ = 0;
 };
 
-/// `parent` + "/" + `key`, with '~' and '/' escaped as RFC 6901 asks.
-std::string child(std::string_view parent, std::string_view key);
+/// JSON pointers: of a member, of an element.
+using weft::child;
 std::string child(std::string_view parent, std::size_t index);
 
 /// Text from outside, cut to a length fit for a message.

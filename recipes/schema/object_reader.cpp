@@ -66,12 +66,20 @@ std::string range_text(const Bounds& bounds, const Spelling& spelling) {
   return text;
 }
 
-bool is_name(std::string_view text) {
+bool parse_json(std::string_view text, const JsonBounds& bounds, json& document,
+                Problems& problems) {
+  const std::vector<Error> findings = read_json(text, bounds, document);
+  for (const Error& one : findings)
+    problems.add({one.where, one.what, one.expected, one.got, one.hint});
+  return findings.empty();
+}
+
+bool is_name(std::string_view text, std::size_t most) {
   const auto allowed = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
            c == '-' || c == '.';
   };
-  return !text.empty() && text.size() <= 64 && text.front() != '.' &&
+  return !text.empty() && text.size() <= most && text.front() != '.' && text.front() != '-' &&
          std::all_of(text.begin(), text.end(), allowed);
 }
 
@@ -124,8 +132,8 @@ std::optional<std::string> ObjectReader::text(std::string_view key, Need need) {
 std::optional<std::string> ObjectReader::name(std::string_view key, Need need) {
   std::optional<std::string> value = text(key, need);
   if (!value || is_name(*value)) return value;
-  problems_.add({at(key), "the name cannot be used in file names",
-                 "1 to 64 letters, digits, '_', '-' or '.'", clipped(*value), ""});
+  problems_.add({at(key), "the name cannot be used in file names", std::string(name_rule),
+                 clipped(*value), ""});
   return std::nullopt;
 }
 

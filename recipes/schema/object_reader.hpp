@@ -1,7 +1,6 @@
 #pragma once
-// JSON text to a document, stricter than the standard asks: bounded in size and depth, no key
-// twice; and typed reading of one JSON object. Every finding is collected with its pointer;
-// finish() refuses the keys that nobody asked for.
+// Typed reading of one JSON object. Every finding is collected with its pointer; finish() refuses
+// the keys that nobody asked for.
 
 #include <cstddef>
 #include <cstdint>
@@ -12,18 +11,12 @@
 #include <string_view>
 #include <vector>
 
+#include "protocols/base/json_text.hpp"
 #include "recipes/schema/diagnostic.hpp"
 
 namespace weft::recipes {
 
-struct JsonBounds {
-  std::size_t max_bytes = std::size_t{1} << 20;  ///< longer text is refused by its size alone
-  std::size_t max_depth = 32;
-};
-
-/// Parses `text` into `document`. Syntax errors come with line and column; NaN, Infinity and
-/// numbers that no double can hold are named as such, a zero byte too. True when nothing was found
-/// wrong.
+/// weft::read_json(), its findings added to `problems`. True when there was none.
 bool parse_json(std::string_view text, const JsonBounds& bounds, nlohmann::json& document,
                 Problems& problems);
 
@@ -66,7 +59,7 @@ class ObjectReader {
   std::optional<std::int64_t> integer(std::string_view key, std::int64_t min, std::int64_t max,
                                       Need need = Need::required);
   std::optional<std::string> text(std::string_view key, Need need = Need::required);
-  /// A name fit for file names: letters, digits, '_', '-' and '.', not '.' first, at most 64.
+  /// A name as is_name() takes it.
   std::optional<std::string> name(std::string_view key, Need need = Need::required);
   /// The index of the word in `words`.
   std::optional<std::size_t> choice(std::string_view key,
@@ -111,8 +104,12 @@ class ObjectReader {
   std::vector<std::string> reported_;    ///< keys that already have a finding
 };
 
-/// Whether `text` is a name as ObjectReader::name() takes it.
-bool is_name(std::string_view text);
+/// What is_name() takes, for "expected".
+inline constexpr std::string_view name_rule =
+    "1 to 64 letters, digits, '_', '-' or '.', the first a letter, a digit or '_'";
+/// Whether `text` can be used as a file's name and as an argument of a command: no path, no hidden
+/// file, no option.
+bool is_name(std::string_view text, std::size_t most = 64);
 
 /// "0.5 to 10, the rig's limit": bounds in the spelling's unit, for "expected".
 std::string range_text(const Bounds& bounds, const Spelling& spelling);

@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "protocols/base/json_text.hpp"
 #include "protocols/base/time.hpp"
 #include "sim/plant/bounds.hpp"
 #include "sim/plant/field_reader.hpp"
@@ -309,10 +310,9 @@ std::vector<std::string> FabricLibrary::names() const {
 }
 
 Result<FabricLibrary> parse_fabrics(std::string_view text) {
-  const json document = json::parse(text, nullptr, /*allow_exceptions=*/false);
-  if (document.is_discarded())
-    return parse_error("fabrics", {.what = "not JSON", .expected = "a JSON document"});
-  return parse_document(document);
+  const Result<json> document = parse_json(text);
+  if (!document) return pass(document.error(), "fabrics");
+  return parse_document(*document);
 }
 
 }  // namespace weft::sim

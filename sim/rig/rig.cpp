@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "protocols/base/json_text.hpp"
 #include "sim/devices/emulator.hpp"
 #include "sim/devices/rdt_emulator.hpp"
 #include "sim/devices/replay.hpp"
@@ -276,8 +277,9 @@ Status Rig::unmount(TimePoint now) {
 }
 
 Status Rig::inject(std::string_view order, TimePoint now) {
-  const auto object = nlohmann::json::parse(order, nullptr, /*allow_exceptions=*/false);
-  const auto fault = read_fault(object, {}, parts_->config.devices, now);
+  const auto object = parse_json(order);
+  if (!object) return pass(object.error());
+  const auto fault = read_fault(*object, {}, parts_->config.devices, now);
   if (!fault) return pass(fault.error());
   parts_->boards.at(fault->device).add(fault->fault);
   parts_->poke(fault->device);

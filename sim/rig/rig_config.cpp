@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "protocols/base/json_text.hpp"
 #include "protocols/base/time.hpp"
 #include "sim/plant/fidelity/table.hpp"
 #include "sim/plant/field_reader.hpp"
@@ -306,7 +307,9 @@ Status read_devices(const json& devices, RigConfig& config) {
 }  // namespace
 
 Result<RigConfig> parse_rig_config(std::string_view rig_json) {
-  const json rig = json::parse(rig_json, nullptr, /*allow_exceptions=*/false);
+  const Result<json> document = parse_json(rig_json);
+  if (!document) return pass(document.error(), "rig file");
+  const json& rig = *document;
   if (!rig.is_object())
     return parse_error("rig file", {.what = "not a JSON object", .expected = "an object"});
   RigConfig config;

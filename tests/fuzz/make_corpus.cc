@@ -257,6 +257,12 @@ void write_lines(const std::filesystem::path& page, const std::filesystem::path&
   }
   end_method();
   put("halt", "!halt\n" + opening);
+  put("key_twice",
+      opening + R"({"jsonrpc":"2.0","id":1,"method":"run.get","params":{"run":"a","run":"b"}})"
+                "\n");
+  put("bound",
+      opening + request_line("recipe.check",
+                             {{"recipe", "m1"}, {"parameters", {{"force_N", 3}, {"n", "two"}}}}));
   put("all", all);
 }
 

@@ -151,6 +151,31 @@ def bench(t, root, rig, d):
         t.expect([p["pointer"] for p in error.get("problems", [])] == ["/fabrics/0"], f"cloth table: {error}")
 
 
+def parameters(t, root, rig, d):
+    """`--set` binds what a recipe declares; what is wrong is told with its place; `run --resume` takes the same values."""
+    recipe = json.loads((root / "recipes/library/m1.json").read_text())
+    recipe |= {"fabrics": ["denim"], "repetitions": {"parameter": "n"},
+               "parameters": {"n": {"type": "integer", "min": 1, "max": 3}, "cloth": {"type": "text", "default": "denim"}}}
+    recipe["fabrics"] = [{"parameter": "cloth"}]
+    (d / "bound.json").write_text(json.dumps(recipe))
+    command = "check", "bound.json", "--rig", rig
+    said = t.succeeds(*command, "--set", "n=2", "--set", "cloth=silk", cwd=d)
+    t.expect((said.get("trials"), said.get("fabrics")) == (2, ["silk"]), f"--set: {said}")
+    t.expect(said.get("parameters") == recipe["parameters"], f"parameters: {said}")
+    for words, place, expected in ([], "/parameters/n", "a whole number"), (["n=0"], "/parameters/n", "1.0 to 3.0"), (["n=x"], "/parameters/n", "a whole number"), \
+                                  (["n=1", "n=2"], "/parameters/n", "every key once"), (["n=1", "clot=silk"], "/parameters/clot", "cloth or n"), \
+                                  (["n=1", "cloth=3"], "/parameters/cloth", "a text"), (["n=1", "cloth=tweed"], "/fabrics/0", ""):
+        error = t.refuses(*command, *(w for each in words for w in ("--set", each)), cwd=d, says=["bound.json", place])
+        problem = error.get("problems", [{}])[0]
+        t.expect(problem.get("pointer") == place and (problem.get("expected") == expected or not expected), f"{words}: {error}")
+    t.refuses(*command, "--set", "n", cwd=d, says=["NAME=VALUE"], status=2)
+    run = "run", "bound.json", "--rig", rig, "--out", "bound", "--no-evaluate", "--no-error-check"
+    ran = t.run(*run, "--set", "n=1", cwd=d)
+    t.expect(ran.returncode == 0, f"run --set: {ran.stderr}")
+    t.expect(t.run("verify", "bound", cwd=d).returncode == 0, "a resolved recipe is not verified")
+    t.refuses(*run, "--resume", "--preview", "--set", "n=2", cwd=d, says=["another recipe"])
+
+
 def not_json(t, root, rig, d):
     text = (root / "recipes/library/m1.json").read_text()
     bad = d / "bad.json"
@@ -186,6 +211,7 @@ def main():
         accepted(t, root, rig, d)
         fidelity(t, root, rig, d)
         refused(t, root, rig, d)
+        parameters(t, root, rig, d)
         not_json(t, root, rig, d)
         bench(t, root, rig, d)
     t.finish()

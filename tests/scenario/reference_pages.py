@@ -37,6 +37,8 @@ def kind_of(schema):
     if "oneOf" in schema and "type" not in schema:
         return "one of: " + "; ".join(shape(part) if "properties" in part else kind_of(part) for part in schema["oneOf"])
     kind = schema.get("type", "any")
+    if isinstance(kind, list):
+        return " or ".join(kind)
     if kind == "array":
         return "list of " + kind_of(schema.get("items") or {"type": "values"})
     if kind == "object" and isinstance(schema.get("additionalProperties"), dict):
@@ -82,10 +84,22 @@ def objects(schema):
             yield key, value
 
 
+def without_references(schema):
+    """A value may be a reference to a parameter nearly everywhere: the page says so once."""
+    if isinstance(schema, list):
+        return [without_references(part) for part in schema]
+    if not isinstance(schema, dict):
+        return schema
+    if schema.get("anyOf", [None])[-1] == {"$ref": "#/$defs/reference"}:
+        schema = {**schema["anyOf"][0], **{k: v for k, v in schema.items() if k != "anyOf"}}
+    return {k: without_references(v) for k, v in schema.items()}
+
+
 def recipe_page():
-    schema = json.loads((ROOT / "recipes/schema/recipe.schema.json").read_text())
+    schema = without_references(json.loads((ROOT / "recipes/schema/recipe.schema.json").read_text()))
     out = ["# Recipes, key by key", "", MADE.format("`recipes/schema/recipe.schema.json`, which editors and `recipe.schema` of the API have too"),
-           schema["description"], "", "What the keys lead to: [recipes](../../recipes/README.md). Where a length, speed or force is told in two units, one of the two is given.", "",
+           schema["description"], "", "What the keys lead to: [recipes](../../recipes/README.md). Where a length, speed or force is told in two units, one of the two is given. "
+           "A number, a text or a choice may be a [reference](#reference) to a [parameter](#parameter).", "",
            "## The recipe", ""]
     definitions = schema["$defs"]
     out += rows(schema, definitions)

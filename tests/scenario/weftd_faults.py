@@ -169,8 +169,11 @@ def credit(daemon, client):
 def put(client, operator, lease):
     """A recipe that would be refused is not written; one that is there is replaced by who knows what it is; none under a run that waits."""
     refused(operator, "recipe.put", "access.role", recipe="new", content=recipe())
-    for name in "../up", "", ".hidden", "a b":
+    for name in "../up", "", ".hidden", "a b", "-rf", "--force.json":
         refused(client, "recipe.put", "request.invalid", "/params/recipe", recipe=name, content=recipe())
+    refused(client, "run.start", "request.invalid", "/params/name", recipe="long", lease=lease, name="-rf")
+    refused(client, "recipe.put", "request.invalid", "/params/content/name", recipe="new", content={**recipe(), "name": "-rf"})
+    refused(client, "token.add", "request.invalid", name="-rf")
     wrong = recipe()
     wrong["repetitions"] = 0
     assert refused(client, "recipe.put", "request.invalid", recipe="new", content=wrong)["data"]["where"].startswith("/params/content/")

@@ -150,6 +150,21 @@ def allowed_all(daemon, token):
     return counted
 
 
+def keys_twice(daemon):
+    """A request that says two things is refused, and none of them is done; a halt is a halt all the same."""
+    client = Client(daemon.socket)
+    for params, where in ('{"recipe":"twice","content":{"repetitions":1,"repetitions":2}}', "/params/content/repetitions"), \
+                         ('{"recipe":"twice","recipe":"other","content":{}}', "/params/recipe"):
+        client.send('{"jsonrpc":"2.0","id":"twice","method":"recipe.put","params":' + params + "}")
+        answer = client.read()
+        assert answer["id"] == "twice" and answer["error"]["data"]["kind"] == "request.duplicate_key", answer
+        assert answer["error"]["data"]["where"] == where, answer
+    client.send('{"jsonrpc":"2.0","id":"halt","id":"halt","method":"rig.halt"}')
+    halted = client.read()
+    assert [w["data"]["kind"] for w in halted["result"]["warnings"]] == ["request.duplicate_key"], halted
+    client.call("rig.reset", reason="the test is over")
+
+
 def hoards(daemon):
     """What a client sends is not kept because it is long, nor a question because nobody waits for its answer any more."""
     client = Client(daemon.socket)
@@ -325,6 +340,7 @@ def main():
         daemon = Daemon(WEFTD, ROOT, folder, "--port", "0", descriptors=DESCRIPTORS)
         assert stat.S_IMODE(daemon.socket.stat().st_mode) == 0o660
         answers, errors = map(sum, zip(observed(daemon, viewer), allowed_all(daemon, owner)))
+        keys_twice(daemon)
         hoards(daemon)
         nested(folder, daemon)
         plans_beside_a_halt(folder, daemon)

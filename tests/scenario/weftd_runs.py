@@ -58,6 +58,56 @@ def checks(client, trials):
         assert client.refused("recipe.check", recipe=path)["data"]["kind"] == "request.invalid"
 
 
+def template(folder):
+    """`small` with two parameters; with n=20 it is the same campaign."""
+    recipe = json.loads((folder / "recipes/small.json").read_text())
+    recipe["parameters"] = {"force_N": {"type": "number", "unit": "N", "min": 1, "max": 8, "default": 5},
+                            "n": {"type": "integer", "min": 1, "max": 20}}
+    recipe["repetitions"] = {"parameter": "n"}
+    for phase in recipe["explorations"]["M1"]["phases"]:
+        if "force_N" in phase:
+            phase["force_N"] = {"parameter": "force_N"}
+    (folder / "recipes/bound.json").write_text(json.dumps(recipe))
+    return recipe
+
+
+def bound(folder, client):
+    """Parameters are bound by the request; the resolved recipe is checked, started by its digest, recorded and verified."""
+    recipe = template(folder)
+    assert client.call("recipe.list")["parameters"] == {"bound": recipe["parameters"]}
+    unbound = client.call("recipe.check", recipe="bound")
+    assert not unbound["ok"] and [p["where"] for p in unbound["problems"]] == ["/parameters/n"], unbound
+    values = {"n": 1, "force_N": 3}
+    checked = client.call("recipe.check", recipe="bound", parameters=values)
+    assert checked["ok"] and checked["parameters"] == recipe["parameters"], checked
+    assert (checked["plan"]["trials"], checked["plan"]["force_max_n"]) == (2, 3), checked
+    written = "sha256:" + hashlib.sha256((folder / "recipes/bound.json").read_bytes()).hexdigest()
+    assert checked["file_digest"] == written != checked["digest"], checked
+    assert client.call("recipe.plan", recipe="bound", parameters=values)["digest"] == checked["digest"]
+    lease = client.call("lease.acquire", ttl_ms=600_000)["lease"]
+    for method in "run.start", "queue.add":
+        for wrong, where in ({"n": 1, "forse_N": 3}, "forse_N"), ({"n": "1"}, "n"), ({"n": 21}, "n"), ({}, "n"), ({"n": 1, "force_N": 9}, "force_N"):
+            error = client.refused(method, recipe="bound", lease=lease, parameters=wrong)["data"]
+            assert error["where"].endswith(f": /parameters/{where}") and error["expected"], (wrong, error)
+    assert client.refused("run.start", recipe="small", lease=lease, parameters=values)["data"]["kind"] == "request.invalid"
+    other = client.refused("run.start", recipe="bound", lease=lease, parameters=values, digest=written)["data"]
+    assert (other["where"], other["expected"]) == ("/params/digest", checked["digest"]), other
+    wanted = {"recipe": "bound", "lease": lease, "parameters": values, "digest": checked["digest"], "idem": "bound"}
+    run = client.call("run.start", **wanted)["run"]
+    assert client.refused("run.start", **{**wanted, "parameters": {"n": 1}})["data"]["kind"] == "idem.reused"
+    ended = client.call("run.wait", run=run)
+    assert (ended["outcome"], ended["trials_done"]) == ("complete", 2), ended
+    client.call("lease.release", lease=lease)
+    database = sqlite3.connect(f"file:{ended['folder']}/campaign.sqlite?mode=ro", uri=True)
+    text, digest = database.execute("SELECT recipe_json, recipe_sha256 FROM campaign").fetchone()
+    database.close()
+    recorded = json.loads(text)
+    assert "sha256:" + digest == checked["digest"] == "sha256:" + hashlib.sha256(text.encode()).hexdigest()
+    assert (recorded["repetitions"], recorded["bound_parameters"], "parameters" in recorded) == (1, values, False), recorded
+    assert client.call("recipe.plan", recipe=run)["digest"] == checked["digest"]
+    subprocess.run([WEFT, "verify", ended["folder"]], check=True, capture_output=True)
+
+
 def a_run(client, trials):
     assert client.refused("run.start", recipe="small", lease="L-99")["data"]["kind"] == "lease.required"
     lease = client.call("lease.acquire", note="test", ttl_ms=600_000)["lease"]
@@ -168,7 +218,7 @@ def reference(folder):
 def death(folder, client, daemon):
     lease = client.call("lease.acquire", ttl_ms=600_000)["lease"]
     client.call("sub.open", topics=["run:*"], mode="every")
-    run = client.call("run.start", recipe="small", lease=lease)["run"]
+    run = client.call("run.start", recipe="bound", lease=lease, parameters={"n": 20})["run"]
     client.until(run, "running")
     daemon.end(signal.SIGKILL)
     distant = subprocess.run([WEFTD, "--rig", ROOT / "sim/rigs/bench17.json", "--recipes", folder / "recipes", "--data",
@@ -254,6 +304,11 @@ def commands(folder, daemon):
         return done.stdout
     assert weft("status").startswith("ready\n")
     assert "small (shell)" in weft("start", "small", "--name", "shell", "--wait")
+    assert "2 of 2" in weft("start", "bound", "--set", "n=1", "--set", "force_N=3", "--wait")
+    for wrong in ["n=1", "n=2"], ["n=two"], ["m=1"]:
+        refused = subprocess.run([WEFT, "start", "bound", *(w for each in wrong for w in ("--set", each)), "--socket", str(daemon.socket)],
+                                 capture_output=True, text=True, timeout=PATIENCE_S)
+        assert refused.returncode == 1 and f"/{wrong[0][0]}" in refused.stderr and not refused.stdout, refused
     waited = subprocess.run([WEFT, "start", "small", "--wait", "--socket", str(daemon.socket)], capture_output=True, text=True, timeout=PATIENCE_S)
     run = waited.stdout.split()[0]
     assert "complete, clean-up done, rig safe" in waited.stdout and f"weft watch {run}" in waited.stderr, waited
@@ -292,6 +347,7 @@ def main():
             client = introductions(daemon)
             checks(client, trials)
             a_run(client, trials)
+            bound(folder, client)
             halts(daemon, client)
             tokens(folder, daemon, token)
             slow_reader(daemon, client)

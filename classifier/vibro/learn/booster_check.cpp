@@ -1,4 +1,5 @@
 #include "classifier/vibro/learn/learners.hpp"
+#include "protocols/base/json_text.hpp"
 
 #include <algorithm>
 #include <array>
@@ -16,19 +17,11 @@ namespace {
 using nlohmann::json;
 using Numbers = std::vector<std::int64_t>;
 
-constexpr int deepest = 32;  // of a booster's own text: 7
+constexpr std::size_t deepest = 32;  // of a booster's own text: 7
 
 // The library's reader calls itself for each bracket: none may lead it down without end.
 json parsed(std::string_view text) {
-  bool too_deep = false;
-  json out = json::parse(
-      text,
-      [&too_deep](int depth, json::parse_event_t, json&) {
-        too_deep = too_deep || depth > deepest;
-        return !too_deep;
-      },
-      false);
-  return too_deep ? json() : out;
+  return parse_json(text, {text.size(), deepest}).value_or(json());
 }
 
 const json& at(const json& in, const char* path) {

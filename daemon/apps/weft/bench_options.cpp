@@ -9,6 +9,9 @@
 #include <ostream>
 #include <sstream>
 
+#include "daemon/base/text/format.hpp"
+#include "protocols/base/json_text.hpp"
+#include "recipes/schema/parameters.hpp"
 #include "sim/plant/fidelity/table.hpp"
 
 namespace weft::daemon::cli {
@@ -38,6 +41,21 @@ std::optional<double> read(const std::string& text, Parse parse) {
   return value ? std::optional<double>(*value) : std::nullopt;
 }
 
+/// What is a number, a flag or a quoted text by itself is that; everything else is a text.
+std::string scalar_text(const std::string& typed) {
+  const auto value = parse_json(typed);
+  const bool is_scalar = value && value->is_primitive() && !value->is_null();
+  return is_scalar ? value->dump() : json(typed).dump();
+}
+
+std::string assignment_problem(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || !recipes::is_parameter_name(text.substr(0, equals)))
+    return "not NAME=VALUE (expected a name of " + std::string(recipes::parameter_name_rule) +
+           ", then '='): " + recipes::clipped(text);
+  return is_utf8(text) ? std::string() : "the text is not UTF-8";
+}
+
 Error refusal(const std::filesystem::path& file, const std::vector<FileProblem>& problems) {
   const auto count =
       std::ranges::count_if(problems, [&](const FileProblem& p) { return p.file == file; });
@@ -49,6 +67,32 @@ Error refusal(const std::filesystem::path& file, const std::vector<FileProblem>&
 }
 
 }  // namespace
+
+void add_options(CLI::App& command, ParameterArgs& args) {
+  command
+      .add_option("--set", args.set,
+                  "NAME=VALUE: bind a parameter of the recipe; may be given again")
+      ->allow_extra_args(false)
+      ->check(assignment_problem);
+}
+
+std::string parameters_json(const ParameterArgs& args) {
+  std::string text;
+  for (const std::string& each : args.set) {
+    const std::size_t equals = each.find('=');
+    (text += text.empty() ? "{" : ",") +=
+        json(each.substr(0, equals)).dump() + ":" + scalar_text(each.substr(equals + 1));
+  }
+  return text.empty() ? text : text + "}";
+}
+
+Status put_parameters(const ParameterArgs& args, json& params) {
+  if (args.set.empty()) return {};
+  Result<json> values = parse_json(parameters_json(args));
+  if (!values) return pass(values.error(), "--set");
+  params["parameters"] = std::move(*values);
+  return {};
+}
 
 void add_options(CLI::App& command, PluginArgs& args) {
   command.add_option("--plugins", args.folders,

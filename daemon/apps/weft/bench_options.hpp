@@ -27,6 +27,21 @@ void add_options(CLI::App& command, FidelityArgs& args);
 
 FidelityRequest fidelity_request(const FidelityArgs& args);
 
+// `--set`, of the commands that run or check a recipe.
+
+struct ParameterArgs {
+  std::vector<std::string> set;  ///< NAME=VALUE
+};
+/// A text that cannot be read is refused with the command line.
+void add_options(CLI::App& command, ParameterArgs& args);
+
+/// {NAME: value} as CampaignRequest takes it, empty without any: 3 and true are a number and a
+/// flag, "3" and anything else a text. A name that was given twice is in it twice.
+std::string parameters_json(const ParameterArgs& args);
+/// Puts them into the parameters of a call, where there are any. Errors: invalid_argument, a name
+/// given twice.
+Status put_parameters(const ParameterArgs& args, nlohmann::json& params);
+
 // `--plugins` and `--plugins-only`, of the commands that make a rig's drivers.
 
 struct PluginArgs {

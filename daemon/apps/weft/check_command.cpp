@@ -19,6 +19,7 @@ using recipes::Plan;
 struct CheckArgs {
   std::filesystem::path recipe;
   std::filesystem::path rig;
+  ParameterArgs parameters;
   FidelityArgs fidelity;
   PluginArgs plugins;
 };
@@ -96,8 +97,8 @@ json sweep_json(const Plan& plan) {
           {"explorations", sweep.explorations}};
 }
 
-json plan_json(const CheckArgs& args, const Plan& plan, const SimulationNote& simulation,
-               const std::vector<Diagnostic>& warnings) {
+json plan_json(const CheckArgs& args, const Preflight& found) {
+  const Plan& plan = *found.plan;
   json explorations = json::array();
   for (const recipes::Exploration& e : plan.explorations) explorations.push_back(e.name);
   return {{"command", "check"},
@@ -106,14 +107,15 @@ json plan_json(const CheckArgs& args, const Plan& plan, const SimulationNote& si
           {"rig", plan.limits.name},
           {"bench", plan.limits.bench},
           {"seed", plan.seed},
+          {"parameters", json::parse(found.parameters_json)},
           {"trials", plan.trials.size()},
           {"fabrics", plan.fabrics},
           {"explorations", explorations},
           {"sweep", sweep_json(plan)},
-          {"simulation", json::parse(to_json(simulation))},
+          {"simulation", json::parse(to_json(found.simulation))},
           {"forecast", to_json(plan.forecast)},
           {"operator_steps", prompts_json(plan)},
-          {"warnings", to_json(warnings)}};
+          {"warnings", to_json(found.warnings)}};
 }
 
 std::string envelope_text(const recipes::Forecast& forecast) {
@@ -162,6 +164,7 @@ std::string plan_text(const Plan& plan, const SimulationNote& simulation,
 void add_options(CLI::App& command, CheckArgs& args) {
   command.add_option("RECIPE", args.recipe, "recipe file (JSON)")->required();
   command.add_option("--rig", args.rig, "rig file (JSON)")->required();
+  add_options(command, args.parameters);
   add_options(command, args.fidelity);
   add_options(command, args.plugins);
 }
@@ -171,11 +174,12 @@ void add_options(CLI::App& command, CheckArgs& args) {
 Result<int> run_check(const CheckArgs& args, Console& console) {
   CampaignRequest request{args.recipe, args.rig, {}, {}, fidelity_request(args.fidelity)};
   request.plugins = make_settings(args.plugins, console);
+  request.parameters_json = parameters_json(args.parameters);
   const Result<Preflight> found = preflight(request);
   if (!found) return pass(found.error());
   if (!found->problems.empty()) return refuse(found->problems, console);
   print(console, plan_text(*found->plan, found->simulation, found->warnings),
-        plan_json(args, *found->plan, found->simulation, found->warnings));
+        plan_json(args, *found));
   return exit_ok;
 }
 

@@ -167,14 +167,16 @@ void add_options(CLI::App& command, RunRequestArgs& args) {
   command.add_option("--after", args.after, "run that must have ended complete before");
   command.add_flag("--keep-going", args.keep_going,
                    "let the next run begin also if this one is stopped, aborted or fails");
+  add_options(command, args.parameters);
 }
 
-json request_params(const RunRequestArgs& args) {
+Result<json> request_params(const RunRequestArgs& args) {
   json params{{"recipe", args.recipe}, {"name", args.name}};
   if (args.seed) params["seed"] = *args.seed;
   if (args.repeat != 1) params["repeat"] = args.repeat;
   if (!args.after.empty()) params["after"] = args.after;
   if (args.keep_going) params["keep_going"] = true;
+  if (const Status ok = put_parameters(args.parameters, params); !ok) return pass(ok.error());
   return params;
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "daemon/apps/weft/bench_options.hpp"
 #include "daemon/apps/weft/commands.hpp"
 #include "daemon/service/client/client.hpp"
 
@@ -30,9 +31,11 @@ struct RunRequestArgs : SocketArgs {
   std::string name, after;
   std::int64_t repeat = 1;
   bool keep_going = false;
+  ParameterArgs parameters;
 };
 void add_options(CLI::App& command, RunRequestArgs& args);
-nlohmann::json request_params(const RunRequestArgs& args);
+/// Errors: put_parameters()'s.
+Result<nlohmann::json> request_params(const RunRequestArgs& args);
 
 /// A client, and whether it came by the Unix socket.
 struct Reached {

@@ -3,8 +3,10 @@
 #include <optional>
 #include <ostream>
 
+#include "daemon/apps/weft/bench_options.hpp"
 #include "daemon/apps/weft/daemon_call.hpp"
 #include "daemon/base/text/format.hpp"
+#include "protocols/base/json_text.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -230,8 +232,10 @@ Result<int> run_status(Client& daemon, const SocketArgs&, Console& console) {
 /// Takes a lease of the rig, puts the run in line; with --wait until it has ended: exit_ok only
 /// where it is complete.
 Result<int> run_start(Client& daemon, const StartArgs& args, Console& console) {
+  auto params = request_params(args);
+  if (!params) return pass(params.error());
   const auto run =
-      under_lease(daemon, {"weft start " + args.recipe}, "run.start", request_params(args));
+      under_lease(daemon, {"weft start " + args.recipe}, "run.start", std::move(*params));
   if (!run) return pass(run.error());
   print_wait(daemon, *run, console);
   if (args.wait) {
@@ -359,15 +363,11 @@ Result<int> run_log(Client& daemon, const LogArgs& args, Console& console) {
 
 /// Any method: the result as the daemon gives it.
 Result<int> run_call(const CallArgs& args, Console& console) {
-  if (!json::accept(args.params))
-    return fail({.code = Errc::parse,
-                 .where = "PARAMS",
-                 .what = "the parameters are no JSON",
-                 .expected = "an object",
-                 .got = args.params});
+  const Result<json> params = parse_json(args.params);
+  if (!params) return pass(params.error(), "PARAMS");
   auto found = reached(args);
   if (!found) return pass(found.error());
-  const auto result = call(found->client, args.method, json::parse(args.params));
+  const auto result = call(found->client, args.method, *params);
   if (!result) return pass(result.error());
   print(console, result->dump(2) + "\n", *result);
   return exit_ok;

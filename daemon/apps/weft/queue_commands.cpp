@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "daemon/apps/weft/bench_options.hpp"
 #include "daemon/apps/weft/daemon_call.hpp"
 
 namespace weft::daemon::cli {
@@ -108,10 +109,11 @@ Result<int> run_queue_history(client::Client& daemon, const SocketArgs&, Console
 }
 
 Result<int> run_queue_add(client::Client& daemon, const QueueAddArgs& args, Console& console) {
-  json params = request_params(args);
-  if (args.place) params["place"] = *args.place;
+  auto params = request_params(args);
+  if (!params) return pass(params.error());
+  if (args.place) (*params)["place"] = *args.place;
   return print_run(
-      under_lease(daemon, {"weft queue add " + args.recipe}, "queue.add", std::move(params)),
+      under_lease(daemon, {"weft queue add " + args.recipe}, "queue.add", std::move(*params)),
       console);
 }
 

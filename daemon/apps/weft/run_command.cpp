@@ -33,6 +33,7 @@ struct RunArgs {
   std::filesystem::path rig;
   std::filesystem::path out;
   std::optional<std::uint64_t> seed;  ///< in place of the recipe's
+  ParameterArgs parameters;
   FidelityArgs fidelity;
   PluginArgs plugins;
   bool error_check = true;
@@ -162,16 +163,18 @@ struct Ran {
 };
 
 CampaignRequest request_of(const RunArgs& args, Console& console) {
-  return {args.recipe,
-          args.rig,
-          args.out,
-          args.seed,
-          fidelity_request(args.fidelity),
-          args.error_check,
-          make_settings(args.plugins, console),
-          args.resume,
-          args.level,
-          std::chrono::seconds(std::llround(args.level_max_age_h * 3600))};
+  CampaignRequest request{args.recipe,
+                          args.rig,
+                          args.out,
+                          args.seed,
+                          fidelity_request(args.fidelity),
+                          args.error_check,
+                          make_settings(args.plugins, console),
+                          args.resume,
+                          args.level,
+                          std::chrono::seconds(std::llround(args.level_max_age_h * 3600))};
+  request.parameters_json = parameters_json(args.parameters);
+  return request;
 }
 
 std::string preview_text(const ResumePreview& preview) {
@@ -303,6 +306,7 @@ void add_options(CLI::App& command, RunArgs& args) {
   command.add_option("--out", args.out, "folder for the campaign, its data set and report")
       ->required();
   command.add_option("--seed", args.seed, "in place of the recipe's")->check(seed_problem);
+  add_options(command, args.parameters);
   add_options(command, args.fidelity);
   add_options(command, args.plugins);
   command.add_flag("!--no-error-check", args.error_check,

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/apps/weft_rig/served_link.hpp"
+#include "protocols/base/json_text.hpp"
 #include "protocols/modbus/rtu.hpp"
 
 namespace weft::daemon {
@@ -208,15 +209,16 @@ void RigServer::take(std::size_t console, ByteView bytes) {
 }
 
 std::string RigServer::execute_order(std::string_view text) {
-  const json order = json::parse(text, nullptr, false);
-  if (!order.is_object())
+  const Result<json> order = parse_json(text);
+  if (!order) return refused(order.error()).dump();
+  if (!order->is_object())
     return refused({.code = Errc::parse,
                     .what = "not an order",
                     .expected = "a JSON object",
                     .got = std::string(text)})
         .dump();
   try {
-    return carry_out(order, *rig_, loop_->now()).dump();
+    return carry_out(*order, *rig_, loop_->now()).dump();
   } catch (const json::exception& e) {
     return refused({.code = Errc::invalid_argument,
                     .what = "an order with a wrong type",

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/hardware/rig/rig_file.hpp"
+#include "protocols/base/json_text.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -19,7 +20,9 @@ struct FoundLevel {
 };
 
 Result<FoundLevel> parse_level(std::string_view text) {
-  const json parsed = json::parse(text, nullptr, false);
+  const Result<json> document = parse_json(text);
+  if (!document) return pass(document.error());
+  const json& parsed = *document;
   if (!parsed.is_object() || parsed.value("command", json()) != "align")
     return fail({.code = Errc::parse,
                  .what = "not what weft align says",

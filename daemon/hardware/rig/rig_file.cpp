@@ -8,6 +8,7 @@
 
 #include "daemon/base/file/read_file.hpp"
 #include "drivers/api/config.hpp"
+#include "protocols/base/json_text.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -266,8 +267,10 @@ Result<RigFile> from_json(const json& root) {
 }  // namespace
 
 Result<RigFile> parse_rig_file(std::string_view text) {
+  const Result<json> root = parse_json(text);
+  if (!root) return pass(root.error());
   try {
-    Result<RigFile> rig = from_json(json::parse(text));
+    Result<RigFile> rig = from_json(*root);
     if (rig) rig->text = text;
     return rig;
   } catch (const json::exception& e) {

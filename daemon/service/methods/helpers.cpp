@@ -150,6 +150,11 @@ Result<std::optional<std::uint64_t>> read_unsigned(const Call& call, const char*
   return std::optional(found->get<std::uint64_t>());
 }
 
+std::string read_parameters(const Call& call) {
+  const auto values = call.params.find("parameters");
+  return values == call.params.end() ? std::string() : values->dump();
+}
+
 std::vector<rpc::ParamSpec> run_request_params(const std::vector<rpc::ParamSpec>& more) {
   std::vector<rpc::ParamSpec> params{
       {"recipe", ParamType::text, true, "name of a recipe, see recipe.list"},
@@ -158,12 +163,13 @@ std::vector<rpc::ParamSpec> run_request_params(const std::vector<rpc::ParamSpec>
       {"seed", ParamType::integer, false, "in place of the recipe's"},
       {"name", ParamType::text, false, "added to the folder's name"},
       {"digest", ParamType::text, false,
-       "of the recipe that is meant, as recipe.check has it; another one is refused"},
+       "of the resolved recipe that is meant, as recipe.check has it; another one is refused"},
       {"keep_going", ParamType::flag, false,
        "let the next run begin also where this one is stopped, aborted or fails"},
       {"repeat", ParamType::integer, false,
        "as many runs of it, 1 to 100; a seed counts up from one to the next; 1"},
-      after_param};
+      after_param,
+      parameters_param};
   params.insert(params.end(), more.begin(), more.end());
   return params;
 }
@@ -182,11 +188,13 @@ Result<runs::RunRequest> request_for_run(const Services& services, const Call& c
   const auto copies = read_whole_number(call, {"repeat", 1, 1, most, "number of copies"});
   if (!copies) return pass(copies.error());
   run_request.copies = *copies;
+  run_request.parameters_json = read_parameters(call);
   return run_request;
 }
 
 Result<std::filesystem::path> recipe_file(const Services& services, const std::string& name) {
-  if (name.empty() || name.find('/') != std::string::npos || name.starts_with('.'))
+  if (name.empty() || name.find('/') != std::string::npos || name.starts_with('.') ||
+      name.starts_with('-'))
     return fail({.code = Errc::invalid_argument,
                  .where = "/params/recipe",
                  .what = "not a recipe's name",

@@ -135,6 +135,12 @@ inline Result<std::optional<std::uint64_t>> read_seed(const Call& call) {
   return read_unsigned(call, "seed", "negative seed");
 }
 
+inline constexpr rpc::ParamSpec parameters_param{
+    "parameters", ParamType::object, false,
+    "values of the recipe's parameters by name; defaults where left out"};
+/// The "parameters" parameter as CampaignRequest takes it.
+std::string read_parameters(const Call& call);
+
 /// What run.start and queue.add take, for request_for_run(), with `more`.
 std::vector<rpc::ParamSpec> run_request_params(const std::vector<rpc::ParamSpec>& more = {});
 

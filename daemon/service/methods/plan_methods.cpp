@@ -117,6 +117,7 @@ struct PlanQuestion {
   std::filesystem::path rig;
   std::optional<std::uint64_t> seed;
   std::size_t from = 0, most = 0;  ///< trials
+  std::string parameters_json;
 };
 
 Result<PlanQuestion> plan_question(const Services& services, const Call& call) {
@@ -129,7 +130,8 @@ Result<PlanQuestion> plan_question(const Services& services, const Call& call) {
   const auto most = read_whole_number(call, {"most", 100, 1, most_steps, "how many trials"});
   if (!most) return pass(most.error());
   const auto planned_with = *seed ? *seed : recipe->seed;
-  return PlanQuestion{std::move(*recipe), services.rig, planned_with, *from, *most};
+  return PlanQuestion{std::move(*recipe),   services.rig, planned_with, *from, *most,
+                      read_parameters(call)};
 }
 
 Outcome planned(const PlanQuestion& requested) {
@@ -137,7 +139,8 @@ Outcome planned(const PlanQuestion& requested) {
   if (!text) return refused(text.error());
   const auto rig = open_rig(requested.rig, {});
   if (!rig) return refused(rig.error());
-  const recipes::CheckReport report = recipes::check_recipe(*text, rig->limits, requested.seed);
+  const recipes::CheckReport report =
+      recipes::check_recipe(*text, rig->limits, requested.seed, requested.parameters_json);
   if (!report.plan) {
     const recipes::Diagnostic& first = report.problems.front();
     return refused(
@@ -155,7 +158,8 @@ Outcome planned(const PlanQuestion& requested) {
   json steps = steps_json(found, requested.from, requested.most);
   const std::size_t next = requested.from + steps.size();
   return format_text({{"name", found.name},
-                      {"digest", "sha256:" + sha256_hex(*text)},
+                      {"digest", "sha256:" + sha256_hex(report.recipe_json)},
+                      {"parameters", json::parse(report.parameters_json)},
                       {"plan_digest", "sha256:" + sha256_hex(found.canonical_json)},
                       {"trials", found.trials.size()},
                       {"duration_s", found.forecast.duration_s},
@@ -304,8 +308,10 @@ void add_plan_methods(rpc::Methods& methods, const Services& services) {
       {{"recipe", ParamType::text, true, "its name, or a run's: then as that has it on record"},
        {"seed", ParamType::integer, false, "in place of the recipe's, or of the run's"},
        {"from", ParamType::integer, false, "the first trial that is told, 0"},
-       {"most", ParamType::integer, false, "trials, 100; at most 1000"}},
-      "name, digest, plan_digest, trials, duration_s, people_s, bytes, hand_over, explorations, "
+       {"most", ParamType::integer, false, "trials, 100; at most 1000"},
+       parameters_param},
+      "name, digest (of the resolved recipe), parameters (as declared), plan_digest, trials, "
+      "duration_s, people_s, bytes, hand_over, explorations, "
       "steps, "
       "next",
       plan);
@@ -313,7 +319,9 @@ void add_plan_methods(rpc::Methods& methods, const Services& services) {
       "recipe.diff", "what differs between two recipes, by JSON pointer",
       {{"recipe", ParamType::text, true, "its name, or a run's: then as that has it on record"},
        {"other", ParamType::text, true, "likewise"}},
-      "same (as written), same_campaign (planned on this rig; null where that cannot be said), "
+      "same (as written), same_campaign (planned on this rig, parameters by default; null where "
+      "that "
+      "cannot be said), "
       "count, differences: where, change, was, is; the first 1000",
       compare);
 }

@@ -7,8 +7,9 @@
 #include "daemon/base/file/sha256.hpp"
 #include "daemon/campaign/bench_check.hpp"
 #include "daemon/service/methods/helpers.hpp"
+#include "protocols/base/json_text.hpp"
 #include "recipes/engine/operator_steps.hpp"
-#include "recipes/schema/diagnostic.hpp"
+#include "recipes/schema/object_reader.hpp"
 
 namespace weft::daemon::api {
 namespace {
@@ -48,18 +49,36 @@ json plan_json(const recipes::Plan& plan) {
           {"bytes", disk_forecast(plan)}};
 }
 
-Outcome list_recipes(const Services& services, const Call&) {
-  json out = json::array();
+/// As the recipe declares them; empty where it has none, or cannot be read.
+json declared_parameters(const fs::path& file) {
+  const auto text = read_text_file(file, recipes::max_recipe_bytes);
+  const auto document = text ? parse_json(*text, {}) : Result<json>(pass(text.error()));
+  if (!document || !document->is_object()) return json::object();
+  return document->value("parameters", json::object());
+}
+
+/// Reads each recipe: on another thread.
+Outcome listed(const fs::path& folder) {
+  std::vector<std::string> names;
   std::error_code error;
-  for (const auto& entry : fs::directory_iterator(services.recipes, error))
-    if (entry.path().extension() == ".json") out.push_back(entry.path().stem().string());
+  for (const auto& entry : fs::directory_iterator(folder, error))
+    if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
   if (error)
     return refused({.code = Errc::io,
-                    .where = services.recipes.string(),
+                    .where = folder.string(),
                     .what = "cannot read the recipe folder",
                     .got = error.message()});
-  std::sort(out.begin(), out.end());
-  return format_text({{"recipes", std::move(out)}});
+  std::sort(names.begin(), names.end());
+  json parameters = json::object();
+  for (const std::string& name : names)
+    if (json declared = declared_parameters(folder / (name + ".json")); !declared.empty())
+      parameters[name] = std::move(declared);
+  return format_text({{"recipes", std::move(names)}, {"parameters", std::move(parameters)}});
+}
+
+void list_recipes(const Services& services, const Call&, const Responder& respond) {
+  answer_in_background(services.background, respond,
+                       [folder = services.recipes] { return listed(folder); });
 }
 
 json problems_json(const std::vector<FileProblem>& list) {
@@ -77,6 +96,8 @@ Outcome checked(const CampaignRequest& request, const fs::path& data) {
   if (!found) return refused(found.error());
   json out{{"ok", found->problems.empty()},
            {"digest", "sha256:" + sha256_hex(found->recipe_text)},
+           {"file_digest", "sha256:" + sha256_hex(found->file_text)},
+           {"parameters", json::parse(found->parameters_json)},
            {"problems", problems_json(found->problems)},
            {"warnings", diagnostics_json(found->warnings)}};
   if (found->plan) {
@@ -92,9 +113,11 @@ void check(const Services& services, const Call& call, const Responder& respond)
   if (!file) return respond(refused(file.error()));
   const auto seed = read_seed(call);
   if (!seed) return respond(refused(seed.error()));
-  answer_in_background(services.background, respond,
-                       [request = CampaignRequest{*file, services.rig, {}, *seed},
-                        data = services.data] { return checked(request, data); });
+  CampaignRequest request{*file, services.rig, {}, *seed};
+  request.parameters_json = read_parameters(call);
+  answer_in_background(
+      services.background, respond,
+      [request = std::move(request), data = services.data] { return checked(request, data); });
 }
 
 // A recipe comes into the daemon's folder, or takes the place of one, checked before.
@@ -102,6 +125,7 @@ void check(const Services& services, const Call& call, const Responder& respond)
 /// What is to be written, with nothing of the call's: it is checked on another thread.
 struct Offered {
   std::string name, text, by;
+  std::string parameters_json;          ///< to check it with
   std::optional<std::string> replaces;  ///< digest of what is there, as the caller knows it
 };
 
@@ -109,14 +133,10 @@ struct Offered {
 Result<std::string> plain_name(std::string name) {
   constexpr std::size_t longest = 100;
   if (name.ends_with(".json")) name.resize(name.size() - 5);
-  const bool plain = !name.empty() && name.size() <= longest && !name.starts_with('.') &&
-                     std::ranges::all_of(name, [](char c) {
-                       return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                              (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.';
-                     });
-  if (plain) return name;
+  if (recipes::is_name(name, longest)) return name;
   return pass(bad_param("recipe", "not a recipe's name",
-                        "letters, digits, '-', '_' and '.', at most 100", recipes::clipped(name)));
+                        "1 to 100 letters, digits, '-', '_' and '.', the first none of -.",
+                        recipes::clipped(name)));
 }
 
 /// Everything that recipe.check refuses; the first of it is told. Errors: as told.
@@ -166,13 +186,13 @@ Status is_as_known(const std::string& found, const std::optional<std::string>& k
                  .where = "/params/recipe",
                  .what = "there is a recipe of this name",
                  .got = found,
-                 .hint = "Give its digest as if_digest to replace it"});
+                 .hint = "Give this digest as if_digest to replace it"});
   return fail({.code = Errc::wrong_state,
                .where = "/params/if_digest",
                .what = "another recipe is there by now",
                .expected = found.empty() ? "none: there is no recipe of this name" : found,
                .got = *known,
-               .hint = "recipe.check tells the digest of what is there"});
+               .hint = "recipe.check has the file_digest of what is there"});
 }
 
 /// The journal first: no recipe is there of which nobody knows who put it. One that could not be
@@ -206,13 +226,18 @@ void put(const Services& services, const Call& call, const Responder& respond) {
                             .hint = "Its folder is the recipe's own: write the file there"}));
   auto name = plain_name(call.params.at("recipe").get<std::string>());
   if (!name) return respond(refused(name.error()));
-  Offered offered{std::move(*name), call.params.at("content").dump(2) + "\n", by(call.caller), {}};
+  Offered offered{std::move(*name),
+                  call.params.at("content").dump(2) + "\n",
+                  by(call.caller),
+                  read_parameters(call),
+                  {}};
   if (call.params.contains("if_digest")) offered.replaces = call.params.at("if_digest");
   // Its models are read whole, as for recipe.check: nobody's run waits for that.
   const bool taken = services.background(
       [s = &services, offered = std::move(offered), respond]() -> Services::Report {
         CampaignRequest request{s->recipes / (offered.name + ".json"), s->rig, {}, {}};
         request.recipe_text = offered.text;
+        request.parameters_json = offered.parameters_json;
         return [s, offered, respond, trials = count_trials(request)] {
           respond(trials ? written(*s, offered, *trials) : refused(trials.error()));
         };
@@ -228,14 +253,19 @@ void put(const Services& services, const Call& call, const Responder& respond) {
 
 void add_recipe_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);
-  group.read("recipe.list", "recipes of the daemon's folder", {}, "recipes", list_recipes);
+  group.read("recipe.list", "list the recipes of the daemon's folder", {},
+             "recipes (names), parameters (by recipe, as it declares them; recipes with none are "
+             "left out)",
+             list_recipes);
   group.read(
       "recipe.schema", "JSON Schema of a recipe", {}, "a JSON Schema of draft 2020-12 with x-unit",
       [](const Services&, const Call&) { return format_text(json::parse(recipe_schema_json())); });
   group.read("recipe.check", "everything that would be refused, before anything moves",
              {{"recipe", ParamType::text, true, "its name"},
-              {"seed", ParamType::integer, false, "in place of the recipe's"}},
-             "ok, digest, plan (eta_s with the people_s that people need, asks, next_attention, "
+              {"seed", ParamType::integer, false, "in place of the recipe's"},
+              parameters_param},
+             "ok, digest (of the resolved recipe), file_digest, parameters (as declared), plan "
+             "(eta_s with the people_s that people need, asks, next_attention, "
              "envelope of each stage with its margin), problems of the recipe, the rig file and "
              "the bench put together dry: file, where, message, expected, got, hint; warnings, "
              "disk_ok",
@@ -245,7 +275,9 @@ void add_recipe_methods(rpc::Methods& methods, const Services& services) {
                {{"recipe", ParamType::text, true, "its name"},
                 {"content", ParamType::object, true, "the recipe; see recipe.schema"},
                 {"if_digest", ParamType::text, false,
-                 "of the one that it replaces, as recipe.check has it; needed where there is one"}},
+                 "file_digest of the one that it replaces; needed where there is one"},
+                {"parameters", ParamType::object, false,
+                 "values to check it with, for parameters without default"}},
                "recipe, digest, replaced (digest, or null), trials", put);
 }
 

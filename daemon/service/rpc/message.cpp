@@ -4,6 +4,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "protocols/base/json_text.hpp"
 #include "recipes/schema/diagnostic.hpp"
 
 namespace weft::daemon::rpc {
@@ -23,15 +24,6 @@ tl::unexpected<Refused> not_a_request(std::string id_json, std::string message,
                  .what = std::move(message),
                  .expected = std::move(expected),
                  .got = std::move(got)});
-}
-
-// Deeper nesting is given up while it is read: a line of brackets costs no stack.
-json read(std::string_view line, bool& too_deep) {
-  const auto scan_depth = [&too_deep](int depth, json::parse_event_t, json&) {
-    too_deep = too_deep || depth > most_depth;
-    return !too_deep;
-  };
-  return json::parse(line, scan_depth, false);
 }
 
 // A string, a whole number or null; the specification allows fractions and advises against them.
@@ -116,13 +108,14 @@ std::string did_you_mean(std::string_view word, const std::vector<std::string_vi
 }
 
 tl::expected<Request, Refused> parse_request(std::string_view line) {
-  bool too_deep = false;
-  json message = read(line, too_deep);
-  if (message.is_discarded() || too_deep)
+  json message;
+  const std::vector<Error> findings = read_json(line, {line.size(), most_depth}, message);
+  const auto unreadable = [](const Error& one) { return one.code != Errc::invalid_argument; };
+  if (const auto why = std::ranges::find_if(findings, unreadable); why != findings.end())
     return refuse("null", code::parse_error, "request.unreadable",
                   {.code = Errc::parse,
                    .where = "line",
-                   .what = too_deep ? "nested too deeply" : "not a JSON text",
+                   .what = why->what,
                    .expected = "one JSON object a line",
                    .hint = "See rpc.discover"});
   if (!message.is_object())
@@ -139,6 +132,8 @@ tl::expected<Request, Refused> parse_request(std::string_view line) {
       but(not_a_request("null", "unusable id", "a text or a whole number", id->type_name()));
   }
   const std::string id_json = request.id_json.value_or("null");
+  if (!findings.empty())
+    but(refuse(id_json, code::invalid_request, "request.duplicate_key", findings.front()));
   if (message.value("jsonrpc", json()) != "2.0")
     but(not_a_request(id_json, "not JSON-RPC 2.0", "\"jsonrpc\": \"2.0\"", {}));
   const auto method = message.find("method");

@@ -59,7 +59,7 @@ inline constexpr std::size_t most_line_bytes = std::size_t{1} << 20;
 /// A whole line each, of which the daemon asks nothing else: stop motion now.
 inline constexpr std::string_view halt_line = "!halt", emergency_line = "!estop";
 /// Deepest nesting that is read.
-inline constexpr int most_depth = 64;
+inline constexpr std::size_t most_depth = 64;
 
 struct Request {
   std::optional<std::string> id_json;  ///< as it came; absent in a notification

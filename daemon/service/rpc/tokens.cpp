@@ -16,6 +16,8 @@
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/file/sha256.hpp"
+#include "protocols/base/json_text.hpp"
+#include "recipes/schema/diagnostic.hpp"
 
 namespace weft::daemon::access {
 namespace {
@@ -111,6 +113,14 @@ class TokenLock {
   int descriptor_;
 };
 
+/// People's names may have any letters, but a name that begins as an option does could not be given
+/// to weft token remove.
+bool is_token_name(std::string_view name) {
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
+  return !name.empty() && name.size() <= 100 && !name.starts_with('-') && !name.starts_with('.') &&
+         std::ranges::none_of(name, is_control);
+}
+
 }  // namespace
 
 std::string_view to_string(Role role) {
@@ -131,7 +141,9 @@ Result<TokenFile> TokenFile::load(const std::filesystem::path& file) {
   if (Status own = check_private(file); !own) return pass(own.error());
   const auto text = read_text_file(file);
   if (!text) return pass(text.error());
-  const json document = json::parse(*text, nullptr, false);
+  const Result<json> parsed = parse_json(*text);
+  if (!parsed) return pass(parsed.error(), file.string());
+  const json& document = *parsed;
   if (!document.is_object() || !document.contains("tokens") || !document["tokens"].is_array())
     return fail({.code = Errc::parse,
                  .where = file.string(),
@@ -162,13 +174,19 @@ Result<std::string> TokenFile::add(std::string name, Role role, std::int64_t exp
                                    std::string user) {
   const bool taken = std::any_of(entries_.begin(), entries_.end(),
                                  [&](const TokenEntry& entry) { return entry.name == name; });
-  if (name.empty() || taken)
+  if (taken)
     return fail({.code = Errc::invalid_argument,
                  .where = "token",
-                 .what = taken ? "there is one of this name" : "no name",
+                 .what = "there is one of this name",
                  .expected = "a new name",
                  .got = name,
                  .hint = "weft token remove takes the old one away"});
+  if (!is_token_name(name))
+    return fail({.code = Errc::invalid_argument,
+                 .where = "token",
+                 .what = "unusable name of a token",
+                 .expected = "1 to 100 bytes without control characters, the first none of -.",
+                 .got = recipes::clipped(name)});
   auto token = random_token();
   if (!token) return pass(token.error());
   entries_.push_back({std::move(name), role, sha256_hex(*token), expires_us, std::move(user)});

@@ -5,10 +5,12 @@
 #include <utility>
 
 #include "daemon/base/file/sha256.hpp"
+#include "recipes/schema/object_reader.hpp"
 
 namespace weft::daemon::runs {
 namespace {
 
+<<<<<<< HEAD
 /// One that is there is an older run's, of a daemon whose memory is gone.
 std::filesystem::path free_folder(const std::filesystem::path& wanted) {
   std::filesystem::path folder = wanted;
@@ -21,18 +23,17 @@ std::filesystem::path free_folder(const std::filesystem::path& wanted) {
 }  // namespace
 
 // A person's name for a folder is one path component, nothing hidden.
+=======
+// A person's name for a folder is one path component, nothing hidden, no option of a command.
+>>>>>>> params
 Status check_name(const std::string& name) {
   constexpr std::size_t longest = 100;
-  constexpr std::string_view letters =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.";
-  if (name.size() <= longest && !name.starts_with('.') &&
-      name.find_first_not_of(letters) == std::string::npos)
-    return {};
+  if (name.empty() || recipes::is_name(name, longest)) return {};
   return fail({.code = Errc::invalid_argument,
                .where = "/params/name",
                .what = "unusable name",
-               .expected = "letters, digits, '-', '_' and '.', at most 100",
-               .got = name});
+               .expected = "at most 100 letters, digits, '-', '_' and '.', the first none of -.",
+               .got = recipes::clipped(name)});
 }
 
 nlohmann::json submission_of(const StoredRun& run) {
@@ -48,7 +49,9 @@ nlohmann::json submission_of(const StoredRun& run) {
 }
 
 CampaignRequest request_for(const RunRequest& wanted, const std::filesystem::path& rig) {
-  return {wanted.recipe, rig, {}, wanted.seed};
+  CampaignRequest request{wanted.recipe, rig, {}, wanted.seed};
+  request.parameters_json = wanted.parameters_json;
+  return request;
 }
 
 RunManager::RunManager(RunContext context, RunStore& store)

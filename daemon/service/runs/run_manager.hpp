@@ -24,14 +24,15 @@ struct RunRequest {
   std::string name;                       ///< of its folder; the run's own number where it is empty
   std::string by;                         ///< session and user, or a rule
   std::optional<std::size_t> place = {};  ///< in the queue, from 0; the end where it is left out
-  std::string digest = {};  ///< of the recipe that is meant, "sha256:..."; empty: as it is
-  std::filesystem::path folder = {};  ///< its folder, where that is chosen already
+  std::string digest = {};                ///< of the resolved recipe, "sha256:..."; empty: as it is
+  std::filesystem::path folder = {};      ///< its folder, where that is chosen already
   /// The queue goes on after this run also where it is stopped, aborted or fails with the rig.
   bool keep_going = false;
   std::string user = {};   ///< whose lease is kept while it is under way
   std::string after = {};  ///< it begins once this run has ended complete
   /// As many runs, with numbers of their own; a seed counts up from one to the next.
   std::size_t copies = 1;
+  std::string parameters_json = {};  ///< of the recipe; empty: their defaults
 };
 constexpr std::size_t most_copies = 100;
 

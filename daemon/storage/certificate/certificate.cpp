@@ -10,6 +10,7 @@
 #include "daemon/storage/recorder/recorder.hpp"
 #include "daemon/storage/recorder/schema.hpp"
 #include "daemon/storage/recorder/sqlite.hpp"
+#include "protocols/base/json_text.hpp"
 
 namespace weft::daemon {
 
@@ -192,7 +193,9 @@ std::string to_json(const Certificate& certificate) {
 }
 
 Result<Certificate> certificate_from_json(const std::string& text) {
-  json object = json::parse(text, nullptr, false);
+  auto document = parse_json(text);
+  if (!document) return pass(document.error());
+  json& object = *document;
   if (!object.is_object() || !object.contains(own_digest) || !object[own_digest].is_string())
     return fail({.code = Errc::parse, .what = "not a certificate of Weft"});
   const std::string recorded = object[own_digest];

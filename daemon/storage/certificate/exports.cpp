@@ -14,6 +14,7 @@
 #include "daemon/storage/dataset/import.hpp"
 #include "daemon/storage/recorder/log_check.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
+#include "protocols/base/json_text.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -215,7 +216,9 @@ Result<std::vector<ExportedFile>> listed_exports(const fs::path& folder) {
   if (!fs::exists(file, unseen)) return std::vector<ExportedFile>{};
   const auto text = read_text_file(file);
   if (!text) return pass(text.error());
-  const json list = json::parse(*text, nullptr, false);
+  const auto parsed = parse_json(*text);
+  if (!parsed) return pass(parsed.error(), file.string());
+  const json& list = *parsed;
   try {
     if (list.at("format") != list_format || list.at("version") != 1)
       return fail({.code = Errc::parse, .where = file.string(), .what = "not a list of exports"});

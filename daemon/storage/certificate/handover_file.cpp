@@ -9,6 +9,7 @@
 #include "daemon/base/text/format.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/recorder/campaign_folder.hpp"
+#include "protocols/base/json_text.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -79,7 +80,9 @@ HandoverResult handover_result_from(const json& object) {
 Result<json> read_evaluation(const fs::path& file) {
   const auto text = read_text_file(file, most_list_bytes);
   if (!text) return pass(text.error());
-  json object = json::parse(*text, nullptr, false);
+  auto document = parse_json(*text);
+  if (!document) return pass(document.error(), file.string());
+  json& object = *document;
   if (!object.is_object() || object.value("format", json()) != format_name ||
       !object.contains(evaluation_digest) || !object[evaluation_digest].is_string())
     return not_evaluation(file);

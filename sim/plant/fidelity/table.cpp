@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
+#include "protocols/base/json_text.hpp"
 #include "protocols/base/names.hpp"
 #include "sim/plant/bounds.hpp"
 #include "sim/plant/field_reader.hpp"
@@ -179,10 +180,11 @@ std::optional<Amount> amount(std::string_view text) {
 }  // namespace
 
 Result<FidelityTable> parse_fidelity(std::string_view text) {
-  const json root = json::parse(text, nullptr, /*allow_exceptions=*/false);
-  if (!root.is_object())
+  const Result<json> root = parse_json(text);
+  if (!root) return pass(root.error(), "fidelity table");
+  if (!root->is_object())
     return parse_error("fidelity table", {.what = "not a JSON object", .expected = "an object"});
-  return read_table(root);
+  return read_table(*root);
 }
 
 std::string_view to_string(Integrator integrator) {

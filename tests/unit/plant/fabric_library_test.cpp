@@ -79,6 +79,7 @@ TEST_CASE("a table with a fault is refused, with the place of the fault") {
   CHECK(where(with("\"waviness_um\"", "\"wavyness_um\"")) == "/parameters/wavyness_um");
   CHECK_FALSE(parse_fabrics("").has_value());
   CHECK_FALSE(parse_fabrics("[]").has_value());
+  CHECK(parse_fabrics(R"({"fabrics": {"a": {}, "a": {}}})").error().where == "fabrics: /fabrics/a");
   CHECK_FALSE(parse_fabrics(test::fabrics_text().substr(0, 5000)).has_value());
 }
 

@@ -163,7 +163,8 @@ TEST_CASE("the table reads back from JSON, and faults are refused with their pla
   CHECK(refused_at("L2", "Z") == "/rows/0/level");
   CHECK(refused_at("tr_bdf2", "rk4").find("/rows/0/integrator") != std::string::npos);
   CHECK(refused_at("0.002", "-1") == "/rows/0/error_max_n");
-  CHECK(refused_at("3000", "1e999").find("/rows") == std::string::npos);  // not JSON: out of range
+  CHECK(refused_at("3000", "1e999") == "fidelity table: /rows/0");  // too large for any double
+  CHECK(refused_at("\"scene\"", "\"level\": 1, \"scene\"") == "fidelity table: /rows/0/level");
   CHECK(refused_at("error_rms_n", "error_rms") != "");
   CHECK_FALSE(parse_fidelity(R"({"schema_version": 1, "bench": "real", "rows": []})"));
   CHECK_FALSE(parse_fidelity(R"({"schema_version": 2, "bench": "simulated", "rows": []})"));

@@ -189,7 +189,29 @@ TEST_CASE("Schema and parser agree on what does not depend on a rig") {
       {"\"name\": \"small\"", "\"name\": \"\"", false},
       {"\"name\": \"small\"", "\"name\": \"a/b\"", false},
       {"\"name\": \"small\"", "\"name\": \".hidden\"", false},
-      {"\"name\": \"small\"", "\"name\": \"-a_b.C9\"", true},
+      {"\"name\": \"small\"", "\"name\": \"-rf\"", false},
+      {"\"name\": \"small\"", "\"name\": \"_a-b.C9\"", true},
+      {reps,
+       R"("repetitions": {"parameter": "n"}, "parameters": {"n": {"type": "integer", "default": 2}})",
+       true},
+      {reps,
+       R"("repetitions": {"parameter": "n"}, "parameters": {"n": {"type": "real", "default": 2}})",
+       false},
+      {reps,
+       R"("repetitions": {"parameter": "n"}, "parameters": {"n": {"type": "integer", "unit": "kg", "default": 2}})",
+       false},
+      {reps,
+       R"("repetitions": {"parameter": "n"}, "parameters": {"n": {"type": "integer", "default": []}})",
+       false},
+      {reps,
+       R"("repetitions": {"parameter": "n"}, "parameters": {"-n": {"type": "integer", "default": 2}})",
+       false},
+      {reps, R"("repetitions": {"parameter": "n", "else": 2})", false},
+      {reps,
+       R"("repetitions": 2, "on_trial_failure": {"parameter": "then"}, "parameters": {"then": {"type": ["stop", "continue"], "default": "stop"}})",
+       true},
+      {reps, R"("repetitions": 2, "bound_parameters": {"force_N": 3, "first": true})", true},
+      {reps, R"("repetitions": 2, "bound_parameters": {"force_N": [3]})", false},
       {"[\"denim\", \"silk\"]", "[]", false},
       {"[\"denim\", \"silk\"]", "[\"denim\", \"denim\"]", false},
       {"[\"denim\", \"silk\"]", "[\"denim\", 3]", false},
@@ -283,9 +305,10 @@ TEST_CASE("The schema is of draft 2020-12, and every quantity in it says its uni
   const std::function<void(const json&)> inspect = [&](const json& part) {
     if (part.is_object() && part.contains("properties"))
       for (const auto& [key, property] : part["properties"].items())
-        if (property.value("type", json()) == "number") {
+        if (property.contains("anyOf") && property["anyOf"][0].value("type", json()) == "number") {
           INFO(key);
           ++quantities;
+          CHECK(property["anyOf"][1] == json{{"$ref", "#/$defs/reference"}});
           CHECK_FALSE(unit_of(key).empty());
           CHECK(property.value("x-unit", "") == unit_of(key));
         }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "sim/rig/rig_config.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"
 
 namespace rig_file_test {
@@ -28,6 +29,16 @@ TEST_CASE("the rig file of this tree is a simulated bench with a device for each
   CHECK(rig->bench == BenchKind::simulated);
   CHECK(rig->plant_level == "auto");
   CHECK(rig->devices.size() == 7);
+}
+
+TEST_CASE("a key given twice in a rig file is refused with its pointer") {
+  std::string text = test::read_file(test::source / "sim/rigs/bench17.json");
+  const std::string first = "\"limits\": {";
+  text.insert(text.find(first) + first.size(), "\"speed_mm_s\": 1, ");
+  const Result<RigFile> rig = parse_rig_file(text);
+  REQUIRE_FALSE(rig);
+  CHECK(rig.error().where == "/limits/speed_mm_s");
+  CHECK(sim::parse_rig_config(text).error().where == "rig file: /limits/speed_mm_s");
 }
 
 TEST_CASE("data of an emulated bench are simulated, those of a real one are not") {

@@ -397,6 +397,20 @@ TEST_CASE("The name of a token whose time is over is free again") {
   CHECK_FALSE(tokens->add("late", Role::observer, 3000));
 }
 
+TEST_CASE("A token's name is no option of a command, and its file says everything once") {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "tokens.json";
+  auto tokens = TokenFile::load(file);
+  for (const char* name : {"", "-rf", ".hidden", "a\nb"})
+    CHECK(tokens->add(name, Role::observer, 1000).error().code == Errc::invalid_argument);
+  REQUIRE(tokens->add("Zo\u00eb's notebook", Role::observer, 1000));
+  REQUIRE(tokens->save());
+  std::string twice = test::read_file(file);
+  twice.insert(twice.find("\"role\""), "\"role\": \"admin\", ");
+  test::write_file(file, twice);
+  CHECK(TokenFile::load(file).error().where == file.string() + ": /tokens/0/role");
+}
+
 TEST_CASE("A file of tokens that others may read is refused") {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "tokens.json";

@@ -81,6 +81,24 @@ TEST_CASE("Members that a request does not have are refused with the one that wa
   CHECK_THAT(other.error().error.error.hint, Catch::StartsWith("Known: "));
 }
 
+TEST_CASE("A key given twice in a request is refused with its pointer, and a stop is known still") {
+  const auto twice = [](const std::string& line) {
+    const auto r = parse_request(line);
+    REQUIRE_FALSE(r);
+    CHECK(r.error().error.code == code::invalid_request);
+    CHECK(r.error().error.kind == "request.duplicate_key");
+    CHECK(r.error().id_json == "3");
+    REQUIRE(r.error().received);
+    CHECK(r.error().received->method == "rig.halt");
+    return r.error().error.error.where;
+  };
+  CHECK(twice(R"({"jsonrpc":"2.0","id":3,"method":"m","method":"rig.halt"})") == "/method");
+  CHECK(
+      twice(
+          R"({"jsonrpc":"2.0","id":3,"method":"rig.halt","params":{"a":[{"b":1},{"b":1,"b":2}]}})") ==
+      "/params/a/1/b");
+}
+
 TEST_CASE("A line of a million brackets costs no stack") {
   const auto r = parse_request(std::string(1'000'000, '['));
   REQUIRE_FALSE(r);
