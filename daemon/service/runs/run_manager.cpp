@@ -10,7 +10,6 @@
 namespace weft::daemon::runs {
 namespace {
 
-<<<<<<< HEAD
 /// One that is there is an older run's, of a daemon whose memory is gone.
 std::filesystem::path free_folder(const std::filesystem::path& wanted) {
   std::filesystem::path folder = wanted;
@@ -22,10 +21,7 @@ std::filesystem::path free_folder(const std::filesystem::path& wanted) {
 
 }  // namespace
 
-// A person's name for a folder is one path component, nothing hidden.
-=======
 // A person's name for a folder is one path component, nothing hidden, no option of a command.
->>>>>>> params
 Status check_name(const std::string& name) {
   constexpr std::size_t longest = 100;
   if (name.empty() || recipes::is_name(name, longest)) return {};
