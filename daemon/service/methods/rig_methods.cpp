@@ -33,9 +33,12 @@ json rig_json(const runs::RunManager& manager) {
   using Fact = runs::RigState::Fact;
   const runs::RigState& rig = manager.rig_state();
   const auto run = manager.active();
-  const bool moves = run && rig.fact() != Fact::latched;
-  json out{{"rig", moves ? fact_of(manager.get(*run)->machine.state) : to_string(rig.fact())}};
+  const auto maintenance = manager.status().maintenance;
+  const bool moves = (run || maintenance) && rig.fact() != Fact::latched;
+  json out{{"rig", to_string(rig.fact())}};
+  if (moves) out["rig"] = run ? fact_of(manager.get(*run)->machine.state) : "moving";
   if (run) out["run"] = *run;
+  if (maintenance) out["maintenance"] = *maintenance;
   add_reason(rig, out);
   return out;
 }
@@ -185,10 +188,66 @@ Outcome reset(const Services& services, const Call& call) {
   return format_text({{"latched", false}});
 }
 
+void maintain(const Services& services, const Call& call, const Responder& respond,
+              const recipes::MaintenanceOrder& order) {
+  if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
+  services.run_manager->maintain(order, by(call.caller),
+                                 [respond, order](const Result<MaintenanceSummary>& summary) {
+                                   if (!summary) return respond(refused(summary.error()));
+                                   respond(format_text(runs::maintenance_json(order, *summary)));
+                                 });
+}
+
+void jog(const Services& services, const Call& call, const Responder& respond) {
+  const std::string name = call.params.at("axis").get<std::string>();
+  const auto axis = std::ranges::find(recipes::all_axes, name,
+                                      [](recipes::Axis each) { return to_string(each); });
+  if (axis == recipes::all_axes.end())
+    return respond(refused(bad_param("axis", "no such axis", "x, y, z, rx or ry", name)));
+  maintain(services, call, respond,
+           {recipes::MaintenanceKind::jog, *axis, call.params.at("distance").get<double>()});
+}
+
+constexpr std::string_view maintenance_result =
+    "order, from, to (positions by axis), relative (z was not homed: it went up from where it "
+    "was), "
+    "outcome, rig (safe: the probe is up; holding; unknown), error";
+
+void add_maintenance(MethodGroup& group) {
+  group.change("rig.retract",
+               "lift the probe to the clear height, outside a run and without homing; answers when "
+               "the motion has ended. Where z has not been homed it goes up by at most the "
+               "clearance from where it is",
+               Role::operator_, {rig_lease_param}, maintenance_result,
+               [](const Services& services, const Call& call, const Responder& respond) {
+                 maintain(services, call, respond, {recipes::MaintenanceKind::retract});
+               });
+  group.change("rig.park",
+               "lift the probe, then move x, y, rx and ry to the rig file's park position, outside "
+               "a run; every stage must be homed; answers when the motion has ended",
+               Role::operator_, {rig_lease_param}, maintenance_result,
+               [](const Services& services, const Call& call, const Responder& respond) {
+                 maintain(services, call, respond, {recipes::MaintenanceKind::park});
+               });
+  group.change(
+      "rig.jog",
+      "move one axis by at most 5 mm or 1 degree, at a tenth of its speed, outside a run; "
+      "every motion but z up stops where the force changes by 1 N; answers when the "
+      "motion has ended",
+      Role::operator_,
+      {rig_lease_param,
+       {"axis", ParamType::text, true, "x, y, z, rx or ry"},
+       {"distance", ParamType::number, true, "[m], for rx and ry [rad]; z counts downwards"}},
+      maintenance_result, jog);
+}
+
 }  // namespace
 
-json rig_delta(const runs::RigState& rig, std::string_view by) {
-  json delta{{"rig", to_string(rig.fact())},
+json rig_delta(const runs::RunManager& manager, std::string_view by) {
+  const runs::RigState& rig = manager.rig_state();
+  const auto maintenance = manager.status().maintenance;
+  json delta{{"rig", maintenance && !rig.is_latched() ? "moving" : to_string(rig.fact())},
+             {"maintenance", maintenance ? json(*maintenance) : json()},
              {"latch", nullptr},
              {"latched_by", nullptr},
              {"left_by", nullptr},
@@ -200,10 +259,12 @@ json rig_delta(const runs::RigState& rig, std::string_view by) {
 void add_rig_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);
   group
-      .read("rig.state", "the rig's own fact", {},
-            "rig, run, latch (halt or estop), latched_by (with the reason, where one was "
-            "given), left_by",
-            [](const Services& s, const Call&) { return format_text(rig_json(*s.run_manager)); })
+      .read(
+          "rig.state", "the rig's own fact", {},
+          "rig, run, maintenance (retract, park or jog: what moves outside a run), latch (halt or "
+          "estop), latched_by (with the reason, where one was "
+          "given), left_by",
+          [](const Services& s, const Call&) { return format_text(rig_json(*s.run_manager)); })
       .urgency = rpc::Urgency::urgent;
   add_stop(group, "rig.halt",
            "stops motion where it is and latches the rig, each time that it is asked for; needs no "
@@ -218,6 +279,7 @@ void add_rig_methods(rpc::Methods& methods, const Services& services) {
                "engineer",
                Role::operator_, {{"reason", ParamType::text, true, "what was looked at"}},
                "latched", reset);
+  add_maintenance(group);
   group.read("rig.describe", "what the rig is and can do, as its file says", {},
              "rig, bench (simulated, emulated, real), simulated, force_cap_n, torque_cap_nm, "
              "travel by axis, plate: origin, size, surface_z_m; footprint of the probe, "

@@ -66,8 +66,8 @@ void add_rig_blocker(const runs::RigState& rig, json& blockers) {
                                    rig.why() + ": look at the rig, then rig.reset"));
   if (rig.fact() == Fact::unknown)
     blockers.push_back(blocker("rig.unknown", rig.why(),
-                               "Nobody knows where that run left the rig: look at it, then "
-                               "rig.reset, or, where the run is interrupted, go on with it"));
+                               "Nobody knows where that run or motion left the rig: look at it, "
+                               "then rig.reset, or, where the run is interrupted, go on with it"));
 }
 
 void add_rig_file_blocker(const Services& services, json& blockers) {
@@ -215,6 +215,8 @@ std::string readiness_json(const Services& services) {
                 "Paused by " + queue.paused_by() + ": queue.start lets the next begin"));
   if (const auto run = services.run_manager->active())
     blockers.push_back(blocker("rig.busy", *run, "Wait for it, or put yours in the queue"));
+  if (const auto motion = services.run_manager->status().maintenance)
+    blockers.push_back(blocker("rig.busy", *motion, "Wait for it, or put yours in the queue"));
   const bool ok = blockers.empty();
   return format_text({{"ok", ok}, {"blockers", std::move(blockers)}});
 }

@@ -105,8 +105,9 @@ Result<RunView> RunManager::order(std::string_view id, Order order, std::string_
 
 // Motion first, then what has to reach the disk.
 void RunManager::halt(RigState::Stop stop, std::string_view by, std::string_view reason) {
+  maintenance_.give({Order::halt, std::string(by)});
   RunChange change;
-  bool is_news = false;
+  bool is_news = maintenance_.order().has_value();
   std::vector<Run*> halted;
   for (const auto& run : runs_) {
     const auto step = on_order(run->machine, run->limits, Order::halt, context_.now());
@@ -156,6 +157,11 @@ Status RunManager::reset(std::string_view reason, std::string_view by) {
                  .what = "a run has not ended yet",
                  .expected = "ended",
                  .hint = "Wait for it; one that does not answer ends with the daemon"});
+  if (maintenance_.order())
+    return fail({.code = Errc::wrong_state,
+                 .where = "rig",
+                 .what = "a motion has not ended yet",
+                 .hint = "Reset the rig once it has ended"});
   journal_repeated(repeated_stops_.take());
   Status persisted =
       store_.commit({.rig = RigState(), .journal = {line("", "reset", by, {{"reason", reason}})}});

@@ -44,7 +44,7 @@ Result<CampaignRequest> RunManager::request_of(const StoredRun& run) const {
 }
 
 void RunManager::begin_next() {
-  if (active() || closing_) return;
+  if (active() || maintenance_.order() || closing_) return;
   const auto number = queue_.next(rig_);
   if (!number) return;
   Run& next = *numbered(*number);
