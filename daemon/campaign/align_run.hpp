@@ -1,61 +1,19 @@
 #pragma once
-// Runs an alignment on a bench: the scan cycle around recipes/alignment, and all of it from a rig
-// file to what was found.
+// Runs an alignment on a bench, from a rig file to what was found.
 
 #include <atomic>
 #include <filesystem>
 #include <functional>
 #include <optional>
 
-#include "daemon/campaign/bench_actions.hpp"
 #include "daemon/campaign/bench_session.hpp"
-#include "daemon/campaign/orders/run_orders.hpp"
+#include "daemon/campaign/machine_run.hpp"
 #include "daemon/campaign/trial_recording.hpp"
 #include "recipes/alignment/alignment.hpp"
 
 namespace weft::daemon {
 
-/// Thread-bound to the bench's loop. Plan and bench outlive it.
-class AlignRun {
- public:
-  AlignRun(const recipes::AlignPlan& plan, Loop& loop, Bench& bench);
-  ~AlignRun();
-
-  /// The bench is up.
-  void start();
-  /// AbortRequested, HaltRequested.
-  void request(recipes::Event event) { dispatch(std::move(event)); }
-
-  [[nodiscard]] const std::optional<recipes::AlignDone>& result() const { return result_; }
-  [[nodiscard]] const recipes::AlignState& state() const { return state_; }
-
- private:
-  void cycle();
-  bool guarded(Duration since_last);
-  void dispatch(recipes::Event event);
-  template <class Order>
-  void carry_out(const Order& order) {
-    actions_.begin(order);
-  }
-  void carry_out(const recipes::ArmTimer& timer);
-  void carry_out(const recipes::StopMotion&) { actions_.stop(); }
-  void carry_out(const recipes::AlignDone& done);
-
-  const recipes::AlignPlan* plan_;
-  Loop* loop_;
-  Bench* bench_;
-  BenchActions actions_;
-  Duration period_;
-  recipes::AlignState state_;
-  EventQueue<recipes::Event> events_;
-  std::optional<recipes::AlignDone> result_;
-  std::uint64_t cycles_ = 0;
-  TimePoint last_cycle_;
-  TimePoint cycle_due_;
-  TimerId cycle_timer_ = 0;
-  TimerId step_timer_ = 0;
-  std::optional<TimePoint> deadline_;
-};
+using AlignRun = MachineRun<recipes::AlignPlan, recipes::AlignState, recipes::AlignDone>;
 
 struct AlignRequest {
   std::filesystem::path rig;

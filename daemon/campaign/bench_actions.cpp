@@ -107,7 +107,8 @@ void BenchActions::begin(const recipes::MoveTo& order) {
   descent_.reset();
   motion_ = Motion{order.ticket, {}, ZWay::none};
   for (const recipes::AxisMove& move : order.moves) {
-    motion_->moves.push_back({move.axis, command(move.axis, MoveCommand{move.target, move.speed})});
+    const MoveCommand sent{move.target, move.speed, move.unhomed};
+    motion_->moves.push_back({move.axis, command(move.axis, sent)});
     const double from = bench_->snapshot().stage[recipes::index(move.axis)].position;
     watch_.moved(move.axis, from, move.target, move.speed, loop_->now());
     if (move.axis == StageAxis::z) motion_->z_way = z_way(from, move.target);

@@ -107,11 +107,23 @@ Status apply_fault(sim::Rig& rig, const FaultOrder& order, TimePoint now) {
 
 class SimulatedSession final : public BenchSession {
  public:
-  explicit SimulatedSession(std::unique_ptr<SimulatedBench> bench) : simulated_(std::move(bench)) {}
+  SimulatedSession(std::unique_ptr<SimulatedBench> bench, SimulatedPlace* place)
+      : simulated_(std::move(bench)), place_(place) {}
+  ~SimulatedSession() override {
+    if (place_ == nullptr) return;
+    place_->is_known = true;
+    place_->position = simulated_->rig->stage_positions(simulated_->loop.now());
+    for (std::size_t i = 0; i < recipes::axis_count; ++i)
+      place_->homed[i] = bench().snapshot().stage[i].homed;
+    place_->fabric = fabric_;
+    place_->patch_seed = patch_seed_;
+  }
   Bench& bench() override { return *simulated_->bench; }
   Loop& loop() override { return simulated_->host_time; }
   void run_until(const std::function<bool()>& done) override { simulated_->loop.run_until(done); }
   void mount(std::string_view fabric, std::uint64_t patch_seed, MountDone done) override {
+    fabric_ = fabric;
+    patch_seed_ = patch_seed;
     done(simulated_->rig->mount(fabric, patch_seed, simulated_->loop.now()));
   }
   void inject_fault(const FaultOrder& order) override {
@@ -125,7 +137,27 @@ class SimulatedSession final : public BenchSession {
 
  private:
   std::unique_ptr<SimulatedBench> simulated_;
+  SimulatedPlace* place_;
+  std::string fabric_;  ///< on the plate
+  std::uint64_t patch_seed_ = 0;
 };
+
+/// The rig file with its emulated stages where `place` has them.
+RigFile rig_at(const RigFile& rig, const SimulatedPlace& place) {
+  json root = json::parse(rig.text);
+  for (json& device : root.at("devices"))
+    for (const StageAxis axis : recipes::all_axes) {
+      if (device.value("role", "") != recipes::to_string(axis)) continue;
+      const bool linear = recipes::is_linear(axis);
+      const double position = place.position[recipes::index(axis)];
+      json& emulator = device["emulator"];
+      emulator[linear ? "start_mm" : "start_deg"] = position / (linear ? m_per_mm : rad_per_deg);
+      emulator["homed"] = place.homed[recipes::index(axis)];
+    }
+  RigFile there = rig;
+  there.text = root.dump();
+  return there;
+}
 
 /// Devices behind ports, in real time.
 class PortSession final : public BenchSession {
@@ -190,11 +222,20 @@ class PortSession final : public BenchSession {
 Result<std::unique_ptr<BenchSession>> simulated_session(const SessionRequest& request) {
   const Result<std::string> fabrics = read_fabrics(request.rig, request.rig_path);
   if (!fabrics) return pass(fabrics.error());
-  auto bench = SimulatedBench::create(request.rig, *fabrics, request.seed);
+  SimulatedPlace place;
+  if (request.begins_there && request.place != nullptr) place = *request.place;
+  auto bench = SimulatedBench::create(place.is_known ? rig_at(request.rig, place) : request.rig,
+                                      *fabrics, request.seed);
   if (!bench) return pass(bench.error());
   if (Status same = same_rates(request.rig, request.limits, *(*bench)->rig); !same)
     return pass(same.error());
-  return std::unique_ptr<BenchSession>(std::make_unique<SimulatedSession>(std::move(*bench)));
+  auto session = std::make_unique<SimulatedSession>(std::move(*bench), request.place);
+  Status mounted;
+  if (!place.fabric.empty())
+    session->mount(place.fabric, place.patch_seed,
+                   [&mounted](Status done) { mounted = std::move(done); });
+  if (!mounted) return pass(mounted.error());
+  return std::unique_ptr<BenchSession>(std::move(session));
 }
 
 }  // namespace
@@ -205,9 +246,9 @@ void BenchSession::inject_fault(const FaultOrder& order) {
                        .what = "nothing lets faults befall a real bench"}));
 }
 
-Status bring_up(BenchSession& session, const StopRequested& stop_requested) {
+Status bring_up(BenchSession& session, const StopRequested& stop_requested, Homing homing) {
   std::optional<Status> up;
-  session.bench().bring_up([&up](Status outcome) { up = std::move(outcome); });
+  session.bench().bring_up([&up](Status outcome) { up = std::move(outcome); }, homing);
   session.run_until([&] { return up.has_value() || stop_requested(); });
   if (up) return *up;
   if (stop_requested())

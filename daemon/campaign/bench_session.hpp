@@ -18,6 +18,17 @@
 
 namespace weft::daemon {
 
+/// Where the session before left a simulated bench: the emulated devices end with their session,
+/// and motion outside a run begins where the run ended. A run itself always begins from the rig
+/// file, so that it is the same each time.
+struct SimulatedPlace {
+  bool is_known = false;
+  std::array<double, recipes::axis_count> position{};  ///< of the motors, each stage's own zero
+  std::array<bool, recipes::axis_count> homed{};
+  std::string fabric;  ///< on the plate; empty: none
+  std::uint64_t patch_seed = 0;
+};
+
 // A simulated bench ready to be driven: virtual time, emulated devices, links between them.
 
 /// Members are destroyed last to first: drivers before links, links before the rig, the loop last.
@@ -76,11 +87,15 @@ struct SessionRequest {
   std::filesystem::path rig_path;  ///< the cloth table is found relative to it
   const recipes::RigLimits& limits;
   std::uint64_t seed = 0;  ///< of a simulated bench's sensors
+  /// Of a simulated bench: written when the session ends. Null: not kept. Outlives the session.
+  SimulatedPlace* place = nullptr;
+  bool begins_there = false;  ///< at `place`, where it is known
 };
 
-/// Opens and homes. Errors: the bench's; wrong_state when it was stopped; timeout, when the bench
-/// fell silent.
-Status bring_up(BenchSession& session, const StopRequested& stop_requested);
+/// Opens the devices and, unless told otherwise, homes the stages. Errors: the bench's; wrong_state
+/// when it was stopped; timeout, when the bench fell silent.
+Status bring_up(BenchSession& session, const StopRequested& stop_requested,
+                Homing homing = Homing::all);
 
 /// Makes devices and links; nothing has been said to a device yet.
 /// Errors: what the rig file, its cloth table or a port refuse.

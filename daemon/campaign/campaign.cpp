@@ -357,7 +357,8 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
                  .what = "the recipe asks for people, and nobody can confirm here"});
   if (hooks.planned) hooks.planned(checked.plan);
   const auto began = steady_wall_now();
-  const auto session = open_session({rig, request.rig, checked.plan.limits, checked.plan.seed});
+  const auto session =
+      open_session({rig, request.rig, checked.plan.limits, checked.plan.seed, hooks.place});
   if (!session) return pass(session.error(), request.rig.string());
   const std::filesystem::path campaign_file = request.out / campaign_file_name;
   const auto folder = prepare_folder(request.out, disk_forecast(checked.plan));

@@ -125,6 +125,8 @@ struct CampaignHooks {
   LiveFrameSampler* frame_sampler = nullptr;
   /// Of a simulated bench; kept only where there are `orders`, which end a wait.
   const BenchPace* pace = nullptr;
+  /// Where the run leaves a simulated bench. Null: not kept.
+  SimulatedPlace* place = nullptr;
 };
 
 /// The recipe's text, not resolved: the request's, or that of its file. Errors: read_text_file()'s.

@@ -43,6 +43,9 @@ struct HomeCommand {};
 struct MoveCommand {
   double target = 0;
   double speed = 0;
+  /// Also where the stage has not been homed: positions then count from where it was switched on,
+  /// and no travel bounds the target. A plugin gets the move without this, and refuses it.
+  bool unhomed = false;
 };
 /// Move with `velocity` for at most `horizon` and then stop by itself: the finite form of a
 /// velocity command, so that a dead host leaves stages that stop. Sent again each cycle by the

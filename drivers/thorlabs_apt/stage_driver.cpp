@@ -112,12 +112,15 @@ Result<std::uint32_t> StageDriver::run(const HomeCommand&) {
 }
 
 Result<std::uint32_t> StageDriver::run(const MoveCommand& move) {
-  if (Status homed = require_homed(); !homed) return pass(std::move(homed.error()));
+  if (Status homed = require_homed(); !homed && !move.unhomed)
+    return pass(std::move(homed.error()));
   const Result<std::int32_t> velocity = speed_counts(move.speed);
   if (!velocity) return pass(velocity.error());
   const Result<std::int32_t> target = position_to_counts(settings_.scale, move.target);
   if (!target) return pass(target.error());
-  if (*target < settings_.travel_low_counts || *target > settings_.travel_high_counts)
+  const bool has_origin = (last_.status_bits & status::homed) != 0 || !move.unhomed;
+  if (has_origin &&
+      (*target < settings_.travel_low_counts || *target > settings_.travel_high_counts))
     return fail({.code = Errc::range,
                  .what = "the target is outside the travel",
                  .expected = settings_.with_unit(to_si(settings_.travel_low_counts)) + " to " +

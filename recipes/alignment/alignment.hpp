@@ -75,6 +75,15 @@ struct AlignState {
   std::optional<Error> error;  ///< the first one
 };
 
+/// What a guarded cycle asks of a machine: a retreat goes on after a trip.
+inline bool is_retreating(const AlignState& state) {
+  return state.step == AlignStep::retracting;
+}
+/// The force sensor takes its zero, or did not yet.
+inline bool zero_moves(const AlignState& state) {
+  return state.step < AlignStep::crossing;
+}
+
 struct AlignTransition {
   AlignState next;
   std::vector<AlignEffect> effects;

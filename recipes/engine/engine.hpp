@@ -53,8 +53,9 @@ struct MountFabric {
 };
 struct AxisMove {
   Axis axis = Axis::x;
-  double target = 0;  ///< [m] or [rad]
-  double speed = 0;   ///< [m/s] or [rad/s], > 0; axes of one leg have speeds in proportion
+  double target = 0;     ///< [m] or [rad]
+  double speed = 0;      ///< [m/s] or [rad/s], > 0; axes of one leg have speeds in proportion
+  bool unhomed = false;  ///< as MoveCommand has it
 };
 /// Move these axes together; answer MotionDone when every one of them confirmed and agrees, or
 /// MotionLost when one of them cannot any more. Replaces motions of the same axes. While the force

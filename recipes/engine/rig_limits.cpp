@@ -35,6 +35,7 @@ class RigReader {
     section(rig, "probe", &RigReader::read_probe);
     section(rig, "plate", &RigReader::read_plate);
     section(rig, "control", &RigReader::read_control);
+    if (const json* park = rig.object("park", Need::optional)) read_park(*park, rig.at("park"));
     read_sensors(document);
     read_fabrics(rig);
   }
@@ -166,6 +167,20 @@ class RigReader {
     for (const Quantity& note : {Quantity{"measured", {{"measured_unix_s", 1}}},
                                  Quantity{"lean_left", {{"lean_left_rad", 1}}}})
       static_cast<void>(r.quantity(note, {0, 1e12, {}}, Need::optional));
+    r.finish();
+  }
+
+  /// An axis that is left out parks at home.
+  void read_park(const json& value, const std::string& where) {
+    ObjectReader r(value, where, problems_);
+    const auto axis = [&](Quantity quantity, Axis of) {
+      const Range& travel = limits_.geometry.travel[index(of)];
+      r.set(limits_.park[of], quantity, {travel.min, travel.max, "limits"});
+    };
+    axis(mm_or_m("x", "x_mm", "x_m"), Axis::x);
+    axis(mm_or_m("y", "y_mm", "y_m"), Axis::y);
+    axis({"rx", {{"rx_deg", deg_per_rad}, {"rx_rad", 1}}}, Axis::rx);
+    axis({"ry", {{"ry_deg", deg_per_rad}, {"ry_rad", 1}}}, Axis::ry);
     r.finish();
   }
 

@@ -36,6 +36,7 @@ struct RigLimits {
   /// Of the rotary stages that put the plate level under the probe, as weft align found them: where
   /// campaigns hold them. The plate's own lean about the weft stays, and the probe's with it.
   Tilts level;
+  Joints park;  ///< where park leaves x, y, rx and ry; z is not read from the rig file
   std::vector<std::string> fabrics;  ///< names the rig can mount; empty when it takes any
 
   /// Positions are recorded, all axes in one row, once in so many cycles.

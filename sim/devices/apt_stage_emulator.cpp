@@ -35,6 +35,8 @@ AptStageEmulator::AptStageEmulator(const AptStageParams& params, BenchPlant& ben
   if (params_.bay) unit_ = static_cast<std::uint8_t>(address::bay_first + *params_.bay);
   bench_plant_->stage(params_.axis, now).stop(0, now);
   zero_ = lossy_from_ = stage().position(now);
+  homed_ = params.homed;
+  if (homed_) zero_ = home_position();
 }
 
 bool AptStageEmulator::servo() const {

@@ -66,6 +66,7 @@ struct AptStageParams {
   std::optional<std::uint8_t> bay;
   std::uint8_t bays = 3;
   bool enabled = true;   ///< the channel, when the power comes on
+  bool homed = false;    ///< the controller has been on since it was homed last
   bool encoder = false;  ///< steppers: the status tells where the carriage is beside the step count
   RetargetPolicy retarget = RetargetPolicy::replan;
   /// Servos and BSC fall silent after this many status messages that nobody asked for, servos until
@@ -75,7 +76,8 @@ struct AptStageParams {
 
 class AptStageEmulator final : public Emulator {
  public:
-  /// Powered on: not homed, counter at zero wherever the carriage is. `bench_plant` outlives it.
+  /// Powered on: unless params.homed, the counter is at zero wherever the carriage is.
+  /// `bench_plant` outlives it.
   AptStageEmulator(const AptStageParams& params, BenchPlant& bench_plant, TimePoint now);
 
   void receive(ByteView bytes, TimePoint now, ByteSink& out) override;

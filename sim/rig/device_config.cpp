@@ -197,7 +197,7 @@ Status read_controller(FieldReader& reader, const std::string& where, AptStagePa
   double bay = no_bay;
   reader.text("model", params.model).text("retarget", retarget).text("firmware", firmware);
   reader.text("notes", params.notes).flag("enabled", params.enabled);
-  reader.flag("encoder", params.encoder);
+  reader.flag("encoder", params.encoder).flag("homed", params.homed);
   reader.whole("serial", params.serial, 0, 99'999'999);
   reader.whole("silent_after", params.silent_after, 0, 1e6);
   reader.number("bay", bay, 0, 9).whole("bays", params.bays, 1, 10);

@@ -159,7 +159,7 @@ void Bench::poll() {
   poll_timer_ = loop_->after(poll_period, [this] { poll(); });
 }
 
-void Bench::bring_up(std::function<void(Status)> done) {
+void Bench::bring_up(std::function<void(Status)> done, Homing homing) {
   done_ = std::move(done);
   const auto all_in = [this](DriverState state) {
     return std::all_of(devices_.begin(), devices_.end(),
@@ -169,12 +169,12 @@ void Bench::bring_up(std::function<void(Status)> done) {
     if (Status ok = device->driver().open(); !ok)
       return finish(pass(ok.error(), device->entry().name));
   await([all_in] { return all_in(DriverState::open); }, ready_limit, "state open",
-        [this, all_in] {
+        [this, all_in, homing] {
           for (const auto& device : devices_)
             if (Status ok = device->driver().arm(); !ok)
               return finish(pass(ok.error(), device->entry().name));
           await([all_in] { return all_in(DriverState::armed); }, ready_limit, "state armed",
-                [this] { home(0); });
+                [this, homing] { homing == Homing::all ? home(0) : read_all(); });
         });
 }
 

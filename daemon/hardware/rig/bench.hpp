@@ -46,6 +46,8 @@ struct WrenchTotal {
 };
 
 using StageAxis = recipes::Axis;
+/// Whether bringing a bench up homes its stages.
+enum class Homing : std::uint8_t { all, none };
 using LinkFactory = std::function<Result<std::unique_ptr<Link>>(const DeviceEntry&)>;
 
 /// What the bench said last. SI; joints as recipes::Joints counts them.
@@ -72,9 +74,10 @@ class Bench {
                                                const LinkFactory& pages = {});
   ~Bench();
 
-  /// Opens and arms every device, then homes the stages, z first (up, away from the cloth).
-  /// `done` is called once, with the first fault or the device that did not get ready in time.
-  void bring_up(std::function<void(Status)> done);
+  /// Opens and arms every device, then homes the stages, z first (up, away from the cloth); with
+  /// Homing::none nothing moves. `done` is called once, with the first fault or the device that did
+  /// not get ready in time.
+  void bring_up(std::function<void(Status)> done, Homing homing = Homing::all);
   [[nodiscard]] const Snapshot& snapshot() const { return snapshot_; }
   /// The readings so far have been looked at: another cycle begins.
   void begin_recent() { snapshot_.wrench_recent = {}; }

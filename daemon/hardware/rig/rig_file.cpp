@@ -22,8 +22,9 @@ constexpr std::string_view vibro_role = "vibro";  // a bench may do without
 
 // Keys that this or another reader of the rig file understands: recipes::parse_rig_limits and
 // sim::Rig look into their own sections, drivers into `config`.
-const std::vector<std::string> root_keys{"name",  "bench",   "devices", "limits",     "probe",
-                                         "plate", "control", "fabrics", "simulation", "plugins"};
+const std::vector<std::string> root_keys{"name",       "bench",   "devices", "limits",
+                                         "probe",      "plate",   "control", "fabrics",
+                                         "simulation", "plugins", "park"};
 const std::vector<std::string> device_keys{"name", "role", "driver",   "config",  "link",
                                            "also", "http", "commands", "emulator"};
 

@@ -261,7 +261,7 @@ Status Daemon::begin(const DaemonOptions& options) {
     if (http_) http_->pump();
   });
   for (const runs::RunView& run : manager_->all()) on_run_changed(run);
-  hub_.publish("rig", api::rig_delta(manager_->rig_state(), "auto:daemon"), utc_us());
+  hub_.publish("rig", api::rig_delta(*manager_, "auto:daemon"), utc_us());
   return log_.append_journal(utc_us(), "", "daemon.started", "auto:daemon");
 }
 
@@ -298,8 +298,8 @@ void Daemon::on_vote(const runs::RunView& run) {
   hub_.publish("vote:" + run.stored.id(), api::vote_json(*run.vote), utc_us());
 }
 
-void Daemon::on_rig_state_changed(const runs::RigState& rig, std::string_view by) {
-  hub_.publish("rig", api::rig_delta(rig, by), utc_us());
+void Daemon::on_rig_state_changed(const runs::RigState& /*rig*/, std::string_view by) {
+  hub_.publish("rig", api::rig_delta(*manager_, by), utc_us());
 }
 
 void Daemon::on_queue_changed(const runs::RunQueue& queue, std::string_view by) {

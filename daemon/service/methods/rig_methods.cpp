@@ -19,9 +19,10 @@ std::string_view fact_of(RunState state) {
   return is_waiting ? "holding" : "moving";
 }
 
-/// One word for the rig: a latch comes before the fact.
-std::string_view rig_word(const runs::RigState& rig) {
-  return rig.is_latched() ? "latched" : to_string(rig.facts().fact);
+/// One word for the rig: a latch comes before the motion, and that before the fact.
+std::string_view rig_word(const runs::RigState& rig, bool is_moved_by_hand) {
+  if (rig.is_latched()) return "latched";
+  return is_moved_by_hand ? "moving" : to_string(rig.facts().fact);
 }
 
 /// The fact, and what keeps the rig from moving.
@@ -44,9 +45,11 @@ void add_facts(const runs::RigFacts& facts, json& out) {
 json rig_json(const runs::RunManager& manager) {
   const runs::RigState& rig = manager.rig_state();
   const auto run = manager.active();
-  const bool moves = run && !rig.is_latched();
-  json out{{"rig", moves ? fact_of(manager.get(*run)->machine.state) : rig_word(rig)}};
+  const auto maintenance = manager.status().maintenance;
+  json out{{"rig", rig_word(rig, maintenance.has_value())}};
+  if (run && !rig.is_latched()) out["rig"] = fact_of(manager.get(*run)->machine.state);
   if (run) out["run"] = *run;
+  if (maintenance) out["maintenance"] = *maintenance;
   add_facts(rig.facts(), out);
   return out;
 }
@@ -222,10 +225,67 @@ Outcome unlock(const Services& services, const Call& call) {
   return format_text(rig_json(*services.run_manager));
 }
 
+void maintain(const Services& services, const Call& call, const Responder& respond,
+              const recipes::MaintenanceOrder& order) {
+  if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
+  if (auto open = require_unlocked(services); !open) return respond(tl::unexpected(open.error()));
+  services.run_manager->maintain(order, by(call.caller),
+                                 [respond, order](const Result<MaintenanceSummary>& summary) {
+                                   if (!summary) return respond(refused(summary.error()));
+                                   respond(format_text(runs::maintenance_json(order, *summary)));
+                                 });
+}
+
+void jog(const Services& services, const Call& call, const Responder& respond) {
+  const std::string name = call.params.at("axis").get<std::string>();
+  const auto axis = std::ranges::find(recipes::all_axes, name,
+                                      [](recipes::Axis each) { return to_string(each); });
+  if (axis == recipes::all_axes.end())
+    return respond(refused(bad_param("axis", "no such axis", "x, y, z, rx or ry", name)));
+  maintain(services, call, respond,
+           {recipes::MaintenanceKind::jog, *axis, call.params.at("distance").get<double>()});
+}
+
+constexpr std::string_view maintenance_result =
+    "order, from, to (positions by axis), relative (z was not homed: it went up from where it "
+    "was), "
+    "outcome, rig (safe: the probe is up; holding; unknown), error";
+
+void add_maintenance(MethodGroup& group) {
+  group.change("rig.retract",
+               "lift the probe to the clear height, outside a run and without homing; answers when "
+               "the motion has ended. Where z has not been homed it goes up by at most the "
+               "clearance from where it is",
+               Role::operator_, {rig_lease_param}, maintenance_result,
+               [](const Services& services, const Call& call, const Responder& respond) {
+                 maintain(services, call, respond, {recipes::MaintenanceKind::retract});
+               });
+  group.change("rig.park",
+               "lift the probe, then move x, y, rx and ry to the rig file's park position, outside "
+               "a run; every stage must be homed; answers when the motion has ended",
+               Role::operator_, {rig_lease_param}, maintenance_result,
+               [](const Services& services, const Call& call, const Responder& respond) {
+                 maintain(services, call, respond, {recipes::MaintenanceKind::park});
+               });
+  group.change(
+      "rig.jog",
+      "move one axis by at most 5 mm or 1 degree, at a tenth of its speed, outside a run; "
+      "every motion but z up stops where the force changes by 1 N; answers when the "
+      "motion has ended",
+      Role::operator_,
+      {rig_lease_param,
+       {"axis", ParamType::text, true, "x, y, z, rx or ry"},
+       {"distance", ParamType::number, true, "[m], for rx and ry [rad]; z counts downwards"}},
+      maintenance_result, jog);
+}
+
 }  // namespace
 
-json rig_delta(const runs::RigState& rig, std::string_view by) {
-  json delta{{"rig", rig_word(rig)},
+json rig_delta(const runs::RunManager& manager, std::string_view by) {
+  const runs::RigState& rig = manager.rig_state();
+  const auto maintenance = manager.status().maintenance;
+  json delta{{"rig", rig_word(rig, maintenance.has_value())},
+             {"maintenance", maintenance ? json(*maintenance) : json()},
              {"latch", nullptr},
              {"latched_by", nullptr},
              {"left_by", nullptr},
@@ -241,7 +301,8 @@ void add_rig_methods(rpc::Methods& methods, const Services& services) {
   group
       .read("rig.state", "whether the rig moves, where it was left, and what keeps it from moving",
             {},
-            "rig (moving, holding, safe, unknown or latched), run, fact (safe, holding or unknown: "
+            "rig (moving, holding, safe, unknown or latched), run, maintenance (retract, park or "
+            "jog: what moves outside a run), fact (safe, holding or unknown: "
             "how the newest run left it), left_by, acknowledged (a person has reset it since), "
             "latch (halt or estop), latched_by (with the reason), locked: by, reason, since_us",
             [](const Services& s, const Call&) { return format_text(rig_json(*s.run_manager)); })
@@ -268,6 +329,7 @@ void add_rig_methods(rpc::Methods& methods, const Services& services) {
                "remove your lock-out, or as an engineer another person's with a reason",
                Role::operator_, {{"reason", ParamType::text, false, "for another person's"}},
                "as rig.state", unlock);
+  add_maintenance(group);
   group.read("rig.describe", "what the rig is and can do, as its file says", {},
              "rig, bench (simulated, emulated, real), simulated, force_cap_n, torque_cap_nm, "
              "travel by axis, plate: origin, size, surface_z_m; footprint of the probe, "

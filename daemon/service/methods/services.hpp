@@ -108,7 +108,7 @@ void keep_lease(const Services& services, const runs::RunView& run);
 void notify_lease_expired(const Services& services, const access::Lease& lease);
 /// What "rig" events carry: how the rig stands by now, and by whose word or act; null where a
 /// reason is gone.
-nlohmann::json rig_delta(const runs::RigState& rig, std::string_view by);
+nlohmann::json rig_delta(const runs::RunManager& manager, std::string_view by);
 /// A run for a client; also what "run:ID" events carry.
 nlohmann::json run_json(const runs::RunView& run);
 /// What "queue" events carry: the runs that wait, the next first.

@@ -223,6 +223,8 @@ std::string readiness_json(const Services& services) {
                 "Paused by " + queue.paused_by() + ": queue.start lets the next begin"));
   if (const auto run = services.run_manager->active())
     blockers.push_back(blocker("rig.busy", *run, "Wait for it, or put yours in the queue"));
+  if (const auto motion = services.run_manager->status().maintenance)
+    blockers.push_back(blocker("rig.busy", *motion, "Wait for it, or put yours in the queue"));
   const bool ok = blockers.empty();
   return format_text({{"ok", ok}, {"blockers", std::move(blockers)}});
 }

@@ -41,11 +41,11 @@ void RigState::reset() {
   facts_.acknowledged = facts_.fact != RigFact::safe;
 }
 
-bool RigState::on_ended(RigFact fact, std::int64_t run) {
+bool RigState::on_ended(RigFact fact, std::string left_by) {
   end_override();
   RigFacts next = facts_;
   next.fact = fact;
-  next.left_by = fact == RigFact::safe ? std::string() : run_id(run);
+  next.left_by = fact == RigFact::safe ? std::string() : std::move(left_by);
   next.acknowledged = false;
   if (next == facts_) return false;
   facts_ = std::move(next);

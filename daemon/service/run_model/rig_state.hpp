@@ -70,7 +70,7 @@ class RigState {
   /// A person has looked at it: ends the latch; the fact stays what it is.
   void reset();
   /// A run that had the rig is over. A latch and a lock-out remain. False: nothing changes.
-  bool on_ended(RigFact fact, std::int64_t run);
+  bool on_ended(RigFact fact, std::string left_by);
   /// Errors: wrong_state, where another person has locked it out.
   Status lock(LockOut lock_out);
   /// `is_allowed_for_others`: of a role that may remove another person's. Errors: wrong_state;

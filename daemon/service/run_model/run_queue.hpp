@@ -21,6 +21,7 @@ inline constexpr const char* after_failure = "auto:failed";
 inline constexpr const char* after_interruption = "auto:interrupted";
 inline constexpr const char* after_halt = "auto:halted";
 inline constexpr const char* after_reset = "auto:reset";
+inline constexpr const char* after_maintenance = "auto:maintenance";
 inline constexpr const char* without_disk = "auto:disk";
 inline constexpr const char* without_rig_file = "auto:rig_file";
 

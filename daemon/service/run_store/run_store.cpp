@@ -179,7 +179,7 @@ Status RunStore::recover_after_restart() {
     run.state = RunState::interrupted;
     if (acquired_rig) {
       change.rig = *before;
-      change.rig->on_ended(RigFact::unknown, run.number);
+      change.rig->on_ended(RigFact::unknown, run.id());
     }
     change.put(run);
     change.journal.push_back(state_line(run, utc_us, after_restart));

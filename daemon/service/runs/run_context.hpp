@@ -6,12 +6,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "daemon/campaign/bench_check.hpp"
 #include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/maintenance.hpp"
 #include "daemon/service/run_model/operator_prompts.hpp"
 #include "daemon/service/run_store/run_store.hpp"
 #include "daemon/storage/certificate/handover_file.hpp"
@@ -89,6 +91,11 @@ struct RunContext {
   /// What a run is, on its thread.
   std::function<Result<CampaignSummary>(const CampaignRequest&, const CampaignHooks&)> perform =
       run_campaign;
+  /// What motion outside a run is, on its thread.
+  std::function<Result<MaintenanceSummary>(const MaintenanceRequest&, const MaintenanceHooks&)>
+      maintain = run_maintenance;
+  /// Where a simulated bench was left; used by one such thread at a time.
+  std::shared_ptr<SimulatedPlace> place = std::make_shared<SimulatedPlace>();
   /// Whether a folder has space for a number of bytes.
   std::function<Status(const std::filesystem::path&, std::uint64_t)> check_space =
       daemon::check_space;

@@ -86,6 +86,7 @@ CampaignHooks RunExecutor::hooks_for(bool plan_is_known) {
   hooks.orders = &*orders_;
   hooks.frame_sampler = context_.frame_sampler;
   hooks.pace = context_.pace;
+  hooks.place = context_.place.get();
   hooks.rig_acquired = [this] { return acquire_rig(); };
   hooks.planned = [this, plan_is_known,
                    known = report(&RunReports::on_plan)](const recipes::Plan& plan) {

@@ -89,6 +89,7 @@ void RunManager::load() {
 
 RunManager::~RunManager() {
   executor_.stop();
+  maintenance_.stop();
   journal_repeated(repeated_stops_.take());
 }
 
@@ -143,7 +144,8 @@ ManagerStatus RunManager::status() const {
   ManagerStatus out;
   const Run* const at_work = executor_.run() ? numbered(*executor_.run()) : nullptr;
   if (at_work != nullptr && at_work->is_over()) out.unresponsive = at_work->stored.id();
-  out.is_at_rest = !recovery_.is_settling() && (!active() || out.unresponsive);
+  if (const auto& order = maintenance_.order()) out.maintenance = to_string(order->kind);
+  out.is_at_rest = !recovery_.is_settling() && !out.maintenance && (!active() || out.unresponsive);
   out.is_closing = closing_;
   const auto next = queue_.first_allowed(rig_, [this](std::int64_t run) { return is_ready(run); });
   if (next) {
@@ -369,6 +371,7 @@ void RunManager::set_handover(std::string_view id, const HandoverStatus& fact) {
 void RunManager::close() {
   if (std::exchange(closing_, true)) return;
   recovery_.stop_settling();
+  maintenance_.give({Order::abort, by_shutdown});
   const auto id = active();
   if (!id) return;
   executor_.cut();  // before its thread gets the order

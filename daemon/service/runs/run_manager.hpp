@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "daemon/service/run_model/rig_state.hpp"
+#include "daemon/service/runs/maintenance.hpp"
 #include "daemon/service/runs/run_executor.hpp"
 #include "daemon/service/runs/run_recovery.hpp"
 
@@ -67,9 +68,12 @@ using Checked = Result<CheckedRequest>;
 struct ManagerStatus {
   /// The run that did not obey in time, while its thread has not ended: only the process ends it.
   std::optional<std::string> unresponsive;
-  /// No run is active but an unresponsive one, and no interrupted run is being settled.
+  /// No run is active but an unresponsive one, no motion outside a run is under way, and no
+  /// interrupted run is being settled.
   bool is_at_rest = true;
   bool is_closing = false;
+  /// The motion outside a run that is under way, "retract".
+  std::optional<std::string> maintenance = {};
   std::uint64_t bytes_awaited = 0;  ///< by the run that would begin next; 0 where not known
 };
 
@@ -139,6 +143,13 @@ class RunManager final : private RunReports {
   Status lock_out(const LockOut& lock, std::string_view by);
   /// Errors: RigState::unlock()'s; io.
   Status unlock(const UnlockRequest& wanted, std::string_view by);
+  using MaintenanceCallback = std::function<void(const Result<MaintenanceSummary>&)>;
+  /// Moves the rig outside a run, on another thread; a halt or the daemon's end stops the motion.
+  /// Nothing else begins meanwhile. Called back once, on the manager's thread, when the motion has
+  /// ended. Errors: range; wrong_state, while a run or another motion is under way or before a
+  /// reset; io, where the motion cannot be journalled; run_maintenance()'s. Nothing has moved then.
+  void maintain(const recipes::MaintenanceOrder& order, std::string_view by,
+                MaintenanceCallback on_done);
   /// Injects a fault into the bench of the run under way, once its devices are up, or ends some; it
   /// is in the run's journal and the daemon's. The callback is called once, on the manager's
   /// thread. Errors: wrong_state, without a run; those of the bench.
@@ -192,6 +203,11 @@ class RunManager final : private RunReports {
 
   void load();
   [[nodiscard]] Status require_accepting() const;
+  /// Whether the rig may be moved outside a run. Errors: wrong_state.
+  [[nodiscard]] Status require_movable() const;
+  /// `before`: the rig as it was when the motion was ordered.
+  void on_maintained(const recipes::MaintenanceOrder& order, const RigFacts& before,
+                     std::string_view by, const Result<MaintenanceSummary>& summary);
   [[nodiscard]] Status can_submit(const RunRequest& wanted, const Checked& checked) const;
   [[nodiscard]] StoredRun stored_run(const RunRequest& wanted, const Checked& checked,
                                      std::int64_t number) const;
@@ -267,6 +283,12 @@ class RunManager final : private RunReports {
   std::chrono::nanoseconds wall_ahead_{};  ///< of the monotonic clock, when times were sent last
   RunRecovery recovery_{context_};
   RunExecutor executor_{context_, *this};
+  MaintenanceExecutor maintenance_{context_};
 };
+
+/// {order, axis, distance_m or distance_rad, from, relative, to, outcome, rig, error}: for clients
+/// and the journal.
+nlohmann::json maintenance_json(const recipes::MaintenanceOrder& order,
+                                const MaintenanceSummary& summary);
 
 }  // namespace weft::daemon::runs

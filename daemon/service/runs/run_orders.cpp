@@ -61,8 +61,9 @@ Error RunManager::refuse_late(const Run& run, Order order, std::string_view by, 
 
 // Motion first, then what has to reach the disk.
 void RunManager::halt(RigState::Stop stop, std::string_view by, std::string_view reason) {
+  maintenance_.give({Order::halt, std::string(by)});
   RunChange change;
-  bool is_news = false;
+  bool is_news = maintenance_.order().has_value();
   std::vector<Run*> halted;
   for (const auto& run : runs_) {
     const auto step = on_order(run->machine, run->limits, Order::halt, context_.now());
@@ -118,6 +119,11 @@ Status RunManager::reset(std::string_view reason, std::string_view by) {
 }
 
 Status RunManager::require_idle() const {
+  if (maintenance_.order())
+    return fail({.code = Errc::wrong_state,
+                 .where = "rig",
+                 .what = "a motion has not ended yet",
+                 .hint = "Wait for it; rig.halt stops it"});
   const auto run = active();
   if (!run) return {};
   return fail({.code = Errc::wrong_state,

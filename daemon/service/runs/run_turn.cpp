@@ -52,7 +52,7 @@ Result<CampaignRequest> RunManager::request_of(const StoredRun& run) const {
 }
 
 void RunManager::begin_next() {
-  if (active() || closing_) return;
+  if (active() || maintenance_.order() || closing_) return;
   const auto number = queue_.next(rig_, [this](std::int64_t run) { return is_ready(run); });
   if (!number) return;
   Run& next = *numbered(*number);
@@ -175,7 +175,7 @@ bool RunManager::count_trials(Run& run) {
 void RunManager::give_up(Run& run, RunChange& change) {
   StoredRun& stored = run.stored;
   const bool has_rig = executor_.has_rig();
-  if (has_rig && rig_.on_ended(RigFact::unknown, run.number())) change.rig = rig_;
+  if (has_rig && rig_.on_ended(RigFact::unknown, run.stored.id())) change.rig = rig_;
   stored.facts() = facts_without_answer(stored, has_rig, certified_dataset(stored.folder));
   stored.rig_fact = to_string(rig_.facts().fact);
   pause_queue_for(after_failure, {{"run", stored.id()}, {"error", stored.error}}, change);
@@ -193,7 +193,7 @@ void RunManager::on_thread_ended(std::int64_t number, const RunResult& result) {
   if (!result.acquired_rig) {
     rig_.end_override();
     end.found.rig_fact = to_string(rig_.facts().fact);  // what it was
-  } else if (rig_.on_ended(rig_fact_of(end.found.rig_fact), number)) {
+  } else if (rig_.on_ended(rig_fact_of(end.found.rig_fact), stored.id())) {
     change.rig = rig_;
   }
   stored.facts() = facts_of_end(stored, end);

@@ -213,6 +213,21 @@ TEST_CASE("a stage that is not homed moves only to its home") {
   CHECK(bold.driver->command(MoveCommand{0.01, 0.01}));
 }
 
+TEST_CASE("a move that says so is made before homing too, beyond the travel; others are not") {
+  StageBench bench = StageBench::lts();
+  bench.arm_lts(0, idle_not_homed);
+  bench.link().take_written();
+  REQUIRE(bench.driver->command(MoveCommand{-0.008, 0.0004, true}));
+  CHECK_FALSE(bench.link().take_written().empty());
+  StageBench homed_stage = StageBench::lts();
+  homed_stage.arm_lts(0);
+  homed_stage.link().take_written();
+  const auto beyond = homed_stage.driver->command(MoveCommand{-0.008, 0.0004, true});
+  REQUIRE_FALSE(beyond);
+  CHECK(beyond.error().code == Errc::range);
+  CHECK(homed_stage.link().take_written().empty());
+}
+
 TEST_CASE("homing is done when the device says so and its status has the homed bit") {
   StageBench bench = StageBench::lts();
   bench.arm_lts(4096000, idle_not_homed);

@@ -45,6 +45,19 @@ TEST_CASE("Every problem of a rig file is in the error, with its pointer") {
     CHECK_THAT(text, Catch::Contains(part));
 }
 
+TEST_CASE("The park position is within the travel; an axis that is left out parks at home") {
+  const auto rig = [](const std::string& park) {
+    return with(rig_json, "\"control\"", "\"park\": " + park + ", \"control\"");
+  };
+  const auto limits = parse_rig_limits(rig(R"({"y_mm": 120, "rx_deg": -1})"));
+  REQUIRE(limits);
+  CHECK(limits->park[Axis::x] == 0);
+  CHECK(limits->park[Axis::y] == Approx(0.12));
+  CHECK(limits->park[Axis::rx] == Approx(-0.0174532925));
+  CHECK_THAT(problems_of(rig(R"({"x_mm": 151, "z_mm": 3})")),
+             Catch::Contains("/park/x_mm") && Catch::Contains("/park/z_mm"));
+}
+
 TEST_CASE("A misspelled limit is refused") {
   CHECK_THAT(problems_of(with(rig_json, "force_cap_N", "force_cpa_N")),
              Catch::Contains("the key force_cap_N is missing") &&

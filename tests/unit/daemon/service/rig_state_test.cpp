@@ -32,9 +32,9 @@ TEST_CASE("every event in every state of the rig: fact, latch and lock-out repla
   };
   const auto halt = [](RigState& rig) { return rig.halt(Stop::halt, "bo", ""); };
   const auto estop = [](RigState& rig) { return rig.halt(Stop::emergency, "bo", "smoke"); };
-  const auto safe_end = [](RigState& rig) { return rig.on_ended(RigFact::safe, 2); };
-  const auto holding_end = [](RigState& rig) { return rig.on_ended(RigFact::holding, 2); };
-  const auto unknown_end = [](RigState& rig) { return rig.on_ended(RigFact::unknown, 2); };
+  const auto safe_end = [](RigState& rig) { return rig.on_ended(RigFact::safe, run_id(2)); };
+  const auto holding_end = [](RigState& rig) { return rig.on_ended(RigFact::holding, run_id(2)); };
+  const auto unknown_end = [](RigState& rig) { return rig.on_ended(RigFact::unknown, run_id(2)); };
   const auto reset = [](RigState& rig) {
     const bool needed = rig.needs_reset();
     rig.reset();
@@ -123,7 +123,7 @@ TEST_CASE(
     return rig;
   };
   void (*const events[])(RigState&) = {
-      [](RigState& rig) { rig.on_ended(RigFact::unknown, 1); },
+      [](RigState& rig) { rig.on_ended(RigFact::unknown, run_id(1)); },
       [](RigState& rig) { rig.halt(Stop::halt, "ada", ""); },
       [](RigState& rig) {
         REQUIRE(rig.lock({"ada", "cable", 5}));

@@ -110,6 +110,8 @@ struct RunManagerBench {
   std::function<void()> at_asking = {};
   /// Likewise, once it has the rig and before anything moves.
   std::function<void()> at_rig = {};
+  /// What the thread of a motion outside a run does before anything moves.
+  std::function<void()> at_motion = {};
   /// What its bench tells at the end may be changed.
   std::function<void(CampaignSummary&)> bench_ends = {};
   bool no_bench_comes_up = false;
@@ -132,6 +134,15 @@ struct RunManagerBench {
             .utc_us = [] { return std::int64_t{0}; },
             .perform = [this](const CampaignRequest& wanted,
                               const CampaignHooks& hooks) { return performed(wanted, hooks); },
+            .maintain =
+                [this](const MaintenanceRequest& wanted, MaintenanceHooks hooks) {
+                  hooks.begins = [this, reported = hooks.begins](const MaintenanceBegin& begin) {
+                    reported(begin);
+                    if (at_motion) at_motion();
+                    posted.keep_step();
+                  };
+                  return run_maintenance(wanted, hooks);
+                },
             .check_space = [this](const std::filesystem::path&, std::uint64_t bytes) -> Status {
               if (bytes > 0 && disk_is_full)
                 return fail({.code = Errc::io, .what = "not enough free space"});

@@ -1,0 +1,172 @@
+#include "daemon/service/runs/maintenance.hpp"
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "daemon/base/loop/threads.hpp"
+#include "daemon/service/runs/run_manager.hpp"
+
+namespace weft::daemon::runs {
+
+using nlohmann::json;
+
+void MaintenanceExecutor::begin(const recipes::MaintenanceOrder& order, OnBegins on_begins,
+                                OnEnded on_ended) {
+  order_ = order;
+  orders_.emplace();
+  MaintenanceHooks hooks;
+  hooks.orders = &*orders_;
+  hooks.pace = context_.pace;
+  hooks.place = context_.place.get();
+  hooks.begins = [this, on_begins = std::move(on_begins)](const MaintenanceBegin& begin) {
+    context_.post([on_begins, begin] { on_begins(begin); });
+  };
+  const MaintenanceRequest request{.order = order, .rig = context_.rig};
+  thread_ = std::jthread([this, request, hooks, on_ended = std::move(on_ended)] {
+    result_ = catch_as_error([&] { return context_.maintain(request, hooks); });
+    give_back_free_memory();
+    context_.post([this, on_ended] {
+      thread_.join();
+      order_.reset();
+      on_ended(std::exchange(result_, {}));
+    });
+  });
+}
+
+void MaintenanceExecutor::give(const GivenOrder& order) {
+  if (order_) orders_->give(order);
+}
+
+void MaintenanceExecutor::stop() {
+  if (!thread_.joinable()) return;
+  orders_->give({Order::abort, by_shutdown});
+  thread_.join();
+}
+
+json joints_json(const recipes::Joints& joints) {
+  json out = json::object();
+  for (const recipes::Axis axis : recipes::all_axes)
+    out[std::string(to_string(axis)) + (recipes::is_linear(axis) ? "_m" : "_rad")] = joints[axis];
+  return out;
+}
+
+namespace {
+
+json order_json(const recipes::MaintenanceOrder& order) {
+  json out{{"order", to_string(order.kind)}};
+  if (order.kind != recipes::MaintenanceKind::jog) return out;
+  out["axis"] = to_string(order.axis);
+  out[recipes::is_linear(order.axis) ? "distance_m" : "distance_rad"] = order.distance;
+  return out;
+}
+
+/// What `left_by` has of such a motion.
+std::string maintenance_word(const recipes::MaintenanceOrder& order, std::string_view by) {
+  return std::string(to_string(order.kind)) + " (" + std::string(by) + ")";
+}
+
+json begin_json(const recipes::MaintenanceOrder& order, const MaintenanceBegin& begin) {
+  json out = order_json(order);
+  out["from"] = joints_json(begin.from);
+  out["relative"] = begin.is_relative;
+  return out;
+}
+
+}  // namespace
+
+json maintenance_json(const recipes::MaintenanceOrder& order, const MaintenanceSummary& summary) {
+  json out = begin_json(order, summary.begin);
+  out["to"] = joints_json(summary.to);
+  out["outcome"] = recipes::to_string(summary.done.outcome);
+  out["rig"] = recipes::to_string(summary.done.rig);
+  if (summary.done.error) out["error"] = to_string(*summary.done.error);
+  return out;
+}
+
+Status RunManager::require_movable() const {
+  if (Status more = require_accepting(); !more) return more;
+  if (context_.one_run)
+    return fail({.code = Errc::wrong_state,
+                 .where = "daemon",
+                 .what = "the daemon of a weft run carries out that run alone",
+                 .hint = "Wait until the run has ended, then start a weftd of its own"});
+  if (const auto run = active())
+    return fail({.code = Errc::wrong_state,
+                 .where = *run,
+                 .what = "a run is under way",
+                 .expected = "no run",
+                 .hint = "Stop or abort the run first: an abort lifts the probe"});
+  if (const auto& order = maintenance_.order())
+    return fail({.code = Errc::wrong_state,
+                 .where = "rig",
+                 .what = "another motion is under way",
+                 .got = std::string(to_string(order->kind)),
+                 .hint = "Wait until it has ended; rig.halt stops it"});
+  if (rig_.can_move()) return {};
+  const RigFacts& facts = rig_.facts();
+  return fail({.code = Errc::wrong_state,
+               .where = "rig",
+               .what = "the rig may not move",
+               .expected = "no latch and no lock-out, and a reset where the rig is not safe",
+               .got = facts.latch      ? "latched by " + facts.latch->why
+                      : facts.lock_out ? "locked out by " + facts.lock_out->user
+                                       : std::string(to_string(facts.fact)),
+               .hint = "Look at the rig, then reset it with a reason"});
+}
+
+// The rig counts as unknown from before the motion until its end is written: a daemon that dies in
+// between says so at its next start.
+void RunManager::maintain(const recipes::MaintenanceOrder& order, std::string_view by,
+                          MaintenanceCallback on_done) {
+  Status can = recipes::check_order(order);
+  if (can) can = require_movable();
+  if (can) can = store_.in_place();
+  const RigFacts before = rig_.facts();
+  RigState moving = rig_;
+  moving.on_ended(RigFact::unknown, maintenance_word(order, by));
+  json payload = order_json(order);
+  payload["state"] = "begun";
+  if (can) can = store_.commit({.rig = moving, .journal = {line("", "maintenance", by, payload)}});
+  if (!can) return on_done(pass(can.error()));
+  rig_ = std::move(moving);
+  maintenance_.begin(
+      order,
+      [this, order, by = std::string(by)](const MaintenanceBegin& begin) {
+        json moved = begin_json(order, begin);
+        moved["state"] = "moving";
+        journal("", "maintenance", by, moved);
+      },
+      [this, order, before, by = std::string(by),
+       on_done = std::move(on_done)](const Result<MaintenanceSummary>& summary) {
+        on_maintained(order, before, by, summary);
+        on_done(summary);
+      });
+  notify_rig(by);
+}
+
+// What did not begin has left the rig as it was. A person who moves the rig by hand looks at it:
+// one at rest may be moved again, also where the probe is not up. A run that was submitted
+// meanwhile does not begin between two motions of that person.
+void RunManager::on_maintained(const recipes::MaintenanceOrder& order, const RigFacts& before,
+                               std::string_view by, const Result<MaintenanceSummary>& summary) {
+  RigFacts facts = rig_.facts();
+  facts.fact = summary ? summary->done.rig : before.fact;
+  facts.left_by = summary ? maintenance_word(order, by) : before.left_by;
+  facts.acknowledged =
+      summary ? facts.fact == RigFact::holding && !facts.latch : before.acknowledged;
+  if (facts.fact == RigFact::safe) facts.left_by.clear();
+  rig_ = RigState(std::move(facts));
+  json payload = summary ? maintenance_json(order, *summary) : order_json(order);
+  payload["state"] = "ended";
+  if (!summary)
+    payload.update({{"outcome", "failed"},
+                    {"rig", to_string(before.fact)},
+                    {"error", to_string(summary.error())}});
+  RunChange change{.rig = rig_, .journal = {line("", "maintenance", by, payload)}};
+  pause_queue_for(after_maintenance, order_json(order), change);
+  store_.persist(change);
+  notify_rig(by);
+  if (change.queue) notify_queue(by);
+}
+
+}  // namespace weft::daemon::runs
