@@ -131,6 +131,7 @@ ManagerStatus RunManager::status() const {
   if (at_work != nullptr && at_work->is_over()) out.unresponsive = at_work->stored.id();
   out.is_at_rest = !recovery_.is_settling() && (!active() || out.unresponsive);
   out.is_closing = closing_;
+  if (at_work != nullptr) out.deadline = at_work->machine.deadline;
   if (const auto next = queue_.first_allowed(rig_)) {
     const StoredRun& stored = numbered(*next)->stored;
     out.bytes_awaited = stored.resume ? 0 : stored.disk_bytes;

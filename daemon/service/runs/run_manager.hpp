@@ -39,6 +39,7 @@ struct ManagerStatus {
   /// No run is active but an unresponsive one, and no interrupted run is being settled.
   bool is_at_rest = true;
   bool is_closing = false;
+  std::chrono::nanoseconds deadline = std::chrono::nanoseconds::max();  ///< of the run under way
   std::uint64_t bytes_awaited = 0;  ///< by the run that would begin next; 0 where not known
 };
 
