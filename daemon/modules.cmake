@@ -22,7 +22,7 @@ weft_module(daemon/storage/imprints USES daemon/storage/dataset recipes classifi
 # campaign: one campaign from recipe to data set
 weft_module(daemon/campaign/orders USES recipes)
 weft_module(daemon/campaign USES daemon/campaign/orders daemon/hardware/rig daemon/storage/certificate classifier/live
-            drivers/thorlabs_apt sim/rig SYSTEM spdlog::spdlog)
+            drivers/thorlabs_apt sim/rig)
 weft_module(daemon/campaign/diagnostics USES daemon/campaign)
 
 # pages: SVG and HTML
@@ -45,7 +45,7 @@ weft_module(daemon/service/run_store USES daemon/service/run_model daemon/campai
 weft_module(daemon/service/runs USES daemon/service/run_store)
 weft_module(daemon/service/handover USES daemon/service/run_store daemon/analysis/handover)
 weft_module(daemon/service/methods USES daemon/service/rpc daemon/service/runs daemon/service/handover)
-weft_module(daemon/service/daemon USES daemon/service/methods daemon/service/transport)
+weft_module(daemon/service/daemon USES daemon/service/methods daemon/service/transport PRIVATE_SYSTEM spdlog::spdlog)
 
 # apps: programs
 weft_module(daemon/apps/weft USES daemon/service/daemon daemon/service/client daemon/analysis/design daemon/campaign/diagnostics)

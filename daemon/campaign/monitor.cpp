@@ -15,8 +15,12 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
+#include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
 #include <system_error>
 
 #include "daemon/base/loop/wall_clock.hpp"
@@ -142,14 +146,17 @@ void become_monitor() {
   ::sched_setscheduler(0, SCHED_FIFO, &parameters);  // refused: it watches less punctually
 }
 
-/// The monitor's life. True when the host died, or was killed because it hung.
+enum class HostEnd { farewell, died, killed };
+
+/// The monitor's life. `died` only where it was watched.
 template <class Shared>
-bool host_is_lost(const Shared& shared, int line, pid_t host, Duration max_wait) {
+HostEnd watch_host(const Shared& shared, int line, pid_t host, Duration max_wait) {
   std::uint64_t beats = 0;
   auto beaten = steady_wall_now();
   for (auto last = beaten;;) {
     const HostSignal seen = poll_host(line, poll_ms);
-    if (seen != HostSignal::nothing) return seen == HostSignal::end && shared.watched;
+    if (seen != HostSignal::nothing)
+      return seen == HostSignal::end && shared.watched ? HostEnd::died : HostEnd::farewell;
     const auto now = steady_wall_now();
     const bool was_suspended = now - last > own_stall;
     last = now;
@@ -159,8 +166,36 @@ bool host_is_lost(const Shared& shared, int line, pid_t host, Duration max_wait)
     ::kill(host, SIGKILL);
     while (poll_host(line, poll_ms) == HostSignal::nothing) {
     }
-    return true;
+    return HostEnd::killed;
   }
+}
+
+/// What standard error is told of a host that is lost. Made before the fork: a child of a
+/// process with threads may not allocate.
+struct Notices {
+  std::string died, killed;
+};
+
+Notices format_notices(pid_t host, std::size_t stops, Duration max_wait) {
+  using seconds = std::chrono::duration<double>;
+  std::ostringstream limit;
+  limit << std::chrono::duration_cast<seconds>(max_wait).count();
+  // systemd's journal takes the priority; elsewhere it would be in the way.
+  const char* const log_level = std::getenv("JOURNAL_STREAM") != nullptr ? "<3>" : "";
+  const std::string begin =
+      std::string(log_level) + "weft monitor: process " + std::to_string(host);
+  const std::string end = "; stop sent to " + std::to_string(stops) +
+                          " stages; the rig is as the run left it: inspect it, start again, then "
+                          "see weft status\n";
+  return {begin + " ended while a run had the rig" + end,
+          begin + " killed: its control loop gave no sign of life for " + limit.str() +
+              " s (hung, stopped or starved of the processor)" + end};
+}
+
+/// After the stops, which wait for nothing. A reader that keeps its writer waiting gets none.
+void write_notice(const std::string& text) {
+  pollfd out{STDERR_FILENO, POLLOUT, 0};
+  if (::poll(&out, 1, 0) > 0) static_cast<void>(!::write(STDERR_FILENO, text.data(), text.size()));
 }
 
 }  // namespace
@@ -188,14 +223,17 @@ Result<std::unique_ptr<Monitor>> Monitor::start(std::vector<EmergencyStop> stops
   std::array<int, 2> line{};
   if (::pipe2(line.data(), O_CLOEXEC) != 0) return failed("no pipe to the monitor");
   const pid_t host = ::getpid();
+  const Notices notices = format_notices(host, stops.size(), max_wait);
   const pid_t child = ::fork();
   if (child < 0) return failed("the monitor could not be started");
   if (child == 0) {
     ::close(line[1]);  // or its end would never be heard
     const int host_line = close_all_except(line[0]);
     become_monitor();
-    if (host_is_lost(*shared, host_line, host, max_wait))
-      for (const EmergencyStop& stop : stops) send(stop);
+    const HostEnd end = watch_host(*shared, host_line, host, max_wait);
+    if (end == HostEnd::farewell) ::_exit(0);
+    for (const EmergencyStop& stop : stops) send(stop);
+    write_notice(end == HostEnd::killed ? notices.killed : notices.died);
     ::_exit(0);
   }
   ::close(line[0]);

@@ -27,7 +27,8 @@ struct EmergencyStop {
 std::vector<EmergencyStop> emergency_stops(const RigFile& rig);
 
 /// Thread-bound. While watched, the loop owes a beat within `max_wait`. If none comes the monitor
-/// kills this process, and then, as when this process died by itself, sends every stop.
+/// kills this process, and then, as when this process died by itself, sends every stop and writes
+/// to standard error what happened and what to do.
 class Monitor {
  public:
   static constexpr Duration default_timeout = std::chrono::seconds(2);

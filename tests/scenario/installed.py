@@ -40,6 +40,9 @@ def unit(file, bin_folder):
     assert f"ExecStart={bin_folder}/weftd --rig" in text, text
     (starts,) = (line for line in text.splitlines() if line.startswith("ExecStart="))
     assert starts.endswith(" $WEFTD_OPTIONS") and "EnvironmentFile=-/etc/weft/weftd.conf" in text, "what turns the page on"
+    settings = dict(line.split("=", 1) for line in text.splitlines() if "=" in line and not line.startswith("#"))
+    assert (settings["Type"], settings["ExecReload"]) == ("notify", "/bin/kill -HUP $MAINPID"), settings
+    assert 0 < int(settings["WatchdogSec"]) < int(settings["TimeoutStopSec"]), "a watchdog, and an end that does not wait for ever"
     if shutil.which("systemd-analyze") is None:
         return print("systemd-analyze is not installed: the unit was not verified")
     said = subprocess.run(["systemd-analyze", "verify", "--man=no", file], capture_output=True, text=True, timeout=120)

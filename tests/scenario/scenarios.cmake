@@ -209,7 +209,11 @@ add_test(NAME scenario_weftd_faults COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_fa
 add_test(NAME scenario_weftd_end COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_end.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_weftd_motion
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_motion.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
-set_tests_properties(scenario_weftd_people scenario_weftd_queue scenario_weftd_stops scenario_weftd_samples scenario_weftd_faults scenario_weftd_end scenario_weftd_motion PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+# The daemon under a service manager: reload, watchdog, its journal on standard output, refused tokens.
+add_test(NAME scenario_weftd_process
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_process.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_weftd_process PROPERTIES SKIP_RETURN_CODE 77)
+set_tests_properties(scenario_weftd_people scenario_weftd_queue scenario_weftd_stops scenario_weftd_samples scenario_weftd_faults scenario_weftd_end scenario_weftd_motion scenario_weftd_process PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 # Votes while a slide goes on, and slides that end with them.
 add_test(NAME scenario_weftd_live
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_live.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})

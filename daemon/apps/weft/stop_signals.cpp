@@ -7,9 +7,15 @@ namespace {
 std::atomic<bool> stop_requested{false};
 std::atomic<int> stop_number{0};
 std::atomic<bool> hung_up{false};
+std::atomic<bool> hangup_reloads{false};
+std::atomic<bool> reload_wanted{false};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
 
 extern "C" void on_stop_signal(int number) {
+  if (number == SIGHUP && hangup_reloads.load()) {
+    reload_wanted.store(true);
+    return;
+  }
   if (number == SIGHUP) {  // no person's word: one that follows is the first
     hung_up.store(true);
     stop_requested.store(true);
@@ -34,7 +40,8 @@ void install(int number, struct sigaction& before) {
   sigaddset(&action.sa_mask, SIGTERM);
   sigaddset(&action.sa_mask, SIGHUP);
   sigaction(number, nullptr, &before);
-  if (before.sa_handler != SIG_IGN) sigaction(number, &action, nullptr);
+  const bool is_reload = number == SIGHUP && hangup_reloads.load();
+  if (before.sa_handler != SIG_IGN || is_reload) sigaction(number, &action, nullptr);
 }
 
 }  // namespace
@@ -49,7 +56,9 @@ IgnoreBrokenPipe::~IgnoreBrokenPipe() {
   sigaction(SIGPIPE, &before_, nullptr);
 }
 
-StopSignals::StopSignals() {
+StopSignals::StopSignals(Hangup hangup) {
+  hangup_reloads.store(hangup == Hangup::reloads);
+  reload_wanted.store(false);
   stop_requested.store(false);
   stop_number.store(0);
   hung_up.store(false);
@@ -66,6 +75,10 @@ StopSignals::~StopSignals() {
 
 const std::atomic<bool>& StopSignals::requested() const {
   return stop_requested;
+}
+
+std::atomic<bool>& StopSignals::reload_requested() {
+  return reload_wanted;
 }
 
 int StopSignals::number() const {

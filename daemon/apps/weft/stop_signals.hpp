@@ -1,6 +1,6 @@
 #pragma once
 // Ctrl-C, SIGTERM and a terminal that is closed while a campaign runs: the first asks it to end
-// tidily, a second Ctrl-C or SIGTERM ends the process.
+// tidily, a second Ctrl-C or SIGTERM ends the process. SIGHUP asks a daemon to reload instead.
 
 #include <signal.h>
 
@@ -24,15 +24,18 @@ class IgnoreBrokenPipe {
 /// While it lives, the first SIGINT, SIGTERM or SIGHUP sets requested(), and the first two then
 /// have their default effect again; of a closed terminal the kernel and the shell both tell, so
 /// SIGHUP never ends the process. A signal that was ignored, as by nohup, stays ignored. One at a
-/// time.
+/// time. With Hangup::reloads SIGHUP sets reload_requested() alone, also where it was ignored.
 class StopSignals {
  public:
-  StopSignals();
+  enum class Hangup { stops, reloads };
+  explicit StopSignals(Hangup hangup = Hangup::stops);
   ~StopSignals();  ///< puts the actions back that were there before
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
 
   [[nodiscard]] const std::atomic<bool>& requested() const;
+  /// Taken back by whoever reloads.
+  [[nodiscard]] static std::atomic<bool>& reload_requested();
   /// The signal that came, or 0.
   [[nodiscard]] int number() const;
 

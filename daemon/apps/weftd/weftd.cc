@@ -2,6 +2,8 @@
 
 #include <cstdlib>
 #include <iostream>
+#include <map>
+#include <string>
 
 #include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/stop_signals.hpp"
@@ -9,7 +11,9 @@
 #include "daemon/service/daemon/weftd.hpp"
 
 int main(int argc, char** argv) {
+  using weft::daemon::server::LogFormat;
   weft::daemon::server::DaemonOptions options;
+  options.log_format = weft::daemon::server::default_log_format();
   CLI::App app("Runs campaigns on one rig; programs talk to it in JSON-RPC, one object a line.",
                "weftd");
   app.set_version_flag("--version", "weftd " + weft::daemon::software_version());
@@ -33,6 +37,12 @@ int main(int argc, char** argv) {
                  "of a simulated bench: bench seconds per second, so that it can be watched; 0: as "
                  "fast as it can")
       ->capture_default_str();
+  const std::map<std::string, LogFormat> formats{
+      {"text", LogFormat::text}, {"json", LogFormat::json}, {"journald", LogFormat::journald}};
+  app.add_option("--log-format", options.log_format,
+                 "how the journal is written to standard output: text, json (an object a line) or "
+                 "journald (with priorities; the default where systemd's journal reads it)")
+      ->transform(CLI::CheckedTransformer(formats).description("text|json|journald"));
   app.add_flag_callback(
       "--manual",
       [&app] {
@@ -46,19 +56,12 @@ int main(int argc, char** argv) {
   if (options.socket.empty()) options.socket = options.data / "weftd.sock";
   for (auto* const path : {&options.rig, &options.recipes, &options.data})
     *path = std::filesystem::absolute(*path);
-  const weft::daemon::cli::StopSignals signals;
-  const auto ready = [&options](const weft::daemon::server::Ports& ports) {
-    const bool is_v6 = options.listen.find(':') != std::string::npos;
-    const std::string host = is_v6 ? "[" + options.listen + "]" : options.listen;
-    const bool tls = !options.tls_certificate.empty();
-    std::cout << "weftd: ready";
-    if (ports.tcp != 0) std::cout << " on " << host << ":" << ports.tcp << (tls ? " (TLS)" : "");
-    if (ports.http != 0)
-      std::cout << (tls ? ", https://" : ", http://") << host << ":" << ports.http;
-    std::cout << std::endl;
-  };
-  const weft::Status ended = weft::daemon::server::run_daemon(options, signals.requested(), ready);
+  using weft::daemon::cli::StopSignals;
+  const StopSignals signals(StopSignals::Hangup::reloads);
+  const weft::Status ended = weft::daemon::server::run_daemon(
+      options, {signals.requested(), StopSignals::reload_requested()});
   if (ended) return 0;
+  if (options.log_format == LogFormat::journald) std::cerr << "<3>";
   std::cerr << "weftd: " << weft::to_string(ended.error()) << std::endl;
   std::quick_exit(1);  // threads of a run that does not answer are at work yet
 }

@@ -5,6 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/service/daemon/daemon_log.hpp"
+#include "daemon/service/daemon/service_notifier.hpp"
+#include "daemon/service/daemon/token_access.hpp"
 #include "daemon/service/methods/services.hpp"
 #include "daemon/service/rpc/idempotency.hpp"
 #include "daemon/service/rpc/tokens.hpp"
@@ -40,17 +43,6 @@ Status make_folder(const std::filesystem::path& folder) {
   return {};
 }
 
-/// One wording for all that can be wrong with a token.
-Result<TokenOwner> find_token_owner(access::TokenKeeper& tokens, std::string_view token,
-                                    std::int64_t utc_us) {
-  if (const auto entry = tokens.find(token, utc_us))
-    return TokenOwner{access::user_of(*entry), entry->role, *entry};
-  return fail({.code = Errc::wrong_state,
-               .where = "/params/token",
-               .what = "this token is not, or no more, good for anything",
-               .hint = "weft token add makes one"});
-}
-
 api::Services::BackgroundTask background_of(WorkerQueue& workers) {
   return [&workers](WorkerQueue::Work work, WorkerQueue::Failed failed) {
     return workers.send(std::move(work), std::move(failed));
@@ -66,18 +58,21 @@ class Daemon final : private runs::RunObserver {
   ~Daemon() override { ending_ = true; }
   /// Returns the run that does not answer any more, where there is one: its thread holds on to all
   /// of the daemon, which may not be destroyed under it.
-  std::optional<std::string> run(const std::atomic<bool>& stop,
-                                 const std::function<void(const Ports&)>& ready);
+  std::optional<std::string> run(const DaemonOptions& options, const DaemonSignals& signals);
   /// Until the daemon's own run has ended. Errors: RunManager::submit()'s.
   Status run_own();
 
  private:
-  Daemon(access::TokenKeeper tokens, runs::RunStore log)
-      : tokens_(std::move(tokens)), log_(std::move(log)) {}
+  Daemon(access::TokenKeeper tokens, std::unique_ptr<DaemonLog> output, runs::RunStore log)
+      : tokens_(std::move(tokens),
+                [this](std::string_view kind, const nlohmann::json& payload) {
+                  journal(kind, payload);
+                }),
+        output_(std::move(output)),
+        log_(std::move(log)) {}
   api::Services services_for(const DaemonOptions& options);
   void wire(const DaemonOptions& options);
   runs::RunContext run_context(const DaemonOptions& options);
-  Status load_tls(const DaemonOptions& options);
   Status begin(const DaemonOptions& options);
   /// Never goes back: what has expired stays so, and the journal's times rise with its numbers.
   std::int64_t utc_us() { return utc_.now(utc_now(), steady_wall_now()).count() / 1000; }
@@ -85,18 +80,18 @@ class Daemon final : private runs::RunObserver {
   void on_vote(const runs::RunView& run) override;
   void on_queue_changed(const runs::RunQueue& queue, std::string_view by) override;
   void on_rig_state_changed(const runs::RigState& rig, std::string_view by) override;
-  void remember_answers();
-  void check_tokens();
+  void journal(std::string_view kind, const nlohmann::json& payload);
+  void reload(const DaemonOptions& options);
+  void end_runs();
+  [[nodiscard]] std::string status_text() const;
   void tick();
-  void show_samples();
 
   const EmbeddedRun* own_ = nullptr;
   BenchPace pace_ = 0;
   LiveFrameSampler frame_sampler_;
   MonotonicUtcClock utc_;
-  access::TokenKeeper tokens_;
-  Clock tokens_seen_{};         ///< when the file was looked at
-  bool tokens_unread_ = false;  ///< the journal has it that the file cannot be read
+  TokenAccess tokens_;
+  ServiceNotifier notifier_;
   access::IdempotencyCache answered_;
   const std::string epoch_ = new_epoch();
   access::Leases leases_{epoch_};
@@ -106,6 +101,7 @@ class Daemon final : private runs::RunObserver {
   api::DataFiles files_{utc_now, [this] { return ending_.load(std::memory_order_relaxed); }};
   api::Services services_;
   Shared shared_;
+  std::unique_ptr<DaemonLog> output_;  ///< none in `weft run`, which has its own output
   runs::RunStore log_;
   access::AnswerStore answers_{log_.database()};
   std::shared_ptr<asio::ssl::context> tls_;  // before those who use it
@@ -125,9 +121,15 @@ Result<std::unique_ptr<Daemon>> Daemon::open(const DaemonOptions& options, const
   if (Status made = make_folder(options.data); !made) return pass(made.error());
   auto tokens = access::TokenKeeper::open(or_in(options.tokens, options.data, "tokens.json"));
   if (!tokens) return pass(tokens.error());
-  auto log = runs::RunStore::open(own ? ":memory:" : options.data / runs::store_file_name);
+  auto output = own ? nullptr : std::make_unique<DaemonLog>(options.log_format);
+  auto log =
+      runs::RunStore::open(own ? ":memory:" : options.data / runs::store_file_name,
+                           [out = output.get()](const runs::JournalLine& line, bool is_written) {
+                             if (out != nullptr) out->write(line, is_written);
+                           });
   if (!log) return pass(log.error());
-  std::unique_ptr<Daemon> daemon(new Daemon(std::move(*tokens), std::move(*log)));
+  std::unique_ptr<Daemon> daemon(
+      new Daemon(std::move(*tokens), std::move(output), std::move(*log)));
   daemon->own_ = own;
   if (Status begun = daemon->begin(options); !begun) return pass(begun.error());
   return daemon;
@@ -156,10 +158,11 @@ api::Services Daemon::services_for(const DaemonOptions& options) {
               return fail({.code = Errc::wrong_state,
                            .what = "a daemon inside weft run has no tokens",
                            .hint = "It is there for this machine's users alone"});
-            return tokens_.add(std::move(name), role, expires_us, std::move(user), utc_us());
+            return tokens_.keeper().add(std::move(name), role, expires_us, std::move(user),
+                                        utc_us());
           },
-          .remove_token = [this](std::string_view name) { return tokens_.remove(name); },
-          .tokens_problem = [this] { return tokens_.problem(); },
+          .remove_token = [this](std::string_view name) { return tokens_.keeper().remove(name); },
+          .tokens_problem = [this] { return tokens_.keeper().problem(); },
           .one_run = own_ != nullptr};
 }
 
@@ -170,11 +173,12 @@ void Daemon::wire(const DaemonOptions& options) {
   shared_.hub = &hub_;
   shared_.answered = &answered_;
   shared_.epoch = services_.epoch;
-  shared_.token_owner = [this](std::string_view token) {
-    return find_token_owner(tokens_, token, utc_us());
+  shared_.token_owner = [this](std::string_view token) { return tokens_.owner(token, utc_us()); };
+  shared_.on_token_refused = [this](std::string_view from) {
+    tokens_.on_refused(from, steady_wall_now());
   };
   shared_.is_token_valid = [this](const TokenOwner& owner) {
-    return tokens_.is_valid(owner.token, utc_us());
+    return tokens_.keeper().is_valid(owner.token, utc_us());
   };
   shared_.readiness_json = [this] { return api::readiness_json(services_); };
   shared_.halt = [this](const rpc::Caller& caller) {
@@ -189,19 +193,6 @@ void Daemon::wire(const DaemonOptions& options) {
     api::open_served_file(services_, path, callback);
   };
   api::add_methods(methods_, services_);
-}
-
-Status Daemon::load_tls(const DaemonOptions& options) {
-  if (options.tls_certificate.empty() && options.tls_key.empty()) return {};
-  if (options.tls_certificate.empty() || options.tls_key.empty())
-    return fail({.code = Errc::invalid_argument,
-                 .where = "--tls-cert",
-                 .what = "a certificate and its key go together",
-                 .expected = "--tls-cert and --tls-key"});
-  auto tls = server::load_tls(options.tls_certificate, options.tls_key);
-  if (!tls) return pass(tls.error(), "TLS");
-  tls_ = std::move(*tls);
-  return {};
 }
 
 runs::RunContext Daemon::run_context(const DaemonOptions& options) {
@@ -230,7 +221,9 @@ Status Daemon::begin(const DaemonOptions& options) {
                  .got = std::to_string(options.pace),
                  .hint = "0 lets a simulated bench go as fast as it can"});
   wire(options);
-  if (Status ok = load_tls(options); !ok) return ok;
+  auto tls = load_tls(options.tls_certificate, options.tls_key);
+  if (!tls) return pass(tls.error(), "TLS");
+  tls_ = std::move(*tls);
   const auto address = address_to_listen_on(options.listen, tls_ != nullptr);
   if (!address) return pass(address.error());
   auto server = SocketServer::open(
@@ -239,7 +232,7 @@ Status Daemon::begin(const DaemonOptions& options) {
   if (!server) return pass(server.error());
   server_ = std::move(*server);
   manager_ = std::make_unique<runs::RunManager>(run_context(options), log_);
-  remember_answers();
+  access::remember_answers(answered_, answers_, [this] { return utc_us(); });
   services_.run_manager = manager_.get();
   handovers_ = std::make_unique<handover::HandoverService>(
       handover::HandoverContext{
@@ -263,23 +256,6 @@ Status Daemon::begin(const DaemonOptions& options) {
   for (const runs::RunView& run : manager_->all()) on_run_changed(run);
   hub_.publish("rig", api::rig_delta(*manager_, "auto:daemon"), utc_us());
   return log_.append_journal(utc_us(), "", "daemon.started", "auto:daemon");
-}
-
-// What cannot be kept, for want of disk, is remembered while the daemon runs, and no request waits
-// for more.
-void Daemon::remember_answers() {
-  auto stored_answers = answers_.answers();
-  answered_.remember_in(
-      {.utc_us = [this] { return utc_us(); },
-       .requested =
-           [this](const access::StoredAnswer& one) { static_cast<void>(answers_.persist(one)); },
-       .answered =
-           [this](const std::string& name, const rpc::Outcome& outcome) {
-             static_cast<void>(answers_.persist_outcome(name, outcome));
-           },
-       .forgotten =
-           [this](const std::string& name) { static_cast<void>(answers_.forget_answer(name)); }},
-      stored_answers ? std::move(*stored_answers) : std::vector<access::StoredAnswer>{});
 }
 
 void Daemon::on_run_changed(const runs::RunView& run) {
@@ -308,52 +284,74 @@ void Daemon::on_queue_changed(const runs::RunQueue& queue, std::string_view by) 
   hub_.publish("queue", delta, utc_us());
 }
 
-// Each tick at most one frame: whoever looks on costs the run nothing more.
-void Daemon::show_samples() {
-  const bool wanted = api::wants_samples(hub_);
-  frame_sampler_.set_active(wanted);
-  if (!wanted) return;
-  const auto run = manager_->active();
-  const auto frame = frame_sampler_.take();
-  if (run && frame) api::pass_on(hub_, *frame, *run, utc_us());
+void Daemon::journal(std::string_view kind, const nlohmann::json& payload) {
+  log_.persist(
+      {.journal = {
+           {0, utc_us(), {}, std::string(kind), "auto:daemon", rpc::format_text(payload)}}});
 }
 
-// A token that was removed ends what it was good for, within a second; where that cannot be seen it
-// is said.
-void Daemon::check_tokens() {
-  using namespace std::chrono_literals;
-  const Clock now = steady_wall_now();
-  if (now - tokens_seen_ < 1s) return;
-  tokens_seen_ = now;
-  tokens_.refresh();
-  const auto& problem = tokens_.problem();
-  if (problem && !std::exchange(tokens_unread_, true))
-    static_cast<void>(log_.append_journal(utc_us(), "", "tokens.unreadable", "auto:daemon",
-                                          nlohmann::json{{"error", to_string(*problem)}}.dump()));
-  if (!problem) tokens_unread_ = false;
+// Each part by itself: a certificate that cannot be used keeps no token from being good.
+void Daemon::reload(const DaemonOptions& options) {
+  notifier_.reloading(steady_wall_now());
+  nlohmann::json reloaded = nlohmann::json::array();
+  std::string errors;
+  const auto note = [&](const char* part, const Status& done) {
+    if (done)
+      reloaded.push_back(part);
+    else
+      errors += (errors.empty() ? "" : "; ") + to_string(done.error());
+  };
+  note("tokens", tokens_.reload());
+  if (tls_) note("certificate", reload_tls(*tls_, options.tls_certificate, options.tls_key));
+  nlohmann::json payload{{"reloaded", std::move(reloaded)}};
+  if (!errors.empty()) payload["error"] = errors;
+  journal("daemon.reloaded", payload);
+  notifier_.ready();
 }
 
 void Daemon::tick() {
-  check_tokens();
-  show_samples();
+  tokens_.tick(steady_wall_now());
+  api::publish_samples(hub_, frame_sampler_, *manager_, utc_us());
   if (http_) http_->pump();
   manager_->tick();
   for (const access::Lease& lease : leases_.expire(steady_wall_now()))
     api::notify_lease_expired(services_, lease);
 }
 
-std::optional<std::string> Daemon::run(const std::atomic<bool>& stop,
-                                       const std::function<void(const Ports&)>& ready) {
-  ready({server_->port(), http_ ? http_->port() : std::uint16_t{0}});
-  server_->run([this, &stop] {
+std::string Daemon::status_text() const {
+  const runs::RigState& rig = manager_->rig_state();
+  const std::string fact(rig.is_latched() ? "latched" : to_string(rig.facts().fact));
+  std::string out = services_.rig_name + " " + fact;
+  if (const auto id = manager_->active())
+    if (const auto run = manager_->get(*id))
+      out += "; " + *id + " " + std::string(to_string(run->state()));
+  return out + "; " + std::to_string(manager_->queue().runs().size()) + " queued";
+}
+
+// Ends the loop once nothing is under way: else what became of a run would not be written down.
+void Daemon::end_runs() {
+  manager_->close();
+  const runs::ManagerStatus now = manager_->status();
+  notifier_.stopping(steady_wall_now(), now.deadline);
+  if (now.is_at_rest) server_->stop();
+}
+
+std::optional<std::string> Daemon::run(const DaemonOptions& options, const DaemonSignals& signals) {
+  output_->start(
+      format_places(options.listen, server_->port(), http_ ? http_->port() : 0, tls_ != nullptr));
+  notifier_.ready();
+  server_->run([&] {
     tick();
-    if (!stop.load(std::memory_order_relaxed)) return;
-    manager_->close();
-    // Else what became of a run would not be written down.
-    if (manager_->status().is_at_rest) server_->stop();
+    notifier_.tick(steady_wall_now(), [this] { return status_text(); });
+    if (signals.stop.load(std::memory_order_relaxed))
+      end_runs();
+    else if (signals.reload.exchange(false))
+      reload(options);
   });
+  tokens_.close();
   auto lost = manager_->status().unresponsive;
   if (lost) handovers_->put_off();
+  if (lost) static_cast<void>(output_->drain());  // the process ends without destroying it
   return lost;
 }
 
@@ -378,11 +376,10 @@ Status Daemon::run_own() {
 
 }  // namespace
 
-Status run_daemon(const DaemonOptions& options, const std::atomic<bool>& stop,
-                  const std::function<void(const Ports&)>& ready) {
+Status run_daemon(const DaemonOptions& options, const DaemonSignals& signals) {
   auto daemon = Daemon::open(options);
   if (!daemon) return pass(daemon.error());
-  const auto lost = (*daemon)->run(stop, ready);
+  const auto lost = (*daemon)->run(options, signals);
   if (!lost) return {};
   static_cast<void>(daemon->release());
   return fail({.code = Errc::timeout,

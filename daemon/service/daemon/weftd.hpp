@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "daemon/service/daemon/daemon_log.hpp"
 #include "daemon/service/runs/run_manager.hpp"
 #include "protocols/base/result.hpp"
 
@@ -25,18 +26,23 @@ struct DaemonOptions {
   std::filesystem::path tls_certificate;   ///< PEM; TCP and HTTP go through TLS then
   std::filesystem::path tls_key;
   double pace = 0;  ///< of a simulated bench, as sim.clock sets it
+  LogFormat log_format = LogFormat::text;
 };
 
-struct Ports {
-  std::uint16_t tcp = 0, http = 0;
+/// What signals request; set from any thread or signal handler.
+struct DaemonSignals {
+  const std::atomic<bool>& stop;
+  std::atomic<bool>& reload;  ///< taken back once it is done
 };
 
-/// Serves until `stop` is true; then the run under way is aborted, its probe up and its data kept.
-/// `ready` is told the ports, 0 for none, once clients can connect. Errors: those of beginning;
-/// timeout, where that run does not answer by its deadlines: its thread is left behind, and the
-/// process is to end.
-Status run_daemon(const DaemonOptions& options, const std::atomic<bool>& stop,
-                  const std::function<void(const Ports&)>& ready);
+/// Serves until `stop`; then the run under way is aborted, its probe up and its data kept. Writes
+/// the journal to standard output as well, after the line "weftd: ready", which names the ports
+/// once clients can connect. `reload`: certificate, key and tokens are read anew, those that cannot
+/// be used stay as they are, and the journal has "daemon.reloaded"; recipes are read at each use.
+/// Reports to the service manager by sd_notify's protocol. Errors: those of beginning; timeout,
+/// where that run does not answer by its deadlines: its thread is left behind, and the process is
+/// to end.
+Status run_daemon(const DaemonOptions& options, const DaemonSignals& signals);
 
 /// A campaign of this process, which others may look at, hold and end meanwhile.
 struct EmbeddedRun {

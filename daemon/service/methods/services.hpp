@@ -91,10 +91,11 @@ void add_sim_methods(rpc::Methods& methods, const Services& services);
 void add_session_methods(rpc::Methods& methods, const Services& services);
 void add_subscription_methods(rpc::Methods& methods, const Services& services);
 
-/// Tells a frame of `run` under "stream:force", "stream:stages" and "stream:taxels".
-void pass_on(server::Hub& hub, const LiveFrame& frame, std::string_view run, std::int64_t t_us);
-/// Whether anybody listens to these.
-bool wants_samples(const server::Hub& hub);
+/// Publishes the newest frame of the run under way under "stream:force", "stream:stages" and
+/// "stream:taxels", where a client subscribes to one. Call each tick: the run pays for at most one
+/// frame, however many subscribe.
+void publish_samples(server::Hub& hub, LiveFrameSampler& sampler, const runs::RunManager& manager,
+                     std::int64_t t_us);
 
 /// A file by "R-000318/dataset.h5", for a download: `callback` is called once, on the server's
 /// thread. Errors: not_found; DataFiles::open()'s; timeout, when too many wait already.

@@ -70,9 +70,7 @@ json force_json(const LiveFrame& frame) {
           {"fz_min_n", frame.least_fz_n}, {"fz_max_n", frame.most_fz_n}};
 }
 
-}  // namespace
-
-void pass_on(server::Hub& hub, const LiveFrame& frame, std::string_view run, std::int64_t t_us) {
+void publish(server::Hub& hub, const LiveFrame& frame, std::string_view run, std::int64_t t_us) {
   constexpr double mm_per_m = 1e3;
   constexpr double deg_per_rad = 57.29577951308232;
   const auto notify = [&](std::string_view topic, json delta) {
@@ -88,8 +86,17 @@ void pass_on(server::Hub& hub, const LiveFrame& frame, std::string_view run, std
   if (!frame.taxels.empty()) notify("stream:taxels", {{"counts", frame.taxels}});
 }
 
-bool wants_samples(const server::Hub& hub) {
-  return hub.wanted("stream:force") || hub.wanted("stream:stages") || hub.wanted("stream:taxels");
+}  // namespace
+
+void publish_samples(server::Hub& hub, LiveFrameSampler& sampler, const runs::RunManager& manager,
+                     std::int64_t t_us) {
+  const bool wanted =
+      hub.wanted("stream:force") || hub.wanted("stream:stages") || hub.wanted("stream:taxels");
+  sampler.set_active(wanted);
+  if (!wanted) return;
+  const auto run = manager.active();
+  const auto frame = sampler.take();
+  if (run && frame) publish(hub, *frame, *run, t_us);
 }
 
 void add_sim_methods(rpc::Methods& methods, const Services& services) {

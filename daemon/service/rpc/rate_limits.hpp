@@ -1,5 +1,6 @@
 #pragma once
-// How often somebody may ask: a bucket of requests for each, which fills at a steady rate.
+// How often a client may ask: a bucket of requests for each user, which fills at a steady rate, and
+// the tokens that were refused to each address.
 
 #include <algorithm>
 #include <chrono>
@@ -51,6 +52,46 @@ inline bool RateLimits::take(std::string_view user, Clock now) {
 inline void RateLimits::forget_oldest() {
   buckets_.erase(
       std::ranges::min_element(buckets_, {}, [](const auto& entry) { return entry.second.as_of; }));
+}
+
+/// Counts refused tokens by the client's address within a window. Time is an argument; any
+/// monotonic origin.
+class RefusedTokens {
+ public:
+  using Clock = std::chrono::nanoseconds;
+  static constexpr std::chrono::seconds window{10};
+  /// Refused within a window; then the address is limited until the window is over.
+  static constexpr std::size_t most_in_window = 20;
+  /// Addresses; the one whose window began first makes room for one more.
+  static constexpr std::size_t most_known = 1024;
+
+  void add(std::string_view address, Clock now);
+  [[nodiscard]] bool is_limited(std::string_view address, Clock now) const;
+
+ private:
+  struct Window {
+    Clock since{};
+    std::size_t refused = 0;
+  };
+  std::map<std::string, Window, std::less<>> windows_;
+};
+
+inline void RefusedTokens::add(std::string_view address, Clock now) {
+  auto found = windows_.find(address);
+  if (found == windows_.end()) {
+    if (windows_.size() >= most_known)
+      windows_.erase(std::ranges::min_element(
+          windows_, {}, [](const auto& entry) { return entry.second.since; }));
+    found = windows_.emplace(std::string(address), Window{now, 0}).first;
+  }
+  if (now - found->second.since >= window) found->second = {now, 0};
+  ++found->second.refused;
+}
+
+inline bool RefusedTokens::is_limited(std::string_view address, Clock now) const {
+  const auto found = windows_.find(address);
+  return found != windows_.end() && now - found->second.since < window &&
+         found->second.refused >= most_in_window;
 }
 
 }  // namespace weft::daemon::access

@@ -75,6 +75,17 @@ rpc::RpcError requests_too_fast(std::string_view user) {
       true);
 }
 
+rpc::RpcError too_many_refused(const std::string& address) {
+  const std::string most = std::to_string(access::RefusedTokens::most_in_window);
+  return rpc_error(code::access + 8, "access.limited",
+                   {.code = Errc::wrong_state,
+                    .where = address,
+                    .what = most + " tokens of this address were refused within 10 s",
+                    .expected = "fewer",
+                    .hint = "Check the token and wait 10 s; a valid one may halt meanwhile"},
+                   true);
+}
+
 }  // namespace
 
 const rpc::MethodSpec& session_open() {
@@ -238,6 +249,7 @@ std::optional<rpc::RpcError> Session::refusal(const rpc::MethodSpec& spec) const
   if (spec.urgency != rpc::Urgency::usual) return std::nullopt;
   if (!peer_.local && !shared_->rates.take(caller_.user, shared_->now()))
     return requests_too_fast(caller_.user);
+  if (opened_limited_ && is_limited()) return too_many_refused(peer_.address);
   if (only_urgent_)
     return rpc_error(code::request + 32, "server.full",
                      {.code = Errc::wrong_state,
@@ -255,9 +267,18 @@ std::optional<rpc::RpcError> Session::refusal(const rpc::MethodSpec& spec) const
                    true);
 }
 
+bool Session::is_limited() const {
+  return shared_->refused_tokens.is_limited(peer_.address, shared_->now());
+}
+
 rpc::RpcError Session::wrong_token(const Error& why) {
-  rpc::RpcError reply = rpc_error(code::access + 1, "access.token", why);
-  if (++wrong_tokens_ >= most_wrong_tokens) end(reply);
+  const bool too_many = is_limited();
+  rpc::RpcError reply =
+      too_many ? too_many_refused(peer_.address) : rpc_error(code::access + 1, "access.token", why);
+  if (!peer_.address.empty()) shared_->refused_tokens.add(peer_.address, shared_->now());
+  if (shared_->on_token_refused)
+    shared_->on_token_refused(peer_.local ? peer_.user : peer_.address);
+  if (++wrong_tokens_ >= most_wrong_tokens || too_many) end(reply);
   return reply;
 }
 
@@ -278,6 +299,7 @@ Outcome Session::open_session(const json& params) {
     caller_.role = owner->role;
     caller_.token = owner->token.name;
     owner_ = *owner;
+    opened_limited_ = is_limited();
   } else if (peer_.role) {
     caller_.role = *peer_.role;
   } else {

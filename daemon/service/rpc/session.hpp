@@ -35,10 +35,11 @@ struct ServedFile {
 
 /// What is known of a peer before it says a word.
 struct Peer {
-  bool local = false;                ///< came through the Unix socket
-  std::string user;                  ///< by the peer's credentials; empty on TCP
-  std::optional<access::Role> role;  ///< by the peer's credentials; TCP needs a token
-  bool stays = true;                 ///< can be sent events; a single HTTP request cannot
+  bool local = false;                     ///< came through the Unix socket
+  std::string user = {};                  ///< by the peer's credentials; empty on TCP
+  std::optional<access::Role> role = {};  ///< by the peer's credentials; TCP needs a token
+  bool stays = true;                      ///< can be sent events; a single HTTP request cannot
+  std::string address = {};  ///< "192.0.2.7", an IPv6 network "2001:db8::"; empty: local
 };
 
 /// Whose token this is, and until when.
@@ -73,6 +74,9 @@ struct Shared {
   Sessions sessions = {};
   /// Of those who do not come through the Unix socket.
   access::RateLimits rates = {};
+  access::RefusedTokens refused_tokens = {};
+  /// A token was refused to a client of this address, or to this user of the Unix socket.
+  std::function<void(std::string_view from)> on_token_refused = {};
 };
 
 /// The first request of every client.
@@ -139,6 +143,8 @@ class Session {
             const rpc::RpcError* wrong);
   rpc::Outcome open_session(const nlohmann::json& params);
   rpc::RpcError wrong_token(const Error& why);
+  /// Too many tokens were refused to its address of late. Never so of the Unix socket.
+  [[nodiscard]] bool is_limited() const;
   [[nodiscard]] std::optional<rpc::RpcError> refusal(const rpc::MethodSpec& spec) const;
   void dispatch(const rpc::Methods::Entry& entry, const rpc::Request& request);
   void answer(const std::optional<std::string>& id_json, const rpc::Outcome& outcome);
@@ -149,6 +155,7 @@ class Session {
   Send send_;
   bool is_open_ = false;
   bool only_urgent_ = false;
+  bool opened_limited_ = false;  ///< while its address was limited
   std::size_t wrong_tokens_ = 0;
   std::optional<TokenOwner> owner_;  ///< of the token that it came with
   /// A request whose answer is not said yet. Who looks for its listener finds none when it has

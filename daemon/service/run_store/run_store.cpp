@@ -117,7 +117,7 @@ void RunChange::add(const RunChange& later) {
   journal.insert(journal.end(), later.journal.begin(), later.journal.end());
 }
 
-Result<RunStore> RunStore::open(const std::filesystem::path& file) {
+Result<RunStore> RunStore::open(const std::filesystem::path& file, JournalObserver on_line) {
   const std::filesystem::path folder = file.parent_path();
   if (Status usable = check_folder(folder); !usable) return pass(usable.error());
   auto database = sqlite::Database::open(file, sqlite::Mode::create);
@@ -130,7 +130,8 @@ Result<RunStore> RunStore::open(const std::filesystem::path& file) {
                  .hint = "Stop it, or give this one a folder of its own"});
   }
   RunStore store(std::move(*database),
-                 file == ":memory:" ? std::filesystem::path() : make_absolute(folder));
+                 file == ":memory:" ? std::filesystem::path() : make_absolute(folder),
+                 std::move(on_line));
   Status ok = store.check_pages();
   if (ok) ok = store.make_tables();
   if (ok) ok = store.recover_after_restart();
@@ -200,14 +201,22 @@ Status RunStore::in_place() const {
 
 Status RunStore::commit(const RunChange& change) {
   const Status done = transact({&unwritten_, &change});
-  if (done) unwritten_ = {};
+  if (!done) return done;
+  unwritten_ = {};
+  report(change.journal, true);
   return done;
+}
+
+void RunStore::report(const std::vector<JournalLine>& lines, bool is_written) const {
+  if (!on_line_) return;
+  for (const JournalLine& line : lines) on_line_(line, is_written);
 }
 
 // A full disk may have room for the rig's one row and not for the journal: a daemon that died then
 // would have forgotten a latch.
 void RunStore::persist(const RunChange& change) {
   if ((change.is_empty() && is_persisted()) || commit(change)) return;
+  report(change.journal, false);
   unwritten_.add(change);
   RunChange facts = unwritten_;
   facts.journal.clear();

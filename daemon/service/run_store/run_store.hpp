@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <initializer_list>
 #include <limits>
 #include <optional>
@@ -82,11 +83,15 @@ struct RunChange {
 
 class RunStore {
  public:
+  /// Called once for each line of the journal: when it is written or, where it was refused, when it
+  /// is kept to be written later (`is_written` is false then). Not when it is written at last.
+  using JournalObserver = std::function<void(const JournalLine& line, bool is_written)>;
+
   /// Opens or makes the file. A run's folder is kept relative to the file's own folder where it
   /// lies in that: both may be moved together. Runs that were under way when the daemon died become
   /// `interrupted`, with a line of the journal, and the rig unknown, unless they had not taken it.
-  /// Errors: io, corrupt; wrong_state, when another daemon has it.
-  static Result<RunStore> open(const std::filesystem::path& file);
+  /// Errors: io, corrupt; wrong_state, when another daemon has it. `on_line`: see JournalObserver.
+  static Result<RunStore> open(const std::filesystem::path& file, JournalObserver on_line = {});
 
   /// The file, for what else is kept in it: it is locked, so that nothing opens it a second time.
   /// Lives as long as this store.
@@ -133,8 +138,9 @@ class RunStore {
   [[nodiscard]] Result<Page> query(const Query& wanted);
 
  private:
-  RunStore(sqlite::Database database, std::filesystem::path home)
-      : database_(std::move(database)), home_(std::move(home)) {}
+  RunStore(sqlite::Database database, std::filesystem::path home, JournalObserver on_line)
+      : database_(std::move(database)), home_(std::move(home)), on_line_(std::move(on_line)) {}
+  void report(const std::vector<JournalLine>& lines, bool is_written) const;
   Status check_pages();
   /// Makes what is not there; a file from before there was a column gets it.
   Status make_tables();
@@ -163,6 +169,7 @@ class RunStore {
   sqlite::Database database_;
   std::filesystem::path home_;  ///< of the file, absolute; empty of one in memory
   RunChange unwritten_;
+  JournalObserver on_line_;
 };
 
 }  // namespace weft::daemon::runs

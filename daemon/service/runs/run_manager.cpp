@@ -147,6 +147,7 @@ ManagerStatus RunManager::status() const {
   if (const auto& order = maintenance_.order()) out.maintenance = to_string(order->kind);
   out.is_at_rest = !recovery_.is_settling() && !out.maintenance && (!active() || out.unresponsive);
   out.is_closing = closing_;
+  if (at_work != nullptr) out.deadline = at_work->machine.deadline;
   const auto next = queue_.first_allowed(rig_, [this](std::int64_t run) { return is_ready(run); });
   if (next) {
     const StoredRun& stored = numbered(*next)->stored;

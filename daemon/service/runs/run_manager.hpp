@@ -74,6 +74,7 @@ struct ManagerStatus {
   bool is_closing = false;
   /// The motion outside a run that is under way, "retract".
   std::optional<std::string> maintenance = {};
+  std::chrono::nanoseconds deadline = std::chrono::nanoseconds::max();  ///< of the run under way
   std::uint64_t bytes_awaited = 0;  ///< by the run that would begin next; 0 where not known
 };
 

@@ -16,7 +16,7 @@ using nlohmann::json;
 
 constexpr std::string_view come_back = "Retry-After: 1\r\n";
 
-constexpr std::array<std::pair<int, std::string_view>, 19> reasons{{
+constexpr std::array<std::pair<int, std::string_view>, 20> reasons{{
     {200, "OK"},
     {204, "No Content"},
     {206, "Partial Content"},
@@ -33,6 +33,7 @@ constexpr std::array<std::pair<int, std::string_view>, 19> reasons{{
     {413, "Content Too Large"},
     {415, "Unsupported Media Type"},
     {416, "Range Not Satisfiable"},
+    {429, "Too Many Requests"},
     {431, "Request Header Fields Too Large"},
     {503, "Service Unavailable"},
     {504, "Gateway Timeout"},
@@ -273,6 +274,12 @@ std::string event_text(std::string_view line, std::string_view epoch,
 
 std::string error_event_text(const rpc::RpcError& why) {
   return "event: error\ndata: " + rpc::to_json(why) + "\n\n";
+}
+
+std::string no_session_text(std::string_view line) {
+  const json answer = json::parse(line, nullptr, false);
+  const bool is_limited = answer.value("/error/data/kind"_json_pointer, "") == "access.limited";
+  return is_limited ? answer_text(429, line, "Retry-After: 10\r\n") : answer_text(401, line);
 }
 
 bool is_error(std::string_view line) {

@@ -47,6 +47,9 @@ std::string event_text(std::string_view line, std::string_view epoch,
                        std::optional<std::int64_t> from_seq = {});
 /// The last event of a stream that ends before its client does: "error", with the error's object.
 std::string error_event_text(const rpc::RpcError& why);
+/// The answer to who may not ask, by the line that says so: 401, or 429 to one whose address is
+/// limited.
+std::string no_session_text(std::string_view line);
 /// The line is no answer, or one that refuses.
 bool is_error(std::string_view line);
 

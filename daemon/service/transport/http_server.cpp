@@ -21,8 +21,7 @@ constexpr auto pause_without_descriptors = 100ms;  // at once it would fail agai
 constexpr auto farewell = 2s;                      // for a client to read the answer and close
 // What a refused client still sends is read, or it would be reset before it has read why.
 constexpr std::size_t most_ignored_bytes = std::size_t{4} << 20;
-constexpr std::size_t stream_room_bytes = std::size_t{64} << 10;
-constexpr std::size_t file_piece_bytes = std::size_t{256} << 10;
+constexpr std::size_t stream_room_bytes = 64 << 10, file_piece_bytes = 256 << 10;
 
 }  // namespace
 
@@ -61,8 +60,10 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     leaving,    ///< the answer is under way
   };
 
-  Connection(Parts& server, std::unique_ptr<Wire> wire)
-      : server_(&server), wire_(std::move(wire)), timeout_timer_(*server.context) {}
+  Connection(Parts& server, tcp::socket socket)
+      : server_(&server),
+        address_(client_address(socket)),
+        wire_(make_wire(std::move(socket), server.tls)) {}
 
   void begin() {
     within(server_->limits.request, [this] {
@@ -157,11 +158,12 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     if (const auto page = page_answer(request_)) return leave(*page);
     // It stays where it is a stream: single requests cannot be sent events.
     const bool stays = request_.path() == "/events";
-    session_ = std::make_unique<Session>(*server_->shared, Peer{false, {}, std::nullopt, stays},
-                                         "h-" + std::to_string(server_->next_session++),
+    const Peer peer{.stays = stays, .address = address_};
+    const std::string name = "h-" + std::to_string(server_->next_session++);
+    session_ = std::make_unique<Session>(*server_->shared, peer, name,
                                          [this](std::string line) { send_later(std::move(line)); });
     const std::string opened = submit(open_line(request_));
-    if (is_error(opened)) return leave(answer_text(401, opened));
+    if (is_error(opened)) return leave(no_session_text(opened));
     if (stays) return stream();
     if (request_.path().starts_with(data_path)) return send_file();
     if (!request_.awaits_continue()) return;
@@ -267,9 +269,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
   }
 
   bool has_slot(std::initializer_list<Stage> stages, std::size_t most) const {
-    const auto sits = [&](const auto& other) {
-      return std::ranges::any_of(stages, [&](Stage s) { return other->is(s); });
-    };
+    const auto sits = [&](const auto& one) { return std::ranges::count(stages, one->stage_) > 0; };
     return static_cast<std::size_t>(std::ranges::count_if(server_->connections, sits)) < most;
   }
 
@@ -320,8 +320,9 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
   }
 
   Parts* server_;
+  std::string address_;
   std::unique_ptr<Wire> wire_;
-  asio::steady_timer timeout_timer_;
+  asio::steady_timer timeout_timer_{*server_->context};
   std::array<char, 16384> incoming_{};
   HttpRequest request_;
   Stage stage_ = Stage::asking;
@@ -362,7 +363,7 @@ void HttpServer::Parts::welcome(tcp::socket socket) {
   make_room(limits.brief);
   asio::error_code ignored;
   socket.set_option(tcp::no_delay(true), ignored);
-  connections.push_back(std::make_shared<Connection>(*this, make_wire(std::move(socket), tls)));
+  connections.push_back(std::make_shared<Connection>(*this, std::move(socket)));
   connections.back()->begin();
 }
 

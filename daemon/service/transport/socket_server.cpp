@@ -186,7 +186,8 @@ void SocketServer::Parts::listen_tcp() {
     if (!error) {
       asio::error_code ignored;
       socket.set_option(tcp::no_delay(true), ignored);
-      welcome(stream_protocol::socket(std::move(socket)), {}, tls);
+      Peer peer{.address = client_address(socket)};
+      welcome(stream_protocol::socket(std::move(socket)), std::move(peer), tls);
     }
     next(error, &Parts::listen_tcp);
   });

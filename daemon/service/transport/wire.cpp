@@ -2,6 +2,7 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <asio/ip/host_name.hpp>
 #include <asio/ssl.hpp>
 #include <asio/write.hpp>
@@ -147,8 +148,23 @@ std::string http_url(const asio::ip::address& address, std::uint16_t port, bool 
   return (tls ? "https://" : "http://") + host + ":" + std::to_string(port);
 }
 
+std::string format_places(const std::string& listen, std::uint16_t tcp, std::uint16_t http,
+                          bool tls) {
+  const std::string host = listen.find(':') == std::string::npos ? listen : "[" + listen + "]";
+  std::string out;
+  if (tcp != 0) out = " on " + host + ":" + std::to_string(tcp) + (tls ? " (TLS)" : "");
+  if (http != 0) out += (tls ? ", https://" : ", http://") + host + ":" + std::to_string(http);
+  return out;
+}
+
 Result<std::shared_ptr<asio::ssl::context>> load_tls(const std::filesystem::path& certificate,
                                                      const std::filesystem::path& key) {
+  if (certificate.empty() && key.empty()) return nullptr;
+  if (certificate.empty() || key.empty())
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--tls-cert",
+                 .what = "a certificate and its key go together",
+                 .expected = "--tls-cert and --tls-key"});
   if (Status ok = readable(certificate, "certificate"); !ok) return pass(ok.error());
   if (Status ok = readable(key, "key"); !ok) return pass(ok.error());
   if (Status ok = check_private_key(key); !ok) return pass(ok.error());
@@ -165,6 +181,28 @@ Result<std::shared_ptr<asio::ssl::context>> load_tls(const std::filesystem::path
     return fail(
         {.code = Errc::parse, .where = key.string(), .what = "the key is not the certificate's"});
   return context;
+}
+
+// What is open refers to the old context of OpenSSL, which lives as long as that.
+Status reload_tls(asio::ssl::context& tls, const std::filesystem::path& certificate,
+                  const std::filesystem::path& key) {
+  auto loaded = load_tls(certificate, key);
+  if (!loaded) return pass(loaded.error());
+  tls = std::move(**loaded);
+  return {};
+}
+
+std::string client_address(const tcp::socket& socket) {
+  asio::error_code gone;
+  const tcp::endpoint from = socket.remote_endpoint(gone);
+  if (gone) return {};
+  const asio::ip::address address = from.address();
+  if (!address.is_v6()) return address.to_string();
+  const asio::ip::address_v6 v6 = address.to_v6();
+  if (v6.is_v4_mapped()) return asio::ip::make_address_v4(asio::ip::v4_mapped, v6).to_string();
+  asio::ip::address_v6::bytes_type network = v6.to_bytes();
+  std::fill(network.begin() + 8, network.end(), std::uint8_t{0});
+  return asio::ip::address_v6(network).to_string();
 }
 
 std::unique_ptr<Wire> make_wire(Socket socket, asio::ssl::context* tls) {

@@ -33,12 +33,26 @@ Status listen_on(asio::ip::tcp::acceptor& acceptor, const asio::ip::address& add
 /// "http://127.0.0.1:8080"; with the machine's name where the daemon listens on every address.
 std::string http_url(const asio::ip::address& address, std::uint16_t port, bool tls);
 
+/// Where clients with a token connect: " on 127.0.0.1:7001, http://127.0.0.1:7002". Ports: 0 for
+/// none.
+std::string format_places(const std::string& listen, std::uint16_t tcp, std::uint16_t http,
+                          bool tls);
+
 /// What a server shows of itself under TLS 1.2 and 1.3: its certificate, and that it has the key.
-/// PEM files, the chain with the server's own certificate first. Errors: not_found; wrong_state (a
-/// key that all may read); parse (no certificate, no key, or not of one pair), with OpenSSL's
-/// words.
+/// PEM files, the chain with the server's own certificate first. Null where neither is named.
+/// Errors: invalid_argument (one of them alone); not_found; wrong_state (a key that all may read);
+/// parse (no certificate, no key, or not of one pair), with OpenSSL's words.
 Result<std::shared_ptr<asio::ssl::context>> load_tls(const std::filesystem::path& certificate,
                                                      const std::filesystem::path& key);
+
+/// Loads them anew into `tls`: new connections use them, those that are open keep the old ones.
+/// Errors: load_tls()'s; nothing is changed then.
+Status reload_tls(asio::ssl::context& tls, const std::filesystem::path& certificate,
+                  const std::filesystem::path& key);
+
+/// Of an IPv6 address its network of 64 bits, in which a client chooses its address freely; empty
+/// where the client has gone.
+std::string client_address(const asio::ip::tcp::socket& socket);
 
 /// One client's bytes, in the clear or through TLS; what is above does not know which. Used by one
 /// thread. One read and one write may be under way at a time.

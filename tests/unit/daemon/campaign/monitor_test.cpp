@@ -55,8 +55,11 @@ TEST_CASE("A monitor sends each stage its stop when a host that owes beats is go
   asio::io_context context;
   tcp::acceptor door(context, {asio::ip::make_address("127.0.0.1"), 0});
   const RigFile rig = one_stage_at(door.local_endpoint().port());
+  std::array<int, 2> words{};
+  REQUIRE(::pipe(words.data()) == 0);
   const pid_t host = ::fork();
   if (host == 0) {
+    ::dup2(words[1], STDERR_FILENO);
     const auto monitor = Monitor::start(emergency_stops(rig));
     if (!monitor) ::_exit(1);
     (*monitor)->watch(true);
@@ -76,6 +79,13 @@ TEST_CASE("A monitor sends each stage its stop when a host that owes beats is go
   const std::array<std::uint8_t, 6> stop{0x65, 0x04, 0x01, 0x02, 0x50, 0x01};
   CHECK(count == stop.size());
   CHECK(std::equal(stop.begin(), stop.end(), bytes.begin()));
+  ::close(words[1]);
+  std::array<char, 512> text{};
+  const ssize_t length = ::read(words[0], text.data(), text.size() - 1);
+  ::close(words[0]);
+  REQUIRE(length > 0);
+  CHECK(std::string(text.data()).find("process " + std::to_string(host) + " ended") !=
+        std::string::npos);
 }
 
 }  // namespace monitor_test

@@ -200,6 +200,20 @@ TEST_CASE("A few wrong tokens end a connection, and a right one is no user of th
   CHECK(talk.client->over()->kind == "access.token");
 }
 
+TEST_CASE("From an address that guesses tokens a valid one serves stops only, for a while") {
+  Talk talk(Peer{.address = "192.0.2.7"});
+  for (std::size_t i = 0; i < access::RefusedTokens::most_in_window; ++i)
+    talk.shared.refused_tokens.add("192.0.2.7", talk.now);
+  CHECK(talk.kind_of(talk.query("session.open", {{"client", "x"}, {"token", "bad"}})) ==
+        "access.limited");
+  CHECK(talk.client->over());
+  REQUIRE(talk.query("session.open", {{"client", "x"}, {"token", "good"}}).contains("result"));
+  CHECK(talk.kind_of(talk.query("lease.list")) == "access.limited");
+  CHECK(talk.query("rig.halt").contains("result"));
+  talk.now += access::RefusedTokens::window;
+  CHECK(talk.query("lease.list").contains("result"));
+}
+
 TEST_CASE("Who asks too fast over the port is refused for a while, and may stop all the time") {
   Talk talk(Peer{});
   REQUIRE(talk.query("session.open", {{"client", "x"}, {"token", "good"}}).contains("result"));
