@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/service/daemon/metrics.hpp"
 #include "daemon/service/methods/services.hpp"
 #include "daemon/service/rpc/idempotency.hpp"
 #include "daemon/service/rpc/tokens.hpp"
@@ -85,7 +86,6 @@ class Daemon final : private runs::RunObserver {
   void on_vote(const runs::RunView& run) override;
   void on_queue_changed(const runs::RunQueue& queue, std::string_view by) override;
   void on_rig_state_changed(const runs::RigState& rig, std::string_view by) override;
-  void remember_answers();
   void check_tokens();
   void tick();
   void show_samples();
@@ -109,6 +109,7 @@ class Daemon final : private runs::RunObserver {
   runs::RunStore log_;
   access::AnswerStore answers_{log_.database()};
   std::shared_ptr<asio::ssl::context> tls_;  // before those who use it
+  std::unique_ptr<notify::Notifier> event_notifier_;
   std::unique_ptr<SocketServer> server_;
   std::unique_ptr<HttpServer> http_;
   const std::function<void(std::function<void()>)> post_ = [this](std::function<void()> work) {
@@ -183,6 +184,9 @@ void Daemon::wire(const DaemonOptions& options) {
   shared_.emergency_stop = [this](const rpc::Caller& caller) {
     services_.run_manager->halt(runs::RigState::Stop::emergency, rpc::by(caller));
   };
+  shared_.metrics_text = [this](bool is_open_metrics) {
+    return metrics_text({services_, shared_, *event_notifier_}, is_open_metrics);
+  };
   services_.sessions = &shared_.sessions;
   shared_.now = [] { return steady_wall_now(); };
   shared_.file = [this](std::string_view path, const Shared::FileCallback& callback) {
@@ -238,8 +242,17 @@ Status Daemon::begin(const DaemonOptions& options) {
       shared_, {});
   if (!server) return pass(server.error());
   server_ = std::move(*server);
+  auto notifier = notify::Notifier::open({.bench = services_.rig_name,
+                                          .client = "weftd-" + epoch_,
+                                          .data = options.data,
+                                          .log = &log_,
+                                          .utc_us = services_.utc_us,
+                                          .now = services_.now},
+                                         options.notify);
+  if (!notifier) return pass(notifier.error());
+  event_notifier_ = std::move(*notifier);
   manager_ = std::make_unique<runs::RunManager>(run_context(options), log_);
-  remember_answers();
+  access::remember_answers(answered_, answers_, [this] { return utc_us(); });
   services_.run_manager = manager_.get();
   handovers_ = std::make_unique<handover::HandoverService>(
       handover::HandoverContext{
@@ -261,25 +274,8 @@ Status Daemon::begin(const DaemonOptions& options) {
     if (http_) http_->pump();
   });
   for (const runs::RunView& run : manager_->all()) on_run_changed(run);
-  hub_.publish("rig", api::rig_delta(manager_->rig_state(), "auto:daemon"), utc_us());
+  on_rig_state_changed(manager_->rig_state(), "auto:daemon");
   return log_.append_journal(utc_us(), "", "daemon.started", "auto:daemon");
-}
-
-// What cannot be kept, for want of disk, is remembered while the daemon runs, and no request waits
-// for more.
-void Daemon::remember_answers() {
-  auto stored_answers = answers_.answers();
-  answered_.remember_in(
-      {.utc_us = [this] { return utc_us(); },
-       .requested =
-           [this](const access::StoredAnswer& one) { static_cast<void>(answers_.persist(one)); },
-       .answered =
-           [this](const std::string& name, const rpc::Outcome& outcome) {
-             static_cast<void>(answers_.persist_outcome(name, outcome));
-           },
-       .forgotten =
-           [this](const std::string& name) { static_cast<void>(answers_.forget_answer(name)); }},
-      stored_answers ? std::move(*stored_answers) : std::vector<access::StoredAnswer>{});
 }
 
 void Daemon::on_run_changed(const runs::RunView& run) {
@@ -289,6 +285,7 @@ void Daemon::on_run_changed(const runs::RunView& run) {
        {"outcome", "cleanup", "rig", "error", "dataset_error", "dataset_sha256", "campaign_since"})
     if (!delta.contains(gone)) delta[gone] = nullptr;
   hub_.publish("run:" + run.stored.id(), delta, utc_us());
+  event_notifier_->on_run(run);
   if (handovers_ && own_ == nullptr)  // `weft run` does that itself
     handovers_->consider(run.stored, run.has_handover);
 }
@@ -299,12 +296,14 @@ void Daemon::on_vote(const runs::RunView& run) {
 
 void Daemon::on_rig_state_changed(const runs::RigState& rig, std::string_view by) {
   hub_.publish("rig", api::rig_delta(rig, by), utc_us());
+  event_notifier_->on_rig(rig);
 }
 
 void Daemon::on_queue_changed(const runs::RunQueue& queue, std::string_view by) {
   nlohmann::json delta = api::queue_json(queue);
   delta["by"] = by;
   hub_.publish("queue", delta, utc_us());
+  event_notifier_->on_queue(queue);
 }
 
 // Each tick at most one frame: whoever looks on costs the run nothing more.
@@ -337,6 +336,7 @@ void Daemon::tick() {
   show_samples();
   if (http_) http_->pump();
   manager_->tick();
+  event_notifier_->tick();
   for (const access::Lease& lease : leases_.expire(steady_wall_now()))
     api::notify_lease_expired(services_, lease);
 }
@@ -351,6 +351,7 @@ std::optional<std::string> Daemon::run(const std::atomic<bool>& stop,
     // Else what became of a run would not be written down.
     if (manager_->status().is_at_rest) server_->stop();
   });
+  event_notifier_->close();  // also where the process is to end at once
   auto lost = manager_->status().unresponsive;
   if (lost) handovers_->put_off();
   return lost;

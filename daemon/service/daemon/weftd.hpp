@@ -24,7 +24,8 @@ struct DaemonOptions {
   std::string listen = "127.0.0.1";        ///< their address; another machine's only with TLS
   std::filesystem::path tls_certificate;   ///< PEM; TCP and HTTP go through TLS then
   std::filesystem::path tls_key;
-  double pace = 0;  ///< of a simulated bench, as sim.clock sets it
+  std::filesystem::path notify;  ///< settings of notifications; empty: nobody is called
+  double pace = 0;               ///< of a simulated bench, as sim.clock sets it
 };
 
 struct Ports {

@@ -29,6 +29,8 @@ void add_reason(const runs::RigState& rig, json& out) {
   if (rig.fact() == Fact::unknown) out["left_by"] = rig.why();
 }
 
+}  // namespace
+
 json rig_json(const runs::RunManager& manager) {
   using Fact = runs::RigState::Fact;
   const runs::RigState& rig = manager.rig_state();
@@ -39,6 +41,8 @@ json rig_json(const runs::RunManager& manager) {
   add_reason(rig, out);
   return out;
 }
+
+namespace {
 
 json point_of(const recipes::Vec2& point) {
   return {{"x_m", point.x_m}, {"y_m", point.y_m}};

@@ -160,4 +160,19 @@ Status AnswerStore::forget_answer(std::string_view name) {
   return change->run(name);
 }
 
+void remember_answers(IdempotencyCache& cache, AnswerStore& store,
+                      std::function<std::int64_t()> utc_us) {
+  auto stored = store.answers();
+  cache.remember_in(
+      {.utc_us = std::move(utc_us),
+       .requested = [&store](const StoredAnswer& one) { static_cast<void>(store.persist(one)); },
+       .answered =
+           [&store](const std::string& name, const rpc::Outcome& outcome) {
+             static_cast<void>(store.persist_outcome(name, outcome));
+           },
+       .forgotten =
+           [&store](const std::string& name) { static_cast<void>(store.forget_answer(name)); }},
+      stored ? std::move(*stored) : std::vector<StoredAnswer>{});
+}
+
 }  // namespace weft::daemon::access

@@ -106,4 +106,10 @@ class AnswerStore {
   sqlite::Database* database_;
 };
 
+/// `cache` holds what `store` has, and writes there from here on. What cannot be written, for want
+/// of disk, is remembered while the daemon runs, and no request waits for more. Both outlive
+/// `cache`'s last use; `utc_us` is its clock.
+void remember_answers(IdempotencyCache& cache, AnswerStore& store,
+                      std::function<std::int64_t()> utc_us);
+
 }  // namespace weft::daemon::access
