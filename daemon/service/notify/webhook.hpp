@@ -14,7 +14,7 @@ class Webhook {
  public:
   /// The thread begins at once.
   explicit Webhook(WebhookSettings settings);
-  /// Tries for at most `longest_drain` to send what waits; what it cannot send is lost.
+  /// Tries for 2 s, a request under way up to 3 s, to send what waits; the rest is lost.
   ~Webhook();
   Webhook(const Webhook&) = delete;
   Webhook& operator=(const Webhook&) = delete;
