@@ -45,7 +45,9 @@ weft_module(daemon/service/run_store USES daemon/service/run_model daemon/campai
 weft_module(daemon/service/runs USES daemon/service/run_store)
 weft_module(daemon/service/handover USES daemon/service/run_store daemon/analysis/handover)
 weft_module(daemon/service/methods USES daemon/service/rpc daemon/service/runs daemon/service/handover)
-weft_module(daemon/service/daemon USES daemon/service/methods daemon/service/transport PRIVATE_SYSTEM spdlog::spdlog)
+weft_module(daemon/service/notify USES daemon/service/runs PRIVATE_SYSTEM PkgConfig::CURL PkgConfig::MOSQUITTO)
+weft_module(daemon/service/daemon USES daemon/service/methods daemon/service/notify daemon/service/transport
+            PRIVATE_SYSTEM spdlog::spdlog)
 
 # apps: programs
 weft_module(daemon/apps/weft USES daemon/service/daemon daemon/service/client daemon/analysis/design daemon/campaign/diagnostics)
@@ -56,7 +58,7 @@ set(WEFT_DAEMON_MODULES
     storage/dataset storage/recorder storage/recordings storage/certificate storage/imprints campaign/orders campaign campaign/diagnostics pages/plot
     analysis/report analysis/tradeoff analysis/design analysis/imprint analysis/handover
     service/rpc service/client service/web service/transport service/run_model service/run_store service/runs
-    service/handover service/methods service/daemon
+    service/handover service/methods service/notify service/daemon
     apps/weft apps/weft_rig)
 list(TRANSFORM WEFT_DAEMON_MODULES REPLACE "/" "_")
 add_library(weft_daemon INTERFACE)  # all below apps

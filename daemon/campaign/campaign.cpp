@@ -266,7 +266,9 @@ class Run {
     line.exploration = plan_->explorations[spec.exploration].name;
     line.repetition = spec.repetition;
     line.outcome = done.outcome;
-    line.force_rms_error_n = force.rms_n();
+    if (force.samples > 0) line.force_rms_error_n = force.rms_n();
+    line.frames_lost = recording.frames_lost();
+    line.recorder_lag_s = recording.commit_lag_s();
     line.virtual_s = to_seconds(session_->loop().now());
     line.wall_s = seconds_since(began_);
     line.wall_left_s = pace_->left_s(steady_wall_now());

@@ -60,10 +60,12 @@ struct TrialProgress {
   std::string exploration;
   std::uint32_t repetition = 0;
   recipes::Outcome outcome = recipes::Outcome::complete;
-  std::optional<Error> error;         ///< why it is not complete
-  std::size_t attempts_rejected = 0;  ///< of the campaign so far
-  double force_rms_error_n = 0;       ///< phase M
-  double virtual_s = 0;               ///< of the campaign so far
+  std::optional<Error> error;               ///< why it is not complete
+  std::size_t attempts_rejected = 0;        ///< of the campaign so far
+  std::optional<double> force_rms_error_n;  ///< phase M; none without a force sample in it
+  std::uint64_t frames_lost = 0;            ///< of the campaign so far [count]
+  std::optional<double> recorder_lag_s;  ///< longest commit since the line before; none without one
+  double virtual_s = 0;                  ///< of the campaign so far
   double wall_s = 0;
   double wall_left_s = 0;  ///< by the mean of the trials done, and people's time
 };

@@ -80,6 +80,7 @@ void TrialRecording::begin(std::size_t trial, TimePoint now) {
 void TrialRecording::sensor(const Sample& sample, std::string_view device) {
   if (phase_ == Phase::none) return;
   const Stamp stamp{sample.host, sample.sequence, sample.lost, device};
+  frames_lost_ += sample.lost;
   if (quality_check_) quality_check_->check(sample);
   if (const auto* shaken = std::get_if<AccelerationSample>(&sample.value)) {
     write([&] { return recorder_->acceleration(stamp, *shaken); });
@@ -149,6 +150,12 @@ std::optional<std::uint64_t> TrialRecording::free_bytes() {
   space_seen_ = now;
   free_bytes_ = recorder_->free_bytes();
   return free_bytes_;
+}
+
+std::optional<double> TrialRecording::commit_lag_s() {
+  const auto lag = recorder_->commit_lag();
+  if (!lag) return std::nullopt;
+  return std::chrono::duration<double>(*lag).count();
 }
 
 void TrialRecording::commit_if_due() {

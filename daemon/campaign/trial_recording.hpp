@@ -53,6 +53,10 @@ class TrialRecording {
   /// Phase M of the trial that ended last, and of all complete trials together.
   [[nodiscard]] const ForceTally& trial_force() const { return trial_force_; }
   [[nodiscard]] const ForceTally& campaign_force() const { return campaign_force_; }
+  /// Samples of the campaign's phases that were lost before the daemon got them [count].
+  [[nodiscard]] std::uint64_t frames_lost() const { return frames_lost_; }
+  /// As Recorder has it [s].
+  [[nodiscard]] std::optional<double> commit_lag_s();
   /// When the taxel samples of the last trial that are recorded arrived.
   [[nodiscard]] const std::vector<TimePoint>& sampled() const { return sampled_; }
   /// Wall seconds spent in the recorder, estimated as in TimedLoop.
@@ -75,6 +79,7 @@ class TrialRecording {
   std::optional<Error> error_;
   std::optional<std::uint64_t> free_bytes_;
   std::chrono::nanoseconds space_seen_{};
+  std::uint64_t frames_lost_ = 0;
   unsigned writes_ = 0;
   std::chrono::nanoseconds spent_{};
   std::vector<TimePoint> sampled_;

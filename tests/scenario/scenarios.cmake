@@ -229,6 +229,12 @@ set_tests_properties(scenario_weftd_handover scenario_weftd_data PROPERTIES TIME
 add_test(NAME scenario_weftd_other_systems
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_other_systems.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_other_systems PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+# Whom it calls, by a webhook and a broker, and what Prometheus reads.
+set(notify_test ${WEFT_PYTHON} ${cli_tests}/weftd_notify.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+add_test(NAME scenario_weftd_notify COMMAND ${notify_test})
+add_test(NAME nightly_weftd_promtool CONFIGURATIONS Nightly COMMAND ${notify_test} --promtool)
+set_tests_properties(scenario_weftd_notify nightly_weftd_promtool
+                     PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 # Its machine's wall clock set forward and back.
 add_library(weft_shifted_clock MODULE ${CMAKE_CURRENT_SOURCE_DIR}/scenario/shifted_clock.c)
 add_test(NAME scenario_weftd_clock
@@ -312,5 +318,5 @@ function(weft_waits cost)
 endfunction()
 weft_waits(1000 scenario_modbus_clients scenario_apt_client scenario_docs_commands)
 weft_waits(100 scenario_rig_tcp scenario_rig_hosts scenario_netft_client scenario_doctor scenario_vibro_ports scenario_real_port
-           scenario_weftd_samples scenario_weftd_http scenario_weftd_tls scenario_weftd_access scenario_train_mpi scenario_plugins
+           scenario_weftd_samples scenario_weftd_http scenario_weftd_tls scenario_weftd_access scenario_weftd_notify scenario_train_mpi scenario_plugins
            unit_python_client)

@@ -33,6 +33,9 @@ int main(int argc, char** argv) {
   app.add_option("--tls-cert", options.tls_certificate,
                  "certificate and its chain (PEM): both ports speak TLS 1.2 or 1.3");
   app.add_option("--tls-key", options.tls_key, "its key (PEM), not for everybody to read");
+  app.add_option("--notify", options.notify,
+                 "file (JSON) that says whom to notify by webhook or MQTT, and of which events")
+      ->check(CLI::ExistingFile);
   app.add_option("--pace", options.pace,
                  "of a simulated bench: bench seconds per second, so that it can be watched; 0: as "
                  "fast as it can")

@@ -6,6 +6,7 @@
 
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/service/daemon/daemon_log.hpp"
+#include "daemon/service/daemon/metrics.hpp"
 #include "daemon/service/daemon/service_notifier.hpp"
 #include "daemon/service/daemon/token_access.hpp"
 #include "daemon/service/methods/services.hpp"
@@ -105,6 +106,7 @@ class Daemon final : private runs::RunObserver {
   runs::RunStore log_;
   access::AnswerStore answers_{log_.database()};
   std::shared_ptr<asio::ssl::context> tls_;  // before those who use it
+  std::unique_ptr<notify::Notifier> event_notifier_;
   std::unique_ptr<SocketServer> server_;
   std::unique_ptr<HttpServer> http_;
   const std::function<void(std::function<void()>)> post_ = [this](std::function<void()> work) {
@@ -187,6 +189,9 @@ void Daemon::wire(const DaemonOptions& options) {
   shared_.emergency_stop = [this](const rpc::Caller& caller) {
     services_.run_manager->halt(runs::RigState::Stop::emergency, rpc::by(caller));
   };
+  shared_.metrics_text = [this](bool is_open_metrics) {
+    return metrics_text({services_, shared_, *event_notifier_}, is_open_metrics);
+  };
   services_.sessions = &shared_.sessions;
   shared_.now = [] { return steady_wall_now(); };
   shared_.file = [this](std::string_view path, const Shared::FileCallback& callback) {
@@ -231,6 +236,15 @@ Status Daemon::begin(const DaemonOptions& options) {
       shared_, {});
   if (!server) return pass(server.error());
   server_ = std::move(*server);
+  auto notifier = notify::Notifier::open({.bench = services_.rig_name,
+                                          .client = "weftd-" + epoch_,
+                                          .data = options.data,
+                                          .log = &log_,
+                                          .utc_us = services_.utc_us,
+                                          .now = services_.now},
+                                         options.notify);
+  if (!notifier) return pass(notifier.error());
+  event_notifier_ = std::move(*notifier);
   manager_ = std::make_unique<runs::RunManager>(run_context(options), log_);
   access::remember_answers(answered_, answers_, [this] { return utc_us(); });
   services_.run_manager = manager_.get();
@@ -254,7 +268,7 @@ Status Daemon::begin(const DaemonOptions& options) {
     if (http_) http_->pump();
   });
   for (const runs::RunView& run : manager_->all()) on_run_changed(run);
-  hub_.publish("rig", api::rig_delta(*manager_, "auto:daemon"), utc_us());
+  on_rig_state_changed(manager_->rig_state(), "auto:daemon");
   return log_.append_journal(utc_us(), "", "daemon.started", "auto:daemon");
 }
 
@@ -266,6 +280,7 @@ void Daemon::on_run_changed(const runs::RunView& run) {
     if (!delta.contains(gone)) delta[gone] = nullptr;
   hub_.publish("run:" + run.stored.id(), delta, utc_us());
   api::keep_lease(services_, run);
+  event_notifier_->on_run(run);
   if (handovers_ && own_ == nullptr)  // `weft run` does that itself
     handovers_->consider(run.stored, run.has_handover);
 }
@@ -274,14 +289,16 @@ void Daemon::on_vote(const runs::RunView& run) {
   hub_.publish("vote:" + run.stored.id(), api::vote_json(*run.vote), utc_us());
 }
 
-void Daemon::on_rig_state_changed(const runs::RigState& /*rig*/, std::string_view by) {
+void Daemon::on_rig_state_changed(const runs::RigState& rig, std::string_view by) {
   hub_.publish("rig", api::rig_delta(*manager_, by), utc_us());
+  event_notifier_->on_rig(rig);
 }
 
 void Daemon::on_queue_changed(const runs::RunQueue& queue, std::string_view by) {
   nlohmann::json delta = api::queue_json(queue);
   delta["by"] = by;
   hub_.publish("queue", delta, utc_us());
+  event_notifier_->on_queue(queue);
 }
 
 void Daemon::journal(std::string_view kind, const nlohmann::json& payload) {
@@ -314,6 +331,7 @@ void Daemon::tick() {
   api::publish_samples(hub_, frame_sampler_, *manager_, utc_us());
   if (http_) http_->pump();
   manager_->tick();
+  event_notifier_->tick();
   for (const access::Lease& lease : leases_.expire(steady_wall_now()))
     api::notify_lease_expired(services_, lease);
 }
@@ -349,6 +367,7 @@ std::optional<std::string> Daemon::run(const DaemonOptions& options, const Daemo
       reload(options);
   });
   tokens_.close();
+  event_notifier_->close();  // also where the process is to end at once
   auto lost = manager_->status().unresponsive;
   if (lost) handovers_->put_off();
   if (lost) static_cast<void>(output_->drain());  // the process ends without destroying it

@@ -27,6 +27,7 @@ struct DaemonOptions {
   std::filesystem::path tls_key;
   double pace = 0;  ///< of a simulated bench, as sim.clock sets it
   LogFormat log_format = LogFormat::text;
+  std::filesystem::path notify;  ///< settings of notifications; empty: nobody is called
 };
 
 /// What signals request; set from any thread or signal handler.

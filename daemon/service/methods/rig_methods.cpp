@@ -42,6 +42,8 @@ void add_facts(const runs::RigFacts& facts, json& out) {
                      {"since_us", facts.lock_out->since_us}};
 }
 
+}  // namespace
+
 json rig_json(const runs::RunManager& manager) {
   const runs::RigState& rig = manager.rig_state();
   const auto run = manager.active();
@@ -53,6 +55,8 @@ json rig_json(const runs::RunManager& manager) {
   add_facts(rig.facts(), out);
   return out;
 }
+
+namespace {
 
 json point_of(const recipes::Vec2& point) {
   return {{"x_m", point.x_m}, {"y_m", point.y_m}};

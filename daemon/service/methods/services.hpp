@@ -110,6 +110,8 @@ void notify_lease_expired(const Services& services, const access::Lease& lease);
 /// What "rig" events carry: how the rig stands by now, and by whose word or act; null where a
 /// reason is gone.
 nlohmann::json rig_delta(const runs::RunManager& manager, std::string_view by);
+/// What rig.state answers: "rig" is safe, holding, moving, unknown or latched.
+nlohmann::json rig_json(const runs::RunManager& manager);
 /// A run for a client; also what "run:ID" events carry.
 nlohmann::json run_json(const runs::RunView& run);
 /// What "queue" events carry: the runs that wait, the next first.

@@ -191,6 +191,7 @@ void Session::on_message(std::string_view line) {
 
 // Whoever pulls the line is told, subscribed or not (docs/api.md, rig.halt).
 void Session::halt(std::string_view kind, const std::function<void(const rpc::Caller&)>& stop) {
+  ++shared_->counts.stops;
   stop(caller_);
   const json latched{{"topic", "rig"},
                      {"seq", shared_->hub->seq()},
@@ -208,6 +209,7 @@ const rpc::Methods::Entry* Session::stop_named(const std::string& method) const 
 // harm, not to stop does. What was wrong with the request is told with the answer.
 void Session::stop(const rpc::Methods::Entry& entry, const rpc::Request& request,
                    const rpc::RpcError* wrong) {
+  ++shared_->counts.stops;
   const rpc::Usable usable = rpc::usable_params(entry.spec, *request.params);
   json warnings = json::array();
   const auto warn = [&warnings](const rpc::RpcError& problem) {
@@ -272,6 +274,7 @@ bool Session::is_limited() const {
 }
 
 rpc::RpcError Session::wrong_token(const Error& why) {
+  ++shared_->counts.wrong_tokens;
   const bool too_many = is_limited();
   rpc::RpcError reply =
       too_many ? too_many_refused(peer_.address) : rpc_error(code::access + 1, "access.token", why);
@@ -322,8 +325,10 @@ Outcome Session::open_session(const json& params) {
 }
 
 void Session::dispatch(const rpc::Methods::Entry& entry, const rpc::Request& request) {
+  const bool is_change = entry.spec.effect == rpc::Effect::change;
+  ++(is_change ? shared_->counts.changes : shared_->counts.reads);
   std::string key;
-  if (entry.spec.effect == rpc::Effect::change) key = request.params->value("idem", "");
+  if (is_change) key = request.params->value("idem", "");
   if (!key.empty()) {
     using Found = access::IdempotencyCache::Found;
     const auto lookup = shared_->answered->lookup(
@@ -335,8 +340,7 @@ void Session::dispatch(const rpc::Methods::Entry& entry, const rpc::Request& req
   }
   const std::uint64_t number = next_request_++;
   const Pending& requested =
-      pending_.emplace(number, Pending{request.id_json, entry.spec.effect == rpc::Effect::change})
-          .first->second;
+      pending_.emplace(number, Pending{request.id_json, is_change}).first->second;
   const auto respond = [this, alive = std::weak_ptr(alive_), shared = shared_, key, number,
                         user = caller_.user](const Outcome& outcome) {
     if (!key.empty()) shared->answered->answered(user, key, outcome);
@@ -371,6 +375,7 @@ Status Session::cancel(const std::string& id_json) {
 }
 
 void Session::answer(const std::optional<std::string>& id_json, const Outcome& outcome) {
+  if (!outcome) ++shared_->counts.refused;
   if (!id_json) return;  // a notification wants none
   if (outcome && outcome->size() > most_answer_bytes)
     return send_(rpc::error_line(*id_json, answer_too_long(outcome->size())));

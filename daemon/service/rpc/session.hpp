@@ -24,6 +24,8 @@ inline constexpr std::string_view protocol_version = "1.0";
 
 /// Where files are: "/data/R-000318/dataset.h5".
 inline constexpr std::string_view data_path = "/data/";
+/// Where Prometheus reads.
+inline constexpr std::string_view metrics_path = "/metrics";
 
 /// A file that a client may download. It is what its list says; once somebody writes to it, its
 /// stamp is another, and it is not.
@@ -49,6 +51,13 @@ struct TokenOwner {
   access::TokenEntry token = {};
 };
 
+/// Requests since the daemon started, of all sessions [count].
+struct RequestCounts {
+  std::uint64_t reads = 0, changes = 0, stops = 0;  ///< that reached a method
+  std::uint64_t refused = 0;                        ///< answered with an error
+  std::uint64_t wrong_tokens = 0;
+};
+
 /// What all conversations of a server share; outlives them.
 struct Shared {
   const rpc::Methods* methods = nullptr;
@@ -71,7 +80,10 @@ struct Shared {
   std::function<bool(const TokenOwner&)> is_token_valid = {};
   /// The raw line "!estop", likewise. Left out: it is refused.
   std::function<void(const rpc::Caller&)> emergency_stop = {};
+  /// The body of GET /metrics: as OpenMetrics or as the older text format of Prometheus.
+  std::function<std::string(bool is_open_metrics)> metrics_text = {};
   Sessions sessions = {};
+  RequestCounts counts = {};
   /// Of those who do not come through the Unix socket.
   access::RateLimits rates = {};
   access::RefusedTokens refused_tokens = {};

@@ -37,11 +37,14 @@ struct RunView {
   std::optional<OperatorPrompt> operator_prompt;  ///< the next human action
   std::size_t trials_done = 0;
   std::size_t trials_planned = 0;
-  std::size_t attempts_rejected = 0;  ///< bad ones that were taken again
-  std::string last_rejection;         ///< why the newest of them was
-  double wall_left_s = 0;             ///< by the mean of the trials done, and people's time
-  bool is_blocked = false;            ///< it waits for a run that has ended otherwise than complete
-  bool pause_is_carried_over = false;      ///< to the queue: no repetition was left to take it
+  bool is_blocked = false;  ///< it waits for a run that has ended otherwise than complete
+  bool pause_is_carried_over = false;  ///< to the queue: no repetition was left to take it
+  std::size_t attempts_rejected = 0;   ///< bad ones that were taken again
+  std::string last_rejection;          ///< why the newest of them was
+  std::optional<double> force_rms_error_n = {};  ///< of the newest trial, while the force was held
+  std::uint64_t frames_lost = 0;                 ///< until the newest trial [count]
+  std::optional<double> recorder_lag_s = {};     ///< longest commit of the newest trial
+  double wall_left_s = 0;                  ///< by the mean of the trials done, and people's time
   std::string changed_by;                  ///< the user, session or rule that changed it last
   std::optional<HandoverStatus> handover;  ///< where its recipe has one and it is complete
   /// Whether its recipe has one, once the run has ended in this life of the daemon.

@@ -143,6 +143,9 @@ void RunManager::on_progress(std::int64_t number, const TrialProgress& progress)
   run.trials_done = progress.done;
   run.wall_left_s = progress.wall_left_s;
   run.attempts_rejected = progress.attempts_rejected;
+  run.force_rms_error_n = progress.force_rms_error_n;
+  run.frames_lost = progress.frames_lost;
+  run.recorder_lag_s = progress.recorder_lag_s;
   if (progress.outcome == recipes::Outcome::rejected) {
     run.last_rejection = format_error(progress.error);
     journal(run.stored.id(), "take_rejected", "auto:repeat_bad",

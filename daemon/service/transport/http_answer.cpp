@@ -131,6 +131,18 @@ std::string answer_text(int status, std::string_view line, std::string_view more
   return out;
 }
 
+std::string metrics_answer(const HttpRequest& request, const Shared& shared) {
+  constexpr std::string_view open_type = "application/openmetrics-text";
+  const bool is_open = request.header("Accept").find(open_type) != std::string_view::npos;
+  const std::string body = shared.metrics_text(is_open);
+  return status_line(200) + "Content-Type: " +
+         (is_open ? std::string(open_type) + "; version=1.0.0" : "text/plain; version=0.0.4") +
+         "; charset=utf-8\r\nContent-Length: " + std::to_string(body.size()) +
+         "\r\nX-Content-Type-Options: nosniff\r\nCache-Control: no-store\r\n"
+         "Connection: close\r\n\r\n" +
+         body;
+}
+
 std::string refusal_text(int status) {
   constexpr RequestBounds bounds;
   switch (status) {
@@ -173,11 +185,12 @@ std::optional<std::string> refusal_of_head(const HttpRequest& request, std::stri
                     .got = text("Host")});
   const bool rpc = request.path() == "/rpc", data = request.path().starts_with(data_path);
   const bool page = web::find_web_file(request.path()) != nullptr;
-  if (!rpc && !data && !page && request.path() != "/events")
+  const bool other = request.path() == "/events" || request.path() == metrics_path;
+  if (!rpc && !data && !page && !other)
     return refused(404, "request.path",
                    {.code = Errc::not_found,
                     .what = "nothing there",
-                    .expected = "/, /rpc, /events or /data/..."});
+                    .expected = "/, /rpc, /events, /metrics or /data/..."});
   const std::string_view method = rpc ? "POST" : "GET";
   if (request.method() != method && !(page && request.method() == "HEAD"))
     return refused(

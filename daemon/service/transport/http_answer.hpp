@@ -15,6 +15,8 @@ namespace weft::daemon::server {
 
 /// A whole answer. `line` is JSON, or empty; `more_headers` are lines with their ends.
 std::string answer_text(int status, std::string_view line, std::string_view more_headers = {});
+/// GET /metrics: OpenMetrics for a client that takes it, else the older text format of Prometheus.
+std::string metrics_answer(const HttpRequest& request, const Shared& shared);
 /// The answer to what broke a bound or is no HTTP: HttpRequest::refusal(), or 408 (too slow).
 std::string refusal_text(int status);
 /// The answer to a head that no token would help: 403 (another Host than localhost or `address`,

@@ -165,6 +165,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     const std::string opened = submit(open_line(request_));
     if (is_error(opened)) return leave(no_session_text(opened));
     if (stays) return stream();
+    if (request_.path() == metrics_path) return leave(metrics_answer(request_, *server_->shared));
     if (request_.path().starts_with(data_path)) return send_file();
     if (!request_.awaits_continue()) return;
     unsent_ += "HTTP/1.1 100 Continue\r\n\r\n";

@@ -1,5 +1,9 @@
 #include "daemon/storage/recorder/recorder.hpp"
 
+#include <algorithm>
+#include <atomic>
+
+#include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/version/software_version.hpp"
 #include "daemon/storage/recorder/campaign_history.hpp"
 #include "daemon/storage/recorder/campaign_writer.hpp"
@@ -66,12 +70,16 @@ struct Recorder::Impl {
   Continuation continuation;
   std::optional<ReplayVerifier> verifier;  ///< while the past is played
   bool resumed = true;                     ///< false: the file still says that the run has ended
-  std::unique_ptr<WriterThread> thread;    ///< gone before the writer; none: all is written at once
+  std::atomic<std::int64_t> commit_lag_ns{-1};  ///< longest since commit_lag(); -1: no commit
+  std::unique_ptr<WriterThread> thread;  ///< gone before the writer; none: all is written at once
 
   Status ready(bool in_trial);
   /// Does it with the writer now, or hands it to the thread. Keeps the first failure.
   template <class Job>
   Status write(Job job);
+  /// write() of a job that commits, timed for commit_lag().
+  template <class Job>
+  Status write_commit(Job job);
   /// Nothing is written while the past is played, and nothing before the file says that it goes on.
   Status resume_recording(TimePoint now);
   Status write_chunk(ChunkBuffer& buffer);
@@ -103,6 +111,16 @@ Status Recorder::Impl::write(Job job) {
                        : job(*writer);
   if (!done) failure = done.error();
   return done;
+}
+
+template <class Job>
+Status Recorder::Impl::write_commit(Job job) {
+  return write([this, begun = steady_wall_now(), job = std::move(job)](CampaignWriter& w) {
+    Status done = job(w);
+    const std::int64_t lag_ns = (steady_wall_now() - begun).count();
+    commit_lag_ns = std::max(commit_lag_ns.load(), lag_ns);  // jobs run one after the other
+    return done;
+  });
 }
 
 Status Recorder::Impl::resume_recording(TimePoint now) {
@@ -339,7 +357,7 @@ Status Recorder::end_trial(TrialOutcome outcome, const TrialQuality& quality, Ti
     if (!same) impl_->failure = same.error();
     return same;
   }
-  return impl_->write(
+  return impl_->write_commit(
       [outcome, quality, now](CampaignWriter& w) { return w.end_trial(outcome, quality, now); });
 }
 
@@ -365,7 +383,13 @@ Status Recorder::commit_if_due(std::chrono::nanoseconds steady_wall) {
 
 Status Recorder::commit() {
   if (Status done = impl_->write_chunks(); !done) return done;
-  return impl_->write([](CampaignWriter& w) { return w.commit(); });
+  return impl_->write_commit([](CampaignWriter& w) { return w.commit(); });
+}
+
+std::optional<std::chrono::nanoseconds> Recorder::commit_lag() {
+  const std::int64_t lag_ns = impl_->commit_lag_ns.exchange(-1);
+  if (lag_ns < 0) return std::nullopt;
+  return std::chrono::nanoseconds(lag_ns);
 }
 
 Status Recorder::finish() {

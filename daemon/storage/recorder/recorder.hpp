@@ -106,6 +106,9 @@ class Recorder {
   /// origin.
   Status commit_if_due(std::chrono::nanoseconds steady_wall);
   Status commit();
+  /// The longest time since the last call from the hand-over of a commit until it was on the disk;
+  /// nothing without a commit.
+  [[nodiscard]] std::optional<std::chrono::nanoseconds> commit_lag();
   /// Commits, marks the campaign finished and folds the write-ahead log into the one file.
   Status finish();
 

@@ -73,6 +73,23 @@ TEST_CASE("a force of a whole number of sensor counts loses nothing") {
     CHECK(dataset->records[0].wrench.force_n(i, 0) == counts[i] / 1e6);
 }
 
+TEST_CASE("the time that commits take is reported once, with and without a writer thread") {
+  for (const bool is_behind : {false, true}) {
+    const TemporaryFolder folder;
+    auto recorder = Recorder::create(folder / "c.weft", small_header());
+    REQUIRE(recorder);
+    if (is_behind) recorder->write_behind();
+    CHECK_FALSE(recorder->commit_lag());
+    REQUIRE(recorder->begin_trial(small_spec(0), at_ms(0)));
+    REQUIRE(recorder->end_trial(TrialOutcome::complete, {}, at_ms(1)));
+    REQUIRE(recorder->finish());  // waits for the thread
+    const auto lag = recorder->commit_lag();
+    REQUIRE(lag);
+    CHECK(lag->count() > 0);
+    CHECK_FALSE(recorder->commit_lag());
+  }
+}
+
 TEST_CASE("lost frames are counted and the samples around a gap are kept") {
   const TemporaryFolder folder;
   auto recorder = Recorder::create(folder / "c.weft", small_header());
