@@ -107,6 +107,8 @@ void notify_lease_expired(const Services& services, const access::Lease& lease);
 /// What "rig" events carry: how the rig stands by now, and by whose word or act; null where a
 /// reason is gone.
 nlohmann::json rig_delta(const runs::RigState& rig, std::string_view by);
+/// The topics "run:ID" of all runs, for the hub. `services` outlives it.
+server::Hub::Archive run_archive(const Services& services);
 /// A run for a client; also what "run:ID" events carry.
 nlohmann::json run_json(const runs::RunView& run);
 /// What "queue" events carry: the runs that wait, the next first.

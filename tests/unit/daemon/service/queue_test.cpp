@@ -173,7 +173,7 @@ TEST_CASE("any sequence of changes leaves a line of exactly the runs that wait, 
     const std::string id = "R-00000" + std::to_string(1 + random() % 9);
     switch (random() % 5) {
       case 0:
-        if (bench.manager->all().size() < 9) bench.submit();
+        if (bench.manager->loaded().size() < 9) bench.submit();
         break;
       case 1:
         static_cast<void>(bench.manager->remove(id, "ada"));
@@ -188,7 +188,7 @@ TEST_CASE("any sequence of changes leaves a line of exactly the runs that wait, 
         static_cast<void>(bench.manager->move(id, random() % 5, "ada"));
     }
     Numbers waiting;
-    for (const RunView& run : bench.manager->all())
+    for (const RunView& run : bench.manager->loaded())
       if (run.machine.state == RunState::queued) waiting.push_back(run.stored.number);
     Numbers queued = bench.manager->queue().runs();
     REQUIRE(bench.manager->queue() == bench.store.queue().value());
