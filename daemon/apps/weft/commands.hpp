@@ -68,6 +68,7 @@ void add_design_commands(const CommandGroup& weft);
 void add_imprint_commands(const CommandGroup& weft);
 /// What is asked of a running weftd.
 void add_daemon_commands(const CommandGroup& weft);
+void add_data_commands(const CommandGroup& weft);
 void add_page_command(const CommandGroup& weft);
 void add_queue_commands(const CommandGroup& weft);
 void add_token_commands(const CommandGroup& weft);
