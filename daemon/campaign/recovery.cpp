@@ -122,7 +122,7 @@ Result<CampaignSummary> keep_partial(const fs::path& folder, std::string_view by
   out.outcome = recipes::Outcome::interrupted;
   const json payload{
       {"by", by}, {"complete", out.trials_complete}, {"planned", out.trials_planned}};
-  if (Status ok = end_with(folder, "kept_partial", payload); !ok) return pass(ok.error());
+  if (Status ok = end_with(folder, kept_partial_kind, payload); !ok) return pass(ok.error());
   if (Status ok = conclude(folder, out); !ok) return pass(ok.error());
   return out;
 }

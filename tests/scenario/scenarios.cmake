@@ -225,6 +225,15 @@ add_test(NAME scenario_weftd_handover
 add_test(NAME scenario_weftd_data
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_data.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_handover scenario_weftd_data PROPERTIES TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
+# The list of runs damaged, lost and made again; many runs one after the other, thousands of them in the nightly preset.
+add_test(NAME scenario_weftd_catalogue
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_catalogue.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set(weftd_soak ${WEFT_PYTHON} ${cli_tests}/weftd_soak.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+add_test(NAME scenario_weftd_soak COMMAND ${weftd_soak} 120)
+add_test(NAME nightly_weftd_soak CONFIGURATIONS Nightly COMMAND ${weftd_soak} 5000)
+set_tests_properties(scenario_weftd_catalogue scenario_weftd_soak PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+set_tests_properties(nightly_weftd_soak PROPERTIES TIMEOUT 7200 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 # The rigs of sound and vibration and of imprints under weftd.
 add_test(NAME scenario_weftd_other_systems
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_other_systems.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})

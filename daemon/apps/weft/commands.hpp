@@ -70,6 +70,7 @@ void add_imprint_commands(const CommandGroup& weft);
 void add_daemon_commands(const CommandGroup& weft);
 /// Motion outside a run.
 void add_rig_commands(const CommandGroup& weft);
+void add_data_commands(const CommandGroup& weft);
 void add_page_command(const CommandGroup& weft);
 void add_queue_commands(const CommandGroup& weft);
 void add_token_commands(const CommandGroup& weft);

@@ -7,8 +7,31 @@
 
 #include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/stop_signals.hpp"
+#include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/version/software_version.hpp"
 #include "daemon/service/daemon/weftd.hpp"
+#include "daemon/service/run_store/catalogue.hpp"
+
+namespace {
+
+int rebuild_catalogue(const weft::daemon::runs::CataloguePaths& paths) {
+  const auto done =
+      weft::daemon::runs::rebuild_catalogue(paths, weft::daemon::utc_now().count() / 1000);
+  if (!done) {
+    std::cerr << "weftd: " << weft::to_string(done.error()) << std::endl;
+    return 1;
+  }
+  for (const auto& run : done->added) std::cout << run.id() << "  " << run.folder.string() << "\n";
+  for (const auto& error : done->left_out)
+    std::cerr << "weftd: left out: " << weft::to_string(error) << "\n";
+  if (!done->damaged.empty())
+    std::cout << "The damaged catalogue is kept as " << done->damaged.string() << "\n";
+  std::cout << done->added.size() << " runs added; the next run is "
+            << weft::daemon::runs::run_id(done->next_number) << std::endl;
+  return 0;
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   using weft::daemon::server::LogFormat;
@@ -46,6 +69,11 @@ int main(int argc, char** argv) {
                  "how the journal is written to standard output: text, json (an object a line) or "
                  "journald (with priorities; the default where systemd's journal reads it)")
       ->transform(CLI::CheckedTransformer(formats).description("text|json|journald"));
+  bool rebuilds = false;
+  app.add_flag(
+      "--rebuild-catalogue", rebuilds,
+      "add the runs of DATA that DATA/weftd.sqlite does not list, then end; keep a damaged "
+      "file aside and make a new one");
   app.add_flag_callback(
       "--manual",
       [&app] {
@@ -59,6 +87,7 @@ int main(int argc, char** argv) {
   if (options.socket.empty()) options.socket = options.data / "weftd.sock";
   for (auto* const path : {&options.rig, &options.recipes, &options.data})
     *path = std::filesystem::absolute(*path);
+  if (rebuilds) return rebuild_catalogue({options.data, options.rig, options.recipes});
   using weft::daemon::cli::StopSignals;
   const StopSignals signals(StopSignals::Hangup::reloads);
   const weft::Status ended = weft::daemon::server::run_daemon(

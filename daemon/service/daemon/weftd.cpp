@@ -78,6 +78,7 @@ class Daemon final : private runs::RunObserver {
   /// Never goes back: what has expired stays so, and the journal's times rise with its numbers.
   std::int64_t utc_us() { return utc_.now(utc_now(), steady_wall_now()).count() / 1000; }
   void on_run_changed(const runs::RunView& run) override;
+  void on_run_unloaded(std::int64_t run) override;
   void on_vote(const runs::RunView& run) override;
   void on_queue_changed(const runs::RunQueue& queue, std::string_view by) override;
   void on_rig_state_changed(const runs::RigState& rig, std::string_view by) override;
@@ -210,6 +211,9 @@ runs::RunContext Daemon::run_context(const DaemonOptions& options) {
           .frame_sampler = &frame_sampler_,
           .pace = &pace_,
           .wall_us = [] { return utc_now().count() / 1000; },
+          .find_handover = [this](std::int64_t run) -> std::optional<HandoverStatus> {
+            return handovers_ ? handovers_->get(runs::run_id(run)) : std::nullopt;
+          },
           .perform =
               [this](const CampaignRequest& request, const CampaignHooks& hooks) {
                 return own_ ? own_->perform(hooks) : run_campaign(request, hooks);
@@ -246,14 +250,15 @@ Status Daemon::begin(const DaemonOptions& options) {
   if (!notifier) return pass(notifier.error());
   event_notifier_ = std::move(*notifier);
   manager_ = std::make_unique<runs::RunManager>(run_context(options), log_);
-  access::remember_answers(answered_, answers_, [this] { return utc_us(); });
+  answered_.remember_in(answers_, [this] { return utc_us(); });
   services_.run_manager = manager_.get();
   handovers_ = std::make_unique<handover::HandoverService>(
-      handover::HandoverContext{
-          .post = post_,
-          .utc_us = [this] { return utc_us(); },
-          .on_changed = [this](std::string_view run,
-                               const HandoverStatus& fact) { manager_->set_handover(run, fact); }},
+      handover::HandoverContext{.post = post_,
+                                .utc_us = [this] { return utc_us(); },
+                                .on_changed =
+                                    [this](std::string_view run, const HandoverStatus&) {
+                                      manager_->notify_changed(run, "auto:hand_over");
+                                    }},
       log_);
   services_.handovers = handovers_.get();
   if (options.http_port) {
@@ -267,7 +272,9 @@ Status Daemon::begin(const DaemonOptions& options) {
     server_->pump();
     if (http_) http_->pump();
   });
-  for (const runs::RunView& run : manager_->all()) on_run_changed(run);
+  hub_.archive_in(api::run_archive(services_));
+  for (const runs::RunView& run : manager_->loaded()) on_run_changed(run);
+  if (own_ == nullptr) handovers_->resume();
   on_rig_state_changed(manager_->rig_state(), "auto:daemon");
   return log_.append_journal(utc_us(), "", "daemon.started", "auto:daemon");
 }
@@ -283,6 +290,11 @@ void Daemon::on_run_changed(const runs::RunView& run) {
   event_notifier_->on_run(run);
   if (handovers_ && own_ == nullptr)  // `weft run` does that itself
     handovers_->consider(run.stored, run.has_handover);
+}
+
+void Daemon::on_run_unloaded(std::int64_t run) {
+  hub_.forget("run:" + runs::run_id(run));
+  hub_.forget("vote:" + runs::run_id(run));
 }
 
 void Daemon::on_vote(const runs::RunView& run) {

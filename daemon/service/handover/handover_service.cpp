@@ -37,26 +37,32 @@ tl::unexpected<Error> no_handover(std::string_view run) {
 
 }  // namespace
 
-Result<std::map<std::int64_t, HandoverStatus>> HandoverStore::handovers() {
-  std::map<std::int64_t, HandoverStatus> out;
-  const auto add_row = [&out](const sqlite::Statement& row) -> Status {
-    HandoverStatus fact;
-    const auto state = handover_state_from(row.text(1));
-    if (!state)
-      return fail({.code = Errc::corrupt,
-                   .where = "hand_over",
-                   .what = "a hand-over in no state that there is",
-                   .got = row.text(1)});
-    fact.state = *state;
-    fact.by = row.text(2);
-    fact.error = row.text(3);
-    fact.result_json = row.text(4);
-    fact.attempts = static_cast<std::size_t>(row.integer(5));
-    out.emplace(row.integer(0), std::move(fact));
-    return {};
-  };
+Result<std::optional<HandoverStatus>> HandoverStore::find(std::int64_t run) {
+  auto row = database_->prepare(
+      "SELECT state, by, error, result_json, attempts FROM hand_over WHERE run = ?");
+  if (!row) return pass(row.error());
+  const auto found = row->bind(1, run).step();
+  if (!found) return pass(found.error());
+  if (!*found) return std::optional<HandoverStatus>();
+  const auto state = handover_state_from(row->text(0));
+  if (!state)
+    return fail({.code = Errc::corrupt,
+                 .where = "hand_over",
+                 .what = "a hand-over in no state that there is",
+                 .got = row->text(0)});
+  HandoverStatus fact = status_of(*state, row->text(1), static_cast<std::size_t>(row->integer(4)));
+  fact.error = row->text(2);
+  fact.result_json = row->text(3);
+  return std::optional(std::move(fact));
+}
+
+Result<std::vector<std::int64_t>> HandoverStore::unfinished() {
+  std::vector<std::int64_t> out;
   const Status read = database_->each(
-      "SELECT run, state, by, error, result_json, attempts FROM hand_over", add_row);
+      "SELECT number FROM run LEFT JOIN hand_over ON hand_over.run = number WHERE "
+      "run.state = 'ended' AND (outcome = 'complete' OR trials_done = trials_planned) AND "
+      "(hand_over.run IS NULL OR hand_over.state IN ('waiting', 'running')) ORDER BY number",
+      [&out](const sqlite::Statement& row) { out.push_back(row.integer(0)); });
   if (!read) return pass(read.error());
   return out;
 }
@@ -71,9 +77,7 @@ Status HandoverStore::persist(std::int64_t run, const HandoverStatus& fact) {
 }
 
 HandoverService::HandoverService(HandoverContext context, runs::RunStore& journal)
-    : context_(std::move(context)), journal_(journal), store_(journal.database()) {
-  if (auto known = store_.handovers()) on_record_ = std::move(*known);
-}
+    : context_(std::move(context)), journal_(journal), store_(journal.database()) {}
 
 HandoverService::~HandoverService() {
   thread_.request_stop();
@@ -97,22 +101,37 @@ HandoverService::Item* HandoverService::find(std::string_view run) {
   return found == items_.end() ? nullptr : &found->second;
 }
 
+std::optional<HandoverStatus> HandoverService::load(std::string_view run) const {
+  if (const auto found = items_.find(run); found != items_.end()) return found->second.fact;
+  const auto number = runs::run_number(run);
+  if (!number) return std::nullopt;
+  auto stored = store_.find(*number);
+  return stored ? std::move(*stored) : std::nullopt;
+}
+
 std::optional<HandoverStatus> HandoverService::get(std::string_view run) const {
-  const auto found = items_.find(run);
-  if (found == items_.end() || found->second.fact.state == HandoverState::none) return std::nullopt;
-  return found->second.fact;
+  auto found = load(run);
+  return found && found->state != HandoverState::none ? std::move(found) : std::nullopt;
+}
+
+void HandoverService::resume() {
+  const auto numbers = store_.unfinished();
+  if (!numbers) return;
+  for (const std::int64_t number : *numbers)
+    if (const auto run = journal_.run(number); run && *run) consider(**run, {});
 }
 
 void HandoverService::consider(const runs::StoredRun& run, std::optional<bool> wanted) {
   if (run.state != runs::RunState::ended || !run.has_all() || items_.contains(run.id())) return;
-  const auto known = on_record_.find(run.number);
-  HandoverStatus fact = known == on_record_.end() ? initial_status(run, wanted) : known->second;
-  const bool as_it_was = known != on_record_.end() && is_over(fact.state);
+  const auto known = store_.find(run.number);
+  if (!known || (*known && is_over((*known)->state))) return;
+  const HandoverStatus fact = *known ? **known : initial_status(run, wanted);
   Item& item = items_.emplace(run.id(), Item{run, fact}).first->second;
   if (!is_over(fact.state))
     return fact.attempts < most_attempts ? enqueue(item, fact.by) : give_up(item);
-  if (!as_it_was) static_cast<void>(store_.persist(run.number, fact));
+  const Status persisted = store_.persist(run.number, fact);
   if (fact.state != HandoverState::none) context_.on_changed(run.id(), fact);
+  if (persisted) items_.erase(run.id());
 }
 
 /// The campaign's own recipe, not that of the folder, which may have changed since. It is
@@ -148,16 +167,19 @@ void HandoverService::enqueue(Item& item, std::string_view by) {
   begin_next();
 }
 
+// One that is over needs no memory once it is written.
 void HandoverService::enter(Item& item, HandoverStatus fact) {
   item.fact = std::move(fact);
-  static_cast<void>(store_.persist(item.run.number, item.fact));
+  const Status persisted = store_.persist(item.run.number, item.fact);
   const json payload{{"state", to_string(item.fact.state)}, {"error", item.fact.error}};
   static_cast<void>(
       journal_.append_journal(context_.utc_us(), item.run.id(), "hand_over", item.fact.by,
                               payload.dump(-1, ' ', false, json::error_handler_t::replace)));
   context_.on_changed(item.run.id(), item.fact);
   if (!is_over(item.fact.state)) return;
-  for (const auto& each : std::exchange(item.waiting, {}))
+  const auto waiting = std::exchange(item.waiting, {});
+  if (persisted) items_.erase(item.run.id());
+  for (const auto& each : waiting)
     if (!each.listener.expired()) each.on_over();
 }
 
@@ -212,34 +234,38 @@ void HandoverService::ended(const std::string& id, const Result<HandoverResult>&
 }
 
 Status HandoverService::again(std::string_view run, std::string_view by) {
-  Item* const item = find(run);
-  if (item == nullptr || item->fact.state == HandoverState::none) return no_handover(run);
-  if (!is_over(item->fact.state))
+  const auto known = get(run);
+  if (!known) return no_handover(run);
+  if (!is_over(known->state))
     return fail({.code = Errc::wrong_state,
                  .where = "/params/run",
                  .what = "the hand-over is under way",
                  .expected = "done, failed or cancelled",
-                 .got = std::string(to_string(item->fact.state))});
-  enqueue(*item, by);
+                 .got = std::string(to_string(known->state))});
+  const auto stored = journal_.run(runs::run_number(run).value_or(0));
+  if (!stored) return pass(stored.error());
+  if (!*stored) return no_handover(run);
+  enqueue(items_.insert_or_assign(std::string(run), Item{**stored, *known}).first->second, by);
   return {};
 }
 
 Status HandoverService::cancel(std::string_view run, std::string_view by) {
-  Item* const item = find(run);
-  if (item == nullptr || item->fact.state == HandoverState::none) return no_handover(run);
-  if (is_over(item->fact.state))
+  const auto known = get(run);
+  if (!known) return no_handover(run);
+  if (is_over(known->state))
     return fail({.code = Errc::wrong_state,
                  .where = "/params/run",
                  .what = "the hand-over is over",
                  .expected = "waiting or running",
-                 .got = std::string(to_string(item->fact.state))});
+                 .got = std::string(to_string(known->state))});
+  Item* const item = find(run);
   if (active_ == run) {
     cancelled_by_ = by;
     thread_.request_stop();
     return {};
   }
   std::erase(queue_, run);
-  enter(*item, status_of(HandoverState::cancelled, by));
+  if (item != nullptr) enter(*item, status_of(HandoverState::cancelled, by));
   return {};
 }
 

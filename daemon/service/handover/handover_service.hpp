@@ -26,8 +26,10 @@ class HandoverStore {
  public:
   /// `database` outlives the store and has the table (RunStore::open()).
   explicit HandoverStore(sqlite::Database& database) : database_(&database) {}
-  /// By the number of their runs.
-  [[nodiscard]] Result<std::map<std::int64_t, HandoverStatus>> handovers();
+  /// Nothing where there is no row.
+  [[nodiscard]] Result<std::optional<HandoverStatus>> find(std::int64_t run);
+  /// Complete runs, the oldest first, without a row or with one of a handover that is not over.
+  [[nodiscard]] Result<std::vector<std::int64_t>> unfinished();
   Status persist(std::int64_t run, const HandoverStatus& fact);
 
  private:
@@ -49,10 +51,11 @@ class HandoverService {
   HandoverService(const HandoverService&) = delete;
   HandoverService& operator=(const HandoverService&) = delete;
 
-  /// A run has changed, or was on record when the daemon began. The first time that it has ended
-  /// with all of its trials (StoredRun::has_all) its recipe says whether it is handed over:
-  /// `wanted`, or, where that is not known, as it is on record in the run's folder, which is read
-  /// then.
+  /// Considers the runs whose handovers the daemon before this one left unfinished.
+  void resume();
+  /// A run has changed. The first time that it has ended with all of its trials
+  /// (StoredRun::has_all) its recipe says whether it is handed over: `wanted`, or, where that is
+  /// not known, as it is on record in the run's folder, which is read then.
   void consider(const runs::StoredRun& run, std::optional<bool> wanted);
   /// Once more, where it failed, was cancelled, or its files were damaged since.
   /// Errors: not_found, no hand-over of that run; wrong_state, it is under way.
@@ -80,6 +83,8 @@ class HandoverService {
     std::vector<Waiting> waiting = {};
   };
   static HandoverStatus initial_status(const runs::StoredRun& run, std::optional<bool> wanted);
+  /// In memory, or as it is on record. Nothing where the run has none.
+  [[nodiscard]] std::optional<HandoverStatus> load(std::string_view run) const;
   void give_up(Item& item);
   void enqueue(Item& item, std::string_view by);
   void begin_next();
@@ -90,8 +95,8 @@ class HandoverService {
 
   HandoverContext context_;
   runs::RunStore& journal_;
-  HandoverStore store_;
-  std::map<std::int64_t, HandoverStatus> on_record_;  // of runs that were not considered yet
+  mutable HandoverStore store_;
+  /// Those that are not over, or whose end could not be written.
   std::map<std::string, Item, std::less<>> items_;
   std::deque<std::string> queue_;
   std::string active_, cancelled_by_;

@@ -2,6 +2,7 @@
 
 #include "daemon/service/methods/data_files.hpp"
 #include "daemon/service/methods/helpers.hpp"
+#include "daemon/service/run_store/catalogue.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/certificate/exports.hpp"
 #include "daemon/storage/certificate/verify.hpp"
@@ -193,6 +194,36 @@ void certificate_of_run(const Services& services, const Call& call, const Respon
       [stored = run->stored, from = *from, most = *most] { return certified(stored, from, most); });
 }
 
+Outcome add_imported(const Services& services, const rpc::Caller& caller,
+                     const runs::CataloguePaths& paths, const Result<runs::FoundRun>& found) {
+  if (!found) return refused(found.error());
+  const auto run = runs::add_found_run(*services.log, paths, *found, by(caller), services.utc_us());
+  if (!run) return refused(run.error());
+  services.run_manager->notify_changed(run->id(), by(caller));
+  services.handovers->consider(*run, {});
+  return run_outcome(services.run_manager->get(run->id()));
+}
+
+// Its certificate may have megabytes: the folder is read on another thread.
+void import_folder(const Services& services, const Call& call, const Responder& respond) {
+  const runs::CataloguePaths paths{services.data, services.rig, services.recipes};
+  const std::string name = call.params.at("folder").get<std::string>();
+  if (name.find('\0') != std::string::npos)
+    return respond(refused(bad_param("folder", "not a path", "without a zero byte", {})));
+  const std::filesystem::path folder = services.data / name;
+  const bool is_taken = services.file_background(
+      [s = &services, paths, folder, respond, caller = call.caller]() -> Services::Report {
+        return [s, paths, respond, caller, found = load_found_run(folder, paths)] {
+          respond(add_imported(*s, caller, paths, found));
+        };
+      },
+      [respond](const Error& escaped) { respond(refused(escaped)); });
+  if (!is_taken)
+    respond(refused({.code = Errc::timeout,
+                     .what = "too many requests for files wait",
+                     .hint = "Ask again later"}));
+}
+
 /// What a data set is vouched for by, and what is made of it.
 void add_export_methods(MethodGroup& group) {
   group.read("data.certificate",
@@ -306,7 +337,7 @@ json handover_json(const HandoverStatus& fact) {
 
 void add_data_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);
-  group.read("data.list", "data sets of all runs, oldest first, complete or not", page_params(),
+  group.read("data.list", "data sets of all runs, page by page, complete or not", page_params(),
              "datasets: run, recipe, name, created_us, outcome (of the run), dataset_sha256 (of "
              "the file that is there now), campaign_since (as run.get), handover; next, "
              "null where there is no more",
@@ -331,6 +362,13 @@ void add_data_methods(rpc::Methods& methods, const Services& services) {
              "went on since, discarded or missing), trials, trials_done, trials_done_now; files: "
              "name, bytes, sha256, path",
              files_of_run);
+  group.change("data.import",
+               "add the campaign in a folder, made by weft run, to the catalogue as a run that has "
+               "ended. The folder stays where it is",
+               Role::operator_,
+               {{"folder", ParamType::text, true,
+                 "on the daemon's machine; a relative one lies in its data folder"}},
+               "the run", import_folder);
   add_export_methods(group);
   add_model_methods(group);
 }

@@ -218,17 +218,23 @@ namespace {
 
 constexpr std::int64_t most_runs = 1000;
 
-/// "R-000318" is 318; 0 where `from` is left out. Errors: not_found.
-Result<std::int64_t> read_first(const Services& services, const Call& call) {
+/// "R-000318" is 318; nothing where `from` is left out. Errors: not_found.
+Result<std::optional<std::int64_t>> read_first(const Services& services, const Call& call) {
   const auto from = call.params.find("from");
-  if (from == call.params.end()) return 0;
+  if (from == call.params.end()) return std::optional<std::int64_t>();
   const auto run = services.run_manager->get(from->get<std::string>());
   if (!run)
     return fail({.code = Errc::not_found,
                  .where = "/params/from",
                  .what = "no such run",
                  .got = from->dump()});
-  return run->stored.number;
+  return std::optional(run->stored.number);
+}
+
+Result<bool> is_newest_first(const Call& call) {
+  const std::string order = call.params.value("order", "oldest");
+  if (order == "oldest" || order == "newest") return order == "newest";
+  return pass(bad_param("order", "no such order", "oldest or newest", order.substr(0, 100)));
 }
 
 }  // namespace
@@ -255,26 +261,34 @@ std::string ListPage::text(Order order) const {
 const std::vector<rpc::ParamSpec>& page_params() {
   static const std::vector<rpc::ParamSpec> params{
       {"from", ParamType::text, false, "this run on: next of the page before"},
-      {"most", ParamType::integer, false, "runs, 1000 at most, and no more than 1 MiB"}};
+      {"most", ParamType::integer, false, "runs, 1000 at most, and no more than 1 MiB"},
+      {"order", ParamType::text, false, "oldest (default) or newest first"}};
   return params;
 }
 
 Outcome runs_page(const Services& services, const Call& call, const char* name,
-                  const std::function<json(const runs::RunView&)>& callback) {
-  const auto first = read_first(services, call);
-  if (!first) return refused(first.error());
+                  const std::function<json(const runs::RunView&)>& callback,
+                  const std::vector<runs::RunState>& states) {
+  auto cursor = read_first(services, call);
+  if (!cursor) return refused(cursor.error());
   const auto most = read_whole_number(call, {"most", most_runs, 1, most_runs, "how many runs"});
   if (!most) return refused(most.error());
-  ListPage page(*most);
+  const auto newest_first = is_newest_first(call);
+  if (!newest_first) return refused(newest_first.error());
+  ListPage reply(*most);
   json next;
-  for (const runs::RunView& run : services.run_manager->all()) {
-    if (run.stored.number < *first) continue;
-    const json one = callback(run);
-    if (one.is_null() || page.add(one)) continue;
-    next = run.stored.id();
-    break;
-  }
-  return std::string("{\"") + name + "\":" + page.text() + R"(,"next":)" + format_text(next) + "}";
+  do {
+    const auto page = services.run_manager->page({states, *newest_first}, *cursor, *most);
+    if (!page) return refused(page.error());
+    *cursor = page->next;
+    for (const runs::RunView& run : page->runs) {
+      const json one = callback(run);
+      if (one.is_null() || reply.add(one)) continue;
+      next = run.stored.id();
+      break;
+    }
+  } while (*cursor && next.is_null());
+  return std::string("{\"") + name + "\":" + reply.text() + R"(,"next":)" + format_text(next) + "}";
 }
 
 namespace {

@@ -163,12 +163,13 @@ class ListPage {
   std::vector<std::string> items_;
 };
 
-/// "from" and "most" of a list of runs, for run.list and data.list.
+/// "from", "most" and "order" of a list of runs, for run.list and data.list.
 const std::vector<rpc::ParamSpec>& page_params();
-/// {`name`: [...], next: the run that the next page begins with, or null}: of the runs that
-/// `callback` has something to say of, null where it has not. Errors: range, not_found.
+/// {`name`: [...], next: the run that the next page begins with, or null}: of the runs in one of
+/// `states` (empty: any) for which `callback` does not return null. Errors: range, not_found.
 Outcome runs_page(const Services& services, const Call& call, const char* name,
-                  const std::function<json(const runs::RunView&)>& callback);
+                  const std::function<json(const runs::RunView&)>& callback,
+                  const std::vector<runs::RunState>& states = {});
 
 /// A recipe of the folder by its name, with or without ".json".
 /// Errors: invalid_argument (not a plain name), not_found, with a did-you-mean.

@@ -158,14 +158,18 @@ Result<std::size_t> count_trials(const CampaignRequest& request) {
 /// A run reads its recipe when it begins and compares it when it is gone on with: it is not changed
 /// under one that is not over. Errors: wrong_state.
 Status require_unused(const Services& services, const fs::path& file) {
+  runs::RunFilter not_ended;
+  for (const runs::RunState state : runs::all_run_states)
+    if (state != runs::RunState::ended) not_ended.states.push_back(state);
+  const auto found = services.log->runs(not_ended, {}, runs::RunStore::no_limit);
+  if (!found) return pass(found.error());
   std::error_code unseen;
-  for (const runs::RunView& run : services.run_manager->all())
-    if (run.machine.state != runs::RunState::ended &&
-        (run.stored.recipe == file || fs::equivalent(run.stored.recipe, file, unseen)))
+  for (const runs::StoredRun& run : found->runs)
+    if (run.recipe == file || fs::equivalent(run.recipe, file, unseen))
       return fail({.code = Errc::wrong_state,
                    .where = "/params/recipe",
                    .what = "a run that is not over is of this recipe",
-                   .got = run.stored.id(),
+                   .got = run.id(),
                    .hint = "Wait until it is over, take it out, or use another name"});
   return {};
 }

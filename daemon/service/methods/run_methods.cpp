@@ -118,9 +118,13 @@ Outcome pause(const Services& services, const Call& call) {
 
 Outcome list_runs(const Services& services, const Call& call) {
   const std::string wanted = call.params.value("state", "");
-  return runs_page(services, call, "runs", [&wanted](const RunView& run) {
-    return wanted.empty() || wanted == to_string(run.machine.state) ? run_json(run) : json();
-  });
+  std::vector<RunState> states;
+  for (const RunState state : runs::all_run_states)
+    if (wanted == to_string(state)) states.push_back(state);
+  if (!wanted.empty() && states.empty())
+    return refused(
+        bad_param("state", "no such state", "queued, running, ended, ...", wanted.substr(0, 100)));
+  return runs_page(services, call, "runs", run_json, states);
 }
 
 std::vector<rpc::ParamSpec> list_params() {
@@ -253,7 +257,7 @@ void add_run_reads(MethodGroup& group) {
              [](const Services& services, const Call& call) {
                return run_outcome(services.run_manager->get(run_of(call)));
              });
-  group.read("run.list", "all runs, oldest first", list_params(),
+  group.read("run.list", "the runs, page by page", list_params(),
              "runs, next (null where there is no more)", list_runs);
   group.read(
       "run.wait", "answers when the run has ended",
@@ -323,6 +327,23 @@ json run_json(const RunView& run) {
                              {"complete", run.external_resume->complete},
                              {"dataset_sha256", run.external_resume->dataset_sha256}};
   return out;
+}
+
+server::Hub::Archive run_archive(const Services& services) {
+  static constexpr std::string_view prefix = "run:";
+  return {.prefix = std::string(prefix),
+          .find = [s = &services](std::string_view topic) -> std::optional<json> {
+            if (!topic.starts_with(prefix)) return std::nullopt;
+            const auto run = s->run_manager->get(topic.substr(prefix.size()));
+            return run ? std::optional(run_json(*run)) : std::nullopt;
+          },
+          .count =
+              [s = &services] {
+                std::int64_t all = 0;
+                if (const auto counts = s->log->state_counts())
+                  for (const auto& [state, runs] : *counts) all += runs;
+                return static_cast<std::size_t>(all);
+              }};
 }
 
 void add_run_methods(rpc::Methods& methods, const Services& services) {

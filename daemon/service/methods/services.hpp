@@ -112,6 +112,8 @@ void notify_lease_expired(const Services& services, const access::Lease& lease);
 nlohmann::json rig_delta(const runs::RunManager& manager, std::string_view by);
 /// What rig.state answers: "rig" is safe, holding, moving, unknown or latched.
 nlohmann::json rig_json(const runs::RunManager& manager);
+/// The topics "run:ID" of all runs, for the hub. `services` outlives it.
+server::Hub::Archive run_archive(const Services& services);
 /// A run for a client; also what "run:ID" events carry.
 nlohmann::json run_json(const runs::RunView& run);
 /// What "queue" events carry: the runs that wait, the next first.

@@ -30,10 +30,7 @@ Outcome system_info(const Services& services, const Call&) {
 
 json metrics(const Services& services, std::chrono::nanoseconds began) {
   json states = json::object();
-  for (const runs::RunView& run : services.run_manager->all()) {
-    const std::string state(to_string(run.machine.state));
-    states[state] = states.value(state, 0) + 1;
-  }
+  if (const auto counts = services.log->state_counts()) states = *counts;
   std::error_code error;
   const auto disk = std::filesystem::space(services.data, error);
   return {{"up_s", std::chrono::duration<double>(services.now() - began).count()},

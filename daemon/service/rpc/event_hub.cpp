@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 
 namespace weft::daemon::server {
 
@@ -24,6 +25,16 @@ bool matches(std::string_view pattern, std::string_view topic) {
 bool any_matches(const std::vector<std::string>& patterns, std::string_view topic) {
   return std::ranges::any_of(patterns,
                              [&](const std::string& pattern) { return matches(pattern, topic); });
+}
+
+/// False where it has no room, and is left off.
+bool add_snapshot(Opened& opened, std::string_view topic, const json& state) {
+  const std::string one = rpc::format_text(topic) + ":" + rpc::format_text(state);
+  if (opened.snapshot_json.size() + one.size() > Hub::most_snapshot_bytes) return false;
+  if (opened.snapshot_json.size() > 1) opened.snapshot_json += ',';
+  opened.snapshot_json += one;
+  --opened.left_off;
+  return true;
 }
 
 std::string params_of(const Event& event, const std::string& subscription, std::uint64_t dropped) {
@@ -151,16 +162,35 @@ Opened Hub::open(const SubscriptionRequest& request) {
     if (any_matches(request.topics, topic)) newest_first.emplace_back(seq, topic);
   std::ranges::sort(newest_first, std::greater<>());
   Opened opened{add(request), seq_, "{", newest_first.size()};
-  for (const auto& [seq, topic] : newest_first) {
-    const std::string one =
-        rpc::format_text(topic) + ":" + rpc::format_text(*snapshots_.find(topic)->second);
-    if (opened.snapshot_json.size() + one.size() > most_snapshot_bytes) break;
-    if (opened.snapshot_json.size() > 1) opened.snapshot_json += ',';
-    opened.snapshot_json += one;
-    --opened.left_off;
-  }
+  for (const auto& [seq, topic] : newest_first)
+    if (!add_snapshot(opened, topic, *snapshots_.find(topic)->second)) break;
+  if (archive_.find) open_archived(request, opened);
   opened.snapshot_json += '}';
   return opened;
+}
+
+void Hub::open_archived(const SubscriptionRequest& request, Opened& opened) const {
+  const auto is_here = [this](const auto& topic) {
+    return topic.first.starts_with(archive_.prefix);
+  };
+  if (any_matches(request.topics, archive_.prefix)) {
+    const auto here = static_cast<std::size_t>(std::ranges::count_if(snapshots_, is_here));
+    opened.left_off += std::max(archive_.count(), here) - here;
+    return;
+  }
+  const std::set<std::string_view> topics(request.topics.begin(), request.topics.end());
+  for (const std::string_view topic : topics) {
+    if (snapshots_.contains(topic)) continue;
+    const auto found = archive_.find(topic);
+    if (!found) continue;
+    ++opened.left_off;
+    add_snapshot(opened, topic, *found);
+  }
+}
+
+void Hub::forget(std::string_view topic) {
+  if (const auto known = snapshots_.find(topic); known != snapshots_.end()) snapshots_.erase(known);
+  if (const auto known = changed_.find(topic); known != changed_.end()) changed_.erase(known);
 }
 
 tl::expected<Opened, rpc::RpcError> Hub::replay(const SubscriptionRequest& request,

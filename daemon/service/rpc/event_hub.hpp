@@ -90,6 +90,16 @@ class Hub {
   /// What changed about a topic: an RFC 7386 merge patch of its snapshot.
   void publish(std::string_view topic, const nlohmann::json& delta, std::int64_t t_us);
 
+  /// The topic's snapshot takes no memory from here on: `archive` has it.
+  void forget(std::string_view topic);
+  /// Topics of one kind that may have been forgotten, or not been published since the daemon began.
+  struct Archive {
+    std::string prefix;  ///< of their names, "run:"
+    /// The snapshot of one; nothing where there is no such topic.
+    std::function<std::optional<nlohmann::json>(std::string_view topic)> find;
+    std::function<std::size_t()> count;  ///< of all, whether forgotten or not
+  };
+  void archive_in(Archive archive) { archive_ = std::move(archive); }
   /// To who listens now and nobody later: part of no snapshot, and not to be had again.
   void pass_on(std::string_view topic, const nlohmann::json& delta, std::int64_t t_us);
   /// Whether anybody listens to this topic.
@@ -108,6 +118,9 @@ class Hub {
 
  private:
   std::shared_ptr<Subscription> add(const SubscriptionRequest& request);
+  /// Adds topics by name that only the archive has, and counts those that a pattern for all of them
+  /// leaves to it.
+  void open_archived(const SubscriptionRequest& request, Opened& opened) const;
   void offer(const std::shared_ptr<const Event>& event);
 
   std::uint64_t seq_ = 0;
@@ -118,6 +131,7 @@ class Hub {
   std::uint64_t forgotten_ = 0;  // the newest event that is not in recent_ any more
   std::list<std::weak_ptr<Subscription>> subscriptions_;
   std::function<void()> news_;
+  Archive archive_;
 };
 
 }  // namespace weft::daemon::server

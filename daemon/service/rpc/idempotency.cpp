@@ -20,18 +20,28 @@ std::string_view user_of(std::string_view name) {
   return name.substr(colon + 1, length);
 }
 
+/// Of the columns result and error.
+std::optional<rpc::Outcome> outcome_in(const sqlite::Statement& row, int result, int error) {
+  if (!row.is_null(error)) return tl::unexpected(rpc::error_from_json(row.text(error)));
+  if (!row.is_null(result)) return row.text(result);
+  return std::nullopt;
+}
+
 }  // namespace
 
 void IdempotencyCache::remember_in(AnswerMemory memory, std::vector<StoredAnswer> stored_answers) {
   memory_ = std::move(memory);
-  for (StoredAnswer& one : stored_answers)
-    put(std::move(one.name), {std::move(one.fingerprint),
-                              std::move(one.outcome),
-                              std::move(one.token),
-                              {},
-                              one.requested_us,
-                              true,
-                              true});
+  for (StoredAnswer& one : stored_answers) {
+    Entry entry{std::move(one.fingerprint),
+                std::move(one.outcome),
+                std::move(one.token),
+                {},
+                one.requested_us,
+                true,
+                true};
+    release_outcome(one.name, entry);
+    put(std::move(one.name), std::move(entry));
+  }
   forget_old();
 }
 
@@ -72,10 +82,8 @@ IdempotencyCache::Lookup IdempotencyCache::lookup(std::string_view user, std::st
   forget_old();
   const std::string name = name_of(user, key);
   if (const auto found = entries_.find(name); found != entries_.end()) {
-    const Entry& entry = found->second;
-    if (entry.fingerprint != fingerprint) return {Found::other_request, {}};
-    if (entry.outcome) return {Found::answered, entry.outcome};
-    return {entry.is_of_before ? Found::cut_short : Found::under_way, {}};
+    if (found->second.fingerprint != fingerprint) return {Found::other_request, {}};
+    return find(found->first, found->second);
   }
   Entry entry{std::string(fingerprint),
               {},
@@ -90,6 +98,19 @@ IdempotencyCache::Lookup IdempotencyCache::lookup(std::string_view user, std::st
   return {};
 }
 
+IdempotencyCache::Lookup IdempotencyCache::find(const std::string& name, const Entry& entry) const {
+  const auto outcome = entry.is_outcome_stored ? memory_.load(name) : entry.outcome;
+  if (outcome) return {Found::answered, outcome};
+  const bool is_lost = entry.is_of_before || entry.is_outcome_stored;
+  return {is_lost ? Found::cut_short : Found::under_way, {}};
+}
+
+void IdempotencyCache::release_outcome(const std::string& name, Entry& entry) const {
+  if (!entry.outcome || !entry.is_persisted || !memory_.load || !memory_.load(name)) return;
+  entry.is_outcome_stored = true;
+  entry.outcome.reset();
+}
+
 void IdempotencyCache::answered(std::string_view user, std::string_view key,
                                 const rpc::Outcome& outcome) {
   const auto found = entries_.find(name_of(user, key));
@@ -99,6 +120,7 @@ void IdempotencyCache::answered(std::string_view user, std::string_view key,
     return forget(found);
   found->second.outcome = outcome;
   if (found->second.is_persisted && memory_.answered) memory_.answered(found->first, outcome);
+  release_outcome(found->first, found->second);
 }
 
 rpc::RpcError key_in_use(IdempotencyCache::Found found, const std::string& key) {
@@ -129,13 +151,18 @@ Result<std::vector<StoredAnswer>> AnswerStore::answers() {
   const Status read = database_->each(
       "SELECT name, token, fingerprint, asked_us, result, error FROM answer ORDER BY number",
       [&](const sqlite::Statement& row) {
-        StoredAnswer one{row.text(0), row.text(1), row.text(2), row.integer(3), {}};
-        if (!row.is_null(4)) one.outcome = row.text(4);
-        if (!row.is_null(5)) one.outcome = tl::unexpected(rpc::error_from_json(row.text(5)));
-        out.push_back(std::move(one));
+        out.push_back(
+            {row.text(0), row.text(1), row.text(2), row.integer(3), outcome_in(row, 4, 5)});
       });
   if (!read) return pass(read.error());
   return out;
+}
+
+std::optional<rpc::Outcome> AnswerStore::answer(std::string_view name) {
+  auto row = database_->prepare("SELECT result, error FROM answer WHERE name = ?");
+  if (!row) return std::nullopt;
+  const auto found = row->bind(1, name).step();
+  return found && *found ? outcome_in(*row, 0, 1) : std::nullopt;
 }
 
 Status AnswerStore::persist(const StoredAnswer& requested) {
@@ -160,10 +187,9 @@ Status AnswerStore::forget_answer(std::string_view name) {
   return change->run(name);
 }
 
-void remember_answers(IdempotencyCache& cache, AnswerStore& store,
-                      std::function<std::int64_t()> utc_us) {
-  auto stored = store.answers();
-  cache.remember_in(
+void IdempotencyCache::remember_in(AnswerStore& store, std::function<std::int64_t()> utc_us) {
+  auto stored_answers = store.answers();
+  remember_in(
       {.utc_us = std::move(utc_us),
        .requested = [&store](const StoredAnswer& one) { static_cast<void>(store.persist(one)); },
        .answered =
@@ -171,8 +197,9 @@ void remember_answers(IdempotencyCache& cache, AnswerStore& store,
              static_cast<void>(store.persist_outcome(name, outcome));
            },
        .forgotten =
-           [&store](const std::string& name) { static_cast<void>(store.forget_answer(name)); }},
-      stored ? std::move(*stored) : std::vector<StoredAnswer>{});
+           [&store](const std::string& name) { static_cast<void>(store.forget_answer(name)); },
+       .load = [&store](const std::string& name) { return store.answer(name); }},
+      stored_answers ? std::move(*stored_answers) : std::vector<StoredAnswer>{});
 }
 
 }  // namespace weft::daemon::access

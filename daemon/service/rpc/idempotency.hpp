@@ -35,7 +35,12 @@ struct AnswerMemory {
   std::function<void(const StoredAnswer&)> requested;
   std::function<void(const std::string& name, const rpc::Outcome&)> answered;
   std::function<void(const std::string& name)> forgotten;
+  /// The answer that is kept; nothing where there is none, or it cannot be read. With it, answers
+  /// that are kept take no memory.
+  std::function<std::optional<rpc::Outcome>(const std::string& name)> load = {};
 };
+
+class AnswerStore;
 
 class IdempotencyCache {
  public:
@@ -58,6 +63,8 @@ class IdempotencyCache {
   };
   /// What is told to `memory` from here on, and what it holds from before, the oldest first.
   void remember_in(AnswerMemory memory, std::vector<StoredAnswer> stored_answers);
+  /// In `store`, which outlives the cache. What the disk refuses is known while the daemon runs.
+  void remember_in(AnswerStore& store, std::function<std::int64_t()> utc_us);
   /// A key belongs to a user: nobody reads another's answer with it. `fingerprint`: of method and
   /// parameters. A fresh key is under way from here on. `persistent`: also over the daemon's end.
   /// `token`: StoredAnswer's.
@@ -74,9 +81,13 @@ class IdempotencyCache {
     Ages::iterator age = {};
     std::int64_t requested_us = 0;
     bool is_persisted = false, is_of_before = false;
+    bool is_outcome_stored = false;  ///< `outcome` is in the memory's store alone
   };
   using Entries = std::map<std::string, Entry, std::less<>>;
   void put(std::string name, Entry entry);
+  [[nodiscard]] Lookup find(const std::string& name, const Entry& entry) const;
+  /// Keeps the outcome in memory only if the store has not got it.
+  void release_outcome(const std::string& name, Entry& entry) const;
   void forget(Entries::iterator entry);
   void forget_old();
   void forget_old(Ages& ages);
@@ -98,6 +109,7 @@ class AnswerStore {
   explicit AnswerStore(sqlite::Database& database) : database_(&database) {}
   /// Oldest first.
   [[nodiscard]] Result<std::vector<StoredAnswer>> answers();
+  [[nodiscard]] std::optional<rpc::Outcome> answer(std::string_view name);
   Status persist(const StoredAnswer& requested);
   Status persist_outcome(std::string_view name, const rpc::Outcome& outcome);
   Status forget_answer(std::string_view name);
@@ -105,11 +117,5 @@ class AnswerStore {
  private:
   sqlite::Database* database_;
 };
-
-/// `cache` holds what `store` has, and writes there from here on. What cannot be written, for want
-/// of disk, is remembered while the daemon runs, and no request waits for more. Both outlive
-/// `cache`'s last use; `utc_us` is its clock.
-void remember_answers(IdempotencyCache& cache, AnswerStore& store,
-                      std::function<std::int64_t()> utc_us);
 
 }  // namespace weft::daemon::access

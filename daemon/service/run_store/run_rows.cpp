@@ -198,19 +198,87 @@ Status RunStore::make_tables() {
   return done;
 }
 
-Result<std::vector<StoredRun>> RunStore::runs() {
+Result<sqlite::Statement> RunStore::prepare_runs(std::string_view condition) {
+  std::string sql(read_sql.substr(0, read_sql.find(" ORDER BY")));
+  return database_.prepare(sql.append(" ").append(condition));
+}
+
+Result<StoredRun> RunStore::read_run(const sqlite::Statement& row) {
+  StoredRun run;
+  RowReader reader{row};
+  std::apply([&](auto&... column) { (reader.read(column), ...); }, columns_of(run));
+  if (!reader.done) return pass(reader.done.error());
+  return run;
+}
+
+Result<std::vector<StoredRun>> RunStore::collect(sqlite::Statement& rows,
+                                                 bool (*is_wanted)(const StoredRun&)) {
   std::vector<StoredRun> out;
   Status valid;
-  const Status done = database_.each(read_sql, [&](const sqlite::Statement& row) {
-    StoredRun& run = out.emplace_back();
-    RowReader reader{row};
-    std::apply([&](auto&... column) { (reader.read(column), ...); }, columns_of(run));
-    if (valid) valid = reader.done;
-    run.folder = found_folder(run.folder);
+  const Status done = rows.each([&](const sqlite::Statement& row) {
+    auto run = read_run(row);
+    if (!run) {
+      if (valid) valid = pass(run.error());
+    } else if (is_wanted == nullptr || is_wanted(*run)) {
+      run->folder = found_folder(*run);
+      out.push_back(*std::move(run));
+    }
   });
   if (!valid) return pass(valid.error());
   if (!done) return pass(done.error());
   return out;
+}
+
+Result<std::vector<StoredRun>> RunStore::runs() {
+  auto rows = prepare_runs("ORDER BY number");
+  if (!rows) return pass(rows.error());
+  return collect(*rows);
+}
+
+Result<RunPage> RunStore::runs(const RunFilter& filter, std::optional<std::int64_t> cursor,
+                               std::size_t limit) {
+  std::string states;
+  for (const RunState state : filter.states) states.append(" ").append(to_string(state));
+  if (!states.empty()) states += ' ';
+  const std::string_view order = filter.newest_first ? "number <= ?1 ORDER BY number DESC LIMIT ?3"
+                                                     : "number >= ?1 ORDER BY number LIMIT ?3";
+  auto rows = prepare_runs(
+      std::string("WHERE (?2 = '' OR instr(?2, ' ' || state || ' ') > 0) AND ").append(order));
+  if (!rows) return pass(rows.error());
+  const std::int64_t first =
+      cursor.value_or(filter.newest_first ? std::numeric_limits<std::int64_t>::max() : 0);
+  auto found = collect(rows->bind_all(first, states, limit + 1));
+  if (!found) return pass(found.error());
+  RunPage page{std::move(*found), {}};
+  if (page.runs.size() <= limit) return page;
+  page.next = page.runs.back().number;
+  page.runs.pop_back();
+  return page;
+}
+
+Result<std::optional<StoredRun>> RunStore::run(std::int64_t number) {
+  if (!by_number_.is_prepared()) {
+    auto prepared = prepare_runs("WHERE number = ?");
+    if (!prepared) return pass(prepared.error());
+    by_number_ = std::move(*prepared);
+  }
+  auto found = collect(by_number_.bind(1, number));
+  if (!found) return pass(found.error());
+  return found->empty() ? std::nullopt : std::optional(std::move(found->front()));
+}
+
+// The last condition is StoredRun::has_all() and that nobody discarded it.
+Result<std::vector<StoredRun>> RunStore::recent_runs(std::size_t newest) {
+  auto rows = prepare_runs(
+      "WHERE state NOT IN ('ended', 'interrupted') OR "
+      "(state = 'interrupted' AND trials_done IS NULL) OR number IN (SELECT number FROM run WHERE "
+      "state IN ('ended', 'interrupted') ORDER BY number DESC LIMIT ?1) OR number IN (SELECT "
+      "number FROM run WHERE state IN ('ended', 'interrupted') AND recovered <> 'discard' AND NOT "
+      "(dataset_error = '' AND (outcome = 'complete' OR (dataset_sha256 <> '' AND trials_done IS "
+      "NOT NULL AND trials_done IS trials_planned))) ORDER BY number DESC LIMIT ?1) "
+      "ORDER BY number");
+  if (!rows) return pass(rows.error());
+  return collect(rows->bind(1, newest));
 }
 
 Status RunStore::write(const StoredRun& run) {
@@ -230,9 +298,12 @@ std::filesystem::path RunStore::stored_folder(const std::filesystem::path& folde
 }
 
 // Older daemons kept what they were given: relative to where they were started, or absolute, which
-// holds until the folder is moved. Then its name is looked for here.
-std::filesystem::path RunStore::found_folder(const std::filesystem::path& folder) const {
+// holds until the folder is moved. Then its name is looked for here. A folder with another run's
+// number was imported from elsewhere.
+std::filesystem::path RunStore::found_folder(const StoredRun& run) const {
+  const std::filesystem::path& folder = run.folder;
   if (home_.empty() || folder.empty()) return folder;
+  if (folder.is_absolute() && folder_number(folder) != run.number) return folder;
   const std::filesystem::path here = home_ / folder.filename();
   std::error_code unseen;
   for (const auto& place : {folder.is_relative() ? home_ / folder : here, here})

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
@@ -32,6 +33,15 @@ Status check_folder(const std::filesystem::path& folder) {
                .what = "the folder cannot be written to",
                .got = why.message(),
                .hint = "Give the daemon a folder of its own that it may write to"});
+}
+
+/// A damaged file is never replaced without a person's order.
+Error with_way_out(Error error) {
+  if (is_damage(error.code))
+    error.hint =
+        "Start weftd once with the same options and --rebuild-catalogue: it keeps this file aside "
+        "and reads the runs from their folders";
+  return error;
 }
 
 bool was_under_way(const StoredRun& run) {
@@ -71,6 +81,18 @@ JournalLine line_of(const sqlite::Statement& row) {
 }
 
 }  // namespace
+
+std::optional<std::int64_t> run_number(std::string_view id) {
+  std::int64_t number = 0;
+  if (!id.starts_with("R-")) return std::nullopt;
+  std::from_chars(id.data() + 2, id.data() + id.size(), number);
+  return number > 0 && run_id(number) == id ? std::optional(number) : std::nullopt;
+}
+
+std::int64_t folder_number(const std::filesystem::path& folder) {
+  const std::string name = folder.filename();
+  return run_number(name.substr(0, name.find('-', 2))).value_or(0);
+}
 
 bool StoredRun::has_all() const {
   if (!dataset_error.empty() || recovered == "discard") return false;
@@ -121,9 +143,9 @@ Result<RunStore> RunStore::open(const std::filesystem::path& file, JournalObserv
   const std::filesystem::path folder = file.parent_path();
   if (Status usable = check_folder(folder); !usable) return pass(usable.error());
   auto database = sqlite::Database::open(file, sqlite::Mode::create);
-  if (!database) return pass(database.error(), file.string());
+  if (!database) return pass(with_way_out(database.error()), file.string());
   if (const Status alone = database->execute(opening_sql); !alone) {
-    if (alone.error().code != Errc::busy) return pass(alone.error(), file.string());
+    if (alone.error().code != Errc::busy) return pass(with_way_out(alone.error()), file.string());
     return fail({.code = Errc::busy,
                  .where = file.string(),
                  .what = "another weftd works in this folder",
@@ -134,8 +156,9 @@ Result<RunStore> RunStore::open(const std::filesystem::path& file, JournalObserv
                  std::move(on_line));
   Status ok = store.check_pages();
   if (ok) ok = store.make_tables();
+  if (ok) ok = store.check_folders();
   if (ok) ok = store.recover_after_restart();
-  if (!ok) return pass(ok.error(), file.string());
+  if (!ok) return pass(with_way_out(ok.error()), file.string());
   return store;
 }
 
@@ -151,16 +174,27 @@ Status RunStore::check_pages() {
   Status read =
       database_.each("PRAGMA quick_check(1)", [&](const auto& row) { found = row.text(0); });
   if (!read || found == "ok") return read;
-  return fail(
-      {.code = Errc::corrupt,
-       .what = "the daemon's memory of its runs is damaged",
-       .got = found,
-       .hint =
-           "Put back a copy of it, or move it away: the campaigns are whole in their own files"});
+  return fail({.code = Errc::corrupt, .what = "the catalogue of runs is damaged", .got = found});
 }
 
+// Runs' folders beside an empty catalogue: it was lost, and with it how the rig was left.
+Status RunStore::check_folders() {
+  if (home_.empty()) return {};
+  std::error_code unreadable;
+  for (const auto& entry : std::filesystem::directory_iterator(home_, unreadable))
+    highest_folder_ = std::max(highest_folder_, folder_number(entry.path()));
+  const auto lines = find_number("SELECT count(*) FROM (SELECT 1 FROM journal LIMIT 1)");
+  const auto runs = find_number("SELECT count(*) FROM sqlite_sequence WHERE name = 'run'");
+  if (!lines || !runs) return pass(lines ? runs.error() : lines.error());
+  if (highest_folder_ == 0 || *lines + *runs > 0) return {};
+  return commit({.rig = RigState(RigFact::unknown, without_catalogue)});
+}
+
+// Reads every row: one that is corrupt is found now.
 Status RunStore::recover_after_restart() {
-  const auto known = runs();
+  auto rows = prepare_runs("");
+  if (!rows) return pass(rows.error());
+  const auto known = collect(*rows, was_under_way);
   if (!known) return pass(known.error());
   const auto before = rig_state();
   if (!before) return pass(before.error());
@@ -171,7 +205,6 @@ Status RunStore::recover_after_restart() {
       std::max(utc_now().count() / 1000, newest->empty() ? 0 : newest->front().utc_us);
   RunChange change;
   for (StoredRun run : *known) {
-    if (!was_under_way(run)) continue;
     const bool acquired_rig = !std::exchange(run.rig_untaken, false);
     if (acquired_rig)
       cut_on_rig(run);
@@ -342,7 +375,29 @@ Result<std::int64_t> RunStore::find_number(std::string_view sql) {
 }
 
 Result<std::int64_t> RunStore::next_number() {
-  return find_number("SELECT coalesce(max(seq), 0) + 1 FROM sqlite_sequence WHERE name = 'run'");
+  const auto last =
+      find_number("SELECT coalesce(max(seq), 0) FROM sqlite_sequence WHERE name = 'run'");
+  if (!last) return last;
+  return std::max(*last, highest_folder_) + 1;
+}
+
+// SQLite has no row of the table before the first run is added.
+Status RunStore::skip_numbers(std::int64_t last) {
+  const Status added = database_.run(
+      "INSERT INTO sqlite_sequence (name, seq) SELECT 'run', ? WHERE NOT EXISTS (SELECT 1 FROM "
+      "sqlite_sequence WHERE name = 'run')",
+      last);
+  if (!added) return added;
+  return database_.run("UPDATE sqlite_sequence SET seq = max(seq, ?) WHERE name = 'run'", last);
+}
+
+Result<std::map<std::string, std::int64_t>> RunStore::state_counts() {
+  std::map<std::string, std::int64_t> out;
+  const Status read =
+      database_.each("SELECT state, count(*) FROM run GROUP BY state",
+                     [&](const auto& row) { out.emplace(row.text(0), row.integer(1)); });
+  if (!read) return pass(read.error());
+  return out;
 }
 
 Result<std::string> RunStore::recipe_text(std::string_view sha256) {

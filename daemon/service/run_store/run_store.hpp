@@ -7,6 +7,7 @@
 #include <functional>
 #include <initializer_list>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -19,8 +20,16 @@
 
 namespace weft::daemon::runs {
 
+/// 318 of "R-000318"; nothing of any other text.
+std::optional<std::int64_t> run_number(std::string_view id);
+/// 318 of a folder "R-000318" or "R-000318-name"; 0 of any other name.
+std::int64_t folder_number(const std::filesystem::path& folder);
+
 /// Who asks people for what the recipe wants.
 inline constexpr const char* by_recipe = "auto:recipe";
+
+/// Why the rig is unknown, if the catalogue was lost.
+inline constexpr const char* without_catalogue = "auto:catalogue_lost";
 
 /// Its name in the daemon's folder.
 inline constexpr const char* store_file_name = "weftd.sqlite";
@@ -67,6 +76,11 @@ struct CheckedRecipe {
   std::string sha256, text;
 };
 
+/// An error of opening the file that says that the file is damaged.
+constexpr bool is_damage(Errc code) {
+  return code == Errc::corrupt || code == Errc::parse;
+}
+
 /// What one event changes: all of it is written, or nothing.
 struct RunChange {
   std::vector<StoredRun> runs = {};
@@ -81,6 +95,16 @@ struct RunChange {
   void add(const RunChange& later);
 };
 
+/// Which runs a page lists, and in which order.
+struct RunFilter {
+  std::vector<RunState> states = {};  ///< empty: any
+  bool newest_first = false;
+};
+struct RunPage {
+  std::vector<StoredRun> runs;
+  std::optional<std::int64_t> next;  ///< number that the next page begins with, if any
+};
+
 class RunStore {
  public:
   /// Called once for each line of the journal: when it is written or, where it was refused, when it
@@ -90,7 +114,9 @@ class RunStore {
   /// Opens or makes the file. A run's folder is kept relative to the file's own folder where it
   /// lies in that: both may be moved together. Runs that were under way when the daemon died become
   /// `interrupted`, with a line of the journal, and the rig unknown, unless they had not taken it.
-  /// Errors: io, corrupt; wrong_state, when another daemon has it. `on_line`: see JournalObserver.
+  /// The rig is unknown too in a new file beside folders of runs: the file before it was lost.
+  /// Errors: io; corrupt or parse, with --rebuild-catalogue as the hint; busy, when another daemon
+  /// has it. `on_line`: see JournalObserver.
   static Result<RunStore> open(const std::filesystem::path& file, JournalObserver on_line = {});
 
   /// The file, for what else is kept in it: it is locked, so that nothing opens it a second time.
@@ -113,8 +139,21 @@ class RunStore {
                         std::string_view by, std::string_view payload_json = "{}");
 
   [[nodiscard]] Result<std::vector<StoredRun>> runs();  ///< the oldest first
-  /// That the next new run gets. A number is never given twice.
+  static constexpr std::size_t no_limit = std::size_t{1} << 62;
+  /// At most `limit` of them, from number `cursor` on; from the first of the order without it.
+  [[nodiscard]] Result<RunPage> runs(const RunFilter& filter, std::optional<std::int64_t> cursor,
+                                     std::size_t limit);
+  [[nodiscard]] Result<std::optional<StoredRun>> run(std::int64_t number);
+  /// Every run that is not over or whose trials are not counted, the `newest` that are over and the
+  /// `newest` of which something is left to be recorded. The oldest first.
+  [[nodiscard]] Result<std::vector<StoredRun>> recent_runs(std::size_t newest);
+  /// How many runs are in each state, by its name.
+  [[nodiscard]] Result<std::map<std::string, std::int64_t>> state_counts();
+  /// That the next new run gets: above every run and every run's folder that was here when the
+  /// store was opened. A number is never given twice.
   [[nodiscard]] Result<std::int64_t> next_number();
+  /// No new run gets a number up to this one. Errors: io.
+  Status skip_numbers(std::int64_t last);
   /// Errors: corrupt, where it is not there.
   [[nodiscard]] Result<std::string> recipe_text(std::string_view sha256);
   [[nodiscard]] Result<RigState> rig_state();  ///< safe in a new file
@@ -145,9 +184,16 @@ class RunStore {
   /// Makes what is not there; a file from before there was a column gets it.
   Status make_tables();
   Status recover_after_restart();
+  Status check_folders();
+  /// `condition`: what follows the table's name.
+  Result<sqlite::Statement> prepare_runs(std::string_view condition);
+  static Result<StoredRun> read_run(const sqlite::Statement& row);
+  /// Runs to the last row. Errors: corrupt.
+  Result<std::vector<StoredRun>> collect(sqlite::Statement& rows,
+                                         bool (*is_wanted)(const StoredRun&) = nullptr);
   static std::filesystem::path make_absolute(const std::filesystem::path& folder);
   [[nodiscard]] std::filesystem::path stored_folder(const std::filesystem::path& folder) const;
-  [[nodiscard]] std::filesystem::path found_folder(const std::filesystem::path& folder) const;
+  [[nodiscard]] std::filesystem::path found_folder(const StoredRun& run) const;
   /// All of `changes` or nothing.
   Status transact(std::initializer_list<const RunChange*> changes);
   Status write(const RunChange& change);
@@ -167,7 +213,9 @@ class RunStore {
   }
 
   sqlite::Database database_;
-  std::filesystem::path home_;  ///< of the file, absolute; empty of one in memory
+  std::filesystem::path home_;       ///< of the file, absolute; empty of one in memory
+  std::int64_t highest_folder_ = 0;  ///< the highest number of a run's folder in it
+  sqlite::Statement by_number_;      ///< prepared at its first use
   RunChange unwritten_;
   JournalObserver on_line_;
 };

@@ -95,7 +95,7 @@ Result<std::int64_t> RunManager::followed(std::int64_t run, const std::string& a
   const auto found = find(after);
   if (!found) return pass(found.error());
   // Each run follows one at most, so that a chain that leads back to this run is a cycle.
-  for (const Run* next = *found; next != nullptr; next = numbered(next->stored.after))
+  for (const Run* next = *found; next != nullptr; next = run_before(*next))
     if (next->number() == run)
       return fail({.code = Errc::wrong_state,
                    .where = "/params/after",
@@ -105,10 +105,16 @@ Result<std::int64_t> RunManager::followed(std::int64_t run, const std::string& a
   return (*found)->number();
 }
 
+const RunManager::Run* RunManager::run_before(const Run& run) const {
+  if (run.stored.after == 0) return nullptr;
+  const auto found = find(run_id(run.stored.after));
+  return found ? *found : nullptr;
+}
+
 bool RunManager::is_ready(std::int64_t run) const {
-  const std::int64_t after = numbered(run)->stored.after;
-  if (after == 0) return true;
-  const Run* const first = numbered(after);
+  const Run& waiting = *numbered(run);
+  if (waiting.stored.after == 0) return true;
+  const Run* const first = run_before(waiting);
   return first != nullptr && first->state() == RunState::ended &&
          first->stored.outcome == "complete";
 }

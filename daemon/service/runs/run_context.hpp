@@ -66,6 +66,8 @@ class RunObserver {
   RunObserver& operator=(const RunObserver&) = delete;
   virtual ~RunObserver() = default;
   virtual void on_run_changed(const RunView& run) = 0;
+  /// It is over and not in memory any more: RunManager::get() reads it from the store.
+  virtual void on_run_unloaded(std::int64_t run) = 0;
   virtual void on_vote(const RunView& run) = 0;
   virtual void on_queue_changed(const RunQueue& queue, std::string_view by) = 0;
   /// Also of a halt that changes nothing.
@@ -74,6 +76,7 @@ class RunObserver {
 /// For a manager that nobody watches.
 struct SilentObserver final : RunObserver {
   void on_run_changed(const RunView& /*run*/) override {}
+  void on_run_unloaded(std::int64_t /*run*/) override {}
   void on_vote(const RunView& /*run*/) override {}
   void on_queue_changed(const RunQueue& /*queue*/, std::string_view /*by*/) override {}
   void on_rig_state_changed(const RigState& /*rig*/, std::string_view /*by*/) override {}
@@ -91,6 +94,8 @@ struct RunContext {
   const BenchPace* pace = nullptr;            ///< of a simulated bench
   /// The machine's wall clock, which people compare times ahead with; it may be set back.
   std::function<std::int64_t()> wall_us = {};
+  /// Handover of a run that is over; nothing where it has none.
+  std::function<std::optional<HandoverStatus>(std::int64_t run)> find_handover = {};
   /// What a run is, on its thread.
   std::function<Result<CampaignSummary>(const CampaignRequest&, const CampaignHooks&)> perform =
       run_campaign;

@@ -57,7 +57,7 @@ RunManager::RunManager(RunContext context, RunStore& store)
 }
 
 void RunManager::load() {
-  const auto known = store_.runs();
+  const auto known = store_.recent_runs(most_ended_loaded);
   const auto rig = store_.rig_state();
   if (!known || !rig) return;  // opening has just read them
   rig_ = *rig;
@@ -67,15 +67,9 @@ void RunManager::load() {
   RunChange change;
   std::vector<RunQueue::Run> waiting;
   for (const StoredRun& stored : *known) {
-    Run& run = *runs_.emplace_back(std::make_unique<Run>());
-    run.stored = stored;
-    run.machine.state = stored.state;
-    run.trials_done = static_cast<std::size_t>(stored.trials_done.value_or(0));
-    run.trials_planned = static_cast<std::size_t>(stored.trials_planned.value_or(0));
+    Run& run = insert(make_run(stored));
     if (stored.state == RunState::queued) waiting.push_back(stored.number);
-    if (stored.state != RunState::interrupted || stored.trials_done) continue;
-    run.counted = count_trials(run);
-    if (run.counted) change.put(run.to_store());
+    if (!run.counted && count_trials(run)) change.put(run.to_store());
   }
   if (auto persisted = store_.queue()) queue_ = std::move(*persisted);
   const std::string paused_by = queue_.paused_by();
@@ -104,21 +98,6 @@ const StoredRun& RunManager::Run::to_store() {
 void RunManager::Run::forget_folder() {
   external_resume.reset();
   certified_at.reset();
-}
-
-RunManager::Run* RunManager::numbered(std::int64_t number) const {
-  const auto found =
-      std::ranges::find(runs_, number, [](const auto& run) { return run->number(); });
-  return found == runs_.end() ? nullptr : found->get();
-}
-
-Result<RunManager::Run*> RunManager::find(std::string_view id) const {
-  for (const auto& run : runs_)
-    if (run->stored.id() == id) return run.get();
-  return fail({.code = Errc::not_found,
-               .where = "/params/run",
-               .what = "no such run",
-               .got = std::string(id)});
 }
 
 Result<RunManager::Run*> RunManager::find_queued(std::string_view id, std::string_view otherwise,
@@ -305,9 +284,8 @@ void RunManager::notify_ended(Run& run) {
 // was known.
 RunView RunManager::shown(const Run& run) const {
   RunView view = run;
-  const Run* const first = numbered(run.stored.after);
-  view.is_blocked = run.state() == RunState::queued && first != nullptr && first->is_over() &&
-                    !is_ready(run.number());
+  const Run* const first = run.state() == RunState::queued ? run_before(run) : nullptr;
+  view.is_blocked = first != nullptr && first->is_over() && !is_ready(run.number());
   if (const OperatorPrompt* const prompt = prompts_.find(run.number())) {
     view.operator_prompt = *prompt;
     using std::chrono::milliseconds;
@@ -315,7 +293,10 @@ RunView RunManager::shown(const Run& run) const {
       view.operator_prompt->at_us =
           std::chrono::duration_cast<milliseconds>(*prompt->at + wall_ahead()).count() * 1000;
   }
-  if (view.is_over()) return view;
+  if (view.is_over()) {
+    if (context_.find_handover) view.handover = context_.find_handover(run.number());
+    return view;
+  }
   const RunFacts& facts = run.stored;
   view.stored.facts() = {.bench_outcome = facts.bench_outcome, .bench_error = facts.bench_error};
   view.external_resume.reset();
@@ -344,16 +325,6 @@ void RunManager::journal(std::string_view run, std::string_view kind, std::strin
   store_.persist({.journal = {line(run, kind, by, payload)}});
 }
 
-Result<RunView> RunManager::get(std::string_view id) const {
-  return find(id).map([this](const Run* run) { return shown(*run); });
-}
-
-std::vector<RunView> RunManager::all() const {
-  std::vector<RunView> out;
-  for (const auto& run : runs_) out.push_back(shown(*run));
-  return out;
-}
-
 void RunManager::when_ended(std::string_view id, std::function<void(const RunView&)> on_ended,
                             std::weak_ptr<const void> listener) {
   const auto run = find(id);
@@ -362,11 +333,8 @@ void RunManager::when_ended(std::string_view id, std::function<void(const RunVie
   (*run)->waiting.push_back({std::move(on_ended), std::move(listener)});
 }
 
-void RunManager::set_handover(std::string_view id, const HandoverStatus& fact) {
-  const auto run = find(id);
-  if (!run) return;
-  (*run)->handover = fact;
-  notify(**run, "auto:hand_over");
+void RunManager::notify_changed(std::string_view id, std::string_view by) {
+  if (const auto run = find(id)) notify(**run, by);
 }
 
 void RunManager::close() {
@@ -387,13 +355,16 @@ void RunManager::tick() {
   const auto ahead = wall_ahead();
   const bool clock_was_set = std::chrono::abs(ahead - wall_ahead_) > set_otherwise;
   if (clock_was_set) wall_ahead_ = ahead;
-  for (const auto& run : runs_) {
+  std::vector<Run*> all;  // what is notified may load more
+  for (const auto& run : runs_) all.push_back(run.get());
+  for (Run* const run : all) {
     const OperatorPrompt* const prompt = prompts_.find(run->number());
     if (clock_was_set && prompt != nullptr && prompt->at) notify(*run, "auto:clock");
     std::erase_if(run->waiting, [](const auto& each) { return each.listener.expired(); });
     const RunStep step = on_time(run->machine, run->limits, context_.now());
     if (step.next.state != run->state()) apply(*run, step, "auto:deadline");
   }
+  unload_ended();
 }
 
 }  // namespace weft::daemon::runs

@@ -78,6 +78,10 @@ struct ManagerStatus {
   std::uint64_t bytes_awaited = 0;  ///< by the run that would begin next; 0 where not known
 };
 
+/// So many of the newest runs that are over stay in memory, and so many of those of which something
+/// is left to be recorded.
+inline constexpr std::size_t most_ended_loaded = 50;
+
 /// Used by one thread, which `RunContext::post` calls back to.
 class RunManager final : private RunReports {
  public:
@@ -157,14 +161,22 @@ class RunManager final : private RunReports {
   void inject_fault(FaultOrder order, FaultCallback on_done);
 
   [[nodiscard]] Result<RunView> get(std::string_view id) const;
-  [[nodiscard]] std::vector<RunView> all() const;
+  /// As RunStore::runs().
+  struct Page {
+    std::vector<RunView> runs;
+    std::optional<std::int64_t> next;
+  };
+  [[nodiscard]] Result<Page> page(const RunFilter& filter, std::optional<std::int64_t> cursor,
+                                  std::size_t limit) const;
+  /// The runs in memory, the oldest first: all that are not over, and the newest that are.
+  [[nodiscard]] std::vector<RunView> loaded() const;
   [[nodiscard]] std::optional<std::string> active() const;
   [[nodiscard]] ManagerStatus status() const;
   /// Calls back once, when the run has ended; at once where it has; never, once `listener` is gone.
   void when_ended(std::string_view id, std::function<void(const RunView&)> on_ended,
                   std::weak_ptr<const void> listener);
-  /// What became of its handover is shown as part of the run.
-  void set_handover(std::string_view id, const HandoverStatus& fact);
+  /// Notifies of a run whose facts others have changed: its handover, or all by an import.
+  void notify_changed(std::string_view id, std::string_view by);
 
   /// Call often: deadlines, what could not be written, and what others did in the folders of runs.
   void tick();
@@ -203,6 +215,10 @@ class RunManager final : private RunReports {
   void on_thread_ended(std::int64_t run, const RunResult& result) override;
 
   void load();
+  static std::unique_ptr<Run> make_run(const StoredRun& stored);
+  Run& insert(std::unique_ptr<Run> run) const;
+  /// Of a run that is over and not among the newest, the store has everything.
+  void unload_ended();
   [[nodiscard]] Status require_accepting() const;
   /// Whether the rig may be moved outside a run. Errors: wrong_state.
   [[nodiscard]] Status require_movable() const;
@@ -217,8 +233,10 @@ class RunManager final : private RunReports {
   [[nodiscard]] StoredRun withdrawn(const Run& run) const;
   /// The number of the run that `run` is to follow; 0 for "". Errors: not_found; wrong_state.
   [[nodiscard]] Result<std::int64_t> followed(std::int64_t run, const std::string& after) const;
+  /// The run that it is to follow; null without one.
+  [[nodiscard]] const Run* run_before(const Run& run) const;
   [[nodiscard]] bool is_ready(std::int64_t run) const;
-  [[nodiscard]] Run* numbered(std::int64_t number) const;
+  [[nodiscard]] Run* numbered(std::int64_t number) const;  ///< in memory
   [[nodiscard]] Result<Run*> find(std::string_view id) const;
   [[nodiscard]] Result<Run*> find_queued(std::string_view id, std::string_view otherwise,
                                          std::string_view hint) const;
@@ -275,7 +293,8 @@ class RunManager final : private RunReports {
 
   const RunContext context_;
   RunStore& store_;
-  std::vector<std::unique_ptr<Run>> runs_;  // oldest first
+  /// Oldest first; caches the store. A run that is used is loaded by find().
+  mutable std::vector<std::unique_ptr<Run>> runs_;
   RunQueue queue_;
   RigState rig_;
   RepeatedStops repeated_stops_;

@@ -289,7 +289,9 @@ void RunManager::scan_folders() {
   for (const auto& run : runs_)
     if (can_be_resumed_externally(*run)) scans.push_back({run->stored, run->certified_at});
   recovery_.scan(std::move(scans), [this](const FolderScan& scan) {
-    Run& run = *numbered(scan.run.number);
+    Run* const found = numbered(scan.run.number);
+    if (found == nullptr) return;
+    Run& run = *found;
     if (!can_be_resumed_externally(run) || scan.run.dataset_sha256 != run.stored.dataset_sha256)
       return;  // it has changed meanwhile, so that nothing was learnt
     run.certified_at = scan.certified_at;

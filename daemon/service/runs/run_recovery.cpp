@@ -170,6 +170,11 @@ bool RunRecovery::can_scan() const {
 void RunRecovery::scan(std::vector<FolderScan> scans,
                        std::function<void(const FolderScan&)> on_news) {
   next_scan_ = context_.now() + std::chrono::seconds(1);
+  std::erase_if(activities_, [](const auto& one) {
+    const Activity& activity = one.second;
+    return activity.previews.empty() && !activity.preview_thread.joinable() &&
+           !activity.settle_thread.joinable();
+  });
   if (scans.empty()) return;
   start(
       scan_thread_,

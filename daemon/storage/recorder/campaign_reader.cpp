@@ -336,6 +336,12 @@ Result<CampaignHeader> load_header(const std::filesystem::path& path) {
   auto taxels = read_header(*database, header.info);
   if (!taxels) return pass(std::move(taxels).error(), path.string());
   header.taxels = *taxels;
+  const auto planned = read_integer(*database, "SELECT trials_planned FROM campaign");
+  if (!planned) return pass(planned.error(), path.string());
+  header.trials_planned = static_cast<std::uint32_t>(*planned);
+  const auto created = read_integer(*database, "SELECT created_utc_ns FROM campaign");
+  if (!created) return pass(created.error(), path.string());
+  header.created_utc_ns = *created;
   return header;
 }
 

@@ -150,7 +150,7 @@ struct CampaignLoadOptions {
 Result<Dataset> load_campaign(const std::filesystem::path& path,
                               const CampaignLoadOptions& options = {});
 
-/// Its header with axes and devices; no trials, no times.
+/// Its header with axes and devices; no trials.
 Result<CampaignHeader> load_header(const std::filesystem::path& path);
 
 /// Whether the file begins as SQLite files do; load_campaign() tells whether it is Weft's.
@@ -165,6 +165,8 @@ struct CampaignProgress {
 };
 /// The journal's line that says so.
 inline constexpr const char* discarded_kind = "discarded";
+/// The journal's line of a campaign that a person ended with the trials it had.
+inline constexpr const char* kept_partial_kind = "kept_partial";
 /// The journal's line of a fault that somebody let befall the bench, or of its end: what came after
 /// does not come again by itself.
 inline constexpr const char* fault_kind = "fault";

@@ -76,6 +76,7 @@ class Statement {
     return {};
   }
 
+  [[nodiscard]] bool is_prepared() const { return raw_ != nullptr; }
   [[nodiscard]] bool is_null(int column) const;
   [[nodiscard]] std::int64_t integer(int column) const;
   [[nodiscard]] double real(int column) const;

@@ -201,6 +201,31 @@ TEST_CASE("Answers outlive the daemon for a while; one that it never gave is tol
   CHECK(disk.size() == 1);
 }
 
+TEST_CASE("An answer that is on the disk takes no memory, and is read when it is wanted") {
+  using Found = IdempotencyCache::Found;
+  std::optional<rpc::Outcome> disk;
+  const AnswerMemory memory{
+      .utc_us = {},
+      .requested = {},
+      .answered = [&](const std::string&, const rpc::Outcome& outcome) { disk = outcome; },
+      .forgotten = {},
+      .load = [&](const std::string&) { return disk; }};
+  IdempotencyCache cache;
+  cache.remember_in(memory, {});
+  CHECK(cache.lookup("ada", "k", "A").found == Found::fresh);
+  CHECK(cache.lookup("ada", "k", "A").found == Found::under_way);
+  cache.answered("ada", "k", rpc::Outcome("1"));
+  CHECK(**cache.lookup("ada", "k", "A").outcome == "1");
+  disk = rpc::Outcome("2");
+  CHECK(**cache.lookup("ada", "k", "A").outcome == "2");  // so it was not kept in memory
+  CHECK(cache.lookup("ada", "k", "B").found == Found::other_request);
+  disk.reset();
+  CHECK(cache.lookup("ada", "k", "A").found == Found::cut_short);
+  CHECK(cache.lookup("ada", "secret", "A", false).found == Found::fresh);
+  cache.answered("ada", "secret", rpc::Outcome("wft_0"));  // of no disk
+  CHECK(**cache.lookup("ada", "secret", "A", false).outcome == "wft_0");
+}
+
 TEST_CASE("The oldest answers make room, on the disk too") {
   std::size_t saved = 0;
   IdempotencyCache cache;

@@ -99,6 +99,31 @@ TEST_CASE("Mode latest merges what changed until it is taken, and keeps to its r
   CHECK_FALSE(opened.subscription->take(50ms).empty());
 }
 
+TEST_CASE("A topic that was forgotten comes from the archive, by its name") {
+  Hub hub;
+  hub.archive_in({.prefix = "run:",
+                  .find = [](std::string_view topic) -> std::optional<json> {
+                    if (topic == "run:1") return json{{"state", "ended"}};
+                    return std::nullopt;
+                  },
+                  .count = [] { return std::size_t{5}; }});
+  hub.publish("run:1", {{"state", "running"}}, 10);
+  hub.publish("run:2", {{"state", "queued"}}, 20);
+  hub.forget("run:1");
+  hub.forget("run:9");
+  const Opened by_name = hub.open(request(Mode::every, {"run:1", "run:2", "run:3", "run:1"}));
+  CHECK(json::parse(by_name.snapshot_json) ==
+        json{{"run:1", {{"state", "ended"}}}, {"run:2", {{"state", "queued"}}}});
+  CHECK(by_name.left_off == 0);
+  for (const char* const pattern : {"run:*", "*"}) {
+    const Opened all = hub.open(request(Mode::every, {pattern}));
+    CHECK(json::parse(all.snapshot_json) == json{{"run:2", {{"state", "queued"}}}});
+    CHECK(all.left_off == 4);
+  }
+  hub.publish("run:1", {{"state", "arming"}}, 30);
+  CHECK(json::parse(hub.open(request(Mode::every)).snapshot_json).size() == 2);
+}
+
 TEST_CASE("A busy topic does not keep a quiet one waiting") {
   Hub hub;
   const Opened opened = hub.open({{"a", "b"}, Mode::latest, 0});

@@ -74,10 +74,10 @@ TEST_CASE("what was completed while no daemon was there is seen by the next one"
   leave_interrupted(folder);
   {
     RunManagerBench bench(folder);
-    resumed_outside(bench, bench.manager->all().front());
+    resumed_outside(bench, bench.manager->loaded().front());
   }
   RunManagerBench bench(folder);
-  const std::string id = bench.manager->all().front().stored.id();
+  const std::string id = bench.manager->loaded().front().stored.id();
   REQUIRE(reports(bench, id));
   CHECK(bench.manager->get(id)->external_resume->complete);
   CHECK(bench.manager->get(id)->machine.state == RunState::interrupted);
@@ -94,8 +94,8 @@ TEST_CASE("what a person keeps of a campaign that was gone on with is the run's 
   const TemporaryFolder folder;
   leave_interrupted(folder);
   RunManagerBench bench(folder);
-  const std::string id = bench.manager->all().front().stored.id();
-  resumed_outside(bench, bench.manager->all().front());
+  const std::string id = bench.manager->loaded().front().stored.id();
+  resumed_outside(bench, bench.manager->loaded().front());
   REQUIRE(reports(bench, id));
   bool is_settled = false;
   bench.manager->settle(id, Recovery::keep_partial, "test", [&](const Result<RunView>& run) {

@@ -45,7 +45,7 @@ struct Life {
         store);
   }
   [[nodiscard]] HandoverStatus on_record() {
-    return HandoverStore(store.database()).handovers().value().at(run.number);
+    return HandoverStore(store.database()).find(run.number).value().value();
   }
 };
 

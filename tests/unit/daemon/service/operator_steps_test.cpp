@@ -129,7 +129,7 @@ TEST_CASE("a run that waits for people when its daemon dies asks again when it g
   const TemporaryFolder folder;
   const std::string before = leave_waiting(folder);
   RunManagerBench bench(folder, asking_recipe());
-  const std::string id = bench.manager->all().front().stored.id();
+  const std::string id = bench.manager->loaded().front().stored.id();
   REQUIRE(bench.manager->get(id)->machine.state == RunState::interrupted);
   std::optional<ResumePreview> left;
   bench.manager->preview(id, Recovery::resume,

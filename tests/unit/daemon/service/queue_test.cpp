@@ -282,7 +282,7 @@ TEST_CASE("copies have numbers and seeds of their own, in one line") {
   CHECK(bench.submit(wanted).error().code == Errc::range);
   REQUIRE(bench.manager->clear_queue("ada"));
   CHECK(bench.manager->queue().runs().empty());
-  for (const RunView& run : bench.manager->all()) CHECK(run.stored.outcome == "stopped");
+  for (const RunView& run : bench.manager->loaded()) CHECK(run.stored.outcome == "stopped");
 }
 
 TEST_CASE("a run begins once the one that it follows has ended complete, and others may pass it") {
@@ -326,7 +326,7 @@ TEST_CASE("any sequence of changes leaves a line of exactly the runs that wait, 
     const std::string id = "R-00000" + std::to_string(1 + random() % 9);
     switch (random() % 5) {
       case 0:
-        if (bench.manager->all().size() < 9) bench.submit();
+        if (bench.manager->loaded().size() < 9) bench.submit();
         break;
       case 1:
         static_cast<void>(bench.manager->remove(id, "ada"));
@@ -341,7 +341,7 @@ TEST_CASE("any sequence of changes leaves a line of exactly the runs that wait, 
         static_cast<void>(bench.manager->edit(id, {.place = random() % 5}, "ada"));
     }
     Numbers waiting;
-    for (const RunView& run : bench.manager->all())
+    for (const RunView& run : bench.manager->loaded())
       if (run.machine.state == RunState::queued) waiting.push_back(run.stored.number);
     Numbers queued = bench.manager->queue().runs();
     REQUIRE(bench.manager->queue() == bench.store.queue().value());

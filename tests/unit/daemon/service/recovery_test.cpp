@@ -21,7 +21,7 @@ using test::TemporaryFolder;
 namespace {
 
 std::string only_run(const RunManagerBench& bench) {
-  return bench.manager->all().front().stored.id();
+  return bench.manager->loaded().front().stored.id();
 }
 
 Result<ResumePreview> previewed(RunManagerBench& bench, Recovery choice) {
@@ -109,7 +109,7 @@ TEST_CASE("what was decided about a run outlives the daemon") {
     REQUIRE(settled(bench, Recovery::keep_partial));
   }
   RunManagerBench bench(folder);
-  const RunView run = bench.manager->all().front();
+  const RunView run = bench.manager->loaded().front();
   CHECK(run.machine.state == RunState::ended);
   CHECK(run.stored.recovered == "keep-partial");
 }

@@ -216,9 +216,13 @@ inline void leave_interrupted(const TemporaryFolder& folder, int repetitions = 2
   run.rig = request.rig;
   run.folder = request.out = folder / "R-000001";
   run.state = runs::RunState::running;
+  // A daemon was there before its run.
+  REQUIRE(runs::RunStore::open(folder / "weftd.sqlite")
+              ->append_journal(0, "", "daemon.started", "test"));
   REQUIRE(killed_at(request, {.write = 10, .after_trials = trials}) == true);
+  run.number = 1;
   runs::RunStore store = std::move(runs::RunStore::open(folder / "weftd.sqlite").value());
-  REQUIRE(add(store, run));
+  REQUIRE(store.commit({.runs = {run}}));
 }
 
 }  // namespace weft::daemon::test

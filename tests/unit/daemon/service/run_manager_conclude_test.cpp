@@ -163,7 +163,7 @@ TEST_CASE("a run that is lost while it asks for the rig ends as it did before, w
   const TemporaryFolder folder;
   test::leave_interrupted(folder);
   RunManagerBench bench(folder);
-  const RunView before = bench.manager->all().front();
+  const RunView before = bench.manager->loaded().front();
   const std::string id = before.stored.id();
   REQUIRE(before.stored.outcome == "interrupted");
   bool asks_next = false;

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 std::string only_run(const RunManagerBench& bench) {
-  return bench.manager->all().front().stored.id();
+  return bench.manager->loaded().front().stored.id();
 }
 
 /// Goes on with the only run until so many trials are done, and stops it there.

@@ -81,7 +81,7 @@ const Dataset& untouched_run() {
 /// The next daemon in that folder: each run ended complete, or is interrupted and goes on.
 void inspect_again(const TemporaryFolder& folder, const LastWords& reported) {
   RunManagerBench bench(folder, tiny_recipe(1));
-  const auto found = bench.manager->all();
+  const auto found = bench.manager->loaded();
   REQUIRE(found.size() <= 1);
   if (reported.facts().submitted) REQUIRE(found.size() == 1);
   const std::string id = found.empty() ? bench.submit().stored.id() : found.front().stored.id();

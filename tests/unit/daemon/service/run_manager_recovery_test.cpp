@@ -15,7 +15,7 @@ TEST_CASE("a run whose recovery came to nothing may be recovered again") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
   RunManagerBench bench(folder);
-  const std::string id = bench.manager->all().front().stored.id();
+  const std::string id = bench.manager->loaded().front().stored.id();
   REQUIRE(bench.ended(id).machine.state == RunState::interrupted);
   const std::string recipe = test::read_file(bench.request.recipe);
   test::write_file(bench.request.recipe, recipe + " ");
@@ -56,7 +56,7 @@ TEST_CASE("a daemon that is told to end has a run's end on record, and may go on
   }
   RunManagerBench bench(folder, test::tiny_recipe(4));
   CHECK(bench.manager->rig_state().facts().fact == RigFact::safe);
-  const std::string id = bench.manager->all().front().stored.id();
+  const std::string id = bench.manager->loaded().front().stored.id();
   CHECK(bench.manager->get(id)->stored.outcome == "aborted");
   REQUIRE(bench.recover(id, "test"));
   REQUIRE(bench.manager->resume_queue("test"));
@@ -67,7 +67,7 @@ TEST_CASE("a run whose resume was aborted while the past was played counts what 
   const TemporaryFolder folder;
   leave_interrupted(folder, 4, 3);
   RunManagerBench bench(folder, test::tiny_recipe(4));
-  const std::string id = bench.manager->all().front().stored.id();
+  const std::string id = bench.manager->loaded().front().stored.id();
   const std::size_t on_record = bench.manager->get(id).value().trials_done;
   REQUIRE(on_record > 2);
   bench.at_line = [](const TrialProgress&, RunOrders& orders) {
@@ -89,7 +89,7 @@ TEST_CASE("a run that is withdrawn before it goes on is as interrupted as it was
   const TemporaryFolder folder;
   leave_interrupted(folder);
   RunManagerBench bench(folder);
-  const std::string id = bench.manager->all().front().stored.id();
+  const std::string id = bench.manager->loaded().front().stored.id();
   bench.manager->halt(RigState::Stop::halt, "test");  // nothing begins on a latched rig
   REQUIRE(bench.recover(id, "test"));
   REQUIRE(bench.manager->remove(id, "test"));
@@ -104,7 +104,7 @@ TEST_CASE(
   const TemporaryFolder folder;
   leave_interrupted(folder);
   RunManagerBench bench(folder);
-  const std::string id = bench.manager->all().front().stored.id();
+  const std::string id = bench.manager->loaded().front().stored.id();
   std::vector<ResumePreview> reported;
   const auto query = [&] {
     bench.manager->preview(id, Recovery::resume, [&](const Result<ResumePreview>& left) {
@@ -138,7 +138,7 @@ TEST_CASE("who goes on with a run of a safe rig has said nothing of one that is 
   const TemporaryFolder folder;
   leave_interrupted(folder);
   RunManagerBench bench(folder);
-  const std::string first = bench.manager->all().front().stored.id();
+  const std::string first = bench.manager->loaded().front().stored.id();
   REQUIRE(bench.manager->reset("looked at it", "test"));
   bench.posted.throw_once();  // the second run ends without knowing where it left the rig
   const std::string second = bench.submit().stored.id();
@@ -156,7 +156,7 @@ TEST_CASE("the wish to go on with a run does not outlive the daemon where the ri
   std::string id;
   {
     RunManagerBench bench(folder);
-    id = bench.manager->all().front().stored.id();
+    id = bench.manager->loaded().front().stored.id();
     bench.manager->halt(RigState::Stop::halt, "test");  // keeps it in line
     REQUIRE(bench.recover(id, "test"));
     REQUIRE(bench.store.commit({.rig = RigState{RigFact::unknown, id}}));

@@ -53,7 +53,7 @@ TEST_CASE("a daemon that died under a run leaves a rig that only that run or a w
   const TemporaryFolder folder;
   leave_interrupted(folder);
   RunManagerBench bench(folder);
-  const std::string id = bench.manager->all().front().stored.id();
+  const std::string id = bench.manager->loaded().front().stored.id();
   CHECK(bench.manager->rig_state() == RigState{RigFact::unknown, id});
   const std::string other = bench.submit().stored.id();
   CHECK(bench.manager->get(other)->machine.state == RunState::queued);
@@ -86,7 +86,7 @@ TEST_CASE("a run that is refused before it has touched the rig leaves it as it w
   const TemporaryFolder folder;
   leave_interrupted(folder);
   RunManagerBench bench(folder);
-  const std::string id = bench.manager->all().front().stored.id();
+  const std::string id = bench.manager->loaded().front().stored.id();
   REQUIRE(bench.manager->reset("looked at it", "test"));
   test::write_file(bench.request.recipe, test::read_file(bench.request.recipe) + " ");
   REQUIRE(bench.recover(id, "test"));
@@ -228,7 +228,7 @@ TEST_CASE("who names a recipe by its digest gets that recipe or none") {
   const auto refused = bench.submit(run_request(meant));
   REQUIRE_FALSE(refused);
   CHECK(refused.error().where == "/params/digest");
-  CHECK(bench.manager->all().size() == 1);
+  CHECK(bench.manager->loaded().size() == 1);
   CHECK(bench.submit(run_request(refused.error().expected)));
 }
 

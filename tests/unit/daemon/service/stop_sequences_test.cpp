@@ -340,7 +340,7 @@ class Sequence final : private RunObserver {
       settle();
     }
     if (manager_->active()) FAIL("it does not come to rest");
-    for (const RunView& run : manager_->all())
+    for (const RunView& run : manager_->loaded())
       if (run.state() != RunState::queued && !run.is_over()) FAIL("a run is under way at the end");
   }
 

@@ -47,7 +47,7 @@ struct VerbCase {
     if (state == RunState::interrupted) leave_interrupted(folder);
     bench = std::make_unique<RunManagerBench>(folder, verb_recipe(state));
     if (state == RunState::interrupted) {
-      id = bench->manager->all().front().stored.id();
+      id = bench->manager->loaded().front().stored.id();
     } else {
       if (state == RunState::queued) REQUIRE(bench->manager->pause_queue("test"));
       id = bench->submit().stored.id();

@@ -16,7 +16,7 @@ namespace {
 /// What is told of a choice that was made just before the daemon was told to end.
 Result<RunView> settled_at_the_end(RunManagerBench& bench, Recovery choice) {
   std::optional<Result<RunView>> reported;
-  const std::string id = bench.manager->all().front().stored.id();
+  const std::string id = bench.manager->loaded().front().stored.id();
   bench.manager->settle(id, choice, "test", [&](const Result<RunView>& run) { reported = run; });
   bench.manager->close();
   CHECK_FALSE(bench.manager->status().is_at_rest);
@@ -98,7 +98,7 @@ TEST_CASE("keeping a part of a run gives way to the daemon's end before it has w
     leave_interrupted(folder);
     RunManagerBench bench(folder);
     const auto reported = settled_at_the_end(bench, Recovery::keep_partial);
-    const StoredRun run = bench.manager->all().front().stored;
+    const StoredRun run = bench.manager->loaded().front().stored;
     CHECK(run.recovered == (reported ? "keep-partial" : ""));
     CHECK(run.state == (reported ? RunState::ended : RunState::interrupted));
     gave_way = !reported;
@@ -111,7 +111,7 @@ TEST_CASE("a daemon that ends takes nothing more on, and says why") {
   leave_interrupted(folder);
   RunManagerBench bench(folder);
   RunManager& manager = *bench.manager;
-  const std::string id = manager.all().front().stored.id();
+  const std::string id = manager.loaded().front().stored.id();
   REQUIRE(manager.pause_queue("test"));
   CHECK_FALSE(manager.status().is_closing);
   manager.close();
@@ -129,7 +129,7 @@ TEST_CASE("a daemon that ends takes nothing more on, and says why") {
     CHECK(each.error().code == Errc::wrong_state);
     CHECK(each.error().what.find("told to end") != std::string::npos);
   }
-  CHECK(manager.all().size() == 1);
+  CHECK(manager.loaded().size() == 1);
   CHECK(manager.get(id)->machine.state == RunState::interrupted);
   manager.halt(RigState::Stop::halt, "test");
   CHECK(manager.rig_state().is_latched());

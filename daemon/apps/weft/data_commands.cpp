@@ -1,0 +1,34 @@
+// weft data: the folders that a running weftd lists.
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/apps/weft/daemon_call.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+struct DataImportArgs : SocketArgs {
+  std::filesystem::path folder;
+};
+
+void add_options(CLI::App& command, DataImportArgs& args) {
+  add_options(command, static_cast<SocketArgs&>(args));
+  command.add_option("FOLDER", args.folder, "folder of a campaign, on the daemon's machine")
+      ->required();
+}
+
+/// A relative folder is meant from here, not from where the daemon works.
+Result<int> run_data_import(client::Client& daemon, const DataImportArgs& args, Console& console) {
+  const std::string folder = std::filesystem::absolute(args.folder).lexically_normal();
+  return print_run(call(daemon, "data.import", {{"folder", folder}}), console);
+}
+
+}  // namespace
+
+void add_data_commands(const CommandGroup& weft) {
+  const CommandGroup data = weft.group("data", "the data that a weftd lists");
+  add_daemon_command(data, "import", "add a folder made by `weft run` to the daemon's runs",
+                     run_data_import);
+}
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,90 @@
+// Which runs are in memory; the others are read from the store when somebody asks for them.
+
+#include <algorithm>
+#include <utility>
+
+#include "daemon/service/runs/run_manager.hpp"
+
+namespace weft::daemon::runs {
+
+std::unique_ptr<RunManager::Run> RunManager::make_run(const StoredRun& stored) {
+  auto run = std::make_unique<Run>();
+  run->stored = stored;
+  run->machine.state = stored.state;
+  run->trials_done = static_cast<std::size_t>(stored.trials_done.value_or(0));
+  run->trials_planned = static_cast<std::size_t>(stored.trials_planned.value_or(0));
+  run->counted = stored.state != RunState::interrupted || stored.trials_done;
+  return run;
+}
+
+RunManager::Run& RunManager::insert(std::unique_ptr<Run> run) const {
+  const auto place = std::ranges::lower_bound(runs_, run->number(), {},
+                                              [](const auto& each) { return each->number(); });
+  return **runs_.insert(place, std::move(run));
+}
+
+RunManager::Run* RunManager::numbered(std::int64_t number) const {
+  const auto found =
+      std::ranges::find(runs_, number, [](const auto& run) { return run->number(); });
+  return found == runs_.end() ? nullptr : found->get();
+}
+
+Result<RunManager::Run*> RunManager::find(std::string_view id) const {
+  const std::int64_t number = run_number(id).value_or(0);
+  if (Run* const known = numbered(number)) return known;
+  const auto stored = store_.run(number);
+  if (!stored) return pass(stored.error());
+  if (*stored) return &insert(make_run(**stored));
+  return fail({.code = Errc::not_found,
+               .where = "/params/run",
+               .what = "no such run",
+               .got = std::string(id)});
+}
+
+Result<RunView> RunManager::get(std::string_view id) const {
+  const std::int64_t number = run_number(id).value_or(0);
+  if (numbered(number) == nullptr)
+    if (const auto stored = store_.run(number); stored && *stored)
+      return shown(*make_run(**stored));
+  return find(id).map([this](const Run* run) { return shown(*run); });
+}
+
+Result<RunManager::Page> RunManager::page(const RunFilter& filter,
+                                          std::optional<std::int64_t> cursor,
+                                          std::size_t limit) const {
+  const auto stored = store_.runs(filter, cursor, limit);
+  if (!stored) return pass(stored.error());
+  Page out{{}, stored->next};
+  for (const StoredRun& run : stored->runs) {
+    const Run* const known = numbered(run.number);
+    out.runs.push_back(known != nullptr ? shown(*known) : shown(*make_run(run)));
+  }
+  return out;
+}
+
+std::vector<RunView> RunManager::loaded() const {
+  std::vector<RunView> out;
+  for (const auto& run : runs_) out.push_back(shown(*run));
+  return out;
+}
+
+void RunManager::unload_ended() {
+  if (!store_.is_persisted()) return;
+  std::size_t ended = 0, resumable = 0;
+  std::vector<std::int64_t> unloaded;
+  for (auto each = runs_.rbegin(); each != runs_.rend(); ++each) {
+    const Run& run = **each;
+    if (!run.is_over()) continue;
+    const bool is_new = ended++ < most_ended_loaded;
+    const bool is_scanned = can_be_resumed_externally(run) && resumable++ < most_ended_loaded;
+    const bool is_used = !run.waiting.empty() || executor_.run() == run.number() ||
+                         recovery_.is_settling(run.number());
+    if (!is_new && !is_scanned && !is_used) unloaded.push_back(run.number());
+  }
+  std::erase_if(runs_, [&unloaded](const auto& run) {
+    return std::ranges::find(unloaded, run->number()) != unloaded.end();
+  });
+  for (const std::int64_t number : unloaded) context_.observer->on_run_unloaded(number);
+}
+
+}  // namespace weft::daemon::runs
