@@ -62,9 +62,9 @@ std::string type_text(const Parameter& parameter) {
 }
 
 bool is_whole(const json& value) {
-  constexpr double largest_exact_integer = 9007199254740992.0;  // 2^53
+  constexpr double most_exact = 9007199254740992.0;  // 2^53
   const double number = value.get<double>();
-  return number == std::floor(number) && std::abs(number) <= largest_exact_integer;
+  return number == std::floor(number) && std::abs(number) <= most_exact;
 }
 
 bool has_type(const Parameter& parameter, const json& value) {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <optional>
 #include <ostream>
 #include <span>
@@ -73,7 +74,10 @@ std::string mistake(const CLI::App& root, std::span<const char* const> arguments
 // The exit status when the command line itself ends the program: help, version or a mistake in it.
 std::optional<int> parse(CLI::App& root, int argc, const char* const* argv, Console& console) {
   try {
-    root.parse(argc, argv);
+    const std::span arguments(argv, static_cast<std::size_t>(argc));
+    std::vector<std::string> words = heeded_words({arguments.begin() + 1, arguments.end()});
+    std::ranges::reverse(words);  // as the library takes them
+    root.parse(std::move(words));
     return std::nullopt;
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return root.exit(e, console.out, console.err);
@@ -92,8 +96,8 @@ void add_commands(CLI::App& root, ChosenCommand& chosen) {
         add_dataset_commands, add_verify_command,  add_export_command,   add_report_command,
         add_features_command, add_train_command,   add_evaluate_command, add_classify_command,
         add_trade_commands,   add_design_commands, add_imprint_commands, add_daemon_commands,
-        add_rig_commands,     add_data_commands,   add_page_command,     add_queue_commands,
-        add_token_commands})
+        add_stop_commands,    add_rig_commands,    add_data_commands,    add_page_command,
+        add_queue_commands,   add_token_commands})
     add(weft);
   add_texts(root, chosen);
 }

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "daemon/apps/weft/console.hpp"
 
@@ -68,6 +69,11 @@ void add_design_commands(const CommandGroup& weft);
 void add_imprint_commands(const CommandGroup& weft);
 /// What is asked of a running weftd.
 void add_daemon_commands(const CommandGroup& weft);
+/// halt and estop.
+void add_stop_commands(const CommandGroup& weft);
+/// The words after "weft" with all that halt and estop do not know moved into their reason: a stop
+/// never fails for its arguments. Those of other commands stay as they are.
+std::vector<std::string> heeded_words(std::vector<std::string> words);
 /// Motion outside a run.
 void add_rig_commands(const CommandGroup& weft);
 void add_data_commands(const CommandGroup& weft);

@@ -122,12 +122,12 @@ Result<json> under_lease(Client& daemon, const LeaseRequest& lease_request, std:
   return done;
 }
 
-namespace {
-
 std::string from_environment(const char* name) {
   const char* const value = std::getenv(name);
   return value == nullptr ? "" : value;
 }
+
+namespace {
 
 /// The daemon that is meant. The environment counts where the command line names none: what
 /// somebody has typed is not turned elsewhere by a variable that he has forgotten.
@@ -135,13 +135,13 @@ Result<SocketArgs> meant(SocketArgs args) {
   if (!args.socket.empty() || !args.daemon.empty()) return args;
   args.socket = from_environment("WEFT_SOCKET");
   args.daemon = from_environment("WEFT_DAEMON");
-  if (args.socket.empty() == args.daemon.empty())
-    return fail(
-        {.code = Errc::invalid_argument,
-         .where = "--socket",
-         .what = args.socket.empty() ? "which daemon?" : "the environment names two daemons",
-         .expected = "--socket or --daemon, WEFT_SOCKET or WEFT_DAEMON",
-         .got = args.socket.empty() ? "" : args.socket.string() + " and " + args.daemon});
+  if (args.socket.empty() && args.daemon.empty()) args.socket = unit_socket;
+  if (!args.socket.empty() && !args.daemon.empty())
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--socket",
+                 .what = "the environment names two daemons",
+                 .expected = "--socket or --daemon, WEFT_SOCKET or WEFT_DAEMON",
+                 .got = args.socket.string() + " and " + args.daemon});
   return args;
 }
 
@@ -181,9 +181,9 @@ Result<json> request_params(const RunRequestArgs& args) {
 }
 
 void add_options(CLI::App& command, SocketArgs& args) {
-  auto* const socket =
-      command.add_option("--socket", args.socket,
-                         "the daemon's Unix socket; without it and --daemon, WEFT_SOCKET is taken");
+  auto* const socket = command.add_option(
+      "--socket", args.socket,
+      "Unix socket of the daemon; default: WEFT_SOCKET, else " + std::string(unit_socket));
   command
       .add_option("--daemon", args.daemon,
                   "a daemon elsewhere, in place of the socket: tls://HOST:PORT, or "

@@ -16,7 +16,7 @@
 namespace weft::daemon::cli {
 
 /// Where the daemon is: --socket or --daemon; where there is neither, the environment's WEFT_SOCKET
-/// or WEFT_DAEMON.
+/// or WEFT_DAEMON; where these are not set either, the unit's socket.
 struct SocketArgs {
   std::filesystem::path socket;
   std::string daemon;                ///< "tls://HOST:PORT" or "tcp://127.0.0.1:PORT"
@@ -36,6 +36,11 @@ struct RunRequestArgs : SocketArgs {
 void add_options(CLI::App& command, RunRequestArgs& args);
 /// Errors: put_parameters()'s.
 Result<nlohmann::json> request_params(const RunRequestArgs& args);
+
+/// Of the systemd unit: the daemon of every command that names none.
+inline constexpr const char* unit_socket = "/run/weft/weftd.sock";
+/// Empty where it is not set.
+std::string from_environment(const char* name);
 
 /// A client, and whether it came by the Unix socket.
 struct Reached {

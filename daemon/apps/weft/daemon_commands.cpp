@@ -33,12 +33,6 @@ struct ResumeArgs : BreakArgs {
 struct RecoverArgs : ResumeArgs {
   std::string choice;
 };
-struct ResetArgs : SocketArgs {
-  std::string reason;
-};
-struct UnlockArgs : SocketArgs {
-  std::string reason;
-};
 struct LogArgs : RunOrderArgs {
   std::int64_t most = 100;
 };
@@ -186,14 +180,6 @@ void add_options(CLI::App& command, RecoverArgs& args) {
       ->check(CLI::IsMember({"resume", "discard", "keep-partial"}));
   command.add_flag("--preview", args.preview, "what it would do; nothing happens");
 }
-void add_options(CLI::App& command, ResetArgs& args) {
-  add_options(command, static_cast<SocketArgs&>(args));
-  command.add_option("REASON", args.reason, "what was looked at, in a few words")->required();
-}
-void add_options(CLI::App& command, UnlockArgs& args) {
-  add_options(command, static_cast<SocketArgs&>(args));
-  command.add_option("REASON", args.reason, "why you remove another person's lock-out");
-}
 void add_options(CLI::App& command, LogArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
   command.add_option("RUN", args.run, "its name, R-000318; of all runs where it is left out");
@@ -280,52 +266,6 @@ Result<int> run_confirm(Client& daemon, const BreakArgs& args, Console& console)
   return print_run(confirmed, console);
 }
 
-/// Prints how the rig is. Anything but `expected` is a failure.
-Result<int> print_rig(Client& daemon, Console& console, std::string_view expected = {}) {
-  const auto rig = call(daemon, "rig.state");
-  if (!rig) return pass(rig.error());
-  const std::string state = rig->value("rig", "");
-  std::string text = "rig " + state;
-  if (rig->value("acknowledged", false) && state != "latched")
-    text += " as " + rig->value("left_by", "") + " left it; weft retract lifts the probe";
-  if (const json lock = rig->value("locked", json()); lock.is_object())
-    text += ", locked out by " + lock.value("by", "") + ": " + lock.value("reason", "");
-  print(console, text + "\n", *rig);
-  return expected.empty() || state == expected ? exit_ok : exit_failure;
-}
-
-Result<int> latched(const SocketArgs& args, bool emergency, Console& console) {
-  auto found = reached(args);
-  if (!found) return pass(found.error());
-  Client& daemon = found->client;
-  if (found->is_local) {
-    if (Status sent = daemon.halt(emergency); !sent) return pass(sent.error());
-  } else if (const auto halted = call(daemon, emergency ? "rig.estop" : "rig.halt"); !halted) {
-    return pass(halted.error());  // the raw line is for the local socket
-  }
-  return print_rig(daemon, console, "latched");
-}
-
-/// Somebody has looked at the rig: it may move again.
-Result<int> run_reset(Client& daemon, const ResetArgs& args, Console& console) {
-  const auto reset = call(daemon, "rig.reset", {{"reason", args.reason}});
-  if (!reset) return pass(reset.error());
-  return print_rig(daemon, console);
-}
-
-/// Nothing moves before this person removes the lock-out.
-Result<int> run_lock(Client& daemon, const ResetArgs& args, Console& console) {
-  const auto locked = call(daemon, "rig.lock", {{"reason", args.reason}});
-  if (!locked) return pass(locked.error());
-  return print_rig(daemon, console);
-}
-
-Result<int> run_unlock(Client& daemon, const UnlockArgs& args, Console& console) {
-  const auto unlocked = call(daemon, "rig.unlock", {{"reason", args.reason}});
-  if (!unlocked) return pass(unlocked.error());
-  return print_rig(daemon, console);
-}
-
 /// A line for each change, until the run has ended.
 Result<int> run_watch(Client& daemon, const RunOrderArgs& args, Console& console) {
   const auto id = run_of(daemon, args.run);
@@ -398,13 +338,6 @@ void add_daemon_commands(const CommandGroup& weft) {
                                   return order(daemon, args, "run.abort", break_params(args),
                                                console);
                                 });
-  weft.add<SocketArgs>("halt", "stops all motion and latches the rig",
-                       [](auto& args, auto& console) { return latched(args, false, console); });
-  weft.add<SocketArgs>("estop", "as halt, and only an engineer resets it",
-                       [](auto& args, auto& console) { return latched(args, true, console); });
-  add_daemon_command(weft, "reset", "somebody has looked at the rig: it may move again", run_reset);
-  add_daemon_command(weft, "lock", "lock the rig out in your name: nothing moves", run_lock);
-  add_daemon_command(weft, "unlock", "remove a lock-out of the rig", run_unlock);
   add_daemon_command(weft, "log", "the daemon's journal", run_log);
   weft.add<CallArgs>("call", "any method of the daemon's API", run_call);
 }

@@ -9,6 +9,12 @@ namespace {
 
 using nlohmann::json;
 
+struct ResetArgs : SocketArgs {
+  std::string reason;
+};
+struct UnlockArgs : SocketArgs {
+  std::string reason;
+};
 struct JogArgs : SocketArgs {
   std::string axis;
   double distance = 0;  ///< [mm] or [deg]
@@ -23,6 +29,15 @@ void add_options(CLI::App& command, JogArgs& args) {
       .add_option("DISTANCE", args.distance,
                   "mm, at most 5; for rx and ry degrees, at most 1; z counts downwards")
       ->required();
+}
+
+void add_options(CLI::App& command, ResetArgs& args) {
+  add_options(command, static_cast<SocketArgs&>(args));
+  command.add_option("REASON", args.reason, "what was looked at, in a few words")->required();
+}
+void add_options(CLI::App& command, UnlockArgs& args) {
+  add_options(command, static_cast<SocketArgs&>(args));
+  command.add_option("REASON", args.reason, "why you remove another person's lock-out");
 }
 
 std::string position_text(const json& joints, const char* axis) {
@@ -60,9 +75,46 @@ Result<int> run_jog(client::Client& daemon, const JogArgs& args, Console& consol
                   args.axis + " moves slowly; weft halt stops it", console);
 }
 
+/// Prints how the rig is.
+Result<int> print_rig(client::Client& daemon, Console& console) {
+  const auto rig = call(daemon, "rig.state");
+  if (!rig) return pass(rig.error());
+  const std::string state = rig->value("rig", "");
+  std::string text = "rig " + state;
+  if (rig->value("acknowledged", false) && state != "latched")
+    text += " as " + rig->value("left_by", "") + " left it; weft retract lifts the probe";
+  if (const json lock = rig->value("locked", json()); lock.is_object())
+    text += ", locked out by " + lock.value("by", "") + ": " + lock.value("reason", "");
+  print(console, text + "\n", *rig);
+  return exit_ok;
+}
+
+/// Somebody has looked at the rig: it may move again.
+Result<int> run_reset(client::Client& daemon, const ResetArgs& args, Console& console) {
+  const auto reset = call(daemon, "rig.reset", {{"reason", args.reason}});
+  if (!reset) return pass(reset.error());
+  return print_rig(daemon, console);
+}
+
+/// Nothing moves before this person removes the lock-out.
+Result<int> run_lock(client::Client& daemon, const ResetArgs& args, Console& console) {
+  const auto locked = call(daemon, "rig.lock", {{"reason", args.reason}});
+  if (!locked) return pass(locked.error());
+  return print_rig(daemon, console);
+}
+
+Result<int> run_unlock(client::Client& daemon, const UnlockArgs& args, Console& console) {
+  const auto unlocked = call(daemon, "rig.unlock", {{"reason", args.reason}});
+  if (!unlocked) return pass(unlocked.error());
+  return print_rig(daemon, console);
+}
+
 }  // namespace
 
 void add_rig_commands(const CommandGroup& weft) {
+  add_daemon_command(weft, "reset", "somebody has looked at the rig: it may move again", run_reset);
+  add_daemon_command(weft, "lock", "lock the rig out in your name: nothing moves", run_lock);
+  add_daemon_command(weft, "unlock", "remove a lock-out of the rig", run_unlock);
   add_daemon_command<SocketArgs>(
       weft, "retract", "lift the probe to the clear height, outside a run",
       [](auto& daemon, auto&, auto& console) {
