@@ -91,6 +91,8 @@ void write_all(int descriptor, std::string_view text) {
   }
 }
 
+}  // namespace
+
 /// May wait for its reader: called by the log's own thread alone. Not a sink of spdlog's own, which
 /// write through stdio: exit() would wait for the lock that a blocked one holds.
 class DescriptorSink final : public spdlog::sinks::base_sink<std::mutex> {
@@ -115,8 +117,6 @@ class DescriptorSink final : public spdlog::sinks::base_sink<std::mutex> {
   std::atomic<bool> started_ = false;
   std::counting_semaphore<> flushed_{0};
 };
-
-}  // namespace
 
 LogFormat default_log_format() {
   const char* const stream = std::getenv("JOURNAL_STREAM");

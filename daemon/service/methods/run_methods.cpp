@@ -277,6 +277,16 @@ json operator_prompt_json(const runs::OperatorPrompt& operator_prompt) {
 
 }  // namespace
 
+namespace {
+
+/// 0 of a run that is over; null where the time left is not known.
+json left_json(const RunView& run) {
+  if (run.is_over()) return 0;
+  return run.wall_left_s ? json(*run.wall_left_s) : json();
+}
+
+}  // namespace
+
 json run_json(const RunView& run) {
   const runs::StoredRun& stored = run.stored;
   json out{{"run", stored.id()},
@@ -288,7 +298,7 @@ json run_json(const RunView& run) {
            {"created_us", stored.created_us},
            {"folder", stored.folder.string()},
            {"takes_rejected", run.attempts_rejected},
-           {"wall_left_s", run.wall_left_s},
+           {"wall_left_s", left_json(run)},
            {"next_attention_us", nullptr},
            {"attention", nullptr}};
   if (run.trials_planned > 0) {  // else nobody knows: it is from before that was kept

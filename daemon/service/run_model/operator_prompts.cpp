@@ -26,8 +26,13 @@ const OperatorPrompt* OperatorPrompts::on_step(std::int64_t run, RunState state,
 }
 
 void OperatorPrompts::on_state(std::int64_t run, RunState state) {
-  const bool needs_people = state < RunState::pausing || state == RunState::awaiting_operator;
-  if (!needs_people) entries_.erase(run);
+  if (state >= RunState::finishing) {
+    entries_.erase(run);
+  } else if (state > RunState::running && state != RunState::awaiting_operator) {
+    const auto found =
+        entries_.find(run);  // what a held run asks for is asked again once it goes on
+    if (found != entries_.end()) found->second = {found->second.prompt};
+  }
 }
 
 const OperatorPrompt* OperatorPrompts::find(std::int64_t run) const {

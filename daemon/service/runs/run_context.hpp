@@ -44,9 +44,9 @@ struct RunView {
   std::optional<double> force_rms_error_n = {};  ///< of the newest trial, while the force was held
   std::uint64_t frames_lost = 0;                 ///< until the newest trial [count]
   std::optional<double> recorder_lag_s = {};     ///< longest commit of the newest trial
-  double wall_left_s = 0;                  ///< by the mean of the trials done, and people's time
-  std::string changed_by;                  ///< the user, session or rule that changed it last
-  std::optional<HandoverStatus> handover;  ///< where its recipe has one and it is complete
+  std::optional<double> wall_left_s = {};        ///< until it is over, see RunForecast
+  std::string changed_by;                        ///< the user, session or rule that changed it last
+  std::optional<HandoverStatus> handover;        ///< where its recipe has one and it is complete
   /// Whether its recipe has one, once the run has ended in this life of the daemon.
   std::optional<bool> has_handover = {};
   std::optional<ExternalResume> external_resume = {};

@@ -36,8 +36,12 @@ bool can_be_concluded(const std::filesystem::path& folder, const Result<Campaign
 }  // namespace
 
 PlanSummary summarize(const recipes::Plan& plan) {
-  return {plan.trials.size(), deadlines_of(plan), recipes::next_prompt(plan, 0),
-          disk_forecast(plan)};
+  const recipes::Forecast& forecast = plan.forecast;
+  return {plan.trials.size(),
+          deadlines_of(plan),
+          recipes::next_prompt(plan, 0),
+          disk_forecast(plan),
+          {forecast.trials_s(), forecast.finally_s, forecast.people_s, plan.trials.size()}};
 }
 
 void RunExecutor::begin(std::int64_t run, bool plan_is_known, Result<CampaignRequest> request,

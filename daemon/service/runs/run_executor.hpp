@@ -7,6 +7,7 @@
 #include <optional>
 #include <thread>
 
+#include "daemon/service/run_model/run_forecast.hpp"
 #include "daemon/service/runs/run_context.hpp"
 
 namespace weft::daemon::runs {
@@ -17,6 +18,7 @@ struct PlanSummary {
   Deadlines limits{};
   std::optional<recipes::StepPrompt> first_prompt;
   std::uint64_t disk_bytes = 0;
+  PlannedTime time = {};
 };
 PlanSummary summarize(const recipes::Plan& plan);
 

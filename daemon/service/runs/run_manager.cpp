@@ -230,6 +230,7 @@ std::filesystem::path RunManager::folder_for(const StoredRun& run) const {
 void RunManager::use_plan(Run& run, const PlanSummary& plan) {
   run.trials_planned = plan.trials;
   run.limits = plan.limits;
+  run.forecast = RunForecast(plan.time);
   run.stored.disk_bytes = plan.disk_bytes;
   // A person has a terminal at it: what was not ordered takes as long as it takes.
   if (context_.one_run) run.limits.arming = run.limits.running = Deadlines::Duration::max();
@@ -297,10 +298,16 @@ RunView RunManager::shown(const Run& run) const {
     if (context_.find_handover) view.handover = context_.find_handover(run.number());
     return view;
   }
+  view.wall_left_s = run.forecast.left_s(pace_of(run.stored), context_.now());
   const RunFacts& facts = run.stored;
   view.stored.facts() = {.bench_outcome = facts.bench_outcome, .bench_error = facts.bench_error};
   view.external_resume.reset();
   return view;
+}
+
+double RunManager::pace_of(const StoredRun& run) const {
+  const bool has_pace = run.bench == to_string(BenchKind::simulated) && context_.pace != nullptr;
+  return has_pace ? context_.pace->load() : 1;
 }
 
 std::chrono::nanoseconds RunManager::wall_ahead() const {

@@ -189,6 +189,7 @@ class RunManager final : private RunReports {
  private:
   struct Run : RunView {
     Deadlines limits{};
+    RunForecast forecast = {};
     std::string pause_ordered_by;  ///< the person whose pause no repetition has taken yet
     bool counted = true;           ///< how many trials are on record is known
     bool aborted_by_end = false;   ///< the daemon's end gave the order
@@ -251,6 +252,8 @@ class RunManager final : private RunReports {
                const nlohmann::json& payload);
   [[nodiscard]] RunView shown(const Run& run) const;
   [[nodiscard]] std::chrono::nanoseconds wall_ahead() const;
+  /// Of its bench [bench s / s]; 0: as fast as it can.
+  [[nodiscard]] double pace_of(const StoredRun& run) const;
 
   /// In memory, with the order to its thread; what is to be written is added to `change`.
   void stage(Run& run, const RunStep& step, std::string_view by, RunChange& change);
