@@ -30,6 +30,18 @@ class CommandGroup {
     return {*below, *chosen_};
   }
 
+  /// What the group does without a command of its own.
+  template <class Args>
+  void by_default(const std::function<Result<int>(const Args&, Console&)>& execute) const {
+    app_->require_subcommand(0, 1);
+    const auto args = std::make_shared<Args>();
+    add_options(*app_, *args);
+    app_->callback([app = app_, chosen = chosen_, args, execute] {
+      if (!app->get_subcommands().empty()) return;
+      *chosen = [args, execute](Console& console) { return execute(*args, console); };
+    });
+  }
+
   /// A command. add_options(CLI::App&, Args&) says what can be typed, and `execute` gets it.
   template <class Args>
   void add(const char* name, const char* text,

@@ -1,9 +1,11 @@
 #include "daemon/apps/weft/daemon_call.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "daemon/apps/weft/progress.hpp"
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/text/format.hpp"
 
@@ -64,6 +66,26 @@ std::string format_run(const json& run) {
             ": its campaign was gone on with without the daemon";
   if (run.contains("handover")) line += format_handover(run.at("handover"));
   return line + "\n";
+}
+
+std::string watch_line(const json& run) {
+  constexpr std::size_t width = 24;
+  const auto done = run.value("trials_done", std::size_t{0}),
+             planned = run.value("trials_planned", std::size_t{0});
+  const json left = run.value("wall_left_s", json()), at = run.value("at", json::object());
+  std::string line =
+      bar(done, planned, width) + " " + std::to_string(done) + "/" + std::to_string(planned) + "  ";
+  line += left.is_number() ? duration(left.get<double>()) + " left" : "time left unknown";
+  line += "  " + run.value("state", "") + " " + at.value("fabric", "") + " " + at.value("step", "");
+  const json prompt = run.value("attention", json());
+  return prompt.is_object() && prompt.value("asked", false) ? line + ": " + prompt.value("text", "")
+                                                            : line;
+}
+
+bool is_news(const json& before, const json& run) {
+  return std::ranges::any_of(
+      std::array{"state", "trials_done", "outcome", "attention", "error"},
+      [&](const char* key) { return before.value(key, json()) != run.value(key, json()); });
 }
 
 std::string format_journal_line(const json& line) {

@@ -68,6 +68,10 @@ Result<nlohmann::json> call(client::Client& daemon, std::string_view method,
 
 /// A run for people, with what a person is asked for.
 std::string format_run(const nlohmann::json& run);
+/// A run as one line that is rewritten in place: bar, trials, time left, what happens.
+std::string watch_line(const nlohmann::json& run);
+/// Whether a reader of lines wants to know of the change: another state or trial, or a prompt.
+bool is_news(const nlohmann::json& before, const nlohmann::json& run);
 /// A line of the journal for people, with its line break.
 std::string format_journal_line(const nlohmann::json& line);
 /// Prints a run; passes on the error of a call that failed.

@@ -5,6 +5,7 @@
 
 #include "daemon/apps/weft/bench_options.hpp"
 #include "daemon/apps/weft/daemon_call.hpp"
+#include "daemon/apps/weft/progress.hpp"
 #include "daemon/base/text/format.hpp"
 #include "protocols/base/json_text.hpp"
 
@@ -16,6 +17,10 @@ using nlohmann::json;
 
 struct StartArgs : RunRequestArgs {
   bool wait = false;
+};
+struct StatusArgs : SocketArgs {
+  bool all = false;
+  std::string state;
 };
 struct RunOrderArgs : SocketArgs {
   std::string run;  ///< the one under way, where it is empty
@@ -154,6 +159,11 @@ void add_options(CLI::App& command, StartArgs& args) {
   command.add_flag("--wait", args.wait,
                    "until the run has ended, and what its recipe hands over with it");
 }
+void add_options(CLI::App& command, StatusArgs& args) {
+  add_options(command, static_cast<SocketArgs&>(args));
+  command.add_flag("--all", args.all, "all runs, not only the ten newest");
+  command.add_option("--state", args.state, "only runs in this state, for example interrupted");
+}
 void add_options(CLI::App& command, RunOrderArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
   command.add_option("RUN", args.run, "its name, R-000318; the one under way where it is left out");
@@ -190,28 +200,48 @@ void add_options(CLI::App& command, CallArgs& args) {
   command.add_option("METHOD", args.method, "noun.verb; rpc.discover lists all")->required();
   command.add_option("PARAMS", args.params, "a JSON object")->capture_default_str();
 }
-/// Page by page.
-Result<json> all_runs(Client& daemon) {
+/// The newest runs first: all pages, or as many as are wanted.
+Result<json> newest_runs(Client& daemon, const StatusArgs& args) {
+  constexpr std::int64_t shown = 10, most = 1000;
   json runs = json::array();
-  json params = json::object();
+  json params{{"order", "newest"}, {"most", args.all ? most : shown}};
+  if (!args.state.empty()) params["state"] = args.state;
   for (;;) {
     const auto page = call(daemon, "run.list", params);
     if (!page) return pass(page.error());
     for (const json& run : page->at("runs")) runs.push_back(run);
     const json next = page->value("next", json());
-    if (next.is_null()) return runs;
+    if (next.is_null() || !args.all) return runs;
     params["from"] = next;
   }
 }
 
-Result<int> run_status(Client& daemon, const SocketArgs&, Console& console) {
+/// The present first: readiness, the run under way, the queue; then the newest runs that are over.
+Result<int> run_status(Client& daemon, const StatusArgs& args, Console& console) {
   const auto ready = call(daemon, "system.ready");
   if (!ready) return pass(ready.error());
-  const auto runs = all_runs(daemon);
+  const auto rig = call(daemon, "rig.state");
+  if (!rig) return pass(rig.error());
+  const auto queue = call(daemon, "queue.list");
+  if (!queue) return pass(queue.error());
+  const auto runs = newest_runs(daemon, args);
   if (!runs) return pass(runs.error());
-  std::string text = ready_text(*ready);
-  for (const json& run : *runs) text += format_run(run);
-  print(console, text, {{"ready", *ready}, {"runs", *runs}});
+  std::string text = ready_text(*ready) + "rig " + rig->value("rig", "") + "\n";
+  json active;
+  if (rig->contains("run")) {
+    auto run = call(daemon, "run.get", {{"run", rig->at("run")}});
+    if (!run) return pass(run.error());
+    active = std::move(*run);
+    text += "under way:\n" + format_run(active);
+  }
+  if (!queue->at("runs").empty()) text += "queue:\n";
+  for (const json& run : queue->at("runs")) text += format_run(run);
+  std::string over;
+  for (const json& run : *runs)
+    if (run.contains("outcome") || run.value("state", "") == "interrupted") over += format_run(run);
+  if (!over.empty()) text += (args.all ? "runs:\n" : "newest runs (--all lists all):\n") + over;
+  print(console, text,
+        {{"ready", *ready}, {"rig", *rig}, {"active", active}, {"queue", *queue}, {"runs", *runs}});
   return exit_ok;
 }
 
@@ -266,7 +296,8 @@ Result<int> run_confirm(Client& daemon, const BreakArgs& args, Console& console)
   return print_run(confirmed, console);
 }
 
-/// A line for each change, until the run has ended.
+/// A progress bar on a terminal; elsewhere a line for each trial and change of state. With --json a
+/// line for each event.
 Result<int> run_watch(Client& daemon, const RunOrderArgs& args, Console& console) {
   const auto id = run_of(daemon, args.run);
   if (!id) return pass(id.error());
@@ -279,11 +310,19 @@ Result<int> run_watch(Client& daemon, const RunOrderArgs& args, Console& console
     run = *reply;
   }
   print_wait(daemon, run, console);
-  for (;;) {
-    print_line(console, format_run(run), run);
-    if (run.contains("outcome")) break;
+  const bool has_bar = console.terminal && !console.json;
+  ProgressPrinter printer(console.err, has_bar);
+  for (json before;;) {
+    const bool is_over = run.contains("outcome");
+    if (has_bar && is_over) printer.finish();
+    if (has_bar && !is_over)
+      printer.rewrite(watch_line(run));
+    else if (console.json || is_over || is_news(before, run))
+      print_line(console, format_run(run), run);
+    if (is_over) break;
     const auto event = daemon.next_event();
     if (!event) return pass(event.error());
+    before = run;
     run.merge_patch(json::parse(*event).at("delta"));
   }
   print_handover(daemon, run, console);
@@ -316,9 +355,10 @@ Result<int> run_call(const CallArgs& args, Console& console) {
 }  // namespace
 
 void add_daemon_commands(const CommandGroup& weft) {
-  add_daemon_command(weft, "status", "the daemon's readiness and its runs", run_status);
+  add_daemon_command(weft, "status", "show readiness, rig, the run under way, queue, newest runs",
+                     run_status);
   add_daemon_command(weft, "start", "puts a recipe in the daemon's line", run_start);
-  add_daemon_command(weft, "watch", "a line for each change of a run", run_watch);
+  add_daemon_command(weft, "watch", "follow a run until it has ended", run_watch);
   add_daemon_command<PauseArgs>(
       weft, "pause", "holds a run before its next repetition",
       [](auto& daemon, auto& args, auto& console) {

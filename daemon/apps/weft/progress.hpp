@@ -46,11 +46,12 @@ class ProgressPrinter {
  public:
   ProgressPrinter(std::ostream& out, bool terminal) : out_(&out), terminal_(terminal) {}
   void operator()(const TrialProgress& progress);
+  /// In place of the line before it.
+  void rewrite(const std::string& line);
   /// Ends the rewritten line.
   void finish();
 
  private:
-  void rewrite(const std::string& line);
   void step(const TrialProgress& progress, const std::string& line);
 
   std::ostream* out_;

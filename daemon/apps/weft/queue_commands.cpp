@@ -120,7 +120,12 @@ Result<int> run_queue_add(client::Client& daemon, const QueueAddArgs& args, Cons
 }  // namespace
 
 void add_queue_commands(const CommandGroup& weft) {
-  const CommandGroup queue = weft.group("queue", "the runs that wait for the daemon's rig");
+  const CommandGroup queue = weft.group("queue", "list or change the runs that wait for the rig");
+  queue.by_default<SocketArgs>([](const SocketArgs& args, Console& console) -> Result<int> {
+    auto found = reached(args);
+    if (!found) return pass(found.error());
+    return print_queue(call(found->client, "queue.list"), console);
+  });
   add_daemon_command<SocketArgs>(queue, "list", "who waits, the next first",
                                  [](auto& daemon, auto&, auto& console) {
                                    return print_queue(call(daemon, "queue.list"), console);

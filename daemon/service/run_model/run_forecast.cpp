@@ -21,7 +21,7 @@ void RunForecast::on_begun(double bench_s, Clock now) {
 void RunForecast::on_trial(std::size_t done, double bench_s, double pace, Clock now) {
   const double used_s = bench_s - bench_s_, passed_s = seconds(now - at_);
   const bool is_measured = pace == pace_ || done_ == 0;  // else the pace changed within it
-  speed_.reset();
+  speed_ = 0;
   if (is_measured && used_s > 0 && passed_s > 0) speed_ = used_s / passed_s;
   done_ = done;
   bench_s_ = bench_s;
@@ -44,9 +44,9 @@ std::optional<double> RunForecast::left_s(double pace, Clock now) const {
   const double planned_s = plan_.trials_s * (1 - share);
   const double ratio =
       planned_s > 0 ? std::clamp((bench_s_ - bench_began_s_) / planned_s, least, most) : 1;
-  const std::optional<double> measured = pace == pace_ ? speed_ : std::nullopt;
-  if (pace <= 0 && !measured) return std::nullopt;
-  const double speed = pace > 0 ? std::min(pace, measured.value_or(pace)) : *measured;
+  const double measured = pace == pace_ ? speed_ : 0;
+  if (pace <= 0 && measured <= 0) return std::nullopt;
+  const double speed = pace <= 0 || (measured > 0 && measured < pace) ? measured : pace;
   const double trial_s = plan_.trials_s * ratio / static_cast<double>(plan_.trials);
   const double since_s = has_begun_ ? seconds(held_at_.value_or(now) - at_) * speed : 0;
   const double bench_s =

@@ -37,9 +37,9 @@ class RunForecast {
   PlannedTime plan_;
   std::size_t done_ = 0;
   double bench_began_s_ = 0, bench_s_ = 0;
-  double pace_ = 0;              ///< of the newest trial
-  std::optional<double> speed_;  ///< measured in the newest trial [bench s / s]
-  Clock at_{};                   ///< of the newest trial's end, less the time held since
+  double pace_ = 0;   ///< of the newest trial
+  double speed_ = 0;  ///< measured in the newest trial [bench s / s]; 0: not known
+  Clock at_{};        ///< of the newest trial's end, less the time held since
   std::optional<Clock> held_at_;
   bool has_begun_ = false;
 };
