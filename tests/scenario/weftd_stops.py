@@ -6,7 +6,9 @@
 One function for each fault of the kind; each fails on the version before. All simulated.
 """
 import json
+import os
 import pathlib
+import pty
 import subprocess
 import sys
 import tempfile
@@ -257,6 +259,76 @@ def a_reset_says_where_the_probe_is(rig):
     assert rig.client.call("rig.state")["rig"] == "safe"
 
 
+def a_halt_never_fails_for_its_words(rig):
+    """Fault 1. `weft halt R-000001` ended with 2, and the rig went on moving."""
+    def halt(*words, status=0, **environment):
+        env = {key: value for key, value in os.environ.items() if not key.startswith("WEFT_")} | environment
+        done = subprocess.run([WEFT, *words], capture_output=True, text=True, timeout=PATIENCE_S, env=env)
+        assert done.returncode == status, (words, done)
+        state = rig.client.call("rig.state")
+        assert state["rig"] == "latched", (words, state)
+        rig.client.call("rig.reset", reason="the test has looked at it")
+        return done, state
+
+    here, nowhere = str(rig.daemon.socket), "tcp://127.0.0.1:1"
+    done, state = halt("halt", "R-000001", "--frobnicate", "smoke", WEFT_SOCKET=here)
+    assert "taken as the reason: R-000001 --frobnicate smoke" in done.stderr and state["latched_by"].endswith("R-000001 --frobnicate smoke"), (done, state)
+    done, state = halt("estop", "smoke", WEFT_SOCKET=here)
+    assert state["latch"] == "estop" and state["latched_by"].endswith("smoke"), state
+    done, _ = halt("halt", status=1, WEFT_SOCKET=here, WEFT_DAEMON=nowhere)
+    assert nowhere in done.stderr, done
+    halt("halt", "--socket", "/nowhere/weftd.sock", "--token-file", "/nowhere", status=1, WEFT_SOCKET=here)
+    halt("--json", "halt", "--socket", here)
+    rig.client.call("rig.halt")
+    unit = subprocess.run([WEFT, "halt"], capture_output=True, text=True, timeout=PATIENCE_S,
+                          env={key: value for key, value in os.environ.items() if not key.startswith("WEFT_")})
+    assert unit.returncode == 1 and "/run/weft/weftd.sock" in unit.stderr, unit
+    rig.client.call("rig.reset", reason="the test has looked at it")
+
+
+def the_end_is_forecast_from_the_beginning(rig):
+    """Fault 6. wall_left_s was 0 until the first trial ended, and kept the pace before."""
+    rig.client.call("sim.clock", pace=60)
+    run = rig.start("many")
+    first = rig.client.call("run.get", run=run)
+    assert first["trials_done"] == 0 and first["wall_left_s"] > 1, first
+    rig.arrives(run, 1)
+    before = rig.client.call("run.get", run=run)["wall_left_s"]
+    rig.client.call("sim.clock", pace=600)
+    after = rig.client.call("run.get", run=run)["wall_left_s"]
+    assert 0 < after < before / 4, (before, after)
+    rig.client.call("run.abort", run=run)
+    assert rig.client.call("run.wait", run=run)["wall_left_s"] == 0
+    rig.client.call("sim.clock", pace=0)
+
+
+def the_present_comes_first(rig):
+    """Fault 7. `weft status` printed all runs, the newest last; `weft queue` wanted a subcommand; `weft watch` printed each change."""
+    lines = weft(rig.daemon, "status").stdout.splitlines()
+    assert lines[:2] == ["ready", "rig safe"], lines[:3]
+    listed = json.loads(weft(rig.daemon, "--json", "status").stdout)["runs"]
+    assert len(listed) == 10 and [run["run"] for run in listed] == sorted((run["run"] for run in listed), reverse=True), listed
+    assert len(json.loads(weft(rig.daemon, "--json", "status", "--all").stdout)["runs"]) > 10
+    assert weft(rig.daemon, "queue").stdout == weft(rig.daemon, "queue", "list").stdout
+    rig.client.call("sim.clock", pace=600)
+    run = rig.start("many")
+    lines = weft(rig.daemon, "watch", run).stdout.splitlines()
+    assert 12 <= len(lines) <= 24, lines
+    run = rig.start("many")
+    ours, theirs = pty.openpty()
+    watching = subprocess.Popen([WEFT, "watch", run, "--socket", str(rig.daemon.socket)], stdout=subprocess.PIPE, stderr=theirs, text=True)
+    os.close(theirs)
+    shown = b""
+    try:
+        while chunk := os.read(ours, 4096):
+            shown += chunk
+    except OSError:  # the other end is closed
+        pass
+    assert watching.wait(PATIENCE_S) == 0 and "complete" in watching.stdout.read()
+    assert b"\r[" in shown and b"/12" in shown and b" left" in shown, shown
+    rig.client.call("sim.clock", pace=0)
+
+
 def main():
     with tempfile.TemporaryDirectory(prefix="weft-stops-") as name:
         folder = pathlib.Path(name)
@@ -273,6 +345,9 @@ def main():
             a_lock_out_is_one_persons(rig, tokens, folder)
             what_is_left_is_recovered(rig, the_journal_tells_an_end(rig, folder))
             a_reset_says_where_the_probe_is(rig)
+            a_halt_never_fails_for_its_words(rig)
+            the_end_is_forecast_from_the_beginning(rig)
+            the_present_comes_first(rig)
             assert rig.daemon.end() == 0
         finally:
             rig.daemon.process.kill()

@@ -98,11 +98,10 @@ Result<int> stop_all(const StopArgs& args, bool is_emergency, Console& console) 
       promise.set_value(catch_as_error([&] { return stop_one(target, is_emergency, reason); }));
     }).detach();  // one that hangs ends with the process
   }
-  const auto deadline = std::chrono::steady_clock::now() + patience;
   int status = exit_ok;
   bool is_hanging = false;
   for (auto& [target, reply] : sent) {
-    const bool answers = reply.wait_until(deadline) == std::future_status::ready;
+    const bool answers = reply.wait_for(patience) == std::future_status::ready;
     is_hanging = is_hanging || !answers;
     const Result<json> rig =
         answers ? reply.get()

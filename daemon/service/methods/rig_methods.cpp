@@ -20,7 +20,7 @@ std::string_view fact_of(RunState state) {
 }
 
 /// One word for the rig: a latch comes before the motion, and that before the fact.
-std::string_view rig_word(const runs::RigState& rig, bool is_moved_by_hand) {
+std::string_view format_rig(const runs::RigState& rig, bool is_moved_by_hand) {
   if (rig.is_latched()) return "latched";
   return is_moved_by_hand ? "moving" : to_string(rig.facts().fact);
 }
@@ -48,7 +48,7 @@ json rig_json(const runs::RunManager& manager) {
   const runs::RigState& rig = manager.rig_state();
   const auto run = manager.active();
   const auto maintenance = manager.status().maintenance;
-  json out{{"rig", rig_word(rig, maintenance.has_value())}};
+  json out{{"rig", format_rig(rig, maintenance.has_value())}};
   if (run && !rig.is_latched()) out["rig"] = fact_of(manager.get(*run)->machine.state);
   if (run) out["run"] = *run;
   if (maintenance) out["maintenance"] = *maintenance;
@@ -288,7 +288,7 @@ void add_maintenance(MethodGroup& group) {
 json rig_delta(const runs::RunManager& manager, std::string_view by) {
   const runs::RigState& rig = manager.rig_state();
   const auto maintenance = manager.status().maintenance;
-  json delta{{"rig", rig_word(rig, maintenance.has_value())},
+  json delta{{"rig", format_rig(rig, maintenance.has_value())},
              {"maintenance", maintenance ? json(*maintenance) : json()},
              {"latch", nullptr},
              {"latched_by", nullptr},

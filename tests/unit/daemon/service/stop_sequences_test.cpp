@@ -214,7 +214,7 @@ class Sequence final : private RunObserver {
     words_[static_cast<std::int64_t>(runs_) + 1] = ++word_;  // it may begin at once
     if (manager_->submit(wanted, checked_)) ++runs_;
   }
-  void say_all_may_begin() {
+  void resume_queue() {
     const auto before = words_;
     ++word_;
     for (const std::int64_t run : manager_->queue().runs()) words_[run] = word_;
@@ -254,7 +254,7 @@ class Sequence final : private RunObserver {
         return submit();
       case 3:
       case 4:
-        return say_all_may_begin();
+        return resume_queue();
       case 5:
         return static_cast<void>(manager_->pause_queue("ada"));
       case 6:
