@@ -222,7 +222,7 @@ Outcome add_token(const Services& services, const Call& call) {
 
 }  // namespace
 
-tl::expected<void, rpc::RpcError> may_order(const Services& services, const Call& call,
+tl::expected<void, rpc::RpcError> can_order(const Services& services, const Call& call,
                                             Role least_to_break) {
   const std::string run = run_of(call);
   auto lease = services.leases->kept_for(run);

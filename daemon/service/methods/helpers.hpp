@@ -97,7 +97,7 @@ tl::expected<void, rpc::RpcError> can_queue(const Services& services, const Call
 /// Refuses an order for the "run" parameter while another user's lease is kept for that run, or
 /// another user holds the rig. With a "break_lease" parameter, a reason, that lease is broken
 /// first; errors: access.role, for a role below `least_to_break`; those of the journal.
-tl::expected<void, rpc::RpcError> may_order(const Services& services, const Call& call,
+tl::expected<void, rpc::RpcError> can_order(const Services& services, const Call& call,
                                             Role least_to_break);
 /// The refusal that names the holder.
 tl::unexpected<rpc::RpcError> lease_held(const access::Lease& lease, const rpc::Caller& caller);

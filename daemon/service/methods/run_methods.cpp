@@ -36,13 +36,13 @@ std::optional<Role> breaking_role(Order order) {
 
 Outcome ordered(const Services& services, const Call& call, Order order) {
   if (const auto role = breaking_role(order))
-    if (auto allowed = may_order(services, call, *role); !allowed)
+    if (auto allowed = can_order(services, call, *role); !allowed)
       return tl::unexpected(allowed.error());
   return run_outcome(services.run_manager->order(run_of(call), order, by(call.caller)));
 }
 
 Outcome confirm(const Services& services, const Call& call) {
-  if (auto allowed = may_order(services, call, Role::engineer); !allowed)
+  if (auto allowed = can_order(services, call, Role::engineer); !allowed)
     return tl::unexpected(allowed.error());
   const std::string step = call.params.at("step").get<std::string>();
   return run_outcome(
