@@ -93,6 +93,12 @@ class Broker:
         self.process.wait(PATIENCE_S)
 
 
+def lease_of(client):
+    """A lease for a minute, or the one that is there."""
+    held = client.call("lease.list")["leases"]
+    return held[0]["lease"] if held else client.call("lease.acquire", ttl_ms=60_000)["lease"]
+
+
 def text_field(text):
     return len(text).to_bytes(2, "big") + text.encode()
 
@@ -189,7 +195,7 @@ def expect(receiver, subscriber, event, **facts):
 
 
 def runs(client, receiver, subscriber):
-    run = client.call("run.start", recipe="people")["run"]
+    run = client.call("run.start", lease=lease_of(client), recipe="people")["run"]
     needed = expect(receiver, subscriber, "operator.needed", run=run)
     assert "Mount" in needed["text"], needed
     assert subscriber.next("state", lambda s: s["operator_prompt"])[0]["operator_prompt"] == needed["text"]
@@ -202,7 +208,7 @@ def runs(client, receiver, subscriber):
     state = subscriber.next("state", lambda s: s["last_run"] == run)[0]
     assert (state["run"], state["last_outcome"], state["latched"]) == (None, "complete", False), state
 
-    failing = client.call("run.start", recipe="people")["run"]
+    failing = client.call("run.start", lease=lease_of(client), recipe="people")["run"]
     expect(receiver, subscriber, "operator.needed", run=failing)
     prompt = client.call("run.get", run=failing)["attention"]["step"]
     client.call("sim.inject", device="ft", fault="silent")
@@ -323,7 +329,7 @@ def promtool(text):
 
 def metrics_of_a_run(daemon, client, token, receiver, subscriber):
     """While a run waits for a person: its figures are there, and the newest trial's once it has one."""
-    run = client.call("run.start", recipe="two")["run"]
+    run = client.call("run.start", lease=lease_of(client), recipe="two")["run"]
     expect(receiver, subscriber, "operator.needed", run=run)
     client.call("run.confirm", run=run, step=client.call("run.get", run=run)["attention"]["step"])
     expect(receiver, subscriber, "operator.needed", run=run)

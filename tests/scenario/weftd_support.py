@@ -8,7 +8,7 @@ import signal
 import socket
 import subprocess
 
-PATIENCE_S = 40  # for an answer; only a daemon that hangs needs it
+PATIENCE_S = 240  # for an answer; only a daemon that hangs needs it
 
 
 class Daemon:

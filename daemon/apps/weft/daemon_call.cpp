@@ -19,7 +19,8 @@ Result<json> call(Client& daemon, std::string_view method) {
 }
 
 Result<json> call(Client& daemon, std::string_view method, const json& params) {
-  const auto result = daemon.call(method, params.dump());
+  const auto result =
+      daemon.call(method, params.dump(-1, ' ', false, json::error_handler_t::replace));
   if (!result) return pass(result.error());
   return json::parse(*result);
 }
@@ -50,6 +51,9 @@ std::string format_run(const json& run) {
   if (const auto at = run.find("at"); at != run.end() && !run.contains("outcome"))
     line += "  " + at->value("fabric", "") + " " + at->value("exploration", "") + " " +
             at->value("step", "");
+  if (const json left = run.value("wall_left_s", json());
+      left.is_number() && left > 0 && !run.contains("outcome"))
+    line += "  " + duration(left.get<double>()) + " left";
   if (run.contains("outcome"))
     line += "  " + run.value("outcome", "") + ", clean-up " + run.value("cleanup", "") + ", rig " +
             run.value("rig", "");

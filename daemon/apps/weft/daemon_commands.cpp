@@ -1,3 +1,6 @@
+#include <unistd.h>
+
+#include <algorithm>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -161,7 +164,8 @@ void add_options(CLI::App& command, StartArgs& args) {
 }
 void add_options(CLI::App& command, StatusArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
-  command.add_flag("--all", args.all, "all runs, not only the ten newest");
+  command.add_flag("--all", args.all,
+                   "list all runs, not only the ten newest that are over; with --json too");
   command.add_option("--state", args.state, "only runs in this state, for example interrupted");
 }
 void add_options(CLI::App& command, RunOrderArgs& args) {
@@ -200,20 +204,35 @@ void add_options(CLI::App& command, CallArgs& args) {
   command.add_option("METHOD", args.method, "noun.verb; rpc.discover lists all")->required();
   command.add_option("PARAMS", args.params, "a JSON object")->capture_default_str();
 }
-/// The newest runs first: all pages, or as many as are wanted.
-Result<json> newest_runs(Client& daemon, const StatusArgs& args) {
-  constexpr std::int64_t shown = 10, most = 1000;
+/// Runs in that state, or in any, the newest first: all pages, or one of them.
+Result<json> newest_runs(Client& daemon, const std::string& state, bool all, std::int64_t most) {
   json runs = json::array();
-  json params{{"order", "newest"}, {"most", args.all ? most : shown}};
-  if (!args.state.empty()) params["state"] = args.state;
+  json params{{"order", "newest"}, {"most", most}};
+  if (!state.empty()) params["state"] = state;
   for (;;) {
     const auto page = call(daemon, "run.list", params);
     if (!page) return pass(page.error());
     for (const json& run : page->at("runs")) runs.push_back(run);
     const json next = page->value("next", json());
-    if (next.is_null() || !args.all) return runs;
+    if (next.is_null() || !all) return runs;
     params["from"] = next;
   }
+}
+
+/// The ten newest runs that are over; all runs, or those in one state, where these are asked for.
+Result<json> listed_runs(Client& daemon, const StatusArgs& args) {
+  constexpr std::int64_t shown = 10, most = 1000;
+  if (args.all || !args.state.empty())
+    return newest_runs(daemon, args.state, args.all, args.all ? most : shown);
+  auto over = newest_runs(daemon, "ended", false, shown);
+  if (!over) return over;
+  const auto cut = newest_runs(daemon, "interrupted", false, shown);
+  if (!cut) return cut;
+  over->insert(over->end(), cut->begin(), cut->end());
+  std::sort(over->begin(), over->end(),
+            [](const json& a, const json& b) { return a.value("run", "") > b.value("run", ""); });
+  if (over->size() > shown) over->erase(over->begin() + shown, over->end());
+  return over;
 }
 
 /// The present first: readiness, the run under way, the queue; then the newest runs that are over.
@@ -224,7 +243,7 @@ Result<int> run_status(Client& daemon, const StatusArgs& args, Console& console)
   if (!rig) return pass(rig.error());
   const auto queue = call(daemon, "queue.list");
   if (!queue) return pass(queue.error());
-  const auto runs = newest_runs(daemon, args);
+  const auto runs = listed_runs(daemon, args);
   if (!runs) return pass(runs.error());
   std::string text = ready_text(*ready) + "rig " + rig->value("rig", "") + "\n";
   json active;
@@ -236,10 +255,10 @@ Result<int> run_status(Client& daemon, const StatusArgs& args, Console& console)
   }
   if (!queue->at("runs").empty()) text += "queue:\n";
   for (const json& run : queue->at("runs")) text += format_run(run);
-  std::string over;
-  for (const json& run : *runs)
-    if (run.contains("outcome") || run.value("state", "") == "interrupted") over += format_run(run);
-  if (!over.empty()) text += (args.all ? "runs:\n" : "newest runs (--all lists all):\n") + over;
+  const bool is_chosen = args.all || !args.state.empty();
+  if (!runs->empty())
+    text += is_chosen ? "runs:\n" : "newest runs that are over (--all lists all):\n";
+  for (const json& run : *runs) text += format_run(run);
   print(console, text,
         {{"ready", *ready}, {"rig", *rig}, {"active", active}, {"queue", *queue}, {"runs", *runs}});
   return exit_ok;
@@ -312,12 +331,12 @@ Result<int> run_watch(Client& daemon, const RunOrderArgs& args, Console& console
   print_wait(daemon, run, console);
   const bool has_bar = console.terminal && !console.json;
   ProgressPrinter printer(console.err, has_bar);
-  for (json before;;) {
+  for (json before = json::object();;) {
     const bool is_over = run.contains("outcome");
     if (has_bar && is_over) printer.finish();
-    if (has_bar && !is_over)
-      printer.rewrite(watch_line(run));
-    else if (console.json || is_over || is_news(before, run))
+    if (has_bar && !is_over) printer.rewrite(watch_line(run));
+    const bool has_lines = !has_bar || ::isatty(STDOUT_FILENO) == 0;
+    if (console.json || is_over || (has_lines && is_news(before, run)))
       print_line(console, format_run(run), run);
     if (is_over) break;
     const auto event = daemon.next_event();

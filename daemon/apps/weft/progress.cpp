@@ -1,5 +1,8 @@
 #include "daemon/apps/weft/progress.hpp"
 
+#include <sys/ioctl.h>
+#include <unistd.h>
+
 #include <poll.h>
 #include <unistd.h>
 
@@ -42,7 +45,10 @@ void ProgressPrinter::operator()(const TrialProgress& p) {
   }
 }
 
-void ProgressPrinter::rewrite(const std::string& line) {
+void ProgressPrinter::rewrite(const std::string& whole) {
+  winsize size{};  // a line that wraps cannot be rewritten
+  const bool is_known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
+  const std::string line = is_known ? whole.substr(0, size.ws_col - 1U) : whole;
   const std::string wipe(last_width_ > line.size() ? last_width_ - line.size() : 0, ' ');
   *out_ << '\r' << line << wipe << std::flush;
   last_width_ = line.size();

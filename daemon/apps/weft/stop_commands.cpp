@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <cstdlib>
 #include <future>
 #include <nlohmann/json.hpp>
@@ -19,19 +20,27 @@ using client::Client;
 using nlohmann::json;
 
 struct StopArgs : SocketArgs {
+  std::vector<std::string> sockets, daemons;
   std::string reason;
 };
 
 void add_options(CLI::App& command, StopArgs& args) {
-  command.add_option("--socket", args.socket,
-                     "Unix socket; also WEFT_SOCKET; default: " + std::string(unit_socket));
-  command.add_option("--daemon", args.daemon,
-                     "tls://HOST:PORT or tcp://127.0.0.1:PORT; also WEFT_DAEMON");
-  command.add_option("--tls-ca", args.tls_ca, "trusted certificates (PEM); also WEFT_TLS_CA");
-  command.add_option("--token-file", args.token_file,
-                     "file that holds your token; also WEFT_TOKEN");
-  command.add_option("--reason", args.reason,
-                     "reason for the journal; any other words are added to it");
+  constexpr auto last = CLI::MultiOptionPolicy::TakeLast;
+  command.add_option(
+      "--socket", args.sockets,
+      "Unix socket, once or more; also WEFT_SOCKET; default: " + std::string(unit_socket));
+  command.add_option("--daemon", args.daemons,
+                     "tls://HOST:PORT or tcp://127.0.0.1:PORT, once or more; also WEFT_DAEMON");
+  command.add_option("--tls-ca", args.tls_ca, "trusted certificates (PEM)")
+      ->envname("WEFT_TLS_CA")
+      ->multi_option_policy(last);
+  command
+      .add_option("--token-file", args.token_file, "file that holds your token; also WEFT_TOKEN")
+      ->multi_option_policy(last);
+  command
+      .add_option("--reason", args.reason,
+                  "reason for the journal; any other words are added to it")
+      ->multi_option_policy(last);
 }
 
 /// Every daemon that the command line or the environment names; the unit's, where none is named.
@@ -47,8 +56,8 @@ std::vector<SocketArgs> targets_of(const StopArgs& args) {
     };
     if (std::ranges::none_of(out, is_same)) out.push_back(std::move(one));
   };
-  add(args.socket, {});
-  add({}, args.daemon);
+  for (const std::string& socket : args.sockets) add(socket, {});
+  for (const std::string& daemon : args.daemons) add({}, daemon);
   add(from_environment("WEFT_SOCKET"), {});
   add({}, from_environment("WEFT_DAEMON"));
   if (out.empty()) add(unit_socket, {});
@@ -57,19 +66,19 @@ std::vector<SocketArgs> targets_of(const StopArgs& args) {
 
 /// The rig as one daemon has it after the stop. Motion first: the raw line needs no answer.
 Result<json> stop_one(const SocketArgs& target, bool is_emergency, const std::string& reason) {
+  const bool is_local = target.daemon.empty();
+  if (is_local)
+    if (Status sent = Client::halt(target.socket, is_emergency); !sent) return pass(sent.error());
   auto found = reached(target);
   if (!found) return pass(found.error());
   Client& daemon = found->client;
-  const std::string_view method = is_emergency ? "rig.estop" : "rig.halt";
-  if (found->is_local)
-    if (Status sent = daemon.halt(is_emergency); !sent) return pass(sent.error());
-  const bool is_told = found->is_local && reason.empty();
   const json params = reason.empty() ? json::object() : json{{"reason", reason}};
-  if (!is_told)
-    if (const auto stopped = call(daemon, method, params); !stopped) return pass(stopped.error());
+  if (!is_local || !reason.empty())
+    if (const auto stopped = call(daemon, is_emergency ? "rig.estop" : "rig.halt", params);
+        !stopped)
+      return pass(stopped.error());
   auto rig = call(daemon, "rig.state");
-  if (!rig) return rig;
-  if (rig->value("rig", "") == "latched") return rig;
+  if (!rig || rig->value("rig", "") == "latched") return rig;
   return fail({.code = Errc::wrong_state,
                .where = "rig",
                .what = "the rig is not latched after the stop",
@@ -82,46 +91,65 @@ std::string name_of(const SocketArgs& target) {
   return target.daemon.empty() ? target.socket.string() : target.daemon;
 }
 
-/// A daemon that hangs keeps the stop from no other one.
-Result<int> stop_all(const StopArgs& args, bool is_emergency, Console& console) {
+struct Sent {
+  SocketArgs target;
+  std::future<Result<json>> reply;
+};
+
+Sent send_stop(const SocketArgs& target, bool is_emergency, const std::string& reason) {
+  std::promise<Result<json>> promise;
+  Sent sent{target, promise.get_future()};
+  std::thread([target, is_emergency, reason, promise = std::move(promise)]() mutable {
+    promise.set_value(catch_as_error([&] { return stop_one(target, is_emergency, reason); }));
+  }).detach();  // one that hangs ends with the process
+  return sent;
+}
+
+enum class Reply : std::uint8_t { latched, refused, none };
+
+Reply print_reply(Sent& sent, Console& console) {
   constexpr std::chrono::seconds patience{10};
-  struct Sent {
-    SocketArgs target;
-    std::future<Result<json>> reply;
-  };
-  std::vector<Sent> sent;
-  for (const SocketArgs& target : targets_of(args)) {
-    std::promise<Result<json>> promise;
-    sent.push_back({target, promise.get_future()});
-    std::thread([target, is_emergency, reason = args.reason,
-                 promise = std::move(promise)]() mutable {
-      promise.set_value(catch_as_error([&] { return stop_one(target, is_emergency, reason); }));
-    }).detach();  // one that hangs ends with the process
+  const std::string name = name_of(sent.target);
+  if (sent.reply.wait_for(patience) != std::future_status::ready) {
+    console.err << "weft: " << name
+                << ": no answer to the stop within 10 s. Use the power switch of the bench"
+                << std::endl;
+    return Reply::none;
   }
-  int status = exit_ok;
-  bool is_hanging = false;
-  for (auto& [target, reply] : sent) {
-    const bool answers = reply.wait_for(patience) == std::future_status::ready;
-    is_hanging = is_hanging || !answers;
-    const Result<json> rig =
-        answers ? reply.get()
-                : Result<json>(fail({.code = Errc::timeout,
-                                     .where = name_of(target),
-                                     .what = "no answer to the stop within 10 s",
-                                     .hint = "Use the power switch of the bench"}));
-    if (rig) {
-      print_line(console, sent.size() == 1 ? "rig latched\n" : name_of(target) + ": rig latched\n",
-                 *rig);
-    } else {
-      console.err << "weft: " << name_of(target) << ": " << to_string(rig.error()) << std::endl;
-      status = exit_failure;
-    }
+  const Result<json> rig = sent.reply.get();
+  if (rig)
+    print_line(console, name + ": rig latched\n", *rig);
+  else
+    console.err << "weft: " << name << ": " << to_string(rig.error()) << std::endl;
+  return rig ? Reply::latched : Reply::refused;
+}
+
+/// A daemon that hangs keeps the stop from no other one. Where none of those that were named is
+/// reached, the unit's daemon is stopped too.
+Result<int> stop_all(const StopArgs& args, bool is_emergency, Console& console) {
+  std::vector<Sent> sent;
+  for (const SocketArgs& target : targets_of(args))
+    sent.push_back(send_stop(target, is_emergency, args.reason));
+  std::size_t latched = 0, hanging = 0;
+  for (Sent& one : sent) {
+    const Reply reply = print_reply(one, console);
+    latched += reply == Reply::latched ? 1 : 0;
+    hanging += reply == Reply::none ? 1 : 0;
+  }
+  const int status = latched == sent.size() ? exit_ok : exit_failure;
+  const auto is_unit = [](const Sent& one) { return one.target.socket == unit_socket; };
+  if (latched == 0 && std::ranges::none_of(sent, is_unit)) {
+    SocketArgs unit = args;
+    unit.socket = unit_socket;
+    unit.daemon.clear();
+    Sent last = send_stop(unit, is_emergency, args.reason);
+    hanging += print_reply(last, console) == Reply::none ? 1 : 0;
   }
   if (!args.reason.empty())
     console.err << "weft: taken as the reason: " << args.reason << std::endl;
-  if (!is_hanging) return status;
+  if (hanging == 0) return status;
   console.out.flush();
-  std::quick_exit(status);  // its thread is at work yet
+  std::quick_exit(status);  // a thread is at work yet
 }
 
 constexpr std::array<std::string_view, 4> options_with_value{"--socket", "--daemon", "--tls-ca",
@@ -130,27 +158,34 @@ constexpr std::array<std::string_view, 4> options_with_value{"--socket", "--daem
 }  // namespace
 
 std::vector<std::string> heeded_words(std::vector<std::string> words) {
-  const auto stop =
-      std::ranges::find_if(words, [](const std::string& word) { return !word.starts_with('-'); });
-  if (stop == words.end() || (*stop != "halt" && *stop != "estop")) return words;
-  std::vector<std::string> out(words.begin(), stop + 1), reason;
-  for (auto word = stop + 1; word != words.end(); ++word) {
-    const std::string name = word->substr(0, word->find('='));
-    const bool has_value = std::ranges::count(options_with_value, name) > 0;
-    const bool is_joined = name.size() < word->size();
-    if (*word == "--json" || (has_value && is_joined && name.size() + 1 < word->size()) ||
-        ((*word == "--help" || *word == "-h") && words.size() == out.size() + 1)) {
+  const auto takes_value = [](const std::string& word) {
+    return std::ranges::count(options_with_value, word) > 0;
+  };
+  auto verb = words.begin();
+  while (verb != words.end() && verb->starts_with('-')) verb += takes_value(*verb) ? 2 : 1;
+  if (verb >= words.end() || (*verb != "halt" && *verb != "estop")) return words;
+  const bool is_help = words.size() == 2 && (words.back() == "--help" || words.back() == "-h");
+  if (is_help) return words;
+  std::vector<std::string> out{*verb};
+  std::string reason;
+  for (auto word = words.begin(); word != words.end(); ++word) {
+    if (word == verb) continue;
+    const std::size_t equals = word->find('=');
+    const bool is_joined = equals != std::string::npos && equals + 1 < word->size() &&
+                           takes_value(word->substr(0, equals));
+    const bool has_next =
+        word + 1 != words.end() && word + 1 != verb && !(word + 1)->starts_with('-');
+    if (*word == "--json" || is_joined) {
       out.push_back(*word);
-    } else if (has_value && !is_joined && word + 1 != words.end()) {
+    } else if (takes_value(*word) && has_next) {
       out.push_back(*word);
       out.push_back(*++word);
     } else if (*word != "--reason") {
-      reason.push_back(word->starts_with("--reason=") ? word->substr(9) : *word);
+      reason +=
+          (reason.empty() ? "" : " ") + (word->starts_with("--reason=") ? word->substr(9) : *word);
     }
   }
-  std::string text;
-  for (const std::string& word : reason) text += (text.empty() ? "" : " ") + word;
-  if (!text.empty()) out.push_back("--reason=" + text);
+  if (!reason.empty()) out.push_back("--reason=" + reason);
   return out;
 }
 

@@ -301,8 +301,11 @@ Result<std::string> Client::next_event() {
   return first;
 }
 
-Status Client::halt(bool emergency) {
-  return send_line(emergency ? rpc::emergency_line : rpc::halt_line);
+Status Client::halt(const std::filesystem::path& socket, bool emergency) {
+  auto channel = open_channel(Where{socket.string()});
+  if (!channel) return pass(channel.error());
+  Client client(std::move(*channel));
+  return client.send_line(emergency ? rpc::emergency_line : rpc::halt_line);
 }
 
 }  // namespace weft::daemon::client

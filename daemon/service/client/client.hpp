@@ -51,8 +51,9 @@ class Client {
   /// The params of the next event as JSON; waits for it. Errors: io, when the daemon is gone; what
   /// it says before it closes the connection.
   Result<std::string> next_event();
-  /// The raw line "!halt", or "!estop".
-  Status halt(bool emergency = false);
+  /// Sends the raw line "!halt", or "!estop", to a Unix socket: it needs no session and no answer.
+  /// Errors: as open().
+  static Status halt(const std::filesystem::path& socket, bool emergency);
 
  private:
   explicit Client(std::unique_ptr<Channel> channel) : channel_(std::move(channel)) {}

@@ -61,7 +61,7 @@ json order_json(const recipes::MaintenanceOrder& order) {
 }
 
 /// What `left_by` has of such a motion.
-std::string maintenance_word(const recipes::MaintenanceOrder& order, std::string_view by) {
+std::string format_maintenance(const recipes::MaintenanceOrder& order, std::string_view by) {
   return std::string(to_string(order.kind)) + " (" + std::string(by) + ")";
 }
 
@@ -123,7 +123,7 @@ void RunManager::maintain(const recipes::MaintenanceOrder& order, std::string_vi
   if (can) can = store_.in_place();
   const RigFacts before = rig_.facts();
   RigState moving = rig_;
-  moving.on_ended(RigFact::unknown, maintenance_word(order, by));
+  moving.on_ended(RigFact::unknown, format_maintenance(order, by));
   json payload = order_json(order);
   payload["state"] = "begun";
   if (can) can = store_.commit({.rig = moving, .journal = {line("", "maintenance", by, payload)}});
@@ -151,7 +151,7 @@ void RunManager::on_maintained(const recipes::MaintenanceOrder& order, const Rig
                                std::string_view by, const Result<MaintenanceSummary>& summary) {
   RigFacts facts = rig_.facts();
   facts.fact = summary ? summary->done.rig : before.fact;
-  facts.left_by = summary ? maintenance_word(order, by) : before.left_by;
+  facts.left_by = summary ? format_maintenance(order, by) : before.left_by;
   facts.acknowledged =
       summary ? facts.fact == RigFact::holding && !facts.latch : before.acknowledged;
   if (facts.fact == RigFact::safe) facts.left_by.clear();

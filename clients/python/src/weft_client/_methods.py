@@ -67,15 +67,26 @@ class DataMethods:
         """
         return self._call("data.get", {"run": run})
 
-    def list(self, *, from_: Optional[str] = None, most: Optional[int] = None) -> JsonObject:
-        """Data sets of all runs, oldest first, complete or not.
+    def import_(self, *, folder: str, idem: Optional[str] = None) -> JsonObject:
+        """Add the campaign in a folder, made by weft run, to the catalogue as a run that has ended. The folder stays where it
+        is.
+
+        folder: on the daemon's machine; a relative one lies in its data folder
+        idem: key of this change: asked again, the first answer comes
+        Result: the run. Least role: operator. Changes something.
+        """
+        return self._call("data.import", {"folder": folder, "idem": idem})
+
+    def list(self, *, from_: Optional[str] = None, most: Optional[int] = None, order: Optional[str] = None) -> JsonObject:
+        """Data sets of all runs, page by page, complete or not.
 
         from_: this run on: next of the page before
         most: runs, 1000 at most, and no more than 1 MiB
+        order: oldest (default) or newest first
         Result: datasets: run, recipe, name, created_us, outcome (of the run), dataset_sha256 (of the file that is there now),
         campaign_since (as run.get), handover; next, null where there is no more. Least role: observer.
         """
-        return self._call("data.list", {"from": from_, "most": most})
+        return self._call("data.list", {"from": from_, "most": most, "order": order})
 
     def verify(self, *, run: str) -> JsonObject:
         """Whether a run's campaign file, data set and hand-over are what was recorded, byte by byte.
@@ -203,7 +214,8 @@ class LogMethods:
         """Lines of the daemon's journal, oldest first, by run, kind and time.
 
         run: of this run only
-        kind: of this kind only, "state"
+        kind: of this kind only, "state"; of several, separated by commas: the queue's history is
+            "submitted,edited,queue_paused,queue_started,queue_cleared"
         since_us: not before, UTC
         until_us: before, UTC
         from_: this sequence number on: next of the page before
@@ -231,22 +243,56 @@ class QueueMethods:
     def __init__(self, call: Call) -> None:
         self._call = call
 
-    def add(self, *, recipe: str, lease: str, seed: Optional[int] = None, name: Optional[str] = None, digest: Optional[str] = None,
-            place: Optional[int] = None, if_rev: Optional[int] = None, idem: Optional[str] = None) -> JsonObject:
+    def add(self, *, recipe: str, lease: Optional[str] = None, seed: Optional[int] = None, name: Optional[str] = None,
+            digest: Optional[str] = None, keep_going: Optional[bool] = None, repeat: Optional[int] = None,
+            after: Optional[str] = None, parameters: Optional[JsonObject] = None, place: Optional[int] = None,
+            if_rev: Optional[int] = None, idem: Optional[str] = None) -> JsonObject:
         """Puts a campaign in line, with its recipe as it is now; it begins when its turn comes and the rig is free.
 
         recipe: name of a recipe, see recipe.list
-        lease: your lease of the rig
+        lease: your lease of the rig; not needed while another user's is kept for a run under way
         seed: in place of the recipe's
         name: added to the folder's name
-        digest: of the recipe that is meant, as recipe.check has it; another one is refused
+        digest: of the resolved recipe that is meant, as recipe.check has it; another one is refused
+        keep_going: let the next run begin also where this one is stopped, aborted or fails
+        repeat: as many runs of it, 1 to 100; a seed counts up from one to the next; 1
+        after: a run, "R-000317": begin once that one has ended complete; "" for none
+        parameters: values of the recipe's parameters by name; defaults where left out
         place: in line, from 0; the end where it is left out
         if_rev: rev of the queue as you know it: refused (rev.changed) where it is another by now
         idem: key of this change: asked again, the first answer comes
         Result: the run, rev. Least role: operator. Changes something.
         """
         return self._call("queue.add", {"recipe": recipe, "lease": lease, "seed": seed, "name": name, "digest": digest,
+                                        "keep_going": keep_going, "repeat": repeat, "after": after, "parameters": parameters,
                                         "place": place, "if_rev": if_rev, "idem": idem})
+
+    def clear(self, *, if_rev: Optional[int] = None, idem: Optional[str] = None) -> JsonObject:
+        """Take all runs that wait out of the queue.
+
+        if_rev: rev of the queue as you know it: refused (rev.changed) where it is another by now
+        idem: key of this change: asked again, the first answer comes
+        Result: rev, paused_by (null where it is not), runs. Least role: operator. Changes something.
+        """
+        return self._call("queue.clear", {"if_rev": if_rev, "idem": idem})
+
+    def edit(self, *, run: str, place: Optional[int] = None, seed: Optional[int] = None, name: Optional[str] = None,
+             after: Optional[str] = None, keep_going: Optional[bool] = None, if_rev: Optional[int] = None,
+             idem: Optional[str] = None) -> JsonObject:
+        """Change a run that waits; what is left out stays.
+
+        run: its name, "R-000318"
+        place: in line, from 0; the end where it is left out
+        seed: in place of the recipe's
+        name: added to the folder's name
+        after: a run, "R-000317": begin once that one has ended complete; "" for none
+        keep_going: let the next run begin also where this one is stopped, aborted or fails
+        if_rev: rev of the queue as you know it: refused (rev.changed) where it is another by now
+        idem: key of this change: asked again, the first answer comes
+        Result: rev, paused_by (null where it is not), runs. Least role: operator. Changes something.
+        """
+        return self._call("queue.edit", {"run": run, "place": place, "seed": seed, "name": name, "after": after,
+                                         "keep_going": keep_going, "if_rev": if_rev, "idem": idem})
 
     def get(self, *, run: str) -> JsonObject:
         """One that waits.
@@ -295,8 +341,8 @@ class QueueMethods:
         return self._call("queue.remove", {"run": run, "if_rev": if_rev, "idem": idem})
 
     def start(self, *, lease: str, if_rev: Optional[int] = None, idem: Optional[str] = None) -> JsonObject:
-        """The next in line begins when the rig is free; after a restart of the daemon too, which pauses a queue that is not
-        empty.
+        """Lets the next run begin when the rig is free. A queue in which runs wait is paused after every end of a run but
+        complete, after a restart and after a reset.
 
         lease: your lease of the rig
         if_rev: rev of the queue as you know it: refused (rev.changed) where it is another by now
@@ -312,57 +358,63 @@ class RecipeMethods:
     def __init__(self, call: Call) -> None:
         self._call = call
 
-    def check(self, *, recipe: str, seed: Optional[int] = None) -> JsonObject:
+    def check(self, *, recipe: str, seed: Optional[int] = None, parameters: Optional[JsonObject] = None) -> JsonObject:
         """Everything that would be refused, before anything moves.
 
         recipe: its name
         seed: in place of the recipe's
-        Result: ok, digest, plan (eta_s with the people_s that people need, asks, next_attention, envelope of each stage with
-        its margin), problems of the recipe, the rig file and the bench put together dry: file, where, message, expected, got,
-        hint; warnings, disk_ok. Least role: observer.
+        parameters: values of the recipe's parameters by name; defaults where left out
+        Result: ok, digest (of the resolved recipe), file_digest, parameters (as declared), plan (eta_s with the people_s that
+        people need, asks, next_attention, envelope of each stage with its margin), problems of the recipe, the rig file and
+        the bench put together dry: file, where, message, expected, got, hint; warnings, disk_ok. Least role: observer.
         """
-        return self._call("recipe.check", {"recipe": recipe, "seed": seed})
+        return self._call("recipe.check", {"recipe": recipe, "seed": seed, "parameters": parameters})
 
     def diff(self, *, recipe: str, other: str) -> JsonObject:
         """What differs between two recipes, by JSON pointer.
 
         recipe: its name, or a run's: then as that has it on record
         other: likewise
-        Result: same (as written), same_campaign (planned on this rig; null where that cannot be said), count, differences:
-        where, change, was, is; the first 1000. Least role: observer.
+        Result: same (as written), same_campaign (planned on this rig, parameters by default; null where that cannot be said),
+        count, differences: where, change, was, is; the first 1000. Least role: observer.
         """
         return self._call("recipe.diff", {"recipe": recipe, "other": other})
 
     def list(self) -> JsonObject:
-        """Recipes of the daemon's folder.
+        """List the recipes of the daemon's folder.
 
-        Result: recipes. Least role: observer.
+        Result: recipes (names), parameters (by recipe, as it declares them; recipes with none are left out). Least role:
+        observer.
         """
         return self._call("recipe.list", {})
 
-    def plan(self, *, recipe: str, seed: Optional[int] = None, from_: Optional[int] = None,
-             most: Optional[int] = None) -> JsonObject:
+    def plan(self, *, recipe: str, seed: Optional[int] = None, from_: Optional[int] = None, most: Optional[int] = None,
+             parameters: Optional[JsonObject] = None) -> JsonObject:
         """What a recipe will do on this rig: phases, and each trial with its expected time.
 
         recipe: its name, or a run's: then as that has it on record
         seed: in place of the recipe's, or of the run's
         from_: the first trial that is told, 0
         most: trials, 100; at most 1000
-        Result: name, digest, plan_digest, trials, duration_s, people_s, bytes, hand_over, explorations, steps, next. Least
-        role: observer.
+        parameters: values of the recipe's parameters by name; defaults where left out
+        Result: name, digest (of the resolved recipe), parameters (as declared), plan_digest, trials, duration_s, people_s,
+        bytes, hand_over, explorations, steps, next. Least role: observer.
         """
-        return self._call("recipe.plan", {"recipe": recipe, "seed": seed, "from": from_, "most": most})
+        return self._call("recipe.plan", {"recipe": recipe, "seed": seed, "from": from_, "most": most, "parameters": parameters})
 
-    def put(self, *, recipe: str, content: JsonObject, if_digest: Optional[str] = None, idem: Optional[str] = None) -> JsonObject:
+    def put(self, *, recipe: str, content: JsonObject, if_digest: Optional[str] = None, parameters: Optional[JsonObject] = None,
+            idem: Optional[str] = None) -> JsonObject:
         """Puts a recipe that recipe.check accepts into the daemon's folder.
 
         recipe: its name
         content: the recipe; see recipe.schema
-        if_digest: of the one that it replaces, as recipe.check has it; needed where there is one
+        if_digest: file_digest of the one that it replaces; needed where there is one
+        parameters: values to check it with, for parameters without default
         idem: key of this change: asked again, the first answer comes
         Result: recipe, digest, replaced (digest, or null), trials. Least role: engineer. Changes something.
         """
-        return self._call("recipe.put", {"recipe": recipe, "content": content, "if_digest": if_digest, "idem": idem})
+        return self._call("recipe.put", {"recipe": recipe, "content": content, "if_digest": if_digest, "parameters": parameters,
+                                         "idem": idem})
 
     def schema(self) -> JsonObject:
         """JSON Schema of a recipe.
@@ -407,22 +459,77 @@ class RigMethods:
         """
         return self._call("rig.halt", {"reason": reason, "idem": idem})
 
+    def jog(self, *, lease: str, axis: str, distance: float, idem: Optional[str] = None) -> JsonObject:
+        """Move one axis by at most 5 mm or 1 degree, at a tenth of its speed, outside a run; every motion but z up stops where
+        the force changes by 1 N; answers when the motion has ended.
+
+        lease: your lease of the rig
+        axis: x, y, z, rx or ry
+        distance: [m], for rx and ry [rad]; z counts downwards
+        idem: key of this change: asked again, the first answer comes
+        Result: order, from, to (positions by axis), relative (z was not homed: it went up from where it was), outcome, rig
+        (safe: the probe is up; holding; unknown), error. Least role: operator. Changes something.
+        """
+        return self._call("rig.jog", {"lease": lease, "axis": axis, "distance": distance, "idem": idem})
+
+    def lock(self, *, reason: str, idem: Optional[str] = None) -> JsonObject:
+        """Lock the rig out in your name: nothing moves, over restarts too, before rig.unlock.
+
+        reason: what for, for the others
+        idem: key of this change: asked again, the first answer comes
+        Result: as rig.state. Least role: operator. Changes something.
+        """
+        return self._call("rig.lock", {"reason": reason, "idem": idem})
+
+    def park(self, *, lease: str, idem: Optional[str] = None) -> JsonObject:
+        """Lift the probe, then move x, y, rx and ry to the rig file's park position, outside a run; every stage must be homed;
+        answers when the motion has ended.
+
+        lease: your lease of the rig
+        idem: key of this change: asked again, the first answer comes
+        Result: order, from, to (positions by axis), relative (z was not homed: it went up from where it was), outcome, rig
+        (safe: the probe is up; holding; unknown), error. Least role: operator. Changes something.
+        """
+        return self._call("rig.park", {"lease": lease, "idem": idem})
+
     def reset(self, *, reason: str, idem: Optional[str] = None) -> JsonObject:
-        """Somebody has looked at the rig: it may move again; after an emergency stop an engineer.
+        """Release the latch after looking at the rig; after an emergency stop an engineer does it. Nothing moves by it: the fact
+        remains, and a queue in which runs wait is paused.
 
         reason: what was looked at
         idem: key of this change: asked again, the first answer comes
-        Result: latched. Least role: operator. Changes something.
+        Result: latched, and as rig.state. Least role: operator. Changes something.
         """
         return self._call("rig.reset", {"reason": reason, "idem": idem})
 
-    def state(self) -> JsonObject:
-        """The rig's own fact.
+    def retract(self, *, lease: str, idem: Optional[str] = None) -> JsonObject:
+        """Lift the probe to the clear height, outside a run and without homing; answers when the motion has ended. Where z has
+        not been homed it goes up by at most the clearance from where it is.
 
-        Result: rig, run, latch (halt or estop), latched_by (with the reason, where one was given), left_by. Least role:
-        observer.
+        lease: your lease of the rig
+        idem: key of this change: asked again, the first answer comes
+        Result: order, from, to (positions by axis), relative (z was not homed: it went up from where it was), outcome, rig
+        (safe: the probe is up; holding; unknown), error. Least role: operator. Changes something.
+        """
+        return self._call("rig.retract", {"lease": lease, "idem": idem})
+
+    def state(self) -> JsonObject:
+        """Whether the rig moves, where it was left, and what keeps it from moving.
+
+        Result: rig (moving, holding, safe, unknown or latched), run, maintenance (retract, park or jog: what moves outside a
+        run), fact (safe, holding or unknown: how the newest run left it), left_by, acknowledged (a person has reset it
+        since), latch (halt or estop), latched_by (with the reason), locked: by, reason, since_us. Least role: observer.
         """
         return self._call("rig.state", {})
+
+    def unlock(self, *, reason: Optional[str] = None, idem: Optional[str] = None) -> JsonObject:
+        """Remove your lock-out, or as an engineer another person's with a reason.
+
+        reason: for another person's
+        idem: key of this change: asked again, the first answer comes
+        Result: as rig.state. Least role: operator. Changes something.
+        """
+        return self._call("rig.unlock", {"reason": reason, "idem": idem})
 
 
 class RpcMethods:
@@ -445,14 +552,15 @@ class RunMethods:
     def __init__(self, call: Call) -> None:
         self._call = call
 
-    def abort(self, *, run: str, idem: Optional[str] = None) -> JsonObject:
+    def abort(self, *, run: str, break_lease: Optional[str] = None, idem: Optional[str] = None) -> JsonObject:
         """Stops motion, retracts, ends.
 
         run: its name, "R-000318"
+        break_lease: a reason: break the lease that another user has for this run (abort: operator, else engineer)
         idem: key of this change: asked again, the first answer comes
         Result: the run. Least role: operator. Changes something.
         """
-        return self._call("run.abort", {"run": run, "idem": idem})
+        return self._call("run.abort", {"run": run, "break_lease": break_lease, "idem": idem})
 
     def annotate(self, *, run: str, text: str, idem: Optional[str] = None) -> JsonObject:
         """A note about a run, of any time, for the journal (log.query, kind "note"); its data stay as they are.
@@ -464,15 +572,16 @@ class RunMethods:
         """
         return self._call("run.annotate", {"run": run, "text": text, "idem": idem})
 
-    def confirm(self, *, run: str, step: str, idem: Optional[str] = None) -> JsonObject:
+    def confirm(self, *, run: str, step: str, break_lease: Optional[str] = None, idem: Optional[str] = None) -> JsonObject:
         """A person has done what the run waits for, as its "attention" says; it goes on.
 
         run: its name, "R-000318"
         step: which one: step of the run's attention, "Q-12"
+        break_lease: a reason: break the lease that another user has for this run (abort: operator, else engineer)
         idem: key of this change: asked again, the first answer comes
         Result: the run. Least role: operator. Changes something.
         """
-        return self._call("run.confirm", {"run": run, "step": step, "idem": idem})
+        return self._call("run.confirm", {"run": run, "step": step, "break_lease": break_lease, "idem": idem})
 
     def get(self, *, run: str) -> JsonObject:
         """One run.
@@ -485,18 +594,21 @@ class RunMethods:
         """
         return self._call("run.get", {"run": run})
 
-    def list(self, *, state: Optional[str] = None, from_: Optional[str] = None, most: Optional[int] = None) -> JsonObject:
-        """All runs, oldest first.
+    def list(self, *, state: Optional[str] = None, from_: Optional[str] = None, most: Optional[int] = None,
+             order: Optional[str] = None) -> JsonObject:
+        """The runs, page by page.
 
         state: only those in this state
         from_: this run on: next of the page before
         most: runs, 1000 at most, and no more than 1 MiB
+        order: oldest (default) or newest first
         Result: runs, next (null where there is no more). Least role: observer.
         """
-        return self._call("run.list", {"state": state, "from": from_, "most": most})
+        return self._call("run.list", {"state": state, "from": from_, "most": most, "order": order})
 
     def pause(self, *, run: str, at: Optional[str] = None, idem: Optional[str] = None) -> JsonObject:
-        """Holds before the next repetition, or now: then that repetition is run again.
+        """Holds before the next repetition, or now: then that repetition is run again; where no repetition is left, the queue is
+        paused instead (pause_carried_over).
 
         run: its name, "R-000318"
         at: boundary (default) or now
@@ -507,8 +619,8 @@ class RunMethods:
 
     def recover(self, *, run: str, choice: str, preview: Optional[bool] = None, lease: Optional[str] = None,
                 idem: Optional[str] = None) -> JsonObject:
-        """What becomes of an interrupted run: it goes on, it ends and is never made a data set of, or it ends with a data set of
-        the trials that are complete.
+        """Resume a run that was interrupted, stopped, aborted or failed with trials left, or discard it (it is never made a data
+        set), or keep its complete trials as a data set.
 
         run: its name, "R-000318"
         choice: resume, discard or keep-partial
@@ -519,31 +631,39 @@ class RunMethods:
         """
         return self._call("run.recover", {"run": run, "choice": choice, "preview": preview, "lease": lease, "idem": idem})
 
-    def resume(self, *, run: str, preview: Optional[bool] = None, lease: Optional[str] = None,
+    def resume(self, *, run: str, preview: Optional[bool] = None, lease: Optional[str] = None, break_lease: Optional[str] = None,
                idem: Optional[str] = None) -> JsonObject:
-        """Goes on: up, position, bias, then the next repetition; an interrupted run with the repetition that was cut short.
+        """Resume: up, position, bias, then the next repetition; a run that is over and can be recovered with the repetition that
+        was cut short.
 
         run: its name, "R-000318"
-        preview: interrupted runs: answers what it would do, and does nothing
-        lease: of the rig; interrupted runs need it
+        preview: runs that are over: answer what it would do, and do nothing
+        lease: of the rig; runs that are over need it
+        break_lease: a reason: break the lease that another user has for this run (abort: operator, else engineer)
         idem: key of this change: asked again, the first answer comes
         Result: the run, or will, trials_planned, trials_done, trials_left. Least role: operator. Changes something.
         """
-        return self._call("run.resume", {"run": run, "preview": preview, "lease": lease, "idem": idem})
+        return self._call("run.resume", {"run": run, "preview": preview, "lease": lease, "break_lease": break_lease, "idem": idem})
 
-    def start(self, *, recipe: str, lease: str, seed: Optional[int] = None, name: Optional[str] = None,
-              digest: Optional[str] = None, idem: Optional[str] = None) -> JsonObject:
+    def start(self, *, recipe: str, lease: Optional[str] = None, seed: Optional[int] = None, name: Optional[str] = None,
+              digest: Optional[str] = None, keep_going: Optional[bool] = None, repeat: Optional[int] = None,
+              after: Optional[str] = None, parameters: Optional[JsonObject] = None, idem: Optional[str] = None) -> JsonObject:
         """Puts a campaign in line, with its recipe as it is now; it begins when the rig is free.
 
         recipe: name of a recipe, see recipe.list
-        lease: your lease of the rig
+        lease: your lease of the rig; not needed while another user's is kept for a run under way
         seed: in place of the recipe's
         name: added to the folder's name
-        digest: of the recipe that is meant, as recipe.check has it; another one is refused
+        digest: of the resolved recipe that is meant, as recipe.check has it; another one is refused
+        keep_going: let the next run begin also where this one is stopped, aborted or fails
+        repeat: as many runs of it, 1 to 100; a seed counts up from one to the next; 1
+        after: a run, "R-000317": begin once that one has ended complete; "" for none
+        parameters: values of the recipe's parameters by name; defaults where left out
         idem: key of this change: asked again, the first answer comes
         Result: the run. Least role: operator. Changes something.
         """
         return self._call("run.start", {"recipe": recipe, "lease": lease, "seed": seed, "name": name, "digest": digest,
+                                        "keep_going": keep_going, "repeat": repeat, "after": after, "parameters": parameters,
                                         "idem": idem})
 
     def stop(self, *, run: str, idem: Optional[str] = None) -> JsonObject:

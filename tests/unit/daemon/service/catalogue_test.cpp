@@ -64,7 +64,7 @@ TEST_CASE("a new catalogue gives no number of a folder again, and its rig is unk
   fs::create_directories(folder / "R-000007");
   RunStore store = open_store(folder);
   CHECK(store.next_number().value() == 42);
-  CHECK_FALSE(store.rig_state()->is_safe());
+  CHECK_FALSE(store.rig_state()->can_move());
   REQUIRE(store.skip_numbers(50));
   CHECK(store.next_number().value() == 51);
   REQUIRE(store.skip_numbers(45));
@@ -104,7 +104,7 @@ TEST_CASE("a catalogue that was lost is made again from the folders") {
   CHECK(run.recipe == before.recipe);
   CHECK(runs.back().number == 2);
   CHECK(runs.back().name == "mine");
-  CHECK_FALSE(store.rig_state()->is_safe());
+  CHECK_FALSE(store.rig_state()->can_move());
   CHECK(store.queue()->runs().empty());
   CHECK(store.next_number().value() == 3);
 }
@@ -141,7 +141,7 @@ TEST_CASE("a damaged catalogue is kept aside, and only by the order to rebuild i
   REQUIRE(store.runs()->size() == 1);
   CHECK(store.runs()->front().number == 3);
   CHECK(store.next_number().value() == 41);  // the damaged file still says which were given
-  CHECK_FALSE(store.rig_state()->is_safe());
+  CHECK_FALSE(store.rig_state()->can_move());
 }
 
 TEST_CASE("of two folders with one number the older has it, and the other gets a new one") {
@@ -177,7 +177,7 @@ TEST_CASE("a catalogue that can be read keeps what it has, and gets what it does
   RunStore store = open_store(folder);
   REQUIRE(store.runs()->size() == 2);
   CHECK(store.runs()->front().outcome == "stopped");
-  CHECK(store.rig_state()->is_safe());
+  CHECK(store.rig_state()->can_move());
 }
 
 TEST_CASE("a folder is added once, where it is, as a run that has ended") {

@@ -21,7 +21,7 @@ using test::TemporaryFolder;
 namespace {
 
 /// What happens at the bench of the run under way.
-enum class BenchEvent : std::uint8_t { look_at_orders, trial_done, device_fails, disk_full };
+enum class BenchEvent : std::uint8_t { poll_orders, trial_done, device_fails, disk_full };
 
 /// Takes one event after the other from the test's thread; the run's thread waits in between.
 class ScriptedBench {
@@ -110,7 +110,7 @@ class ScriptedBench {
     is_waiting_ = true;
     given_.wait(lock, [&] { return event_ || is_dying_; });
     is_waiting_ = false;
-    return std::exchange(event_, std::nullopt).value_or(BenchEvent::look_at_orders);
+    return std::exchange(event_, std::nullopt).value_or(BenchEvent::poll_orders);
   }
 
   mutable std::mutex mutex_;
@@ -311,6 +311,7 @@ class Sequence final : private RunObserver {
     if (run.is_over() && was_under_way) on_ended(run);
   }
   void on_vote(const RunView&) override {}
+  void on_run_unloaded(std::int64_t) override {}
   void on_queue_changed(const RunQueue&, std::string_view) override {}
   void on_rig_state_changed(const RigState&, std::string_view) override {}
 
@@ -333,7 +334,7 @@ class Sequence final : private RunObserver {
 
   void end_idle() {
     for (int i = 0; i < 40 && manager_->active(); ++i) {
-      bench_.give(BenchEvent::look_at_orders);
+      bench_.give(BenchEvent::poll_orders);
       settle();
       now_ += 24h * 30;
       manager_->tick();
