@@ -283,7 +283,8 @@ void Daemon::on_run_changed(const runs::RunView& run) {
   nlohmann::json delta = api::run_json(run);
   // A patch that leaves something out takes nothing away: what a recovery has cleared is told.
   for (const char* const gone :
-       {"outcome", "cleanup", "rig", "error", "dataset_error", "dataset_sha256", "campaign_since"})
+       {"outcome", "cleanup", "rig", "error", "dataset_error", "dataset_sha256", "campaign_since",
+        "after", "blocked", "pause_carried_over"})
     if (!delta.contains(gone)) delta[gone] = nullptr;
   hub_.publish("run:" + run.stored.id(), delta, utc_us());
   api::keep_lease(services_, run);

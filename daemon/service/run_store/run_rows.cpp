@@ -1,4 +1,4 @@
-// The tables of weftd.sqlite, and a run as a row of its table.
+// The tables of weftd.sqlite; run, rig and queue as rows of theirs.
 
 #include <algorithm>
 #include <array>
@@ -53,6 +53,9 @@ CREATE TABLE IF NOT EXISTS hand_over (
   result_json TEXT NOT NULL, attempts INTEGER NOT NULL DEFAULT 0
 ) STRICT;
 )sql";
+
+/// Names of the latches; older files have them in place of the fact.
+constexpr std::string_view halt_name = "halt", emergency_name = "estop", old_halt_name = "latched";
 
 /// A column that younger files have from the beginning.
 struct LaterColumn {
@@ -309,6 +312,71 @@ std::filesystem::path RunStore::found_folder(const StoredRun& run) const {
   for (const auto& place : {folder.is_relative() ? home_ / folder : here, here})
     if (std::filesystem::exists(place, unseen)) return place;
   return home_ / folder;
+}
+
+Status RunStore::write(const RigState& rig) {
+  const RigFacts& facts = rig.facts();
+  const LockOut lock = facts.lock_out.value_or(LockOut{});
+  const Latch latch = facts.latch.value_or(Latch{});
+  const std::string_view latch_name = latch.is_emergency ? emergency_name : halt_name;
+  return database_.run(
+      "INSERT OR REPLACE INTO rig (id, fact, why, left_by, acknowledged, latch, lock_user, "
+      "lock_reason, lock_us) VALUES (1, ?, ?, ?, ?, ?, ?, ?, ?)",
+      to_string(facts.fact), latch.why, facts.left_by, std::int64_t{facts.acknowledged},
+      facts.latch ? latch_name : std::string_view(), lock.user, lock.reason, lock.since_us);
+}
+
+Status RunStore::write(const RunQueue& queue) {
+  Status done =
+      database_.run("INSERT OR REPLACE INTO line (id, revision, held_by) VALUES (1, ?, ?)",
+                    queue.revision(), queue.paused_by());
+  if (done) done = database_.execute("DELETE FROM waiting");
+  for (std::int64_t place = 0; const std::int64_t number : queue.runs())
+    if (done)
+      done = database_.run("INSERT INTO waiting (place, run) VALUES (?, ?)", place++, number);
+  return done;
+}
+
+Result<RigState> RunStore::rig_state() {
+  RigFacts out;
+  Status valid;
+  const Status read = database_.each(
+      "SELECT fact, why, left_by, acknowledged, latch, lock_user, lock_reason, lock_us FROM rig",
+      [&](const auto& row) {
+        const std::string name = row.text(0), why = row.text(1), latch = row.text(4);
+        const bool is_old_latch = name == old_halt_name || name == emergency_name;
+        if (!is_old_latch && name != to_string(rig_fact_of(name)))
+          valid = fail({.code = Errc::corrupt,
+                        .where = "rig",
+                        .what = "a rig in no state that there is",
+                        .got = name});
+        out = {
+            .fact = rig_fact_of(name), .left_by = row.text(2), .acknowledged = row.integer(3) != 0};
+        if (is_old_latch || !latch.empty())
+          out.latch = Latch{name == emergency_name || latch == emergency_name, why};
+        else if (out.fact == RigFact::unknown && out.left_by.empty())
+          out.left_by = why;  // of an older file
+        if (const std::string user = row.text(5); !user.empty())
+          out.lock_out = LockOut{user, row.text(6), row.integer(7)};
+      });
+  if (!valid) return pass(valid.error());
+  if (!read) return pass(read.error());
+  return RigState(std::move(out));
+}
+
+Result<RunQueue> RunStore::queue() {
+  std::int64_t revision = 0;
+  std::string paused_by;
+  std::vector<RunQueue::Run> waiting;
+  Status read = database_.each("SELECT revision, held_by FROM line", [&](const auto& row) {
+    revision = row.integer(0);
+    paused_by = row.text(1);
+  });
+  if (read)
+    read = database_.each("SELECT run FROM waiting ORDER BY place",
+                          [&](const auto& row) { waiting.push_back(row.integer(0)); });
+  if (!read) return pass(read.error());
+  return RunQueue(revision, std::move(paused_by), std::move(waiting));
 }
 
 }  // namespace weft::daemon::runs

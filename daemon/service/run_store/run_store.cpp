@@ -19,9 +19,6 @@ constexpr const char* opening_sql =
     "PRAGMA locking_mode=EXCLUSIVE; PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;"
     "BEGIN IMMEDIATE; COMMIT;";
 
-/// Names of the latches; older files have them in place of the fact.
-constexpr std::string_view halt_name = "halt", emergency_name = "estop", old_halt_name = "latched";
-
 constexpr std::int64_t most_searched = 20'000;  // lines of the journal
 
 /// An existing folder: SQLite reports one that cannot be written to as an error of its lock.
@@ -296,75 +293,10 @@ Status RunStore::write(const CheckedRecipe& recipe) {
                        recipe.text);
 }
 
-Status RunStore::write(const RigState& rig) {
-  const RigFacts& facts = rig.facts();
-  const LockOut lock = facts.lock_out.value_or(LockOut{});
-  const Latch latch = facts.latch.value_or(Latch{});
-  const std::string_view latch_name = latch.is_emergency ? emergency_name : halt_name;
-  return database_.run(
-      "INSERT OR REPLACE INTO rig (id, fact, why, left_by, acknowledged, latch, lock_user, "
-      "lock_reason, lock_us) VALUES (1, ?, ?, ?, ?, ?, ?, ?, ?)",
-      to_string(facts.fact), latch.why, facts.left_by, std::int64_t{facts.acknowledged},
-      facts.latch ? latch_name : std::string_view(), lock.user, lock.reason, lock.since_us);
-}
-
-Status RunStore::write(const RunQueue& queue) {
-  Status done =
-      database_.run("INSERT OR REPLACE INTO line (id, revision, held_by) VALUES (1, ?, ?)",
-                    queue.revision(), queue.paused_by());
-  if (done) done = database_.execute("DELETE FROM waiting");
-  for (std::int64_t place = 0; const std::int64_t number : queue.runs())
-    if (done)
-      done = database_.run("INSERT INTO waiting (place, run) VALUES (?, ?)", place++, number);
-  return done;
-}
-
 Status RunStore::write(const JournalLine& line) {
   return database_.run(
       "INSERT INTO journal (utc_us, run, kind, by, payload_json) VALUES (?,?,?,?,?)", line.utc_us,
       line.run, line.kind, line.by, line.payload_json);
-}
-
-Result<RigState> RunStore::rig_state() {
-  RigFacts out;
-  Status valid;
-  const Status read = database_.each(
-      "SELECT fact, why, left_by, acknowledged, latch, lock_user, lock_reason, lock_us FROM rig",
-      [&](const auto& row) {
-        const std::string name = row.text(0), why = row.text(1), latch = row.text(4);
-        const bool is_old_latch = name == old_halt_name || name == emergency_name;
-        if (!is_old_latch && name != to_string(rig_fact_of(name)))
-          valid = fail({.code = Errc::corrupt,
-                        .where = "rig",
-                        .what = "a rig in no state that there is",
-                        .got = name});
-        out = {
-            .fact = rig_fact_of(name), .left_by = row.text(2), .acknowledged = row.integer(3) != 0};
-        if (is_old_latch || !latch.empty())
-          out.latch = Latch{name == emergency_name || latch == emergency_name, why};
-        else if (out.fact == RigFact::unknown && out.left_by.empty())
-          out.left_by = why;  // of an older file
-        if (const std::string user = row.text(5); !user.empty())
-          out.lock_out = LockOut{user, row.text(6), row.integer(7)};
-      });
-  if (!valid) return pass(valid.error());
-  if (!read) return pass(read.error());
-  return RigState(std::move(out));
-}
-
-Result<RunQueue> RunStore::queue() {
-  std::int64_t revision = 0;
-  std::string paused_by;
-  std::vector<RunQueue::Run> waiting;
-  Status read = database_.each("SELECT revision, held_by FROM line", [&](const auto& row) {
-    revision = row.integer(0);
-    paused_by = row.text(1);
-  });
-  if (read)
-    read = database_.each("SELECT run FROM waiting ORDER BY place",
-                          [&](const auto& row) { waiting.push_back(row.integer(0)); });
-  if (!read) return pass(read.error());
-  return RunQueue(revision, std::move(paused_by), std::move(waiting));
 }
 
 Result<std::int64_t> RunStore::find_number(std::string_view sql) {

@@ -179,10 +179,10 @@ TEST_CASE("a motion that loses its stage leaves the rig unknown until a reset") 
   halt_on_the_cloth(bench);
   nlohmann::json rig = test::bench17_near_home();
   rig["simulation"]["faults"] =
-      nlohmann::json::parse(R"([{"device": "stage.z", "fault": "silent", "start_s": 0.5}])");
+      nlohmann::json::parse(R"([{"device": "stage.z", "fault": "unplug", "start_s": 0.5}])");
   test::write_file(bench.request.rig, rig.dump());
   const auto lost = moved(bench, retract);
-  REQUIRE(lost);
+  if (!lost) FAIL(to_string(lost.error()));
   CHECK(lost->done.outcome == recipes::Outcome::failed);
   CHECK(lost->done.rig == recipes::RigFact::unknown);
   CHECK(bench.manager->rig_state().facts().fact == RigFact::unknown);

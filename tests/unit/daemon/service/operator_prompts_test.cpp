@@ -75,15 +75,15 @@ TEST_CASE("a step that asks nothing and runs nothing leaves the prompt as it is"
   CHECK(prompts.find(1)->step == "Q-1");
 }
 
-TEST_CASE("a run needs people while it waits for its turn, runs, or waits for them") {
+TEST_CASE(
+    "a run needs people until it is on its way to its end; nobody is asked while it is held") {
   for (const RunState state : all_run_states) {
     INFO(to_string(state));
     OperatorPrompts prompts;
     prompts.on_plan(1, query("mount a1"));
     prompts.on_plan(2, query("mount a1"));
     prompts.on_state(1, state);
-    const bool needs = state == RunState::queued || state == RunState::arming ||
-                       state == RunState::running || state == RunState::awaiting_operator;
+    const bool needs = state < RunState::finishing;
     CHECK((prompts.find(1) != nullptr) == needs);
     CHECK(prompts.find(2) != nullptr);
   }

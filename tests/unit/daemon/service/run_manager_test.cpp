@@ -75,8 +75,10 @@ TEST_CASE(
   for (const char* part : {"", "-wal", "-shm"})
     std::filesystem::remove(folder / ("weftd.sqlite" + std::string(part)));
   RunManagerBench bench(folder);
+  CHECK(bench.manager->rig_state().facts().fact == RigFact::unknown);  // what ran is not known
+  REQUIRE(bench.manager->reset("looked at it", "test"));
   const RunView run = bench.ended(bench.submit().stored.id());
-  CHECK(run.stored.id() == "R-000001");
+  CHECK(run.stored.id() == "R-000002");  // a folder's number is never given again
   CHECK(run.stored.outcome == "complete");
   CHECK(run.stored.folder != old);
   CHECK(test::read_file(old / "campaign.sqlite") == before);
