@@ -75,7 +75,7 @@ std::string mistake(const CLI::App& root, std::span<const char* const> arguments
 std::optional<int> parse(CLI::App& root, int argc, const char* const* argv, Console& console) {
   try {
     const std::span arguments(argv, static_cast<std::size_t>(argc));
-    std::vector<std::string> words = heeded_words({arguments.begin() + 1, arguments.end()});
+    std::vector<std::string> words = stop_arguments({arguments.begin() + 1, arguments.end()});
     std::ranges::reverse(words);  // as the library takes them
     root.parse(std::move(words));
     return std::nullopt;

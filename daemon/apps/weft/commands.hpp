@@ -85,7 +85,7 @@ void add_daemon_commands(const CommandGroup& weft);
 void add_stop_commands(const CommandGroup& weft);
 /// The words after "weft" with all that halt and estop do not know moved into their reason: a stop
 /// never fails for its arguments. Those of other commands stay as they are.
-std::vector<std::string> heeded_words(std::vector<std::string> words);
+std::vector<std::string> stop_arguments(std::vector<std::string> words);
 /// Motion outside a run.
 void add_rig_commands(const CommandGroup& weft);
 void add_data_commands(const CommandGroup& weft);

@@ -157,7 +157,7 @@ constexpr std::array<std::string_view, 4> options_with_value{"--socket", "--daem
 
 }  // namespace
 
-std::vector<std::string> heeded_words(std::vector<std::string> words) {
+std::vector<std::string> stop_arguments(std::vector<std::string> words) {
   const auto takes_value = [](const std::string& word) {
     return std::ranges::count(options_with_value, word) > 0;
   };

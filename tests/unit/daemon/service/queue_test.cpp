@@ -166,9 +166,9 @@ TEST_CASE("the next run waits for a person after every end but complete") {
   const std::string second = bench.submit().stored.id();
   CHECK(bench.ended(first).stored.outcome == row.paused_by.substr(5));
   bench.at_line = {};
-  const bool goes_on = keep_going && row.order;  // the rig is unknown where the bench broke
+  const bool continues = keep_going && row.order;  // the rig is unknown where the bench broke
   CHECK(bench.manager->queue().paused_by() == (keep_going ? "" : row.paused_by));
-  CHECK(bench.manager->active().has_value() == goes_on);
+  CHECK(bench.manager->active().has_value() == continues);
   if (keep_going) return;
   if (!row.order) REQUIRE(bench.manager->reset("looked at it", "ada"));
   bench.manager->tick();
