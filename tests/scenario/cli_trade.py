@@ -158,7 +158,7 @@ def refusals(t, d):
     t.refuses("trade", cwd=d, says=["A subcommand is required"], status=2)
     t.refuses("trade", "clasifier", cwd=d, says=["'clasifier' is no subcommand of weft trade", "Did you mean classifier?"], status=2)
     t.refuses("queue", "--socket", "x.sock", "remov", "R1", cwd=d, says=["'remov' is no subcommand of weft queue. Did you mean remove?"], status=2)
-    t.refuses("queue", "--socket", "x.sock", cwd=d, says=["A subcommand is required"], status=2)
+    t.refuses("queue", "--socket", "x.sock", cwd=d, says=["no daemon answers"])
     t.refuses("--json", "trade", "bicycle", cwd=d, says=["'bicycle' is no subcommand of weft trade"], status=2)
     t.refuses("tarde", "classifier", cwd=d, says=["'tarde' is no subcommand of weft. Did you mean trade?"], status=2)
     t.refuses(*trade, "-o", "recorded.h5", cwd=d, says=["the output would take the place of the input"])

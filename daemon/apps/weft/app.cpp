@@ -50,7 +50,9 @@ bool expects_value(const std::string& option, const CLI::App& root, const CLI::A
 // The library only says that a subcommand is missing; this says which word is none.
 std::string mistake(const CLI::App& root, std::span<const char* const> arguments,
                     const CLI::ParseError& e) {
-  if (dynamic_cast<const CLI::RequiredError*>(&e) == nullptr) return e.what();
+  if (dynamic_cast<const CLI::RequiredError*>(&e) == nullptr &&
+      dynamic_cast<const CLI::ExtrasError*>(&e) == nullptr)
+    return e.what();
   const CLI::App* group = &root;
   std::string path = "weft";
   bool is_value = false;  // of the option before it
@@ -63,7 +65,7 @@ std::string mistake(const CLI::App& root, std::span<const char* const> arguments
     }
     const auto known =
         group->get_subcommands([&](const CLI::App* a) { return a->check_name(word); });
-    if (group->get_require_subcommand_min() == 0) break;
+    if (group->get_subcommands({}).empty()) break;
     if (known.empty()) return "'" + word + "' is no subcommand of " + path + meant(word, *group);
     group = known.front();
     path += " " + word;
