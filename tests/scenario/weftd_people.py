@@ -62,7 +62,7 @@ def a_run(client, daemon, token):
     run = client.call("run.start", recipe="people", lease=lease)["run"]
     first = asked(client, run)
     assert first["text"] == ASKED[0], first
-    assert client.call("rig.state") == {"rig": "holding", "run": run}
+    assert client.call("rig.state") == {"rig": "holding", "fact": "safe", "run": run}
     got = client.call("run.get", run=run)
     assert got["attention"] == first and got["at"]["step"] == "awaiting_operator", got
     time.sleep(0.3)

@@ -107,7 +107,7 @@ Sent send_stop(const SocketArgs& target, bool is_emergency, const std::string& r
 
 enum class Reply : std::uint8_t { latched, refused, none };
 
-Reply print_reply(Sent& sent, Console& console) {
+Reply print_reply(Sent& sent, bool is_only_one, Console& console) {
   constexpr std::chrono::seconds patience{10};
   const std::string name = name_of(sent.target);
   if (sent.reply.wait_for(patience) != std::future_status::ready) {
@@ -118,7 +118,7 @@ Reply print_reply(Sent& sent, Console& console) {
   }
   const Result<json> rig = sent.reply.get();
   if (rig)
-    print_line(console, name + ": rig latched\n", *rig);
+    print_line(console, (is_only_one ? "" : name + ": ") + "rig latched\n", *rig);
   else
     console.err << "weft: " << name << ": " << to_string(rig.error()) << std::endl;
   return rig ? Reply::latched : Reply::refused;
@@ -132,7 +132,7 @@ Result<int> stop_all(const StopArgs& args, bool is_emergency, Console& console) 
     sent.push_back(send_stop(target, is_emergency, args.reason));
   std::size_t latched = 0, hanging = 0;
   for (Sent& one : sent) {
-    const Reply reply = print_reply(one, console);
+    const Reply reply = print_reply(one, sent.size() == 1, console);
     latched += reply == Reply::latched ? 1 : 0;
     hanging += reply == Reply::none ? 1 : 0;
   }
@@ -143,7 +143,7 @@ Result<int> stop_all(const StopArgs& args, bool is_emergency, Console& console) 
     unit.socket = unit_socket;
     unit.daemon.clear();
     Sent last = send_stop(unit, is_emergency, args.reason);
-    hanging += print_reply(last, console) == Reply::none ? 1 : 0;
+    hanging += print_reply(last, false, console) == Reply::none ? 1 : 0;
   }
   if (!args.reason.empty())
     console.err << "weft: taken as the reason: " << args.reason << std::endl;

@@ -305,7 +305,13 @@ Status Client::halt(const std::filesystem::path& socket, bool emergency) {
   auto channel = open_channel(Where{socket.string()});
   if (!channel) return pass(channel.error());
   Client client(std::move(*channel));
-  return client.send_line(emergency ? rpc::emergency_line : rpc::halt_line);
+  if (Status sent = client.send_line(emergency ? rpc::emergency_line : rpc::halt_line); !sent)
+    return sent;
+  // The greeting, then the event that the rig is latched: a connection that is closed before may
+  // take the line with it.
+  for (int line = 0; line < 2; ++line)
+    if (const auto received = client.read_line(); !received) return pass(received.error());
+  return {};
 }
 
 }  // namespace weft::daemon::client

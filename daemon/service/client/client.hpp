@@ -51,8 +51,8 @@ class Client {
   /// The params of the next event as JSON; waits for it. Errors: io, when the daemon is gone; what
   /// it says before it closes the connection.
   Result<std::string> next_event();
-  /// Sends the raw line "!halt", or "!estop", to a Unix socket: it needs no session and no answer.
-  /// Errors: as open().
+  /// Sends the raw line "!halt", or "!estop", to a Unix socket, without a session; waits until the
+  /// daemon has taken it. Errors: as open(), but for those of a session.
   static Status halt(const std::filesystem::path& socket, bool emergency);
 
  private:

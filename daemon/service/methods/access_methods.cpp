@@ -204,7 +204,7 @@ Outcome add_token(const Services& services, const Call& call) {
                     .hint = "Leave it out: who comes with it is token:NAME then"});
   const std::string user = own ? call.caller.user : "";
   const auto token = services.add_token(name, *role, expires_us, user);
-  if (!token && token.error().code == Errc::invalid_argument && !name.empty())
+  if (!token && token.error().code == Errc::invalid_argument && token.error().where == "token")
     return refused(rpc::code::state + 13, "token.name_taken", token.error());
   if (!token) return refused(token.error());
   const json reply{{"name", name},

@@ -183,7 +183,7 @@ Result<std::string> TokenFile::add(std::string name, Role role, std::int64_t exp
                  .hint = "weft token remove takes the old one away"});
   if (!is_token_name(name))
     return fail({.code = Errc::invalid_argument,
-                 .where = "token",
+                 .where = "name",
                  .what = "unusable name of a token",
                  .expected = "1 to 100 bytes without control characters, the first none of -.",
                  .got = recipes::clipped(name)});
