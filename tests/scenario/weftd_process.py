@@ -166,7 +166,7 @@ def log_on_output(daemon, folder, run):
     journal = [tuple(row) for row in json.loads(later.stdout)]
     logged = [(line["t_us"], line["run"], line["kind"], line["by"]) for line in daemon.lines if line["kind"] != "daemon.ready"]
     assert logged == journal, [pair for pair in zip(logged, journal) if pair[0] != pair[1]][:3]
-    states = [line["data"]["state"] for line in daemon.lines if line["run"] == run and line["kind"] == "state"]
+    states = [line["data"]["state"] for line in daemon.lines if line.get("run") == run and line["kind"] == "state"]
     assert states[:2] == ["arming", "running"] and states[-1] in ("ended", "interrupted"), states
     assert all(line["level"] in ("info", "warning", "error") and line["time"].endswith("Z") for line in daemon.lines)
 
