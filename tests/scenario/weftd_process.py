@@ -164,7 +164,7 @@ def log_on_output(daemon, folder, run):
                             "rows = sqlite3.connect(sys.argv[1]).execute('SELECT utc_us, run, kind, by FROM journal ORDER BY sequence')\n"
                             "print(json.dumps(list(rows)))", folder / "data/weftd.sqlite"], check=True, capture_output=True, text=True)
     journal = [tuple(row) for row in json.loads(later.stdout)]
-    logged = [(line["t_us"], line["run"], line["kind"], line["by"]) for line in daemon.lines if line["kind"] != "daemon.ready"]
+    logged = [(line["t_us"], line.get("run", ""), line["kind"], line["by"]) for line in daemon.lines if line["kind"] != "daemon.ready"]
     assert logged == journal, [pair for pair in zip(logged, journal) if pair[0] != pair[1]][:3]
     states = [line["data"]["state"] for line in daemon.lines if line.get("run") == run and line["kind"] == "state"]
     assert states[:2] == ["arming", "running"] and states[-1] in ("ended", "interrupted"), states
