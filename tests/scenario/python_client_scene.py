@@ -110,6 +110,7 @@ def halt(client, scene, lease):
     waits = client.start("small", lease)
     assert waits.state()["state"] == "queued", "nothing begins on a latched rig"
     client.reset("a test has looked at it")
+    client.api.queue.start(lease=lease.name)
     end = waits.wait()
     assert end.outcome == "complete", end.state
     client.halt()
@@ -118,6 +119,7 @@ def halt(client, scene, lease):
     waits = client.start("gone", lease)
     (recipes / "gone.json").unlink()  # before it begins
     client.reset("and again")
+    client.api.queue.start(lease=lease.name)
     end = waits.wait()
     assert end.outcome == "complete", f"what was checked is what runs: {end}"
     client.halt()
@@ -126,6 +128,7 @@ def halt(client, scene, lease):
     occupied.mkdir()
     (occupied / "campaign.sqlite").write_text("somebody else's")
     client.reset("once more")
+    client.api.queue.start(lease=lease.name)
     end = waits.wait()
     assert end.outcome == "failed" and "campaign.sqlite" in end.error, end
     refused(AccessError, weft_client.halt, scene["tcp"])
