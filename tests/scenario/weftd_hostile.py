@@ -79,6 +79,13 @@ class Grammar:
         return bytes(raw)
 
 
+def reset(client):
+    """Whatever a request has made of the rig: it may be locked out, latched, both or neither."""
+    if "locked" in client.call("rig.state"):
+        client.call("rig.unlock", reason="the test is over")
+    client.call("rig.reset", reason="the test is over")
+
+
 def answers_due(line):
     """How many answers a line may have."""
     if not line.strip(b" \t\r"):
@@ -146,7 +153,7 @@ def allowed_all(daemon, token):
     assert client.call("rig.state")["rig"] == "latched"
     for lease in client.call("lease.list")["leases"]:
         client.call("lease.break", lease=lease["lease"], reason="the test is over")
-    client.call("rig.reset", reason="the test is over")
+    reset(client)
     return counted
 
 
@@ -162,7 +169,7 @@ def keys_twice(daemon):
     client.send('{"jsonrpc":"2.0","id":"halt","id":"halt","method":"rig.halt"}')
     halted = client.read()
     assert [w["data"]["kind"] for w in halted["result"]["warnings"]] == ["request.duplicate_key"], halted
-    client.call("rig.reset", reason="the test is over")
+    reset(client)
 
 
 def hoards(daemon):
@@ -187,7 +194,7 @@ def hoards(daemon):
     assert grown < 4 * 1024, f"{grown} KiB are kept of what nobody needs"
     client.call("run.withdraw", run=run)
     client.call("lease.release", lease=lease)
-    client.call("rig.reset", reason="the test is over")
+    reset(client)
 
 
 def nested(folder, daemon):
@@ -225,7 +232,7 @@ def plans_beside_a_halt(folder, daemon):
         client.wire.close()
     assert not [run for run in halts.call("run.list")["runs"] if run["recipe"] == "huge"]
     halts.call("lease.release", lease=lease)
-    halts.call("rig.reset", reason="the test is over")
+    reset(halts)
 
 
 def endless_line(daemon):
