@@ -137,6 +137,8 @@ Result<json> under_lease(Client& daemon, const LeaseRequest& lease_request, std:
   if (!lease) {
     const auto held = acquire_lease(daemon);
     if (!held) return pass(lease.error());
+    const bool only_queues = method == "run.start" || method == "queue.add";
+    if (!held->is_string() && !only_queues) return pass(lease.error());
     if (held->is_string()) params["lease"] = *held;
     // A run may be added behind one for which another user's lease is kept.
     auto done = call(daemon, method, params);

@@ -147,6 +147,7 @@ TEST_CASE("a change goes under a lease of one's own that no connection keeps, as
                   {{"lease", "L-e-2"}, {"user", "ada"}, {"session", "h-2"}}}}}}};
     if (method == "session.list")
       return {{"result", {{"sessions", {{{"session", is_there ? "h-2" : "s-9"}}}}}}};
+    if (!params.contains("lease")) return refusal("lease.required", "no such lease");
     return {{"result", {{"lease", params.at("lease")}}}};
   });
   client::Client client = daemon.client();
