@@ -80,10 +80,11 @@ def a_run(client, daemon, token):
     other.call("session.open", client="x", token=token["operator"])
     assert other.refused("run.confirm", run=run, step=first["step"])["data"]["kind"] == "lease.held"
     client.call("lease.release", lease=lease)
-    assert other.call("run.confirm", run=run, step=first["step"], idem="c-1")["state"] == "resuming"
+    assert other.refused("run.confirm", run=run, step=first["step"])["data"]["kind"] == "lease.held", "it is kept for the run"
+    assert client.call("run.confirm", run=run, step=first["step"], idem="c-1")["state"] == "resuming"
     second = asked(client, run)
     assert second["text"] == ASKED[1] and second["step"] != first["step"], second
-    assert other.call("run.confirm", run=run, step=first["step"], idem="c-1")["state"] == "resuming", "another answer for the same key"
+    assert client.call("run.confirm", run=run, step=first["step"], idem="c-1")["state"] == "resuming", "another answer for the same key"
     assert client.refused("run.confirm", run=run, step=first["step"])["data"]["kind"] == "state.conflict"
     client.call("run.pause", run=run)
     client.until(run, "held")

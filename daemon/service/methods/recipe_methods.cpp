@@ -76,9 +76,10 @@ Outcome listed(const fs::path& folder) {
   return format_text({{"recipes", std::move(names)}, {"parameters", std::move(parameters)}});
 }
 
-void list_recipes(const Services& services, const Call&, const Responder& respond) {
-  answer_in_background(services.background, respond,
-                       [folder = services.recipes] { return listed(folder); });
+// On the server's thread: a client that has shut down its side after its last request, as nc does,
+// gets no answer that comes later.
+Outcome list_recipes(const Services& services, const Call&) {
+  return listed(services.recipes);
 }
 
 json problems_json(const std::vector<FileProblem>& list) {
