@@ -31,7 +31,12 @@ void OperatorPrompts::on_state(std::int64_t run, RunState state) {
   } else if (state > RunState::running && state != RunState::awaiting_operator) {
     const auto found =
         entries_.find(run);  // what a held run asks for is asked again once it goes on
-    if (found != entries_.end()) found->second = {found->second.prompt};
+    if (found == entries_.end()) return;
+    const bool is_confirmed = state == RunState::resuming && !found->second.step.empty();
+    if (is_confirmed)
+      entries_.erase(found);
+    else
+      found->second = {found->second.prompt};
   }
 }
 
