@@ -89,7 +89,7 @@ Result<int> print_rig(client::Client& daemon, Console& console) {
   return exit_ok;
 }
 
-/// Somebody has looked at the rig: it may move again.
+/// Clears the latch, and prints where the rig is.
 Result<int> run_reset(client::Client& daemon, const ResetArgs& args, Console& console) {
   const auto reset = call(daemon, "rig.reset", {{"reason", args.reason}});
   if (!reset) return pass(reset.error());
@@ -112,7 +112,7 @@ Result<int> run_unlock(client::Client& daemon, const UnlockArgs& args, Console& 
 }  // namespace
 
 void add_rig_commands(const CommandGroup& weft) {
-  add_daemon_command(weft, "reset", "somebody has looked at the rig: it may move again", run_reset);
+  add_daemon_command(weft, "reset", "clear the halt latch after inspecting the rig", run_reset);
   add_daemon_command(weft, "lock", "lock the rig out in your name: nothing moves", run_lock);
   add_daemon_command(weft, "unlock", "remove a lock-out of the rig", run_unlock);
   add_daemon_command<SocketArgs>(
