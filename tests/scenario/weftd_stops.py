@@ -279,11 +279,12 @@ def a_halt_never_fails_for_its_words(rig):
     assert nowhere in done.stderr, done
     halt("halt", "--socket", "/nowhere/weftd.sock", "--token-file", "/nowhere", status=1, WEFT_SOCKET=here)
     halt("--json", "halt", "--socket", here)
-    rig.client.call("rig.halt")
+    if pathlib.Path("/run/weft/weftd.sock").exists():
+        print("not tried, as a daemon of this machine would be halted: weft halt without a socket")
+        return
     unit = subprocess.run([WEFT, "halt"], capture_output=True, text=True, timeout=PATIENCE_S,
                           env={key: value for key, value in os.environ.items() if not key.startswith("WEFT_")})
     assert unit.returncode == 1 and "/run/weft/weftd.sock" in unit.stderr, unit
-    rig.client.call("rig.reset", reason="the test has looked at it")
 
 
 def the_end_is_forecast_from_the_beginning(rig):
