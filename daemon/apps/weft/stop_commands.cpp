@@ -124,8 +124,7 @@ Reply print_reply(Sent& sent, bool is_only_one, Console& console) {
   return rig ? Reply::latched : Reply::refused;
 }
 
-/// A daemon that hangs keeps the stop from no other one. Where none of those that were named is
-/// reached, the unit's daemon is stopped too.
+/// A daemon that hangs keeps the stop from no other one.
 Result<int> stop_all(const StopArgs& args, bool is_emergency, Console& console) {
   std::vector<Sent> sent;
   for (const SocketArgs& target : targets_of(args))
@@ -137,14 +136,6 @@ Result<int> stop_all(const StopArgs& args, bool is_emergency, Console& console) 
     hanging += reply == Reply::none ? 1 : 0;
   }
   const int status = latched == sent.size() ? exit_ok : exit_failure;
-  const auto is_unit = [](const Sent& one) { return one.target.socket == unit_socket; };
-  if (latched == 0 && std::ranges::none_of(sent, is_unit)) {
-    SocketArgs unit = args;
-    unit.socket = unit_socket;
-    unit.daemon.clear();
-    Sent last = send_stop(unit, is_emergency, args.reason);
-    hanging += print_reply(last, false, console) == Reply::none ? 1 : 0;
-  }
   if (!args.reason.empty())
     console.err << "weft: taken as the reason: " << args.reason << std::endl;
   if (hanging == 0) return status;
