@@ -3,10 +3,10 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/campaign/bench_pace.hpp"
 #include "daemon/campaign/bench_session.hpp"
 #include "daemon/campaign/campaign_file.hpp"
 #include "daemon/campaign/resume.hpp"
-#include "daemon/campaign/run_pace.hpp"
 #include "daemon/campaign/simulation.hpp"
 #include "daemon/campaign/supervisor.hpp"
 #include "daemon/storage/recorder/campaign_folder.hpp"
@@ -68,7 +68,8 @@ class Run {
   }
 
   CampaignSummary execute(Recorder& recorder, const History& history) {
-    pace_.emplace(*plan_, history.from.first_trial, session_->real_time(), steady_wall_now());
+    forecast_ =
+        RunForecast(PlannedTime::of(*plan_, history.from.first_trial, session_->real_time()));
     complete_ = history.complete;
     rejected_ = history.rejected;
     if (hooks_->frame_sampler != nullptr) hooks_->frame_sampler->begin();
@@ -119,7 +120,7 @@ class Run {
   // What people were asked before trials that are on record, they have done.
   void skip_completed_prompts(Supervisor& supervisor, std::size_t replayed) {
     while (supervisor.requested() != nullptr && supervisor.state().trial < replayed) {
-      pace_->skip_prompt(supervisor.requested()->prompt);
+      forecast_.skip_prompt(supervisor.requested()->prompt);
       supervisor.request(recipes::OperatorConfirmed{supervisor.requested()->ticket});
     }
   }
@@ -185,7 +186,7 @@ class Run {
         requested->ticket == given.confirms) {
       line["trial"] = requested->prompt.trial;
       line["text"] = requested->prompt.text;
-      pace_->confirmed(requested->prompt);
+      forecast_.on_confirmed(requested->prompt);
     }
     recording.journal(session_->loop().now(), "order", line.dump());
   }
@@ -196,7 +197,8 @@ class Run {
     if (state.step == last_step_ && (requested == nullptr || state.ticket == last_polled_)) return;
     last_step_ = state.step;
     last_polled_ = state.ticket;
-    pace_->step(state, steady_wall_now());
+    const double bench_s = to_seconds(session_->loop().now());
+    forecast_.on_step(state.step, bench_s, keeper_.requested(), steady_wall_now());
     if (!hooks_->moment) return;
     const recipes::TrialSpec& spec = plan_->trials[std::min(state.trial, plan_->trials.size() - 1)];
     RunStatusUpdate moment{state.trial,
@@ -205,20 +207,21 @@ class Run {
                            plan_->fabrics[spec.fabric],
                            plan_->explorations[spec.exploration].name,
                            spec.repetition,
-                           to_seconds(session_->loop().now())};
+                           bench_s,
+                           forecast_};
     if (requested != nullptr)
       moment.requested = *requested;
     else
-      find_next_prompt(state, moment);
+      moment.next_prompt =
+          next_prompt(state.step == recipes::Step::held ? state.trial : state.trial + 1);
     hooks_->moment(moment);
   }
 
-  void find_next_prompt(const recipes::State& state, RunStatusUpdate& moment) {
-    const bool held = state.step == recipes::Step::held;
-    moment.next_prompt = pace_->next_prompt(held ? state.trial : state.trial + 1);
-    if (!moment.next_prompt) return;
-    moment.next_prompt_in_s =
-        pace_->machine_until_s(state.trial, moment.next_prompt->trial, steady_wall_now());
+  /// `from` never falls.
+  const std::optional<recipes::StepPrompt>& next_prompt(std::size_t from) {
+    if (!std::exchange(has_next_prompt_, true) || (next_prompt_ && next_prompt_->trial < from))
+      next_prompt_ = recipes::next_prompt(*plan_, from);
+    return next_prompt_;
   }
 
   // A vote that cannot be had is no fault of the trial: it goes on to its whole length.
@@ -252,7 +255,9 @@ class Run {
     ended_early_ += done.ended_early ? 1 : 0;
     const bool is_over = done.outcome == recipes::Outcome::complete ||
                          done.outcome == recipes::Outcome::failed;  // else it is taken once more
-    if (is_over) pace_->trial_ended(done.trial + 1);
+    const double bench_s = to_seconds(session_->loop().now());
+    if (is_over)
+      forecast_.on_trial(done.trial + 1, bench_s, keeper_.requested(), steady_wall_now());
     if (done.error)
       recording.journal(session_->loop().now(), again ? "take_rejected" : "trial_error",
                         json{{"trial", done.trial}, {"error", to_string(*done.error)}}.dump());
@@ -269,9 +274,9 @@ class Run {
     if (force.samples > 0) line.force_rms_error_n = force.rms_n();
     line.frames_lost = recording.frames_lost();
     line.recorder_lag_s = recording.commit_lag_s();
-    line.virtual_s = to_seconds(session_->loop().now());
+    line.virtual_s = bench_s;
     line.wall_s = seconds_since(began_);
-    line.wall_left_s = pace_->left_s(steady_wall_now());
+    line.wall_left_s = forecast_.left_s(keeper_.requested(), steady_wall_now());
     hooks_->progress(line);
   }
 
@@ -310,7 +315,9 @@ class Run {
   bool stopping_ = false;
   recipes::Step last_step_ = recipes::Step::ready;
   recipes::Ticket last_polled_ = 0;
-  std::optional<RunPace> pace_;  ///< once it has begun
+  RunForecast forecast_;
+  bool has_next_prompt_ = false;
+  std::optional<recipes::StepPrompt> next_prompt_;
   std::size_t complete_ = 0;
   std::size_t rejected_ = 0;  ///< takes
   std::size_t ended_early_ = 0;

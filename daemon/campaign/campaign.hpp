@@ -8,11 +8,11 @@
 #include <optional>
 #include <string>
 
+#include "daemon/campaign/bench_pace.hpp"
 #include "daemon/campaign/bench_session.hpp"
 #include "daemon/campaign/live_classifier.hpp"
 #include "daemon/campaign/live_frame_sampler.hpp"
 #include "daemon/campaign/orders/run_orders.hpp"
-#include "daemon/campaign/run_pace.hpp"
 #include "daemon/campaign/simulation.hpp"
 #include "daemon/campaign/trial_recording.hpp"
 #include "daemon/hardware/rig/rig_file.hpp"
@@ -67,7 +67,7 @@ struct TrialProgress {
   std::optional<double> recorder_lag_s;  ///< longest commit since the line before; none without one
   double virtual_s = 0;                  ///< of the campaign so far
   double wall_s = 0;
-  double wall_left_s = 0;  ///< by the mean of the trials done, and people's time
+  std::optional<double> wall_left_s;  ///< RunForecast::left_s()
 };
 
 struct CampaignSummary {

@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <functional>
 
+#include "daemon/campaign/bench_pace.hpp"
 #include "daemon/campaign/bench_session.hpp"
 #include "daemon/campaign/orders/run_orders.hpp"
-#include "daemon/campaign/run_pace.hpp"
 #include "daemon/campaign/trial_recording.hpp"
 #include "recipes/maintenance/maintenance.hpp"
 

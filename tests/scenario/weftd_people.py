@@ -115,6 +115,35 @@ def a_run(client, daemon, token):
     return ended
 
 
+def is_forecast(client):
+    """The end and the next human action: told from the plan, at another pace at once, and kept while the run is held."""
+    plan = client.call("recipe.check", recipe="people")["plan"]
+    machine_s = plan["eta_s"] - plan["people_s"]
+    lease = client.call("lease.acquire")["lease"]
+    client.call("sim.clock", pace=10)
+    client.call("sub.open", topics=["run:*"], mode="every")
+    run = client.call("run.start", recipe="people", lease=lease)["run"]
+    for _ in range(2):
+        client.call("run.confirm", run=run, step=asked(client, run)["step"])
+    client.until(run, "running")
+    now_us, got = time.time() * 1e6, client.call("run.get", run=run)
+    assert 0.5 * machine_s / 10 < got["wall_left_s"] < machine_s / 10 + plan["people_s"], (machine_s, got)
+    assert 0 < (got["next_attention_us"] - now_us) / 1e6 < machine_s / 10, (now_us, got)
+    client.call("sim.clock", pace=100)
+    while not (0 < client.event()["delta"].get("wall_left_s", 0) < got["wall_left_s"] / 3):
+        pass
+    client.call("run.pause", run=run)
+    client.until(run, "held")
+    held = client.call("run.get", run=run)
+    assert (held["attention"]["text"], held["attention"]["asked"], held["next_attention_us"]) == (ASKED[2], False, None), held
+    time.sleep(0.3)
+    assert client.call("run.get", run=run)["wall_left_s"] == held["wall_left_s"] > 0, "time passes for a run that is held"
+    client.call("run.abort", run=run)
+    assert client.call("run.wait", run=run)["wall_left_s"] == 0
+    client.call("sim.clock", pace=0)
+    client.call("lease.release", lease=lease)
+
+
 def weft(daemon, *words, status=0):
     done = subprocess.run([WEFT, *words, "--socket", str(daemon.socket)], capture_output=True, text=True, timeout=PATIENCE_S)
     assert done.returncode == status, (words, done)
@@ -214,6 +243,9 @@ def main():
             plans(client, recipe)
             a_run(client, daemon, token)
             daemon, _ = dies_waiting(folder, client, daemon, undisturbed)
+            assert daemon.end() == 0
+            daemon = Daemon(WEFTD, ROOT, folder, "--port", "0")
+            is_forecast(Client(daemon.socket))
             assert daemon.end() == 0
         finally:
             daemon.process.kill()

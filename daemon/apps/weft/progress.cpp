@@ -35,7 +35,9 @@ std::string bar(std::size_t done, std::size_t planned, std::size_t width) {
 }
 
 void ProgressPrinter::operator()(const TrialProgress& p) {
-  const std::string left = p.done < p.planned ? "ETA " + duration(p.wall_left_s) : "done";
+  const std::string left = p.done == p.planned ? "done"
+                           : p.wall_left_s     ? "ETA " + duration(*p.wall_left_s)
+                                               : "ETA unknown";
   if (terminal_) {
     rewrite(bar(p.done, p.planned, bar_width) + " " + count_text(p) + "  " + left + "  " +
             trial_text(p));

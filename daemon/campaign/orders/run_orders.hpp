@@ -12,6 +12,7 @@
 #include <string_view>
 #include <utility>
 
+#include "daemon/campaign/orders/run_forecast.hpp"
 #include "protocols/base/result.hpp"
 #include "recipes/engine/engine.hpp"
 
@@ -58,11 +59,11 @@ struct RunStatusUpdate {
   std::string exploration;
   std::uint32_t repetition = 0;
   double virtual_s = 0;  ///< on the bench's clock
+  RunForecast forecast = {};
   /// What a person is asked for now; its ticket goes back with Order::confirm.
   std::optional<recipes::PromptOperator> requested = {};
   /// The next that a person will be asked for, where nothing is asked now.
   std::optional<recipes::StepPrompt> next_prompt = {};
-  std::optional<double> next_prompt_in_s = {};  ///< of wall time, where that can be told
 };
 
 /// A fault for a device of a simulated or emulated bench, or the end of some.

@@ -265,6 +265,12 @@ Result<RigFile> from_json(const json& root) {
   return rig;
 }
 
+Result<RigFile> read_rig_file(const std::filesystem::path& path) {
+  const auto text = read_text_file(path);
+  if (!text) return pass(text.error());
+  return parse_rig_file(*text);
+}
+
 }  // namespace
 
 Result<RigFile> parse_rig_file(std::string_view text) {
@@ -313,10 +319,13 @@ Error in_rig_file(const DeviceEntry& entry, Error error) {
 }
 
 BenchKind load_bench_kind(const std::filesystem::path& rig) {
-  const auto text = read_text_file(rig);
-  if (!text) return BenchKind::unknown;
-  const auto file = parse_rig_file(*text);
+  const auto file = read_rig_file(rig);
   return file ? file->bench : BenchKind::unknown;
+}
+
+bool runs_in_real_time(const std::filesystem::path& rig) {
+  const auto file = read_rig_file(rig);
+  return !file || file->mode != BenchMode::simulated;
 }
 
 void use_plugins(RigFile& rig, const std::filesystem::path& rig_path, PluginSettings settings) {

@@ -93,6 +93,8 @@ Error in_rig_file(const DeviceEntry& entry, Error error);
 
 /// What kind of data the bench of this rig file makes; unknown where the file cannot be read.
 BenchKind load_bench_kind(const std::filesystem::path& rig);
+/// Whether time passes there as in the world; true also where the file cannot be read.
+bool runs_in_real_time(const std::filesystem::path& rig);
 
 /// Lets the rig's drivers also come from `settings.folders` and from the folders that the file at
 /// `rig_path` names. parse_rig_file alone knows the built-in ones only.

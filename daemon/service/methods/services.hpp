@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "daemon/campaign/bench_pace.hpp"
 #include "daemon/campaign/live_frame_sampler.hpp"
-#include "daemon/campaign/run_pace.hpp"
 #include "daemon/hardware/rig/rig_file.hpp"
 #include "daemon/service/handover/handover_service.hpp"
 #include "daemon/service/methods/data_files.hpp"

@@ -25,6 +25,8 @@ Outcome set_pace(const Services& services, const Call& call) {
                     .what = "the time of this rig is the world's",
                     .expected = "a simulated bench"});
   services.pace->store(pace, std::memory_order_relaxed);
+  if (const auto run = services.run_manager->active())  // its times are others now
+    services.run_manager->notify_changed(*run, by(call.caller));
   return format_text({{"pace", pace}});
 }
 

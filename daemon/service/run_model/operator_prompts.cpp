@@ -1,7 +1,5 @@
 #include "daemon/service/run_model/operator_prompts.hpp"
 
-#include <cmath>
-
 namespace weft::daemon::runs {
 
 void OperatorPrompts::on_plan(std::int64_t run, const std::optional<recipes::StepPrompt>& first) {
@@ -18,10 +16,7 @@ const OperatorPrompt* OperatorPrompts::on_step(std::int64_t run, RunState state,
     opened = {prompt, "Q-" + std::to_string(++names_taken_), ticket, now};
     return &opened;
   }
-  if (state != RunState::running) return nullptr;
-  on_plan(run, moment.next_prompt);
-  if (moment.next_prompt && moment.next_prompt_in_s)
-    entries_[run].at = now + std::chrono::nanoseconds(std::llround(*moment.next_prompt_in_s * 1e9));
+  if (state == RunState::running) on_plan(run, moment.next_prompt);
   return nullptr;
 }
 

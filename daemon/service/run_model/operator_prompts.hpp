@@ -19,9 +19,10 @@ struct OperatorPrompt {
   recipes::StepPrompt prompt;
   std::string step = {};       ///< names what is asked now, "Q-12"; empty where it is not asked yet
   recipes::Ticket ticket = 0;  ///< what the engine needs with a confirmation; 0 likewise
-  /// Since when, or when it will be as far as is known, by the monotonic clock.
+  /// Since when it is asked, by the monotonic clock.
   std::optional<std::chrono::nanoseconds> at = {};
-  std::optional<std::int64_t> at_us = {};  ///< the same by the machine's wall clock [UTC]
+  /// The same, or when it will be asked as far as is known, by the machine's wall clock [UTC].
+  std::optional<std::int64_t> at_us = {};
 };
 
 /// At most one prompt for each run, by its number.

@@ -35,13 +35,9 @@ bool can_be_concluded(const std::filesystem::path& folder, const Result<Campaign
 
 }  // namespace
 
-PlanSummary summarize(const recipes::Plan& plan) {
-  const recipes::Forecast& forecast = plan.forecast;
-  return {plan.trials.size(),
-          deadlines_of(plan),
-          recipes::next_prompt(plan, 0),
-          disk_forecast(plan),
-          {forecast.trials_s(), forecast.finally_s, forecast.people_s, plan.trials.size()}};
+PlanSummary summarize(const recipes::Plan& plan, bool is_real_time) {
+  return {plan.trials.size(), deadlines_of(plan), recipes::next_prompt(plan, 0),
+          disk_forecast(plan), PlannedTime::of(plan, 0, is_real_time)};
 }
 
 void RunExecutor::begin(std::int64_t run, bool plan_is_known, Result<CampaignRequest> request,
@@ -95,7 +91,7 @@ CampaignHooks RunExecutor::hooks_for(bool plan_is_known) {
   hooks.planned = [this, plan_is_known,
                    known = report(&RunReports::on_plan)](const recipes::Plan& plan) {
     result_.is_checked = true;
-    if (!plan_is_known) known(summarize(plan));
+    if (!plan_is_known) known(summarize(plan, runs_in_real_time(context_.rig)));
   };
   hooks.moment = report(&RunReports::on_moment);
   hooks.vote = report(&RunReports::on_vote);

@@ -7,7 +7,7 @@
 #include <optional>
 #include <thread>
 
-#include "daemon/service/run_model/run_forecast.hpp"
+#include "daemon/campaign/orders/run_forecast.hpp"
 #include "daemon/service/runs/run_context.hpp"
 
 namespace weft::daemon::runs {
@@ -18,9 +18,9 @@ struct PlanSummary {
   Deadlines limits{};
   std::optional<recipes::StepPrompt> first_prompt;
   std::uint64_t disk_bytes = 0;
-  PlannedTime time = {};
+  PlannedTime time = {};  ///< of a run from its first trial
 };
-PlanSummary summarize(const recipes::Plan& plan);
+PlanSummary summarize(const recipes::Plan& plan, bool is_real_time);
 
 /// How a run thread came to its end.
 struct RunResult {

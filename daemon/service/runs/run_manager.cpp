@@ -1,6 +1,7 @@
 #include "daemon/service/runs/run_manager.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -190,7 +191,7 @@ Result<RunView> RunManager::submit(const RunRequest& wanted, const Checked& chec
   const std::vector<StoredRun> added = change.runs;
   if (Status persisted = commit(std::move(queue), std::move(change)); !persisted)
     return pass(persisted.error());
-  const PlanSummary plan = summarize(checked->plan);
+  const PlanSummary plan = summarize(checked->plan, runs_in_real_time(context_.rig));
   for (const StoredRun& run : added) {
     Run& one = *runs_.emplace_back(std::make_unique<Run>());
     one.stored = run;
@@ -230,7 +231,9 @@ std::filesystem::path RunManager::folder_for(const StoredRun& run) const {
 void RunManager::use_plan(Run& run, const PlanSummary& plan) {
   run.trials_planned = plan.trials;
   run.limits = plan.limits;
-  run.forecast = RunForecast(plan.time);
+  PlannedTime time = plan.time;
+  if (run.stored.resume) time.first = std::min(run.trials_done, time.trials);
+  run.forecast = RunForecast(time);
   run.stored.disk_bytes = plan.disk_bytes;
   // A person has a terminal at it: what was not ordered takes as long as it takes.
   if (context_.one_run) run.limits.arming = run.limits.running = Deadlines::Duration::max();
@@ -290,24 +293,39 @@ RunView RunManager::shown(const Run& run) const {
   if (const OperatorPrompt* const prompt = prompts_.find(run.number())) {
     view.operator_prompt = *prompt;
     using std::chrono::milliseconds;
-    if (prompt->at)
+    if (const auto at = prompt_time(run, *prompt))
       view.operator_prompt->at_us =
-          std::chrono::duration_cast<milliseconds>(*prompt->at + wall_ahead()).count() * 1000;
+          std::chrono::duration_cast<milliseconds>(*at + wall_ahead()).count() * 1000;
   }
   if (view.is_over()) {
     if (context_.find_handover) view.handover = context_.find_handover(run.number());
     return view;
   }
-  view.wall_left_s = run.forecast.left_s(pace_of(run.stored), context_.now());
+  view.wall_left_s = left_s(run);
   const RunFacts& facts = run.stored;
   view.stored.facts() = {.bench_outcome = facts.bench_outcome, .bench_error = facts.bench_error};
   view.external_resume.reset();
   return view;
 }
 
-double RunManager::pace_of(const StoredRun& run) const {
-  const bool has_pace = run.bench == to_string(BenchKind::simulated) && context_.pace != nullptr;
-  return has_pace ? context_.pace->load() : 1;
+std::optional<double> RunManager::left_s(const Run& run) const {
+  const RunState state = run.state();
+  if (state == RunState::aborting || state == RunState::halting) return std::nullopt;
+  return state == RunState::finishing ? run.forecast.trial_left_s(pace(), context_.now())
+                                      : run.forecast.left_s(pace(), context_.now());
+}
+
+std::optional<std::chrono::nanoseconds> RunManager::prompt_time(
+    const Run& run, const OperatorPrompt& prompt) const {
+  if (prompt.at || run.state() != RunState::running) return prompt.at;
+  const auto now = context_.now();
+  const auto left_s = run.forecast.left_until_s(prompt.prompt.trial, pace(), now);
+  if (!left_s) return std::nullopt;
+  return now + std::chrono::nanoseconds(std::llround(*left_s * 1e9));
+}
+
+double RunManager::pace() const {
+  return context_.pace == nullptr ? 0 : context_.pace->load();
 }
 
 std::chrono::nanoseconds RunManager::wall_ahead() const {
@@ -366,7 +384,8 @@ void RunManager::tick() {
   for (const auto& run : runs_) all.push_back(run.get());
   for (Run* const run : all) {
     const OperatorPrompt* const prompt = prompts_.find(run->number());
-    if (clock_was_set && prompt != nullptr && prompt->at) notify(*run, "auto:clock");
+    if (clock_was_set && prompt != nullptr && prompt_time(*run, *prompt))
+      notify(*run, "auto:clock");
     std::erase_if(run->waiting, [](const auto& each) { return each.listener.expired(); });
     const RunStep step = on_time(run->machine, run->limits, context_.now());
     if (step.next.state != run->state()) apply(*run, step, "auto:deadline");

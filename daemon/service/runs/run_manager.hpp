@@ -252,8 +252,13 @@ class RunManager final : private RunReports {
                const nlohmann::json& payload);
   [[nodiscard]] RunView shown(const Run& run) const;
   [[nodiscard]] std::chrono::nanoseconds wall_ahead() const;
-  /// Of its bench [bench s / s]; 0: as fast as it can.
-  [[nodiscard]] double pace_of(const StoredRun& run) const;
+  /// As RunView::wall_left_s. Nobody knows how long an abort takes.
+  [[nodiscard]] std::optional<double> left_s(const Run& run) const;
+  /// Since when it is asked, or when it will be.
+  [[nodiscard]] std::optional<std::chrono::nanoseconds> prompt_time(
+      const Run& run, const OperatorPrompt& prompt) const;
+  /// Of a simulated bench [bench s / s]; 0: as fast as it can.
+  [[nodiscard]] double pace() const;
 
   /// In memory, with the order to its thread; what is to be written is added to `change`.
   void stage(Run& run, const RunStep& step, std::string_view by, RunChange& change);

@@ -227,7 +227,7 @@ Result<RunView> RunManager::recover(std::string_view id, const RecoverRequest& w
   const RunStateMachine queued{RunState::queued, RunStateMachine::Clock::max()};
   if (Status persisted = commit_transition(run, std::move(stored), queued, by); !persisted)
     return pass(persisted.error());
-  use_plan(run, summarize(checked->plan));
+  use_plan(run, summarize(checked->plan, runs_in_real_time(context_.rig)));
   rig_.allow_resumed(run.number());
   notify(run, by);
   begin_next();

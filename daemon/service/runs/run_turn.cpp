@@ -121,10 +121,7 @@ void RunManager::on_moment(std::int64_t number, const RunStatusUpdate& moment) {
   run.moment = moment;
   run.trials_planned = moment.planned;
   const RunStep step = on_step(run.machine, run.limits, moment.step, context_.now());
-  run.forecast.on_begun(moment.virtual_s, context_.now());
-  run.forecast.on_held(
-      step.next.state == RunState::held || step.next.state == RunState::awaiting_operator,
-      context_.now());
+  run.forecast = moment.forecast;
   RunChange change;
   if (const OperatorPrompt* const opened =
           prompts_.on_step(number, step.next.state, moment, context_.now()))
@@ -145,7 +142,6 @@ void RunManager::on_vote(std::int64_t number, const LiveVoteUpdate& vote) {
 void RunManager::on_progress(std::int64_t number, const TrialProgress& progress) {
   Run& run = *numbered(number);
   run.trials_done = progress.done;
-  run.forecast.on_trial(progress.done, progress.virtual_s, pace_of(run.stored), context_.now());
   run.attempts_rejected = progress.attempts_rejected;
   run.force_rms_error_n = progress.force_rms_error_n;
   run.frames_lost = progress.frames_lost;

@@ -2,8 +2,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "daemon/campaign/bench_pace.hpp"
 #include "daemon/campaign/live_frame_sampler.hpp"
-#include "daemon/campaign/run_pace.hpp"
 
 namespace live_frame_sampler_test {
 

@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "daemon/campaign/run_pace.hpp"
 #include "tests/unit/daemon/service/run_manager_bench.hpp"
 
 namespace operator_steps_test {
@@ -154,46 +153,6 @@ TEST_CASE("a recipe that asks for people is refused where nobody can confirm") {
   const auto refused = run_campaign(test::request_in(folder, asking_recipe()), {});
   REQUIRE_FALSE(refused);
   CHECK(refused.error().code == Errc::unsupported);
-}
-
-TEST_CASE("what waits for people does not count as time of the machine") {
-  using namespace std::chrono_literals;
-  const TemporaryFolder folder;
-  const CheckedRequest checked = check_request(test::request_in(folder, asking_recipe())).value();
-  const recipes::Plan& plan = checked.plan;
-  RunPace pace(plan, 0, false, 0s);
-  CHECK_FALSE(pace.machine_until_s(0, 2, 0s));  // a simulated bench keeps no time of its own
-  CHECK(pace.left_s(0s) == Approx(30 + 90 + 90));
-  recipes::State state;
-  state.step = recipes::Step::awaiting_operator;
-  pace.step(state, 0s);
-  pace.confirmed(recipes::step_prompt(plan, 0, 0));
-  pace.confirmed(recipes::step_prompt(plan, 0, 1));
-  state.step = recipes::Step::clearing;
-  pace.step(state, 240s);  // twice as long as the recipe says
-  pace.trial_ended(1);
-  CHECK(pace.machine_until_s(1, 2, 250s) == Approx(10));
-  CHECK(pace.left_s(250s) == Approx(3 * 10 + 2 * 90));
-  CHECK(pace.next_prompt(1)->text == "Mount satin.");
-  CHECK_FALSE(pace.next_prompt(3));
-  CHECK(*RunPace(plan, 0, true, 0s).machine_until_s(0, 4, 0s) == Approx(plan.forecast.duration_s));
-}
-
-TEST_CASE("what is done finally is left to do on a bench that takes its time") {
-  using namespace std::chrono_literals;
-  const TemporaryFolder folder;
-  const CheckedRequest checked =
-      check_request(
-          test::request_in(
-              folder,
-              test::with_keys(R"("finally":{"on_success":[{"do":"wait","duration_s":100}]})")))
-          .value();
-  for (const bool runs_in_real_time : {true, false}) {
-    RunPace pace(checked.plan, 0, runs_in_real_time, 0s);
-    if (runs_in_real_time) CHECK(pace.left_s(0s) == Approx(checked.plan.forecast.duration_s));
-    pace.trial_ended(checked.plan.trials.size());
-    CHECK(pace.left_s(0s) == (runs_in_real_time ? 100 : 0));
-  }
 }
 
 }  // namespace operator_steps_test

@@ -244,7 +244,7 @@ TEST_CASE("a stop waits for the longest repetition that may be under way") {
     {"phase":"P","force_N":5,"force_band_N":0.25,"duration_s":1},{"phase":"E","duration_s":1}]}}})");
   const auto checked = check_quickly(request);
   if (!checked) FAIL(to_string(checked.error()));
-  CHECK(summarize(checked->plan).limits.trial > std::chrono::seconds(800));
+  CHECK(summarize(checked->plan, false).limits.trial > std::chrono::seconds(800));
 }
 
 TEST_CASE("whatever ends a run, what its recipe does finally has its budget before the ladder") {
@@ -254,7 +254,8 @@ TEST_CASE("whatever ends a run, what its recipe does finally has its budget befo
   const auto plain = check_quickly(test::request_in(folder, test::short_recipe("denim")));
   const auto checked = check_quickly(test::request_in(folder, recipe));
   if (!checked) FAIL(to_string(checked.error()));
-  const Deadlines with = summarize(checked->plan).limits, without = summarize(plain->plan).limits;
+  const Deadlines with = summarize(checked->plan, false).limits,
+                  without = summarize(plain->plan, false).limits;
   const std::chrono::seconds budget(1600);
   CHECK(with.running == without.running + budget);
   CHECK(with.finishing == without.finishing + budget);
@@ -269,7 +270,7 @@ TEST_CASE("an abort has no time for what is done only after a success, and time 
     const std::string recipe = keys.empty() ? test::short_recipe("denim") : test::with_keys(keys);
     const auto checked = check_quickly(test::request_in(folder, recipe));
     if (!checked) FAIL(to_string(checked.error()));
-    return summarize(checked->plan).limits;
+    return summarize(checked->plan, false).limits;
   };
   const Deadlines plain = limits_of("");
   const Deadlines success =
