@@ -297,7 +297,8 @@ bool bind_parameters(json& document, std::string_view values_json, Problems& pro
   if (!problems.empty()) return true;  // what follows from a wrong declaration is not reported
   bind_values(values_json, parameters, problems);
   if (!problems.empty()) return true;
-  Resolver(parameters, problems).resolve(document, "", "");
+  Resolver resolver(parameters, problems);  // of the members: the recipe itself is no value
+  for (auto& [key, value] : document.items()) resolver.resolve(value, child("", key), key);
   check_bound(parameters, problems);
   json& bound = document["bound_parameters"] = json::object();
   for (const auto& [name, parameter] : parameters) bound[name] = parameter.value;

@@ -185,7 +185,7 @@ def under_a_manager(folder):
         lease = client.call("lease.acquire", ttl_ms=600_000)["lease"]
         run = client.call("run.start", recipe="small", lease=lease)["run"]
         client.until(run, "running")
-        manager.wait_for("STATUS", f"bench17 safe; {run} running; 0 queued")
+        manager.wait_for("STATUS", f"bench17 moving; {run} running; 0 queued")
         reloads(daemon, manager, folder, client, run)
         daemon.process.send_signal(signal.SIGTERM)
         manager.wait_for("STOPPING", "1")

@@ -110,15 +110,32 @@ def a_late_pause_holds_the_queue(rig):
     assert rig.client.call("run.wait", run=first)["outcome"] == "complete"
     by, waiting = rig.queue()
     assert "root" in by and waiting == [second], (by, waiting)
-    rig.ask("queue.start")
-    third = rig.start("one")
-    rig.client.call("run.wait", run=second)
+    rig.client.call("queue.remove", run=second)
+
+
+def a_late_stop_holds_the_queue(rig):
+    """Fault 13, of its kind: a stop in the last repetition and an abort of a run that is over were lost."""
+    rig.client.call("sim.clock", pace=100)
+    first, second = rig.start("one"), rig.start("one")
+    while rig.client.call("run.get", run=first).get("at", {}).get("step") not in ("pressing", "holding", "sliding"):
+        rig.client.event()
+    assert rig.client.call("run.stop", run=first)["state"] == "finishing"
+    rig.client.call("sim.clock", pace=0)
+    assert rig.client.call("run.wait", run=first)["trials_done"] == 1
+    assert rig.queue() == ("auto:stopped", [second]), rig.queue()
+    last = [line for line in rig.client.call("log.tail", run=first)["lines"] if line["kind"] == "state"][-1]
+    assert "root" in last["by"] and last["data"]["state"] == "ended", last
+    rig.client.call("queue.remove", run=second)
+    rig.client.call("sim.clock", pace=100)
+    under_way, waits = rig.start("many"), rig.start("one")
+    rig.arrives(under_way, 1)
     late = rig.client.refused("run.abort", run=first)
     assert late["data"]["kind"] == "state.conflict", late
-    if rig.state(third) == "queued":  # else it had begun before the order came
-        assert "root" in rig.queue()[0], rig.queue()
-        rig.ask("queue.start")
-    rig.client.call("run.wait", run=third)
+    by, waiting = rig.queue()
+    assert "root" in by and waiting == [waits], (by, waiting)
+    rig.client.call("run.abort", run=under_way)
+    rig.client.call("run.wait", run=under_way)
+    rig.client.call("sim.clock", pace=0)
 
 
 def remote(daemon, token):
@@ -339,7 +356,7 @@ def main():
         tokens = {name: token_of(WEFT, folder / "data" / "tokens.json", name, role) for name, role in roles.items()}
         rig = Rig(Daemon(WEFTD, ROOT, folder, "--port", "0"))
         try:
-            for test in the_queue_waits_after_every_end, a_late_pause_holds_the_queue:
+            for test in the_queue_waits_after_every_end, a_late_pause_holds_the_queue, a_late_stop_holds_the_queue:
                 test(rig)
                 rig.clear()
             a_lease_is_kept_for_the_run(rig, tokens)

@@ -37,7 +37,13 @@ class CommandGroup {
     const auto args = std::make_shared<Args>();
     add_options(*app_, *args);
     app_->callback([app = app_, chosen = chosen_, args, execute] {
-      if (!app->get_subcommands().empty()) return;
+      if (!app->get_subcommands().empty()) {
+        // It has options of the same names, and another daemon would be meant without a word.
+        for (const char* const name : {"--socket", "--daemon", "--token-file"})
+          if (app->count(name) > 0)
+            throw CLI::ExtrasError(app->get_name(), {std::string(name) + " (type it last)"});
+        return;
+      }
       *chosen = [args, execute](Console& console) { return execute(*args, console); };
     });
   }

@@ -61,6 +61,8 @@ std::string format_run(const json& run) {
   if (prompt.is_object() && prompt.value("asked", false))
     line += "\n  waits for a person: " + prompt.value("text", "") + "  Then: weft confirm " +
             run.value("run", "");
+  if (run.value("pause_carried_over", false))
+    line += "\n  no repetition is left to pause at: the queue is paused instead (weft queue start)";
   if (run.contains("error")) line += "\n  " + run.value("error", "");
   if (run.contains("dataset_error")) line += "\n  not concluded: " + run.value("dataset_error", "");
   if (const json since = run.value("campaign_since", json()); since.is_object())
@@ -77,8 +79,8 @@ std::string watch_line(const json& run) {
   const auto done = run.value("trials_done", std::size_t{0}),
              planned = run.value("trials_planned", std::size_t{0});
   const json left = run.value("wall_left_s", json()), at = run.value("at", json::object());
-  std::string line =
-      bar(done, planned, width) + " " + std::to_string(done) + "/" + std::to_string(planned) + "  ";
+  std::string line = bar(done, std::max(planned, std::size_t{1}), width) + " " +
+                     std::to_string(done) + "/" + std::to_string(planned) + "  ";
   line += left.is_number() ? duration(left.get<double>()) + " left" : "time left unknown";
   line += "  " + run.value("state", "") + " " + at.value("fabric", "") + " " + at.value("step", "");
   const json prompt = run.value("attention", json());
@@ -137,7 +139,8 @@ Result<json> under_lease(Client& daemon, const LeaseRequest& lease_request, std:
   if (!lease) {
     const auto held = acquire_lease(daemon);
     if (!held) return pass(lease.error());
-    const bool only_queues = method == "run.start" || method == "queue.add";
+    const bool only_queues =
+        method == "run.start" || method == "queue.add" || method == "queue.edit";
     if (!held->is_string() && !only_queues) return pass(lease.error());
     if (held->is_string()) params["lease"] = *held;
     // A run may be added behind one for which another user's lease is kept.

@@ -241,7 +241,8 @@ Result<int> run_status(Client& daemon, const StatusArgs& args, Console& console)
   if (!ready) return pass(ready.error());
   const auto rig = call(daemon, "rig.state");
   if (!rig) return pass(rig.error());
-  const auto queue = call(daemon, "queue.list");
+  constexpr std::size_t most_waiting = 10;
+  const auto queue = call(daemon, "queue.list", {{"most", most_waiting}});
   if (!queue) return pass(queue.error());
   const auto runs = listed_runs(daemon, args);
   if (!runs) return pass(runs.error());
@@ -255,6 +256,7 @@ Result<int> run_status(Client& daemon, const StatusArgs& args, Console& console)
   }
   if (!queue->at("runs").empty()) text += "queue:\n";
   for (const json& run : queue->at("runs")) text += format_run(run);
+  if (!queue->value("next", json()).is_null()) text += "and more: weft queue\n";
   const bool is_chosen = args.all || !args.state.empty();
   if (!runs->empty())
     text += is_chosen ? "runs:\n" : "newest runs that are over (--all lists all):\n";
@@ -334,13 +336,23 @@ Result<int> run_watch(Client& daemon, const RunOrderArgs& args, Console& console
   for (json before = json::object();;) {
     const bool is_over = run.contains("outcome");
     if (has_bar && is_over) printer.finish();
+    // A person reads the whole of what is asked, however narrow the terminal.
+    const json prompt = run.value("attention", json());
+    const bool asks = prompt.is_object() && prompt.value("asked", false);
+    if (has_bar && asks && is_news(before, run)) {
+      printer.finish();
+      console.err << format_run(run) << std::flush;
+    }
     if (has_bar && !is_over) printer.rewrite(watch_line(run));
     const bool has_lines = !has_bar || ::isatty(STDOUT_FILENO) == 0;
     if (console.json || is_over || (has_lines && is_news(before, run)))
       print_line(console, format_run(run), run);
     if (is_over) break;
     const auto event = daemon.next_event();
-    if (!event) return pass(event.error());
+    if (!event) {
+      printer.finish();
+      return pass(event.error());
+    }
     before = run;
     run.merge_patch(json::parse(*event).at("delta"));
   }

@@ -61,9 +61,10 @@ std::string queue_text(const json& queue) {
   for (const json& run : queue.at("runs")) {
     text += format_run(run);
     if (run.contains("after"))
-      text +=
-          "  after " + run.value("after", "") +
-          (run.value("blocked", false) ? ", which did not end complete: weft queue edit\n" : "\n");
+      text += "  after " + run.value("after", "") +
+              (run.value("blocked", false) ? ", which did not end complete: weft queue edit " +
+                                                 run.value("run", "") + " --after ''\n"
+                                           : "\n");
   }
   return text.empty() ? "nobody waits\n" : text;
 }
@@ -85,12 +86,14 @@ Result<int> run_queue_edit(client::Client& daemon, const QueueEditArgs& args, Co
   put("name", args.name);
   put("after", args.after);
   put("keep_going", args.keep_going);
-  return print_queue(call(daemon, "queue.edit", params), console);
+  if (!args.after) return print_queue(call(daemon, "queue.edit", params), console);
+  return print_queue(under_lease(daemon, {"weft queue edit " + args.run}, "queue.edit", params),
+                     console);
 }
 
-/// What people and rules did to the queue, oldest first.
+/// Prints the journal lines about the queue, oldest first.
 Result<int> run_queue_history(client::Client& daemon, const SocketArgs&, Console& console) {
-  json params{{"kind", "submitted,edited,queue_paused,queue_started,queue_cleared"},
+  json params{{"kind", "submitted,edited,removed,queue_paused,queue_started,queue_cleared"},
               {"most", 1000}};
   json lines = json::array();
   std::string text;

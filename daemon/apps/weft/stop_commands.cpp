@@ -6,11 +6,14 @@
 #include <cstdint>
 #include <cstdlib>
 #include <future>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <ostream>
+#include <system_error>
 #include <thread>
 
 #include "daemon/apps/weft/daemon_call.hpp"
+#include "daemon/apps/weft/stop_signals.hpp"
 #include "daemon/base/loop/threads.hpp"
 
 namespace weft::daemon::cli {
@@ -99,9 +102,15 @@ struct Sent {
 Sent send_stop(const SocketArgs& target, bool is_emergency, const std::string& reason) {
   std::promise<Result<json>> promise;
   Sent sent{target, promise.get_future()};
-  std::thread([target, is_emergency, reason, promise = std::move(promise)]() mutable {
-    promise.set_value(catch_as_error([&] { return stop_one(target, is_emergency, reason); }));
-  }).detach();  // one that hangs ends with the process
+  const auto ordered = std::make_shared<std::promise<Result<json>>>(std::move(promise));
+  const auto work = [target, is_emergency, reason, ordered] {
+    ordered->set_value(catch_as_error([&] { return stop_one(target, is_emergency, reason); }));
+  };
+  try {
+    std::thread(work).detach();  // one that hangs ends with the process
+  } catch (const std::system_error&) {
+    work();  // no thread is left for this user
+  }
   return sent;
 }
 
@@ -117,18 +126,32 @@ Reply print_reply(Sent& sent, bool is_only_one, Console& console) {
     return Reply::none;
   }
   const Result<json> rig = sent.reply.get();
-  if (rig)
+  if (rig) {
     print_line(console, (is_only_one ? "" : name + ": ") + "rig latched\n", *rig);
-  else
+    for (const json& warning : rig->value("warnings", json::array()))
+      console.err << "weft: " << name << ": " << warning.dump() << std::endl;
+  } else {
     console.err << "weft: " << name << ": " << to_string(rig.error()) << std::endl;
+  }
   return rig ? Reply::latched : Reply::refused;
+}
+
+/// As a daemon takes it: at most 1000 bytes, where one that is no UTF-8 becomes three.
+std::string clipped_reason(const std::string& reason) {
+  constexpr std::size_t most = 330;
+  std::size_t end = std::min(reason.size(), most);
+  const auto continues = [&](std::size_t at) { return (reason[at] & 0xC0) == 0x80; };
+  while (end < reason.size() && end > 0 && continues(end)) --end;
+  return reason.substr(0, end) + (end < reason.size() ? " ..." : "");
 }
 
 /// A daemon that hangs keeps the stop from no other one.
 Result<int> stop_all(const StopArgs& args, bool is_emergency, Console& console) {
+  const IgnoreBrokenPipe to_the_end;  // of `weft halt | head`
+  const std::string reason = clipped_reason(args.reason);
   std::vector<Sent> sent;
   for (const SocketArgs& target : targets_of(args))
-    sent.push_back(send_stop(target, is_emergency, args.reason));
+    sent.push_back(send_stop(target, is_emergency, reason));
   std::size_t latched = 0, hanging = 0;
   for (Sent& one : sent) {
     const Reply reply = print_reply(one, sent.size() == 1, console);
@@ -136,8 +159,7 @@ Result<int> stop_all(const StopArgs& args, bool is_emergency, Console& console) 
     hanging += reply == Reply::none ? 1 : 0;
   }
   const int status = latched == sent.size() ? exit_ok : exit_failure;
-  if (!args.reason.empty())
-    console.err << "weft: taken as the reason: " << args.reason << std::endl;
+  if (!reason.empty()) console.err << "weft: taken as the reason: " << reason << std::endl;
   if (hanging == 0) return status;
   console.out.flush();
   std::quick_exit(status);  // a thread is at work yet
@@ -146,16 +168,33 @@ Result<int> stop_all(const StopArgs& args, bool is_emergency, Console& console) 
 constexpr std::array<std::string_view, 4> options_with_value{"--socket", "--daemon", "--tls-ca",
                                                              "--token-file"};
 
+bool takes_value(const std::string& word) {
+  return std::ranges::count(options_with_value, word) > 0;
+}
+
+/// The command, where it is a stop. After an unknown option, or where no command is left, take the
+/// first `halt` or `estop`: any other reading would be refused.
+std::vector<std::string>::iterator find_stop(std::vector<std::string>& words) {
+  const auto is_stop = [](const std::string& word) { return word == "halt" || word == "estop"; };
+  bool is_odd = false;
+  auto word = words.begin();
+  while (word != words.end() && word->starts_with('-')) {
+    const bool has_value = takes_value(*word);
+    is_odd = is_odd || !(has_value || *word == "--json");
+    word += std::min<std::ptrdiff_t>(has_value ? 2 : 1, words.end() - word);
+  }
+  const bool is_missing = word == words.end();  // `weft --socket halt`
+  if (is_odd || is_missing) return std::find_if(words.begin(), words.end(), is_stop);
+  return word != words.end() && is_stop(*word) ? word : words.end();
+}
+
 }  // namespace
 
 std::vector<std::string> stop_arguments(std::vector<std::string> words) {
-  const auto takes_value = [](const std::string& word) {
-    return std::ranges::count(options_with_value, word) > 0;
-  };
-  auto verb = words.begin();
-  while (verb != words.end() && verb->starts_with('-')) verb += takes_value(*verb) ? 2 : 1;
-  if (verb >= words.end() || (*verb != "halt" && *verb != "estop")) return words;
-  const bool is_help = words.size() == 2 && (words.back() == "--help" || words.back() == "-h");
+  const auto verb = find_stop(words);
+  if (verb == words.end()) return words;
+  const auto asks_help = [](const std::string& word) { return word == "--help" || word == "-h"; };
+  const bool is_help = words.size() == 2 && (asks_help(words.front()) || asks_help(words.back()));
   if (is_help) return words;
   std::vector<std::string> out{*verb};
   std::string reason;

@@ -7,6 +7,7 @@
 
 #include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/stop_signals.hpp"
+#include "daemon/base/loop/threads.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/version/software_version.hpp"
 #include "daemon/service/daemon/weftd.hpp"
@@ -15,8 +16,11 @@
 namespace {
 
 int rebuild_catalogue(const weft::daemon::runs::CataloguePaths& paths) {
-  const auto done =
-      weft::daemon::runs::rebuild_catalogue(paths, weft::daemon::utc_now().count() / 1000);
+  const auto done = weft::daemon::catch_as_error(
+      [&] {
+        return weft::daemon::runs::rebuild_catalogue(paths, weft::daemon::utc_now().count() / 1000);
+      },
+      "rebuild of the catalogue");
   if (!done) {
     std::cerr << "weftd: " << weft::to_string(done.error()) << std::endl;
     return 1;
@@ -26,6 +30,10 @@ int rebuild_catalogue(const weft::daemon::runs::CataloguePaths& paths) {
     std::cerr << "weftd: left out: " << weft::to_string(error) << "\n";
   if (!done->damaged.empty())
     std::cout << "The damaged catalogue is kept as " << done->damaged.string() << "\n";
+  if (done->is_latched)
+    std::cout << "A latch or a lock-out may have been in it, so the rig has an emergency stop: an "
+                 "engineer "
+                 "looks at the rig, then resets it\n";
   std::cout << done->added.size() << " runs added; the next run is "
             << weft::daemon::runs::run_id(done->next_number) << std::endl;
   return 0;

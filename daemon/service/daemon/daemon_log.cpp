@@ -128,9 +128,9 @@ LogFormat default_log_format() {
 }
 
 LogLevel level_of(const runs::JournalLine& line) {
-  static constexpr std::array<std::string_view, 10> warnings{
-      "halt",         "estop",       "token.refused", "take_rejected",  "lease.broken",
-      "queue_paused", "interrupted", "disk",          "recipe.not_put", "log.overflowed"};
+  static constexpr std::array<std::string_view, 11> warnings{
+      "halt",        "estop", "token.refused",  "take_rejected",  "lease.broken", "queue_paused",
+      "interrupted", "disk",  "recipe.not_put", "log.overflowed", "notify.failed"};
   const json payload = payload_of(line);
   const auto is = [&payload](const char* member, std::string_view value) {
     return payload.is_object() && payload.value(member, json()) == json(value);

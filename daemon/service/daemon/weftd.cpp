@@ -2,8 +2,11 @@
 
 #include <sys/random.h>
 
+#include <asio/ip/host_name.hpp>
 #include <nlohmann/json.hpp>
 
+#include "daemon/base/file/read_file.hpp"
+#include "daemon/base/file/sha256.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/service/daemon/daemon_log.hpp"
 #include "daemon/service/daemon/metrics.hpp"
@@ -31,6 +34,15 @@ std::string new_epoch() {
 std::filesystem::path or_in(const std::filesystem::path& given, const std::filesystem::path& folder,
                             const char* name) {
   return given.empty() ? folder / name : given;
+}
+
+/// The same at each start of the daemon, and another for each daemon: a broker knows by it that the
+/// session before is over.
+std::string bench_id(const std::filesystem::path& data) {
+  std::error_code unknown;
+  const std::string host = asio::ip::host_name(unknown);
+  const auto machine = read_text_file("/etc/machine-id");
+  return sha256_hex(host + "\n" + machine.value_or("") + "\n" + data.string()).substr(0, 16);
 }
 
 Status make_folder(const std::filesystem::path& folder) {
@@ -85,6 +97,8 @@ class Daemon final : private runs::RunObserver {
   void journal(std::string_view kind, const nlohmann::json& payload);
   void reload(const DaemonOptions& options);
   void end_runs();
+  /// As `rig.state` has it: "latched", "moving", ...
+  [[nodiscard]] std::string rig_text() const;
   [[nodiscard]] std::string status_text() const;
   void tick();
 
@@ -241,7 +255,7 @@ Status Daemon::begin(const DaemonOptions& options) {
   if (!server) return pass(server.error());
   server_ = std::move(*server);
   auto notifier = notify::Notifier::open({.bench = services_.rig_name,
-                                          .client = "weftd-" + epoch_,
+                                          .client = "weftd-" + bench_id(options.data),
                                           .data = options.data,
                                           .log = &log_,
                                           .utc_us = services_.utc_us,
@@ -274,6 +288,9 @@ Status Daemon::begin(const DaemonOptions& options) {
   });
   hub_.archive_in(api::run_archive(services_));
   for (const runs::RunView& run : manager_->loaded()) on_run_changed(run);
+  for (const std::int64_t number : log_.cut_by_restart())
+    if (const auto run = manager_->get(runs::run_id(number)))
+      event_notifier_->on_cut_by_restart(*run);
   if (own_ == nullptr) handovers_->resume();
   on_rig_state_changed(manager_->rig_state(), "auto:daemon");
   return log_.append_journal(utc_us(), "", "daemon.started", "auto:daemon");
@@ -289,6 +306,7 @@ void Daemon::on_run_changed(const runs::RunView& run) {
   hub_.publish("run:" + run.stored.id(), delta, utc_us());
   api::keep_lease(services_, run);
   event_notifier_->on_run(run);
+  event_notifier_->on_rig(manager_->rig_state(), rig_text());
   if (handovers_ && own_ == nullptr)  // `weft run` does that itself
     handovers_->consider(run.stored, run.has_handover);
 }
@@ -304,7 +322,7 @@ void Daemon::on_vote(const runs::RunView& run) {
 
 void Daemon::on_rig_state_changed(const runs::RigState& rig, std::string_view by) {
   hub_.publish("rig", api::rig_delta(*manager_, by), utc_us());
-  event_notifier_->on_rig(rig);
+  event_notifier_->on_rig(rig, rig_text());
 }
 
 void Daemon::on_queue_changed(const runs::RunQueue& queue, std::string_view by) {
@@ -349,10 +367,12 @@ void Daemon::tick() {
     api::notify_lease_expired(services_, lease);
 }
 
+std::string Daemon::rig_text() const {
+  return api::rig_json(*manager_).at("rig").get<std::string>();
+}
+
 std::string Daemon::status_text() const {
-  const runs::RigState& rig = manager_->rig_state();
-  const std::string fact(rig.is_latched() ? "latched" : to_string(rig.facts().fact));
-  std::string out = services_.rig_name + " " + fact;
+  std::string out = services_.rig_name + " " + rig_text();
   if (const auto id = manager_->active())
     if (const auto run = manager_->get(*id))
       out += "; " + *id + " " + std::string(to_string(run->state()));

@@ -30,8 +30,8 @@ json lease_json(const Services& services, const Lease& lease) {
 
 /// What a topic "lease:SCOPE" tells: who holds it now, and what has just been done with the lease,
 /// so that one of these is there in a snapshot and the others are not.
-json delta_of(std::string_view what, const json& lease, bool is_held, std::string_view who) {
-  json delta{{"held", is_held ? lease : json()}, {"by", who}};
+json delta_of(std::string_view what, const json& lease, const json& held, std::string_view who) {
+  json delta{{"held", held}, {"by", who}};
   for (const std::string_view each :
        {"acquired", "renewed", "released", "kept", "broken", "expired"})
     delta[std::string(each)] = each == what ? lease : json();
@@ -41,9 +41,11 @@ json delta_of(std::string_view what, const json& lease, bool is_held, std::strin
 void notify(const Services& services, const Lease& lease, std::string_view what, json payload,
             std::string_view who) {
   payload["by"] = who;
-  const bool is_held =
-      what == "acquired" || what == "renewed" || what == "kept" || !lease.kept_for.empty();
-  services.hub->publish("lease:" + lease.scope, delta_of(what, payload, is_held, who),
+  json held;
+  for (const Lease& each : services.leases->all(services.now()))
+    if (each.scope == lease.scope)
+      held = each.id == lease.id ? payload : lease_json(services, each);
+  services.hub->publish("lease:" + lease.scope, delta_of(what, payload, held, who),
                         services.utc_us());
 }
 
@@ -222,11 +224,13 @@ Outcome add_token(const Services& services, const Call& call) {
 
 }  // namespace
 
-tl::expected<void, rpc::RpcError> can_order(const Services& services, const Call& call,
+tl::expected<void, rpc::RpcError> can_order(const Services& services, const Call& call, Order order,
                                             Role least_to_break) {
   const std::string run = run_of(call);
+  const auto holder = services.leases->holder("rig:" + services.rig_name, services.now());
+  if (holder && holder->user == call.caller.user) return {};
   auto lease = services.leases->kept_for(run);
-  if (!lease) lease = services.leases->holder("rig:" + services.rig_name, services.now());
+  if (!lease) lease = holder;
   if (!lease || lease->user == call.caller.user) return {};
   const std::string reason = call.params.value("break_lease", "");
   if (reason.empty()) return lease_held(*lease, call.caller);
@@ -237,6 +241,8 @@ tl::expected<void, rpc::RpcError> can_order(const Services& services, const Call
                     .what = "this role breaks no lease for this order",
                     .expected = std::string(access::to_string(least_to_break)),
                     .got = std::string(access::to_string(call.caller.role))});
+  const std::string step = call.params.value("step", "");
+  if (!services.run_manager->check_order(run, order, step)) return {};  // no lease is broken for it
   const auto broken = changed(
       services, call, "broken",
       [&](access::Leases& leases) { return leases.break_lease(lease->id, reason, services.now()); },
@@ -249,7 +255,7 @@ void keep_lease(const Services& services, const runs::RunView& run) {
   const std::string id = run.stored.id();
   constexpr std::string_view who = "auto:run";
   if (run.is_over()) {
-    const auto lease = services.leases->end_keeping(id);
+    const auto lease = services.leases->end_keeping(id, services.now());
     const bool is_over = lease && lease->expires <= services.now();
     if (is_over) notify(services, *lease, "released", lease_json(services, *lease), who);
   } else if (run.state() != runs::RunState::queued && !run.stored.user.empty()) {

@@ -96,9 +96,10 @@ tl::expected<void, rpc::RpcError> require_free_lease(const Services& services,
 tl::expected<void, rpc::RpcError> can_queue(const Services& services, const Call& call);
 /// Refuses an order for the "run" parameter while another user's lease is kept for that run, or
 /// another user holds the rig. With a "break_lease" parameter, a reason, that lease is broken
-/// first; errors: access.role, for a role below `least_to_break`; those of the journal.
+/// first, where the order would be taken; errors: access.role, for a role below `least_to_break`;
+/// those of the journal.
 tl::expected<void, rpc::RpcError> can_order(const Services& services, const Call& call,
-                                            Role least_to_break);
+                                            weft::daemon::Order order, Role least_to_break);
 /// The refusal that names the holder.
 tl::unexpected<rpc::RpcError> lease_held(const access::Lease& lease, const rpc::Caller& caller);
 /// Refuses what may move the rig, or releases it, while a person has locked it out.

@@ -10,7 +10,9 @@ constexpr rpc::ParamSpec if_rev{
     "rev of the queue as you know it: refused (rev.changed) where it is another by now"};
 constexpr rpc::ParamSpec place{"place", ParamType::integer, false,
                                "in line, from 0; the end where it is left out"};
-constexpr const char* whole_queue = "rev, paused_by (null where it is not), runs";
+constexpr const char* whole_queue =
+    "rev, paused_by (null where it is not), runs, next (the place of the page that follows; null: "
+    "none)";
 
 /// Who changes what he has read changes nothing else.
 tl::expected<void, rpc::RpcError> as_known(const Services& services, const Call& call) {
@@ -46,13 +48,25 @@ json entry_json(const Services& services, std::size_t at) {
   return out;
 }
 
-Outcome list_queue(const Services& services) {
+Outcome list_queue(const Services& services, std::size_t from = 0,
+                   std::size_t most = runs::most_queued) {
+  const std::size_t end = services.run_manager->queue().runs().size();
   json out = queue_json(services.run_manager->queue());
   json runs = json::array();
-  for (std::size_t at = 0; at < services.run_manager->queue().runs().size(); ++at)
-    runs.push_back(entry_json(services, at));
+  std::size_t at = from;
+  for (; at < end && runs.size() < most; ++at) runs.push_back(entry_json(services, at));
   out["runs"] = std::move(runs);
+  out["next"] = at < end ? json(at) : json();
   return format_text(out);
+}
+
+Outcome list_page(const Services& services, const Call& call) {
+  const auto from = read_whole_number(call, {"from", 0, 0, unbounded, "no such place"});
+  if (!from) return refused(from.error());
+  const auto most =
+      read_whole_number(call, {"most", runs::most_queued, 1, runs::most_queued, "how many runs"});
+  if (!most) return refused(most.error());
+  return list_queue(services, *from, *most);
 }
 
 Outcome get_queued(const Services& services, const Call& call) {
@@ -121,7 +135,9 @@ Outcome move_run(const Services& services, const Call& call) {
 }
 
 Outcome edit_run(const Services& services, const Call& call) {
-  if (auto allowed = can_change(services, call); !allowed) return tl::unexpected(allowed.error());
+  const bool may_begin = call.params.contains("after");  // a run that waits for none begins
+  if (auto allowed = may_begin ? can_begin(services, call) : can_change(services, call); !allowed)
+    return tl::unexpected(allowed.error());
   const auto at = read_unsigned(call, "place", "no place before the first");
   if (!at) return refused(at.error());
   const auto seed = read_seed(call);
@@ -175,8 +191,10 @@ json queue_json(const runs::RunQueue& queue) {
 
 void add_queue_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);
-  group.read("queue.list", "the runs that wait for the rig, the next first", {}, whole_queue,
-             [](const Services& s, const Call&) { return list_queue(s); });
+  group.read("queue.list", "the runs that wait for the rig, the next first",
+             {{"from", ParamType::integer, false, "this place on: next of the page before; 0"},
+              {"most", ParamType::integer, false, "runs, 1000 at most"}},
+             whole_queue, list_page);
   group.read("queue.get", "one that waits", {run_param}, "the run, place, rev", get_queued);
   group.change("queue.add",
                "puts a campaign in line, with its recipe as it is now; it begins when its turn "
@@ -192,6 +210,7 @@ void add_queue_methods(rpc::Methods& methods, const Services& services) {
                 {"seed", ParamType::integer, false, "in place of the recipe's"},
                 {"name", ParamType::text, false, "added to the folder's name"},
                 after_param,
+                {"lease", ParamType::text, false, "your lease of the rig; needed with after"},
                 {"keep_going", ParamType::flag, false,
                  "let the next run begin also where this one is stopped, aborted or fails"},
                 if_rev},

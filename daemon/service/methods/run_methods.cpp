@@ -36,13 +36,13 @@ std::optional<Role> breaking_role(Order order) {
 
 Outcome ordered(const Services& services, const Call& call, Order order) {
   if (const auto role = breaking_role(order))
-    if (auto allowed = can_order(services, call, *role); !allowed)
+    if (auto allowed = can_order(services, call, order, *role); !allowed)
       return tl::unexpected(allowed.error());
   return run_outcome(services.run_manager->order(run_of(call), order, by(call.caller)));
 }
 
 Outcome confirm(const Services& services, const Call& call) {
-  if (auto allowed = can_order(services, call, Role::engineer); !allowed)
+  if (auto allowed = can_order(services, call, Order::confirm, Role::engineer); !allowed)
     return tl::unexpected(allowed.error());
   const std::string step = call.params.at("step").get<std::string>();
   return run_outcome(
@@ -58,6 +58,7 @@ json preview_json(const ResumePreview& preview) {
 
 /// What the daemon's death interrupted goes on, with a lease.
 void resume_run(const Services& services, const Call& call, const Responder& respond) {
+  if (auto open = require_unlocked(services); !open) return respond(tl::unexpected(open.error()));
   if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
   const auto request = services.run_manager->request_to_recover(run_of(call));
   if (!request) return respond(refused(request.error()));

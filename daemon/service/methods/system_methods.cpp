@@ -55,7 +55,8 @@ json blocker(std::string_view kind, std::string where, std::string hint) {
   return {{"kind", kind}, {"where", std::move(where)}, {"hint", std::move(hint)}};
 }
 
-void add_rig_blocker(const runs::RigState& rig, json& blockers) {
+/// Where the rig was left does not matter while something moves it.
+void add_rig_blocker(const runs::RigState& rig, bool is_moving, json& blockers) {
   const runs::RigFacts& facts = rig.facts();
   if (facts.lock_out)
     blockers.push_back(blocker("rig.locked", "rig",
@@ -65,12 +66,13 @@ void add_rig_blocker(const runs::RigState& rig, json& blockers) {
     blockers.push_back(blocker("rig.latched", "rig",
                                (facts.latch->is_emergency ? "Emergency stop by " : "Halted by ") +
                                    facts.latch->why + ": look at the rig, then rig.reset"));
-  if (facts.fact == runs::RigFact::safe || facts.acknowledged || facts.latch) return;
+  if (is_moving || facts.fact == runs::RigFact::safe || facts.acknowledged || facts.latch) return;
   const bool is_unknown = facts.fact == runs::RigFact::unknown;
   blockers.push_back(blocker(is_unknown ? "rig.unknown" : "rig.holding", facts.left_by,
                              std::string(is_unknown ? "The position of the rig is unknown"
                                                     : "The probe may be on the fabric") +
-                                 ": look at it, then rig.reset, or resume that run"));
+                                 ": look at it, then rig.reset" +
+                                 (facts.left_by.starts_with("R-") ? ", or resume that run" : "")));
 }
 
 void add_rig_file_blocker(const Services& services, json& blockers) {
@@ -188,7 +190,7 @@ void add_log_methods(MethodGroup& group) {
       {{"run", ParamType::text, false, "of this run only"},
        {"kind", ParamType::text, false,
         "of this kind only, \"state\"; of several, separated by commas: the queue's history is "
-        "\"submitted,edited,queue_paused,queue_started,queue_cleared\""},
+        "\"submitted,edited,removed,queue_paused,queue_started,queue_cleared\""},
        {"since_us", ParamType::integer, false, "not before, UTC"},
        {"until_us", ParamType::integer, false, "before, UTC"},
        {"from", ParamType::integer, false, "this sequence number on: next of the page before"},
@@ -208,7 +210,9 @@ std::string readiness_json(const Services& services) {
                                "anew"));
   add_rig_file_blocker(services, blockers);
   add_recipes_blocker(services, blockers);
-  add_rig_blocker(services.run_manager->rig_state(), blockers);
+  const bool is_moving =
+      services.run_manager->active() || services.run_manager->status().maintenance;
+  add_rig_blocker(services.run_manager->rig_state(), is_moving, blockers);
   add_storage_blocker(services, blockers);
   if (const auto problem = services.tokens_problem ? services.tokens_problem() : std::nullopt)
     blockers.push_back(

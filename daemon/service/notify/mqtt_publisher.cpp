@@ -120,11 +120,12 @@ void MqttPublisher::Connection::on_connect(int code) {
     return;
   }
   is_connected_ = true;
-  owner_.outbox_.on_reached();
   publish("/availability", "online", true);
 }
 
+// A broker may take a login and then close for what is published.
 void MqttPublisher::Connection::on_published(int message) {
+  owner_.outbox_.on_reached();
   if (event_ && event_->first == message) {
     owner_.outbox_.on_sent(event_->second);
     event_.reset();

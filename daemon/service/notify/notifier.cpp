@@ -110,8 +110,14 @@ void Notifier::on_queue(const runs::RunQueue& queue) {
   state_is_new_ = true;
 }
 
-void Notifier::on_rig(const runs::RigState& rig) {
-  (*state_)["rig"] = (rig.is_latched() ? std::string_view("latched") : to_string(rig.facts().fact));
+void Notifier::on_cut_by_restart(const runs::RunView& run) {
+  detector_.add_begun(run.stored.number);
+  (*state_)["last_run"] = run.stored.id();
+  on_run(run);
+}
+
+void Notifier::on_rig(const runs::RigState& rig, std::string_view text) {
+  (*state_)["rig"] = text;
   (*state_)["latched"] = rig.is_latched();
   state_is_new_ = true;
   if (const auto event = detector_.on_rig(rig, context_.utc_us())) send(*event);

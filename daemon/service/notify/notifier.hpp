@@ -37,8 +37,11 @@ class Notifier {
   Notifier& operator=(const Notifier&) = delete;
 
   void on_run(const runs::RunView& run);
+  /// An end that the daemon before this one did not live to tell.
+  void on_cut_by_restart(const runs::RunView& run);
   void on_queue(const runs::RunQueue& queue);
-  void on_rig(const runs::RigState& rig);
+  /// `text`: what the rig does or is, as `rig.state` has it.
+  void on_rig(const runs::RigState& rig, std::string_view text);
   /// Call often: the disk is looked at every 10 s, the state sent once a second at most.
   void tick();
   /// Ends the senders: what waits is tried for a few seconds more.

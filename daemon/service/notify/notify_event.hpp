@@ -50,6 +50,8 @@ class EventDetector {
       : bench_(std::move(bench)), disk_low_bytes_(disk_low_bytes) {}
 
   std::vector<Event> on_run(const runs::RunView& run, std::int64_t utc_us);
+  /// The run was under way in the daemon before this one: its end is an event.
+  void add_begun(std::int64_t run) { open_[run].has_begun = true; }
   std::optional<Event> on_rig(const runs::RigState& rig, std::int64_t utc_us);
   /// The next event comes after the free space has been a tenth above the limit.
   std::optional<Event> on_disk(std::uint64_t free_bytes, std::int64_t utc_us);

@@ -181,8 +181,10 @@ void SettingsReader::check_url(const std::string& place, const WebhookSettings& 
   if (authority.find('@') != std::string::npos)
     return problems_.add({place, "a user and a password in the URL", "token_file", "", ""});
   static const std::regex here("(localhost|127\\.0\\.0\\.1|\\[::1\\])(:\\d+)?");
-  if (!webhook.token.empty() && found[1] == "http" && !std::regex_match(authority, here))
-    problems_.add({place, "a token is sent under TLS only", "https://...", authority, ""});
+  const bool is_plain = found[1] == "http" && !std::regex_match(authority, here);
+  if (is_plain && (is_secret || !webhook.token.empty()))
+    problems_.add({place, "a token or a secret URL is sent under TLS only", "https://...",
+                   is_secret ? "" : authority, ""});
 }
 
 MqttSettings SettingsReader::read_mqtt(const json& value, const std::string& pointer,

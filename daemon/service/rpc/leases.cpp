@@ -1,5 +1,7 @@
 #include "daemon/service/rpc/leases.hpp"
 
+#include <algorithm>
+
 namespace weft::daemon::access {
 namespace {
 
@@ -101,7 +103,7 @@ Result<Lease> Leases::release(std::string_view id, std::string_view user, Clock 
 }
 
 std::optional<Lease> Leases::keep(std::string_view run, const Request& owner, Clock now) {
-  if (kept_for(run)) return std::nullopt;
+  if (kept_for(run) || broken_for_ == run) return std::nullopt;
   for (auto& [id, lease] : by_id_)
     if (lease.scope == owner.scope && lease.user == owner.user && !is_over(lease, now)) {
       lease.kept_for = run;
@@ -114,13 +116,15 @@ std::optional<Lease> Leases::keep(std::string_view run, const Request& owner, Cl
       .first->second;
 }
 
-std::optional<Lease> Leases::end_keeping(std::string_view run) {
-  for (auto& [id, lease] : by_id_)
-    if (lease.kept_for == run) {
-      lease.kept_for.clear();
-      return lease;
-    }
-  return std::nullopt;
+std::optional<Lease> Leases::end_keeping(std::string_view run, Clock now) {
+  if (broken_for_ == run) broken_for_.clear();
+  const auto found =
+      std::ranges::find(by_id_, run, [](const auto& entry) { return entry.second.kept_for; });
+  if (found == by_id_.end()) return std::nullopt;
+  found->second.kept_for.clear();
+  Lease lease = found->second;
+  if (is_over(lease, now)) by_id_.erase(found);
+  return lease;
 }
 
 std::optional<Lease> Leases::kept_for(std::string_view run) const {
@@ -143,6 +147,7 @@ Result<Lease> Leases::break_lease(std::string_view id, std::string_view reason, 
                  .what = "no such lease, or its time is over",
                  .got = std::string(id)});
   Lease over = found->second;
+  if (!over.kept_for.empty()) broken_for_ = over.kept_for;
   by_id_.erase(found);
   return over;
 }

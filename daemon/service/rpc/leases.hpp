@@ -52,10 +52,10 @@ class Leases {
   /// One that is kept for a run ends with that run.
   Result<Lease> release(std::string_view id, std::string_view user, Clock now);
   /// The run begins: its user's lease, or a new one, is kept until it ends. Nothing: it is kept
-  /// already.
+  /// already, or was broken.
   std::optional<Lease> keep(std::string_view run, const Request& owner, Clock now);
-  /// The run is over. The lease that was kept for it, if any.
-  std::optional<Lease> end_keeping(std::string_view run);
+  /// The run is over. The lease that was kept for it, if any; it is gone, where its time is over.
+  std::optional<Lease> end_keeping(std::string_view run, Clock now);
   [[nodiscard]] std::optional<Lease> kept_for(std::string_view run) const;
   /// By anybody who may, with a reason of at least three letters.
   Result<Lease> break_lease(std::string_view id, std::string_view reason, Clock now);
@@ -75,6 +75,7 @@ class Leases {
 
   std::map<std::string, Lease, std::less<>> by_id_;
   std::string epoch_;
+  std::string broken_for_;  ///< the run under way whose lease was broken: it is not kept anew
   std::uint64_t next_ = 1;
 };
 

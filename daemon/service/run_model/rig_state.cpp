@@ -82,12 +82,14 @@ Status RigState::unlock(std::string_view user, bool is_allowed_for_others,
                  .what = "another person's lock-out is removed for a reason",
                  .expected = "a few words",
                  .got = std::string(reason)});
+  end_override();
   facts_.lock_out.reset();
   return {};
 }
 
 void RigState::allow_resumed(std::int64_t run) {
-  if (!is_latched() && facts_.left_by == run_id(run)) resume_override_run_ = run;
+  if (!is_latched() && !facts_.lock_out && facts_.left_by == run_id(run))
+    resume_override_run_ = run;
 }
 
 void RigState::end_override(std::int64_t run) {

@@ -5,10 +5,22 @@
 
 namespace weft::daemon::runs {
 
+namespace {
+
+/// Of an order that a complete run has not taken any more.
+std::string_view late_cause(const EndedRun& run) {
+  if (run.ordered == RunState::finishing) return after_stop;
+  if (run.ordered == RunState::aborting) return after_abort;
+  return run.ordered == RunState::halting ? after_halt : "";
+}
+
+}  // namespace
+
 std::string_view pause_cause_of(const EndedRun& run) {
   if (run.is_disk_full) return without_disk;
-  if (run.outcome == "complete" && !run.is_interrupted) return {};
+  if (run.was_given_up) return after_failure;
   const bool covered = run.keep_going && run.acquired_rig;
+  if (run.outcome == "complete" && !run.is_interrupted) return covered ? "" : late_cause(run);
   if (run.outcome == "stopped") return covered ? "" : after_stop;
   if (run.outcome == "aborted") return covered ? "" : after_abort;
   if (run.outcome == "failed") return covered ? "" : after_failure;

@@ -32,6 +32,10 @@ struct EndedRun {
   bool acquired_rig = false;  ///< else keep_going does not apply
   bool is_disk_full = false;  ///< the disk was too full for its record
   bool is_interrupted = false;
+  /// What it was on its way to by a person's order: finishing, aborting or halting. It may have
+  /// ended complete before the order reached it: that person wants no motion all the same.
+  std::optional<RunState> ordered = {};
+  bool was_given_up = false;  ///< its thread did not answer for a while
 };
 /// Why nothing begins after this end; empty where the next run may begin: after a complete run, or
 /// where keep_going covers the end.

@@ -87,8 +87,11 @@ Result<Known> load_known(RunStore& store) {
 Status enter(Known& known, const fs::path& data, StoredRun& run) {
   std::error_code unseen;
   const fs::path folder = fs::weakly_canonical(run.folder, unseen);
-  const bool is_here = folder.parent_path() == fs::weakly_canonical(data, unseen);
-  const std::int64_t wanted = is_here ? folder_number(folder) : 0;
+  // By its name, also where that is a link to another disk.
+  const fs::path name = fs::absolute(run.folder, unseen).lexically_normal();
+  const bool is_here =
+      fs::weakly_canonical(name.parent_path(), unseen) == fs::weakly_canonical(data, unseen);
+  const std::int64_t wanted = is_here ? folder_number(name) : 0;
   if (const auto found = known.folders.find(folder); found != known.folders.end())
     return fail({.code = Errc::wrong_state,
                  .where = run.folder,
@@ -105,24 +108,32 @@ void add_to(RunChange& change, const FoundRun& found, std::string_view by, std::
   const nlohmann::json payload{{"folder", found.run.folder.string()}};
   change.runs.push_back(found.run);
   change.recipes.push_back(found.recipe);
+  // A folder's name need not be UTF-8.
   change.journal.push_back(
-      {0, utc_us, found.run.id(), "imported", std::string(by), payload.dump()});
+      {0, utc_us, found.run.id(), "imported", std::string(by),
+       payload.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)});
 }
 
-/// Folders of campaigns below `data`. A campaign's own folder is not searched further.
-std::vector<fs::path> campaign_folders(const fs::path& data) {
-  std::vector<fs::path> out;
+/// Adds the folders of campaigns below `folder` to `out`, and what cannot be read to `left_out`. A
+/// campaign's own folder is not searched further, and no link is followed down.
+void find_campaigns(const fs::path& folder, std::vector<fs::path>& out,
+                    std::vector<Error>& left_out) {
   std::error_code unreadable;
-  constexpr auto options = fs::directory_options::skip_permission_denied;
-  for (fs::recursive_directory_iterator entry(data, options, unreadable), end;
-       !unreadable && entry != end; entry.increment(unreadable)) {
+  for (fs::directory_iterator entry(folder, unreadable), end; !unreadable && entry != end;
+       entry.increment(unreadable)) {
     std::error_code unseen;
-    if (!entry->is_directory(unseen) || !fs::exists(entry->path() / campaign_file_name, unseen))
-      continue;
-    out.push_back(entry->path());
-    entry.disable_recursion_pending();
+    if (!entry->is_directory(unseen)) continue;
+    if (fs::exists(entry->path() / campaign_file_name, unseen))
+      out.push_back(entry->path());
+    else if (!entry->is_symlink(unseen))
+      find_campaigns(entry->path(), out, left_out);
   }
-  return out;
+  if (!unreadable) return;
+  left_out.push_back({.code = Errc::io,
+                      .where = folder.string(),
+                      .what = "cannot read this folder",
+                      .got = unreadable.message(),
+                      .hint = "Runs in it are not listed: make it readable, then do this again"});
 }
 
 /// The highest number that the damaged file gave, as far as it can be read. SQLite reads a file
@@ -132,6 +143,15 @@ std::int64_t highest_number_in(const fs::path& file) {
   if (!database || !database->execute("PRAGMA writable_schema=ON")) return 0;
   const auto found = database->integer("SELECT max(seq) FROM sqlite_sequence WHERE name = 'run'");
   return found ? found->value_or(0) : 0;
+}
+
+/// Whether the damaged file still says that nobody had latched the rig or locked it out.
+bool had_free_rig(const fs::path& file) {
+  auto database = sqlite::Database::open_untouched(file);
+  if (!database || !database->execute("PRAGMA writable_schema=ON")) return false;
+  const auto kept = database->integer(
+      "SELECT count(*) FROM rig WHERE fact = 'latched' OR latch <> '' OR lock_user <> ''");
+  return kept && *kept == 0;
 }
 
 /// "weftd.sqlite.damaged-20261127T152715Z", its log with it. SQLite finds a log by its name.
@@ -172,7 +192,9 @@ Result<RunStore> open_or_replace(const fs::path& file, std::int64_t utc_us, fs::
 /// The runs of all folders, the oldest first: of two folders with one number it has the number.
 std::vector<FoundRun> load_all(const CataloguePaths& paths, std::vector<Error>& left_out) {
   std::vector<FoundRun> found;
-  for (const fs::path& folder : campaign_folders(paths.data)) {
+  std::vector<fs::path> folders;
+  find_campaigns(paths.data, folders, left_out);
+  for (const fs::path& folder : folders) {
     auto run = load_found_run(folder, paths);
     if (run)
       found.push_back(std::move(*run));
@@ -197,14 +219,21 @@ Result<FoundRun> load_found_run(const fs::path& folder, const CataloguePaths& pa
   const auto kept_partial = was_kept_partial(campaign);
   if (!kept_partial) return pass(kept_partial.error());
   const DatasetInfo& info = header->info;
+  if (const std::string sha256 = sha256_hex(info.recipe_json); sha256 != info.recipe_sha256)
+    return fail({.code = Errc::corrupt,
+                 .where = campaign.string(),
+                 .what = "the recipe is not that of its digest",
+                 .expected = info.recipe_sha256,
+                 .got = sha256});
   FoundRun found;
   StoredRun& run = found.run;
   run.recipe = recipe_path(paths, info);
   run.rig = paths.rig;
   run.folder = fs::absolute(folder).lexically_normal();
+  if (!run.folder.has_filename()) run.folder = run.folder.parent_path();  // "R-000005/"
   run.recipe_sha256 = info.recipe_sha256;
   run.seed = info.seed;
-  run.name = name_of(folder);
+  run.name = name_of(run.folder);
   run.by = not_recorded;
   run.created_us = header->created_utc_ns / 1000;
   run.bench = to_string(info.kind);
@@ -236,7 +265,12 @@ Result<RebuildReport> rebuild_catalogue(const CataloguePaths& paths, std::int64_
   auto known = load_known(*store);
   if (!known) return pass(known.error());
   RunChange change;
-  if (journal->empty()) change.rig = RigState(RigFact::unknown, by_rebuild);
+  if (journal->empty()) {
+    RigFacts facts{.fact = RigFact::unknown, .left_by = by_rebuild};
+    report.is_latched = !report.damaged.empty() && !had_free_rig(report.damaged);
+    if (report.is_latched) facts.latch = Latch{true, by_rebuild};  // an engineer's to remove
+    change.rig = RigState(std::move(facts));
+  }
   for (FoundRun& found : load_all(paths, report.left_out)) {
     if (!enter(*known, paths.data, found.run)) continue;
     add_to(change, found, by_rebuild, utc_us);

@@ -45,6 +45,7 @@ struct RebuildReport {
   std::vector<Error> left_out;    ///< folders that could not be read, and why
   std::filesystem::path damaged;  ///< where the damaged file is kept; empty without one
   std::int64_t next_number = 0;
+  bool is_latched = false;  ///< the damaged file did not say that the rig was free
 };
 /// Adds every run of `data` that the catalogue does not know. A damaged catalogue is renamed first,
 /// and the new one has an empty queue and a rig in an unknown state. One that can be read keeps all

@@ -81,7 +81,8 @@ JournalLine line_of(const sqlite::Statement& row) {
 
 std::optional<std::int64_t> run_number(std::string_view id) {
   std::int64_t number = 0;
-  if (!id.starts_with("R-")) return std::nullopt;
+  constexpr std::size_t longest = 14;
+  if (!id.starts_with("R-") || id.size() > longest) return std::nullopt;
   std::from_chars(id.data() + 2, id.data() + id.size(), number);
   return number > 0 && run_id(number) == id ? std::optional(number) : std::nullopt;
 }
@@ -214,6 +215,7 @@ Status RunStore::recover_after_restart() {
     }
     change.put(run);
     change.journal.push_back(state_line(run, utc_us, after_restart));
+    cut_by_restart_.push_back(run.number);
   }
   return change.is_empty() ? Status() : commit(change);
 }

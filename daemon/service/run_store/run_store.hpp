@@ -125,6 +125,8 @@ class RunStore {
   /// Errors: io, where the file was moved or removed meanwhile. Nothing is written then: it would
   /// be lost.
   [[nodiscard]] Status in_place() const;
+  /// The runs that were under way when the daemon before this one ended without a word.
+  [[nodiscard]] const std::vector<std::int64_t>& cut_by_restart() const { return cut_by_restart_; }
 
   /// One transaction, with what persist() could not write before. Errors: io; nothing of `change`
   /// is written then.
@@ -213,6 +215,7 @@ class RunStore {
   }
 
   sqlite::Database database_;
+  std::vector<std::int64_t> cut_by_restart_;
   std::filesystem::path home_;       ///< of the file, absolute; empty of one in memory
   std::int64_t highest_folder_ = 0;  ///< the highest number of a run's folder in it
   sqlite::Statement by_number_;      ///< prepared at its first use

@@ -114,6 +114,14 @@ Status RunManager::require_movable() const {
                .hint = "Look at the rig, then reset it with a reason"});
 }
 
+// A driver that hangs keeps its thread: the daemon ends without it then.
+void RunManager::stop_maintenance(Order order, std::string_view by) {
+  constexpr std::chrono::seconds patience{15};
+  maintenance_.give({order, std::string(by)});
+  if (maintenance_.order() && maintenance_deadline_ == Deadlines::Duration::max())
+    maintenance_deadline_ = context_.now() + patience;
+}
+
 // The rig counts as unknown from before the motion until its end is written: a daemon that dies in
 // between says so at its next start.
 void RunManager::maintain(const recipes::MaintenanceOrder& order, std::string_view by,
@@ -149,11 +157,13 @@ void RunManager::maintain(const recipes::MaintenanceOrder& order, std::string_vi
 // meanwhile does not begin between two motions of that person.
 void RunManager::on_maintained(const recipes::MaintenanceOrder& order, const RigFacts& before,
                                std::string_view by, const Result<MaintenanceSummary>& summary) {
+  maintenance_deadline_ = Deadlines::Duration::max();
   RigFacts facts = rig_.facts();
   facts.fact = summary ? summary->done.rig : before.fact;
   facts.left_by = summary ? format_maintenance(order, by) : before.left_by;
-  facts.acknowledged =
-      summary ? facts.fact == RigFact::holding && !facts.latch : before.acknowledged;
+  facts.acknowledged = summary ? facts.fact == RigFact::holding && !facts.latch &&
+                                     summary->done.outcome != recipes::Outcome::failed
+                               : before.acknowledged;
   if (facts.fact == RigFact::safe) facts.left_by.clear();
   rig_ = RigState(std::move(facts));
   json payload = summary ? maintenance_json(order, *summary) : order_json(order);

@@ -9,6 +9,15 @@ namespace weft::daemon::runs {
 
 using nlohmann::json;
 
+namespace {
+
+/// A run that waits for this one may begin.
+bool is_followed(const RunView& run) {
+  return run.machine.state == RunState::ended && run.stored.outcome == "complete";
+}
+
+}  // namespace
+
 Status RunManager::commit(RunQueue queue, RunChange change) {
   change.queue = queue;
   Status persisted = store_.commit(change);
@@ -60,6 +69,7 @@ Status RunManager::remove(std::string_view id, std::string_view by) {
   const RunStateMachine next{stored.state, RunStateMachine::Clock::max()};
   if (Status persisted = commit_transition(run, std::move(stored), next, by); !persisted)
     return persisted;
+  journal(id, "removed", by, json::object());
   rig_.end_override(run.number());
   notify(run, by);
   notify_ended(run);
@@ -68,8 +78,10 @@ Status RunManager::remove(std::string_view id, std::string_view by) {
 
 Status RunManager::clear_queue(std::string_view by) {
   RunQueue queue = queue_;
-  RunChange change{.journal = {line("", "queue_cleared", by, {{"runs", queue.runs().size()}})}};
   const std::vector<RunQueue::Run> waiting = queue.runs();
+  json names = json::array();
+  for (const RunQueue::Run number : waiting) names.push_back(run_id(number));
+  RunChange change{.journal = {line("", "queue_cleared", by, {{"runs", std::move(names)}})}};
   for (const RunQueue::Run number : waiting) {
     queue.remove(number);
     change.runs.push_back(withdrawn(*numbered(number)));
@@ -94,8 +106,16 @@ Result<std::int64_t> RunManager::followed(std::int64_t run, const std::string& a
   if (after.empty()) return 0;
   const auto found = find(after);
   if (!found) return pass(found.error());
-  // Each run follows one at most, so that a chain that leads back to this run is a cycle.
-  for (const Run* next = *found; next != nullptr; next = run_before(*next))
+  const bool is_complete = is_followed(**found);
+  if ((*found)->is_over() && !is_complete && !is_recoverable(**found))
+    return fail({.code = Errc::wrong_state,
+                 .where = "/params/after",
+                 .what = "that run has not ended complete, and never will",
+                 .expected = "a run that waits, is under way, is complete or can be recovered",
+                 .got = after + ", " + (*found)->stored.outcome});
+  // Each run follows one at most, so that a chain that leads back to this run is a cycle. A
+  // complete one waits for no other any more.
+  for (const Run* next = *found; next != nullptr && !is_followed(*next); next = run_before(*next))
     if (next->number() == run)
       return fail({.code = Errc::wrong_state,
                    .where = "/params/after",
@@ -115,8 +135,7 @@ bool RunManager::is_ready(std::int64_t run) const {
   const Run& waiting = *numbered(run);
   if (waiting.stored.after == 0) return true;
   const Run* const first = run_before(waiting);
-  return first != nullptr && first->state() == RunState::ended &&
-         first->stored.outcome == "complete";
+  return first != nullptr && is_followed(*first);
 }
 
 Status RunManager::edit(std::string_view id, const QueueEdit& wanted, std::string_view by) {
@@ -124,10 +143,16 @@ Status RunManager::edit(std::string_view id, const QueueEdit& wanted, std::strin
   if (!found) return pass(found.error());
   Run& run = **found;
   StoredRun stored = run.stored;
+  if (stored.resume && (wanted.name || wanted.seed))
+    return fail({.code = Errc::wrong_state,
+                 .where = wanted.seed ? "/params/seed" : "/params/name",
+                 .what = "the run goes on with a campaign that has them already",
+                 .expected = "a run that has not begun",
+                 .got = run.stored.id()});
   if (wanted.name) {
     if (Status ok = check_name(*wanted.name); !ok) return ok;
     stored.name = *wanted.name;
-    if (!stored.resume) stored.folder = folder_for(stored);
+    stored.folder = folder_for(stored);
   }
   if (wanted.seed) stored.seed = wanted.seed;
   if (wanted.keep_going) stored.keep_going = *wanted.keep_going;
@@ -145,7 +170,7 @@ Status RunManager::edit(std::string_view id, const QueueEdit& wanted, std::strin
   run.stored = std::move(stored);
   notify(run, by);
   notify_queue(by);
-  begin_next();  // it may be ready now
+  if (wanted.after) begin_next();  // it may be ready now
   return {};
 }
 

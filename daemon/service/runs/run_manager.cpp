@@ -125,9 +125,12 @@ ManagerStatus RunManager::status() const {
   const Run* const at_work = executor_.run() ? numbered(*executor_.run()) : nullptr;
   if (at_work != nullptr && at_work->is_over()) out.unresponsive = at_work->stored.id();
   if (const auto& order = maintenance_.order()) out.maintenance = to_string(order->kind);
-  out.is_at_rest = !recovery_.is_settling() && !out.maintenance && (!active() || out.unresponsive);
+  if (out.maintenance && context_.now() > maintenance_deadline_) out.unresponsive = out.maintenance;
+  out.is_at_rest = !recovery_.is_settling() && (!out.maintenance || out.unresponsive) &&
+                   (!active() || out.unresponsive);
   out.is_closing = closing_;
   if (at_work != nullptr) out.deadline = at_work->machine.deadline;
+  if (out.maintenance) out.deadline = maintenance_deadline_;
   const auto next = queue_.first_allowed(rig_, [this](std::int64_t run) { return is_ready(run); });
   if (next) {
     const StoredRun& stored = numbered(*next)->stored;
@@ -154,6 +157,14 @@ Status RunManager::can_submit(const RunRequest& wanted, const Checked& checked) 
   if (Status ok = check_name(wanted.name); !ok) return ok;
   if (!checked) return pass(checked.error());
   if (Status here = store_.in_place(); !here) return here;
+  if (queue_.runs().size() + wanted.copies > most_queued)
+    return fail({.code = Errc::wrong_state,
+                 .where = "queue",
+                 .what = "the queue is full",
+                 .expected = "at most " + std::to_string(most_queued) + " runs",
+                 .got = std::to_string(queue_.runs().size()) + " and " +
+                        std::to_string(wanted.copies) + " more",
+                 .hint = "Repetitions belong into a recipe, not into the queue"});
   if (wanted.copies == 0 || wanted.copies > most_copies)
     return fail({.code = Errc::range,
                  .where = "/params/repeat",
@@ -183,7 +194,7 @@ Result<RunView> RunManager::submit(const RunRequest& wanted, const Checked& chec
     StoredRun run = stored_run(wanted, checked, *first + static_cast<std::int64_t>(i));
     if (run.seed) *run.seed += i;
     run.after = *after;
-    queue.put(run.number, wanted.place ? *wanted.place + i : queue.runs().size());
+    queue.put(run.number, wanted.place ? std::min(*wanted.place, most_queued) + i : most_queued);
     change.journal.push_back(line(run.id(), "submitted", wanted.by, submission_of(run)));
     change.journal.back().utc_us = run.created_us;
     change.runs.push_back(std::move(run));
@@ -247,6 +258,7 @@ void RunManager::stage(Run& run, const RunStep& step, std::string_view by, RunCh
     executor_.give({*step.order, std::string(by), prompts_.ticket(run.number())});
   if (!is_change) return;
   prompts_.on_state(run.number(), step.next.state);
+  if (step.next.state >= RunState::finishing && !run.is_over()) run.end_ordered_by = by;
   if (step.lost) give_up(run, change);
   StoredRun& stored = run.stored;
   stored.state = step.next.state;
@@ -365,7 +377,7 @@ void RunManager::notify_changed(std::string_view id, std::string_view by) {
 void RunManager::close() {
   if (std::exchange(closing_, true)) return;
   recovery_.stop_settling();
-  maintenance_.give({Order::abort, by_shutdown});
+  stop_maintenance(Order::abort, by_shutdown);
   const auto id = active();
   if (!id) return;
   executor_.cut();  // before its thread gets the order

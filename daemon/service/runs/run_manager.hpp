@@ -35,7 +35,7 @@ struct RunRequest {
   std::size_t copies = 1;
   std::string parameters_json = {};  ///< of the recipe; empty: their defaults
 };
-constexpr std::size_t most_copies = 100;
+constexpr std::size_t most_copies = 100, most_queued = 1000;
 
 /// What a person changes of a run that waits; what is left out stays.
 struct QueueEdit {
@@ -102,6 +102,10 @@ class RunManager final : private RunReports {
   /// or something else.
   Result<RunView> order(std::string_view id, Order order, std::string_view by,
                         std::string_view confirms = {});
+
+  /// Whether order() would take it now. Errors: order()'s.
+  [[nodiscard]] Status check_order(std::string_view id, Order order,
+                                   std::string_view confirms = {}) const;
 
   /// What a choice would do with a run that was interrupted, or was stopped, aborted or failed with
   /// trials left; nothing moves. The campaign is verified, which
@@ -190,6 +194,7 @@ class RunManager final : private RunReports {
   struct Run : RunView {
     Deadlines limits{};
     RunForecast forecast = {};
+    std::string end_ordered_by;    ///< who stopped, aborted or halted it, or which rule
     std::string pause_ordered_by;  ///< the person whose pause no repetition has taken yet
     bool counted = true;           ///< how many trials are on record is known
     bool aborted_by_end = false;   ///< the daemon's end gave the order
@@ -223,6 +228,8 @@ class RunManager final : private RunReports {
   [[nodiscard]] Status require_accepting() const;
   /// Whether the rig may be moved outside a run. Errors: wrong_state.
   [[nodiscard]] Status require_movable() const;
+  /// Ends the motion outside a run, if one is under way.
+  void stop_maintenance(Order order, std::string_view by);
   /// `before`: the rig as it was when the motion was ordered.
   void on_maintained(const recipes::MaintenanceOrder& order, const RigFacts& before,
                      std::string_view by, const Result<MaintenanceSummary>& summary);
@@ -312,6 +319,7 @@ class RunManager final : private RunReports {
   RunRecovery recovery_{context_};
   RunExecutor executor_{context_, *this};
   MaintenanceExecutor maintenance_{context_};
+  Deadlines::Duration maintenance_deadline_ = Deadlines::Duration::max();  ///< of a stop of it
 };
 
 /// {order, axis, distance_m or distance_rad, from, relative, to, outcome, rig, error}: for clients

@@ -1,6 +1,7 @@
 // Which runs are in memory; the others are read from the store when somebody asks for them.
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "daemon/service/runs/run_manager.hpp"
@@ -63,8 +64,10 @@ Result<RunManager::Page> RunManager::page(const RunFilter& filter,
 }
 
 std::vector<RunView> RunManager::loaded() const {
+  std::vector<const Run*> all;  // what is shown may load the run that one follows
+  for (const auto& run : runs_) all.push_back(run.get());
   std::vector<RunView> out;
-  for (const auto& run : runs_) out.push_back(shown(*run));
+  for (const Run* const run : all) out.push_back(shown(*run));
   return out;
 }
 
@@ -72,13 +75,15 @@ void RunManager::unload_ended() {
   if (!store_.is_persisted()) return;
   std::size_t ended = 0, resumable = 0;
   std::vector<std::int64_t> unloaded;
+  std::set<std::int64_t> followed;
+  for (const RunQueue::Run number : queue_.runs()) followed.insert(numbered(number)->stored.after);
   for (auto each = runs_.rbegin(); each != runs_.rend(); ++each) {
     const Run& run = **each;
     if (!run.is_over()) continue;
     const bool is_new = ended++ < most_ended_loaded;
     const bool is_scanned = can_be_resumed_externally(run) && resumable++ < most_ended_loaded;
     const bool is_used = !run.waiting.empty() || executor_.run() == run.number() ||
-                         recovery_.is_settling(run.number());
+                         followed.contains(run.number()) || recovery_.is_settling(run.number());
     if (!is_new && !is_scanned && !is_used) unloaded.push_back(run.number());
   }
   std::erase_if(runs_, [&unloaded](const auto& run) {

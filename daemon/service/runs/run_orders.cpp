@@ -30,7 +30,8 @@ Result<RunView> RunManager::order(std::string_view id, Order order, std::string_
     if (order == Order::resume && is_recoverable(run))
       refused.hint =
           "run.recover resumes it where it was: weft recover " + run.stored.id() + " resume";
-    if (run.is_over()) refused = refuse_late(run, order, by, std::move(refused));
+    if (run.is_over() || run.state() >= RunState::finishing)
+      refused = refuse_late(run, order, by, std::move(refused));
     return pass(std::move(refused), run.stored.id());
   }
   RunChange change;
@@ -46,8 +47,17 @@ Result<RunView> RunManager::order(std::string_view id, Order order, std::string_
   return shown(run);
 }
 
+Status RunManager::check_order(std::string_view id, Order order, std::string_view confirms) const {
+  const auto found = find(id);
+  if (!found) return pass(found.error());
+  const Run& run = **found;
+  if (const auto step = on_order(run.machine, run.limits, order, context_.now()); !step)
+    return pass(step.error());
+  return order == Order::confirm ? prompts_.check(run.number(), confirms) : Status();
+}
+
 // Whoever pauses, stops or aborts a run wants no motion now: its end may have been milliseconds
-// ago.
+// ago, or come in a moment.
 Error RunManager::refuse_late(const Run& run, Order order, std::string_view by, Error refused) {
   const bool is_to_hold = order != Order::resume && order != Order::confirm;
   RunQueue next = queue_;
@@ -55,13 +65,14 @@ Error RunManager::refuse_late(const Run& run, Order order, std::string_view by, 
   const json why{{"run", run.stored.id()}, {"late", to_string(order)}};
   if (Status held = change_queue(std::move(next), line("", "queue_paused", by, why), by); !held)
     return held.error();
-  refused.hint = "The run is over, so the queue is paused instead; weft queue start resumes it";
+  refused.hint = std::string("The run ") + (run.is_over() ? "is over" : "ends") +
+                 ", so the queue is paused instead; weft queue start resumes it";
   return refused;
 }
 
 // Motion first, then what has to reach the disk.
 void RunManager::halt(RigState::Stop stop, std::string_view by, std::string_view reason) {
-  maintenance_.give({Order::halt, std::string(by)});
+  stop_maintenance(Order::halt, by);
   RunChange change;
   bool is_news = maintenance_.order().has_value();
   std::vector<Run*> halted;
@@ -80,7 +91,8 @@ void RunManager::halt(RigState::Stop stop, std::string_view by, std::string_view
   const json payload = reason.empty() ? json::object() : json{{"reason", reason}};
   if (repeated_stops_.is_journalled({kind, std::string(by), std::string(reason)}, is_news,
                                     context_.now()))
-    change.journal.push_back(line("", kind, by, payload));
+    change.journal.push_back(
+        line(halted.empty() ? std::string() : halted.front()->stored.id(), kind, by, payload));
   if (!change.is_empty()) store_.persist(change);
   for (Run* const run : halted) notify(*run, by);
   if (change.queue) notify_queue(by);
@@ -189,6 +201,14 @@ Result<RunManager::Run*> RunManager::find_recoverable(std::string_view id) const
                  .expected = "interrupted, or ended with trials left",
                  .got = std::string(to_string(run.state())) +
                         (run.is_over() ? ", " + run.stored.outcome : std::string())});
+  const bool is_ours = context_.one_run || run.stored.folder.parent_path() == context_.data;
+  if (!is_ours)
+    return fail({.code = Errc::wrong_state,
+                 .where = "/params/run",
+                 .what = "the campaign of an imported run is not of this daemon",
+                 .expected = "a folder in " + context_.data.string(),
+                 .got = run.stored.folder.string(),
+                 .hint = "Its own daemon goes on with it, or weft run --resume in its folder"});
   if (recovery_.is_settling(run.number()))
     return fail({.code = Errc::wrong_state,
                  .where = "/params/run",
@@ -271,8 +291,10 @@ void RunManager::on_settled(Run& run, Recovery choice, std::string_view by,
     run.trials_done = summary->trials_complete;
     run.trials_planned = summary->trials_planned;
   }
-  apply(run, on_ended(), by,
-        {.journal = {line(stored.id(), "recovered", by, {{"choice", to_string(choice)}})}});
+  RunChange change{
+      .journal = {line(stored.id(), "recovered", by, {{"choice", to_string(choice)}})}};
+  change.put(run.to_store());  // also where its state does not change
+  apply(run, on_ended(), by, std::move(change));
   notify_ended(run);
   on_done(shown(run));
 }

@@ -106,6 +106,7 @@ void RunManager::begin(Run& run) {
   stored.rig_untaken = true;
   run.forget_folder();
   run.aborted_by_end = run.pause_is_carried_over = false;
+  run.end_ordered_by.clear();
   apply(run, on_begun(run.machine, run.limits, context_.now()), "auto:queue");
   executor_.begin(run.number(), plan_is_known, request_of(stored), stored.resume);
 }
@@ -188,6 +189,7 @@ void RunManager::on_thread_ended(std::int64_t number, const RunResult& result) {
   Run& run = *numbered(number);
   StoredRun& stored = run.stored;
   const auto& summary = result.summary;
+  const bool was_given_up = run.is_over();
   RunEnd end{.found = found_facts(result, run),
              .has_summary = summary.has_value(),
              .acquired_rig = result.acquired_rig,
@@ -207,20 +209,23 @@ void RunManager::on_thread_ended(std::int64_t number, const RunResult& result) {
   } else {
     count_trials(run);  // the disk may have refused some of what was reported, or has more
   }
-  const bool was_pausing = run.state() == RunState::pausing;
-  stage(run, on_ended(result.can_resume), "auto:run", change);
+  const RunState before = run.state();
+  const std::string by = run.end_ordered_by.empty() ? "auto:run" : run.end_ordered_by;
+  stage(run, on_ended(result.can_resume), by, change);
   change.put(run.to_store());  // also of one that had been given up
-  if (was_pausing && !run.pause_ordered_by.empty()) carry_pause_over(run, change);
+  if (before == RunState::pausing && !run.pause_ordered_by.empty()) carry_pause_over(run, change);
   pause_queue_for(pause_cause_of({.outcome = stored.outcome,
                                   .keep_going = stored.keep_going,
                                   .acquired_rig = result.acquired_rig,
                                   .is_disk_full = is_disk_full(result),
-                                  .is_interrupted = run.state() == RunState::interrupted}),
+                                  .is_interrupted = run.state() == RunState::interrupted,
+                                  .ordered = before,
+                                  .was_given_up = was_given_up}),
                   {{"run", stored.id()}, {"error", stored.error}}, change);
   store_.persist(change);
-  if (change.rig) notify_rig("auto:run");
-  notify(run, "auto:run");
-  if (change.queue) notify_queue("auto:run");
+  if (change.rig) notify_rig(by);
+  notify(run, by);
+  if (change.queue) notify_queue(by);
   notify_ended(run);
   begin_next();
 }

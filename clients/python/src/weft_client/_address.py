@@ -11,6 +11,9 @@ from urllib.parse import urlsplit
 from ._errors import ConnectionLost, RequestError
 
 
+UNIT_SOCKET = "/run/weft/weftd.sock"
+
+
 @dataclass(frozen=True)
 class Address:
     """kind "unix" with `path`, else "tcp" or "tls" with `host` and `port`."""
@@ -22,13 +25,13 @@ class Address:
 
 
 def address_of(where: "Optional[Union[str, os.PathLike[str]]]") -> Address:
-    """What was said, or else WEFT_SOCKET or WEFT_DAEMON, as `weft` has it. Errors: RequestError."""
+    """What was said, or else WEFT_SOCKET, WEFT_DAEMON or the systemd unit's socket, as `weft` has it. Errors: RequestError."""
     if where is None:
         named = [os.environ[name] for name in ("WEFT_SOCKET", "WEFT_DAEMON") if os.environ.get(name)]
-        if len(named) != 1:
-            raise RequestError("which daemon?" if not named else "the environment names two daemons", 1000,
+        if len(named) > 1:
+            raise RequestError("the environment names two daemons", 1000,
                                {"kind": "request.invalid", "expected": "a place, or one of WEFT_SOCKET and WEFT_DAEMON"})
-        where = named[0]
+        where = named[0] if named else UNIT_SOCKET
     text = os.fspath(where)
     if "://" not in text:
         return Address("unix", path=text)

@@ -153,7 +153,7 @@ def connect(where: Optional[Place] = None, *, token: Optional[str] = None, tls_c
             program: str = "weft-client", timeout_s: float = 120, tries: int = 8) -> Client:
     """Connects and opens a session.
 
-    where      path of the Unix socket, "tcp://127.0.0.1:PORT" or "tls://HOST:PORT"; None: WEFT_SOCKET or WEFT_DAEMON
+    where      path of the Unix socket, "tcp://127.0.0.1:PORT" or "tls://HOST:PORT"; None: WEFT_SOCKET or WEFT_DAEMON, else /run/weft/weftd.sock
     token      needed for all but the Unix socket, and for `http`; None: WEFT_TOKEN
     tls_ca     whose certificates are believed (a PEM file); None: WEFT_TLS_CA, or else the system's
     http       where files are fetched, "http://127.0.0.1:8080"

@@ -215,7 +215,7 @@ class LogMethods:
 
         run: of this run only
         kind: of this kind only, "state"; of several, separated by commas: the queue's history is
-            "submitted,edited,queue_paused,queue_started,queue_cleared"
+            "submitted,edited,removed,queue_paused,queue_started,queue_cleared"
         since_us: not before, UTC
         until_us: before, UTC
         from_: this sequence number on: next of the page before
@@ -272,13 +272,14 @@ class QueueMethods:
 
         if_rev: rev of the queue as you know it: refused (rev.changed) where it is another by now
         idem: key of this change: asked again, the first answer comes
-        Result: rev, paused_by (null where it is not), runs. Least role: operator. Changes something.
+        Result: rev, paused_by (null where it is not), runs, next (the place of the page that follows; null: none). Least
+        role: operator. Changes something.
         """
         return self._call("queue.clear", {"if_rev": if_rev, "idem": idem})
 
     def edit(self, *, run: str, place: Optional[int] = None, seed: Optional[int] = None, name: Optional[str] = None,
-             after: Optional[str] = None, keep_going: Optional[bool] = None, if_rev: Optional[int] = None,
-             idem: Optional[str] = None) -> JsonObject:
+             after: Optional[str] = None, lease: Optional[str] = None, keep_going: Optional[bool] = None,
+             if_rev: Optional[int] = None, idem: Optional[str] = None) -> JsonObject:
         """Change a run that waits; what is left out stays.
 
         run: its name, "R-000318"
@@ -286,12 +287,14 @@ class QueueMethods:
         seed: in place of the recipe's
         name: added to the folder's name
         after: a run, "R-000317": begin once that one has ended complete; "" for none
+        lease: your lease of the rig; needed with after
         keep_going: let the next run begin also where this one is stopped, aborted or fails
         if_rev: rev of the queue as you know it: refused (rev.changed) where it is another by now
         idem: key of this change: asked again, the first answer comes
-        Result: rev, paused_by (null where it is not), runs. Least role: operator. Changes something.
+        Result: rev, paused_by (null where it is not), runs, next (the place of the page that follows; null: none). Least
+        role: operator. Changes something.
         """
-        return self._call("queue.edit", {"run": run, "place": place, "seed": seed, "name": name, "after": after,
+        return self._call("queue.edit", {"run": run, "place": place, "seed": seed, "name": name, "after": after, "lease": lease,
                                          "keep_going": keep_going, "if_rev": if_rev, "idem": idem})
 
     def get(self, *, run: str) -> JsonObject:
@@ -302,12 +305,15 @@ class QueueMethods:
         """
         return self._call("queue.get", {"run": run})
 
-    def list(self) -> JsonObject:
+    def list(self, *, from_: Optional[int] = None, most: Optional[int] = None) -> JsonObject:
         """The runs that wait for the rig, the next first.
 
-        Result: rev, paused_by (null where it is not), runs. Least role: observer.
+        from_: this place on: next of the page before; 0
+        most: runs, 1000 at most
+        Result: rev, paused_by (null where it is not), runs, next (the place of the page that follows; null: none). Least
+        role: observer.
         """
-        return self._call("queue.list", {})
+        return self._call("queue.list", {"from": from_, "most": most})
 
     def move(self, *, run: str, place: Optional[int] = None, if_rev: Optional[int] = None,
              idem: Optional[str] = None) -> JsonObject:
@@ -317,7 +323,8 @@ class QueueMethods:
         place: in line, from 0; the end where it is left out
         if_rev: rev of the queue as you know it: refused (rev.changed) where it is another by now
         idem: key of this change: asked again, the first answer comes
-        Result: rev, paused_by (null where it is not), runs. Least role: operator. Changes something.
+        Result: rev, paused_by (null where it is not), runs, next (the place of the page that follows; null: none). Least
+        role: operator. Changes something.
         """
         return self._call("queue.move", {"run": run, "place": place, "if_rev": if_rev, "idem": idem})
 
@@ -326,7 +333,8 @@ class QueueMethods:
 
         if_rev: rev of the queue as you know it: refused (rev.changed) where it is another by now
         idem: key of this change: asked again, the first answer comes
-        Result: rev, paused_by (null where it is not), runs. Least role: operator. Changes something.
+        Result: rev, paused_by (null where it is not), runs, next (the place of the page that follows; null: none). Least
+        role: operator. Changes something.
         """
         return self._call("queue.pause", {"if_rev": if_rev, "idem": idem})
 
@@ -336,7 +344,8 @@ class QueueMethods:
         run: its name, "R-000318"
         if_rev: rev of the queue as you know it: refused (rev.changed) where it is another by now
         idem: key of this change: asked again, the first answer comes
-        Result: rev, paused_by (null where it is not), runs. Least role: operator. Changes something.
+        Result: rev, paused_by (null where it is not), runs, next (the place of the page that follows; null: none). Least
+        role: operator. Changes something.
         """
         return self._call("queue.remove", {"run": run, "if_rev": if_rev, "idem": idem})
 
@@ -347,7 +356,8 @@ class QueueMethods:
         lease: your lease of the rig
         if_rev: rev of the queue as you know it: refused (rev.changed) where it is another by now
         idem: key of this change: asked again, the first answer comes
-        Result: rev, paused_by (null where it is not), runs. Least role: operator. Changes something.
+        Result: rev, paused_by (null where it is not), runs, next (the place of the page that follows; null: none). Least
+        role: operator. Changes something.
         """
         return self._call("queue.start", {"lease": lease, "if_rev": if_rev, "idem": idem})
 

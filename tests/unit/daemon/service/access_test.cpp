@@ -103,8 +103,8 @@ TEST_CASE("A lease is kept while the run of its user is under way, released or n
   CHECK(again->id == id);
   CHECK(leases.holder("rig:bench", 101s)->id == id);
   CHECK(leases.kept_for("R-000001")->user == "ada");
-  CHECK(leases.end_keeping("R-000001")->id == id);
-  CHECK_FALSE(leases.end_keeping("R-000001"));
+  CHECK(leases.end_keeping("R-000001", 101s)->id == id);
+  CHECK_FALSE(leases.end_keeping("R-000001", 101s));
   CHECK(leases.expire(116s).size() == 1);
   CHECK(leases.acquire(requested("bob"), 116s));
 }
@@ -118,6 +118,11 @@ TEST_CASE("A run keeps a lease of its own beside another user's, which breaking 
   CHECK(leases.kept_for("R-000001")->user == "ada");
   REQUIRE(leases.break_lease(kept->id, "ada has left", 3s));
   CHECK_FALSE(leases.kept_for("R-000001"));
+  CHECK_FALSE(leases.keep("R-000001", requested("ada"), 4s));  // that run has none any more
+  CHECK_FALSE(leases.end_keeping("R-000001", 5s));
+  CHECK(leases.keep("R-000002", requested("ada"), 6s));
+  REQUIRE(leases.end_keeping("R-000002", 7s));
+  CHECK(leases.all(7s).size() == 1);  // only kept: gone with its run
 }
 
 TEST_CASE("Nobody uses, renews or releases somebody else's lease") {

@@ -404,6 +404,7 @@ TEST_CASE("a run that was aborted is discarded, and never recovered after that")
   REQUIRE(discarded);
   CHECK(discarded->stored.recovered == "discard");
   CHECK(bench.recover(id, "test").error().code == Errc::wrong_state);
+  CHECK(bench.store.run(discarded->stored.number).value()->recovered == "discard");  // written
 }
 
 TEST_CASE("a run that is over leaves no thread behind") {

@@ -104,6 +104,12 @@ TEST_CASE("the queue goes on after a complete run, and where keep_going covers t
       {{"failed", keep, rig, full}, "auto:disk"},
       {{"interrupted", !keep, rig, !full, cut}, "auto:interrupted"},
       {{"interrupted", keep, rig, !full, cut}, "auto:interrupted"},
+      {{"complete", !keep, rig, !full, !cut, RunState::running}, ""},
+      {{"complete", !keep, rig, !full, !cut, RunState::finishing}, "auto:stopped"},
+      {{"complete", !keep, rig, !full, !cut, RunState::aborting}, "auto:aborted"},
+      {{"complete", !keep, rig, !full, !cut, RunState::halting}, "auto:halted"},
+      {{"complete", keep, rig, !full, !cut, RunState::finishing}, ""},
+      {{"complete", keep, rig, !full, !cut, RunState::ended, true}, "auto:failed"},
   };
   for (const auto& [run, cause] : rows) {
     INFO(run.outcome << " keep_going " << run.keep_going << " rig " << run.acquired_rig);

@@ -245,14 +245,27 @@ class Sequence final : private RunObserver {
   void submit() {
     RunRequest wanted{request_.recipe, {}, {}, "ada"};
     wanted.keep_going = below(4) == 0;
-    words_[static_cast<std::int64_t>(runs_) + 1] = ++word_;  // it may begin at once
-    if (manager_->submit(wanted, checked_)) ++runs_;
+    wanted.copies = 1 + below(3) / 2;
+    if (runs_ > 0 && below(4) == 0)
+      wanted.after = run_id(1 + static_cast<std::int64_t>(below(runs_)));
+    ++word_;  // they may begin at once
+    for (std::size_t i = 1; i <= wanted.copies; ++i)
+      words_[static_cast<std::int64_t>(runs_ + i)] = word_;
+    if (manager_->submit(wanted, checked_)) runs_ += wanted.copies;
   }
   void resume_queue() {
     const auto before = words_;
     ++word_;
     for (const std::int64_t run : manager_->queue().runs()) words_[run] = word_;
     if (!manager_->resume_queue("ada")) words_ = before;
+  }
+  /// A run that need not wait for another may begin by that.
+  void edit(std::string_view id) {
+    if (below(2) == 0) return static_cast<void>(manager_->edit(id, {.place = below(3)}, "ada"));
+    const auto before = words_;
+    ++word_;
+    for (const std::int64_t run : manager_->queue().runs()) words_[run] = word_;
+    if (!manager_->edit(id, {.after = ""}, "ada")) words_ = before;
   }
   void reset() {
     no_motion([this] {
@@ -285,7 +298,9 @@ class Sequence final : private RunObserver {
   void give_order(std::string_view id) {
     constexpr std::array orders{Order::pause, Order::pause_now, Order::resume, Order::stop,
                                 Order::abort};
-    static_cast<void>(manager_->order(id, orders[below(orders.size())], "ada"));
+    const Order order = orders[below(orders.size())];
+    const auto ordered = manager_->order(id, order, "ada");
+    if (ordered && order >= Order::stop) stopped_ = ordered->stored.number;
   }
   void maintain(recipes::MaintenanceKind kind) {
     const RigState before = manager_->rig_state();
@@ -327,12 +342,12 @@ class Sequence final : private RunObserver {
       case 4:
         return resume_queue();
       case 5:
+        if (below(3) == 0) return static_cast<void>(manager_->clear_queue("ada"));
         return static_cast<void>(manager_->pause_queue("ada"));
       case 6:
         return person([this](auto id) { static_cast<void>(manager_->remove(id, "ada")); });
       case 7:
-        return person(
-            [this](auto id) { static_cast<void>(manager_->edit(id, {.place = below(3)}, "ada")); });
+        return person([this](auto id) { edit(id); });
       case 8:
       case 9:
       case 10:
@@ -396,6 +411,7 @@ class Sequence final : private RunObserver {
 
   void on_begun(const RunView& run) {
     motions_before_ = bench_.motions;
+    stopped_ = 0;
     is_disk_event_ = false;
     if (words_[run.stored.number] <= bad_end_) FAIL(run.stored.id() << " begins without an order");
     if (!manager_->rig_state().can_move(run.stored.number))
@@ -407,9 +423,11 @@ class Sequence final : private RunObserver {
     if (stored.outcome.empty() || stored.cleanup.empty() || stored.rig_fact.empty())
       FAIL("an end without its facts");
     const bool has_moved = bench_.motions != motions_before_;
-    const bool is_covered = stored.keep_going && has_moved && !is_disk_event_;
+    const bool is_full = is_disk_event_ && stored.outcome == "failed";
+    const bool is_covered = stored.keep_going && has_moved && !is_full;
     const bool is_complete = stored.outcome == "complete" && run.state() == RunState::ended;
-    if (!is_complete && !is_covered) bad_end_ = ++word_;
+    const bool is_stopped = stopped_ == stored.number;  // perhaps too late to end it
+    if ((!is_complete || is_stopped) && !is_covered) bad_end_ = ++word_;
   }
 
   /// By itself; then a person can make the rig safe.
@@ -457,6 +475,7 @@ class Sequence final : private RunObserver {
   bool is_disk_event_ = false, is_catalogue_here_ = true;
   std::shared_ptr<std::optional<RigFact>> moved_by_hand_;  ///< what came of the newest
   int motions_before_ = 0;
+  std::int64_t stopped_ = 0;  ///< the run that a person ordered to end
 };
 
 void play_sequences(unsigned first, unsigned count) {

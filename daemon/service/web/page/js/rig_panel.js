@@ -11,6 +11,12 @@ const meaning = {
   latched: 'halted: nothing moves until it is reset',
 };
 
+function meaningOf(rig) {
+  if (rig.locked) return `LOCKED by ${rig.locked.by}: ${rig.locked.reason}. Nothing moves before that person, or an engineer, unlocks it`;
+  if (rig.run && rig.rig === 'holding') return 'a run has it and stands still';
+  return rig.maintenance ? `${rig.maintenance}, by hand` : meaning[rig.rig] ?? '';
+}
+
 export class RigPanel {
   constructor(api, store) {
     this.api = api;
@@ -22,8 +28,9 @@ export class RigPanel {
     const { rig, may_operate, live } = this.store;
     const fact = rig?.rig ?? 'unknown';
     fill(byId('rig-fact'), [fact, rig === null], () => [
-      el('span', { class: `fact rig-${fact}` }, rig === null ? '…' : fact), ` ${rig === null ? '' : meaning[fact] ?? ''}`]);
-    const stuck = rig !== null && (fact === 'latched' || Boolean(rig.left_by && !rig.acknowledged));
+      el('span', { class: `fact rig-${fact}` }, rig === null ? '…' : fact), ` ${rig === null ? '' : meaningOf(rig)}`]);
+    const moves = Boolean(rig?.run || rig?.maintenance);
+    const stuck = rig !== null && (fact === 'latched' || Boolean(!moves && rig.left_by && !rig.acknowledged));
     byId('latched').hidden = !stuck;
     fill(byId('latched'), [rig, may_operate, live], () => this.#stuck(fact));
   }
