@@ -135,8 +135,9 @@ Outcome move_run(const Services& services, const Call& call) {
 }
 
 Outcome edit_run(const Services& services, const Call& call) {
-  const bool may_begin = call.params.contains("after");  // a run that waits for none begins
-  if (auto allowed = may_begin ? can_begin(services, call) : can_change(services, call); !allowed)
+  const bool can_begin_by_that = call.params.contains("after");  // a run that waits for none begins
+  if (auto allowed = can_begin_by_that ? can_begin(services, call) : can_change(services, call);
+      !allowed)
     return tl::unexpected(allowed.error());
   const auto at = read_unsigned(call, "place", "no place before the first");
   if (!at) return refused(at.error());
