@@ -62,14 +62,14 @@ def soak(folder):
 
 def stored_runs(folder):
     """Rows like that of the newest run, in a catalogue that no daemon has open."""
-    with sqlite3.connect(folder / "data/weftd.sqlite") as file:
-        columns = [row[1] for row in file.execute("PRAGMA table_info(run)") if row[1] not in ("number", "folder")]
-        (have,) = file.execute("SELECT max(number) FROM run").fetchone()
-        if have >= STORED:
-            return
-        names = ", ".join(columns)
+    file = sqlite3.connect(folder / "data/weftd.sqlite")
+    columns = [row[1] for row in file.execute("PRAGMA table_info(run)") if row[1] not in ("number", "folder")]
+    (have,) = file.execute("SELECT max(number) FROM run").fetchone()
+    names = ", ".join(columns)
+    if have < STORED:
         file.execute(f"WITH RECURSIVE n(i) AS (SELECT ? UNION ALL SELECT i + 1 FROM n WHERE i < ?) INSERT INTO run (number, folder, {names}) "
                      f"SELECT i, printf('R-%06d', i), {names} FROM n JOIN run ON run.number = ?", (have + 1, STORED, have))
+    file.commit()
     file.close()
 
 
