@@ -46,7 +46,8 @@ class MaintenanceSession {
 
   recipes::MaintenanceDone execute(const recipes::MaintenancePlan& plan) {
     MaintenanceRun run(plan, session_.loop(), session_.bench());
-    run.start();
+    take_orders(run);  // a halt may have come since the bench was looked at
+    if (!run.result()) run.start();
     session_.run_until([&] {
       throttle();
       take_orders(run);
@@ -59,20 +60,22 @@ class MaintenanceSession {
         .error = Error{.code = Errc::timeout, .where = "bench", .what = "the bench fell silent"}};
   }
 
-  /// Stages that were stopped still brake.
-  recipes::Joints come_to_rest() {
+  /// Stages that were stopped still brake. False: one did not come to rest.
+  bool come_to_rest() {
     Bench& bench = session_.bench();
     const TimePoint since = session_.loop().now();
     poll();
+    bool rests = false;
     wait(rest_time, [&] {
       const Snapshot& seen = bench.snapshot();
       for (std::size_t i = 0; i < recipes::axis_count; ++i)
         if (!seen.stage_at[i] || *seen.stage_at[i] <= since || seen.stage[i].moving) return false;
-      return true;
+      return rests = true;
     });
     session_.loop().cancel(poll_timer_);
-    return bench.snapshot().joints();
+    return rests;
   }
+  [[nodiscard]] recipes::Joints joints() const { return session_.bench().snapshot().joints(); }
 
  private:
   static constexpr Duration poll_period = 20ms;
@@ -137,7 +140,13 @@ Result<MaintenanceSummary> run_maintenance(const MaintenanceRequest& request,
   MaintenanceSummary summary{.begin = {found->joints, plan->is_relative}};
   if (hooks.begins) hooks.begins(summary.begin);
   summary.done = bench.execute(*plan);
-  summary.to = bench.come_to_rest();
+  const bool rests = bench.come_to_rest();
+  summary.to = bench.joints();
+  if (rests) return summary;
+  summary.done.rig = recipes::RigFact::unknown;
+  if (!summary.done.error)
+    summary.done.error =
+        Error{.code = Errc::timeout, .where = "bench", .what = "the stages did not come to rest"};
   return summary;
 }
 

@@ -46,8 +46,8 @@ async function halt_and_reset(daemon, page) {
   await page.click('#latched button');
   await page.fill('dialog[open] input', 'looked at it: nothing is touched');
   await page.click('dialog[open] button[type=submit]');
-  await says(page, '#rig-fact', /safe/);
-  assert.equal(daemon.call('rig.state').rig, 'safe');
+  await says(page, '#rig-fact', /holding/);
+  assert.deepEqual([daemon.call('rig.state').rig, daemon.call('rig.state').acknowledged], ['holding', true]);
 }
 
 async function look_it_up(page) {

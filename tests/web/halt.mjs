@@ -7,7 +7,7 @@ async function reset(daemon, page) {
   await says(page, '#rig-fact', /latched/);
   assert.equal(daemon.call('rig.state').rig, 'latched');
   daemon.call('rig.reset', { reason: 'a test has looked at it' });
-  await says(page, '#rig-fact', /safe/);
+  await says(page, '#rig-fact', /holding/);  // halted over the cloth, and looked at
 }
 
 /** `act` halts while the question whether to abort is open; nobody answers that. */

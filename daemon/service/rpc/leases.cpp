@@ -41,9 +41,13 @@ tl::unexpected<Error> held(const Lease& lease, Leases::Clock now) {
 
 Result<Lease> Leases::acquire(const Request& requested, Clock now) {
   if (Status ok = check_ttl(requested.ttl); !ok) return pass(ok.error());
+  // A run may keep one beside another user's.
+  for (const auto& [known_id, lease] : by_id_)
+    if (lease.scope == requested.scope && !is_over(lease, now) &&
+        (lease.expires > now || lease.user != requested.user))
+      return held(lease, now);
   for (auto& [known_id, lease] : by_id_) {
     if (lease.scope != requested.scope || is_over(lease, now)) continue;
-    if (lease.expires > now || lease.user != requested.user) return held(lease, now);
     lease.session = requested.session;
     lease.note = requested.note;
     lease.expires = lease.journalled = now + requested.ttl;
@@ -78,6 +82,8 @@ Result<Lease> Leases::renew(std::string_view id, std::string_view user, millisec
   if (Status ok = check_ttl(ttl); !ok) return pass(ok.error());
   auto lease = find(id, user, now);
   if (!lease) return lease;
+  if (const auto other = holder(lease->scope, now); other && other->id != lease->id)
+    return held(*other, now);
   lease->expires = now + ttl;
   by_id_.find(id)->second.expires = lease->expires;
   return lease;

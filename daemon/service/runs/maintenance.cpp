@@ -137,16 +137,18 @@ void RunManager::maintain(const recipes::MaintenanceOrder& order, std::string_vi
   if (can) can = store_.commit({.rig = moving, .journal = {line("", "maintenance", by, payload)}});
   if (!can) return on_done(pass(can.error()));
   rig_ = std::move(moving);
+  const auto has_begun = std::make_shared<bool>(false);
   maintenance_.begin(
       order,
-      [this, order, by = std::string(by)](const MaintenanceBegin& begin) {
+      [this, order, has_begun, by = std::string(by)](const MaintenanceBegin& begin) {
+        *has_begun = true;
         json moved = begin_json(order, begin);
         moved["state"] = "moving";
         journal("", "maintenance", by, moved);
       },
-      [this, order, before, by = std::string(by),
+      [this, order, before, has_begun, by = std::string(by),
        on_done = std::move(on_done)](const Result<MaintenanceSummary>& summary) {
-        on_maintained(order, before, by, summary);
+        on_maintained(order, before, *has_begun, by, summary);
         on_done(summary);
       });
   notify_rig(by);
@@ -156,22 +158,23 @@ void RunManager::maintain(const recipes::MaintenanceOrder& order, std::string_vi
 // one at rest may be moved again, also where the probe is not up. A run that was submitted
 // meanwhile does not begin between two motions of that person.
 void RunManager::on_maintained(const recipes::MaintenanceOrder& order, const RigFacts& before,
-                               std::string_view by, const Result<MaintenanceSummary>& summary) {
+                               bool has_begun, std::string_view by,
+                               const Result<MaintenanceSummary>& summary) {
   maintenance_deadline_ = Deadlines::Duration::max();
   RigFacts facts = rig_.facts();
-  facts.fact = summary ? summary->done.rig : before.fact;
-  facts.left_by = summary ? format_maintenance(order, by) : before.left_by;
+  const RigFact lost = has_begun ? RigFact::unknown : before.fact;  // without a summary
+  facts.fact = summary ? summary->done.rig : lost;
+  facts.left_by = summary || has_begun ? format_maintenance(order, by) : before.left_by;
   facts.acknowledged = summary ? facts.fact == RigFact::holding && !facts.latch &&
                                      summary->done.outcome != recipes::Outcome::failed
-                               : before.acknowledged;
+                               : !has_begun && before.acknowledged;
   if (facts.fact == RigFact::safe) facts.left_by.clear();
   rig_ = RigState(std::move(facts));
   json payload = summary ? maintenance_json(order, *summary) : order_json(order);
   payload["state"] = "ended";
   if (!summary)
-    payload.update({{"outcome", "failed"},
-                    {"rig", to_string(before.fact)},
-                    {"error", to_string(summary.error())}});
+    payload.update(
+        {{"outcome", "failed"}, {"rig", to_string(lost)}, {"error", to_string(summary.error())}});
   RunChange change{.rig = rig_, .journal = {line("", "maintenance", by, payload)}};
   pause_queue_for(after_maintenance, order_json(order), change);
   store_.persist(change);

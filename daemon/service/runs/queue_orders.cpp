@@ -132,9 +132,9 @@ const RunManager::Run* RunManager::run_before(const Run& run) const {
 }
 
 bool RunManager::is_ready(std::int64_t run) const {
-  const Run& waiting = *numbered(run);
-  if (waiting.stored.after == 0) return true;
-  const Run* const first = run_before(waiting);
+  const Run* const waiting = numbered(run);
+  if (waiting == nullptr || waiting->stored.after == 0) return waiting != nullptr;
+  const Run* const first = run_before(*waiting);
   return first != nullptr && is_followed(*first);
 }
 
@@ -168,6 +168,7 @@ Status RunManager::edit(std::string_view id, const QueueEdit& wanted, std::strin
   RunChange change{.runs = {stored}, .journal = {line(id, "edited", by, payload)}};
   if (Status persisted = commit(std::move(queue), std::move(change)); !persisted) return persisted;
   run.stored = std::move(stored);
+  if (wanted.seed) run.limits = {};  // another plan, which its thread reports
   notify(run, by);
   notify_queue(by);
   if (wanted.after) begin_next();  // it may be ready now

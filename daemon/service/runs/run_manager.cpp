@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -171,6 +172,12 @@ Status RunManager::can_submit(const RunRequest& wanted, const Checked& checked) 
                  .what = "number of copies out of range",
                  .expected = "1 to " + std::to_string(most_copies),
                  .got = std::to_string(wanted.copies)});
+  if (wanted.seed && *wanted.seed > std::numeric_limits<std::uint64_t>::max() - wanted.copies)
+    return fail({.code = Errc::range,
+                 .where = "/params/seed",
+                 .what = "no seeds are left for so many copies",
+                 .expected = "a seed below 2^64 less the copies",
+                 .got = std::to_string(*wanted.seed)});
   return context_.check_space(context_.data, wanted.copies * disk_forecast(checked->plan));
 }
 
@@ -207,8 +214,8 @@ Result<RunView> RunManager::submit(const RunRequest& wanted, const Checked& chec
     Run& one = *runs_.emplace_back(std::make_unique<Run>());
     one.stored = run;
     use_plan(one, plan);
-    notify(one, wanted.by);
   }
+  for (const StoredRun& run : added) notify(*numbered(run.number), wanted.by);
   notify_queue(wanted.by);
   begin_next();
   return shown(*numbered(*first));

@@ -198,6 +198,7 @@ class RunManager final : private RunReports {
     std::string pause_ordered_by;  ///< the person whose pause no repetition has taken yet
     bool counted = true;           ///< how many trials are on record is known
     bool aborted_by_end = false;   ///< the daemon's end gave the order
+    bool was_given_up = false;     ///< its thread did not answer in time
     struct Waiting {
       std::function<void(const RunView&)> on_ended;
       std::weak_ptr<const void> listener;
@@ -231,7 +232,8 @@ class RunManager final : private RunReports {
   /// Ends the motion outside a run, if one is under way.
   void stop_maintenance(Order order, std::string_view by);
   /// `before`: the rig as it was when the motion was ordered.
-  void on_maintained(const recipes::MaintenanceOrder& order, const RigFacts& before,
+  /// `has_begun`: something may have moved.
+  void on_maintained(const recipes::MaintenanceOrder& order, const RigFacts& before, bool has_begun,
                      std::string_view by, const Result<MaintenanceSummary>& summary);
   [[nodiscard]] Status can_submit(const RunRequest& wanted, const Checked& checked) const;
   [[nodiscard]] StoredRun stored_run(const RunRequest& wanted, const Checked& checked,

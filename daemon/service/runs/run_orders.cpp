@@ -201,6 +201,11 @@ Result<RunManager::Run*> RunManager::find_recoverable(std::string_view id) const
                  .expected = "interrupted, or ended with trials left",
                  .got = std::string(to_string(run.state())) +
                         (run.is_over() ? ", " + run.stored.outcome : std::string())});
+  if (executor_.run() == run.number())
+    return fail({.code = Errc::wrong_state,
+                 .where = "/params/run",
+                 .what = "the run does not answer, and its thread has not ended yet",
+                 .hint = "It ends with the daemon; recover the run after that"});
   const bool is_ours = context_.one_run || run.stored.folder.parent_path() == context_.data;
   if (!is_ours)
     return fail({.code = Errc::wrong_state,
@@ -248,6 +253,9 @@ Result<RunView> RunManager::recover(std::string_view id, const RecoverRequest& w
   if (Status persisted = commit_transition(run, std::move(stored), queued, by); !persisted)
     return pass(persisted.error());
   use_plan(run, summarize(checked->plan, runs_in_real_time(context_.rig)));
+  run.moment.reset();  // of its life before
+  run.vote.reset();
+  run.last_rejection.clear();
   rig_.allow_resumed(run.number());
   notify(run, by);
   begin_next();

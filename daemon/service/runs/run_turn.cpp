@@ -105,7 +105,7 @@ void RunManager::begin(Run& run) {
   stored.bench = to_string(load_bench_kind(context_.rig));
   stored.rig_untaken = true;
   run.forget_folder();
-  run.aborted_by_end = run.pause_is_carried_over = false;
+  run.aborted_by_end = run.pause_is_carried_over = run.was_given_up = false;
   run.end_ordered_by.clear();
   apply(run, on_begun(run.machine, run.limits, context_.now()), "auto:queue");
   executor_.begin(run.number(), plan_is_known, request_of(stored), stored.resume);
@@ -177,6 +177,7 @@ bool RunManager::count_trials(Run& run) {
 }
 
 void RunManager::give_up(Run& run, RunChange& change) {
+  run.was_given_up = true;
   StoredRun& stored = run.stored;
   const bool has_rig = executor_.has_rig();
   if (has_rig && rig_.on_ended(RigFact::unknown, run.stored.id())) change.rig = rig_;
@@ -189,7 +190,6 @@ void RunManager::on_thread_ended(std::int64_t number, const RunResult& result) {
   Run& run = *numbered(number);
   StoredRun& stored = run.stored;
   const auto& summary = result.summary;
-  const bool was_given_up = run.is_over();
   RunEnd end{.found = found_facts(result, run),
              .has_summary = summary.has_value(),
              .acquired_rig = result.acquired_rig,
@@ -220,7 +220,7 @@ void RunManager::on_thread_ended(std::int64_t number, const RunResult& result) {
                                   .is_disk_full = is_disk_full(result),
                                   .is_interrupted = run.state() == RunState::interrupted,
                                   .ordered = before,
-                                  .was_given_up = was_given_up}),
+                                  .was_given_up = run.was_given_up}),
                   {{"run", stored.id()}, {"error", stored.error}}, change);
   store_.persist(change);
   if (change.rig) notify_rig(by);

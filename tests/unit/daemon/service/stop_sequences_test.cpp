@@ -397,6 +397,7 @@ class Sequence final : private RunObserver {
   }
 
   void on_run_changed(const RunView& run) override {
+    if (manager_) static_cast<void>(manager_->status());  // as a daemon asks in each callback
     const std::int64_t number = run.stored.number;
     const RunState before = std::exchange(states_[number], run.state());
     if (run.state() == RunState::arming && before != RunState::arming) on_begun(run);

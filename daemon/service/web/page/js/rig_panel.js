@@ -11,7 +11,7 @@ const meaning = {
   latched: 'halted: nothing moves until it is reset',
 };
 
-function meaningOf(rig) {
+function meaning_of(rig) {
   if (rig.locked) return `LOCKED by ${rig.locked.by}: ${rig.locked.reason}. Nothing moves before that person, or an engineer, unlocks it`;
   if (rig.run && rig.rig === 'holding') return 'a run has it and stands still';
   return rig.maintenance ? `${rig.maintenance}, by hand` : meaning[rig.rig] ?? '';
@@ -28,7 +28,7 @@ export class RigPanel {
     const { rig, may_operate, live } = this.store;
     const fact = rig?.rig ?? 'unknown';
     fill(byId('rig-fact'), [fact, rig === null], () => [
-      el('span', { class: `fact rig-${fact}` }, rig === null ? '…' : fact), ` ${rig === null ? '' : meaningOf(rig)}`]);
+      el('span', { class: `fact rig-${fact}` }, rig === null ? '…' : fact), ` ${rig === null ? '' : meaning_of(rig)}`]);
     const moves = Boolean(rig?.run || rig?.maintenance);
     const stuck = rig !== null && (fact === 'latched' || Boolean(!moves && rig.left_by && !rig.acknowledged));
     byId('latched').hidden = !stuck;
@@ -37,6 +37,7 @@ export class RigPanel {
 
   #stuck(fact) {
     const { rig, may_operate, live } = this.store;
+    if (rig === null) return [];
     const by = rig?.latched_by ? ` by ${rig.latched_by}` : '';
     const text = fact === 'latched' ? `The rig was halted${by}. Nothing moves before somebody has looked at it.`
       : fact === 'holding' ? `${words(rig.left_by)} stopped where it was: the probe may be on the fabric. Look at it before anything moves.`
