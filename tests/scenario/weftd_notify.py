@@ -169,7 +169,7 @@ def prepare(folder, receiver, broker):
     settings = {"disk_low_gb": 900000,
                 "webhook": {"url": receiver.url(), "token_file": "webhook.token", "headers": {"X-Title": "{title}"},
                             "body": {"event": "{event}", "run": "{run}", "priority": "{priority}", "text": "{text}", "outcome": "{outcome}"}},
-                "mqtt": {"host": "localhost", "port": broker.port, "topic": TOPIC, "user": "weft", "password_file": "mqtt.password",
+                "mqtt": {"host": "127.0.0.1", "port": broker.port, "topic": TOPIC, "user": "weft", "password_file": "mqtt.password",
                          "ca_file": str(broker.certificate)}}
     (folder / "notify.json").write_text(json.dumps(settings))
     return folder / "notify.json"
