@@ -206,14 +206,17 @@ Result<RunManager::Run*> RunManager::find_recoverable(std::string_view id) const
                  .where = "/params/run",
                  .what = "the run does not answer, and its thread has not ended yet",
                  .hint = "It ends with the daemon; recover the run after that"});
-  const bool is_ours = context_.one_run || run.stored.folder.parent_path() == context_.data;
+  std::error_code unseen;  // a folder that is away is refused later, by its name
+  const std::filesystem::path parent = run.stored.folder.parent_path();
+  const bool is_ours =
+      context_.one_run || std::filesystem::equivalent(parent, context_.data, unseen) || unseen;
   if (!is_ours)
     return fail({.code = Errc::wrong_state,
                  .where = "/params/run",
                  .what = "the campaign of an imported run is not of this daemon",
                  .expected = "a folder in " + context_.data.string(),
                  .got = run.stored.folder.string(),
-                 .hint = "Its own daemon goes on with it, or weft run --resume in its folder"});
+                 .hint = "Recover it with its own daemon, or with weft run --resume"});
   if (recovery_.is_settling(run.number()))
     return fail({.code = Errc::wrong_state,
                  .where = "/params/run",

@@ -128,7 +128,7 @@ struct RunManagerBench {
     manager = std::make_unique<runs::RunManager>(
         runs::RunContext{
             .rig = request.rig,
-            .data = where.path(),
+            .data = where.path() / "",  // as a person types it, with a slash
             .post = [this](std::function<void()> work) { posted.post(std::move(work)); },
             .now = [this] { return now; },
             .utc_us = [] { return std::int64_t{0}; },
