@@ -129,7 +129,7 @@ Reply print_reply(Sent& sent, bool is_only_one, Console& console) {
   if (rig) {
     print_line(console, (is_only_one ? "" : name + ": ") + "rig latched\n", *rig);
     for (const json& warning : rig->value("warnings", json::array()))
-      console.err << "weft: " << name << ": " << warning.dump() << std::endl;
+      console.err << "weft: " << name << ": " << warning.value("message", "") << std::endl;
   } else {
     console.err << "weft: " << name << ": " << to_string(rig.error()) << std::endl;
   }

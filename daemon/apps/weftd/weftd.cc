@@ -31,22 +31,15 @@ int rebuild_catalogue(const weft::daemon::runs::CataloguePaths& paths) {
   if (!done->damaged.empty())
     std::cout << "The damaged catalogue is kept as " << done->damaged.string() << "\n";
   if (done->is_latched)
-    std::cout << "A latch or a lock-out may have been in it, so the rig has an emergency stop: an "
-                 "engineer "
-                 "looks at the rig, then resets it\n";
+    std::cout << "The rig has an emergency stop, as a latch or a lock-out may have been lost: an "
+                 "engineer looks at the rig, then resets it\n";
   std::cout << done->added.size() << " runs added; the next run is "
             << weft::daemon::runs::run_id(done->next_number) << std::endl;
   return 0;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+void add_options(CLI::App& app, weft::daemon::server::DaemonOptions& options) {
   using weft::daemon::server::LogFormat;
-  weft::daemon::server::DaemonOptions options;
-  options.log_format = weft::daemon::server::default_log_format();
-  CLI::App app("Runs campaigns on one rig; programs talk to it in JSON-RPC, one object a line.",
-               "weftd");
   app.set_version_flag("--version", "weftd " + weft::daemon::software_version());
   app.add_option("--rig", options.rig, "rig file (JSON)")->required()->check(CLI::ExistingFile);
   app.add_option("--recipes", options.recipes, "folder of recipes")
@@ -77,6 +70,16 @@ int main(int argc, char** argv) {
                  "how the journal is written to standard output: text, json (an object a line) or "
                  "journald (with priorities; the default where systemd's journal reads it)")
       ->transform(CLI::CheckedTransformer(formats).description("text|json|journald"));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  weft::daemon::server::DaemonOptions options;
+  options.log_format = weft::daemon::server::default_log_format();
+  CLI::App app("Runs campaigns on one rig; programs talk to it in JSON-RPC, one object a line.",
+               "weftd");
+  add_options(app, options);
   bool rebuilds = false;
   app.add_flag(
       "--rebuild-catalogue", rebuilds,
@@ -101,7 +104,7 @@ int main(int argc, char** argv) {
   const weft::Status ended = weft::daemon::server::run_daemon(
       options, {signals.requested(), StopSignals::reload_requested()});
   if (ended) return 0;
-  if (options.log_format == LogFormat::journald) std::cerr << "<3>";
+  if (options.log_format == weft::daemon::server::LogFormat::journald) std::cerr << "<3>";
   std::cerr << "weftd: " << weft::to_string(ended.error()) << std::endl;
   std::quick_exit(1);  // threads of a run that does not answer are at work yet
 }

@@ -136,22 +136,26 @@ void find_campaigns(const fs::path& folder, std::vector<fs::path>& out,
                       .hint = "Runs in it are not listed: make it readable, then do this again"});
 }
 
-/// The highest number that the damaged file gave, as far as it can be read. SQLite reads a file
-/// that was cut short only with a writable schema; nothing is written.
-std::int64_t highest_number_in(const fs::path& file) {
+/// One number of the damaged file, as far as it can be read. SQLite reads a file that was cut short
+/// only with a writable schema; nothing is written.
+std::optional<std::int64_t> read_damaged(const fs::path& file, const char* sql) {
   auto database = sqlite::Database::open_untouched(file);
-  if (!database || !database->execute("PRAGMA writable_schema=ON")) return 0;
-  const auto found = database->integer("SELECT max(seq) FROM sqlite_sequence WHERE name = 'run'");
-  return found ? found->value_or(0) : 0;
+  if (!database || !database->execute("PRAGMA writable_schema=ON")) return std::nullopt;
+  const auto found = database->integer(sql);
+  return found ? *found : std::nullopt;
 }
 
-/// Whether the damaged file still says that nobody had latched the rig or locked it out.
+/// The highest number that was given to a run; 0 where that cannot be read.
+std::int64_t highest_number_in(const fs::path& file) {
+  return read_damaged(file, "SELECT max(seq) FROM sqlite_sequence WHERE name = 'run'").value_or(0);
+}
+
+/// Whether the file says that nobody had latched the rig or locked it out.
 bool had_free_rig(const fs::path& file) {
-  auto database = sqlite::Database::open_untouched(file);
-  if (!database || !database->execute("PRAGMA writable_schema=ON")) return false;
-  const auto kept = database->integer(
-      "SELECT count(*) FROM rig WHERE fact = 'latched' OR latch <> '' OR lock_user <> ''");
-  return kept && *kept == 0;
+  return read_damaged(
+             file,
+             "SELECT count(*) FROM rig WHERE fact = 'latched' OR latch <> '' OR lock_user <> ''") ==
+         0;
 }
 
 /// "weftd.sqlite.damaged-20261127T152715Z", its log with it. SQLite finds a log by its name.

@@ -11,8 +11,7 @@ using nlohmann::json;
 
 namespace {
 
-/// A run that waits for this one may begin.
-bool is_followed(const RunView& run) {
+bool has_ended_complete(const RunView& run) {
   return run.machine.state == RunState::ended && run.stored.outcome == "complete";
 }
 
@@ -106,8 +105,7 @@ Result<std::int64_t> RunManager::followed(std::int64_t run, const std::string& a
   if (after.empty()) return 0;
   const auto found = find(after);
   if (!found) return pass(found.error());
-  const bool is_complete = is_followed(**found);
-  if ((*found)->is_over() && !is_complete && !is_recoverable(**found))
+  if ((*found)->is_over() && !has_ended_complete(**found) && !is_recoverable(**found))
     return fail({.code = Errc::wrong_state,
                  .where = "/params/after",
                  .what = "that run has not ended complete, and never will",
@@ -115,7 +113,8 @@ Result<std::int64_t> RunManager::followed(std::int64_t run, const std::string& a
                  .got = after + ", " + (*found)->stored.outcome});
   // Each run follows one at most, so that a chain that leads back to this run is a cycle. A
   // complete one waits for no other any more.
-  for (const Run* next = *found; next != nullptr && !is_followed(*next); next = run_before(*next))
+  for (const Run* next = *found; next != nullptr && !has_ended_complete(*next);
+       next = run_before(*next))
     if (next->number() == run)
       return fail({.code = Errc::wrong_state,
                    .where = "/params/after",
@@ -135,7 +134,7 @@ bool RunManager::is_ready(std::int64_t run) const {
   const Run* const waiting = numbered(run);
   if (waiting == nullptr || waiting->stored.after == 0) return waiting != nullptr;
   const Run* const first = run_before(*waiting);
-  return first != nullptr && is_followed(*first);
+  return first != nullptr && has_ended_complete(*first);
 }
 
 Status RunManager::edit(std::string_view id, const QueueEdit& wanted, std::string_view by) {

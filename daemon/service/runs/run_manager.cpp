@@ -165,7 +165,7 @@ Status RunManager::can_submit(const RunRequest& wanted, const Checked& checked) 
                  .expected = "at most " + std::to_string(most_queued) + " runs",
                  .got = std::to_string(queue_.runs().size()) + " and " +
                         std::to_string(wanted.copies) + " more",
-                 .hint = "Repetitions belong into a recipe, not into the queue"});
+                 .hint = "Put repetitions into the recipe"});
   if (wanted.copies == 0 || wanted.copies > most_copies)
     return fail({.code = Errc::range,
                  .where = "/params/repeat",
