@@ -94,7 +94,7 @@ target_link_libraries(weft_daemon_hardware_plugins PUBLIC ${WEFT_DRIVER_TARGETS}
 
 if(WEFT_SNDFILE)
   target_include_directories(weft_daemon_storage_recordings SYSTEM PRIVATE ${SNDFILE_INCLUDE_DIRS})
-  target_link_libraries(weft_daemon_storage_recordings PRIVATE ${SNDFILE_LINK_LIBRARIES})
+  target_link_libraries(weft_daemon_storage_recordings PRIVATE ${CMAKE_DL_LIBS})
   set_property(SOURCE daemon/storage/recordings/sound_file.cpp APPEND PROPERTY COMPILE_DEFINITIONS WEFT_WITH_SNDFILE)
 endif()
 

@@ -32,7 +32,7 @@ std::string format_log_line(LogFormat format, const runs::JournalLine& line, boo
 class DaemonLog {
  public:
   /// Lines that wait to be written.
-  static constexpr std::size_t most_waiting = 1024;
+  static constexpr std::size_t most_waiting = 256;
 
   /// Writes to `descriptor`, standard output in production.
   explicit DaemonLog(LogFormat format, int descriptor = 1);

@@ -1,6 +1,7 @@
 #include "daemon/storage/recordings/import_recordings.hpp"
 
 #ifdef WEFT_WITH_SNDFILE
+#include <dlfcn.h>
 #include <sndfile.h>
 
 #include <array>
@@ -122,28 +123,57 @@ Status check_length(const std::filesystem::path& path) {
                 std::to_string(samples->begin + samples->bytes) + " bytes", std::to_string(bytes));
 }
 
+// libsndfile, loaded at the first sound file: with its codecs it is 0.8 MB, which a daemon that
+// reads none need not hold. Functions by their names in its header; all null where it is missing.
+struct SndfileLibrary {
+  decltype(&::sf_open) open = nullptr;
+  decltype(&::sf_close) close = nullptr;
+  decltype(&::sf_strerror) strerror = nullptr;
+  decltype(&::sf_readf_double) readf_double = nullptr;
+};
+
+template <class Function>
+bool find(void* library, const char* name, Function& out) {
+  out = reinterpret_cast<Function>(::dlsym(library, name));
+  return out != nullptr;
+}
+
+SndfileLibrary load_sndfile() {
+  void* const library = ::dlopen("libsndfile.so.1", RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
+  SndfileLibrary out;
+  const bool is_whole = library != nullptr && find(library, "sf_open", out.open) &&
+                        find(library, "sf_close", out.close) &&
+                        find(library, "sf_strerror", out.strerror) &&
+                        find(library, "sf_readf_double", out.readf_double);
+  return is_whole ? out : SndfileLibrary{};
+}
+
 }  // namespace
 
 Result<SoundFile> read_sound_file(const std::filesystem::path& path) {
+  static const SndfileLibrary sndfile = load_sndfile();
   constexpr sf_count_t most_samples = sf_count_t{1} << 28U;
   std::error_code unread;
   if (!std::filesystem::is_regular_file(path, unread))
     return broken(path, Errc::not_found, "no such sound file", {}, unread ? unread.message() : "");
   // libsndfile takes what there is of a file that was cut.
   if (auto whole = check_length(path); !whole) return pass(whole.error());
+  if (sndfile.open == nullptr)
+    return broken(path, Errc::unsupported, "libsndfile cannot be loaded", "libsndfile.so.1", {},
+                  "Install libsndfile1");
   SF_INFO info{};
-  const std::unique_ptr<SNDFILE, int (*)(SNDFILE*)> file(sf_open(path.c_str(), SFM_READ, &info),
-                                                         &sf_close);
+  const std::unique_ptr<SNDFILE, int (*)(SNDFILE*)> file(
+      sndfile.open(path.c_str(), SFM_READ, &info), sndfile.close);
   if (!file)
-    return broken(path, Errc::parse, "not a sound file", "WAV or the like", sf_strerror(nullptr),
-                  "A table needs a name that ends in .csv");
+    return broken(path, Errc::parse, "not a sound file", "WAV or the like",
+                  sndfile.strerror(nullptr), "A table needs a name that ends in .csv");
   if (info.channels < 1 || info.frames < 1 || info.samplerate < 1 ||
       info.frames > most_samples / info.channels)
     return broken(path, Errc::parse, "a sound file of an impossible size", "1 to 2^28 samples",
                   std::to_string(info.frames) + " x " + std::to_string(info.channels));
   const auto channels = static_cast<std::size_t>(info.channels);
   std::vector<double> all(static_cast<std::size_t>(info.frames) * channels);
-  const sf_count_t got = sf_readf_double(file.get(), all.data(), info.frames);
+  const sf_count_t got = sndfile.readf_double(file.get(), all.data(), info.frames);
   if (got != info.frames)
     return broken(path, Errc::corrupt, "the sound file is cut short",
                   std::to_string(info.frames) + " samples", std::to_string(got));
