@@ -104,7 +104,7 @@ void BenchActions::set_still(StageAxis axis) {
 }
 
 void BenchActions::begin(const recipes::MoveTo& order) {
-  descent_.reset();
+  force_way_.reset();
   motion_ = Motion{order.ticket, {}, ZWay::none};
   for (const recipes::AxisMove& move : order.moves) {
     const MoveCommand sent{move.target, move.speed, move.unhomed};
@@ -129,21 +129,25 @@ void BenchActions::send_bias() {
     on_event_(recipes::Fault{Error(sent.error()).in(sensor.entry().name)});
 }
 
-void BenchActions::begin(const recipes::Descend& order) {
+void BenchActions::begin(const recipes::Ascend& order) {
+  begin(ForceWay{{order.ticket, order.target_z_m, order.speed_mps, order.stop_force_n}, true});
+}
+
+void BenchActions::begin(const ForceWay& way) {
   motion_.reset();
-  descent_ = order;
+  force_way_ = way;
 }
 
 void BenchActions::stop() {
   motion_.reset();
-  descent_.reset();
+  force_way_.reset();
   biasing_.reset();
   for (const StageAxis axis : recipes::all_axes) set_still(axis);
 }
 
 void BenchActions::check_all() {
   check_motion();
-  check_descent();
+  check_force_way();
   check_bias();
 }
 
@@ -166,23 +170,24 @@ void BenchActions::check_motion() {
   on_event_(recipes::MotionDone{ticket});
 }
 
-// The way down is a velocity that ends by itself, sent again in each cycle: a host that dies on the
-// way must not leave a stage that goes on into the plate (docs/adr/0002).
-void BenchActions::check_descent() {
-  if (!descent_) return;
+// The way is a velocity that ends by itself, sent again in each cycle: a host that dies on it must
+// not leave a stage that goes on into the plate (docs/adr/0002).
+void BenchActions::check_force_way() {
+  if (!force_way_) return;
   const Snapshot& seen = bench_->snapshot();
-  const StageSample& z = seen.stage[recipes::index(StageAxis::z)];
-  const recipes::Ticket ticket = descent_->ticket;
-  const bool touched = seen.wrench.force_n[2] >= descent_->stop_force_n;
-  if (!touched && z.position < descent_->target_z_m)
-    return drive(StageAxis::z, descent_->speed_mps);
-  descent_.reset();
+  const double z_m = seen.stage[recipes::index(StageAxis::z)].position;
+  const double force_n = seen.wrench.force_n[2];
+  const auto [order, up] = *force_way_;
+  const bool reached = up ? force_n <= order.stop_force_n : force_n >= order.stop_force_n;
+  const bool is_there = up ? z_m <= order.target_z_m : z_m >= order.target_z_m;
+  if (!reached && !is_there) return drive(StageAxis::z, up ? -order.speed_mps : order.speed_mps);
+  force_way_.reset();
   set_still(StageAxis::z);
-  touched_z_m_ = z.position;
-  if (touched)
-    on_event_(recipes::ContactFound{ticket, z.position});
+  if (!up) touched_z_m_ = z_m;
+  if (reached)
+    on_event_(recipes::ForceReached{order.ticket, z_m});
   else
-    on_event_(recipes::MotionDone{ticket});
+    on_event_(recipes::MotionDone{order.ticket});
 }
 
 // A cycle's mean is looked at, in which a bad reading shows however many good ones follow it.
@@ -238,7 +243,7 @@ BenchActions::ZWay BenchActions::z_way(double from, double target) const {
 // stop or to turn, z goes on for a moment: both may be while it comes back.
 void BenchActions::check_z_motion(recipes::WatchInput& watched, TimePoint now) {
   const ZWay way = motion_ ? motion_->z_way : ZWay::none;
-  if (descent_ || way == ZWay::down) can_land_until_ = now + z_comes_to_rest;
+  if (way == ZWay::down || (force_way_ && !force_way_->up)) can_land_until_ = now + z_comes_to_rest;
   if (way == ZWay::off_the_cloth) can_lift_until_ = now + z_comes_to_rest;
   watched.can_land = now <= can_land_until_;
   watched.can_lift = now <= can_lift_until_;

@@ -30,8 +30,9 @@ class BenchActions {
 
   void begin(const recipes::MoveTo& order);
   void begin(const recipes::BiasSensors& order);
-  void begin(const recipes::Descend& order);
-  void end_descent() { descent_.reset(); }
+  void begin(const recipes::Descend& order) { begin(ForceWay{order, false}); }
+  void begin(const recipes::Ascend& order);
+  void end_force_way() { force_way_.reset(); }
   /// All axes stand still, nothing is awaited any more.
   void stop();
 
@@ -52,7 +53,7 @@ class BenchActions {
   void poll(std::uint64_t cycle);
 
  private:
-  void check_descent();
+  void check_force_way();
   void check_bias();
 
   /// A motion command under way and the number that confirms it.
@@ -66,6 +67,11 @@ class BenchActions {
     std::vector<Awaited> moves;
     ZWay z_way;
   };
+  /// A Descend, or an Ascend with the same fields.
+  struct ForceWay {
+    recipes::Descend order;
+    bool up = false;
+  };
   struct Biasing {
     recipes::Ticket ticket = 0;
     TimePoint sent_at{};  ///< last
@@ -75,6 +81,7 @@ class BenchActions {
     std::optional<std::array<double, 3>> off_n{};  ///< mean of the last cycle that was not quiet
   };
 
+  void begin(const ForceWay& way);
   void send_bias();
   std::uint32_t command(StageAxis axis, const Command& command);
   /// Readings and when they came.
@@ -92,7 +99,7 @@ class BenchActions {
   std::optional<double> touched_z_m_;  ///< at the end of the last way down
   TimePoint can_land_until_{}, can_lift_until_{};
   std::optional<Motion> motion_;
-  std::optional<recipes::Descend> descent_;
+  std::optional<ForceWay> force_way_;
   std::optional<Biasing> biasing_;
 };
 

@@ -112,10 +112,11 @@ void check_devices(const recipes::RigLimits& limits, const RigFile& rig, PluginD
   }
 }
 
-/// The patch that the fabric's first trial touches.
-std::uint64_t first_patch(const Plan& plan, std::size_t fabric) {
+/// Of the fabric's first trial.
+sim::PatchSeeds first_seeds(const Plan& plan, std::size_t fabric) {
   const auto first = std::ranges::find(plan.trials, fabric, &recipes::TrialSpec::fabric);
-  return first == plan.trials.end() ? 0 : first->patch_seed;
+  if (first == plan.trials.end()) return {};
+  return {first->seeds.piece, first->seeds.mounting, first->seeds.touch};
 }
 
 void mount_fabrics(const Plan& plan, sim::Rig& bench, std::vector<Diagnostic>& problems) {
@@ -129,7 +130,7 @@ void mount_fabrics(const Plan& plan, sim::Rig& bench, std::vector<Diagnostic>& p
       problems.push_back({pointer, "the cloth table of the rig has no such fabric", "", name,
                           meant.empty() ? "Its fabrics are " + recipes::one_of(known)
                                         : "Did you mean " + std::string(meant)});
-    } else if (const Status on = bench.mount(name, first_patch(plan, i), TimePoint{}); !on) {
+    } else if (const Status on = bench.mount(name, first_seeds(plan, i), 1, TimePoint{}); !on) {
       problems.push_back(diagnostic(on.error(), pointer));
     }
   }

@@ -25,7 +25,7 @@ class RigConsole {
   explicit RigConsole(std::unique_ptr<Link> link);
 
   /// Puts a patch of a fabric on the emulated plate. Errors told: those of weft-rig; io.
-  void mount(std::string_view fabric, std::uint64_t patch_seed, Answer answer);
+  void mount(const recipes::MountFabric& order, Answer answer);
   /// Lets a fault befall a device, or ends some: `fault_json` as FaultOrder has it. Errors told:
   /// likewise.
   void inject_fault(std::string_view fault_json, bool ends, Answer answer);
@@ -63,8 +63,14 @@ RigConsole::RigConsole(std::unique_ptr<Link> link) : link_(std::move(link)) {
   });
 }
 
-void RigConsole::mount(std::string_view fabric, std::uint64_t patch_seed, Answer done) {
-  send(json{{"order", "mount"}, {"fabric", fabric}, {"patch_seed", patch_seed}}.dump(),
+void RigConsole::mount(const recipes::MountFabric& order, Answer done) {
+  send(json{{"order", "mount"},
+            {"fabric", order.fabric},
+            {"piece_seed", order.seeds.piece},
+            {"mounting_seed", order.seeds.mounting},
+            {"touch_seed", order.seeds.touch},
+            {"patch", order.place.patch}}
+           .dump(),
        std::move(done));
 }
 
@@ -115,16 +121,16 @@ class SimulatedSession final : public BenchSession {
     place_->position = simulated_->rig->stage_positions(simulated_->loop.now());
     for (std::size_t i = 0; i < recipes::axis_count; ++i)
       place_->homed[i] = bench().snapshot().stage[i].homed;
-    place_->fabric = fabric_;
-    place_->patch_seed = patch_seed_;
+    place_->mounted = mounted_;
   }
   Bench& bench() override { return *simulated_->bench; }
   Loop& loop() override { return simulated_->host_time; }
   void run_until(const std::function<bool()>& done) override { simulated_->loop.run_until(done); }
-  void mount(std::string_view fabric, std::uint64_t patch_seed, MountDone done) override {
-    fabric_ = fabric;
-    patch_seed_ = patch_seed;
-    done(simulated_->rig->mount(fabric, patch_seed, simulated_->loop.now()));
+  void mount(const recipes::MountFabric& order, MountDone done) override {
+    mounted_ = order;
+    const auto& [piece, mounting, touch] = order.seeds;
+    done(simulated_->rig->mount(order.fabric, {piece, mounting, touch}, order.place.patch,
+                                simulated_->loop.now()));
   }
   void inject_fault(const FaultOrder& order) override {
     order.callback(apply_fault(*simulated_->rig, order, simulated_->loop.now()));
@@ -138,8 +144,7 @@ class SimulatedSession final : public BenchSession {
  private:
   std::unique_ptr<SimulatedBench> simulated_;
   SimulatedPlace* place_;
-  std::string fabric_;  ///< on the plate
-  std::uint64_t patch_seed_ = 0;
+  recipes::MountFabric mounted_;
 };
 
 /// The rig file with its emulated stages where `place` has them.
@@ -192,8 +197,8 @@ class PortSession final : public BenchSession {
     monitor_->watch(false);
   }
   [[nodiscard]] bool real_time() const override { return true; }
-  void mount(std::string_view fabric, std::uint64_t patch_seed, MountDone done) override {
-    if (console_) return console_->mount(fabric, patch_seed, std::move(done));
+  void mount(const recipes::MountFabric& order, MountDone done) override {
+    if (console_) return console_->mount(order, std::move(done));
     done(
         {});  // by a person, who was asked before and has confirmed it: check_recipe() sees to that
   }
@@ -231,9 +236,8 @@ Result<std::unique_ptr<BenchSession>> simulated_session(const SessionRequest& re
     return pass(same.error());
   auto session = std::make_unique<SimulatedSession>(std::move(*bench), request.place);
   Status mounted;
-  if (!place.fabric.empty())
-    session->mount(place.fabric, place.patch_seed,
-                   [&mounted](Status done) { mounted = std::move(done); });
+  if (!place.mounted.fabric.empty())
+    session->mount(place.mounted, [&mounted](Status done) { mounted = std::move(done); });
   if (!mounted) return pass(mounted.error());
   return std::unique_ptr<BenchSession>(std::move(session));
 }

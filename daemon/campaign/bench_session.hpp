@@ -25,8 +25,7 @@ struct SimulatedPlace {
   bool is_known = false;
   std::array<double, recipes::axis_count> position{};  ///< of the motors, each stage's own zero
   std::array<bool, recipes::axis_count> homed{};
-  std::string fabric;  ///< on the plate; empty: none
-  std::uint64_t patch_seed = 0;
+  recipes::MountFabric mounted;  ///< what lies on the plate; no fabric: nothing
 };
 
 // A simulated bench ready to be driven: virtual time, emulated devices, links between them.
@@ -69,7 +68,7 @@ class BenchSession {
   virtual Loop& loop() = 0;
   /// Lets time pass until `done()`; on a simulated bench also until nothing is left to happen.
   virtual void run_until(const std::function<bool()>& done) = 0;
-  virtual void mount(std::string_view fabric, std::uint64_t patch_seed, MountDone done) = 0;
+  virtual void mount(const recipes::MountFabric& order, MountDone done) = 0;
   /// Lets a fault befall an emulated device, or ends some. Told: unsupported, of a real bench;
   /// sim::Rig::inject()'s and clear_faults()'s.
   virtual void inject_fault(const FaultOrder& order);

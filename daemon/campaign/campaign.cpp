@@ -77,9 +77,9 @@ class Run {
     TrialRecording recording(recorder, *plan_);
     log_.journal_to(&recording);
     SupervisorHooks hooks;
-    hooks.mount = [this](std::string_view fabric, std::uint64_t patch, MountDone done) {
+    hooks.mount = [this](const recipes::MountFabric& order, MountDone done) {
       errors_.patch_follows();
-      session_->mount(fabric, patch, std::move(done));
+      session_->mount(order, std::move(done));
     };
     hooks.trial_done = [&](const recipes::TrialDone& done, const ForceTally& force) {
       const bool whole = done.outcome == recipes::Outcome::complete && !done.ended_early;

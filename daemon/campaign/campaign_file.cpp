@@ -111,6 +111,10 @@ Result<Recorder> created(const std::filesystem::path& file, const CheckedRequest
       return pass(ok.error());
   if (Status ok = record_devices(*recorder, session.bench(), *rig.drivers); !ok)
     return pass(ok.error());
+  if (Status ok = recorder->journal(session.loop().now(), recipes::rules_kind,
+                                    nlohmann::json{{"rules", recipes::engine_rules}}.dump());
+      !ok)
+    return pass(ok.error());
   if (const auto models = live_models_json(checked.plan, checked.models); models != "[]")
     if (Status ok = recorder->journal(session.loop().now(), live_models_kind, models); !ok)
       return pass(ok.error());

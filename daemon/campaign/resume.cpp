@@ -42,15 +42,33 @@ Status same_request(const CampaignHistory& history, const CheckedRequest& checke
   return same;
 }
 
-/// Other models end slides elsewhere.
-Status same_models(const std::filesystem::path& campaign, const CheckedRequest& checked) {
+Status same_rules(const std::string& recorded_json) {
+  const auto line = nlohmann::json::parse(recorded_json, nullptr, false);
+  const int recorded = line.is_object() ? line.value("rules", 1) : 1;
+  if (recorded == recipes::engine_rules) return {};
+  return fail({.code = Errc::wrong_state,
+               .where = "resume",
+               .what = "the campaign was begun by a version of Weft that carries trials out "
+                       "otherwise",
+               .expected = "rules " + std::to_string(recorded),
+               .got = "rules " + std::to_string(recipes::engine_rules),
+               .hint = "Go on with that version, or begin a new campaign; what is recorded stays "
+                       "readable"});
+}
+
+/// Other models end slides elsewhere, and other rules make other trials, where any are `left`.
+Status same_conditions(const std::filesystem::path& campaign, const CheckedRequest& checked,
+                       bool left) {
   const auto journal = load_journal(campaign);
   if (!journal) return pass(journal.error());
-  std::string recorded = "[]";
-  for (const JournalEntry& line : *journal)
-    if (line.kind == live_models_kind) recorded = line.payload_json;
-  return same_text("model for its live votes", recorded,
-                   live_models_json(checked.plan, checked.models));
+  std::string models = "[]", rules;
+  for (const JournalEntry& line : *journal) {
+    if (line.kind == live_models_kind) models = line.payload_json;
+    if (line.kind == recipes::rules_kind) rules = line.payload_json;
+  }
+  const Status same =
+      same_text("model for its live votes", models, live_models_json(checked.plan, checked.models));
+  return same && left ? same_rules(rules) : same;
 }
 
 std::string place(recipes::Axis axis, double target) {
@@ -66,7 +84,7 @@ std::string axis_to(recipes::Axis axis, double target) {
 Status add_moves(const recipes::Plan& plan, std::size_t index, std::vector<std::string>& will) {
   const recipes::TrialSpec& trial = plan.trials[index];
   const recipes::Exploration& exploration = plan.explorations[trial.exploration];
-  const auto above = recipes::above_start(plan, exploration);
+  const auto above = recipes::above_start(plan, trial);
   if (!above) return pass(above.error());
   will.push_back("move " + axis_to(recipes::Axis::z, plan.limits.clear_z_m()));
   will.push_back("mount " + plan.fabrics[trial.fabric]);
@@ -179,7 +197,8 @@ Result<std::optional<ResumePlan>> resume_plan(const std::filesystem::path& campa
                  .what = "the campaign was discarded"});
   if (Status same = same_request(*history, checked); !same) return pass(same.error());
   if (history->attempts.empty()) return std::optional<ResumePlan>{};  // no trial has begun
-  if (Status same = same_models(campaign, checked); !same) return pass(same.error());
+  const bool left = !is_all_on_record(*history, checked.plan);
+  if (Status same = same_conditions(campaign, checked, left); !same) return pass(same.error());
   ResumePlan out;
   out.first_trial = history->first_left(carries_on(checked.plan));
   out.rejected = history->rejected_of(out.first_trial);

@@ -5,6 +5,13 @@
 #include <utility>
 
 namespace weft::daemon {
+namespace {
+
+// Of the probe's mount, and of the stop that a probe hangs on whose weight the stage carries in
+// part: cloth and mount in series are never stiffer (docs/reference/plant.md).
+constexpr double mount_stiffness_npm = 2e4, stop_stiffness_npm = 2e5;
+
+}  // namespace
 
 Supervisor::Supervisor(const recipes::Plan& plan, Loop& loop, Bench& bench,
                        TrialRecording& recording, SupervisorHooks hooks)
@@ -70,13 +77,15 @@ void Supervisor::carry_out(const recipes::MountFabric& effect) {
     if (mounted) return dispatch(recipes::Mounted{ticket});
     dispatch(recipes::Fault{Error(mounted.error()).in("mount " + fabric)});
   };
-  hooks_.mount(effect.fabric, effect.patch_seed, done);
+  hooks_.mount(effect, done);
 }
 
 void Supervisor::carry_out(const recipes::HoldForce& effect) {
-  actions_.end_descent();
+  actions_.end_force_way();
   const recipes::SettleDetector settle{effect.band_n, effect.dwell_s};
   regulation_ = Regulation{effect, {}, settle, bench_->snapshot().wrench.force_n[2]};
+  force_config_.stiffness_initial_npm =
+      effect.force_n < plan_->limits.probe_weight_n ? stop_stiffness_npm : mount_stiffness_npm;
 }
 
 void Supervisor::carry_out(const recipes::ReleaseForce&) {
@@ -85,7 +94,12 @@ void Supervisor::carry_out(const recipes::ReleaseForce&) {
 }
 
 void Supervisor::carry_out(const recipes::SetPhase& effect) {
+  const Phase before = recording_->phase();
   recording_->set_phase(effect.phase, loop_->now());
+  if (before == Phase::rest || before == Phase::end) {
+    const RestTally& rest = recording_->rest(before);
+    if (rest.count() > 0) dispatch(recipes::RestMeasured{before, rest.mean_n(), rest.error_n()});
+  }
   if (effect.phase == Phase::none && recording_->trial_bad())
     dispatch(recipes::AttemptRejected{*recording_->trial_bad()});
 }

@@ -15,11 +15,10 @@
 
 namespace weft::daemon {
 
-/// Puts a fabric on the plate: a person's work on a real bench, the plant's on a simulated one.
-/// Calls `done` once, at once or later, on the bench's loop.
+/// Has a piece of a fabric on the plate: a person's work on a real bench, the plant's on a
+/// simulated one. Calls `done` once, at once or later, on the bench's loop.
 using MountDone = std::function<void(Status)>;
-using Mounter =
-    std::function<void(std::string_view fabric, std::uint64_t patch_seed, MountDone done)>;
+using Mounter = std::function<void(const recipes::MountFabric& order, MountDone done)>;
 
 struct SupervisorHooks {
   Mounter mount;

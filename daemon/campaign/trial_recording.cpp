@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "daemon/base/loop/wall_clock.hpp"
@@ -11,6 +12,7 @@ namespace {
 
 constexpr unsigned timing_stride = 16;
 constexpr std::chrono::seconds space_period{1};
+constexpr std::chrono::milliseconds rest_settles{300};  // after the probe came to rest
 
 TrialOutcome recorded(recipes::Outcome outcome, bool ended_early) {
   switch (outcome) {
@@ -43,6 +45,19 @@ double ForceTally::rms_n() const {
   return samples == 0 ? 0 : std::sqrt(sum_squares_n2 / static_cast<double>(samples));
 }
 
+void RestTally::add(double force_n) {
+  ++count_;
+  const double off_n = force_n - mean_n_;
+  mean_n_ += off_n / static_cast<double>(count_);
+  squares_n2_ += off_n * (force_n - mean_n_);
+}
+
+double RestTally::error_n() const {
+  if (count_ < 2) return 0;
+  const auto count = static_cast<double>(count_);
+  return std::sqrt(squares_n2_ / (count - 1) / count);
+}
+
 // Every call of the recorder goes through here: the first error is kept, one call in sixteen timed.
 template <class Write>
 void TrialRecording::write(Write&& write) {
@@ -61,6 +76,7 @@ void TrialRecording::begin(std::size_t trial, TimePoint now) {
   trial_ = trial;
   phase_ = Phase::none;
   trial_force_ = {};
+  rest_before_ = rest_after_ = {};
   trial_bad_.reset();
   sampled_.clear();
   if (quality_check_) quality_check_->begin();
@@ -71,7 +87,8 @@ void TrialRecording::begin(std::size_t trial, TimePoint now) {
   spec.group = std::to_string(planned.repetition);
   spec.exploration = plan_->explorations[planned.exploration].name;
   spec.repetition = planned.repetition;
-  spec.patch_seed = planned.patch_seed;
+  spec.patch_seed = planned.seeds.touch;
+  spec.place = {planned.place.piece, planned.place.mounting, planned.place.patch};
   spec.factors = plan_->explorations[planned.exploration].factors;
   spec.attempt = attempts_[trial]++;
   write([&] { return recorder_->begin_trial(spec, now); });
@@ -91,12 +108,20 @@ void TrialRecording::sensor(const Sample& sample, std::string_view device) {
     write([&] { return recorder_->taxel(stamp, *taxels, phase_); });
   } else if (const auto* wrench = std::get_if<WrenchSample>(&sample.value)) {
     write([&] { return recorder_->wrench(stamp, *wrench); });
-    const recipes::Exploration& exploration =
-        plan_->explorations[plan_->trials[trial_].exploration];
-    if (phase_ != exploration.held_phase()) return;
-    const recipes::PhaseStep& step = exploration.step(phase_);
-    trial_force_.add(wrench->force_n[2] - step.force_n, step.force_band_n);
+    tally(wrench->force_n[2], sample.host);
   }
+}
+
+void TrialRecording::tally(double force_n, TimePoint at) {
+  if (phase_ == Phase::rest || phase_ == Phase::end) {
+    if (at - phase_began_ >= rest_settles)
+      (phase_ == Phase::end ? rest_after_ : rest_before_).add(force_n);
+    return;
+  }
+  const recipes::Exploration& exploration = plan_->explorations[plan_->trials[trial_].exploration];
+  if (phase_ != exploration.held_phase()) return;
+  const recipes::PhaseStep& step = exploration.step(phase_);
+  trial_force_.add(force_n - step.force_n, step.force_band_n);
 }
 
 void TrialRecording::stages(const Snapshot& snapshot, TimePoint now) {
@@ -116,6 +141,7 @@ void TrialRecording::set_phase(Phase phase, TimePoint now) {
   if (quality_check_ && phase_ == Phase::none && phase != Phase::none) quality_check_->resume(now);
   const bool whole = phase_ == Phase::end && phase == Phase::none;
   phase_ = phase;
+  phase_began_ = now;
   if (whole && quality_check_ && !trial_bad_)
     trial_bad_ = quality_check_->verdict(trial_force_.samples == 0
                                              ? 1.0
@@ -131,6 +157,11 @@ void TrialRecording::end(recipes::Outcome outcome, bool ended_early, TimePoint n
     quality.force_in_band_fraction =
         static_cast<double>(trial_force_.in_band) / static_cast<double>(trial_force_.samples);
   }
+  const auto mean_n = [](const RestTally& rest) {
+    return rest.count() > 0 ? rest.mean_n() : std::numeric_limits<double>::quiet_NaN();
+  };
+  if (rest_before_.count() > 0 || rest_after_.count() > 0)
+    quality.rest = {plan_->limits.probe_weight_n, mean_n(rest_before_), mean_n(rest_after_)};
   if (outcome == recipes::Outcome::complete) {
     campaign_force_.samples += trial_force_.samples;
     campaign_force_.in_band += trial_force_.in_band;

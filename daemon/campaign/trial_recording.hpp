@@ -26,6 +26,20 @@ struct ForceTally {
   [[nodiscard]] double rms_n() const;
 };
 
+/// Normal force of a phase of rest, S or E, once what the probe brought along has died away.
+class RestTally {
+ public:
+  void add(double force_n);
+  [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] double mean_n() const { return mean_n_; }
+  /// Of the mean, a standard deviation.
+  [[nodiscard]] double error_n() const;
+
+ private:
+  std::size_t count_ = 0;
+  double mean_n_ = 0, squares_n2_ = 0;  ///< of the deviations from the mean
+};
+
 /// Routes samples of the open trial into the recorder. A failed write is kept as `error()`.
 class TrialRecording {
  public:
@@ -52,6 +66,10 @@ class TrialRecording {
   [[nodiscard]] const std::optional<Error>& trial_bad() const { return trial_bad_; }
   /// Phase M of the trial that ended last, and of all complete trials together.
   [[nodiscard]] const ForceTally& trial_force() const { return trial_force_; }
+  /// Phase S or E of the newest trial.
+  [[nodiscard]] const RestTally& rest(Phase phase) const {
+    return phase == Phase::end ? rest_after_ : rest_before_;
+  }
   [[nodiscard]] const ForceTally& campaign_force() const { return campaign_force_; }
   /// Samples of the campaign's phases that were lost before the daemon got them [count].
   [[nodiscard]] std::uint64_t frames_lost() const { return frames_lost_; }
@@ -65,6 +83,7 @@ class TrialRecording {
  private:
   template <class Write>
   void write(Write&& write);
+  void tally(double force_n, TimePoint at);
 
   Recorder* recorder_;
   const recipes::Plan* plan_;
@@ -74,6 +93,8 @@ class TrialRecording {
   std::uint32_t stage_sequence_ = 0;
   std::optional<AttemptQualityCheck> quality_check_;
   std::optional<Error> trial_bad_;
+  TimePoint phase_began_{};
+  RestTally rest_before_, rest_after_;  ///< phases S and E
   ForceTally trial_force_;
   ForceTally campaign_force_;
   std::optional<Error> error_;

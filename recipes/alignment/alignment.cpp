@@ -80,7 +80,7 @@ class Aligner {
     }
   }
 
-  void on(const ContactFound& event) {
+  void on(const ForceReached& event) {
     if (answers(event.ticket, AlignStep::approaching)) return back_off(event.z_m);
     if (answers(event.ticket, AlignStep::touching)) touched(event.z_m);
   }

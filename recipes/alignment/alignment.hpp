@@ -91,7 +91,7 @@ struct AlignTransition {
 
 /// Total: an event that a state does not expect changes nothing. After Start the machine always
 /// ends in AlignStep::done. Of the engine's events it knows Start, Biased, MotionDone,
-/// MotionLost, ContactFound, TimerExpired, Fault, GuardTripped, AbortRequested and HaltRequested.
+/// MotionLost, ForceReached, TimerExpired, Fault, GuardTripped, AbortRequested and HaltRequested.
 AlignTransition step(const AlignPlan& plan, const AlignState& state, const Event& event,
                      TimePoint now);
 

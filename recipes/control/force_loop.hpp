@@ -28,7 +28,9 @@ struct ForceLoopConfig {
   double latency_s = 0.03;       ///< from a reading's instant to the stage's answer, at most
   double max_acceleration_mps2 = 20e-3;  ///< of the stage: no faster than it can stop in time
   double position_quantum_m = 1e-6;      ///< of the stage; errors under half of one are left alone
-  double stiffness_initial_npm = 2e4;  ///< the mount's: cloth and mount in series are never stiffer
+  /// No less than the mount's stiffness, with which the cloth is in series; of a probe that hangs,
+  /// its stop's.
+  double stiffness_initial_npm = 2e4;
   double stiffness_min_npm = 10;
   double stiffness_max_npm = 1e8;
   double lambda_max_m = 0.7e-3;  ///< longest compression length that may be on the plate

@@ -4,41 +4,20 @@
 #include <utility>
 #include <vector>
 
+#include "recipes/control/servo.hpp"
+#include "recipes/engine/draws.hpp"
 #include "recipes/engine/motion.hpp"
 #include "recipes/engine/operator_steps.hpp"
 #include "recipes/engine/plan.hpp"
 #include "recipes/engine/recipe_reader.hpp"
 #include "recipes/schema/object_reader.hpp"
 #include "recipes/schema/parameters.hpp"
+#include "recipes/schema/quantities.hpp"
 
 namespace weft::recipes {
 namespace {
 
 using nlohmann::json;
-
-// splitmix64 (Steele, Lea and Flood 2014): the same numbers with every standard library, unlike
-// std::shuffle and the distributions of <random>.
-constexpr std::uint64_t splitmix64_gamma = 0x9e3779b97f4a7c15;
-
-constexpr std::uint64_t splitmix64_finish(std::uint64_t z) {
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
-  return z ^ (z >> 31);
-}
-
-constexpr std::uint64_t next_splitmix64(std::uint64_t& state) {
-  state += splitmix64_gamma;
-  return splitmix64_finish(state);
-}
-
-std::uint64_t fnv1a(std::string_view text) {
-  std::uint64_t hash = 0xcbf29ce484222325;
-  for (const char c : text) {
-    hash ^= static_cast<std::uint8_t>(c);
-    hash *= 0x100000001b3;
-  }
-  return hash;
-}
 
 /// Uniform in [0, bound) without bias: draws in the incomplete last interval are thrown away.
 std::uint64_t below(std::uint64_t bound, std::uint64_t& state) {
@@ -48,11 +27,12 @@ std::uint64_t below(std::uint64_t bound, std::uint64_t& state) {
   return draw % bound;
 }
 
-TrialSpec trial_of(const StatedRecipe& stated, std::size_t fabric, std::size_t exploration,
-                   std::uint32_t repetition) {
-  return {0, fabric, exploration, repetition,
-          patch_seed(stated.seed, stated.fabrics[fabric],
-                     stated.explorations[exploration].exploration.name, repetition)};
+TrialSpec trial_of(std::size_t fabric, std::size_t exploration, std::uint32_t repetition) {
+  TrialSpec trial;
+  trial.fabric = fabric;
+  trial.exploration = exploration;
+  trial.repetition = repetition;
+  return trial;
 }
 
 template <class Item>
@@ -88,7 +68,7 @@ class SweptTrials {
 
   void add_block(std::size_t fabric, std::uint32_t replicate) {
     for (const std::size_t e : make_order(stated_.explorations.size()))
-      trials_.push_back(trial_of(stated_, fabric, e, replicate));
+      trials_.push_back(trial_of(fabric, e, replicate));
   }
 
   const StatedRecipe& stated_;
@@ -99,10 +79,12 @@ class SweptTrials {
 
 std::vector<TrialSpec> blocked(const StatedRecipe& stated) {
   std::vector<TrialSpec> trials;
+  const std::uint32_t pieces = stated.repetition.pieces;
   for (std::size_t f = 0; f < stated.fabrics.size(); ++f)
-    for (std::size_t e = 0; e < stated.explorations.size(); ++e)
-      for (std::uint32_t r = 1; r <= stated.repetitions; ++r)
-        trials.push_back(trial_of(stated, f, e, r));
+    for (std::uint32_t piece = 1; piece <= pieces; ++piece)
+      for (std::size_t e = 0; e < stated.explorations.size(); ++e)
+        for (std::uint32_t r = 1; r <= stated.repetitions; ++r)
+          if (piece_of(r, stated.repetitions, pieces) == piece) trials.push_back(trial_of(f, e, r));
   return trials;
 }
 
@@ -113,8 +95,9 @@ std::vector<TrialSpec> shuffled(const StatedRecipe& stated) {
   return trials;
 }
 
-/// Blocked: fabric by fabric, in each exploration by exploration, in each repetition by repetition.
-/// Randomised: the blocked list shuffled (Fisher and Yates) by splitmix64 from the order's seed.
+/// Blocked: fabric by fabric, in each piece by piece, in each exploration by exploration, in each
+/// repetition by repetition. Randomised: the blocked list shuffled (Fisher and Yates) by splitmix64
+/// from the order's seed.
 std::vector<TrialSpec> ordered_trials(const StatedRecipe& stated) {
   std::vector<TrialSpec> trials = stated.sweep ? SweptTrials(stated, *stated.sweep).all()
                                   : stated.order == Order::randomised ? shuffled(stated)
@@ -190,6 +173,15 @@ json normal(const Finally& finally) {
           {"budget_s", finally.budget_s}};
 }
 
+json normal(const Repetition& repetition) {
+  json out{{"path", repetition.path == Repetition::Path::same ? "same" : "new_patch"},
+           {"piece", repetition.pieces == 1 ? "one" : "each_label_split"}};
+  out["remount_every"] =
+      repetition.remount_every == 0 ? json("never") : json(repetition.remount_every);
+  if (repetition.pieces > 1) out["pieces"] = repetition.pieces;
+  return out;
+}
+
 json normal(const Handover& handover) {
   json out{{"learner", handover.learner},
            {"groups", handover.groups},
@@ -251,6 +243,7 @@ std::string canonical_json(const StatedRecipe& stated) {
       {"mount_timeout_s", stated.mount_timeout_s}};
   for (std::size_t i = 0; i < stated.class_of.size(); ++i)
     document["classes"][stated.class_of[i]].push_back(stated.fabrics[i]);
+  if (stated.repetition != Repetition{}) document["repetition"] = normal(stated.repetition);
   if (stated.repeat_bad) document["repeat_bad"] = normal(*stated.repeat_bad);
   for (const OperatorStep& step : stated.operator_steps)
     document["operator_steps"].push_back(normal(step, stated.fabrics));
@@ -275,9 +268,13 @@ void check_trial_count(const StatedRecipe& stated, Problems& problems) {
 /// On a real bench a person puts the cloth on the plate: that is asked for each fabric that the
 /// recipe's own steps say nothing of. Returns whether there was one.
 bool add_mount_steps(Plan& plan) {
-  OperatorStep mount{OperatorStep::Before::fabric, {}, "Mount {fabric}, then confirm.", 60};
+  using Before = OperatorStep::Before;
+  const bool again = plan.repetition.remount_every > 0 || plan.repetition.pieces > 1;
+  const Before before = again ? Before::mounting : Before::fabric;
+  OperatorStep mount{before, {}, "Mount {fabric}, then confirm.", 60};
+  if (again) mount.text = "Mount {fabric}, piece {piece}, anew (no. {mounting}), then confirm.";
   for (std::size_t fabric = 0; fabric < plan.fabrics.size(); ++fabric)
-    if (!has_prompt_before(plan, fabric)) mount.fabrics.push_back(fabric);
+    if (!has_prompt_before(plan, fabric, before)) mount.fabrics.push_back(fabric);
   if (mount.fabrics.empty()) return false;
   plan.operator_steps.push_back(std::move(mount));
   return true;
@@ -288,6 +285,7 @@ Plan make_plan(StatedRecipe stated, const RigLimits& limits, std::string canonic
   Plan plan;
   plan.canonical_json = std::move(canonical);
   plan.trials = ordered_trials(stated);
+  assign_places(stated, limits, plan.trials);
   for (StatedExploration& exploration : stated.explorations)
     plan.explorations.push_back(std::move(exploration.exploration));
   static_cast<RecipeTerms&>(plan) = std::move(stated);
@@ -308,13 +306,19 @@ std::vector<Diagnostic> warnings_about(const Plan& plan) {
   if (plan.limits.fabrics.empty())
     warnings.push_back(
         {"/fabrics", "the rig names no fabrics, so these names were not checked", "", "", ""});
+  if (!plan.limits.slack_m)
+    warnings.push_back({"",
+                        "the rig does not state its mount's slack: whether the probe rests by its "
+                        "weight alone shows in the first trial",
+                        "", "", "add probe.slack_mm to the rig file"});
   const std::size_t once = plan.fabrics.size() * plan.operator_steps.size();
   if (plan.forecast.prompts > once)
     warnings.push_back({"/operator_steps", "fabrics are changed more often than once",
                         std::to_string(once) + " times",
                         std::to_string(plan.forecast.prompts) + " times",
                         "a blocked order asks once for each fabric"});
-  for (const auto& more : {warnings_about_budget(plan.finally), warnings_about_sweep(plan)})
+  for (const auto& more : {warnings_about_budget(plan.finally), warnings_about_sweep(plan),
+                           warnings_about_places(plan)})
     warnings.insert(warnings.end(), more.begin(), more.end());
   return warnings;
 }
@@ -335,13 +339,29 @@ bool resolve(json& document, std::string_view values_json, CheckReport& report,
   return problems.empty();
 }
 
+/// The probe's rest has to lie within its mount's slack however late the stage stops.
+void check_rest(const StatedRecipe& stated, const RigLimits& limits, Problems& problems) {
+  constexpr double margin_m = 10e-6;
+  const double needed_m =
+      limits.rest_travel_m + run_on_m(stated.approach.seat_speed_mps) + margin_m;
+  if (!limits.slack_m || *limits.slack_m > needed_m) return;
+  problems.add(
+      {"/approach/seat_speed_mm_s",
+       "the stage may run past the slack of the probe's mount before it rests",
+       "a slack over " + json(needed_m * quantities::mm_per_m).dump() + " mm",
+       json(*limits.slack_m * quantities::mm_per_m).dump() + " mm (the rig's probe.slack_mm)",
+       "seat more slowly, or lower the rig's probe.rest_travel_mm"});
+}
+
 /// Plan and warnings, where there is no problem.
 void check_resolved(const json& document, const RigLimits& limits,
                     std::optional<std::uint64_t> seed, CheckReport& report, Problems& problems) {
   StatedRecipe stated = read_recipe(document, limits, seed, problems);
   check_trial_count(stated, problems);
+  check_rest(stated, limits, problems);
   for (StatedExploration& exploration : stated.explorations)
     place_on_plate(exploration, limits, problems);
+  check_repetition(stated, limits, problems);
   if (!problems.empty()) return;
   std::string canonical = canonical_json(stated);
   spread_sweep(stated, limits, problems);
@@ -366,8 +386,7 @@ std::uint64_t patch_seed(std::uint64_t recipe_seed, std::string_view fabric,
   std::string key = std::to_string(recipe_seed);
   for (const std::string_view part : {fabric, exploration}) (key += '/') += part;
   (key += '/') += std::to_string(repetition);
-  // FNV-1a alone leaves the high bits of short texts poorly mixed.
-  return splitmix64_finish(fnv1a(key) + splitmix64_gamma);
+  return seed_of(key);
 }
 
 CheckReport check_recipe(std::string_view recipe_json, const RigLimits& limits,

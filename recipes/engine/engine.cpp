@@ -1,6 +1,8 @@
 #include "recipes/engine/engine.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "recipes/engine/machine.hpp"
 
@@ -46,7 +48,12 @@ void Machine::on(const MotionDone& event) {
       return record(Step::resting, Phase::rest);
     case Step::sliding:
       return next_leg();
+    case Step::lifting:
+      if (force_n() == 0) return record(Step::holding, Phase::press);
+      return fail_trial(force_not_reached(place(), force_n()));
     case Step::releasing:
+      return fail_trial(force_not_reached(place(), plan_.limits.probe_weight_n));
+    case Step::unloading:
       return record(Step::ending, Phase::end);
     case Step::retracting:
       return end_trial(Cleanup::done);
@@ -57,9 +64,25 @@ void Machine::on(const MotionDone& event) {
   }
 }
 
-void Machine::on(const ContactFound& event) {
+void Machine::on(const ForceReached& event) {
   if (answers(event.ticket, Step::approaching)) return seat();
-  if (answers(event.ticket, Step::seating)) lower_to_rest(event.z_m);
+  if (answers(event.ticket, Step::seating)) return lower_to_rest(event.z_m);
+  if (answers(event.ticket, Step::lifting) && force_n() > 0) return hold_force();
+  if (answers(event.ticket, Step::releasing)) unload(event.z_m);
+}
+
+void Machine::on(const RestMeasured& event) {
+  constexpr double sure_deviations = 3;
+  const double weight_n = plan_.limits.probe_weight_n;
+  const double tolerance_n =
+      std::max(plan_.limits.rest_tolerance * weight_n, sure_deviations * event.error_n);
+  if (!in_trial() || std::abs(event.mean_n - weight_n) <= tolerance_n) return;
+  Error error = not_at_rest(place(), event.phase, event.mean_n, weight_n);
+  if (state_.step != Step::retracting) return fail_trial(std::move(error));
+  if (state_.trial_outcome) return;
+  note(error);
+  state_.trial_outcome = Outcome::failed;
+  state_.trial_error = std::move(error);
 }
 
 void Machine::on(const TimerExpired& event) {
@@ -156,10 +179,9 @@ void Machine::on(const AbortRequested&) {
 }
 
 void Machine::on(const HaltRequested&) {
-  const bool in_trial = state_.step != Step::ready && !between_trials() && !is_concluding();
   close_phase();
   emit(StopMotion{});
-  if (in_trial)
+  if (in_trial())
     emit(TrialDone{state_.trial, Outcome::aborted, Cleanup::skipped, state_.trial_error});
   end(is_concluding() ? *state_.campaign_outcome : Outcome::aborted, Cleanup::skipped,
       RigFact::holding);
@@ -195,11 +217,12 @@ std::string_view to_string(RigFact rig) {
 }
 
 std::string_view to_string(Step step) {
-  constexpr std::array<std::string_view, 19> names{
-      "ready",      "clearing",    "awaiting_operator", "mounting",  "positioning",
-      "biasing",    "approaching", "seating",           "lowering",  "resting",
-      "pressing",   "holding",     "sliding",           "releasing", "ending",
-      "retracting", "held",        "concluding",        "done"};
+  constexpr std::array<std::string_view, 21> names{
+      "ready",     "clearing",    "awaiting_operator", "mounting", "positioning",
+      "biasing",   "approaching", "seating",           "lowering", "resting",
+      "lifting",   "pressing",    "holding",           "sliding",  "releasing",
+      "unloading", "ending",      "retracting",        "held",     "concluding",
+      "done"};
   static_assert(names.size() == static_cast<std::size_t>(Step::done) + 1);
   return name_at(names, static_cast<std::size_t>(step));
 }

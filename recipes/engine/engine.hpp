@@ -7,13 +7,18 @@
 // motion that was replaced) are ignored, so that nobody has to cancel anything.
 //
 // Order of a trial: clear (first trial only), mount, position, bias, approach, seat, lower to rest,
-// S, press, P, M (one leg at a time), release, E, retract; a press alone goes from P to release.
+// S, press, P, M (one leg at a time), release, unload to rest, E, retract; a press alone goes from
+// P to release.
 // After the last one comes what the recipe does finally (motion.hpp), where the probe is up.
 // Between two trials, and before the first, a person may be asked for something
 // (operator_steps.hpp): the stages are at rest then and the probe is up, and it goes up again
 // before anything else moves. P is recorded once the force has settled in its band, so that P is at
-// the set point (the paper's "controlled pressure"); E once z is back at the rest position, where
-// the probe's weight alone acts.
+// the set point (the paper's "controlled pressure"); E at a height of rest that the release finds
+// anew, because the cloth has sunk in under the load: there the probe's weight alone acts, as in S.
+// Both are held against the weight.
+//
+// Under a set point below the weight the stage carries a part of it: the probe hangs on the stop at
+// the lower end of its mount's slack. A set point of 0 is a stroke above the cloth.
 
 #include <cstdint>
 #include <optional>
@@ -31,6 +36,12 @@
 
 namespace weft::recipes {
 
+/// Version of how a trial is carried out and simulated. A campaign is gone on with by the rules
+/// that it was begun with, or not at all: its trials would not be comparable (docs/adr/0021).
+inline constexpr int engine_rules = 2;
+/// The journal's line with it, {"rules": 2}, once a campaign; a campaign without one has 1.
+inline constexpr std::string_view rules_kind = "rules";
+
 using Ticket = std::uint32_t;
 
 // ---- effects: what the daemon is asked to do ----
@@ -44,12 +55,13 @@ struct PromptOperator {
 struct TrialBegin {
   std::size_t trial = 0;  ///< into Plan::trials
 };
-/// Put this fabric on the plate; answer Mounted. A fabric that is already there needs no person.
+/// Have this piece of this fabric on the plate as it was mounted then; answer Mounted. What is
+/// already there needs no person.
 struct MountFabric {
   Ticket ticket = 0;
   std::string fabric;
-  std::uint64_t patch_seed = 0;
-  std::size_t trial = 0;
+  TrialPlace place;
+  TrialSeeds seeds;
 };
 struct AxisMove {
   Axis axis = Axis::x;
@@ -69,8 +81,15 @@ struct BiasSensors {
   Ticket ticket = 0;
 };
 /// Lower z at `speed_mps` until the normal force reaches `stop_force_n`: stop z and answer
-/// ContactFound. When z arrives at `target_z_m` without that, answer MotionDone.
+/// ForceReached. When z arrives at `target_z_m` without that, answer MotionDone.
 struct Descend {
+  Ticket ticket = 0;
+  double target_z_m = 0;
+  double speed_mps = 0;
+  double stop_force_n = 0;
+};
+/// The mirror of Descend: raise z until the normal force has fallen to `stop_force_n`.
+struct Ascend {
   Ticket ticket = 0;
   double target_z_m = 0;
   double speed_mps = 0;
@@ -128,8 +147,8 @@ struct CampaignDone {
 };
 
 using Effect =
-    std::variant<PromptOperator, TrialBegin, MountFabric, MoveTo, BiasSensors, Descend, HoldForce,
-                 ReleaseForce, SetPhase, ArmTimer, StopMotion, TrialDone, CampaignDone>;
+    std::variant<PromptOperator, TrialBegin, MountFabric, MoveTo, BiasSensors, Descend, Ascend,
+                 HoldForce, ReleaseForce, SetPhase, ArmTimer, StopMotion, TrialDone, CampaignDone>;
 
 // ---- events: what the daemon reports ----
 
@@ -157,9 +176,16 @@ struct MotionDone {
 struct MotionLost {
   Ticket ticket = 0;
 };
-struct ContactFound {
+/// What Descend or Ascend was to stop at.
+struct ForceReached {
   Ticket ticket = 0;
   double z_m = 0;  ///< where z was at that moment
+};
+/// What the probe rested with in phase S or E, told when the phase is over.
+struct RestMeasured {
+  Phase phase = Phase::none;
+  double mean_n = 0;
+  double error_n = 0;  ///< of the mean, a standard deviation
 };
 struct ForceSettled {
   Ticket ticket = 0;
@@ -198,10 +224,10 @@ struct AbortRequested {};
 /// End at once and leave the rig as it stands: no clean-up.
 struct HaltRequested {};
 
-using Event =
-    std::variant<Start, OperatorConfirmed, Mounted, Biased, MotionDone, MotionLost, ContactFound,
-                 ForceSettled, TimerExpired, AttemptRejected, EndSlide, Fault, GuardTripped,
-                 PauseRequested, ResumeRequested, StopRequested, AbortRequested, HaltRequested>;
+using Event = std::variant<Start, OperatorConfirmed, Mounted, Biased, MotionDone, MotionLost,
+                           ForceReached, RestMeasured, ForceSettled, TimerExpired, AttemptRejected,
+                           EndSlide, Fault, GuardTripped, PauseRequested, ResumeRequested,
+                           StopRequested, AbortRequested, HaltRequested>;
 
 // ---- state ----
 
@@ -216,10 +242,12 @@ enum class Step : std::uint8_t {
   seating,     ///< slowly on until the cloth bears the probe
   lowering,    ///< on by the rest travel: the mount is slack, the weight alone acts
   resting,     ///< S
+  lifting,     ///< for a set point below the weight: up to the stop, or above the cloth
   pressing,    ///< force loop on, waits for the band
   holding,     ///< P
   sliding,     ///< M
-  releasing,   ///< back to the rest position
+  releasing,   ///< to an end of the mount's slack
+  unloading,   ///< into the slack by the rest travel: the weight alone acts again
   ending,      ///< E
   retracting,  ///< also the clean-up after a failure
   held,        ///< paused between trials, the probe up; for `longest_hold` at most

@@ -21,6 +21,7 @@ constexpr Bounds displacement_m{-10, 10, {}};
 constexpr std::size_t most_legs = 1000;
 /// Where a recipe gives no band: 5 % of the paper's 5 N.
 constexpr double default_band_n = 0.25;
+constexpr double unstated_n = -1;
 
 std::string letter(Phase phase) {
   return std::string(1, to_char(phase));
@@ -60,14 +61,19 @@ class PhaseReader {
   }
 
   void read_force(ObjectReader& reader, PhaseStep& step, Need need) {
-    const Bounds force{limits_.probe_weight_n, limits_.force_cap_n,
-                       "from the probe's own weight to the rig's cap"};
-    step.force_n = reader.quantity(quantities::force, force, need).value_or(0);
+    const double least_n = limits_.least_force_n();
+    const Bounds force{limits_.hangs_on_stop ? 0 : least_n, limits_.force_cap_n,
+                       force_bounds_reason};
+    step.force_n = reader.quantity(quantities::force, force, need).value_or(unstated_n);
+    if (step.force_n > 0 && step.force_n < least_n)
+      problems_.add({reader.at(quantities::force), "the force is within the sensor's noise",
+                     "0, or at least " + json(least_n).dump() + " N",
+                     json(step.force_n).dump() + " N", "0 is a stroke above the cloth"});
     const Bounds band{0.01, limits_.force_cap_n, {}};
     step.force_band_n =
         reader.quantity(quantities::force_band, band, Need::optional).value_or(default_band_n);
     const double top = step.force_n + step.force_band_n;
-    if (step.force_n > 0 && top > limits_.force_cap_n)
+    if (step.force_n >= 0 && top > limits_.force_cap_n)
       problems_.add({reader.at(quantities::force), "force and band together are over the cap",
                      "at most " + json(limits_.force_cap_n).dump() + " N", json(top).dump() + " N",
                      "lower the force or narrow force_band_N"});
@@ -152,8 +158,10 @@ class PhaseReader {
     };
     const auto press = find(Phase::press);
     const auto motion = find(Phase::motion);
-    if (press == phases.end() || motion == phases.end() || press->force_n == 0) return;
-    if (motion->force_n == 0) motion->force_n = press->force_n;
+    if (press == phases.end()) return;
+    if (press->force_n == unstated_n) press->force_n = 0;  // which is a finding
+    if (motion == phases.end()) return;
+    if (motion->force_n == unstated_n) motion->force_n = press->force_n;
     if (motion->force_n != press->force_n)
       problems_.add({place, "phases P and M have different forces",
                      json(press->force_n).dump() + " N in both",

@@ -36,7 +36,9 @@ class Machine {
   void on(const MotionLost& event) {
     if (answers(event.ticket, Step::retracting)) give_up_retreat();
   }
-  void on(const ContactFound& event);
+  void on(const ForceReached& event);
+  /// E is judged during the retreat, which it does not interrupt.
+  void on(const RestMeasured& event);
   void on(const ForceSettled& event) {
     if (answers(event.ticket, Step::pressing)) record(Step::holding, Phase::press);
   }
@@ -66,14 +68,22 @@ class Machine {
   void seat();
   void lower_to_rest(double touch_z_m);
   void press();
+  void hover();
+  void lighten();
+  void hold_force();
   void slide();
   void next_leg();
   void start_leg();
   void release();
+  void unload(double slack_end_z_m);
   void retract();
   /// A phase that ends by its timer and is recorded.
   void record(Step step, Phase phase);
   void descend(Step step, double speed_mps, double stop_force_n);
+  void ascend(Step step, double speed_mps, double stop_force_n, double way_m);
+  /// Held with this set point the probe hangs on its stop, at the lower end of the slack.
+  [[nodiscard]] bool hangs(double force_n) const;
+  [[nodiscard]] double force_n() const { return exploration().step(Phase::press).force_n; }
 
   // ---- ends; machine_ends.cpp ----
 
@@ -112,6 +122,9 @@ class Machine {
   /// The probe is up, the stages are at rest, and no trial is open.
   [[nodiscard]] bool between_trials() const {
     return state_.step == Step::held || state_.step == Step::awaiting_operator;
+  }
+  [[nodiscard]] bool in_trial() const {
+    return state_.step != Step::ready && !between_trials() && !is_concluding();
   }
   [[nodiscard]] bool answers(Ticket ticket, Step step) const {
     return state_.step == step && ticket == state_.ticket;

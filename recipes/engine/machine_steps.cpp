@@ -8,8 +8,15 @@
 namespace weft::recipes {
 namespace {
 
-/// The cloth bears the probe from this share of its weight on: the rest is for sensor noise.
-constexpr double seated_share = 0.9;
+/// Within the slack of the mount the cloth bears the probe's weight. Where the slack begins and
+/// ends shows in the force: shares of the weight, the rest is for the sensor's noise and zero.
+constexpr double seated_share = 0.9, unloaded_share = 1.1, pressed_share = 1.2;
+/// The stop that carries the probe is stiff: z rises to it at this speed [m/s].
+constexpr double lighten_speed_mps = 0.05e-3;
+/// How far the slack's lower end may have sunk since the cloth bore the probe [m].
+constexpr double most_sunk_m = 1e-3;
+/// A set point of 0 is held this far above where the cloth bore the probe [m].
+constexpr double hover_m = 0.3e-3;
 constexpr double bias_timeout_s = 10;
 
 /// How far z may be past where its way down was told to end.
@@ -51,11 +58,11 @@ void Machine::clear() {
 void Machine::mount() {
   enter(Step::mounting, plan_.mount_timeout_s);
   const TrialSpec& spec = trial();
-  emit(MountFabric{state_.ticket, plan_.fabrics[spec.fabric], spec.patch_seed, spec.index});
+  emit(MountFabric{state_.ticket, plan_.fabrics[spec.fabric], spec.place, spec.seeds});
 }
 
 void Machine::position() {
-  const Result<Joints> joints = above_start(plan_, exploration());
+  const Result<Joints> joints = above_start(plan_, trial());
   if (!joints) return fail_trial(joints.error());
   const std::vector<AxisMove> moves = transfer(plan_, *joints);
   double longest_s = 0;
@@ -91,6 +98,23 @@ void Machine::lower_to_rest(double touch_z_m) {
 
 void Machine::press() {
   emit(SetPhase{Phase::none});
+  if (force_n() == 0) return hover();
+  hangs(force_n()) ? lighten() : hold_force();
+}
+
+void Machine::hover() {
+  const double speed = plan_.approach.seat_speed_mps;
+  const double way_m = plan_.limits.rest_travel_m + hover_m;
+  enter(Step::lifting, move_timeout_s(move_s(way_m, speed)));
+  move({{Axis::z, state_.rest_z_m - way_m, speed}});
+}
+
+void Machine::lighten() {
+  ascend(Step::lifting, lighten_speed_mps, seated_share * plan_.limits.probe_weight_n,
+         plan_.limits.rest_travel_m + most_sunk_m);
+}
+
+void Machine::hold_force() {
   const PhaseStep& phase = exploration().step(Phase::press);
   enter(Step::pressing, plan_.settle.timeout_s);
   emit(HoldForce{state_.ticket, phase.force_n, phase.force_band_n, plan_.settle.dwell_s});
@@ -109,7 +133,7 @@ void Machine::next_leg() {
 }
 
 void Machine::start_leg() {
-  const PathLeg leg = path_leg(exploration(), state_.leg);
+  const PathLeg leg = path_leg(exploration(), state_.leg, trial().place.offset_m);
   const double speed = exploration().step(Phase::motion).speed_mps;
   const Result<std::vector<AxisMove>> moves = leg_moves(plan_, leg, speed);
   if (!moves) return fail_trial(moves.error());
@@ -120,11 +144,19 @@ void Machine::start_leg() {
 void Machine::release() {
   emit(SetPhase{Phase::none});
   emit(ReleaseForce{});
-  // Where the force has taken z is not known to a plan, but not above the clear height.
-  const double speed = plan_.approach.speed_mps;
-  const double way_m = deepest_way_m(plan_.limits) + past_the_end_m(plan_.approach);
-  enter(Step::releasing, move_timeout_s(move_s(way_m, speed)));
-  move({{Axis::z, state_.rest_z_m, speed}});
+  const double weight_n = plan_.limits.probe_weight_n, speed = plan_.approach.seat_speed_mps;
+  if (force_n() >= pressed_share * weight_n)
+    return ascend(Step::releasing, speed, unloaded_share * weight_n, deepest_way_m(plan_.limits));
+  // A probe held at about its weight is anywhere in the slack: on to the upper end.
+  const double share = hangs(force_n()) ? seated_share : pressed_share;
+  descend(Step::releasing, speed, share * weight_n);
+}
+
+void Machine::unload(double slack_end_z_m) {
+  const double rest_travel_m = plan_.limits.rest_travel_m, speed = plan_.approach.speed_mps;
+  const double way_m = rest_travel_m + past_the_end_m(plan_.approach);
+  enter(Step::unloading, move_timeout_s(move_s(way_m, speed)));
+  move({{Axis::z, slack_end_z_m + (hangs(force_n()) ? rest_travel_m : -rest_travel_m), speed}});
 }
 
 void Machine::retract() {
@@ -143,6 +175,16 @@ void Machine::descend(Step step, double speed_mps, double stop_force_n) {
   enter(step, move_timeout_s(move_s(deepest_way_m(plan_.limits), reached_mps)));
   emit(Descend{state_.ticket, lowest_z_m(plan_.limits), speed_mps, stop_force_n});
 }
+
+bool Machine::hangs(double force_n) const {
+  return force_n < seated_share * plan_.limits.probe_weight_n;
+}
+
+void Machine::ascend(Step step, double speed_mps, double stop_force_n, double way_m) {
+  enter(step, move_timeout_s(move_s(way_m, driven_speed(plan_.limits, speed_mps))));
+  emit(Ascend{state_.ticket, plan_.limits.clear_z_m(), speed_mps, stop_force_n});
+}
+
 void Machine::close_phase() {
   if (is_recording(state_.step)) emit(SetPhase{Phase::none});
 }

@@ -1,7 +1,9 @@
 #include "recipes/engine/motion.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 #include "recipes/control/servo.hpp"
@@ -12,16 +14,23 @@ namespace {
 /// How well the rig file knows the plate's height [m].
 constexpr double plate_height_tolerance_m = 1e-3;
 
+std::string format_newtons(double force_n) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.2f N", force_n);
+  return text.data();
+}
+
 Vec2 sum(Vec2 a, Vec2 b) {
   return {a.x_m + b.x_m, a.y_m + b.y_m};
 }
 
 }  // namespace
 
-PathLeg path_leg(const Exploration& exploration, std::size_t leg) {
+PathLeg path_leg(const Exploration& exploration, std::size_t leg, Vec2 offset_m) {
   const std::vector<Vec2>& path = exploration.path_m();
-  const Vec2 from = sum(exploration.start_m, leg == 0 ? Vec2{} : path[leg - 1]);
-  const Vec2 to = sum(exploration.start_m, path[leg]);
+  const Vec2 start = sum(exploration.start_m, offset_m);
+  const Vec2 from = sum(start, leg == 0 ? Vec2{} : path[leg - 1]);
+  const Vec2 to = sum(start, path[leg]);
   return {from, to, std::hypot(to.x_m - from.x_m, to.y_m - from.y_m)};
 }
 
@@ -29,8 +38,12 @@ Result<Joints> over(const RigLimits& limits, Vec2 point_m, double clearance_m) {
   return inverse(limits.geometry, {point_m, clearance_m, limits.level.rx_rad, limits.level.ry_rad});
 }
 
-Result<Joints> above_start(const Plan& plan, const Exploration& exploration) {
-  return over(plan.limits, exploration.start_m, plan.limits.clearance_m);
+Vec2 start_of(const Plan& plan, const TrialSpec& trial) {
+  return sum(plan.explorations[trial.exploration].start_m, trial.place.offset_m);
+}
+
+Result<Joints> above_start(const Plan& plan, const TrialSpec& trial) {
+  return over(plan.limits, start_of(plan, trial), plan.limits.clearance_m);
 }
 
 std::vector<AxisMove> transfer(const Plan& plan, const Joints& joints) {
@@ -117,6 +130,27 @@ Error nothing_bears(std::string place) {
       .expected = "contact above the plate",
       .got = "none",
       .hint = "Check that the cloth is mounted, the force sensor's sign and plate.surface_z_mm"};
+}
+
+Error force_not_reached(std::string place, double wanted_n) {
+  return {.code = Errc::measurement,
+          .where = std::move(place),
+          .what = "z reached the end of its way before the force came to what it should be",
+          .expected = "about " + format_newtons(wanted_n),
+          .hint = "Check the force sensor, and the probe's mount and its weight (probe.mass_kg)"};
+}
+
+Error not_at_rest(std::string place, Phase phase, double mean_n, double weight_n) {
+  const bool ended = phase == Phase::end;
+  return {.code = Errc::measurement,
+          .where = std::move(place),
+          .what = std::string("in phase ") + (ended ? "E" : "S") +
+                  " the cloth does not bear the probe's weight alone",
+          .expected = format_newtons(weight_n),
+          .got = format_newtons(mean_n),
+          .hint =
+              "The mount is not within its slack: check probe.slack_mm, probe.rest_travel_mm "
+              "and probe.mass_kg"};
 }
 
 Error rest_out_of_travel(std::string place, double rest_z_m) {

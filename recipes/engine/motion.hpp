@@ -18,15 +18,17 @@ struct PathLeg {
   double length_m = 0;
 };
 
-/// Leg `leg` of the exploration's path; leg < path_m.size().
-PathLeg path_leg(const Exploration& exploration, std::size_t leg);
+/// Leg `leg` of the exploration's path, moved by `offset_m`; leg < path_m.size().
+PathLeg path_leg(const Exploration& exploration, std::size_t leg, Vec2 offset_m = {});
 
 /// Stages with the probe over `point_m` of the cloth, `clearance_m` above the plate: upright, or
 /// where the rig's level has the rotary stages.
 Result<Joints> over(const RigLimits& limits, Vec2 point_m, double clearance_m);
 
-/// Stages above the start of the exploration, at the clear height.
-Result<Joints> above_start(const Plan& plan, const Exploration& exploration);
+/// Stages above where the trial's path starts, at the clear height.
+Result<Joints> above_start(const Plan& plan, const TrialSpec& trial);
+/// That point in the fabric frame.
+Vec2 start_of(const Plan& plan, const TrialSpec& trial);
 
 /// Every axis but z to `joints`, at transfer speed.
 std::vector<AxisMove> transfer(const Plan& plan, const Joints& joints);
@@ -56,6 +58,12 @@ Error still_bad(std::string place, std::uint32_t takes, const Error& last);
 
 /// The probe came down to the plate and no cloth bore it.
 Error nothing_bears(std::string place);
+
+/// z went as far as it may and the force did not come to `wanted_n`.
+Error force_not_reached(std::string place, double wanted_n);
+
+/// In phase S or E the cloth did not bear just the probe's weight.
+Error not_at_rest(std::string place, Phase phase, double mean_n, double weight_n);
 
 /// The height at rest over this cloth is one that the stage does not reach.
 Error rest_out_of_travel(std::string place, double rest_z_m);

@@ -16,12 +16,12 @@ constexpr std::size_t most_operator_steps = 16;
 constexpr std::size_t longest_request_bytes = 500;
 constexpr double longest_work_s = 86'400;
 
-/// The schema's pattern in code: no control characters, braces only around the two marks.
+/// The schema's pattern in code: no control characters, braces only around the marks.
 bool is_request(std::string_view text) {
   while (!text.empty()) {
-    const std::string_view mark = text.starts_with(fabric_mark)   ? fabric_mark
-                                  : text.starts_with(number_mark) ? number_mark
-                                                                  : text.substr(0, 1);
+    std::string_view mark = text.substr(0, 1);
+    for (const std::string_view known : {fabric_mark, number_mark, piece_mark, mounting_mark})
+      if (text.starts_with(known)) mark = known;
     const char first = text.front();
     const bool plain = static_cast<unsigned char>(first) >= ' ' && first != '{' && first != '}';
     if (mark.size() == 1 && !plain) return false;
@@ -33,10 +33,12 @@ bool is_request(std::string_view text) {
 std::string read_text(ObjectReader& reader, Problems& problems) {
   const std::string text = reader.text("text").value_or("-");
   if (text.empty() || text.size() > longest_request_bytes || !is_request(text))
-    problems.add({reader.at("text"), "not what a person can be asked",
-                  "1 to " + std::to_string(longest_request_bytes) +
-                      " bytes in one line, braces only in \"{fabric}\" and \"{number}\"",
-                  clipped(text), ""});
+    problems.add(
+        {reader.at("text"), "not what a person can be asked",
+         "1 to " + std::to_string(longest_request_bytes) +
+             " bytes in one line, braces only in \"{fabric}\", \"{number}\", \"{piece}\" and "
+             "\"{mounting}\"",
+         clipped(text), ""});
   return text;
 }
 
@@ -72,8 +74,8 @@ OperatorStep read_step(const json& value, const std::string& place,
                        const std::vector<std::string>& fabrics, Problems& problems) {
   ObjectReader reader(value, place, problems);
   OperatorStep step;
-  const auto before = reader.choice("before", {"campaign", "fabric"});
-  step.before = before == 1 ? OperatorStep::Before::fabric : OperatorStep::Before::campaign;
+  const auto before = reader.choice("before", {"campaign", "fabric", "mounting"});
+  step.before = static_cast<OperatorStep::Before>(before.value_or(0));
   if (before == 0)
     reader.explain("fabrics", "a step before the campaign belongs to no fabric");
   else

@@ -13,8 +13,10 @@ bool is_for(const OperatorStep& step, std::size_t fabric) {
 bool is_due(const Plan& plan, const OperatorStep& step, std::size_t trial, bool begins) {
   if (step.before == OperatorStep::Before::campaign) return begins;
   const std::size_t fabric = plan.trials[trial].fabric;
-  const bool changes = begins || plan.trials[trial - 1].fabric != fabric;
-  return changes && is_for(step, fabric);
+  if (!is_for(step, fabric)) return false;
+  if (begins || plan.trials[trial - 1].fabric != fabric) return true;
+  return step.before == OperatorStep::Before::mounting &&
+         plan.trials[trial - 1].place.mounting != plan.trials[trial].place.mounting;
 }
 
 void replace_all(std::string& text, std::string_view mark, const std::string& with) {
@@ -32,9 +34,10 @@ std::optional<std::size_t> due_step(const Plan& plan, std::size_t trial, std::si
   return std::nullopt;
 }
 
-bool has_prompt_before(const Plan& plan, std::size_t fabric) {
+bool has_prompt_before(const Plan& plan, std::size_t fabric, OperatorStep::Before before) {
   return std::ranges::any_of(plan.operator_steps, [&](const OperatorStep& step) {
-    return step.before == OperatorStep::Before::fabric && is_for(step, fabric);
+    const bool asks = step.before == before || step.before == OperatorStep::Before::mounting;
+    return asks && is_for(step, fabric);
   });
 }
 
@@ -44,6 +47,8 @@ StepPrompt step_prompt(const Plan& plan, std::size_t trial, std::size_t step) {
   StepPrompt out{trial, step, requested.text, requested.people_s};
   replace_all(out.text, fabric_mark, plan.fabrics[fabric]);
   replace_all(out.text, number_mark, std::to_string(fabric + 1));
+  replace_all(out.text, piece_mark, std::to_string(plan.trials[trial].place.piece));
+  replace_all(out.text, mounting_mark, std::to_string(plan.trials[trial].place.mounting));
   return out;
 }
 

@@ -22,8 +22,8 @@ struct StepPrompt {
 std::optional<std::size_t> due_step(const Plan& plan, std::size_t trial, std::size_t from,
                                     bool begins);
 
-/// Whether some step is due whenever this fabric comes.
-bool has_prompt_before(const Plan& plan, std::size_t fabric);
+/// Whether some step is due whenever this fabric comes, or is put on.
+bool has_prompt_before(const Plan& plan, std::size_t fabric, OperatorStep::Before before);
 
 StepPrompt step_prompt(const Plan& plan, std::size_t trial, std::size_t step);
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
+#include <utility>
 
 #include "recipes/engine/motion.hpp"
 #include "recipes/engine/operator_steps.hpp"
@@ -44,10 +46,10 @@ namespace {
 // What cannot be known before the cloth is touched: estimates. The forecast is meant to be right
 // within a few per cent, not to the second; tests compare it with runs on the simulated bench.
 constexpr double cloth_height_m = 1.2e-3;    ///< mean height at first contact
-constexpr double seat_travel_m = 0.15e-3;    ///< from first contact until the cloth bears the probe
+constexpr double seat_travel_m = 0.1e-3;     ///< from first contact until the cloth bears the probe
 constexpr double bias_s = 1.0;               ///< settling and averaging of the sensors
 constexpr double press_s = 0.8;              ///< force rise, without the dwell
-constexpr double release_travel_m = 0.4e-3;  ///< from the set point's z back to the rest position
+constexpr double release_travel_m = 0.1e-3;  ///< from the set point's z to the end of the slack
 /// Confirmation of each move: the last status message and the look at the position.
 constexpr double confirm_s = 0.1;
 
@@ -70,9 +72,11 @@ double transfer_s(const Plan& plan, Vec2 from, Vec2 to) {
   return move(longest_m, plan.approach.transfer_speed_mps);
 }
 
-Vec2 end_of(const Exploration& exploration) {
+Vec2 end_of(const Plan& plan, const TrialSpec& trial) {
+  const Exploration& exploration = plan.explorations[trial.exploration];
   const std::vector<Vec2>& path = exploration.path_m();
-  return path.empty() ? exploration.start_m : path_leg(exploration, path.size() - 1).to_m;
+  return path.empty() ? start_of(plan, trial)
+                      : path_leg(exploration, path.size() - 1, trial.place.offset_m).to_m;
 }
 
 double recording_s(const Plan& plan, const Exploration& exploration) {
@@ -113,10 +117,13 @@ std::array<Range, axis_count> compute_envelope(const Plan& plan) {
   constexpr double inf = std::numeric_limits<double>::infinity();
   std::array<Range, axis_count> envelope;
   envelope.fill({inf, -inf});
-  for (const Exploration& exploration : plan.explorations) {
-    widen_by(envelope, plan, exploration.start_m);
+  std::set<std::pair<std::size_t, std::uint32_t>> seen;
+  for (const TrialSpec& trial : plan.trials) {
+    if (!seen.emplace(trial.exploration, trial.place.patch).second) continue;
+    const Exploration& exploration = plan.explorations[trial.exploration];
+    widen_by(envelope, plan, start_of(plan, trial));
     for (std::size_t i = 0; i < exploration.path_m().size(); ++i)
-      widen_by(envelope, plan, path_leg(exploration, i).to_m);
+      widen_by(envelope, plan, path_leg(exploration, i, trial.place.offset_m).to_m);
   }
   widen(envelope[index(Axis::z)], lowest_z_m(plan.limits));
   for (const auto& steps : {plan.finally.on_success, plan.finally.on_stop, plan.finally.on_fault})
@@ -143,16 +150,22 @@ double motion_duration_s(const Exploration& exploration, double acceleration_mps
   return total_s;
 }
 
-double trial_duration_s(const Plan& plan, const Exploration& exploration, Vec2 from_m) {
+double trial_duration_s(const Plan& plan, const TrialSpec& trial, Vec2 from_m) {
+  const Exploration& exploration = plan.explorations[trial.exploration];
   const RigLimits& limits = plan.limits;
   const Approach& approach = plan.approach;
   const Moves move{limits.max_acceleration_mps2};
-  return transfer_s(plan, from_m, exploration.start_m) + bias_s +
-         move(limits.clearance_m - cloth_height_m, driven_speed(limits, approach.speed_mps)) +
+  // A probe that hangs free is lower by the slack.
+  const double to_touch_m =
+      std::max(0.0, limits.clearance_m - cloth_height_m - limits.slack_m.value_or(0));
+  return transfer_s(plan, from_m, start_of(plan, trial)) + bias_s +
+         move(to_touch_m, driven_speed(limits, approach.speed_mps)) +
          move(seat_travel_m, driven_speed(limits, approach.seat_speed_mps)) +
          move(limits.rest_travel_m, approach.seat_speed_mps) + press_s + plan.settle.dwell_s +
-         recording_s(plan, exploration) + move(release_travel_m, approach.speed_mps) +
-         move(limits.clearance_m - cloth_height_m, approach.transfer_speed_mps);
+         recording_s(plan, exploration) +
+         move(release_travel_m, driven_speed(limits, approach.seat_speed_mps)) +
+         move(limits.rest_travel_m, approach.speed_mps) +
+         move(to_touch_m + limits.rest_travel_m, approach.transfer_speed_mps);
 }
 
 namespace {
@@ -171,7 +184,7 @@ Vec2 stages_at(const RigLimits& limits, Vec2 point_m) {
 
 // After a campaign that is complete, from where its last trial ends.
 double finally_s(const Plan& plan) {
-  Vec2 at = stages_at(plan.limits, end_of(plan.explorations[plan.trials.back().exploration]));
+  Vec2 at = stages_at(plan.limits, end_of(plan, plan.trials.back()));
   double total_s = 0;
   for (const LastStep& step : plan.finally.on_success) {
     if (const auto* const wait = std::get_if<WaitStep>(&step)) {
@@ -196,9 +209,8 @@ std::vector<double> trial_durations_s(const Plan& plan) {
   std::vector<double> out;
   Vec2 at = home_point(plan.limits.geometry);
   for (const TrialSpec& trial : plan.trials) {
-    const Exploration& exploration = plan.explorations[trial.exploration];
-    out.push_back(trial_duration_s(plan, exploration, at) + (out.empty() ? clearing_s(plan) : 0));
-    at = end_of(exploration);
+    out.push_back(trial_duration_s(plan, trial, at) + (out.empty() ? clearing_s(plan) : 0));
+    at = end_of(plan, trial);
   }
   return out;
 }
@@ -212,7 +224,10 @@ Forecast forecast(const Plan& plan) {
   out.duration_s = out.finally_s;
   for (const double trial_s : trial_durations_s(plan)) out.duration_s += trial_s;
   for (std::size_t i = 0; i < plan.trials.size(); ++i)
-    out.mounts += i == 0 || plan.trials[i].fabric != plan.trials[i - 1].fabric ? 1 : 0;
+    out.mounts += i == 0 || plan.trials[i].fabric != plan.trials[i - 1].fabric ||
+                          plan.trials[i].place.mounting != plan.trials[i - 1].place.mounting
+                      ? 1
+                      : 0;
   const PeopleForecast people = people_forecast(plan);
   out.people_s = people.people_s;
   out.prompts = people.prompts;

@@ -61,13 +61,44 @@ struct Exploration {
   [[nodiscard]] const std::vector<Vec2>& path_m() const;
 };
 
+/// What one repetition has in common with the next. Default: what a bench does whose cloth is
+/// fastened once, as in the paper (section IV-A): the same path on the same mounted piece.
+struct Repetition {
+  enum class Path : std::uint8_t {
+    same,      ///< retraced
+    new_patch  ///< elsewhere on the mounted piece
+  };
+  Path path = Path::same;
+  std::uint32_t remount_every = 0;  ///< trials of one mounting; 0: only where the cloth changes
+  std::uint32_t pieces = 1;         ///< of each fabric, which share the repetitions in order
+  bool operator==(const Repetition&) const = default;
+};
+
+/// What of its cloth a trial touches, counted from 1 for each fabric.
+struct TrialPlace {
+  std::uint32_t piece = 1;
+  std::uint32_t mounting = 1;  ///< in order of execution: how often this fabric was put on
+  std::uint32_t patch = 1;
+  Vec2 offset_m;  ///< of the path from the exploration's start
+  bool operator==(const TrialPlace&) const = default;
+};
+
+/// For simulated cloth, one for each level of what differs between trials. Each depends on its own
+/// level alone, so that the order of trials, or leaving some out, changes no other.
+struct TrialSeeds {
+  std::uint64_t piece = 0;     ///< of recipe seed, fabric and piece
+  std::uint64_t mounting = 0;  ///< of recipe seed, fabric and mounting
+  std::uint64_t touch = 0;     ///< see patch_seed()
+};
+
 /// One experiment: a fabric, an exploration and a repetition.
 struct TrialSpec {
   std::size_t index = 0;         ///< position in the campaign's order
   std::size_t fabric = 0;        ///< into Plan::fabrics
   std::size_t exploration = 0;   ///< into Plan::explorations
   std::uint32_t repetition = 1;  ///< from 1
-  std::uint64_t patch_seed = 0;  ///< see patch_seed()
+  TrialPlace place;
+  TrialSeeds seeds;
 };
 
 struct Approach {
@@ -97,12 +128,15 @@ struct RepeatBad {
 /// What stands for the fabric in the text of an operator step: its name, its place in the recipe
 /// from 1.
 inline constexpr std::string_view fabric_mark = "{fabric}", number_mark = "{number}";
+/// And for the piece of it and how often it was put on, likewise from 1.
+inline constexpr std::string_view piece_mark = "{piece}", mounting_mark = "{mounting}";
 
 /// What a person does between trials, while the stages are at rest and the probe is up.
 struct OperatorStep {
   enum class Before : std::uint8_t {
     campaign,  ///< once, and again when an interrupted campaign is gone on with
-    fabric     ///< each time the fabric changes, and likewise
+    fabric,    ///< each time the fabric changes, and likewise
+    mounting   ///< each time a cloth is put on, and likewise
   };
   Before before = Before::campaign;
   std::vector<std::size_t> fabrics;  ///< into Plan::fabrics, those it is for; empty: every one
@@ -152,6 +186,7 @@ struct RecipeTerms {
   std::vector<std::string> class_of;  ///< of each fabric; empty: the recipe has no classes
   Approach approach;
   Settle settle;
+  Repetition repetition;
   OnTrialFailure on_trial_failure = OnTrialFailure::stop;
   std::optional<RepeatBad> repeat_bad;  ///< none: no repetition is judged
   std::vector<OperatorStep> operator_steps;
@@ -201,9 +236,8 @@ inline constexpr std::size_t max_trials = 1'000'000;
 CheckReport check_recipe(std::string_view recipe_json, const RigLimits& limits,
                          std::optional<std::uint64_t> seed = {}, std::string_view values_json = {});
 
-/// Which patch of cloth a trial touches: FNV-1a 64 over the decimal seed, fabric, exploration and
-/// repetition, separated by '/', then mixed by splitmix64. It depends on nothing else, so that the
-/// order of trials, or leaving some out, does not change the patch of the others.
+/// The seed of a trial's touch: FNV-1a 64 over the decimal seed, fabric, exploration and
+/// repetition, separated by '/', then mixed by splitmix64.
 std::uint64_t patch_seed(std::uint64_t recipe_seed, std::string_view fabric,
                          std::string_view exploration, std::uint32_t repetition);
 
@@ -217,7 +251,7 @@ Forecast forecast(const Plan& plan);
 
 /// Expected time of one trial [s], coming from `from_m` (fabric frame) at the clear height.
 /// Changing the cloth by hand is not in it.
-double trial_duration_s(const Plan& plan, const Exploration& exploration, Vec2 from_m);
+double trial_duration_s(const Plan& plan, const TrialSpec& trial, Vec2 from_m);
 
 /// Of every trial of the plan, in order, the way to the first among it; their sum is the
 /// forecast's trials_s() [s].

@@ -2,6 +2,7 @@
 // A recipe document to the values it states, in SI units. What needs more than one value (does the
 // path fit the plate?) is looked at afterwards.
 
+#include <array>
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -55,6 +56,27 @@ StatedExploration read_exploration(const std::string& name, const nlohmann::json
 
 /// Places are checked against the travel of the stages.
 Finally read_finally(ObjectReader& recipe, const RigLimits& limits, Problems& problems);
+
+/// Whether the recipe says what a repetition is. `document`: of the recipe.
+void read_repetition(const nlohmann::json& document, ObjectReader& recipe, StatedRecipe& stated,
+                     Problems& problems);
+
+/// Of `repetitions`, which the pieces share in order.
+std::uint32_t piece_of(std::uint32_t repetition, std::uint32_t repetitions, std::uint32_t pieces);
+
+/// What cannot be done on this rig. The explorations must have been placed on the plate.
+void check_repetition(const StatedRecipe& stated, const RigLimits& limits, Problems& problems);
+
+/// Sets place and seeds of trials in their order of execution.
+void assign_places(const StatedRecipe& stated, const RigLimits& limits,
+                   std::vector<TrialSpec>& trials);
+
+/// Warnings: patches that overlap, mountings that are fewer or more than the recipe seems to want.
+std::vector<Diagnostic> warnings_about_places(const Plan& plan);
+
+/// Where the exploration may start so that every corner keeps the face on the plate and the stages
+/// in their travel: ranges along x and y [m]. Empty ones where it does not fit.
+std::array<Range, 2> find_starts(const Exploration& exploration, const RigLimits& limits);
 
 /// After the fabrics, which a step may name.
 void read_operator_steps(ObjectReader& recipe, StatedRecipe& stated, Problems& problems);

@@ -20,6 +20,10 @@ constexpr Bounds position_m{-10, 10, {}};
 /// Under this the force loop swings about the set point, and a zero of 50 readings takes its time.
 constexpr double least_wrench_rate_hz = 20;
 
+const Quantity slack{"slack", {{"slack_mm", mm_per_m}, {"slack_m", 1}}};
+constexpr Bounds slack_bounds_m{0, 0.05, {}};
+constexpr double modelled_slack_m = 1e-3;  ///< where a simulated rig does not say
+
 /// Reads the sections of one rig file; the members are what they share.
 class RigReader {
  public:
@@ -37,6 +41,7 @@ class RigReader {
     section(rig, "control", &RigReader::read_control);
     if (const json* park = rig.object("park", Need::optional)) read_park(*park, rig.at("park"));
     read_sensors(document);
+    read_slack(document);
     read_fabrics(rig);
   }
 
@@ -53,6 +58,12 @@ class RigReader {
       if (!limits_.geometry.travel[index(axis)].contains(0))
         problems_.add(
             {"/limits/tilt_deg", "the probe cannot stand upright", "a range around 0", "", ""});
+    if (limits_.slack_m && *limits_.slack_m <= limits_.rest_travel_m)
+      problems_.add({"/probe/slack_mm",
+                     "the slack does not exceed the rest travel: the probe would not rest "
+                     "on the cloth by its weight alone",
+                     "over " + mm(limits_.rest_travel_m), mm(*limits_.slack_m),
+                     "lower probe.rest_travel_mm"});
     if (limits_.probe_weight_n >= limits_.force_cap_n)
       problems_.add({"/limits/force_cap_N", "the cap is not over the probe's own weight",
                      "over " + json(limits_.probe_weight_n).dump() + " N",
@@ -129,6 +140,10 @@ class RigReader {
       limits_.probe_weight_n = *mass_kg * standard_gravity_mps2;
     r.set(limits_.rest_travel_m, mm_or_m("rest_travel", "rest_travel_mm", "rest_travel_m"),
           {0, 0.1, {}}, Need::required);
+    if (const auto slack_m = r.quantity(slack, slack_bounds_m, Need::optional))
+      limits_.slack_m = *slack_m;
+    r.set(limits_.rest_tolerance, {"rest_tolerance", {{"rest_tolerance", 1}}}, {1e-3, 1, {}});
+    hangs_on_stop_ = r.flag("hangs_on_stop", Need::optional);
     r.set(limits_.clearance_m, mm_or_m("clearance", "clearance_mm", "clearance_m"),
           positive_length_m);
     r.set(limits_.geometry.probe_arm_m, mm_or_m("tilt_arm", "tilt_arm_mm", "tilt_arm_m"),
@@ -136,6 +151,24 @@ class RigReader {
     if (const auto face =
             r.pair(mm_or_m("footprint", "footprint_mm", "footprint_m"), positive_length_m))
       limits_.footprint_m = {face->first, face->second};
+  }
+
+  /// A simulated mount may be described where the simulation is; it hangs on a stop.
+  void read_slack(const json& document) {
+    const bool is_modelled = limits_.bench != "real";
+    limits_.hangs_on_stop = hangs_on_stop_.value_or(is_modelled);
+    if (!is_modelled || !document.is_object()) return;
+    const auto simulation = document.find("simulation");
+    std::optional<double> modelled_m;
+    if (simulation != document.end() && simulation->is_object() &&
+        simulation->contains("slack_mm")) {
+      ObjectReader r(*simulation, "/simulation", problems_);
+      modelled_m = r.quantity(slack, slack_bounds_m, Need::optional);
+    }
+    if (modelled_m && limits_.slack_m && *modelled_m != *limits_.slack_m)
+      problems_.add({"/simulation/slack_mm", "two slacks of one mount", mm(*limits_.slack_m),
+                     mm(*modelled_m), "state it once, as probe.slack_mm"});
+    if (!limits_.slack_m) limits_.slack_m = modelled_m.value_or(modelled_slack_m);
   }
 
   void read_plate(ObjectReader& r) {
@@ -251,6 +284,7 @@ class RigReader {
 
   RigLimits& limits_;
   Problems& problems_;
+  std::optional<bool> hangs_on_stop_;
 };
 
 std::string sentences(Problems& problems) {

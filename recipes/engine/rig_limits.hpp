@@ -1,6 +1,7 @@
 #pragma once
 // What a rig can do, as far as planning needs it: read once from the rig file, SI inside.
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,7 +24,14 @@ struct RigLimits {
   double frozen_wrench_s = 0.25;  ///< readings that stay the same for so long are not; 0: never
   double frozen_taxels_s = 1;
   double probe_weight_n = 0.2 * 9.80665;  ///< on the cloth when nothing pushes the probe
-  double rest_travel_m = 0.5e-3;   ///< z goes on this far after the cloth bears the probe's weight
+  double rest_travel_m = 0.5e-3;  ///< z goes on this far after the cloth bears the probe's weight
+  /// How far z moves between the stop that the probe hangs on and its mount's spring, both without
+  /// load: there the cloth bears the weight alone. Not stated on a real rig: not known.
+  std::optional<double> slack_m;
+  /// At the lower end of the slack the probe hangs on a stop that can carry a part of its weight:
+  /// forces below the weight can be held.
+  bool hangs_on_stop = false;
+  double rest_tolerance = 0.05;    ///< of the weight: how far off it phases S and E may be
   Vec2 footprint_m{16e-3, 16e-3};  ///< the probe's face, centred on the contact point
   double clearance_m = 8e-3;  ///< height above the plate for transfers: over the thickest cloth
   double cycle_hz = 100;      ///< scan cycle of controller and guards
@@ -43,6 +51,8 @@ struct RigLimits {
   static constexpr unsigned cycles_per_stage_row = 5;
   [[nodiscard]] double stage_rate_hz() const { return cycle_hz / cycles_per_stage_row; }
 
+  /// Least set point of the force loop: what the sensor tells from nothing, or the probe's weight.
+  [[nodiscard]] double least_force_n() const { return hangs_on_stop ? 0.1 : probe_weight_n; }
   [[nodiscard]] bool levelled() const { return level.rx_rad != 0 || level.ry_rad != 0; }
   /// How far a plate that leans as the probe does rises from its middle to its edge.
   [[nodiscard]] double level_rise_m() const;
@@ -51,6 +61,9 @@ struct RigLimits {
     return geometry.surface_z_m - clearance_m - level_rise_m();
   }
 };
+
+inline constexpr std::string_view force_bounds_reason =
+    "from what the probe's mount can hold to the rig's cap";
 
 /// Reads the keys of a rig file that concern planning; keys that belong to others are left alone.
 /// The error lists every problem, one sentence a line, each with its JSON pointer.

@@ -243,6 +243,16 @@ bool varies(const Sweep& sweep, FactorKind kind) {
   return std::ranges::any_of(sweep.factors, [&](const Factor& f) { return f.kind == kind; });
 }
 
+std::array<Range, 2> find_starts(const Exploration& exploration, const RigLimits& limits) {
+  std::array<Range, 2> out;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const Range room = allowed(limits, directions[i]);
+    const Range path = extent(exploration.path_m(), directions[i]);
+    out[i] = {room.min - path.min, room.max - path.max};
+  }
+  return out;
+}
+
 void place_on_plate(StatedExploration& stated, const RigLimits& limits, Problems& problems) {
   if (stated.path_pointer.empty()) return;  // already refused
   Exploration& exploration = stated.exploration;

@@ -59,8 +59,7 @@ std::optional<Spelled> spelled(std::string_view name) {
 Bounds bounds_of(FactorKind kind, const RigLimits& limits) {
   switch (kind) {
     case FactorKind::force:
-      return {limits.probe_weight_n, limits.force_cap_n,
-              "from the probe's own weight to the rig's cap"};
+      return {limits.least_force_n(), limits.force_cap_n, force_bounds_reason};
     case FactorKind::speed:
       return {least_speed_mps, limits.max_speed_mps, "the rig's limit"};
     case FactorKind::press:

@@ -183,7 +183,7 @@ class MaintenanceMachine {
   void on(const MotionLost& event) {
     if (answers(event.ticket)) give_up();
   }
-  void on(const ContactFound& event) {
+  void on(const ForceReached& event) {
     if (!answers(event.ticket)) return;
     note({.code = Errc::measurement,
           .where = "jog",

@@ -102,7 +102,7 @@ struct MaintenanceTransition {
 };
 
 /// Total: an event that a state does not expect changes nothing. After Start the machine always
-/// ends. Of the engine's events it takes Start, MotionDone, MotionLost, ContactFound, TimerExpired,
+/// ends. Of the engine's events it takes Start, MotionDone, MotionLost, ForceReached, TimerExpired,
 /// Fault, GuardTripped, StopRequested, AbortRequested and HaltRequested.
 MaintenanceTransition step(const MaintenancePlan& plan, const MaintenanceState& state,
                            const Event& event, TimePoint now);

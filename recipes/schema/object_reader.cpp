@@ -121,6 +121,14 @@ std::optional<std::int64_t> ObjectReader::integer(std::string_view key, std::int
   return std::nullopt;
 }
 
+std::optional<bool> ObjectReader::flag(std::string_view key, Need need) {
+  const json* value = find(key, need);
+  if (value == nullptr) return std::nullopt;
+  if (value->is_boolean()) return value->get<bool>();
+  wrong_type(at(key), "true or false", *value);
+  return std::nullopt;
+}
+
 std::optional<std::string> ObjectReader::text(std::string_view key, Need need) {
   const json* value = find(key, need);
   if (value == nullptr) return std::nullopt;

@@ -58,6 +58,7 @@ class ObjectReader {
   }
   std::optional<std::int64_t> integer(std::string_view key, std::int64_t min, std::int64_t max,
                                       Need need = Need::required);
+  std::optional<bool> flag(std::string_view key, Need need = Need::required);
   std::optional<std::string> text(std::string_view key, Need need = Need::required);
   /// A name as is_name() takes it.
   std::optional<std::string> name(std::string_view key, Need need = Need::required);

@@ -53,16 +53,21 @@ void BenchPlant::advance_to(TimePoint now) {
   while (next_.time() <= now) step_grid();
 }
 
-void BenchPlant::mount(const Patch& patch, TimePoint now) {
+void BenchPlant::mount(const Patch& patch, TimePoint now, bool same_place) {
   advance_to(now);
   const Pose there = pose(now);
   if (listens_) drain_vibration(there, now);
-  plant_.mount(patch, there, now);
+  std::optional<PlantMemory> memory;
+  if (patch.mounted != 0 && patch.mounted == patch_.mounted) {
+    memory = plant_.memory();
+    if (!same_place) memory->contact = {};
+  }
+  plant_.mount(patch, there, now, memory ? &*memory : nullptr);
   patch_ = patch;
   ++mounts_;
   plant_time_ = std::max(plant_time_, now);
   motion_.reset();
-  if (record_motion_) motion_ = BenchMotion{patch, there, plant_time_, next_, {}};
+  if (record_motion_) motion_ = BenchMotion{patch, memory, there, plant_time_, next_, {}};
 }
 
 /// A patch is taken off between two points of the grid, and the sensors go on: they hear the old

@@ -42,7 +42,8 @@ struct BenchMotion {
   static constexpr std::size_t most_poses = 30'000'000;
 
   Patch patch;
-  Pose mounted;  ///< stages when the patch was put on
+  std::optional<PlantMemory> memory;  ///< of earlier touches of the patch
+  Pose mounted;                       ///< stages when the patch was put on
   TimePoint mounted_at{};
   GridPoint first;          ///< the grid point of poses[0]
   std::vector<Pose> poses;  ///< one for each grid point
@@ -76,8 +77,9 @@ class BenchPlant {
 
   /// Moves the plant along its grid up to `now`. Earlier times than before change nothing.
   void advance_to(TimePoint now);
-  /// Puts another patch on the plate.
-  void mount(const Patch& patch, TimePoint now);
+  /// Puts another patch on the plate. Where the piece is mounted as it was (Patch::mounted), it is
+  /// the next touch of it: pads and, with `same_place`, cloth remember the ones before.
+  void mount(const Patch& patch, TimePoint now, bool same_place = true);
   /// The stage after everything up to `now` has happened. Plan its moves through this only.
   Stage& stage(AxisId axis, TimePoint now);
   [[nodiscard]] const Stage& stage(AxisId axis) const { return stages_[index(axis)]; }
@@ -86,7 +88,7 @@ class BenchPlant {
   /// The last scan that was complete at `now`.
   const PadFrame& frame(TimePoint now);
   [[nodiscard]] const Plant& plant() const { return plant_; }
-  /// What lies on the plate, and how often that was changed.
+  /// What lies on the plate, and how often that was changed or touched anew.
   [[nodiscard]] const Patch& patch() const { return patch_; }
   [[nodiscard]] std::uint64_t mounts() const { return mounts_; }
   /// What accelerometer and microphone have read since this was last called, without a gap from one

@@ -56,7 +56,8 @@ class Lead {
 Replayed play(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion,
               const Replayed* run) {
   Plant plant(params, rig_seed);
-  plant.mount(motion.patch, motion.mounted, motion.mounted_at);
+  plant.mount(motion.patch, motion.mounted, motion.mounted_at,
+              motion.memory ? &*motion.memory : nullptr);
   Lead lead(params.mount, run);
   Replayed out;
   GridPoint point = motion.first;

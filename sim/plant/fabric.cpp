@@ -39,16 +39,42 @@ SurfaceSpec surface_of(const Fabric& fabric, const MaterialParams& params) {
           .structure = fabric.structure};
 }
 
-void draw_spread(Patch& patch, const TrialSpread& spread, Random random) {
-  ContactMaterial& material = patch.material;
-  material.law.lambda_m *= ratio(random, spread.lambda);
-  material.law.pressure_pa *= ratio(random, spread.pressure);
-  material.friction.coefficient *= ratio(random, spread.friction);
-  material.thickness_m *= ratio(random, spread.thickness);
-  patch.gain_scale = ratio(random, spread.gain);
-  patch.tilt_x = spread.tilt * random.gaussian();
-  patch.tilt_y = spread.tilt * random.gaussian();
-  patch.skew_rad = spread.skew_rad * random.gaussian();
+/// A stream for each member: another member shifts none.
+double drawn_ratio(std::uint64_t seed, const char* member, double spread) {
+  Random random(mix(seed, member));
+  return ratio(random, spread);
+}
+
+double drawn(std::uint64_t seed, const char* member, double deviation) {
+  return deviation * Random(mix(seed, member)).gaussian();
+}
+
+void draw_piece(ContactMaterial& material, SurfaceSpec& surface, const PieceSpread& spread,
+                std::uint64_t seed) {
+  material.law.lambda_m *= drawn_ratio(seed, "lambda", spread.lambda);
+  material.law.pressure_pa *= drawn_ratio(seed, "pressure", spread.pressure);
+  material.friction.coefficient *= drawn_ratio(seed, "friction", spread.friction);
+  material.thickness_m *= drawn_ratio(seed, "thickness", spread.thickness);
+  surface.height_rms_m *= drawn_ratio(seed, "roughness", spread.roughness);
+  surface.warp_pitch_m *= drawn_ratio(seed, "warp pitch", spread.pitch);
+  surface.weft_pitch_m *= drawn_ratio(seed, "weft pitch", spread.pitch);
+}
+
+void draw_mounting(Patch& patch, const MountingSpread& spread, std::uint64_t seed) {
+  patch.offset_x_m = drawn(seed, "position x", spread.position_m);
+  patch.offset_y_m = drawn(seed, "position y", spread.position_m);
+  patch.skew_rad = drawn(seed, "skew", spread.skew_rad);
+  patch.tilt_x = drawn(seed, "tilt x", spread.tilt);
+  patch.tilt_y = drawn(seed, "tilt y", spread.tilt);
+  patch.material.law.lambda_m *= drawn_ratio(seed, "tension", spread.tension);
+}
+
+void draw_touch(Patch& patch, const TouchSpread& spread, std::uint64_t seed) {
+  patch.offset_x_m += drawn(seed, "path x", spread.path_m);
+  patch.offset_y_m += drawn(seed, "path y", spread.path_m);
+  patch.gain_scale = drawn_ratio(seed, "gain", spread.gain);
+  Random random(mix(seed, "pad ratio"));
+  for (double& pad : patch.pad_ratio) pad = ratio(random, spread.pad_ratio);
 }
 
 using nlohmann::json;
@@ -172,15 +198,60 @@ Status parse_params(const json& object, const json& sources, MaterialParams& par
   return reader.finish();
 }
 
-Status parse_spread(const json& object, const json& sources, TrialSpread& spread) {
-  FieldReader reader(object, "/trial_spread");
+using Key = std::pair<const char*, double*>;
+
+Status parse_level(const json& object, const std::string& where, const json& sources,
+                   std::initializer_list<Key> ratios, std::initializer_list<Key> lengths_mm,
+                   std::initializer_list<Key> angles_mrad) {
+  FieldReader reader(object, where);
   reader.source_required(sources);
-  reader.number("lambda", spread.lambda, 0, 0.5).number("pressure", spread.pressure, 0, 0.5);
-  reader.number("friction", spread.friction, 0, 0.5).number("gain", spread.gain, 0, 0.5);
-  reader.number("thickness", spread.thickness, 0, 0.3);
-  reader.number("tilt_mrad", spread.tilt, 0, 50, 1e-3);
-  reader.number("skew_mrad", spread.skew_rad, 0, 500, 1e-3);
+  for (const auto& [key, value] : ratios) reader.number(key, *value, 0, 0.5);
+  for (const auto& [key, value] : lengths_mm) reader.number(key, *value, 0, 50, m_per_mm);
+  for (const auto& [key, value] : angles_mrad) reader.number(key, *value, 0, 500, 1e-3);
   return reader.finish();
+}
+
+Status parse_spread(const json& object, const json& sources, Spread& spread) {
+  FieldReader reader(object, "/spread");
+  const json none = json::object();
+  const auto level = [&](std::string_view key) -> const json& {
+    const json* found = reader.child(key);
+    return found == nullptr ? none : *found;
+  };
+  const json &piece = level("piece"), &mounting = level("mounting"), &touch = level("touch");
+  if (const Status status = reader.finish(); !status) return status;
+  PieceSpread& p = spread.piece;
+  MountingSpread& m = spread.mounting;
+  TouchSpread& t = spread.touch;
+  Status status = parse_level(piece, "/spread/piece", sources,
+                              {{"lambda", &p.lambda},
+                               {"pressure", &p.pressure},
+                               {"friction", &p.friction},
+                               {"thickness", &p.thickness},
+                               {"roughness", &p.roughness},
+                               {"pitch", &p.pitch}},
+                              {}, {});
+  if (status)
+    status = parse_level(mounting, "/spread/mounting", sources, {{"tension", &m.tension}},
+                         {{"position_mm", &m.position_m}},
+                         {{"skew_mrad", &m.skew_rad}, {"tilt_mrad", &m.tilt}});
+  if (!status) return status;
+  return parse_level(touch, "/spread/touch", sources,
+                     {{"gain", &t.gain}, {"pad_ratio", &t.pad_ratio}}, {{"path_mm", &t.path_m}},
+                     {});
+}
+
+/// A table from before there were levels: what it has belongs to one of them.
+Status parse_trial_spread(const json& object, const json& sources, Spread& spread) {
+  PieceSpread& p = spread.piece;
+  return parse_level(
+      object, "/trial_spread", sources,
+      {{"lambda", &p.lambda},
+       {"pressure", &p.pressure},
+       {"friction", &p.friction},
+       {"thickness", &p.thickness},
+       {"gain", &spread.touch.gain}},
+      {}, {{"tilt_mrad", &spread.mounting.tilt}, {"skew_mrad", &spread.mounting.skew_rad}});
 }
 
 Status parse_table(const json& table, const Structures& structures, const json& sources,
@@ -211,7 +282,8 @@ Result<FabricLibrary> parse_document(const json& document) {
   const json& sources = child_or_none("sources");
   const json& structures_json = child_or_none("structures");
   const json& parameters = child_or_none("parameters");
-  const json& spread = child_or_none("trial_spread");
+  const json& spread = child_or_none("spread");
+  const json& trial_spread = child_or_none("trial_spread");
   const json& table = child_or_none("fabrics");
   if (const Status status = reader.finish(); !status) return pass(status.error());
   if (format != "weft-fabrics-1")
@@ -223,6 +295,8 @@ Result<FabricLibrary> parse_document(const json& document) {
   if (const Status s = parse_params(parameters, sources, library.params); !s)
     return pass(s.error());
   if (const Status s = parse_spread(spread, sources, library.spread); !s) return pass(s.error());
+  if (const Status s = parse_trial_spread(trial_spread, sources, library.spread); !s)
+    return pass(s.error());
   if (const Status s = parse_table(table, *structures, sources, library); !s)
     return pass(s.error());
   return library;
@@ -251,43 +325,77 @@ Status check(const MaterialParams& params) {
                  {"the longest wave in m", waves.longest_wave_m, waves.shortest_wave_m, 10}});
 }
 
-Status check(const TrialSpread& spread) {
-  return check_bounds("trial spread", {{"of lambda", spread.lambda, 0, 1},
-                                       {"of the pressure", spread.pressure, 0, 1},
-                                       {"of the friction", spread.friction, 0, 1},
-                                       {"of the gain", spread.gain, 0, 1},
-                                       {"of the thickness", spread.thickness, 0, 1},
-                                       {"of the tilt", spread.tilt, 0, 1},
-                                       {"of the skew in rad", spread.skew_rad, 0, 1}});
+Status check(const Spread& spread) {
+  const auto& [piece, mounting, touch] = spread;
+  return check_bounds("spread", {{"of lambda", piece.lambda, 0, 1},
+                                 {"of the pressure", piece.pressure, 0, 1},
+                                 {"of the friction", piece.friction, 0, 1},
+                                 {"of the thickness", piece.thickness, 0, 1},
+                                 {"of the roughness", piece.roughness, 0, 1},
+                                 {"of the pitch", piece.pitch, 0, 1},
+                                 {"of the position in m", mounting.position_m, 0, 1},
+                                 {"of the skew in rad", mounting.skew_rad, 0, 1},
+                                 {"of the tension", mounting.tension, 0, 1},
+                                 {"of the tilt", mounting.tilt, 0, 1},
+                                 {"of the path in m", touch.path_m, 0, 1},
+                                 {"of the gain", touch.gain, 0, 1},
+                                 {"of the pads' ratio", touch.pad_ratio, 0, 1}});
 }
 
-Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params,
-                        const TrialSpread& spread, const MaterialSwitches& switches,
-                        std::uint64_t patch_seed) {
-  if (const Status s = check(params); !s) return pass(s.error(), fabric.name);
-  if (const Status s = check(spread); !s) return pass(s.error(), fabric.name);
+namespace {
+
+Result<ContactMaterial> material_of(const Fabric& fabric, const MaterialParams& params,
+                                    const MaterialSwitches& switches) {
   const auto law = law_from_kes(fabric.kes);
-  if (!law) return pass(law.error(), fabric.name);
-  Patch patch;
-  patch.fabric = fabric.name;
-  patch.seed = mix(mix(0, fabric.name), patch_seed);
-  patch.grain_m = fabric.grain_m;
-  ContactMaterial& material = patch.material;
+  if (!law) return pass(law.error());
+  ContactMaterial material;
   material.law = *law;
   material.thickness_m = fabric.thickness_m;
   if (switches.relaxation) material.relaxation = relaxation_of(params, law->hysteresis);
   material.hysteresis = {switches.hysteresis ? law->hysteresis : 0, params.hysteresis_length};
   material.friction = {switches.friction ? fabric.friction_mean : 0, params.friction_reference_n,
                        params.friction_exponent, params.bristle_length_m};
-  if (switches.waviness) material.waviness = Waviness(params.waviness, mix(patch.seed, "waviness"));
-  const SurfaceSpec surface = surface_of(fabric, params);
-  if (!(surface.height_rms_m < steepest_surface * law->lambda_m))
+  return material;
+}
+
+}  // namespace
+
+Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params, const Spread& spread,
+                        const MaterialSwitches& switches, const PatchSeeds& seeds) {
+  if (const Status s = check(params); !s) return pass(s.error(), fabric.name);
+  if (const Status s = check(spread); !s) return pass(s.error(), fabric.name);
+  auto material = material_of(fabric, params, switches);
+  if (!material) return pass(material.error(), fabric.name);
+  SurfaceSpec surface = surface_of(fabric, params);
+  if (!(surface.height_rms_m < steepest_surface * material->law.lambda_m))
     return fail({.code = Errc::range,
                  .where = fabric.name,
                  .what = "surface too rough for so stiff a cloth",
                  .expected = "std(h) below 6 lambda"});
-  if (switches.texture) patch.field = HeightField(surface, mix(patch.seed, "surface"));
-  if (switches.trial_spread) draw_spread(patch, spread, Random(mix(patch.seed, "spread")));
+  const auto seed = [&](std::uint64_t level) { return mix(mix(0, fabric.name), level); };
+  const std::uint64_t piece = seed(seeds.piece), mounting = seed(seeds.mounting);
+  Patch patch;
+  patch.fabric = fabric.name;
+  patch.material = std::move(*material);
+  patch.grain_m = fabric.grain_m;
+  patch.seed = seed(seeds.touch);
+  patch.mounted = mix(piece, mounting);
+  if (switches.trial_spread) {
+    draw_piece(patch.material, surface, spread.piece, piece);
+    draw_mounting(patch, spread.mounting, mounting);
+    draw_touch(patch, spread.touch, patch.seed);
+  }
+  if (switches.texture) patch.field = HeightField(surface, mix(piece, "surface"));
+  if (switches.waviness)
+    patch.material.waviness = Waviness(params.waviness, mix(piece, "waviness"))
+                                  .shifted(patch.offset_x_m, patch.offset_y_m);
+  return patch;
+}
+
+Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params, const Spread& spread,
+                        const MaterialSwitches& switches, std::uint64_t seed) {
+  auto patch = cut_patch(fabric, params, spread, switches, PatchSeeds{seed, seed, seed});
+  if (patch) patch->mounted = 0;
   return patch;
 }
 

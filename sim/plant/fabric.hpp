@@ -42,20 +42,45 @@ struct MaterialParams {
   WavinessSpec waviness;
 };
 
-/// Standard deviations from trial to trial, of ratios unless named otherwise; every number [E].
-struct TrialSpread {
+// What differs, at four levels: the rig's own is in PadParams. Standard deviations, of ratios
+// unless named otherwise; every number [E].
+
+/// From one piece of a cloth to the next.
+struct PieceSpread {
   double lambda = 0.03;
   double pressure = 0.06;
   double friction = 0.04;
-  double gain = 0.01;
   double thickness = 0.01;
-  double tilt = 1e-4;        ///< [rad]
-  double skew_rad = 0.0175;  ///< of the yarns against the stages: the cloth is fixed by hand
+  double roughness = 0.1;
+  double pitch = 0.01;  ///< of the yarns
+};
+/// From one time that a piece is put on the plate to the next: by hand.
+struct MountingSpread {
+  double position_m = 2e-3;  ///< along x and along y
+  double skew_rad = 0.0175;  ///< of the yarns against the stages
+  double tension = 0.01;     ///< of lambda
+  double tilt = 1e-4;        ///< of what the piece lies on, about x and about y [rad]
+};
+/// From one touch to the next.
+struct TouchSpread {
+  double path_m = 1e-4;     ///< along x and along y
+  double gain = 0.002;      ///< of all pads together
+  double pad_ratio = 3e-3;  ///< of each pad
+};
+struct Spread {
+  PieceSpread piece;
+  MountingSpread mounting;
+  TouchSpread touch;
+};
+/// All that is drawn of a trial's cloth. Each level has its own, and each of its members a stream
+/// of its own: a level that stays the same stays so to the bit whatever the others do.
+struct PatchSeeds {
+  std::uint64_t piece = 0, mounting = 0, touch = 0;
 };
 
 /// Errors of both: range, naming the field.
 Status check(const MaterialParams& params);
-Status check(const TrialSpread& spread);
+Status check(const Spread& spread);
 
 /// Mechanisms that a rig file may switch off.
 struct MaterialSwitches {
@@ -67,24 +92,36 @@ struct MaterialSwitches {
   bool trial_spread = true;
 };
 
-/// One trial's piece of cloth.
+/// What one trial touches.
 struct Patch {
   std::string fabric;  ///< name of the cloth it was cut from; empty: the bare plate
   ContactMaterial material;
   HeightField field;
   double skew_rad = 0;
+  double offset_x_m = 0, offset_y_m = 0;  ///< of the field's origin; the waviness has it already
+  double tilt_x = 0, tilt_y = 0;          ///< added to the rig's own
   double gain_scale = 1;
-  double tilt_x = 0, tilt_y = 0;  ///< added to the rig's own
-  double grain_m = 0;             ///< the fabric's; level L3 alone has a use for it
-  std::uint64_t seed = 0;         ///< names the trial's noise
+  std::array<double, 16> pad_ratio = filled_ratio();  ///< of each pad's gain
+  double grain_m = 0;         ///< the fabric's; level L3 alone has a use for it
+  std::uint64_t seed = 0;     ///< names the trial's noise
+  std::uint64_t mounted = 0;  ///< names the mounted piece; 0: nothing is remembered of it
+
+ private:
+  static constexpr std::array<double, 16> filled_ratio() {
+    std::array<double, 16> out{};
+    out.fill(1);
+    return out;
+  }
 };
 
-/// Cuts a patch: amplitudes, pitches and material are the fabric's, phases, wander and random waves
-/// the patch's. Errors: range, for a cloth that no law fits
-/// and for what check() refuses.
-Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params,
-                        const TrialSpread& spread, const MaterialSwitches& switches,
-                        std::uint64_t patch_seed);
+/// Cuts a piece, mounts and touches it. Amplitudes, pitches and material are the fabric's and the
+/// piece's, as are phases, wander and random waves. Errors: range, for a cloth that no law fits and
+/// for what check() refuses.
+Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params, const Spread& spread,
+                        const MaterialSwitches& switches, const PatchSeeds& seeds);
+/// The same with everything from one seed, of which nothing is remembered.
+Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params, const Spread& spread,
+                        const MaterialSwitches& switches, std::uint64_t seed);
 
 /// No cloth: stiff, smooth, without memory.
 Patch bare_plate();
@@ -95,7 +132,7 @@ Patch bare_plate();
 struct FabricLibrary {
   std::vector<Fabric> fabrics;
   MaterialParams params;
-  TrialSpread spread;
+  Spread spread;
 
   /// nullptr for a name that the table does not have.
   [[nodiscard]] const Fabric* find(std::string_view name) const;

@@ -85,6 +85,16 @@ HeightField::HeightField(const SurfaceSpec& spec, std::uint64_t seed) {
   }
 }
 
+HeightField HeightField::shifted(double u_m, double v_m) const {
+  HeightField out = *this;
+  for (Term& term : out.terms_) term.phase_rad += term.ku * u_m + term.kv * v_m;
+  for (std::size_t i = 0; i < Wander::waves; ++i) {
+    out.wander_u_.phase[i] += wander_u_.number[i] * u_m;
+    out.wander_v_.phase[i] += wander_v_.number[i] * v_m;
+  }
+  return out;
+}
+
 double HeightField::wander(Axis axis, double at_m) const {
   return axis == Axis::u ? wander_u_.at(at_m) : wander_v_.at(at_m);
 }
@@ -140,6 +150,13 @@ Waviness::Waviness(const WavinessSpec& spec, std::uint64_t seed) : flat_(!(spec.
     turns_y_[i] = turns * std::sin(direction);
     phase_turns_[i] = random.uniform();
   }
+}
+
+Waviness Waviness::shifted(double x_m, double y_m) const {
+  Waviness out = *this;
+  for (std::size_t i = 0; i < waves; ++i)
+    out.phase_turns_[i] += turns_x_[i] * x_m + turns_y_[i] * y_m;
+  return out;
 }
 
 Waviness::Tangent Waviness::tangent(double x_m, double y_m) const {

@@ -49,6 +49,8 @@ class Waviness {
     double height_m = 0, slope_x = 0, slope_y = 0;
   };
   [[nodiscard]] Tangent tangent(double x_m, double y_m) const;
+  /// What is at a point of it is `x_m`, `y_m` further of this.
+  [[nodiscard]] Waviness shifted(double x_m, double y_m) const;
 
  private:
   // Side by side, in turns: four waves fill the lanes.
@@ -97,6 +99,8 @@ class HeightField {
   HeightField(const SurfaceSpec& spec, std::uint64_t seed);
 
   [[nodiscard]] const std::vector<Term>& terms() const { return terms_; }
+  /// What is at a point of it is `u_m`, `v_m` further of this.
+  [[nodiscard]] HeightField shifted(double u_m, double v_m) const;
   /// Wander of the yarns that are counted along `axis` [rad per pitch].
   [[nodiscard]] double wander(Axis axis, double at_m) const;
   /// Phase of `term` along one axis, given that axis' wander there; the constant phase is in u's.

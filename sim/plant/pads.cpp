@@ -100,10 +100,16 @@ PadArray::PadArray(const PadParams& params, std::uint64_t sensor_seed)
   }
 }
 
-void PadArray::reset(std::uint64_t noise_seed, double gain_scale) {
+void PadArray::touch(std::uint64_t noise_seed, double gain_scale, const Values& ratio) {
   noise_seed_ = noise_seed;
   for (std::size_t i = 0; i < pad_count; ++i)
-    sensor_.counts_per_f[i] = gain_scale * gain_[i] / params_.lsb_f;
+    sensor_.counts_per_f[i] = gain_scale * ratio[i] * gain_[i] / params_.lsb_f;
+}
+
+void PadArray::reset(std::uint64_t noise_seed, double gain_scale) {
+  Values alike;
+  alike.fill(1);
+  touch(noise_seed, gain_scale, alike);
   state_ = {};
   state_.branch.fill(-1);
   Random random(mix(noise_seed, "drift"));

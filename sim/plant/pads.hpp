@@ -65,8 +65,12 @@ class PadArray {
   /// gaps, baselines.
   PadArray(const PadParams& params, std::uint64_t sensor_seed);
 
-  /// A new trial: creep and hysteresis forgotten, gains scaled, noise from `noise_seed`.
+  /// A new trial on another cloth: creep, hysteresis and drift forgotten, gains scaled, noise from
+  /// `noise_seed`.
   void reset(std::uint64_t noise_seed, double gain_scale);
+  /// A new touch, which the pads remember the others by. `ratio`: of each pad's gain.
+  void touch(std::uint64_t noise_seed, double gain_scale,
+             const std::array<double, pad_count>& ratio);
   /// Converts one pad under `pressure_pa` in frame number `frame`. Once per pad and frame. What is
   /// no number, or presses beyond any gap, presses it shut.
   void convert(std::size_t pad, double pressure_pa, std::uint64_t frame);
@@ -77,15 +81,18 @@ class PadArray {
 
   [[nodiscard]] const std::array<std::uint16_t, pad_count>& counts() const { return counts_; }
 
- private:
   using Values = std::array<double, pad_count>;
-  /// What belongs to the sensor: four pads at a time are computed side by side.
-  struct Sensor {
-    Values gap_m{}, baseline_counts{}, idle_f{}, counts_per_f{};
-  };
   /// What a conversion leaves behind.
   struct State {
     Values creep_pa, level, branch, drift_counts, change_f;
+  };
+  [[nodiscard]] const State& state() const { return state_; }
+  void set_state(const State& state) { state_ = state; }
+
+ private:
+  /// What belongs to the sensor: four pads at a time are computed side by side.
+  struct Sensor {
+    Values gap_m{}, baseline_counts{}, idle_f{}, counts_per_f{};
   };
   /// Chance of one frame: a normal number and one in [-1, 1) per pad.
   struct Draw {

@@ -39,7 +39,13 @@ Plant::Plant(const PlantParams& params, std::uint64_t rig_seed)
   mount(bare_plate(), {});
 }
 
-void Plant::mount(const Patch& patch, const Pose& pose, TimePoint now) {
+PlantMemory Plant::memory() {
+  finish_stages();
+  balance();
+  return {contact_, pads_.state()};
+}
+
+void Plant::mount(const Patch& patch, const Pose& pose, TimePoint now, const PlantMemory* memory) {
   finish_stages();
   prepared_ = {};
   ContactGeometry geometry = params_.geometry;
@@ -50,18 +56,27 @@ void Plant::mount(const Patch& patch, const Pose& pose, TimePoint now) {
     algebraic_ = Algebraic{{geometry, params_.mount, patch.material, params_.set_point_n},
                            LinearTexture(patch.field),
                            std::cos(patch.skew_rad),
-                           std::sin(patch.skew_rad)};
+                           std::sin(patch.skew_rad),
+                           patch.offset_x_m,
+                           patch.offset_y_m};
   else if (params_.level >= Level::dynamic)
     dynamic_.emplace(geometry, params_.mount, patch.material, params_.dynamics);
   if (params_.level >= Level::modal) listen(patch, now);
   if (params_.watched.pads) {
-    bed_ = PadBed(patch.material, patch.field, patch.skew_rad);
+    if (patch.mounted != 0 && patch.mounted == mounted_)  // its tiles of texture are made
+      bed_.move(patch.material.waviness, patch.offset_x_m, patch.offset_y_m);
+    else
+      bed_ =
+          PadBed(patch.material, patch.field, patch.skew_rad, patch.offset_x_m, patch.offset_y_m);
     pads_.reset(mix(rig_seed_, patch.seed), patch.gain_scale);
+    if (memory != nullptr) pads_.set_state(memory->pads);
+    pads_.touch(mix(rig_seed_, patch.seed), patch.gain_scale, patch.pad_ratio);
   }
+  mounted_ = patch.mounted;
   pressure_pa_ = {};
-  contact_ = {};
+  contact_ = memory == nullptr ? ContactState{} : memory->contact;
   contact_.pose = pose;
-  gathered_.moved = false;
+  gathered_ = {};
   if (params_.watched.contact)
     contact_ = algebraic_ ? algebraic_->probe.step(contact_, pose) : model_.step(contact_, pose, 0);
 }
@@ -69,7 +84,11 @@ void Plant::mount(const Patch& patch, const Pose& pose, TimePoint now) {
 void Plant::listen(const Patch& patch, TimePoint now) {
   VibrationParams vibration_params = params_.vibration;
   vibration_params.rubbing = with_grain(vibration_params.rubbing, patch.grain_m);
-  auto made = SoundingContact::make(*dynamic_, vibration_params, patch.field, patch.skew_rad,
+  const double cosine = std::cos(patch.skew_rad), sine = std::sin(patch.skew_rad);
+  const HeightField there =
+      patch.field.shifted(cosine * patch.offset_x_m + sine * patch.offset_y_m,
+                          cosine * patch.offset_y_m - sine * patch.offset_x_m);
+  auto made = SoundingContact::make(*dynamic_, vibration_params, there, patch.skew_rad,
                                     mix(mix(rig_seed_, "vibration"), patch.seed), now);
   WEFT_ASSERT(made.has_value());  // check() has passed
   sounding_ = std::move(*made);
@@ -207,7 +226,8 @@ void Plant::press_linear(int stage) {
     pressure_pa_[pad] = 0;
     if (!(contact_.normal_n > 0)) continue;
     const double dx_m = pad_dx_m(pad), dy_m = pad_dy_m(pad);
-    const double x = contact_.face_x_m() + dx_m, y = contact_.face_y_m() + dy_m;
+    const double x = contact_.face_x_m() + dx_m + algebraic_->offset_x_m,
+                 y = contact_.face_y_m() + dy_m + algebraic_->offset_y_m;
     const double u = algebraic_->skew_cos * x + algebraic_->skew_sin * y,
                  v = algebraic_->skew_cos * y - algebraic_->skew_sin * x;
     const double height_m = algebraic_->texture.height_m(u, v, algebraic_->cursors[pad]);

@@ -45,14 +45,24 @@ struct PlantParams {
 /// Errors: range, naming the field.
 Status check(const PlantParams& params, const ContactMaterial& material);
 
+/// What the cloth and the pads know of earlier touches. Where it is put back the next minutes are
+/// the same again, at any level.
+struct PlantMemory {
+  ContactState contact;
+  PadArray::State pads;
+};
+
 class Plant {
  public:
   /// The parameters must pass check() with the material of every patch.
   Plant(const PlantParams& params, std::uint64_t rig_seed);
 
-  /// A fresh patch under the probe at `pose`: no memory of what was there before. `now` >= 0
-  /// matters to level L3 alone, whose readings are counted from time zero.
-  void mount(const Patch& patch, const Pose& pose, TimePoint now = {});
+  /// A patch under the probe at `pose`; `memory` of the same one, touched before, or nothing: then
+  /// it is fresh. `now` >= 0 matters to level L3 alone, whose readings are counted from time zero.
+  void mount(const Patch& patch, const Pose& pose, TimePoint now = {},
+             const PlantMemory* memory = nullptr);
+  /// As of now, the scan under way not in it.
+  [[nodiscard]] PlantMemory memory();
   /// Moves in a straight line to `pose` within `dt_s` >= 0; at L3 whole nanoseconds, at most 1 s.
   void advance(const Pose& pose, double dt_s);
   /// What advance() would lead to; changes nothing.
@@ -88,7 +98,7 @@ class Plant {
   struct Algebraic {
     AlgebraicProbe probe;
     LinearTexture texture;
-    double skew_cos, skew_sin;
+    double skew_cos, skew_sin, offset_x_m, offset_y_m;
     std::array<TextureMap::Cursor, pad_count> cursors{};
   };
   /// What waits, at L1 with a long step, for the next balance.
@@ -122,7 +132,8 @@ class Plant {
   std::optional<DynamicContact> dynamic_;
   std::optional<SoundingContact> sounding_;
   ContactState contact_;
-  mutable PadBed bed_;  ///< at L1 and above; makes texture where it is looked at
+  std::uint64_t mounted_ = 0;  ///< Patch::mounted of what lies there
+  mutable PadBed bed_;         ///< at L1 and above; makes texture where it is looked at
   PadArray pads_;
   mutable std::array<double, pad_count> pressure_pa_{};  ///< of pads that wait: not yet
   std::uint64_t scan_frame_ = 0;  // stages [first, last) of it wait for their counts

@@ -232,10 +232,19 @@ void TextureMap::average(float* out) {
   }
 }
 
-PadBed::PadBed(const ContactMaterial& material, HeightField field, double skew_rad)
-    : law_{material.waviness, 1 / material.law.lambda_m, material.law.pressure_pa,
-           std::cos(skew_rad), std::sin(skew_rad)},
+PadBed::PadBed(const ContactMaterial& material, HeightField field, double skew_rad,
+               double offset_x_m, double offset_y_m)
+    : law_{material.waviness,  1 / material.law.lambda_m, material.law.pressure_pa,
+           std::cos(skew_rad), std::sin(skew_rad),        offset_x_m,
+           offset_y_m},
       texture_(std::move(field), material.law.lambda_m) {}
+
+void PadBed::move(const Waviness& waviness, double offset_x_m, double offset_y_m) {
+  law_.waviness = waviness;
+  law_.offset_x_m = offset_x_m;
+  law_.offset_y_m = offset_y_m;
+  faces_ = {};
+}
 
 void PadBed::remember(int stage, const ContactState& contact) {
   const auto first = static_cast<std::size_t>(stage);
@@ -289,8 +298,8 @@ void PadBed::press(int first, int last, Values& pressure_pa) {
 WEFT_SIM_CLONES void PadBed::place(const Law& law, Faces& faces, Values& u_m, Values& v_m) {
   using simd::Lanes, simd::load, simd::store;
   for (std::size_t i = 0; i < pad_count; i += simd::width) {
-    const Lanes x = load(&faces.x_m[i]) + load(&offsets_x_m[i]);
-    const Lanes y = load(&faces.y_m[i]) + load(&offsets_y_m[i]);
+    const Lanes x = load(&faces.x_m[i]) + load(&offsets_x_m[i]) + law.offset_x_m;
+    const Lanes y = load(&faces.y_m[i]) + load(&offsets_y_m[i]) + law.offset_y_m;
     store(&u_m[i], law.skew_cos * x + law.skew_sin * y);
     store(&v_m[i], law.skew_cos * y - law.skew_sin * x);
   }

@@ -89,8 +89,11 @@ class PadBed {
   using Values = std::array<double, pad_count>;
 
   PadBed() = default;
-  /// `skew_rad` turns the yarns' frame on the plate.
-  PadBed(const ContactMaterial& material, HeightField field, double skew_rad);
+  /// `skew_rad` turns the yarns' frame on the plate, whose origin is `offset_*_m` from the cloth's.
+  PadBed(const ContactMaterial& material, HeightField field, double skew_rad, double offset_x_m = 0,
+         double offset_y_m = 0);
+  /// The same cloth as it lies, at another place of it.
+  void move(const Waviness& waviness, double offset_x_m, double offset_y_m);
 
   /// The two pads of a stage are converted with the face as it is in `contact`.
   void remember(int stage, const ContactState& contact);
@@ -110,12 +113,12 @@ class PadBed {
   };
   struct Law {
     Waviness waviness;
-    double per_lambda, pressure_pa, skew_cos, skew_sin;
+    double per_lambda, pressure_pa, skew_cos, skew_sin, offset_x_m, offset_y_m;
   };
   static void place(const Law& law, Faces& faces, Values& u_m, Values& v_m);
   static void compute(const Law& law, const Faces& faces, const Values& texture, Values& out_pa);
 
-  Law law_{{}, 1, 0, 1, 0};
+  Law law_{{}, 1, 0, 1, 0, 0, 0};
   TextureMap texture_;
   std::array<TextureMap::Cursor, pad_count> cursors_{};
   Faces faces_{};

@@ -159,6 +159,7 @@ struct Rig::Parts {
   FabricLibrary library;
   std::uint64_t seed;
   BenchPlant bench_plant;
+  std::uint32_t patch_number = 0;                         ///< of what lies on the plate
   std::map<std::string, FaultBoard, std::less<>> boards;  ///< one a device
   std::map<std::string, RdtEmulator*, std::less<>> boxes;
   std::map<std::string, std::shared_ptr<Attachment>, std::less<>> attached;
@@ -255,7 +256,13 @@ void Rig::meet_new_host(std::string_view device_name) {
   if (found != parts_->attached.end()) found->second->meet_new_host();
 }
 
-Status Rig::mount(std::string_view fabric, std::uint64_t patch_seed, TimePoint now) {
+Status Rig::mount(std::string_view fabric, std::uint64_t seed, TimePoint now) {
+  if (Status gone = unmount(now); !gone) return gone;
+  return mount(fabric, {seed, seed, seed}, 1, now);
+}
+
+Status Rig::mount(std::string_view fabric, const PatchSeeds& seeds, std::uint32_t patch_number,
+                  TimePoint now) {
   const Fabric* found = parts_->library.find(fabric);
   if (found == nullptr)
     return fail({.code = Errc::not_found,
@@ -263,11 +270,12 @@ Status Rig::mount(std::string_view fabric, std::uint64_t patch_seed, TimePoint n
                  .expected = "a name of the fabric table",
                  .got = std::string(fabric)});
   const auto patch = cut_patch(*found, parts_->library.params, parts_->library.spread,
-                               parts_->config.switches, patch_seed);
+                               parts_->config.switches, seeds);
   if (!patch) return pass(patch.error());
   if (Status s = check(parts_->config.bench_plant.plant, patch->material); !s)
     return pass(s.error(), fabric);
-  parts_->bench_plant.mount(*patch, now);
+  const bool same_place = std::exchange(parts_->patch_number, patch_number) == patch_number;
+  parts_->bench_plant.mount(*patch, now, same_place);
   return {};
 }
 

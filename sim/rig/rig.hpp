@@ -65,9 +65,13 @@ class Rig {
   /// Another host has the device's place. Nothing happens for a device that is not attached.
   void meet_new_host(std::string_view device_name);
 
-  /// Puts a fresh patch of `fabric` on the plate: the cloth has no memory, and the trial's spreads
-  /// are drawn from `patch_seed`. The same pair is the same patch on every rig.
-  Status mount(std::string_view fabric, std::uint64_t patch_seed, TimePoint now);
+  /// Puts a piece of `fabric` on the plate, drawn from the seeds of piece and mounting, and touches
+  /// it. Where that is what lies there already, cloth and pads remember the touches before; of
+  /// another `patch` the cloth is fresh. The same order is the same cloth on every rig.
+  Status mount(std::string_view fabric, const PatchSeeds& seeds, std::uint32_t patch,
+               TimePoint now);
+  /// The same with all from one seed, and no memory of what was there before.
+  Status mount(std::string_view fabric, std::uint64_t seed, TimePoint now);
   /// Leaves the bare plate, which is stiff and smooth.
   Status unmount(TimePoint now);
 

@@ -77,10 +77,18 @@ Status read_footprint(const json& probe, RigConfig& config) {
   return {};
 }
 
+/// Of the probe's mount, where the rig does not say [E]; recipes/engine/rig_limits.cpp has the
+/// same.
+constexpr double default_slack_m = 1e-3;
+
 Status read_probe(const json& probe, RigConfig& config) {
   if (Status s = read_footprint(probe, config); !s) return s;
   if (Status s = shared_number(probe, "/probe", "mass_kg", config.bench_plant.plant.mount.mass_kg,
                                1e-3, 50, 1);
+      !s)
+    return s;
+  if (Status s = shared_number(probe, "/probe", "slack_mm", config.bench_plant.plant.mount.slack_m,
+                               0, 50, m_per_mm);
       !s)
     return s;
   return shared_number(probe, "/probe", "tilt_arm_mm", config.bench_plant.geometry.probe_arm_m, 0,
@@ -313,6 +321,7 @@ Result<RigConfig> parse_rig_config(std::string_view rig_json) {
   if (!rig.is_object())
     return parse_error("rig file", {.what = "not a JSON object", .expected = "an object"});
   RigConfig config;
+  config.bench_plant.plant.mount.slack_m = default_slack_m;
   if (Status s = read_devices(child_or_empty(rig, "devices"), config); !s) return pass(s.error());
   watch(config);
   if (Status s = read_plate(child_or_empty(rig, "plate"), config); !s) return pass(s.error());

@@ -86,6 +86,13 @@ Status write_set_point(const RigConfig& config, const SimulationRequest& request
                  .expected = "L1 or above",
                  .got = "L0, with " + printed("%g to ", *least) + printed("%g N", *most),
                  .hint = "Choose that level, or let simulation.set_point_n name one force"});
+  if (const double weight_n = config.bench_plant.plant.mount.weight_n(); *least < weight_n)
+    return fail({.code = Errc::unsupported,
+                 .where = "/simulation/level",
+                 .what = "level L0 knows no force below the probe's weight",
+                 .expected = "L1 or above, or set points from " + printed("%g N", weight_n) + " on",
+                 .got = "L0, with " + printed("%g N", *least),
+                 .hint = "Choose that level, or let simulation.set_point_n name one force"});
   simulation["set_point_n"] = *least;
   return {};
 }

@@ -97,8 +97,8 @@ class ForceRun {
     if (session_->plant() == nullptr) recorder->write_behind();
     daemon::TrialRecording recording(*recorder, *plan_);
     daemon::SupervisorHooks hooks;
-    hooks.mount = [this](std::string_view fabric, std::uint64_t patch, daemon::MountDone done) {
-      session_->mount(fabric, patch, std::move(done));
+    hooks.mount = [this](const recipes::MountFabric& order, daemon::MountDone done) {
+      session_->mount(order, std::move(done));
     };
     hooks.trial_done = [this](const recipes::TrialDone& done, const daemon::ForceTally&) {
       if (done.trial < ends_.size()) ends_[done.trial] = done;

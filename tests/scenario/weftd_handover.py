@@ -32,11 +32,16 @@ def recipe(fabrics, repetitions, hand_over):
     return out
 
 
+def of_pieces(text):
+    """Each repetition on another piece, which takes long to learn."""
+    return text | {"repetition": {"piece": "each_label_split", "pieces": text["repetitions"]}}
+
+
 def recipes(folder):
     (folder / "recipes").mkdir()
     library = {"quick": recipe(FABRICS[:2], 6, {"learner": "lda", "groups": 3}),
-               "slow": recipe(FABRICS, 8, {"learner": "best", "groups": 8}),
-               "late": recipe(FABRICS, 8, {"learner": "best", "groups": 8, "at_most_s": 1}),
+               "slow": of_pieces(recipe(FABRICS, 8, {"learner": "best", "groups": 8})),
+               "late": of_pieces(recipe(FABRICS, 8, {"learner": "best", "groups": 8, "at_most_s": 1})),
                "plain": recipe(FABRICS[:2], 2, None),
                "hopeless": recipe(FABRICS[:2], 2, {"learner": "lda"})}
     for name, text in library.items():

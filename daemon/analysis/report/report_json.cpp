@@ -95,6 +95,10 @@ ordered_json force_json(const Dataset& dataset) {
   for (const FabricForce& f : force_by_fabric(dataset, force_targets(dataset.info))) {
     ordered_json row = {{"fabric", f.fabric}, {"trials", f.trials}};
     row.update(tally_json(f.tally));
+    if (f.rest)
+      row["rest"] = {{"weight_n", f.rest->weight_n},
+                     {"worst_before_n", f.rest->before_n},
+                     {"worst_after_n", f.rest->after_n}};
     out.push_back(std::move(row));
   }
   return out;

@@ -203,21 +203,29 @@ std::string pad_pictures(const TrialTrace& trace) {
 }
 
 std::vector<std::string> force_cells(const std::string& name, std::size_t trials,
-                                     const ForceTally& tally) {
+                                     const ForceTally& tally,
+                                     const std::optional<RestForces>& rest) {
+  const auto newtons = [&](double RestForces::*phase) {
+    return rest ? fixed((*rest).*phase, 3) : std::string();
+  };
   return {name,
           thousands(trials),
           thousands(tally.samples),
           fixed(tally.rms_n() * 1e3, 1),
           fixed(tally.worst_n * 1e3, 0),
-          percent(in_band_share(tally), 2)};
+          percent(in_band_share(tally), 2),
+          newtons(&RestForces::before_n),
+          newtons(&RestForces::after_n)};
 }
 
 std::string force_table(const ReportInput& input, const std::vector<FabricForce>& fabrics) {
-  HtmlTable table({"fabric", "trials", "samples", "RMS error [mN]", "worst [mN]", "in band [%]"});
-  for (const FabricForce& f : fabrics) table.row(force_cells(escape(f.fabric), f.trials, f.tally));
+  HtmlTable table({"fabric", "trials", "samples", "RMS error [mN]", "worst [mN]", "in band [%]",
+                   "rest S [N]", "rest E [N]"});
+  for (const FabricForce& f : fabrics)
+    table.row(force_cells(escape(f.fabric), f.trials, f.tally, f.rest));
   const char* const all =
       input.verified == nullptr ? "<b>run\u2019s own tally</b>" : "<b>all fabrics</b>";
-  table.row(force_cells(all, input.run.trials_complete, input.run.force));
+  table.row(force_cells(all, input.run.trials_complete, input.run.force, {}));
   return table.finish();
 }
 
@@ -270,7 +278,10 @@ std::string force_section(const ReportInput& input) {
       "<details><summary>As a table</summary>\n" +
       figure(force_table(input, fabrics),
              std::string("Computed again from the recorded wrench between the first and the "
-                         "last taxel sample of phase M") +
+                         "last taxel sample of phase M. Rest: the mean force of phase S or E that "
+                         "is furthest from the probe\u2019s weight") +
+                 (fabrics.front().rest ? " of " + fixed(fabrics.front().rest->weight_n, 3) + " N"
+                                       : "") +
                  (input.verified == nullptr ? "; the last row is what the run counted while it ran."
                                             : "."),
              badge) +

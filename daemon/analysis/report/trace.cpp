@@ -186,6 +186,23 @@ double in_band_share(const ForceTally& tally) {
              : static_cast<double>(tally.in_band) / static_cast<double>(tally.samples);
 }
 
+namespace {
+
+/// Keeps of each phase the mean that is further from the weight.
+void keep_worst(const std::optional<RestForces>& rest, std::optional<RestForces>& worst) {
+  if (!rest) return;
+  if (!worst) worst = rest;
+  const auto keep = [&](double RestForces::*phase) {
+    const double now_n = (*rest).*phase;
+    double& kept_n = (*worst).*phase;
+    if (std::abs(now_n - rest->weight_n) > std::abs(kept_n - rest->weight_n)) kept_n = now_n;
+  };
+  keep(&RestForces::before_n);
+  keep(&RestForces::after_n);
+}
+
+}  // namespace
+
 std::vector<FabricForce> force_by_fabric(const Dataset& dataset,
                                          const std::vector<ForceTarget>& targets) {
   std::vector<FabricForce> out;
@@ -195,6 +212,7 @@ std::vector<FabricForce> force_by_fabric(const Dataset& dataset,
     if (record.outcome != TrialOutcome::complete || !target) continue;
     FabricForce& fabric = entry(out, record.spec.label);
     ++fabric.trials;
+    keep_worst(record.quality.rest, fabric.rest);
     add_trial(dataset.trials[i], record, *target, fabric.tally);
   }
   return out;

@@ -65,6 +65,7 @@ struct FabricForce {
   std::string fabric;
   std::size_t trials = 0;
   ForceTally tally;
+  std::optional<RestForces> rest = {};  ///< the means furthest from the weight; none: not measured
 };
 
 /// Complete trials, by fabric in order of their first trial. Wrench samples between the first and

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <tuple>
 
 #include "classifier/features/layout.hpp"
@@ -77,6 +78,31 @@ classifier::FeatureSetup make_setup(const TrialSelection& chosen, const TrialCho
 
 }  // namespace
 
+Status set_groups(Dataset& dataset, std::string_view by) {
+  if (by == "recorded") return {};
+  const auto number = [by](const TrialSpec& spec) {
+    if (by == "mounting") return spec.place.mounting;
+    if (by == "piece") return spec.place.piece;
+    return by == "patch" ? spec.place.patch : spec.repetition;
+  };
+  std::set<std::uint32_t> numbers;
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
+    const std::uint32_t of_trial = number(dataset.records[i].spec);
+    numbers.insert(of_trial);
+    dataset.trials[i].group = std::to_string(of_trial);
+  }
+  if (numbers.contains(0))
+    return fail({.code = Errc::unsupported,
+                 .where = "--group",
+                 .what = "this data set does not say which " + std::string(by) + " a trial had"});
+  if (numbers.size() < 2)
+    return fail({.code = Errc::unsupported,
+                 .where = "--group",
+                 .what = "every trial has the same " + std::string(by),
+                 .hint = "Record another: see \"repetition\" in the recipe"});
+  return {};
+}
+
 void add_trial_options(CLI::App& command, TrialChoice& choice) {
   command.add_option("--exploration", choice.exploration,
                      "only trials of this exploration, such as M1; evaluate and features also take "
@@ -91,6 +117,9 @@ void add_trial_options(CLI::App& command, TrialChoice& choice) {
       ->needs("--window-s");
   add_keyword(command, "--norm", choice.norm, {"l2", "rms"},
               "F_norm: l2 as in the paper, or rms for motions of different lengths");
+  add_keyword(command, "--group", choice.group,
+              {"recorded", "repetition", "mounting", "piece", "patch"},
+              "what makes the groups: as recorded, or what of its cloth a trial touched");
   command.add_option("--scales", choice.scales, "imprints: scales of smoothing [taxels]")
       ->capture_default_str();
   command
@@ -347,12 +376,14 @@ Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialC
   if (!dataset) return pass(dataset.error());
   if (auto ok = check_given(choice.given, kind_of(*dataset)); !ok)
     return pass(ok.error(), path.string());
+  const std::string sha256 = dataset_sha256(*dataset);
+  if (auto ok = set_groups(*dataset, choice.group); !ok) return pass(ok.error(), path.string());
   const bool is_sum = can_join && choice.exploration.find('+') != std::string::npos;
   auto out = is_sum                     ? load_joined(*dataset, choice, one_exploration)
              : holds_imprints(*dataset) ? load_imprints(*dataset, choice)
                                         : load_slides(*dataset, choice, one_exploration);
   if (!out) return pass(out.error(), path.string());
-  out->sha256 = dataset_sha256(*dataset);
+  out->sha256 = sha256;
   out->dataset = std::move(*dataset);
   return out;
 }

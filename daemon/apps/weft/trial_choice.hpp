@@ -24,12 +24,17 @@ struct TrialChoice {
   std::string norm = "l2";
   std::string scales = "0,1,2,3,4";           ///< of imprints [taxels], as in FeaturePlan
   std::string imprint_features = "10+laws5";  ///< see feature_plan_from()
+  std::string group = "recorded";             ///< see set_groups()
   std::string remove_level = {};              ///< "", "motion" or "rest"; see without_level()
   GivenOptions given = {};  ///< of the whole command: those not of the data's kind are refused
 };
 void add_trial_options(CLI::App& command, TrialChoice& choice);
 /// --remove-level, for commands that make no model: a model file does not know of it.
 void add_level_option(CLI::App& command, TrialChoice& choice);
+
+/// Makes the trials' groups by what of the cloth they touched: "repetition", "mounting", "piece" or
+/// "patch"; "recorded" leaves them. Refuses what the data set does not say, or has but one of.
+Status set_groups(Dataset& dataset, std::string_view by);
 
 /// Samples of phase M of the shortest and the longest whole stroke.
 struct MotionLengths {

@@ -46,11 +46,18 @@ json without_order(json order) {
   return order;
 }
 
+/// By the seeds of piece, mounting and touch, or all from one.
+Status mount(const json& order, sim::Rig& rig, TimePoint now) {
+  const std::string fabric = order.value("fabric", "");
+  const auto seed = [&](const char* key) { return order.value(key, std::uint64_t{0}); };
+  if (!order.contains("piece_seed")) return rig.mount(fabric, seed("patch_seed"), now);
+  return rig.mount(fabric, {seed("piece_seed"), seed("mounting_seed"), seed("touch_seed")},
+                   order.value("patch", std::uint32_t{1}), now);
+}
+
 json carry_out(const json& order, sim::Rig& rig, TimePoint now) {
   const std::string what = order.value("order", "");
-  if (what == "mount")
-    return outcome(
-        rig.mount(order.value("fabric", ""), order.value("patch_seed", std::uint64_t{0}), now));
+  if (what == "mount") return outcome(mount(order, rig, now));
   if (what == "unmount") return outcome(rig.unmount(now));
   if (what == "truth") return truth_json(rig.truth(now));
   if (what == "fault") return outcome(rig.inject(without_order(order).dump(), now));

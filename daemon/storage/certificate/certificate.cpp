@@ -20,6 +20,8 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(EndedEarly, label, exploration, trials)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CertifiedGap, stream, before_sequence, lost)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CertifiedTrial, name, outcome, sha256, catalogue_sha256, gaps)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CertifiedTable, name, sha256)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CertifiedRest, weight_n, trials, worst_before_n, worst_after_n,
+                                   worst_trial)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FileChecksums, name, bytes, sha256)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Certificate, bench_kind, name, seed, software_version,
                                    recipe_sha256, rig_sha256, trials_planned, dataset_sha256,
@@ -69,6 +71,12 @@ constexpr std::array table_queries{
     TableQuery{"trial_factor", 3,
                "SELECT trial, position, printf('%!.17g', value) FROM trial_factor ORDER BY trial, "
                "position",
+               true},
+    TableQuery{"trial_place", 4,
+               "SELECT trial, piece, mounting, patch FROM trial_place ORDER BY trial", true},
+    TableQuery{"trial_rest", 4,
+               "SELECT trial, printf('%!.17g', weight_n), printf('%!.17g', before_n), "
+               "printf('%!.17g', after_n) FROM trial_rest ORDER BY trial",
                true}};
 
 constexpr int trial_columns = 13;
@@ -114,6 +122,28 @@ void describe(const DatasetInfo& info, Certificate& out) {
   out.ended_early = info.ended_early;
 }
 
+/// Over the complete trials; nothing where none was measured.
+std::optional<CertifiedRest> worst_rest(const Dataset& all) {
+  CertifiedRest out;
+  double furthest_n = -1;
+  for (std::size_t i = 0; i < all.trials.size(); ++i) {
+    const auto& rest = all.records[i].quality.rest;
+    if (!rest || all.records[i].outcome != TrialOutcome::complete) continue;
+    if (out.trials++ == 0) out.worst_before_n = out.worst_after_n = out.weight_n = rest->weight_n;
+    const auto see = [&](double force_n, double& worst_n) {
+      const double off_n = std::abs(force_n - rest->weight_n);
+      if (off_n > std::abs(worst_n - rest->weight_n)) worst_n = force_n;
+      if (off_n > furthest_n) {
+        furthest_n = off_n;
+        out.worst_trial = all.trials[i].file;
+      }
+    };
+    see(rest->before_n, out.worst_before_n);
+    see(rest->after_n, out.worst_after_n);
+  }
+  return out.trials > 0 ? std::optional(out) : std::nullopt;
+}
+
 /// Keeps what is for training, as the data set does.
 Dataset select_complete(Dataset&& all) {
   Dataset out;
@@ -132,6 +162,7 @@ Status add_trials(const std::filesystem::path& campaign, const Dataset& all, Cer
   auto tables = table_digests(*database);
   if (!tables) return pass(tables.error(), campaign.string());
   out.tables = std::move(*tables);
+  out.rest = worst_rest(all);
   const auto catalogue = catalogued_trials(*database);
   if (!catalogue) return pass(catalogue.error(), campaign.string());
   if (catalogue->size() != all.trials.size())
@@ -188,6 +219,7 @@ std::string to_json(const Certificate& certificate) {
   out["format"] = "weft-certificate";
   out["version"] = certificate_version;
   if (!certificate.ended_early.empty()) out["ended_early"] = certificate.ended_early;
+  if (certificate.rest) out["rest"] = *certificate.rest;
   out[own_digest] = sha256_hex(out.dump());
   return out.dump(1) + "\n";
 }
@@ -215,6 +247,7 @@ Result<Certificate> certificate_from_json(const std::string& text) {
                    .expected = std::to_string(certificate_version)});
     Certificate out = object;
     out.ended_early = object.value("ended_early", out.ended_early);  // as a rule there are none
+    if (object.contains("rest")) out.rest = object.at("rest").get<CertifiedRest>();
     return out;
   } catch (const json::exception& e) {
     return fail({.code = Errc::parse, .what = "not a certificate of Weft", .got = e.what()});

@@ -55,11 +55,21 @@ struct FileChecksums {
 Result<FileChecksums> file_checksums(const std::filesystem::path& file,
                                      const StopRequested& stop_requested = {});
 
+/// How far the probe's rest was from its weight, over the complete trials.
+struct CertifiedRest {
+  double weight_n = 0;
+  std::uint64_t trials = 0;                      ///< whose rest was measured
+  double worst_before_n = 0, worst_after_n = 0;  ///< the force furthest from the weight, in S and E
+  std::string worst_trial;                       ///< the one with the furthest of all
+  bool operator==(const CertifiedRest&) const = default;
+};
+
 struct Certificate {
   std::string bench_kind, name, seed, software_version;
   std::string recipe_sha256, rig_sha256;  ///< the rig file holds the calibrations
   std::vector<DeviceInfo> devices;        ///< serial, firmware, scale factors
   std::uint64_t trials_planned = 0;
+  std::optional<CertifiedRest> rest;    ///< none: not measured
   std::vector<EndedEarly> ended_early;  ///< left out of the data set, see DatasetInfo
   std::string dataset_sha256;           ///< of the complete trials; empty when there are none
   std::vector<CertifiedTrial> trials;

@@ -118,6 +118,18 @@ void add_factors(Sha256& hash, const std::vector<double>& factors) {
   add_list(hash, factors);
 }
 
+/// Likewise a trial whose place is not known.
+void add_place(Sha256& hash, const TrialPlace& place) {
+  if (place == TrialPlace{}) return;
+  hash.text("weft place 1\n").number(place.piece).number(place.mounting).number(place.patch);
+}
+
+/// Likewise a trial whose rest was not measured.
+void add_rest(Sha256& hash, const std::optional<RestForces>& rest) {
+  if (!rest) return;
+  hash.text("weft rest 1\n").number(rest->weight_n).number(rest->before_n).number(rest->after_n);
+}
+
 /// A trial without the stream has the digest that it had before there were such streams.
 void add_blocks(Sha256& hash, std::string_view heading, const BlockStream& stream) {
   if (stream.blocks() == 0) return;
@@ -143,6 +155,8 @@ Sha256Digest trial_digest(const classifier::Trial& trial, const TrialRecord& rec
   add_blocks(hash, "weft acceleration 1\n", record.acceleration);
   add_blocks(hash, "weft sound 1\n", record.sound);
   add_factors(hash, record.spec.factors);
+  add_place(hash, record.spec.place);
+  add_rest(hash, record.quality.rest);
   return hash.finish();
 }
 

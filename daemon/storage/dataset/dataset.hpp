@@ -32,6 +32,14 @@ bool is_done(TrialOutcome outcome);
 std::string_view to_string(TrialOutcome outcome);
 std::optional<TrialOutcome> trial_outcome_from(std::string_view word);
 
+/// What of its cloth a trial touched, each counted from 1 within its label; 0: not known.
+struct TrialPlace {
+  std::uint32_t piece = 0;
+  std::uint32_t mounting = 0;  ///< how often the cloth had been put on the plate
+  std::uint32_t patch = 0;     ///< where on it
+  bool operator==(const TrialPlace&) const = default;
+};
+
 /// What is known of a trial before its first sample.
 struct TrialSpec {
   std::uint32_t index = 0;    ///< place in the plan, from 0
@@ -40,8 +48,15 @@ struct TrialSpec {
   std::string group;          ///< see classifier::Trial
   std::string exploration;    ///< "M1", "M2"; empty for imported sets
   std::uint32_t repetition = 0;
-  std::uint64_t patch_seed = 0;      ///< simulated bench: which patch of cloth lay on the plate
+  std::uint64_t patch_seed = 0;  ///< simulated bench: of the touch
+  TrialPlace place = {};
   std::vector<double> factors = {};  ///< SI, in the order of DatasetInfo::factors; none: no sweep
+};
+
+/// Mean normal force while the probe rests on the cloth, which its weight should be [N].
+struct RestForces {
+  double weight_n = 0;
+  double before_n = 0, after_n = 0;  ///< phases S and E; NaN: not measured
 };
 
 /// What is known after its last sample.
@@ -49,6 +64,7 @@ struct TrialQuality {
   std::optional<double> force_rms_error_n;  ///< phase M, measured against the set-point
   std::optional<double>
       force_in_band_fraction;  ///< share of phase M within the recipe's band, 0 to 1
+  std::optional<RestForces> rest = {};
 };
 
 /// Wrench and stage values are kept as whole numbers of a quantum. Each quantum is no coarser than

@@ -61,6 +61,34 @@ void write_factors(Writer& out, const Dataset& dataset) {
   out.attribute("/factors/values", "unit", "SI, as the names say");
 }
 
+/// Columns of their own, where the place of any trial is known.
+void write_places(Writer& out, const std::vector<TrialRecord>& records) {
+  const auto column = [&](const char* name, std::uint32_t TrialPlace::*member) {
+    out.column(name, gather(records, [&](const TrialRecord& r) { return r.spec.place.*member; }));
+  };
+  if (std::ranges::all_of(records, [](const auto& r) { return r.spec.place == TrialPlace{}; }))
+    return;
+  column("/trials/piece", &TrialPlace::piece);
+  column("/trials/mounting", &TrialPlace::mounting);
+  column("/trials/patch", &TrialPlace::patch);
+}
+
+/// Columns of their own, where the rest of any trial was measured.
+void write_rests(Writer& out, const std::vector<TrialRecord>& records) {
+  const auto column = [&](const char* name, double RestForces::*member) {
+    out.column(name, gather(records, [&](const TrialRecord& record) {
+                 return record.quality.rest ? (*record.quality.rest).*member
+                                            : std::numeric_limits<double>::quiet_NaN();
+               }));
+    out.attribute(name, "unit", "N");
+  };
+  if (std::ranges::none_of(records, [](const auto& r) { return r.quality.rest.has_value(); }))
+    return;
+  column("/trials/weight_n", &RestForces::weight_n);
+  column("/trials/rest_before_n", &RestForces::before_n);
+  column("/trials/rest_after_n", &RestForces::after_n);
+}
+
 void write_trial_table(Writer& out, const Dataset& dataset, const DatasetDigest& digest) {
   const auto& trials = dataset.trials;
   const auto& records = dataset.records;
@@ -90,6 +118,8 @@ void write_trial_table(Writer& out, const Dataset& dataset, const DatasetDigest&
   quality("force_rms_error_n", &TrialQuality::force_rms_error_n);
   quality("force_in_band_fraction", &TrialQuality::force_in_band_fraction);
   out.attribute("/trials/force_rms_error_n", "unit", "N");
+  write_places(out, records);
+  write_rests(out, records);
   out.attribute("/trials/force_in_band_fraction", "unit", "1");
 }
 

@@ -124,6 +124,11 @@ Result<std::size_t> read_header(sqlite::Database& database, DatasetInfo& info) {
   return static_cast<std::size_t>(taxels);
 }
 
+std::optional<double> real_or_nothing(const sqlite::Statement& query, int column) {
+  if (query.is_null(column)) return std::nullopt;
+  return query.real(column);
+}
+
 /// Names of a sweep's factors, where the file has any.
 Status read_factor_names(sqlite::Database& database, DatasetInfo& info) {
   const auto tables = database.integer(has_table_sql, "factor");
@@ -145,6 +150,40 @@ Result<std::map<std::int64_t, std::vector<double>>> read_factor_values(sqlite::D
   return out;
 }
 
+/// Of every trial by its id whose place is known; empty in a file from before it was.
+Result<std::map<std::int64_t, TrialPlace>> read_places(sqlite::Database& database) {
+  std::map<std::int64_t, TrialPlace> out;
+  const auto tables = database.integer(has_table_sql, "trial_place");
+  if (!tables) return pass(tables.error());
+  if (!*tables) return out;
+  const auto number = [](const sqlite::Statement& row, int column) {
+    return static_cast<std::uint32_t>(row.integer(column));
+  };
+  const Status done = database.each(
+      "SELECT trial, piece, mounting, patch FROM trial_place", [&](const sqlite::Statement& row) {
+        out[row.integer(0)] = {number(row, 1), number(row, 2), number(row, 3)};
+      });
+  if (!done) return pass(done.error());
+  return out;
+}
+
+/// Of every trial by its id whose rest was measured; empty in a file from before it was.
+Result<std::map<std::int64_t, RestForces>> read_rests(sqlite::Database& database) {
+  std::map<std::int64_t, RestForces> out;
+  const auto tables = database.integer(has_table_sql, "trial_rest");
+  if (!tables) return pass(tables.error());
+  if (!*tables) return out;
+  const Status done =
+      database.each("SELECT trial, weight_n, before_n, after_n FROM trial_rest",
+                    [&](const sqlite::Statement& row) {
+                      constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+                      out[row.integer(0)] = {row.real(1), real_or_nothing(row, 2).value_or(unknown),
+                                             real_or_nothing(row, 3).value_or(unknown)};
+                    });
+  if (!done) return pass(done.error());
+  return out;
+}
+
 /// Unique within a campaign, and says what it is: "0007-Denim-M1-r03", with "-a1" for a second
 /// attempt.
 std::string trial_name(const TrialSpec& spec) {
@@ -157,11 +196,6 @@ std::string trial_name(const TrialSpec& spec) {
   name += "-r" + padded(spec.repetition, 2);
   if (spec.attempt > 0) name += "-a" + std::to_string(spec.attempt);
   return name;
-}
-
-std::optional<double> real_or_nothing(const sqlite::Statement& query, int column) {
-  if (query.is_null(column)) return std::nullopt;
-  return query.real(column);
 }
 
 /// A row of the trial table, without samples. A trial that was never ended was interrupted.
@@ -182,7 +216,8 @@ Result<TrialRecord> read_trial_row(const sqlite::Statement& query) {
                  .what = "unknown outcome",
                  .got = query.text(8)});
   record.outcome = *outcome;
-  record.quality = {real_or_nothing(query, 9), real_or_nothing(query, 10)};
+  record.quality.force_rms_error_n = real_or_nothing(query, 9);
+  record.quality.force_in_band_fraction = real_or_nothing(query, 10);
   return record;
 }
 
@@ -271,11 +306,19 @@ Status read_trials(sqlite::Database& database, const CampaignLoadOptions& option
   if (!chunks) return pass(std::move(chunks).error());
   auto factors = read_factor_values(database, dataset.info);
   if (!factors) return pass(std::move(factors).error());
+  const auto places = read_places(database);
+  if (!places) return pass(places.error());
+  const auto rests = read_rests(database);
+  if (!rests) return pass(rests.error());
   std::map<std::pair<std::string, std::string>, std::uint32_t> ended_early;
   const auto read_trial = [&](const sqlite::Statement& row) -> Status {
     auto record = read_trial_row(row);
     if (!record) return pass(std::move(record).error());
     const TrialSpec& spec = record->spec;
+    if (const auto place = places->find(row.integer(0)); place != places->end())
+      record->spec.place = place->second;
+    if (const auto rest = rests->find(row.integer(0)); rest != rests->end())
+      record->quality.rest = rest->second;
     record->spec.factors = std::move((*factors)[row.integer(0)]);
     if (spec.factors.size() != dataset.info.factors.size())
       return fail({.code = Errc::corrupt,

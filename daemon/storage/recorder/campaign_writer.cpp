@@ -1,5 +1,8 @@
 #include "daemon/storage/recorder/campaign_writer.hpp"
 
+#include <cmath>
+#include <optional>
+
 #include "daemon/base/file/sha256.hpp"
 #include "daemon/storage/recorder/log_check.hpp"
 #include "daemon/storage/recorder/schema.hpp"
@@ -203,6 +206,7 @@ Status CampaignWriter::begin_trial(const TrialSpec& spec, TimePoint now) {
   for (std::size_t i = 0; done && i < spec.factors.size(); ++i)
     done = guard(database_.run("INSERT INTO trial_factor (trial, position, value) VALUES (?, ?, ?)",
                                trial_, i, spec.factors[i]));
+  if (done && spec.place != TrialPlace{}) done = place(spec.place);
   return done ? commit() : done;
 }
 
@@ -227,7 +231,25 @@ Status CampaignWriter::end_trial(TrialOutcome outcome, const TrialQuality& quali
   if (Status open = begin(); !open) return open;
   Status done = guard(update_trial_.run(trial_, to_string(outcome), ns_of(now),
                                         quality.force_rms_error_n, quality.force_in_band_fraction));
+  if (done && quality.rest) done = rest(*quality.rest);
   return done ? commit() : done;
+}
+
+Status CampaignWriter::place(const TrialPlace& place) {
+  if (Status made = guard(database_.execute(place_schema_sql)); !made) return made;
+  return guard(
+      database_.run("INSERT INTO trial_place (trial, piece, mounting, patch) VALUES (?, ?, ?, ?)",
+                    trial_, place.piece, place.mounting, place.patch));
+}
+
+Status CampaignWriter::rest(const RestForces& rest) {
+  if (Status made = guard(database_.execute(rest_schema_sql)); !made) return made;
+  const auto known = [](double force_n) {
+    return std::isnan(force_n) ? std::nullopt : std::optional(force_n);
+  };
+  return guard(database_.run(
+      "INSERT INTO trial_rest (trial, weight_n, before_n, after_n) VALUES (?, ?, ?, ?)", trial_,
+      rest.weight_n, known(rest.before_n), known(rest.after_n)));
 }
 
 Status CampaignWriter::journal(TimePoint now, std::string_view kind,

@@ -78,6 +78,8 @@ class CampaignWriter {
   Status fold_log();
   /// Keeps the first failure of the file.
   Status guard(Status status);
+  Status place(const TrialPlace& place);
+  Status rest(const RestForces& rest);
 
   sqlite::Database database_;
   sqlite::Statement insert_trial_, update_trial_, insert_chunk_, insert_journal_, insert_device_;

@@ -66,6 +66,22 @@ CREATE TABLE trial_factor (
 constexpr const char* has_table_sql =
     "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?";
 
+/// Made with the first trial whose place is known: likewise.
+constexpr const char* place_schema_sql = R"sql(
+CREATE TABLE IF NOT EXISTS trial_place (
+  trial INTEGER PRIMARY KEY REFERENCES trial (id),
+  piece INTEGER NOT NULL, mounting INTEGER NOT NULL, patch INTEGER NOT NULL
+) STRICT;
+)sql";
+
+/// Made with the first trial whose rest was measured: likewise.
+constexpr const char* rest_schema_sql = R"sql(
+CREATE TABLE IF NOT EXISTS trial_rest (
+  trial INTEGER PRIMARY KEY REFERENCES trial (id), weight_n REAL NOT NULL,
+  before_n REAL, after_n REAL
+) STRICT;
+)sql";
+
 /// Made with the first block of a campaign: a file without vibrations is as it was before there
 /// were any.
 constexpr const char* block_stream_schema_sql = R"sql(

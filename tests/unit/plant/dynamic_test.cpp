@@ -217,19 +217,26 @@ TEST_CASE("both methods are of second order across touch-down, impact and lift-o
 
 TEST_CASE("a press on a cloth with memory converges with second order") {
   const ContactMaterial material = whole("wool");
-  const auto pressed = [&](double step_s, Integrator integrator) {
+  const auto moved = [&](ContactState state, int from, int to, double step_s,
+                         Integrator integrator) {
     const DynamicContact contact(level_plate(), {}, material, with_step(step_s, integrator));
-    ContactState state = hanging(material, plate_z - material.thickness_m - 0.1e-3);
-    for (int i = 1; i <= 60; ++i) {
+    for (int i = from + 1; i <= to; ++i) {
       const Pose pose{.y_m = 1e-5 * i, .z_m = plate_z - material.thickness_m + 1e-5 * i};
       state = contact.step(state, pose, 0.01);
     }
     return state;
   };
+  // In contact from here on: where a step happens to meet the first touch is no question of order.
+  const ContactState touching = moved(hanging(material, plate_z - material.thickness_m - 0.1e-3), 0,
+                                      30, 2e-6, Integrator::midpoint);
+  REQUIRE(touching.normal_n > 0);
+  const auto pressed = [&](double step_s, Integrator integrator) {
+    return moved(touching, 30, 60, step_s, integrator);
+  };
   const ContactState truth = pressed(2e-6, Integrator::midpoint);
   REQUIRE(truth.normal_n > 4);
   for (const Integrator integrator : every) {
-    const ContactState coarse = pressed(1e-4, integrator), fine = pressed(2.5e-5, integrator);
+    const ContactState coarse = pressed(5e-5, integrator), fine = pressed(1.25e-5, integrator);
     const double a = std::abs(coarse.normal_n - truth.normal_n);
     const double b = std::abs(fine.normal_n - truth.normal_n);
     CAPTURE(integrator == Integrator::midpoint, a, b);

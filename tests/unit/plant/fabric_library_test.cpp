@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "sim/plant/plant.hpp"
@@ -123,11 +124,78 @@ TEST_CASE("two patches of one fabric agree in their statistics, two fabrics do n
   CHECK(felt.second < 0.6 * one.second);
 }
 
+TEST_CASE("each level is drawn from its own seed alone, each of its members from its own stream") {
+  const FabricLibrary table = test::library();
+  const auto cut = [&](const PatchSeeds& seeds, const Spread& spread) {
+    auto patch = cut_patch(*table.find("denim"), table.params, spread, {}, seeds);
+    WEFT_ASSERT(patch.has_value());
+    return *patch;
+  };
+  const Patch base = cut({1, 2, 3}, table.spread);
+  const Patch piece = cut({9, 2, 3}, table.spread), mounting = cut({1, 9, 3}, table.spread),
+              touch = cut({1, 2, 9}, table.spread);
+  const auto phase = [](const Patch& patch) { return patch.field.terms().back().phase_rad; };
+  CHECK(phase(piece) != phase(base));
+  CHECK(phase(mounting) == phase(base));
+  CHECK(phase(touch) == phase(base));
+  CHECK(piece.material.thickness_m != base.material.thickness_m);
+  CHECK(mounting.material.thickness_m == base.material.thickness_m);
+  CHECK(piece.skew_rad == base.skew_rad);
+  CHECK(mounting.skew_rad != base.skew_rad);
+  CHECK(touch.skew_rad == base.skew_rad);
+  CHECK(touch.pad_ratio != base.pad_ratio);
+  CHECK(mounting.pad_ratio == base.pad_ratio);
+  CHECK(piece.pad_ratio == base.pad_ratio);
+  CHECK(touch.mounted == base.mounted);
+  CHECK(mounting.mounted != base.mounted);
+  CHECK(piece.mounted != base.mounted);
+  Spread without = table.spread;
+  without.piece = {0, 0, 0, 0, 0, 0};
+  without.touch = {0, 0, 0};
+  const Patch alone = cut({1, 2, 3}, without);
+  CHECK(alone.skew_rad == base.skew_rad);
+  CHECK(alone.tilt_x == base.tilt_x);
+  Spread untouched = table.spread;
+  untouched.mounting.position_m = untouched.touch.path_m = 0;
+  const Patch still = cut({1, 2, 3}, untouched);
+  CHECK(still.offset_x_m == 0);
+  CHECK(still.tilt_x == base.tilt_x);
+  CHECK(still.pad_ratio == base.pad_ratio);
+  CHECK(still.material.law.lambda_m == base.material.law.lambda_m);
+}
+
+TEST_CASE("a table from before there were levels gives them what it has") {
+  nlohmann::json old = nlohmann::json::parse(test::fabrics_text());
+  old.erase("spread");
+  old["trial_spread"] = {{"lambda", {0.2, "estimated"}},
+                         {"gain", {0.1, "estimated"}},
+                         {"tilt_mrad", {3, "estimated"}}};
+  const auto read = parse_fabrics(old.dump());
+  REQUIRE(read);
+  CHECK(read->spread.piece.lambda == 0.2);
+  CHECK(read->spread.touch.gain == 0.1);
+  CHECK(read->spread.mounting.tilt == Approx(3e-3));
+}
+
+TEST_CASE("a surface that is shifted is the same surface further on") {
+  const FabricLibrary table = test::library();
+  const Patch patch = test::patch_of(table, "corduroy", 3);
+  const HeightField there = patch.field.shifted(2e-3, -1e-3);
+  const Waviness waves = patch.material.waviness.shifted(2e-3, -1e-3);
+  for (int i = 0; i < 20; ++i) {
+    const double x = 1.3e-3 * i, y = 0.7e-3 * i;
+    CHECK(test::height_at_m(there, x, y) ==
+          Approx(test::height_at_m(patch.field, x + 2e-3, y - 1e-3)).margin(1e-12));
+    CHECK(waves.height_m(x, y) ==
+          Approx(patch.material.waviness.height_m(x + 2e-3, y - 1e-3)).margin(1e-12));
+  }
+}
+
 TEST_CASE("material and spread that cannot be are refused with the cloth's name") {
   const FabricLibrary table = test::library();
   CHECK(check(table.params));
   CHECK(check(table.spread));
-  const auto refused = [&](const MaterialParams& params, const TrialSpread& spread) {
+  const auto refused = [&](const MaterialParams& params, const Spread& spread) {
     const auto patch = cut_patch(table.fabrics.front(), params, spread, {}, 1);
     return patch ? std::string() : patch.error().where + ": " + patch.error().what;
   };
@@ -139,8 +207,8 @@ TEST_CASE("material and spread that cannot be are refused with the cloth's name"
   MaterialParams reversed = table.params;
   reversed.waviness.longest_wave_m = reversed.waviness.shortest_wave_m / 2;
   CHECK_THAT(refused(reversed, table.spread), Catch::Contains("longest wave"));
-  TrialSpread wild = table.spread;
-  wild.tilt = nan;
+  Spread wild = table.spread;
+  wild.mounting.tilt = nan;
   CHECK_THAT(refused(table.params, wild), Catch::Contains("tilt"));
 }
 

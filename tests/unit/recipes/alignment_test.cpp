@@ -65,7 +65,7 @@ std::optional<Event> answer(TestPlant& bench_plant, const Geometry& g, const Ali
   }
   ++bench_plant.touches;
   bench_plant.at[Axis::z] = met;
-  return ContactFound{descend->ticket, met};
+  return ForceReached{descend->ticket, met};
 }
 
 struct Ended {

@@ -50,7 +50,12 @@ class Bench {
         return Biased{t};
       case Step::approaching:
       case Step::seating:
-        return ContactFound{t, touch_z_m};
+        return ForceReached{t, touch_z_m};
+      case Step::lifting:
+        if (press_force_n() == 0) return MotionDone{t};
+        return ForceReached{t, touch_z_m};
+      case Step::releasing:
+        return ForceReached{t, released_z_m};
       case Step::pressing:
         return ForceSettled{t};
       case Step::resting:
@@ -73,12 +78,17 @@ class Bench {
     }
   }
 
+  double press_force_n() const {
+    return plan.explorations[plan.trials[state.trial].exploration].step(Phase::press).force_n;
+  }
+
   void finish() { advance_to(Step::done); }
 
   Plan plan;
   State state;
   TimePoint now{};
   double touch_z_m = 0.0985;
+  double released_z_m = 0.0995;   ///< where the force has fallen to about the weight
   std::vector<Effect> effects;    ///< of the last event
   std::vector<TrialDone> trials;  ///< so far
   std::optional<CampaignDone> end;
@@ -97,6 +107,7 @@ class Bench {
     if (std::holds_alternative<ReleaseForce>(effect) || std::holds_alternative<StopMotion>(effect))
       force_loop = false;
     if (const auto* e = std::get_if<Descend>(&effect)) commanded_z_m = e->target_z_m;
+    if (const auto* e = std::get_if<Ascend>(&effect)) commanded_z_m = e->target_z_m;
     if (const auto* e = std::get_if<MoveTo>(&effect))
       for (const AxisMove& m : e->moves)
         if (m.axis == Axis::z) commanded_z_m = m.target;

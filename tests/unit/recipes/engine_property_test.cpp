@@ -38,7 +38,7 @@ Event random_event(const Bench& bench, std::mt19937& random) {
     case 6:
       return Start{draw(8)};
     case 7:
-      return ContactFound{ticket, draw(2) == 0 ? 0.0985 : 1e308};
+      return ForceReached{ticket, draw(2) == 0 ? 0.0985 : 1e308};
     case 8:
       return PauseRequested{draw(2) == 0};
     case 9:
@@ -50,6 +50,7 @@ Event random_event(const Bench& bench, std::mt19937& random) {
     case 13:
       return MotionLost{ticket};
     case 14:
+      return RestMeasured{draw(2) == 0 ? Phase::rest : Phase::end, draw(2) == 0 ? 1.96 : 5.87, 0};
     case 15:
     case 16:
     case 17:
@@ -69,7 +70,7 @@ Event random_event(const Bench& bench, std::mt19937& random) {
     case 3:
       return ForceSettled{ticket};
     case 4:
-      return ContactFound{ticket, 0.0985};
+      return ForceReached{ticket, 0.0985};
     default:
       return TimerExpired{ticket};
   }
@@ -83,7 +84,8 @@ const char* broken_promise(const Bench& b) {
   if ((b.phase != Phase::none) != recording) return "samples belong to a recorded step";
   const bool regulated = b.state.step == Step::pressing || b.state.step == Step::holding ||
                          b.state.step == Step::sliding;
-  if (b.force_loop != regulated) return "the force loop is on while the force is held";
+  if (b.force_loop != (regulated && b.press_force_n() != 0))
+    return "the force loop is on while the force is held";
   const bool has_moved = b.commanded_z_m != 0;
   if (b.state.step == Step::awaiting_operator && has_moved &&
       b.commanded_z_m != b.plan.limits.clear_z_m())
@@ -138,10 +140,13 @@ TEST_CASE("Any of 100 000 sequences of events ends, retracted unless it says oth
   const Plan plain = test::plan_of(test::small_recipe);
   const Plan prompts = test::plan_of(test::small_with("\"repetitions\": 2", asking));
   const Plan parks = test::plan_of(test::small_with("\"repetitions\": 2", parking));
+  const Plan light = test::plan_of(test::small_with("\"force_N\": 5", "\"force_N\": 1"));
+  const Plan hovers = test::plan_of(test::small_with("\"force_N\": 5", "\"force_N\": 0"));
   std::mt19937 random(20260101);
   int safe = 0, unsafe = 0, complete = 0, ended_early = 0, partly = 0;
   for (int run = 0; run < 100'000; ++run) {
-    Bench b(run % 3 == 0 ? prompts : run % 3 == 1 ? parks : plain);
+    const Plan* const plans[]{&prompts, &parks, &plain, &light, &parks, &hovers};
+    Bench b(*plans[run % std::size(plans)]);
     b.plan.on_trial_failure = run % 2 == 0 ? OnTrialFailure::stop : OnTrialFailure::carry_on;
     b.plan.repeat_bad.emplace().at_most = 2;
     const bool can_end_early = run % 5 < 3;

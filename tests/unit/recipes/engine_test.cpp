@@ -14,8 +14,15 @@ using test::only;
 
 namespace {
 
+constexpr double weight_n = 0.2 * 9.80665;
+
 Bench bench() {
   return Bench(test::plan_of(test::small_recipe));
+}
+
+Bench bench_holding(double force_n) {
+  return Bench(
+      test::plan_of(test::small_with("\"force_N\": 5", "\"force_N\": " + std::to_string(force_n))));
 }
 
 }  // namespace
@@ -25,9 +32,10 @@ TEST_CASE("A trial goes through its steps in the documented order") {
   std::vector<Step> steps;
   for (b.advance(); b.trials.empty(); b.advance()) steps.push_back(b.state.step);
   const std::vector<Step> expected{
-      Step::clearing, Step::mounting, Step::positioning, Step::biasing,  Step::approaching,
-      Step::seating,  Step::lowering, Step::resting,     Step::pressing, Step::holding,
-      Step::sliding,  Step::sliding,  Step::releasing,   Step::ending,   Step::retracting};
+      Step::clearing,    Step::mounting,  Step::positioning, Step::biasing,
+      Step::approaching, Step::seating,   Step::lowering,    Step::resting,
+      Step::pressing,    Step::holding,   Step::sliding,     Step::sliding,
+      Step::releasing,   Step::unloading, Step::ending,      Step::retracting};
   CHECK(steps == expected);
 }
 
@@ -48,7 +56,7 @@ TEST_CASE("The mounted cloth carries the trial's patch") {
   const auto mount = only<MountFabric>(b.effects);
   REQUIRE(mount);
   CHECK(mount->fabric == "denim");
-  CHECK(mount->patch_seed == patch_seed(1, "denim", "M2", 1));
+  CHECK(mount->seeds.touch == patch_seed(1, "denim", "M2", 1));
 }
 
 TEST_CASE("Nothing moves across the cloth before the probe is clear of it") {
@@ -75,14 +83,100 @@ TEST_CASE("The approach stops at first contact, then goes on slowly to the probe
   CHECK(slow->stop_force_n == Approx(0.9 * 0.2 * 9.80665));
 }
 
-TEST_CASE("The rest position is the touch plus the rest travel, and E returns to it") {
+TEST_CASE("S rests by the rest travel under the touch, E over where the force has fallen") {
   Bench b = bench();
   b.touch_z_m = 0.0981;
+  b.released_z_m = 0.0995;
   b.advance_to(Step::lowering);
   CHECK(b.commanded_z_m == Approx(0.0986));
   b.advance_to(Step::releasing);
   CHECK(only<ReleaseForce>(b.effects).has_value());
-  CHECK(b.commanded_z_m == Approx(0.0986));
+  const auto up = only<Ascend>(b.effects);
+  REQUIRE(up);
+  CHECK(up->stop_force_n == Approx(1.1 * weight_n));
+  CHECK(up->target_z_m == b.plan.limits.clear_z_m());
+  b.advance();
+  CHECK(b.state.step == Step::unloading);
+  CHECK(b.commanded_z_m == Approx(0.0990));
+}
+
+TEST_CASE("A set point below the weight is reached slowly from above, and left downwards") {
+  Bench b = bench_holding(1);
+  b.advance_to(Step::lifting);
+  CHECK_FALSE(b.force_loop);
+  const auto up = only<Ascend>(b.effects);
+  REQUIRE(up);
+  CHECK(up->stop_force_n == Approx(0.9 * weight_n));
+  CHECK(up->speed_mps <= 0.1e-3);  // the stop is stiff
+  b.advance();
+  CHECK(only<HoldForce>(b.effects)->force_n == 1);
+  b.advance_to(Step::releasing);
+  const auto down = only<Descend>(b.effects);
+  REQUIRE(down);
+  CHECK(down->stop_force_n == Approx(0.9 * weight_n));
+  b.advance();
+  CHECK(b.commanded_z_m == Approx(b.released_z_m + b.plan.limits.rest_travel_m));
+}
+
+TEST_CASE("A probe held at about its weight is first lowered to the upper end of its slack") {
+  Bench b = bench_holding(2);
+  b.advance_to(Step::releasing);
+  const auto down = only<Descend>(b.effects);
+  REQUIRE(down);
+  CHECK(down->stop_force_n > weight_n);
+  b.advance();
+  CHECK(b.commanded_z_m == Approx(b.released_z_m - b.plan.limits.rest_travel_m));
+}
+
+TEST_CASE("A set point of nothing is a stroke above the cloth") {
+  Bench b = bench_holding(0);
+  b.advance_to(Step::lifting);
+  CHECK(b.commanded_z_m < b.touch_z_m);
+  b.advance();
+  CHECK(b.phase == Phase::press);
+  CHECK_FALSE(b.force_loop);
+  b.advance_to(Step::releasing);
+  CHECK(only<Descend>(b.effects)->stop_force_n == Approx(0.9 * weight_n));
+  b.finish();
+  CHECK(b.end->outcome == Outcome::complete);
+}
+
+TEST_CASE("A force that never falls ends the way up at the clear height, and the trial") {
+  Bench b = bench();
+  b.advance_to(Step::releasing);
+  b.send(MotionDone{b.state.ticket});
+  b.finish();
+  CHECK(b.trials[0].error->code == Errc::measurement);
+}
+
+TEST_CASE("A probe that does not rest by its weight fails the trial, in S and in E") {
+  struct Row {
+    Step when;
+    RestMeasured measured;
+    Outcome outcome;
+  };
+  for (const Row& row :
+       {Row{Step::pressing, {Phase::rest, 5.87, 0.001}, Outcome::failed},
+        Row{Step::pressing, {Phase::rest, 0.97 * weight_n, 0.001}, Outcome::complete},
+        Row{Step::pressing, {Phase::rest, 1.2 * weight_n, 0.15}, Outcome::complete},
+        Row{Step::retracting, {Phase::end, 1.57, 0.001}, Outcome::failed},
+        Row{Step::retracting, {Phase::end, 1.04 * weight_n, 0.001}, Outcome::complete}}) {
+    CAPTURE(to_string(row.when), row.measured.mean_n);
+    Bench b = bench();
+    b.advance_to(row.when);
+    b.send(row.measured);
+    CHECK(b.state.step == (row.outcome == Outcome::failed ? Step::retracting : row.when));
+    while (b.trials.empty()) b.advance();
+    CHECK(b.trials[0].outcome == row.outcome);
+    if (row.outcome == Outcome::failed) CHECK(b.trials[0].error->code == Errc::measurement);
+  }
+}
+
+TEST_CASE("What rests between trials is nobody's fault") {
+  Bench b = bench();
+  const auto nothing = b.send(RestMeasured{Phase::rest, 5, 0});
+  CHECK(nothing.empty());
+  CHECK(b.state.step == Step::ready);
 }
 
 TEST_CASE("The slide follows the path in stage coordinates at the wanted speed") {
@@ -159,7 +253,7 @@ TEST_CASE("Answers with an old ticket change nothing") {
   const State before = b.state;
   const Ticket old = before.ticket - 1;
   for (const Event& event :
-       std::vector<Event>{MotionDone{old}, ContactFound{old, 0.09}, TimerExpired{old}, Biased{old},
+       std::vector<Event>{MotionDone{old}, ForceReached{old, 0.09}, TimerExpired{old}, Biased{old},
                           Mounted{old}, ForceSettled{old}, Start{}}) {
     CHECK(b.send(event).empty());
     CHECK(b.state.step == before.step);
@@ -184,12 +278,13 @@ TEST_CASE("Every move has a timer that outlasts it, however slow and from wherev
     };
     for (const Descend& e : all_of<Descend>(b.effects))
       last(Axis::z, e.target_z_m - plan.limits.clear_z_m(), e.speed_mps);
+    for (const Ascend& e : all_of<Ascend>(b.effects))
+      last(Axis::z, lowest_z_m(plan.limits) - e.target_z_m, e.speed_mps);
     for (const MoveTo& e : all_of<MoveTo>(b.effects))
       for (const AxisMove& move : e.moves) {
         if (b.state.step == Step::clearing)
           last(move.axis, std::max(move.target - z.min, z.max - move.target), move.speed);
-        if (b.state.step == Step::releasing)
-          last(move.axis, lowest_z_m(plan.limits) - move.target, move.speed);
+        if (b.state.step == Step::unloading) last(move.axis, plan.limits.rest_travel_m, move.speed);
         if (b.state.step == Step::lowering) last(move.axis, plan.limits.rest_travel_m, move.speed);
       }
     if (lasts_s == 0) continue;
@@ -197,7 +292,7 @@ TEST_CASE("Every move has a timer that outlasts it, however slow and from wherev
     CAPTURE(to_string(b.state.step));
     CHECK(to_seconds(b.timer->deadline - b.now) > lasts_s);
   }
-  CHECK(moves == 5);  // clearing, approaching, seating, lowering, releasing
+  CHECK(moves == 6);  // clearing, approaching, seating, lowering, releasing, unloading
 }
 
 TEST_CASE("The timer of lowering outlasts the way back from where a fast way down has taken z") {
@@ -218,9 +313,9 @@ TEST_CASE("The timer of lowering outlasts the way back from where a fast way dow
 
 TEST_CASE("The timer of the way back to rest does not wait for a way that the probe cannot be on") {
   Plan plan = test::plan_of(test::small_with(
-      "\"repetitions\": 2", R"("repetitions": 2, "approach": {"speed_mm_s": 0.02})"));
+      "\"repetitions\": 2", R"("repetitions": 2, "approach": {"seat_speed_mm_s": 0.02})"));
   Bench b(plan);
-  b.advance_to(Step::approaching);
+  b.advance_to(Step::seating);
   const auto way_down = b.timer->deadline - b.now;
   b.advance_to(Step::releasing);
   CHECK(to_seconds(b.timer->deadline - b.now) == Approx(to_seconds(way_down)).epsilon(0.01));
@@ -238,9 +333,9 @@ TEST_CASE("The timer of the way down goes by the speed that a stage reaches with
 }
 
 TEST_CASE("A timer that expires fails the trial, and the campaign stops by default") {
-  for (const Step where :
-       {Step::clearing, Step::mounting, Step::positioning, Step::biasing, Step::approaching,
-        Step::seating, Step::lowering, Step::pressing, Step::sliding, Step::releasing}) {
+  for (const Step where : {Step::clearing, Step::mounting, Step::positioning, Step::biasing,
+                           Step::approaching, Step::seating, Step::lowering, Step::pressing,
+                           Step::sliding, Step::releasing, Step::unloading}) {
     Bench b = bench();
     b.advance_to(where);
     b.send(TimerExpired{b.state.ticket});

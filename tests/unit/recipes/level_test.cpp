@@ -68,8 +68,9 @@ TEST_CASE(
   Exploration exploration;
   exploration.start_m = {0.04, 0.07};
   for (const RigLimits& limits : {levelled(0, 0), levelled(0.02, -0.015)}) {
-    const Plan plan = one_leg(limits);
-    const Joints above = above_start(plan, exploration).value();
+    Plan plan = one_leg(limits);
+    plan.explorations = {exploration};
+    const Joints above = above_start(plan, TrialSpec{}).value();
     const auto moves = transfer(plan, above);
     CHECK(target(moves, Axis::rx) == limits.level.rx_rad);
     CHECK(target(moves, Axis::ry) == limits.level.ry_rad);
@@ -133,7 +134,7 @@ TEST_CASE("a start exactly at the end of travel can be gone to, whatever binary 
                               "\"M2\": {\"start\": {\"x_mm\": 140, \"y_mm\": 50}, "),
                    limits);
   REQUIRE(report.plan);
-  CHECK(above_start(*report.plan, report.plan->explorations.front()));
+  CHECK(above_start(*report.plan, report.plan->trials.front()));
 }
 
 TEST_CASE(
@@ -163,7 +164,7 @@ TEST_CASE("what the check lets pass with a level the engine can command, to the 
         ++(report.plan ? passed : refused);
         if (!report.plan) continue;
         const Exploration& exploration = report.plan->explorations.front();
-        REQUIRE(above_start(*report.plan, exploration));
+        REQUIRE(above_start(*report.plan, report.plan->trials.front()));
         for (std::size_t leg = 0; leg < exploration.path_m().size(); ++leg)
           REQUIRE(leg_moves(*report.plan, path_leg(exploration, leg), 1e-3));
       }

@@ -30,7 +30,7 @@ std::vector<std::string> sequence(const Plan& plan) {
   std::vector<std::string> out;
   for (const TrialSpec& t : plan.trials)
     out.push_back(plan.fabrics[t.fabric] + std::to_string(t.repetition) + ":" +
-                  std::to_string(t.patch_seed));
+                  std::to_string(t.seeds.touch));
   return out;
 }
 
@@ -45,7 +45,7 @@ TEST_CASE("The paper's campaign has 680 experiments") {
     CHECK(e.step(weft::Phase::motion).speed_mps == 0.002);
   }
   std::set<std::uint64_t> patches;
-  for (const TrialSpec& trial : plan.trials) patches.insert(trial.patch_seed);
+  for (const TrialSpec& trial : plan.trials) patches.insert(trial.seeds.touch);
   CHECK(patches.size() == 680);
 }
 

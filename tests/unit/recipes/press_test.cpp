@@ -62,9 +62,9 @@ TEST_CASE("A press goes from P back to rest and never slides") {
     for (const SetPhase& e : all_of<SetPhase>(b.effects)) phases += to_char(e.phase);
   }
   const std::vector<Step> expected{
-      Step::clearing,  Step::mounting, Step::positioning, Step::biasing,  Step::approaching,
-      Step::seating,   Step::lowering, Step::resting,     Step::pressing, Step::holding,
-      Step::releasing, Step::ending,   Step::retracting};
+      Step::clearing,  Step::mounting,  Step::positioning, Step::biasing,   Step::approaching,
+      Step::seating,   Step::lowering,  Step::resting,     Step::pressing,  Step::holding,
+      Step::releasing, Step::unloading, Step::ending,      Step::retracting};
   CHECK(steps == expected);
   CHECK(phases == "S-P-E-");
   CHECK_FALSE(b.force_loop);

@@ -56,8 +56,8 @@ std::string numbers(int count) {
 TEST_CASE("A factor outside the rig's limits is refused with a sentence") {
   CHECK(problem_at(with_sweep(R"({"name": "force_N", "values": [5, 12]})"),
                    "/sweep/factors/0/values/1") ==
-        "/sweep/factors/0/values/1: the factor's value is out of range (expected 1.96133 to 10.0, "
-        "from the probe's own weight to the rig's cap, got 12).");
+        "/sweep/factors/0/values/1: the factor's value is out of range (expected 0.1 to 10.0, "
+        "from what the probe's mount can hold to the rig's cap, got 12).");
   // the band counts
   CHECK_THAT(problem_at(with_sweep(R"({"name": "force_N", "values": [9.9]})"),
                         "/sweep/factors/0/values/0"),
@@ -276,7 +276,7 @@ TEST_CASE("The order follows from the seed, the patches of cloth do not follow f
   };
   const auto patches = [](const Plan& plan) {
     std::set<std::uint64_t> out;
-    for (const TrialSpec& t : plan.trials) out.insert(t.patch_seed);
+    for (const TrialSpec& t : plan.trials) out.insert(t.seeds.touch);
     return out;
   };
   CHECK(order(one) == order(same));

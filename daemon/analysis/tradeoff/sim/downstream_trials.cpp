@@ -46,6 +46,8 @@ Result<Patch> make_patch(const Fabric& fabric, const FabricLibrary& library, std
   if (!out) return pass(out.error());
   out->field = surface->field;
   out->material.waviness = surface->material.waviness;
+  out->offset_x_m = surface->offset_x_m;  // each touches the swatch at the same place
+  out->offset_y_m = surface->offset_y_m;
   return out;
 }
 

@@ -38,7 +38,7 @@ struct KilledCampaign {
   CampaignRequest request = test::request_in(folder, test::tiny_recipe(2));
   fs::path file = request.out / "campaign.sqlite", log = request.out / "campaign.sqlite-wal";
 
-  explicit KilledCampaign(std::uint64_t write = 90) {
+  explicit KilledCampaign(std::uint64_t write = 120) {
     request.error_check = false;
     REQUIRE(killed_at(request, {write, false}) == true);
     fs::remove(request.out / "campaign.sqlite-shm");

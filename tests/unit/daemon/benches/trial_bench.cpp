@@ -86,8 +86,8 @@ TrialBench::TrialBench(const std::string& recipe, const json& rig_json)
 
 SupervisorHooks TrialBench::hooks() {
   SupervisorHooks hooks;
-  hooks.mount = [this](std::string_view fabric, std::uint64_t seed, const MountDone& done) {
-    done(sim.rig->mount(fabric, seed, sim.loop.now()));
+  hooks.mount = [this](const recipes::MountFabric& order, const MountDone& done) {
+    done(sim.rig->mount(order.fabric, order.seeds.touch, sim.loop.now()));
   };
   hooks.trial_done = [this](const recipes::TrialDone& done, const ForceTally&) {
     outcomes.push_back(done.outcome);

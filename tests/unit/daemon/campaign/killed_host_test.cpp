@@ -91,8 +91,8 @@ struct Life {
 
   static SupervisorHooks hooks(LongLived& bench) {
     SupervisorHooks hooks;
-    hooks.mount = [&bench](std::string_view fabric, std::uint64_t seed, const MountDone& done) {
-      done(bench.rig->mount(fabric, seed, bench.loop.now()));
+    hooks.mount = [&bench](const recipes::MountFabric& order, const MountDone& done) {
+      done(bench.rig->mount(order.fabric, order.seeds.touch, bench.loop.now()));
     };
     return hooks;
   }

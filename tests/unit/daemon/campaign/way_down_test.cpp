@@ -123,10 +123,10 @@ TEST_CASE("a sensor that loses the probe's weight while z goes back to rest is n
                           "\"force_N\":2.5"),
             rig);
   g.start();
-  g.run_to(recipes::Step::releasing);
+  g.run_to(recipes::Step::unloading);
   const TimePoint then = g.bench.sim.loop.now() + std::chrono::milliseconds(300);
   g.bench.sim.loop.run_until([&] { return g.bench.sim.loop.now() >= then; });
-  REQUIRE(g.supervisor->state().step == recipes::Step::releasing);
+  REQUIRE(g.supervisor->state().step == recipes::Step::unloading);
   const nlohmann::json hit{{"device", "ft"}, {"fault", "bias_jump"}, {"amount", -2.2}};
   REQUIRE(g.bench.sim.rig->inject(hit.dump(), g.bench.sim.loop.now()));
   g.finish();
