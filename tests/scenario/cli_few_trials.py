@@ -3,6 +3,7 @@
 
     cli_few_trials.py WEFT
 """
+import csv
 import pathlib
 import shutil
 import sys
@@ -71,6 +72,19 @@ def one_trial_of_one_label(t, d, rows):
     t.expect(said[0] == said[1], f"one sentence: {said}")
 
 
+def groups_by_place(t, d, rows):
+    """What of its cloth a trial touched makes the groups, where the data set says it."""
+    with open(d / "places.csv", "w", newline="") as f:
+        csv.writer(f).writerows([["file", "label", "group", "piece", "mounting"]]
+                                + [[*row, 1 + k % 2, 1] for k, row in enumerate(rows)])
+    t.succeeds("dataset", "import", "places.csv", "-o", "places.h5", cwd=d)
+    by_piece = t.succeeds("evaluate", "places.h5", "--group", "piece", "--leave-one-group-out", "--learner", "lda", cwd=d)
+    t.expect([group["group"] for group in by_piece["groups"]] == ["1", "2"], f"groups: {by_piece.get('groups')}")
+    for by, said in (("mounting", "the same mounting"), ("patch", "does not say which patch")):
+        t.refuses("evaluate", "places.h5", "--group", by, "--leave-one-group-out", "--learner", "lda", cwd=d, says=[said])
+    t.refuses("evaluate", "d.h5", "--group", "piece", "--leave-one-group-out", "--learner", "lda", cwd=d, says=["does not say which piece"])
+
+
 def short_lists(t, d):
     t.succeeds("train", "d.h5", "-o", "m.weft", "--learner", "pvalue", cwd=d)
     one = t.succeeds("classify", "m.weft", "d.h5", "--vote", "shortlist", "--shortlist", "1", cwd=d)["trials"][0]
@@ -91,6 +105,7 @@ def main():
         one_group_of_one_label(t, d, rows)
         one_trial_of_one_label(t, d, rows)
         short_lists(t, d)
+        groups_by_place(t, d, rows)
     finally:
         shutil.rmtree(work)
     t.finish()

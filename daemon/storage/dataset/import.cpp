@@ -39,10 +39,23 @@ Status read_stroke(const std::filesystem::path& path, classifier::Trial& trial,
   return read_samples(*csv, columns, trial, record);
 }
 
+/// Grips of each fabric so far. Fabric and grip are one unattended run, so one mounting of the only
+/// piece there is.
+using Mountings = std::map<std::string, std::vector<std::string>>;
+
+std::uint32_t mounting_of(const std::string& fabric, const std::string& grip,
+                          Mountings& mountings) {
+  std::vector<std::string>& grips = mountings[fabric];
+  const auto known = std::ranges::find(grips, grip);
+  const auto index = static_cast<std::uint32_t>(known - grips.begin());
+  if (known == grips.end()) grips.push_back(grip);
+  return index + 1;
+}
+
 /// Fabric, grip set-point, speed without its direction and repetition, from a name such as
 /// `Denim_F120_V-10mmps_0.csv`.
-Status read_name(const std::string& name, FabricslideGroup group, classifier::Trial& trial,
-                 TrialRecord& record) {
+Status read_name(const std::string& name, FabricslideGroup group, Mountings& mountings,
+                 classifier::Trial& trial, TrialRecord& record) {
   static const std::regex pattern(R"((.+)_F([0-9.]+)_V-?([0-9.]+)mmps_([0-9]{1,9})\.[cC][sS][vV])");
   std::smatch parts;
   if (!std::regex_match(name, parts, pattern))
@@ -57,6 +70,7 @@ Status read_name(const std::string& name, FabricslideGroup group, classifier::Tr
   trial.group = group == FabricslideGroup::pressure ? parts[2]
                 : group == FabricslideGroup::speed  ? parts[3]
                                                     : parts[4];
+  record.spec.place = {.piece = 1, .mounting = mounting_of(parts[1], parts[2], mountings)};
   std::from_chars(repetition.data(), repetition.data() + repetition.size(), record.spec.repetition);
   return {};
 }
@@ -220,6 +234,7 @@ Status import_entry(const ManifestEntry& entry, Dataset& dataset) {
   trial.file = entry.file;
   trial.label = entry.label;
   trial.group = entry.group;
+  record.spec.place = entry.place;
   auto done = read_trial(CsvReader::open(entry.path), trial, record);
   if (done) done = append(dataset, std::move(trial), std::move(record));
   if (!done) return pass(std::move(done).error(), entry.where);
@@ -265,10 +280,11 @@ Result<Dataset> import_fabricslide(const std::filesystem::path& folder, std::str
   auto files = matching_files(folder, std::string(filter));
   if (!files) return pass(std::move(files).error());
   Dataset dataset = imported_set("fabricslide", "fabricslide", BenchKind::real);
+  Mountings mountings;
   for (const std::filesystem::path& path : *files) {
     classifier::Trial trial;
     TrialRecord record;
-    auto done = read_name(path.filename().string(), group, trial, record);
+    auto done = read_name(path.filename().string(), group, mountings, trial, record);
     if (done) done = read_stroke(path, trial, record);
     if (done) done = append(dataset, std::move(trial), std::move(record));
     if (!done) return pass(std::move(done).error());
@@ -294,7 +310,7 @@ Result<Dataset> import_icub20(const std::filesystem::path& path, Icub20Order ord
 }
 
 Result<Dataset> import_manifest(const std::filesystem::path& path, double rate_hz) {
-  const auto entries = read_manifest(path);
+  const auto entries = read_manifest(path, true);
   if (!entries) return pass(entries.error());
   Dataset dataset = imported_set(path.stem().string(), "manifest");
   for (const ManifestEntry& entry : *entries)

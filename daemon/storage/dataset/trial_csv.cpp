@@ -1,6 +1,7 @@
 #include "daemon/storage/dataset/trial_csv.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <map>
@@ -43,19 +44,41 @@ struct ManifestColumns {
   std::size_t file = 0;
   std::size_t label = 0;
   std::optional<std::size_t> group;
+  std::optional<std::size_t> piece, mounting, patch;
 };
 
-Result<ManifestColumns> read_columns(const CsvReader& manifest) {
+constexpr std::array<std::string_view, 3> name_columns{"file", "label", "group"},
+    place_columns{"piece", "mounting", "patch"};
+
+Result<ManifestColumns> read_columns(const CsvReader& manifest, bool places) {
   for (const std::string& name : manifest.header())
-    if (name != "file" && name != "label" && name != "group")
+    if (std::ranges::find(name_columns, name) == name_columns.end() &&
+        (!places || std::ranges::find(place_columns, name) == place_columns.end()))
       return manifest.complaint("unknown column '" + name.substr(0, 40) + "'",
-                                "file, label and perhaps group");
+                                std::string("file, label and perhaps group") +
+                                    (places ? ", piece, mounting or patch" : ""));
   std::vector<bool> taken(manifest.header().size(), false);
   const auto file = take_column(manifest, "file", taken);
   if (!file) return pass(file.error());
   const auto label = take_column(manifest, "label", taken);
   if (!label) return pass(label.error());
-  return ManifestColumns{*file, *label, find_column(manifest, "group")};
+  return ManifestColumns{*file,
+                         *label,
+                         find_column(manifest, "group"),
+                         find_column(manifest, "piece"),
+                         find_column(manifest, "mounting"),
+                         find_column(manifest, "patch")};
+}
+
+/// Counted from 1; 0 where there is no such column.
+Result<std::uint32_t> read_count(const CsvReader& manifest, std::optional<std::size_t> column) {
+  if (!column) return 0U;
+  const std::string& text = manifest.fields()[*column];
+  std::uint32_t out = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
+  if (error != std::errc() || end != text.data() + text.size() || out == 0)
+    return manifest.complaint("not a number that counts from 1", "1 or more", text.substr(0, 40));
+  return out;
 }
 
 /// Quotes keep blanks, and a name of nothing else cannot be told from none.
@@ -80,6 +103,12 @@ Result<ManifestEntry> read_entry(const CsvReader& manifest, const ManifestColumn
   out.file = manifest.fields()[columns.file];
   out.label = manifest.fields()[columns.label];
   if (columns.group) out.group = manifest.fields()[*columns.group];
+  const auto piece = read_count(manifest, columns.piece);
+  const auto mounting = read_count(manifest, columns.mounting);
+  const auto patch = read_count(manifest, columns.patch);
+  for (const auto* count : {&piece, &mounting, &patch})
+    if (!*count) return pass(count->error());
+  out.place = {*piece, *mounting, *patch};
   if (is_blank(out.file)) return manifest.complaint("the file name is empty");
   if (is_blank(out.label)) return manifest.complaint("the label is empty");
   for (const std::string* name : {&out.file, &out.label, &out.group})
@@ -200,10 +229,10 @@ Status append(Dataset& dataset, classifier::Trial trial, TrialRecord record) {
   return {};
 }
 
-Result<std::vector<ManifestEntry>> read_manifest(const std::filesystem::path& path) {
+Result<std::vector<ManifestEntry>> read_manifest(const std::filesystem::path& path, bool places) {
   auto manifest = CsvReader::open(path);
   if (!manifest) return pass(std::move(manifest).error());
-  const auto columns = read_columns(*manifest);
+  const auto columns = read_columns(*manifest, places);
   if (!columns) return pass(columns.error());
   std::vector<ManifestEntry> out;
   SeenFiles seen;

@@ -19,13 +19,16 @@ struct ManifestEntry {
   std::filesystem::path path;  ///< relative to the manifest's folder
   std::string label;
   std::string group;  ///< empty where the manifest has no such column
+  TrialPlace place;   ///< likewise 0
   std::string where;  ///< manifest:line
 };
 
-/// A CSV with columns `file,label[,group]` in any order (quoted fields allowed); other columns, an
-/// empty file or label, a file listed twice (under whatever name: `./a.csv`, a link) and a list
-/// without files are refused with file:line.
-Result<std::vector<ManifestEntry>> read_manifest(const std::filesystem::path& path);
+/// A CSV with columns `file,label[,group]` and, with `places`, `[,piece][,mounting][,patch]` in any
+/// order (quoted fields allowed); other columns, an empty file or label, a count that is none, a
+/// file listed twice (under whatever name: `./a.csv`, a link) and a list without files are refused
+/// with file:line.
+Result<std::vector<ManifestEntry>> read_manifest(const std::filesystem::path& path,
+                                                 bool places = false);
 
 /// Which columns of a file hold what.
 struct TrialColumns {

@@ -47,6 +47,22 @@ TEST_CASE("names of the public layout give fabric and repetition, in a fixed ord
   CHECK(dataset->records[0].t_ns[1] - dataset->records[0].t_ns[0] == 28000000);
 }
 
+TEST_CASE("fabric and grip of the public layout are one mounting of the fabric's only piece") {
+  const TemporaryFolder folder;
+  for (const char* name : {"Denim_F120_V-10mmps_0.csv", "Denim_F120_V10mmps_1.csv",
+                           "Denim_F250_V10mmps_0.csv", "Silk_F250_V10mmps_0.csv"})
+    write_file(folder / name, stroke());
+  const auto dataset = import_fabricslide(folder.path());
+  REQUIRE(dataset);
+  std::vector<std::uint32_t> mountings;
+  for (const TrialRecord& record : dataset->records) {
+    CHECK(record.spec.place.piece == 1);
+    CHECK(record.spec.place.patch == 0);  // the files do not say
+    mountings.push_back(record.spec.place.mounting);
+  }
+  CHECK(mountings == std::vector<std::uint32_t>{1, 1, 2, 1});
+}
+
 TEST_CASE("groups are repetitions, grip set-points or speeds whatever their direction") {
   const TemporaryFolder folder;
   write_file(folder / "Denim_F120_V-10mmps_1.csv", stroke());

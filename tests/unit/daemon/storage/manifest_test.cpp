@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 #include <clocale>
 
+#include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/dataset/import.hpp"
 #include "tests/unit/daemon/storage/support.hpp"
 
@@ -74,6 +75,22 @@ TEST_CASE("a manifest's trials come in its order, with labels, groups, phases, t
   CHECK(second.phase == std::vector<Phase>{Phase::rest, Phase::press, Phase::motion});
   CHECK(second.counts == std::vector<double>{1, 2, 3, 4, 5, 6.5});
   CHECK(dataset->info.taxel_rate_hz == Approx(3 / 0.3));  // three intervals in 0.25 s + 0.05 s
+}
+
+TEST_CASE("a manifest says what of its cloth a trial touched, and the data set keeps it") {
+  const TemporaryFolder folder;
+  write_file(folder / "m.csv",
+             "file,label,piece,mounting,patch\na.csv,Wool,2,3,4\nb.csv,Wool,1,1,1\n");
+  write_file(folder / "a.csv", good_trial);
+  write_file(folder / "b.csv", good_trial);
+  const auto dataset = import_manifest(folder / "m.csv");
+  REQUIRE(dataset);
+  CHECK(dataset->records[0].spec.place == TrialPlace{2, 3, 4});
+  REQUIRE(write_hdf5(*dataset, folder / "m.h5"));
+  const auto again = read_hdf5(folder / "m.h5");
+  REQUIRE(again);
+  CHECK(again->records[0].spec.place == TrialPlace{2, 3, 4});
+  CHECK(again->records[1].spec.place == TrialPlace{1, 1, 1});
 }
 
 TEST_CASE("an imported set becomes an HDF5 file's worth of content without a group column") {
@@ -182,6 +199,10 @@ TEST_CASE("a manifest naming a missing file says which, and from which line") {
 TEST_CASE("a manifest's columns and lines must make sense") {
   CHECK(manifest_error("").what == "the file is empty");
   CHECK(manifest_error("file,label\n").what == "a header but no trials");
+  CHECK(manifest_error("file,label,piece\na.csv,Silk,0\n").what ==
+        "not a number that counts from 1");
+  CHECK(manifest_error("file,label,mounting\na.csv,Silk,1.5\n").what ==
+        "not a number that counts from 1");
   CHECK(manifest_error("file,label,colour\na.csv,Silk,red\n").what == "unknown column 'colour'");
   CHECK(manifest_error("file,group\na.csv,0\n").what == "the column label is missing");
   CHECK(manifest_error("label\nSilk\n").what == "the column file is missing");
