@@ -312,7 +312,8 @@ std::vector<Diagnostic> warnings_about(const Plan& plan) {
                         "weight alone shows in the first trial",
                         "", "", "add probe.slack_mm to the rig file"});
   const std::size_t once = plan.fabrics.size() * plan.operator_steps.size();
-  if (plan.forecast.prompts > once)
+  const bool remounts = plan.repetition.remount_every > 0 || plan.repetition.pieces > 1;
+  if (!remounts && plan.forecast.prompts > once)
     warnings.push_back({"/operator_steps", "fabrics are changed more often than once",
                         std::to_string(once) + " times",
                         std::to_string(plan.forecast.prompts) + " times",
@@ -353,6 +354,22 @@ void check_rest(const StatedRecipe& stated, const RigLimits& limits, Problems& p
        "seat more slowly, or lower the rig's probe.rest_travel_mm"});
 }
 
+/// With the rotary stages at their level z follows the plate to every patch.
+void check_patches(const Plan& plan, Problems& problems) {
+  if (!plan.limits.levelled() || plan.repetition.path == Repetition::Path::same) return;
+  for (const TrialSpec& trial : plan.trials) {
+    const Exploration& exploration = plan.explorations[trial.exploration];
+    Result<Joints> there = above_start(plan, trial);
+    for (std::size_t leg = 0; there && leg < exploration.path_m().size(); ++leg)
+      there = over(plan.limits, path_leg(exploration, leg, trial.place.offset_m).to_m,
+                   plan.limits.clearance_m);
+    if (there) continue;
+    return problems.add(
+        {"/repetition/path", "a patch is out of the stages' travel: " + there.error().what,
+         there.error().expected, there.error().got, "level the plate by hand first"});
+  }
+}
+
 /// Plan and warnings, where there is no problem.
 void check_resolved(const json& document, const RigLimits& limits,
                     std::optional<std::uint64_t> seed, CheckReport& report, Problems& problems) {
@@ -361,12 +378,14 @@ void check_resolved(const json& document, const RigLimits& limits,
   check_rest(stated, limits, problems);
   for (StatedExploration& exploration : stated.explorations)
     place_on_plate(exploration, limits, problems);
-  check_repetition(stated, limits, problems);
   if (!problems.empty()) return;
   std::string canonical = canonical_json(stated);
   spread_sweep(stated, limits, problems);
+  check_repetition(stated, limits, problems);
   if (!problems.empty()) return;
   report.plan = make_plan(std::move(stated), limits, std::move(canonical));
+  check_patches(*report.plan, problems);
+  if (!problems.empty()) return report.plan.reset();
   Plan& plan = *report.plan;
   const bool adds_mounts = limits.bench == "real" && add_mount_steps(plan);
   plan.forecast = forecast(plan);

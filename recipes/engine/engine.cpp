@@ -73,9 +73,10 @@ void Machine::on(const ForceReached& event) {
 
 void Machine::on(const RestMeasured& event) {
   constexpr double sure_deviations = 3;
+  constexpr double zero_n = 0.05;  // how far off the sensor's zero may be
   const double weight_n = plan_.limits.probe_weight_n;
   const double tolerance_n =
-      std::max(plan_.limits.rest_tolerance * weight_n, sure_deviations * event.error_n);
+      std::max({plan_.limits.rest_tolerance * weight_n, sure_deviations * event.error_n, zero_n});
   if (!in_trial() || std::abs(event.mean_n - weight_n) <= tolerance_n) return;
   Error error = not_at_rest(place(), event.phase, event.mean_n, weight_n);
   if (state_.step != Step::retracting) return fail_trial(std::move(error));

@@ -70,8 +70,14 @@ class PhaseReader {
                      "0, or at least " + json(least_n).dump() + " N",
                      json(step.force_n).dump() + " N", "0 is a stroke above the cloth"});
     const Bounds band{0.01, limits_.force_cap_n, {}};
+    const double default_n =
+        step.force_n > 0 ? std::min(default_band_n, step.force_n / 2) : default_band_n;
     step.force_band_n =
-        reader.quantity(quantities::force_band, band, Need::optional).value_or(default_band_n);
+        reader.quantity(quantities::force_band, band, Need::optional).value_or(default_n);
+    if (step.force_n > 0 && step.force_band_n >= step.force_n)
+      problems_.add({reader.at(quantities::force_band), "the band reaches down to no contact",
+                     "below the force, " + json(step.force_n).dump() + " N",
+                     json(step.force_band_n).dump() + " N", ""});
     const double top = step.force_n + step.force_band_n;
     if (step.force_n >= 0 && top > limits_.force_cap_n)
       problems_.add({reader.at(quantities::force), "force and band together are over the cap",

@@ -11,12 +11,8 @@ namespace {
 /// Within the slack of the mount the cloth bears the probe's weight. Where the slack begins and
 /// ends shows in the force: shares of the weight, the rest is for the sensor's noise and zero.
 constexpr double seated_share = 0.9, unloaded_share = 1.1, pressed_share = 1.2;
-/// The stop that carries the probe is stiff: z rises to it at this speed [m/s].
-constexpr double lighten_speed_mps = 0.05e-3;
 /// How far the slack's lower end may have sunk since the cloth bore the probe [m].
 constexpr double most_sunk_m = 1e-3;
-/// A set point of 0 is held this far above where the cloth bore the probe [m].
-constexpr double hover_m = 0.3e-3;
 constexpr double bias_timeout_s = 10;
 
 /// How far z may be past where its way down was told to end.
@@ -102,11 +98,10 @@ void Machine::press() {
   hangs(force_n()) ? lighten() : hold_force();
 }
 
+/// The clear height alone is surely above a soft cloth.
 void Machine::hover() {
-  const double speed = plan_.approach.seat_speed_mps;
-  const double way_m = plan_.limits.rest_travel_m + hover_m;
-  enter(Step::lifting, move_timeout_s(move_s(way_m, speed)));
-  move({{Axis::z, state_.rest_z_m - way_m, speed}});
+  enter(Step::lifting, retreat_timeout_s(plan_));
+  move({lift()});
 }
 
 void Machine::lighten() {

@@ -40,6 +40,9 @@ Result<std::vector<AxisMove>> leg_moves(const Plan& plan, const PathLeg& leg, do
 /// What z reaches on a way down that is driven with `speed_mps`.
 double driven_speed(const RigLimits& limits, double speed_mps);
 
+/// The stop that carries the probe is stiff: z rises to it at this speed [m/s].
+inline constexpr double lighten_speed_mps = 0.05e-3;
+
 /// How long a move that should take `expected_s` may take before its step has failed.
 double move_timeout_s(double expected_s);
 

@@ -150,6 +150,20 @@ double motion_duration_s(const Exploration& exploration, double acceleration_mps
   return total_s;
 }
 
+namespace {
+
+/// What a set point below the weight takes more: up to the stop and down again, or up to the clear
+/// height and all the way down.
+double light_s(const Plan& plan, double force_n, double to_touch_m) {
+  const RigLimits& limits = plan.limits;
+  if (force_n >= limits.probe_weight_n) return 0;
+  const double seat_mps = driven_speed(limits, plan.approach.seat_speed_mps);
+  if (force_n > 0) return limits.rest_travel_m * (1 / lighten_speed_mps + 1 / seat_mps);
+  return to_touch_m * (1 / plan.approach.transfer_speed_mps + 1 / seat_mps);
+}
+
+}  // namespace
+
 double trial_duration_s(const Plan& plan, const TrialSpec& trial, Vec2 from_m) {
   const Exploration& exploration = plan.explorations[trial.exploration];
   const RigLimits& limits = plan.limits;
@@ -161,8 +175,9 @@ double trial_duration_s(const Plan& plan, const TrialSpec& trial, Vec2 from_m) {
   return transfer_s(plan, from_m, start_of(plan, trial)) + bias_s +
          move(to_touch_m, driven_speed(limits, approach.speed_mps)) +
          move(seat_travel_m, driven_speed(limits, approach.seat_speed_mps)) +
-         move(limits.rest_travel_m, approach.seat_speed_mps) + press_s + plan.settle.dwell_s +
-         recording_s(plan, exploration) +
+         move(limits.rest_travel_m, approach.seat_speed_mps) +
+         light_s(plan, exploration.step(Phase::press).force_n, to_touch_m) + press_s +
+         plan.settle.dwell_s + recording_s(plan, exploration) +
          move(release_travel_m, driven_speed(limits, approach.seat_speed_mps)) +
          move(limits.rest_travel_m, approach.speed_mps) +
          move(to_touch_m + limits.rest_travel_m, approach.transfer_speed_mps);

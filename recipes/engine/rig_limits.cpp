@@ -20,7 +20,7 @@ constexpr Bounds position_m{-10, 10, {}};
 /// Under this the force loop swings about the set point, and a zero of 50 readings takes its time.
 constexpr double least_wrench_rate_hz = 20;
 
-const Quantity slack{"slack", {{"slack_mm", mm_per_m}, {"slack_m", 1}}};
+const Quantity slack{"slack", {{"slack_mm", mm_per_m}}};
 constexpr Bounds slack_bounds_m{0, 0.05, {}};
 constexpr double modelled_slack_m = 1e-3;  ///< where a simulated rig does not say
 

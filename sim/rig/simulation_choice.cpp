@@ -76,6 +76,18 @@ Result<SimulationChoice> by_table(const RigConfig& config, const Scene& scene,
 /// L0 knows one force, and no recipe's phase: all that are held must be the same.
 Status write_set_point(const RigConfig& config, const SimulationRequest& request,
                        ordered_json& simulation) {
+  // The release finds the slack's upper end by a force that is surely above the weight.
+  const double least_n = 1.2 * config.bench_plant.plant.mount.weight_n();
+  const auto too_light = [least_n](double force_n) {
+    return fail({.code = Errc::unsupported,
+                 .where = level_place,
+                 .what = "level L0 knows no force near or below the probe's weight",
+                 .expected = "L1 or above, or set points from " + printed("%g N", least_n) + " on",
+                 .got = "L0, with " + printed("%g N", force_n),
+                 .hint = "Choose that level"});
+  };
+  if (config.set_point_by_hand && config.bench_plant.plant.set_point_n < least_n)
+    return too_light(config.bench_plant.plant.set_point_n);
   if (config.set_point_by_hand || request.set_points_n.empty()) return {};
   const auto [least, most] =
       std::minmax_element(request.set_points_n.begin(), request.set_points_n.end());
@@ -86,13 +98,7 @@ Status write_set_point(const RigConfig& config, const SimulationRequest& request
                  .expected = "L1 or above",
                  .got = "L0, with " + printed("%g to ", *least) + printed("%g N", *most),
                  .hint = "Choose that level, or let simulation.set_point_n name one force"});
-  if (const double weight_n = config.bench_plant.plant.mount.weight_n(); *least < weight_n)
-    return fail({.code = Errc::unsupported,
-                 .where = "/simulation/level",
-                 .what = "level L0 knows no force below the probe's weight",
-                 .expected = "L1 or above, or set points from " + printed("%g N", weight_n) + " on",
-                 .got = "L0, with " + printed("%g N", *least),
-                 .hint = "Choose that level, or let simulation.set_point_n name one force"});
+  if (*least < least_n) return too_light(*least);
   simulation["set_point_n"] = *least;
   return {};
 }

@@ -58,8 +58,10 @@ Result<ExplorationResult> evaluate_exploration(const std::string& exploration,
   const auto matrix = classifier::build_feature_matrix(trials, {}, options.threads);
   if (!matrix) return pass(matrix.error());
   out.features = matrix->names.size();
-  const auto splits = classifier::stratified_splits(matrix->labels, options.train_fraction,
-                                                    options.repeats, options.seed);
+  const auto splits = options.leave_groups_out
+                          ? classifier::leave_one_group_out(matrix->groups, matrix->labels)
+                          : classifier::stratified_splits(matrix->labels, options.train_fraction,
+                                                          options.repeats, options.seed);
   if (!splits) return pass(splits.error());
   for (const Reduction reduction : reductions) {
     announce(exploration + ": " + std::string(classifier::to_string(reduction)) + ", " +
@@ -84,6 +86,49 @@ const classifier::Evaluation* ExplorationResult::find(Reduction reduction) const
   for (const ReductionResult& result : reductions)
     if (result.reduction == reduction) return &result.evaluation;
   return nullptr;
+}
+
+Repeated repeated_in(const Dataset& dataset) {
+  TrialPlace most;
+  for (const TrialRecord& record : dataset.records) {
+    const TrialPlace& place = record.spec.place;
+    if (place == TrialPlace{}) return Repeated::unknown;
+    most = {std::max(most.piece, place.piece), std::max(most.mounting, place.mounting),
+            std::max(most.patch, place.patch)};
+  }
+  if (most.piece > 1) return Repeated::piece;
+  if (most.mounting > 1) return Repeated::mounting;
+  return most.patch > 1 ? Repeated::patch : Repeated::touch;
+}
+
+std::string_view to_string(Repeated repeated) {
+  switch (repeated) {
+    case Repeated::unknown:
+      break;
+    case Repeated::touch:
+      return "another touch of the same path";
+    case Repeated::patch:
+      return "a new patch of the mounted piece";
+    case Repeated::mounting:
+      return "a new mounting of the piece";
+    case Repeated::piece:
+      return "a new piece of the cloth";
+  }
+  return "not recorded";
+}
+
+Result<CampaignBeside> evaluate_beside(Dataset dataset, EvaluateOptions options,
+                                       const EvaluationSink& progress) {
+  CampaignBeside out{dataset.info.name, repeated_in(dataset), dataset.trials.size(), {}};
+  options.leave_groups_out = out.repeated == Repeated::piece;
+  if (options.leave_groups_out)
+    for (std::size_t i = 0; i < dataset.trials.size(); ++i)
+      dataset.trials[i].group = dataset.records[i].spec.group =
+          std::to_string(dataset.records[i].spec.place.piece);
+  auto results = evaluate_campaign(dataset, options, {}, progress);
+  if (!results) return pass(results.error(), out.name);
+  out.results = std::move(*results);
+  return out;
 }
 
 std::string interval_methods(const std::vector<ExplorationResult>& results) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "classifier/evaluate/evaluate.hpp"
@@ -18,6 +19,8 @@ struct EvaluateOptions {
   std::size_t repeats = 30;     ///< random splits; the paper averages over 30 trials
   std::uint64_t seed = 1;       ///< of splits and folds
   std::size_t threads = 0;      ///< 0: one per core; the figures do not depend on it
+  /// The trials' groups are left out in turn, in the place of random splits.
+  bool leave_groups_out = false;
 };
 
 struct ReductionResult {
@@ -51,6 +54,30 @@ struct EvaluationProgress {
   std::string what;  ///< "M1: features of 340 trials"
 };
 using EvaluationSink = std::function<void(const EvaluationProgress&)>;
+
+/// What a test trial has in common with the training trials.
+enum class Repeated : std::uint8_t {
+  unknown,   ///< the data set does not say
+  touch,     ///< path, mounting and piece: another touch alone
+  patch,     ///< mounting and piece
+  mounting,  ///< piece
+  piece      ///< of several, some or none
+};
+/// By what the data set says of its trials.
+Repeated repeated_in(const Dataset& dataset);
+/// "another touch of the same path", for a table and a sentence.
+std::string_view to_string(Repeated repeated);
+
+/// A campaign beside another one, which differs from it in what a repetition is.
+struct CampaignBeside {
+  std::string name;
+  Repeated repeated = Repeated::unknown;
+  std::size_t trials = 0;
+  std::vector<ExplorationResult> results;
+};
+/// Where its fabrics have several pieces these are left out in turn. Errors: evaluate_campaign()'s.
+Result<CampaignBeside> evaluate_beside(Dataset dataset, EvaluateOptions options,
+                                       const EvaluationSink& progress = {});
 
 /// Tells `sink`, which may be empty, of each step before it starts.
 struct StepAnnouncer {

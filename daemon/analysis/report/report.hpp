@@ -36,6 +36,8 @@ struct ReportInput {
   /// while the run went on.
   const VerifyReport* verified = nullptr;
   std::string tradeoff_html = {};  ///< speed against accuracy, whole sections; may be empty
+  /// Campaigns that differ in what a repetition is; may be empty.
+  const std::vector<CampaignBeside>* beside = nullptr;
 };
 
 /// Every planned trial is there and nothing went wrong. What is shown of any other run says so.
@@ -62,6 +64,13 @@ bool is_report_json(std::string_view text);
 /// The same two documents as text.
 std::string report_json(const ReportInput& input);
 std::string report_html(const ReportInput& input);
+
+/// One row for each of the input's campaigns, itself first.
+struct RepetitionRow {
+  std::string text;  ///< to_string(Repeated)
+  const std::vector<ExplorationResult>* results = nullptr;
+};
+std::vector<RepetitionRow> repetition_rows(const ReportInput& input);
 
 // How a campaign was simulated, in words: for the terminal, the page and report.json.
 
@@ -105,6 +114,7 @@ std::string report_badge(BenchKind kind);
 std::string badge_html(const ReportInput& input);
 std::string trace_section(const ReportInput& input);
 std::string accuracy_section(const ReportInput& input);
+std::string repetition_section(const ReportInput& input);
 std::string core_section(const ReportInput& input);
 std::string timing_section(const ReportInput& input);
 std::string force_section(const ReportInput& input);

@@ -104,6 +104,20 @@ ordered_json force_json(const Dataset& dataset) {
   return out;
 }
 
+ordered_json beside_json(const std::vector<CampaignBeside>& beside) {
+  ordered_json out = ordered_json::array();
+  for (const CampaignBeside& one : beside) {
+    ordered_json results = ordered_json::object();
+    for (const ExplorationResult& result : one.results)
+      results[result.exploration] = result_json(result);
+    out.push_back({{"name", one.name},
+                   {"asks_about", to_string(one.repeated)},
+                   {"trials", one.trials},
+                   {"results", std::move(results)}});
+  }
+  return out;
+}
+
 void add_provenance(const ReportInput& input, ordered_json& out) {
   const DatasetInfo& info = input.dataset.info;
   out["level"] = input.run.level;
@@ -238,6 +252,7 @@ std::string report_json(const ReportInput& input) {
   out["results"] = ordered_json::object();
   for (const ExplorationResult& result : input.results)
     out["results"][result.exploration] = result_json(result);
+  if (input.beside != nullptr) out["beside"] = beside_json(*input.beside);
   out["cores"] = cores_json(input.results);
   out["design"] =
       input.design.json.empty() ? ordered_json() : ordered_json::parse(input.design.json);

@@ -96,6 +96,23 @@ std::string accuracy_lines(const std::vector<ExplorationResult>& results) {
   return out + wrapped("in brackets: 95 % interval, " + printable(interval_methods(results)), "  ");
 }
 
+/// p-value, PCA and all features of each campaign, in the order of what differs.
+std::string repetition_lines(const ReportInput& input) {
+  std::string out;
+  for (const RepetitionRow& row : repetition_rows(input)) {
+    out += (out.empty() ? "\n  What a repetition is decides the accuracy [%]\n  " : "  ") +
+           row.text + "\n";
+    for (const ExplorationResult& result : *row.results) {
+      out += "    " + padded(printable(result.exploration), name_width - 2) +
+             accuracy_cell(result, Reduction::pvalue) + accuracy_cell(result, Reduction::pca) +
+             accuracy_cell(result, Reduction::all);
+      out.erase(out.find_last_not_of(' ') + 1);
+      out += "\n";
+    }
+  }
+  return out;
+}
+
 std::string timing_lines(const std::vector<ExplorationResult>& results) {
   std::string out;
   for (const ExplorationResult& result : results) {
@@ -118,7 +135,8 @@ std::string summary_text(const ReportInput& input) {
   if (!is_complete(input.run)) out += ", " + format_incomplete(input.run);
   out += "\n" + run_lines(input);
   if (input.results.empty()) return out;
-  out += accuracy_lines(input.results) + "\n" + timing_lines(input.results);
+  out +=
+      accuracy_lines(input.results) + repetition_lines(input) + "\n" + timing_lines(input.results);
   if (kind == BenchKind::simulated && paper::accuracies_beside(input.results).empty())
     out += "\n  All figures are SIMULATED.\n";
   else if (kind == BenchKind::simulated)

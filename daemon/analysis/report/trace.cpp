@@ -195,7 +195,8 @@ void keep_worst(const std::optional<RestForces>& rest, std::optional<RestForces>
   const auto keep = [&](double RestForces::*phase) {
     const double now_n = (*rest).*phase;
     double& kept_n = (*worst).*phase;
-    if (std::abs(now_n - rest->weight_n) > std::abs(kept_n - rest->weight_n)) kept_n = now_n;
+    const double off_n = std::abs(now_n - rest->weight_n);
+    if (std::isnan(kept_n) || off_n > std::abs(kept_n - rest->weight_n)) kept_n = now_n;
   };
   keep(&RestForces::before_n);
   keep(&RestForces::after_n);

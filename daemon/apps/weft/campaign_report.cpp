@@ -14,6 +14,7 @@
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/base/version/software_version.hpp"
+#include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
 
 namespace weft::daemon::cli {
@@ -25,12 +26,35 @@ EvaluationSink progress_to(Console& console) {
   };
 }
 
+Result<std::vector<CampaignBeside>> evaluated_beside(
+    const std::vector<std::filesystem::path>& folders, const EvaluateOptions& options,
+    Console& console) {
+  std::vector<CampaignBeside> out;
+  for (const std::filesystem::path& folder : folders) {
+    auto dataset = read_hdf5(folder / dataset_file_name);
+    if (!dataset) return pass(dataset.error(), "--beside");
+    auto one = evaluate_beside(std::move(*dataset), options, progress_to(console));
+    if (!one) return pass(one.error(), "--beside " + folder.string());
+    out.push_back(std::move(*one));
+  }
+  return out;
+}
+
 std::string share_text(const HandoverShare& share) {
   return percent(share.share, 1) + " % (95 %: " + percent(share.ci95_low, 1) + " to " +
          percent(share.ci95_high, 1) + ")";
 }
 
 }  // namespace
+
+void add_beside_option(CLI::App& command, std::vector<std::filesystem::path>& beside) {
+  command
+      .add_option("--beside", beside,
+                  "folders of campaigns that differ in what a repetition is: their accuracies "
+                  "beside this one's")
+      ->delimiter(',')
+      ->check(CLI::ExistingDirectory);
+}
 
 std::string machine_text() {
   utsname system{};
@@ -66,6 +90,9 @@ Result<CampaignReport> write_report(const CampaignSummary& summary, const Datase
                                    });
   ReportInput input{summary,        dataset,           results ? *results : none,
                     machine_text(), software_commit(), design};
+  const auto beside = evaluated_beside(extras.beside, options, console);
+  if (!beside) return pass(beside.error());
+  if (!beside->empty()) input.beside = &*beside;
   input.verified = extras.verified;
   input.tradeoff_html = extras.tradeoff_html;
   if (auto ok = write_report_html(input, report.html); !ok) return pass(ok.error());

@@ -1,10 +1,12 @@
 #pragma once
 // What `weft run` does with a finished campaign: classify it and write report.html and report.json.
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "daemon/apps/weft/console.hpp"
 #include "daemon/campaign/campaign.hpp"
@@ -43,7 +45,11 @@ struct CampaignReport {
 struct ReportExtras {
   const VerifyReport* verified = nullptr;
   std::string tradeoff_html = {};  ///< sections
+  /// Folders of campaigns that differ in what a repetition is: rows beside this one's.
+  std::vector<std::filesystem::path> beside = {};
 };
+/// --beside, for run and report.
+void add_beside_option(CLI::App& command, std::vector<std::filesystem::path>& beside);
 
 /// Classifies a campaign's data over `repeats` random splits, unless slides of it ended early, and
 /// writes the report into `html` and the JSON document beside it under the same name. Progress goes

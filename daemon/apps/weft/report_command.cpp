@@ -28,6 +28,7 @@ struct ReportArgs {
   std::vector<std::string> vary{"features", "learner", "slide"};  ///< of the classifier's trade
   bool no_tradeoff = false;
   std::size_t tradeoff_splits = 5;
+  std::vector<std::filesystem::path> beside = {};  ///< campaigns that differ in the repetition
   std::filesystem::path fidelity;  ///< table of weft trade sim; empty: no such section
 };
 
@@ -176,6 +177,7 @@ void add_options(CLI::App& command, ReportArgs& args) {
   add_list(command, "--vary", args.vary, "what speed against accuracy varies, see weft trade")
       ->capture_default_str();
   add_count(command, "--trade-splits", args.tradeoff_splits, 1, 100000, "random splits of that");
+  add_beside_option(command, args.beside);
   command.add_flag("--no-trade", args.no_tradeoff, "leave speed against accuracy out");
   command
       .add_option("--fidelity", args.fidelity,
@@ -193,7 +195,7 @@ Result<int> run_report(const ReportArgs& args, Console& console) {
   if (!dataset) return pass(dataset.error());
   const auto summary = load_summary(args.folder, *verified, *dataset);
   if (!summary) return pass(summary.error());
-  ReportExtras extras{&*verified, {}};
+  ReportExtras extras{&*verified, {}, args.beside};
   if (tradeoffs(args, *dataset)) {
     auto sections = tradeoff_sections(args, *summary, console);
     const bool is_whole = summary->outcome == recipes::Outcome::complete;

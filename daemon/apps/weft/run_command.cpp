@@ -38,13 +38,14 @@ struct RunArgs {
   PluginArgs plugins;
   bool error_check = true;
   bool evaluate = true;
-  bool yes = false;                   ///< operator steps count as done without asking
-  bool resume = false;                ///< go on with the campaign in `out`
-  std::filesystem::path level;        ///< what weft align --json said; empty: none
-  double level_max_age_h = 24;        ///< 0: any age
-  bool preview = false;               ///< with resume: say what is left, move nothing
-  std::size_t repeats = 30;           ///< random splits of the evaluation
-  std::filesystem::path socket = {};  ///< OUT/weftd.sock where it is empty
+  bool yes = false;                                ///< operator steps count as done without asking
+  bool resume = false;                             ///< go on with the campaign in `out`
+  std::filesystem::path level;                     ///< what weft align --json said; empty: none
+  double level_max_age_h = 24;                     ///< 0: any age
+  bool preview = false;                            ///< with resume: say what is left, move nothing
+  std::size_t repeats = 30;                        ///< random splits of the evaluation
+  std::vector<std::filesystem::path> beside = {};  ///< campaigns that differ in the repetition
+  std::filesystem::path socket = {};               ///< OUT/weftd.sock where it is empty
 };
 
 using Campaign = std::function<Result<CampaignSummary>(const CampaignHooks& hooks)>;
@@ -264,7 +265,8 @@ Result<CampaignReport> report_of(const RunArgs& args, const CampaignSummary& sum
                                  Console& console) {
   const Result<Dataset> dataset = read_hdf5(summary.dataset_file);
   if (!dataset) return pass(dataset.error());
-  return write_report(summary, *dataset, args.out / "report.html", args.repeats, {}, console);
+  return write_report(summary, *dataset, args.out / "report.html", args.repeats,
+                      {nullptr, {}, args.beside}, console);
 }
 
 /// Classifies and reports what is complete. What is missing costs the exit status, not the data.
@@ -328,6 +330,7 @@ void add_options(CLI::App& command, RunArgs& args) {
                      "where others look at the campaign, hold it and end it meanwhile: weft watch, "
                      "pause, stop ... --socket; OUT/weftd.sock");
   add_count(command, "--repeats", args.repeats, 1, 100000, "random splits of the classification");
+  add_beside_option(command, args.beside);
 }
 
 /// exit_failure when not every trial is complete, exit_signal + number after SIGINT or SIGTERM.

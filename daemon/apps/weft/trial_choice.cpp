@@ -376,9 +376,15 @@ Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialC
   if (!dataset) return pass(dataset.error());
   if (auto ok = check_given(choice.given, kind_of(*dataset)); !ok)
     return pass(ok.error(), path.string());
+  const bool is_sum = can_join && choice.exploration.find('+') != std::string::npos;
+  if (is_sum && choice.group != "recorded")
+    return fail({.code = Errc::unsupported,
+                 .where = "--group",
+                 .what = "explorations side by side go by their repetitions",
+                 .got = choice.group,
+                 .hint = "Take one exploration"});
   const std::string sha256 = dataset_sha256(*dataset);
   if (auto ok = set_groups(*dataset, choice.group); !ok) return pass(ok.error(), path.string());
-  const bool is_sum = can_join && choice.exploration.find('+') != std::string::npos;
   auto out = is_sum                     ? load_joined(*dataset, choice, one_exploration)
              : holds_imprints(*dataset) ? load_imprints(*dataset, choice)
                                         : load_slides(*dataset, choice, one_exploration);

@@ -129,6 +129,7 @@ std::optional<CertifiedRest> worst_rest(const Dataset& all) {
   for (std::size_t i = 0; i < all.trials.size(); ++i) {
     const auto& rest = all.records[i].quality.rest;
     if (!rest || all.records[i].outcome != TrialOutcome::complete) continue;
+    if (!std::isfinite(rest->before_n) || !std::isfinite(rest->after_n)) continue;
     if (out.trials++ == 0) out.worst_before_n = out.worst_after_n = out.weight_n = rest->weight_n;
     const auto see = [&](double force_n, double& worst_n) {
       const double off_n = std::abs(force_n - rest->weight_n);

@@ -58,7 +58,7 @@ Result<FileChecksums> file_checksums(const std::filesystem::path& file,
 /// How far the probe's rest was from its weight, over the complete trials.
 struct CertifiedRest {
   double weight_n = 0;
-  std::uint64_t trials = 0;                      ///< whose rest was measured
+  std::uint64_t trials = 0;                      ///< whose rest was measured, in S and in E
   double worst_before_n = 0, worst_after_n = 0;  ///< the force furthest from the weight, in S and E
   std::string worst_trial;                       ///< the one with the furthest of all
   bool operator==(const CertifiedRest&) const = default;

@@ -145,6 +145,12 @@ TEST_CASE("A force over the cap, within the noise, or that the mount cannot hold
           "force and band together");
   refused(small_with("\"force_N\": 5", "\"force_N\": 0.05"), phases + "/1/force_N", "noise");
   refused(small_with("\"force_N\": 5", "\"force_N\": -1"), phases + "/1/force_N", "out of range");
+  refused(small_with("\"force_N\": 5", "\"force_N\": 0.2, \"force_band_N\": 0.2"),
+          phases + "/1/force_band_N", "no contact");
+  CHECK(check_recipe(small_with("\"force_N\": 5", "\"force_N\": 0.2"), limits())
+            .plan->explorations[0]
+            .step(weft::Phase::press)
+            .force_band_n == 0.1);
   RigLimits real = limits();
   real.hangs_on_stop = false;  // nothing carries a part of the probe
   for (const char* force : {"0", "1.9"}) {

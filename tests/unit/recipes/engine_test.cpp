@@ -131,7 +131,7 @@ TEST_CASE("A probe held at about its weight is first lowered to the upper end of
 TEST_CASE("A set point of nothing is a stroke above the cloth") {
   Bench b = bench_holding(0);
   b.advance_to(Step::lifting);
-  CHECK(b.commanded_z_m < b.touch_z_m);
+  CHECK(b.commanded_z_m == b.plan.limits.clear_z_m());
   b.advance();
   CHECK(b.phase == Phase::press);
   CHECK_FALSE(b.force_loop);

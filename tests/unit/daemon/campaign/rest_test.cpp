@@ -34,7 +34,7 @@ json holding(const std::string& fabric, double force_n) {
     for (json& phase : exploration["phases"])
       if (phase.contains("force_N")) {
         phase["force_N"] = force_n;
-        phase["force_band_N"] = 0.5;
+        phase["force_band_N"] = force_n == 0 ? 0.1 : std::min(0.5, 0.8 * force_n);
       }
   return recipe;
 }
@@ -68,6 +68,9 @@ TEST_CASE("forces from nothing to ten newtons settle and are held on soft cloth 
   for (const std::string fabric : {"pile", "nylon"})
     for (const double force_n : {0.0, 0.1, 1.0, 1.9, 2.0, 5.0, 10.0}) {
       CAPTURE(fabric, force_n);
+      // Ten counts of noise and the waves of a hard cloth at 1 um a step: 0.1 N is the least there
+      // is.
+      const double in_band = force_n == 0.1 ? 0.9 : 0.99;
       const TemporaryFolder folder;
       const auto summary =
           run_campaign(request_in(folder, holding(fabric, force_n).dump(), test::bench17()), {});
@@ -76,7 +79,7 @@ TEST_CASE("forces from nothing to ten newtons settle and are held on soft cloth 
       CHECK(summary->outcome == recipes::Outcome::complete);
       CHECK(summary->trials_complete == 2);
       CHECK(static_cast<double>(summary->force.in_band) >=
-            0.99 * static_cast<double>(summary->force.samples));
+            in_band * static_cast<double>(summary->force.samples));
       const auto data = read_hdf5(summary->dataset_file);
       REQUIRE(data);
       for (const TrialRecord& record : data->records)
@@ -84,7 +87,19 @@ TEST_CASE("forces from nothing to ten newtons settle and are held on soft cloth 
     }
 }
 
-TEST_CASE("a mount that is stiff where the rig says slack fails the first trial, and says why") {
+TEST_CASE("a probe that does not rest by its weight fails its first trial, and says why") {
+  test::Guarded g(test::short_recipe("nylon"));
+  g.bench.checked.plan.limits.probe_weight_n = 1.7;  // it weighs a seventh more
+  g.start();
+  g.finish();
+  CHECK(g.bench.outcomes == std::vector{recipes::Outcome::failed});
+  REQUIRE(g.bench.trial_error);
+  CHECK(g.bench.trial_error->code == Errc::measurement);
+  CHECK(g.bench.trial_error->expected == "1.70 N");
+  CHECK(g.supervisor->result()->rig == recipes::RigFact::safe);
+}
+
+TEST_CASE("a rig whose slack does not hold the rest travel runs nothing") {
   json rig = test::bench17();
   rig["probe"]["slack_mm"] = 0.3;
   const TemporaryFolder refused;
