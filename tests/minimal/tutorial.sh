@@ -34,8 +34,8 @@ chroot "$root" /usr/bin/env -i HOME=/root TERM=dumb PATH=/usr/local/sbin:/usr/lo
   bash -euo pipefail /root/step1 > /root/step1.log 2>&1 || { tail -20 /root/step1.log; exit 1; }
   # the rest, in the clone itself
   python3 tests/scenario/docs_commands.py build/release . --here docs/tutorial.md
-  grep -q "SIMULATED" out/first/evaluation.html
-  grep -q "70.00" out/first/evaluation.html && grep -q "42.48" out/first/evaluation.html && echo "the page says what the picture shows"
+  grep -q "SIMULATED" out/lesson/evaluation.html
+  grep -q "100.00" out/lesson/evaluation.html && grep -q "79.61" out/lesson/evaluation.html && echo "the page says what the picture shows"
 '
 INSIDE
 echo "tutorial.sh: $root can be removed"

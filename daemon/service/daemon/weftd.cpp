@@ -37,12 +37,13 @@ std::filesystem::path or_in(const std::filesystem::path& given, const std::files
 }
 
 /// The same at each start of the daemon, and another for each daemon: a broker knows by it that the
-/// session before is over. Loads 2 MB of OpenSSL, so only asked where somebody is notified.
-std::string bench_id(const std::filesystem::path& data) {
+/// session before is over. Empty where nobody is notified: it loads 2 MB of OpenSSL.
+std::string client_name(const DaemonOptions& options) {
+  if (options.notify.empty()) return {};
   std::error_code unknown;
   const std::string host = asio::ip::host_name(unknown);
   const auto machine = read_text_file("/etc/machine-id");
-  const std::string what = host + "\n" + machine.value_or("") + "\n" + data.string();
+  const std::string what = host + "\n" + machine.value_or("") + "\n" + options.data.string();
   return "weftd-" + sha256_hex(what).substr(0, 16);
 }
 
@@ -255,14 +256,13 @@ Status Daemon::begin(const DaemonOptions& options) {
       shared_, {});
   if (!server) return pass(server.error());
   server_ = std::move(*server);
-  auto notifier =
-      notify::Notifier::open({.bench = services_.rig_name,
-                              .client = options.notify.empty() ? "" : bench_id(options.data),
-                              .data = options.data,
-                              .log = &log_,
-                              .utc_us = services_.utc_us,
-                              .now = services_.now},
-                             options.notify);
+  auto notifier = notify::Notifier::open({.bench = services_.rig_name,
+                                          .client = client_name(options),
+                                          .data = options.data,
+                                          .log = &log_,
+                                          .utc_us = services_.utc_us,
+                                          .now = services_.now},
+                                         options.notify);
   if (!notifier) return pass(notifier.error());
   event_notifier_ = std::move(*notifier);
   manager_ = std::make_unique<runs::RunManager>(run_context(options), log_);

@@ -99,6 +99,34 @@ void read_trial_column(Reader& in, const std::string& name, std::size_t trials, 
   for (std::size_t i = 0; i < trials; ++i) place(i) = std::move(column[i]);
 }
 
+/// Where the file has them, as the rests.
+void read_places(Reader& in, std::vector<TrialRecord>& records) {
+  if (!in.has("/trials/mounting")) return;
+  const auto place = [&](const std::string& name, std::uint32_t TrialPlace::*member) {
+    read_trial_column(
+        in, "/trials/" + name,
+        records.size(), [&](std::size_t i) -> auto& { return records[i].spec.place.*member; });
+  };
+  place("piece", &TrialPlace::piece);
+  place("mounting", &TrialPlace::mounting);
+  place("patch", &TrialPlace::patch);
+}
+
+void read_rests(Reader& in, std::vector<TrialRecord>& records) {
+  if (!in.has("/trials/weight_n")) return;
+  std::vector<RestForces> rests(records.size());
+  const auto rest = [&](const std::string& name, double RestForces::*member) {
+    read_trial_column(
+        in, "/trials/" + name,
+        records.size(), [&](std::size_t i) -> auto& { return rests[i].*member; });
+  };
+  rest("weight_n", &RestForces::weight_n);
+  rest("rest_before_n", &RestForces::before_n);
+  rest("rest_after_n", &RestForces::after_n);
+  for (std::size_t i = 0; i < records.size(); ++i)
+    if (!std::isnan(rests[i].weight_n)) records[i].quality.rest = rests[i];
+}
+
 Status read_trial_table(Reader& in, Dataset& dataset) {
   const auto files = in.texts("/trials/file");
   const std::size_t n = files.size();
@@ -139,27 +167,8 @@ Status read_trial_table(Reader& in, Dataset& dataset) {
   spec("patch_seed", &TrialSpec::patch_seed);
   quality("force_rms_error_n", &TrialQuality::force_rms_error_n);
   quality("force_in_band_fraction", &TrialQuality::force_in_band_fraction);
-  const auto place = [&](const std::string& name, std::uint32_t TrialPlace::*member) {
-    read_trial_column(
-        in, "/trials/" + name,
-        n, [&](std::size_t i) -> auto& { return records[i].spec.place.*member; });
-  };
-  if (in.has("/trials/mounting")) {
-    place("piece", &TrialPlace::piece);
-    place("mounting", &TrialPlace::mounting);
-    place("patch", &TrialPlace::patch);
-  }
-  if (!in.has("/trials/weight_n")) return in.status();
-  std::vector<RestForces> rests(n);
-  const auto rest = [&](const std::string& name, double RestForces::*member) {
-    read_trial_column(
-        in, "/trials/" + name, n, [&](std::size_t i) -> auto& { return rests[i].*member; });
-  };
-  rest("weight_n", &RestForces::weight_n);
-  rest("rest_before_n", &RestForces::before_n);
-  rest("rest_after_n", &RestForces::after_n);
-  for (std::size_t i = 0; i < n; ++i)
-    if (!std::isnan(rests[i].weight_n)) records[i].quality.rest = rests[i];
+  read_places(in, records);
+  read_rests(in, records);
   return in.status();
 }
 
