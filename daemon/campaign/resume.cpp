@@ -48,8 +48,7 @@ Status same_rules(const std::string& recorded_json) {
   if (recorded == recipes::engine_rules) return {};
   return fail({.code = Errc::wrong_state,
                .where = "resume",
-               .what = "the campaign was begun by a version of Weft that carries trials out "
-                       "otherwise",
+               .what = "the campaign was started by a version of Weft with other rules for trials",
                .expected = "rules " + std::to_string(recorded),
                .got = "rules " + std::to_string(recipes::engine_rules),
                .hint = "Go on with that version, or begin a new campaign; what is recorded stays "

@@ -7,9 +7,9 @@
 namespace weft::daemon {
 namespace {
 
-// Of the probe's mount, and of the stop that a probe hangs on whose weight the stage carries in
-// part: cloth and mount in series are never stiffer (docs/reference/plant.md).
-constexpr double mount_stiffness_npm = 2e4, stop_stiffness_npm = 2e5;
+// Of the stop that a probe hangs on whose weight the stage carries in part: cloth and stop in
+// series are never stiffer (docs/reference/plant.md).
+constexpr double stop_stiffness_npm = 2e5;
 
 }  // namespace
 
@@ -84,8 +84,9 @@ void Supervisor::carry_out(const recipes::HoldForce& effect) {
   actions_.end_force_way();
   const recipes::SettleDetector settle{effect.band_n, effect.dwell_s};
   regulation_ = Regulation{effect, {}, settle, bench_->snapshot().wrench.force_n[2]};
-  force_config_.stiffness_initial_npm =
-      effect.force_n < plan_->limits.probe_weight_n ? stop_stiffness_npm : mount_stiffness_npm;
+  force_config_.stiffness_initial_npm = effect.force_n < plan_->limits.probe_weight_n
+                                            ? stop_stiffness_npm
+                                            : recipes::ForceLoopConfig{}.stiffness_initial_npm;
 }
 
 void Supervisor::carry_out(const recipes::ReleaseForce&) {

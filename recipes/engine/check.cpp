@@ -272,7 +272,7 @@ bool add_mount_steps(Plan& plan) {
   const bool again = plan.repetition.remount_every > 0 || plan.repetition.pieces > 1;
   const Before before = again ? Before::mounting : Before::fabric;
   OperatorStep mount{before, {}, "Mount {fabric}, then confirm.", 60};
-  if (again) mount.text = "Mount {fabric}, piece {piece}, anew (no. {mounting}), then confirm.";
+  if (again) mount.text = "Mount {fabric}, piece {piece} (mounting {mounting}), then confirm.";
   for (std::size_t fabric = 0; fabric < plan.fabrics.size(); ++fabric)
     if (!has_prompt_before(plan, fabric, before)) mount.fabrics.push_back(fabric);
   if (mount.fabrics.empty()) return false;

@@ -75,7 +75,8 @@ class PhaseReader {
     step.force_band_n =
         reader.quantity(quantities::force_band, band, Need::optional).value_or(default_n);
     if (step.force_n > 0 && step.force_band_n >= step.force_n)
-      problems_.add({reader.at(quantities::force_band), "the band reaches down to no contact",
+      problems_.add({reader.at(quantities::force_band),
+                     "the band includes a force of 0: no contact",
                      "below the force, " + json(step.force_n).dump() + " N",
                      json(step.force_band_n).dump() + " N", ""});
     const double top = step.force_n + step.force_band_n;

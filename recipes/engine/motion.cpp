@@ -135,7 +135,7 @@ Error nothing_bears(std::string place) {
 Error force_not_reached(std::string place, double wanted_n) {
   return {.code = Errc::measurement,
           .where = std::move(place),
-          .what = "z reached the end of its way before the force came to what it should be",
+          .what = "z reached the end of its travel before the force reached its value",
           .expected = "about " + format_newtons(wanted_n),
           .hint = "Check the force sensor, and the probe's mount and its weight (probe.mass_kg)"};
 }

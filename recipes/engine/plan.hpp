@@ -62,7 +62,7 @@ struct Exploration {
 };
 
 /// What one repetition has in common with the next. Default: what a bench does whose cloth is
-/// fastened once, as in the paper (section IV-A): the same path on the same mounted piece.
+/// fastened once (as in the paper, section IV-A): the same path on the same mounted piece.
 struct Repetition {
   enum class Path : std::uint8_t {
     same,      ///< retraced

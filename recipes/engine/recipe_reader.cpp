@@ -205,7 +205,7 @@ StatedRecipe read_recipe(const json& document, const RigLimits& limits,
       read_handover(recipe, stated.fabrics.size(), stated.repetitions,
                     limits.acceleration_rate_hz > 0 || limits.sound_rate_hz > 0, problems);
   read_explorations(recipe, limits, stated, problems);
-  read_repetition(document, recipe, stated, problems);
+  read_repetition(document, recipe, stated);
   read_sweep(recipe, limits, stated, problems);
   check_imprints(stated, limits, problems);
   recipe.finish();

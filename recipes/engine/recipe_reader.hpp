@@ -57,9 +57,8 @@ StatedExploration read_exploration(const std::string& name, const nlohmann::json
 /// Places are checked against the travel of the stages.
 Finally read_finally(ObjectReader& recipe, const RigLimits& limits, Problems& problems);
 
-/// Whether the recipe says what a repetition is. `document`: of the recipe.
-void read_repetition(const nlohmann::json& document, ObjectReader& recipe, StatedRecipe& stated,
-                     Problems& problems);
+/// What the recipe says a repetition is, if it says so. `document`: of the recipe.
+void read_repetition(const nlohmann::json& document, ObjectReader& recipe, StatedRecipe& stated);
 
 /// Of `repetitions`, which the pieces share in order.
 std::uint32_t piece_of(std::uint32_t repetition, std::uint32_t repetitions, std::uint32_t pieces);

@@ -75,8 +75,7 @@ std::string square_mm(double x_m, double y_m) {
 
 }  // namespace
 
-void read_repetition(const json& document, ObjectReader& recipe, StatedRecipe& stated,
-                     Problems& problems) {
+void read_repetition(const json& document, ObjectReader& recipe, StatedRecipe& stated) {
   std::optional<ObjectReader> reader = recipe.section("repetition");
   if (!reader) return;
   Repetition& out = stated.repetition;
@@ -86,7 +85,6 @@ void read_repetition(const json& document, ObjectReader& recipe, StatedRecipe& s
   out.remount_every = object.is_object() ? read_remount(object, *reader) : 0;
   out.pieces = read_pieces(*reader);
   reader->finish();
-  static_cast<void>(problems);
 }
 
 std::uint32_t piece_of(std::uint32_t repetition, std::uint32_t repetitions, std::uint32_t pieces) {
@@ -97,11 +95,12 @@ void check_repetition(const StatedRecipe& stated, const RigLimits& limits, Probl
   const Repetition& repetition = stated.repetition;
   if (repetition == Repetition{}) return;
   if (limits.imprint_array)
-    problems.add({"/repetition", "an object of an imprint array has no pieces and no patches",
+    problems.add({"/repetition",
+                  "an imprint array presses objects, which have no pieces and no patches",
                   "no \"repetition\" on this rig", "", ""});
   const std::uint32_t repetitions = repetitions_of(stated);
   if (repetition.pieces > repetitions)
-    problems.add({"/repetition/pieces", "more pieces than repetitions that they could share",
+    problems.add({"/repetition/pieces", "there are more pieces than repetitions",
                   "at most " + std::to_string(repetitions), std::to_string(repetition.pieces), ""});
   if (repetition.path == Repetition::Path::same || repetitions == 1) return;
   for (const StatedExploration& e : stated.explorations) {
@@ -183,10 +182,10 @@ std::vector<Diagnostic> warnings_about_places(const Plan& plan) {
       plan.trials, {}, [](const TrialSpec& trial) { return trial.place.mounting; });
   const std::uint32_t mountings = most->place.mounting;
   if (repetition.remount_every > 0 && mountings == 1)
-    out.push_back({"/repetition/remount_every", "no cloth is put on twice", "", "",
+    out.push_back({"/repetition/remount_every", "no cloth is mounted again", "", "",
                    "there are no more trials of one fabric in a row"});
   if (repetition.remount_every == 0 && mountings > repetition.pieces)
-    out.push_back({"/order", "the order of trials puts a cloth on again each time it comes back",
+    out.push_back({"/order", "the order of trials mounts a cloth again each time it returns",
                    "once, as \"remount_every\": \"never\" has it",
                    std::to_string(mountings) + " times",
                    "a blocked order keeps the trials of a fabric together"});

@@ -166,8 +166,8 @@ class RigReader {
       modelled_m = r.quantity(slack, slack_bounds_m, Need::optional);
     }
     if (modelled_m && limits_.slack_m && *modelled_m != *limits_.slack_m)
-      problems_.add({"/simulation/slack_mm", "two slacks of one mount", mm(*limits_.slack_m),
-                     mm(*modelled_m), "state it once, as probe.slack_mm"});
+      problems_.add({"/simulation/slack_mm", "the mount's slack is given twice, with two values",
+                     mm(*limits_.slack_m), mm(*modelled_m), "state it once, as probe.slack_mm"});
     if (!limits_.slack_m) limits_.slack_m = modelled_m.value_or(modelled_slack_m);
   }
 

@@ -81,7 +81,7 @@ Status write_set_point(const RigConfig& config, const SimulationRequest& request
   const auto too_light = [least_n](double force_n) {
     return fail({.code = Errc::unsupported,
                  .where = level_place,
-                 .what = "level L0 knows no force near or below the probe's weight",
+                 .what = "level L0 cannot simulate a force below or near the probe's weight",
                  .expected = "L1 or above, or set points from " + printed("%g N", least_n) + " on",
                  .got = "L0, with " + printed("%g N", force_n),
                  .hint = "Choose that level"});

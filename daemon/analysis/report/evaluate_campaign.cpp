@@ -120,11 +120,13 @@ std::string_view to_string(Repeated repeated) {
 Result<CampaignBeside> evaluate_beside(Dataset dataset, EvaluateOptions options,
                                        const EvaluationSink& progress) {
   CampaignBeside out{dataset.info.name, repeated_in(dataset), dataset.trials.size(), {}};
-  options.leave_groups_out = out.repeated == Repeated::piece;
-  if (options.leave_groups_out)
-    for (std::size_t i = 0; i < dataset.trials.size(); ++i)
-      dataset.trials[i].group = dataset.records[i].spec.group =
-          std::to_string(dataset.records[i].spec.place.piece);
+  const bool by_piece = out.repeated == Repeated::piece;
+  options.leave_groups_out = by_piece || out.repeated == Repeated::mounting;
+  for (std::size_t i = 0; options.leave_groups_out && i < dataset.trials.size(); ++i) {
+    TrialSpec& spec = dataset.records[i].spec;
+    spec.group = std::to_string(by_piece ? spec.place.piece : spec.place.mounting);
+    dataset.trials[i].group = spec.group;
+  }
   auto results = evaluate_campaign(dataset, options, {}, progress);
   if (!results) return pass(results.error(), out.name);
   out.results = std::move(*results);

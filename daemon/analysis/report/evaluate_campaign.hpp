@@ -55,13 +55,13 @@ struct EvaluationProgress {
 };
 using EvaluationSink = std::function<void(const EvaluationProgress&)>;
 
-/// What a test trial has in common with the training trials.
+/// What is new in a test trial.
 enum class Repeated : std::uint8_t {
   unknown,   ///< the data set does not say
-  touch,     ///< path, mounting and piece: another touch alone
-  patch,     ///< mounting and piece
-  mounting,  ///< piece
-  piece      ///< of several, some or none
+  touch,     ///< nothing else: path, mounting and piece are those of training trials
+  patch,     ///< the place on the mounted piece
+  mounting,  ///< and how it was mounted
+  piece      ///< and the piece
 };
 /// By what the data set says of its trials.
 Repeated repeated_in(const Dataset& dataset);
@@ -75,7 +75,7 @@ struct CampaignBeside {
   std::size_t trials = 0;
   std::vector<ExplorationResult> results;
 };
-/// Where its fabrics have several pieces these are left out in turn. Errors: evaluate_campaign()'s.
+/// Several pieces, else several mountings, are left out in turn. Errors: evaluate_campaign()'s.
 Result<CampaignBeside> evaluate_beside(Dataset dataset, EvaluateOptions options,
                                        const EvaluationSink& progress = {});
 

@@ -57,9 +57,10 @@ std::string_view repetition_note(Repeated repeated) {
     case Repeated::unknown:
       return "The data set does not say what of its cloth a trial touched. ";
     case Repeated::touch:
-      return "Every repetition retraces the path of the one before on the same mounted piece, as "
-             "in the paper (section IV-A): nothing is said about another place of it, another "
-             "mounting or another piece. ";
+      return "Every repetition retraces the path of the one before on the same mounted piece: "
+             "nothing is said about another place of it, another mounting or another piece. The "
+             "paper fastened each fabric once (section IV-A); it does not say whether the path was "
+             "retraced. ";
     case Repeated::patch:
       return "Every repetition touches another patch of a piece that was mounted once: nothing is "
              "said about another mounting or another piece. ";
@@ -316,7 +317,11 @@ std::string accuracy_section(const ReportInput& input) {
 std::vector<RepetitionRow> repetition_rows(const ReportInput& input) {
   std::vector<RepetitionRow> out;
   if (input.beside == nullptr || input.beside->empty() || input.results.empty()) return out;
-  out.push_back({std::string(to_string(repeated_in(input.dataset))), &input.results});
+  // Random splits: a piece or a mounting of several may be on both sides.
+  const Repeated own = repeated_in(input.dataset);
+  const bool is_mixed = own == Repeated::mounting || own == Repeated::piece;
+  out.push_back(
+      {is_mixed ? "this campaign, split at random" : std::string(to_string(own)), &input.results});
   for (const CampaignBeside& one : *input.beside)
     out.push_back({std::string(to_string(one.repeated)), &one.results});
   return out;
@@ -340,16 +345,20 @@ std::string repetition_section(const ReportInput& input) {
                "<span class=\"paper\">" + std::string(row.exploration) + "</span>",
                printed_share(row.pvalue), printed_share(row.pca), printed_share(row.all),
                std::string(no_value)});
-  return "<section>\n<h2>What a repetition is decides the accuracy</h2>\n"
-         "<p>The same fabrics, sensor and learners; what differs is how much of what was trained "
-         "on a test trial touches again. A path that is retraced gives the same texture under "
-         "each pad, so the trials of a fabric lie closer together than fabrics do; on a new patch "
-         "the texture is another draw of the same cloth; another piece also differs in stiffness, "
-         "thickness and roughness, by as much as similar fabrics do. The repeatability of path "
-         "and mounting decides, not the sensor\u2019s 37 Hz.</p>\n" +
+  std::string text =
+      "These campaigns differ in what is new in a test trial: the touch alone, the place on the "
+      "cloth, the mounting or the piece.";
+  if (input.dataset.info.kind == BenchKind::simulated)
+    text +=
+        " In the plant model a path that is retraced gives the same texture under each pad; a new "
+        "patch has another part of the same texture; another piece also differs in stiffness, "
+        "friction, thickness and roughness. The sensor and its rate are the same in all rows.";
+  return "<section>\n<h2>Accuracy by what is new in a test trial</h2>\n<p>" + text + "</p>\n" +
          figure("<div class=\"scroll\">" + table.finish() + "</div>\n",
                 "Mean accuracy, below it its 95 % interval (" + escape(interval_methods(all)) +
-                    "). Pieces are left out in turn, the rest is split at random.",
+                    "). Pieces and mountings of a campaign beside are left out in turn, the rest "
+                    "is split "
+                    "at random.",
                 badge_html(input)) +
          "</section>\n";
 }

@@ -100,8 +100,8 @@ std::string accuracy_lines(const std::vector<ExplorationResult>& results) {
 std::string repetition_lines(const ReportInput& input) {
   std::string out;
   for (const RepetitionRow& row : repetition_rows(input)) {
-    out += (out.empty() ? "\n  What a repetition is decides the accuracy [%]\n  " : "  ") +
-           row.text + "\n";
+    out += (out.empty() ? "\n  Accuracy [%] by what is new in a test trial\n  " : "  ") + row.text +
+           "\n";
     for (const ExplorationResult& result : *row.results) {
       out += "    " + padded(printable(result.exploration), name_width - 2) +
              accuracy_cell(result, Reduction::pvalue) + accuracy_cell(result, Reduction::pca) +

@@ -49,9 +49,10 @@ std::string share_text(const HandoverShare& share) {
 
 void add_beside_option(CLI::App& command, std::vector<std::filesystem::path>& beside) {
   command
-      .add_option("--beside", beside,
-                  "folders of campaigns that differ in what a repetition is: their accuracies "
-                  "beside this one's")
+      .add_option(
+          "--beside", beside,
+          "folders of campaigns with another \"repetition\", with commas between: show their "
+          "accuracies beside this one's")
       ->delimiter(',')
       ->check(CLI::ExistingDirectory);
 }

@@ -119,7 +119,7 @@ void add_trial_options(CLI::App& command, TrialChoice& choice) {
               "F_norm: l2 as in the paper, or rms for motions of different lengths");
   add_keyword(command, "--group", choice.group,
               {"recorded", "repetition", "mounting", "piece", "patch"},
-              "what makes the groups: as recorded, or what of its cloth a trial touched");
+              "group the trials as recorded, or by repetition, mounting, piece or patch");
   command.add_option("--scales", choice.scales, "imprints: scales of smoothing [taxels]")
       ->capture_default_str();
   command
@@ -380,7 +380,7 @@ Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialC
   if (is_sum && choice.group != "recorded")
     return fail({.code = Errc::unsupported,
                  .where = "--group",
-                 .what = "explorations side by side go by their repetitions",
+                 .what = "several explorations can only be grouped as recorded",
                  .got = choice.group,
                  .hint = "Take one exploration"});
   const std::string sha256 = dataset_sha256(*dataset);

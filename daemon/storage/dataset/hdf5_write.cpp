@@ -118,9 +118,9 @@ void write_trial_table(Writer& out, const Dataset& dataset, const DatasetDigest&
   quality("force_rms_error_n", &TrialQuality::force_rms_error_n);
   quality("force_in_band_fraction", &TrialQuality::force_in_band_fraction);
   out.attribute("/trials/force_rms_error_n", "unit", "N");
+  out.attribute("/trials/force_in_band_fraction", "unit", "1");
   write_places(out, records);
   write_rests(out, records);
-  out.attribute("/trials/force_in_band_fraction", "unit", "1");
 }
 
 /// `name`_samples of every trial; trial i starts where the earlier ones end, in `name`_first.

@@ -77,7 +77,7 @@ Result<std::uint32_t> read_count(const CsvReader& manifest, std::optional<std::s
   std::uint32_t out = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
   if (error != std::errc() || end != text.data() + text.size() || out == 0)
-    return manifest.complaint("not a number that counts from 1", "1 or more", text.substr(0, 40));
+    return manifest.complaint("not a whole number from 1 on", "1 or more", text.substr(0, 40));
   return out;
 }
 

@@ -150,38 +150,31 @@ Result<std::map<std::int64_t, std::vector<double>>> read_factor_values(sqlite::D
   return out;
 }
 
-/// Of every trial by its id whose place is known; empty in a file from before it was.
-Result<std::map<std::int64_t, TrialPlace>> read_places(sqlite::Database& database) {
-  std::map<std::int64_t, TrialPlace> out;
-  const auto tables = database.integer(has_table_sql, "trial_place");
+/// A table with a row for each trial, by the trial's id; empty in a file from before there was one.
+/// `sql`: its rows, the trial first.
+template <class Value>
+Result<std::map<std::int64_t, Value>> read_by_trial(sqlite::Database& database, const char* table,
+                                                    const char* sql,
+                                                    Value (*read)(const sqlite::Statement& row)) {
+  std::map<std::int64_t, Value> out;
+  const auto tables = database.integer(has_table_sql, table);
   if (!tables) return pass(tables.error());
   if (!*tables) return out;
-  const auto number = [](const sqlite::Statement& row, int column) {
-    return static_cast<std::uint32_t>(row.integer(column));
-  };
-  const Status done = database.each(
-      "SELECT trial, piece, mounting, patch FROM trial_place", [&](const sqlite::Statement& row) {
-        out[row.integer(0)] = {number(row, 1), number(row, 2), number(row, 3)};
-      });
+  const Status done =
+      database.each(sql, [&](const sqlite::Statement& row) { out[row.integer(0)] = read(row); });
   if (!done) return pass(done.error());
   return out;
 }
 
-/// Of every trial by its id whose rest was measured; empty in a file from before it was.
-Result<std::map<std::int64_t, RestForces>> read_rests(sqlite::Database& database) {
-  std::map<std::int64_t, RestForces> out;
-  const auto tables = database.integer(has_table_sql, "trial_rest");
-  if (!tables) return pass(tables.error());
-  if (!*tables) return out;
-  const Status done =
-      database.each("SELECT trial, weight_n, before_n, after_n FROM trial_rest",
-                    [&](const sqlite::Statement& row) {
-                      constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-                      out[row.integer(0)] = {row.real(1), real_or_nothing(row, 2).value_or(unknown),
-                                             real_or_nothing(row, 3).value_or(unknown)};
-                    });
-  if (!done) return pass(done.error());
-  return out;
+TrialPlace place_of(const sqlite::Statement& row) {
+  const auto number = [&](int column) { return static_cast<std::uint32_t>(row.integer(column)); };
+  return {number(1), number(2), number(3)};
+}
+
+RestForces rest_of(const sqlite::Statement& row) {
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  return {row.real(1), real_or_nothing(row, 2).value_or(unknown),
+          real_or_nothing(row, 3).value_or(unknown)};
 }
 
 /// Unique within a campaign, and says what it is: "0007-Denim-M1-r03", with "-a1" for a second
@@ -306,9 +299,12 @@ Status read_trials(sqlite::Database& database, const CampaignLoadOptions& option
   if (!chunks) return pass(std::move(chunks).error());
   auto factors = read_factor_values(database, dataset.info);
   if (!factors) return pass(std::move(factors).error());
-  const auto places = read_places(database);
+  const auto places = read_by_trial(
+      database, "trial_place", "SELECT trial, piece, mounting, patch FROM trial_place", &place_of);
   if (!places) return pass(places.error());
-  const auto rests = read_rests(database);
+  const auto rests =
+      read_by_trial(database, "trial_rest",
+                    "SELECT trial, weight_n, before_n, after_n FROM trial_rest", &rest_of);
   if (!rests) return pass(rests.error());
   std::map<std::pair<std::string, std::string>, std::uint32_t> ended_early;
   const auto read_trial = [&](const sqlite::Statement& row) -> Status {

@@ -149,7 +149,7 @@ TEST_CASE("On a real bench a person is asked for each mounting, by piece and num
   REQUIRE(step);
   const std::string text = step_prompt(plan, 1, *step).text;
   CHECK(text.find("piece 2") != std::string::npos);
-  CHECK(text.find("no. 2") != std::string::npos);
+  CHECK(text.find("mounting 2") != std::string::npos);
   CHECK(check_recipe(recipe(2, ""), real).plan->forecast.prompts == 2);
 }
 

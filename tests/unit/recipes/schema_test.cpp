@@ -63,8 +63,8 @@ struct Case {
 }  // namespace
 
 TEST_CASE("The library's recipes pass schema and parser") {
-  for (const char* name : {"m1", "m2", "m3-diagonal", "khan2016", "khan2016-patches", "khan2016-pieces", "vibro-slide", "vibrotactile",
-                           "pilot-force-speed"}) {
+  for (const char* name : {"m1", "m2", "m3-diagonal", "khan2016", "khan2016-patches",
+                           "khan2016-pieces", "vibro-slide", "vibrotactile", "pilot-force-speed"}) {
     const std::string recipe = source_file("recipes/library/" + std::string(name) + ".json");
     INFO(name);
     RigLimits has_vibration = test::limits();
