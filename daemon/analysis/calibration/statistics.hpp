@@ -33,11 +33,11 @@ struct Statistic {
 /// 1 modulation           cloth  log      typical sd of zd in a window
 ///   modulation_median    all    log      median of the cloths'
 ///   modulation_between   all    log      sd between cloths of ln modulation        (2 cloths)
-///   modulation_within    all    log      pooled sd within cloths over windows of the same
+///   modulation_within    all    log      pooled sd within cells over windows of the same
 /// 2 modulation_stroke    cloth  log      typical sd of z over the stroke
-///   band_0.01 .. band_1  cloth  log      typical rms of zd from this wave number to the next of
-///                                        .01 .03 .1 .3 1 1.75 /mm (Hann); not where the band
-///                                        reaches beyond Nyquist or has no wave of the stroke
+///   band_0.01, _0.03,    cloth  log      typical rms of zd from this wave number [1/mm] to the
+///   _0.1, _0.3, _1                       next, the last to 1.75 (Hann window); of strokes that
+///                                        hold a wave of it and sample all of it
 ///   peak                 cloth  log      [1/mm] geometric middle of the band with the largest rms
 /// 3 noise                all    log      [counts] n = sqrt(mean (third difference)^2 / 20), median
 ///   noise_s0, _k1, _k2   all    natural  [counts; counts; 1] n^2 = s0^2 + k1 L + k2 L^2, each >= 0
