@@ -50,8 +50,7 @@ Result<std::vector<Source>> complete_sources(std::span<const Dataset> datasets) 
   for (const Source& source : out) {
     if (source.trial->taxels != out.front().trial->taxels)
       return refuse(source, "trials of different numbers of channels",
-                    std::to_string(out.front().trial->taxels),
-                    std::to_string(source.trial->taxels),
+                    std::to_string(out.front().trial->taxels), std::to_string(source.trial->taxels),
                     "Calibrate on the recordings of one sensor at a time");
     if (!(source.dataset->info.taxel_rate_hz > 0))
       return refuse(source, "the sample rate is not known", {}, {},
@@ -222,8 +221,7 @@ Status choose_channels(const std::vector<Source>& sources, const std::vector<Row
   if (view.recorded.empty() || 2 * clipped.size() > view.recorded_channels)
     return fail({.code = Errc::measurement,
                  .what = "clipped: " + channel_names(clipped) + " of " +
-                         std::to_string(view.recorded_channels) +
-                         " stay at a limit of their range",
+                         std::to_string(view.recorded_channels) + " stay at a limit of their range",
                  .expected = "at most 1 % of a channel's samples, in half of the channels",
                  .hint = "Record again with less force or gain"});
   if (!constant.empty())
@@ -240,8 +238,7 @@ Status choose_channels(const std::vector<Source>& sources, const std::vector<Row
 std::string conditions_of(const Source& source) {
   std::vector<std::string> parts{source.record->spec.exploration};
   for (const double factor : source.record->spec.factors) parts.push_back(general(factor));
-  if (source.dataset->info.source == "fabricslide")
-    parts.push_back(speed_word(source.trial->file));
+  if (source.dataset->info.source == "fabricslide") parts.push_back(speed_word(source.trial->file));
   std::erase(parts, "");
   return joined(parts, " ");
 }
@@ -265,8 +262,7 @@ double unloaded_level(const classifier::Trial& trial, const Rows& rest, std::siz
   return median(std::move(values)).value_or(0);
 }
 
-void add_counts(const Source& source, const Rows& rows, const RecordingView& view,
-                Stroke& stroke) {
+void add_counts(const Source& source, const Rows& rows, const RecordingView& view, Stroke& stroke) {
   const Rows rest = samples_of(Phase::rest, *source.trial);
   for (const std::size_t channel : view.recorded) {
     const double unloaded = unloaded_level(*source.trial, rest, channel);
@@ -290,13 +286,13 @@ class Numbering {
                   std::to_string(stroke.mounting) + " / patch " + std::to_string(stroke.patch);
     const std::uint32_t counted = strokes_[stroke.cell]++;
     const std::string& kind = source.dataset->info.source;
-    stroke.repetition = kind == "campaign" || kind == "fabricslide" ? source.record->spec.repetition
-                                                                    : counted;
+    stroke.repetition =
+        kind == "campaign" || kind == "fabricslide" ? source.record->spec.repetition : counted;
   }
 
  private:
-  std::map<std::string, std::map<std::tuple<std::size_t, std::uint32_t, std::uint32_t>,
-                                 std::uint32_t>>
+  std::map<std::string,
+           std::map<std::tuple<std::size_t, std::uint32_t, std::uint32_t>, std::uint32_t>>
       mountings_;
   std::map<std::string, std::uint32_t> strokes_;
 };

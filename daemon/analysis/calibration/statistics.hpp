@@ -39,10 +39,10 @@ struct Statistic {
 ///   _0.1, _0.3, _1                       next, the last to 1.75 (Hann window); of strokes that
 ///                                        hold a wave of it and sample all of it
 ///   peak                 cloth  log      [1/mm] geometric middle of the band with the largest rms
-/// 3 noise                all    log      [counts] n = sqrt(mean (third difference)^2 / 20), median
+/// 3 (strokes with the finest pitch only)
+///   noise                all    log      [counts] n = sqrt(mean (third difference)^2 / 20), median
 ///   noise_s0, _k1, _k2   all    natural  [counts; counts; 1] n^2 = s0^2 + k1 L + k2 L^2, each >= 0
 ///   noise_exponent       all    natural  slope of ln n on ln L
-///                                        (3: strokes with the finest pitch only)
 /// 4 level_spread         all    log      sd over channels of ln L, median of strokes
 /// 5 pattern_path         all    log      sd of the pattern (ln L of a window less its mean over
 ///   pattern_patch        all    log      channels) between repetitions at one place, between
@@ -56,7 +56,7 @@ struct Statistic {
 ///                                        (IQR / 1.349) from their median
 /// 8 repetition           all    fisher_z largest mean correlation (over channels) of zd of two
 ///                                        strokes of a cell over lags of +-4 samples, median
-///   repetition_lag       all    natural  [mm] sd of that lag
+///   repetition_lag       all    natural  [mm] sd of that lag (strokes with the finest pitch)
 ///   control              all    fisher_z the same with a stroke of another cloth
 /// The ninth, intraclass correlation of features, needs the classifier and is not computed here.
 struct StatisticSet {
