@@ -49,7 +49,8 @@ struct Statistic {
 ///   pattern_mounting     all    log      places of one mounting, between mountings of one cloth
 ///                                        (variance components, unbalanced; rms over channels)
 /// 6 neighbours, far      all    fisher_z correlation of zd of channels side by side, and of the
-///                                        pairs that are furthest apart (square arrays only)
+///                                        four pairs of corners on one side (square arrays only;
+///                                        typical over windows, of the mean over pairs)
 ///   common_share         all    logit    var(mean over channels of zd) / mean of var(zd)
 /// 7 drift                cloth  log      |slope of x| x duration / L, typical
 ///   jumps                cloth  logit    share of first differences further than 5 robust sd
