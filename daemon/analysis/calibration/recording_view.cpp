@@ -119,7 +119,7 @@ std::optional<double> stage_speed(const Source& source, const Rows& rows) {
 }
 
 /// "V-10" of "Denim_F120_V-10mmps_0.csv": direction and speed; empty for other names.
-std::string speed_word(const std::string& file) {
+std::string direction_and_speed(const std::string& file) {
   const std::size_t end = file.rfind("mmps_");
   const std::size_t from = file.rfind("_V", end);
   if (end == std::string::npos || from == std::string::npos) return {};
@@ -127,7 +127,7 @@ std::string speed_word(const std::string& file) {
 }
 
 std::optional<double> name_speed(const std::string& file) {
-  const std::string word = speed_word(file);
+  const std::string word = direction_and_speed(file);
   double speed_mm_s = 0;
   const char* const end = word.data() + word.size();
   if (word.size() < 2 || std::from_chars(word.data() + 1, end, speed_mm_s).ptr != end ||
@@ -137,10 +137,11 @@ std::optional<double> name_speed(const std::string& file) {
 }
 
 Result<double> find_speed(const Source& source, const Rows& rows, const ViewOptions& options) {
-  if (options.speed_mps && !(*options.speed_mps > 0))
+  if (options.speed_mps && !(*options.speed_mps > 0 && std::isfinite(*options.speed_mps)))
     return fail({.code = Errc::invalid_argument,
                  .where = "--speed-mm-s",
-                 .what = "the speed is not positive"});
+                 .what = "the speed is not a positive number",
+                 .got = general(*options.speed_mps * 1e3)});
   std::optional<double> speed = options.speed_mps;
   if (!speed) speed = factor_speed(source);
   if (!speed) speed = stage_speed(source, rows);
@@ -238,7 +239,8 @@ Status choose_channels(const std::vector<Source>& sources, const std::vector<Row
 std::string conditions_of(const Source& source) {
   std::vector<std::string> parts{source.record->spec.exploration};
   for (const double factor : source.record->spec.factors) parts.push_back(general(factor));
-  if (source.dataset->info.source == "fabricslide") parts.push_back(speed_word(source.trial->file));
+  if (source.dataset->info.source == "fabricslide")
+    parts.push_back(direction_and_speed(source.trial->file));
   std::erase(parts, "");
   return joined(parts, " ");
 }

@@ -1,6 +1,6 @@
 #pragma once
-// Statistics of strokes by which recordings and simulation are compared: of signals, never of an
-// answer. All are pure functions of a view; order and seed decide nothing but what they say.
+// Statistics of strokes, by which a simulation is compared with recordings: of signals, never of a
+// classifier's accuracy. Pure functions of a view.
 
 #include <cstddef>
 #include <span>

@@ -162,6 +162,7 @@ TEST_CASE("An unknown speed is refused with the option that states it") {
   CHECK(error.hint.find("--speed-mm-s") != std::string::npos);
   CHECK(refused(campaign(), 0.0).code == Errc::invalid_argument);
   CHECK(refused(campaign(), std::nan("")).code == Errc::invalid_argument);
+  CHECK(refused(campaign(), INFINITY).code == Errc::invalid_argument);
 }
 
 TEST_CASE("Constant channels are left out; where all are, nothing can be calibrated") {
