@@ -31,6 +31,7 @@ weft_module(daemon/pages/plot USES daemon/base/text classifier/vibro)
 # analysis: what is computed and shown about data that exist
 weft_module(daemon/analysis/report USES daemon/campaign daemon/pages/plot)
 weft_module(daemon/analysis/tradeoff RECURSE USES daemon/pages/plot daemon/storage/recordings classifier/live recipes sim/devices)
+weft_module(daemon/analysis/calibration USES daemon/storage/dataset sim/plant SYSTEM Eigen3::Eigen)
 weft_module(daemon/analysis/design USES daemon/analysis/report daemon/analysis/tradeoff classifier/design)
 weft_module(daemon/analysis/imprint USES daemon/pages/plot daemon/storage/imprints sim/plant)
 weft_module(daemon/analysis/handover USES daemon/analysis/report daemon/analysis/tradeoff daemon/analysis/imprint)
@@ -56,7 +57,7 @@ weft_module(daemon/apps/weft_rig USES daemon/apps/weft)
 set(WEFT_DAEMON_MODULES
     base/file base/text base/version base/loop hardware/link hardware/plugins hardware/rig
     storage/dataset storage/recorder storage/recordings storage/certificate storage/imprints campaign/orders campaign campaign/diagnostics pages/plot
-    analysis/report analysis/tradeoff analysis/design analysis/imprint analysis/handover
+    analysis/report analysis/tradeoff analysis/calibration analysis/design analysis/imprint analysis/handover
     service/rpc service/client service/web service/transport service/run_model service/run_store service/runs
     service/handover service/methods service/notify service/daemon
     apps/weft apps/weft_rig)
