@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <thread>
 
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/features/feature_matrix.hpp"
+#include "daemon/analysis/report/confounding.hpp"
 #include "daemon/base/text/format.hpp"
 
 namespace weft::daemon {
@@ -41,12 +43,30 @@ classifier::TrainOptions train_options(const EvaluateOptions& options, Reduction
   return train;
 }
 
+/// Every reduction on `splits`, without the levels of the trials' motion.
+Result<std::vector<ReductionResult>> evaluate_without_level(
+    std::vector<classifier::Trial> trials, std::span<const classifier::Split> splits,
+    const EvaluateOptions& options) {
+  for (classifier::Trial& trial : trials)
+    if (Status ok = classifier::without_level(trial, Phase::motion); !ok) return pass(ok.error());
+  const auto matrix = classifier::build_feature_matrix(trials, {}, options.threads);
+  if (!matrix) return pass(matrix.error());
+  std::vector<ReductionResult> out;
+  for (const Reduction reduction : reductions) {
+    auto evaluation = classifier::evaluate(*matrix, splits, train_options(options, reduction));
+    if (!evaluation) return pass(evaluation.error(), "levels removed");
+    out.push_back({reduction, std::move(*evaluation)});
+  }
+  return out;
+}
+
 // The steps of one exploration, each announced before it starts.
-Result<ExplorationResult> evaluate_exploration(const std::string& exploration,
-                                               const std::vector<classifier::Trial>& trials,
+Result<ExplorationResult> evaluate_exploration(const Dataset& dataset,
+                                               const std::string& exploration,
                                                const EvaluateOptions& options,
                                                const classifier::SecondsNow& seconds_now,
                                                StepAnnouncer& announce) {
+  const std::vector<classifier::Trial> trials = complete_trials(dataset, exploration);
   ExplorationResult out;
   out.exploration = exploration;
   out.trials = trials.size();
@@ -71,7 +91,16 @@ Result<ExplorationResult> evaluate_exploration(const std::string& exploration,
     if (!evaluation) return pass(evaluation.error(), classifier::to_string(reduction));
     out.reductions.push_back({reduction, std::move(*evaluation)});
   }
-  announce(exploration + ": labels in random order");
+  out.confounded = shares_mountings(dataset, matrix->files, *splits);
+  const bool without_level = out.confounded && options.level_splits > 0;
+  announce(exploration + ": labels in random order" + (without_level ? ", levels removed" : ""));
+  if (without_level) {
+    const auto some =
+        std::span(*splits).first(std::min(options.level_splits, splits->size()));
+    auto results = evaluate_without_level(trials, some, options);
+    if (!results) return pass(results.error());
+    out.level_removed = std::move(*results);
+  }
   const auto permuted =
       classifier::evaluate_permuted(*matrix, train_options(options, Reduction::pvalue),
                                     {options.train_fraction, label_permutations, 1});
@@ -82,10 +111,15 @@ Result<ExplorationResult> evaluate_exploration(const std::string& exploration,
 
 }  // namespace
 
-const classifier::Evaluation* ExplorationResult::find(Reduction reduction) const {
-  for (const ReductionResult& result : reductions)
+const classifier::Evaluation* find(const std::vector<ReductionResult>& results,
+                                   Reduction reduction) {
+  for (const ReductionResult& result : results)
     if (result.reduction == reduction) return &result.evaluation;
   return nullptr;
+}
+
+const classifier::Evaluation* ExplorationResult::find(Reduction reduction) const {
+  return daemon::find(reductions, reduction);
 }
 
 Repeated repeated_in(const Dataset& dataset) {
@@ -122,6 +156,7 @@ Result<CampaignBeside> evaluate_beside(Dataset dataset, EvaluateOptions options,
   CampaignBeside out{dataset.info.name, repeated_in(dataset), dataset.trials.size(), {}};
   const bool by_piece = out.repeated == Repeated::piece;
   options.leave_groups_out = by_piece || out.repeated == Repeated::mounting;
+  options.level_splits = 0;
   for (std::size_t i = 0; options.leave_groups_out && i < dataset.trials.size(); ++i) {
     TrialSpec& spec = dataset.records[i].spec;
     spec.group = std::to_string(by_piece ? spec.place.piece : spec.place.mounting);
@@ -155,8 +190,7 @@ Result<std::vector<ExplorationResult>> evaluate_campaign(const Dataset& dataset,
   StepAnnouncer announce{progress, {0, explorations.size() * steps_per_exploration, {}}};
   std::vector<ExplorationResult> out;
   for (const std::string& exploration : explorations) {
-    auto result = evaluate_exploration(exploration, complete_trials(dataset, exploration), options,
-                                       seconds_now, announce);
+    auto result = evaluate_exploration(dataset, exploration, options, seconds_now, announce);
     if (!result) return pass(result.error(), exploration);
     out.push_back(std::move(*result));
   }

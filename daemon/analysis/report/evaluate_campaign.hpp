@@ -21,6 +21,9 @@ struct EvaluateOptions {
   std::size_t threads = 0;      ///< 0: one per core; the figures do not depend on it
   /// The trials' groups are left out in turn, in the place of random splits.
   bool leave_groups_out = false;
+  /// Of the splits so many, at most, are tried without levels too where label and mounting are
+  /// confounded.
+  std::size_t level_splits = 10;
 };
 
 struct ReductionResult {
@@ -39,10 +42,17 @@ struct ExplorationResult {
   /// what chance looks like.
   double permuted_accuracy = 0;
   std::vector<ReductionResult> reductions;  ///< pvalue, pca, all
+  bool confounded = false;                  ///< label and mounting, see shares_mountings()
+  /// The same on the first splits, each pad's mean of phase M subtracted; empty: not confounded.
+  std::vector<ReductionResult> level_removed;
 
   /// nullptr when it was not evaluated.
   [[nodiscard]] const classifier::Evaluation* find(classifier::Reduction reduction) const;
 };
+
+/// nullptr when it is not among them.
+const classifier::Evaluation* find(const std::vector<ReductionResult>& results,
+                                   classifier::Reduction reduction);
 
 /// How the intervals were computed, for the reader of a report.
 std::string interval_methods(const std::vector<ExplorationResult>& results);

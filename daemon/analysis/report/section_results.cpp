@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "classifier/fabric/model.hpp"
+#include "daemon/analysis/report/confounding.hpp"
 #include "daemon/analysis/report/paper.hpp"
 #include "daemon/analysis/report/report.hpp"
 #include "daemon/base/text/format.hpp"
@@ -20,8 +21,8 @@ using svg::Canvas;
 
 constexpr double figure_width = 560;  // fits a phone without scrolling
 
-std::string ours(const ExplorationResult& result, Reduction reduction) {
-  const classifier::Evaluation* e = result.find(reduction);
+std::string ours(const std::vector<ReductionResult>& results, Reduction reduction) {
+  const classifier::Evaluation* e = find(results, reduction);
   if (e == nullptr) return std::string(no_value);
   return percent(e->accuracy, 2) + "<span class=\"interval-text\">" + percent(e->ci95.low, 2) +
          " to " + percent(e->ci95.high, 2) + "</span>";
@@ -35,10 +36,16 @@ std::string printed_share(double share) {
 std::string accuracy_table(const std::vector<ExplorationResult>& results) {
   HtmlTable table({"exploration", "p-value selection [%]", "PCA [%]", "all features [%]",
                    "labels shuffled [%]"});
-  for (const ExplorationResult& result : results)
-    table.row({escape(result.exploration) + ", this run", ours(result, Reduction::pvalue),
-               ours(result, Reduction::pca), ours(result, Reduction::all),
-               percent(result.permuted_accuracy)});
+  for (const ExplorationResult& result : results) {
+    const auto add = [&](const std::string& what, const std::vector<ReductionResult>& reached,
+                         const std::string& shuffled) {
+      table.row({escape(result.exploration) + what, ours(reached, Reduction::pvalue),
+                 ours(reached, Reduction::pca), ours(reached, Reduction::all), shuffled});
+    };
+    add(", this run", result.reductions, percent(result.permuted_accuracy));
+    if (!result.level_removed.empty())
+      add(", levels removed", result.level_removed, std::string(no_value));
+  }
   for (const paper::Accuracy& row : paper::accuracies_beside(results))
     table.row(
         {"<span class=\"paper\">" + std::string(row.exploration) + ", paper, real fabrics</span>",
@@ -74,6 +81,16 @@ std::string_view repetition_note(Repeated repeated) {
   return {};
 }
 
+/// That label and mounting are one, and of how many splits the rows are that show how much.
+std::string confounding_note(const ExplorationResult& result) {
+  if (!result.confounded) return {};
+  std::string out = "Here " + std::string(confounded_with_mounting) + ". ";
+  if (!result.level_removed.empty())
+    out += "\u201cLevels removed\u201d: each pad minus its mean of phase M, " +
+           format_split(result.level_removed.front().evaluation) + ". ";
+  return out;
+}
+
 std::string format_method(const ReportInput& input, const ExplorationResult& result,
                           const classifier::Evaluation& e) {
   const std::size_t classes = e.confusion.classes();
@@ -82,6 +99,7 @@ std::string format_method(const ReportInput& input, const ExplorationResult& res
                     thousands(classifier::pair_count(classes)) + " cores) votes. Mean over " +
                     format_split(e) + " of the trials into training and test part. ";
   out += repetition_note(repeated_in(input.dataset));
+  out += confounding_note(result);
   if (classes > 0)
     out += "With its labels in random order the same method gets " +
            percent(result.permuted_accuracy) + " %, where chance is " +
@@ -335,8 +353,9 @@ std::string repetition_section(const ReportInput& input) {
   std::vector<ExplorationResult> all;
   for (const RepetitionRow& row : rows)
     for (const ExplorationResult& result : *row.results) {
-      table.row({escape(row.text), escape(result.exploration), ours(result, Reduction::pvalue),
-                 ours(result, Reduction::pca), ours(result, Reduction::all),
+      table.row({escape(row.text), escape(result.exploration),
+                 ours(result.reductions, Reduction::pvalue), ours(result.reductions, Reduction::pca),
+                 ours(result.reductions, Reduction::all),
                  percent(result.permuted_accuracy)});
       all.push_back(result);
     }
