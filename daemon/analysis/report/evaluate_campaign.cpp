@@ -16,9 +16,13 @@ namespace {
 using classifier::Reduction;
 
 constexpr std::array reductions = {Reduction::pvalue, Reduction::pca, Reduction::all};
-constexpr std::size_t steps_per_exploration = 2 + reductions.size();
 constexpr std::size_t label_permutations = 8;  // one alone is off chance by a point or two
+constexpr std::size_t best_permutations = 1;   // costs as much as two or three splits of it
 constexpr std::size_t timed_trials = 32;       // enough for a mean, few enough to cost nothing
+
+std::size_t steps_per_exploration(const EvaluateOptions& options) {
+  return 2 + reductions.size() + (options.best_splits > 0 ? 1 : 0);
+}
 
 // Spread over the campaign, so that every kind of cloth is among them.
 Result<double> time_features(const std::vector<classifier::Trial>& trials,
@@ -41,6 +45,24 @@ classifier::TrainOptions train_options(const EvaluateOptions& options, Reduction
   train.seed = options.seed;
   train.threads = options.threads;
   return train;
+}
+
+std::span<const classifier::Split> first(const std::vector<classifier::Split>& splits,
+                                         std::size_t most) {
+  return std::span(splits).first(std::min(most, splits.size()));
+}
+
+Result<BestResult> evaluate_best(const classifier::FeatureMatrix& matrix,
+                                 std::span<const classifier::Split> splits,
+                                 const EvaluateOptions& options) {
+  constexpr auto learner = classifier::Learner::best;
+  const classifier::TrainOptions train = train_options(options, Reduction::pvalue);
+  auto evaluation = classifier::evaluate(matrix, splits, learner, train);
+  if (!evaluation) return pass(evaluation.error(), "best");
+  const auto permuted = classifier::evaluate_permuted(
+      matrix, learner, train, {options.train_fraction, best_permutations, 1});
+  if (!permuted) return pass(permuted.error(), "best");
+  return BestResult{std::move(*evaluation), permuted->mean};
 }
 
 /// Every reduction on `splits`, without the levels of the trials' motion.
@@ -95,9 +117,7 @@ Result<ExplorationResult> evaluate_exploration(const Dataset& dataset,
   const bool without_level = out.confounded && options.level_splits > 0;
   announce(exploration + ": labels in random order" + (without_level ? ", levels removed" : ""));
   if (without_level) {
-    const auto some =
-        std::span(*splits).first(std::min(options.level_splits, splits->size()));
-    auto results = evaluate_without_level(trials, some, options);
+    auto results = evaluate_without_level(trials, first(*splits, options.level_splits), options);
     if (!results) return pass(results.error());
     out.level_removed = std::move(*results);
   }
@@ -106,6 +126,11 @@ Result<ExplorationResult> evaluate_exploration(const Dataset& dataset,
                                     {options.train_fraction, label_permutations, 1});
   if (!permuted) return pass(permuted.error());
   out.permuted_accuracy = permuted->mean;
+  if (options.best_splits == 0) return out;
+  announce(exploration + ": best");
+  auto best = evaluate_best(*matrix, first(*splits, options.best_splits), options);
+  if (!best) return pass(best.error());
+  out.best = std::move(*best);
   return out;
 }
 
@@ -174,6 +199,9 @@ std::string interval_methods(const std::vector<ExplorationResult>& results) {
     for (const ReductionResult& r : result.reductions)
       figures.emplace_back(result.exploration + " " + std::string(to_string(r.reduction)),
                            r.evaluation.ci95.method);
+  for (const ExplorationResult& result : results)
+    if (result.best)
+      figures.emplace_back(result.exploration + " best", result.best->scores.ci95.method);
   return methods_text(figures);
 }
 
@@ -187,7 +215,7 @@ Result<std::vector<ExplorationResult>> evaluate_campaign(const Dataset& dataset,
     return fail({.code = Errc::invalid_argument,
                  .where = dataset.info.name,
                  .what = "no complete trial to evaluate"});
-  StepAnnouncer announce{progress, {0, explorations.size() * steps_per_exploration, {}}};
+  StepAnnouncer announce{progress, {0, explorations.size() * steps_per_exploration(options), {}}};
   std::vector<ExplorationResult> out;
   for (const std::string& exploration : explorations) {
     auto result = evaluate_exploration(dataset, exploration, options, seconds_now, announce);

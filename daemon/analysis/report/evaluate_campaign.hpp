@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,6 +25,15 @@ struct EvaluateOptions {
   /// Of the splits so many, at most, are tried without levels too where label and mounting are
   /// confounded.
   std::size_t level_splits = 10;
+  /// Of the splits so many, at most, are tried with Learner::best too, which trains some hundred
+  /// times as long; 0: none.
+  std::size_t best_splits = 0;
+};
+
+/// What a choice by cross-validation comes to.
+struct BestResult {
+  classifier::Scores scores;     ///< on the first splits
+  double permuted_accuracy = 0;  ///< labels in random order
 };
 
 struct ReductionResult {
@@ -45,6 +55,7 @@ struct ExplorationResult {
   bool confounded = false;                  ///< label and mounting, see shares_mountings()
   /// The same on the first splits, each pad's mean of phase M subtracted; empty: not confounded.
   std::vector<ReductionResult> level_removed;
+  std::optional<BestResult> best;  ///< where it was asked for
 
   /// nullptr when it was not evaluated.
   [[nodiscard]] const classifier::Evaluation* find(classifier::Reduction reduction) const;

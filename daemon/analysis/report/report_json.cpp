@@ -77,6 +77,9 @@ ordered_json result_json(const ExplorationResult& result) {
   for (const ReductionResult& r : result.level_removed)
     out["level_removed"][std::string(classifier::to_string(r.reduction))] =
         accuracy_json(r.evaluation);
+  if (!result.best) return out;
+  out["best"] = accuracy_json(result.best->scores);
+  out["best"]["permuted_accuracy"] = result.best->permuted_accuracy;
   return out;
 }
 

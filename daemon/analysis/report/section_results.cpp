@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "classifier/fabric/model.hpp"
+#include "daemon/analysis/report/accuracy_cells.hpp"
 #include "daemon/analysis/report/confounding.hpp"
 #include "daemon/analysis/report/paper.hpp"
 #include "daemon/analysis/report/report.hpp"
@@ -21,26 +22,15 @@ using svg::Canvas;
 
 constexpr double figure_width = 560;  // fits a phone without scrolling
 
-std::string ours(const std::vector<ReductionResult>& results, Reduction reduction) {
-  const classifier::Evaluation* e = find(results, reduction);
-  if (e == nullptr) return std::string(no_value);
-  return percent(e->accuracy, 2) + "<span class=\"interval-text\">" + percent(e->ci95.low, 2) +
-         " to " + percent(e->ci95.high, 2) + "</span>";
-}
-
-std::string printed_share(double share) {
-  return share < 0 ? "<span class=\"dim\">not printed</span>"
-                   : "<span class=\"paper\">" + percent(share, 0) + "</span>";
-}
-
 std::string accuracy_table(const std::vector<ExplorationResult>& results) {
   HtmlTable table({"exploration", "p-value selection [%]", "PCA [%]", "all features [%]",
                    "labels shuffled [%]"});
   for (const ExplorationResult& result : results) {
     const auto add = [&](const std::string& what, const std::vector<ReductionResult>& reached,
                          const std::string& shuffled) {
-      table.row({escape(result.exploration) + what, ours(reached, Reduction::pvalue),
-                 ours(reached, Reduction::pca), ours(reached, Reduction::all), shuffled});
+      table.row({escape(result.exploration) + what, accuracy_html(reached, Reduction::pvalue),
+                 accuracy_html(reached, Reduction::pca), accuracy_html(reached, Reduction::all),
+                 shuffled});
     };
     add(", this run", result.reductions, percent(result.permuted_accuracy));
     if (!result.level_removed.empty())
@@ -49,7 +39,7 @@ std::string accuracy_table(const std::vector<ExplorationResult>& results) {
   for (const paper::Accuracy& row : paper::accuracies_beside(results))
     table.row(
         {"<span class=\"paper\">" + std::string(row.exploration) + ", paper, real fabrics</span>",
-         printed_share(row.pvalue), printed_share(row.pca), printed_share(row.all),
+         printed_share_html(row.pvalue), printed_share_html(row.pca), printed_share_html(row.all),
          std::string(no_value)});
   return table.finish();
 }
@@ -330,56 +320,6 @@ std::string accuracy_section(const ReportInput& input) {
   out += "<div class=\"pair\">\n";
   for (const ExplorationResult& result : input.results) out += confusion_figure(result, badge);
   return out + "</div>\n</section>\n";
-}
-
-std::vector<RepetitionRow> repetition_rows(const ReportInput& input) {
-  std::vector<RepetitionRow> out;
-  if (input.beside == nullptr || input.beside->empty() || input.results.empty()) return out;
-  // Random splits: a piece or a mounting of several may be on both sides.
-  const Repeated own = repeated_in(input.dataset);
-  const bool is_mixed = own == Repeated::mounting || own == Repeated::piece;
-  out.push_back(
-      {is_mixed ? "this campaign, split at random" : std::string(to_string(own)), &input.results});
-  for (const CampaignBeside& one : *input.beside)
-    out.push_back({std::string(to_string(one.repeated)), &one.results});
-  return out;
-}
-
-std::string repetition_section(const ReportInput& input) {
-  const std::vector<RepetitionRow> rows = repetition_rows(input);
-  if (rows.empty()) return {};
-  HtmlTable table({"what is asked about", "exploration", "p-value selection [%]", "PCA [%]",
-                   "all features [%]", "labels shuffled [%]"});
-  std::vector<ExplorationResult> all;
-  for (const RepetitionRow& row : rows)
-    for (const ExplorationResult& result : *row.results) {
-      table.row({escape(row.text), escape(result.exploration),
-                 ours(result.reductions, Reduction::pvalue), ours(result.reductions, Reduction::pca),
-                 ours(result.reductions, Reduction::all),
-                 percent(result.permuted_accuracy)});
-      all.push_back(result);
-    }
-  for (const paper::Accuracy& row : paper::accuracies_beside(input.results))
-    table.row({"<span class=\"paper\">paper, real fabrics</span>",
-               "<span class=\"paper\">" + std::string(row.exploration) + "</span>",
-               printed_share(row.pvalue), printed_share(row.pca), printed_share(row.all),
-               std::string(no_value)});
-  std::string text =
-      "These campaigns differ in what is new in a test trial: the touch alone, the place on the "
-      "cloth, the mounting or the piece.";
-  if (input.dataset.info.kind == BenchKind::simulated)
-    text +=
-        " In the plant model a path that is retraced gives the same texture under each pad; a new "
-        "patch has another part of the same texture; another piece also differs in stiffness, "
-        "friction, thickness and roughness. The sensor and its rate are the same in all rows.";
-  return "<section>\n<h2>Accuracy by what is new in a test trial</h2>\n<p>" + text + "</p>\n" +
-         figure("<div class=\"scroll\">" + table.finish() + "</div>\n",
-                "Mean accuracy, below it its 95 % interval (" + escape(interval_methods(all)) +
-                    "). Pieces and mountings of a campaign beside are left out in turn, the rest "
-                    "is split "
-                    "at random.",
-                badge_html(input)) +
-         "</section>\n";
 }
 
 std::string core_section(const ReportInput& input) {

@@ -67,12 +67,13 @@ std::string run_lines(const ReportInput& input) {
   return out + "  data set  " + (run.dataset_sha256.empty() ? "none" : run.dataset_sha256) + "\n";
 }
 
+std::string with_interval(const classifier::Scores& e) {
+  return percent(e.accuracy) + " (" + percent(e.ci95.low) + "-" + percent(e.ci95.high) + ")";
+}
+
 std::string accuracy_cell(const std::vector<ReductionResult>& results, Reduction reduction) {
   const classifier::Evaluation* e = find(results, reduction);
-  if (e == nullptr) return padded("-", cell_width);
-  return padded(
-      percent(e->accuracy) + " (" + percent(e->ci95.low) + "-" + percent(e->ci95.high) + ")",
-      cell_width);
+  return padded(e == nullptr ? "-" : with_interval(*e), cell_width);
 }
 
 std::string accuracy_line(const std::string& name, const std::vector<ReductionResult>& results) {
@@ -118,15 +119,26 @@ std::string accuracy_lines(const std::vector<ExplorationResult>& results) {
          confounding_line(results);
 }
 
+/// Below the others: there is no room for a fourth.
+std::string best_line(const ExplorationResult& result) {
+  if (!result.best) return {};
+  const classifier::Scores& scores = result.best->scores;
+  return "    " + padded("  best", name_width - 2) + padded(with_interval(scores), cell_width) +
+         "over " + std::to_string(scores.splits.size()) + " splits; shuffled " +
+         percent(result.best->permuted_accuracy) + "\n";
+}
+
 /// p-value, PCA and all features of each campaign, in the order of what differs.
 std::string repetition_lines(const ReportInput& input) {
   std::string out;
   for (const RepetitionRow& row : repetition_rows(input)) {
     out += (out.empty() ? "\n  Accuracy [%] by what is new in a test trial\n  " : "  ") + row.text +
            "\n";
-    for (const ExplorationResult& result : *row.results)
+    for (const ExplorationResult& result : *row.results) {
       out += accuracy_line("    " + padded(printable(result.exploration), name_width - 2),
                            result.reductions);
+      out += best_line(result);
+    }
   }
   return out;
 }
