@@ -17,8 +17,7 @@ using Mounting = std::pair<std::string_view, std::uint32_t>;  // label, and numb
 std::map<std::string_view, Mounting> mountings_by_file(const Dataset& dataset) {
   std::map<std::string_view, Mounting> out;
   for (std::size_t i = 0; i < dataset.trials.size(); ++i)
-    out[dataset.trials[i].file] = {dataset.trials[i].label,
-                                   dataset.records[i].spec.place.mounting};
+    out[dataset.trials[i].file] = {dataset.trials[i].label, dataset.records[i].spec.place.mounting};
   return out;
 }
 

@@ -41,10 +41,9 @@ std::string accuracy_table(const EvaluationPage& page) {
   for (const EvaluatedLearner& learner : page.learners) {
     const auto& e = learner.evaluation;
     std::vector<std::string> row{
-        escape(learner.name) +
-            (learner.chosen.empty()
-                 ? ""
-                 : " <span class=\"dim\">chose " + escape(learner.chosen) + "</span>"),
+        escape(learner.name) + (learner.chosen.empty() ? ""
+                                                       : " <span class=\"dim\">chose " +
+                                                             escape(learner.chosen) + "</span>"),
         percent(e.accuracy, 2), percent(e.ci95.low, 2) + " to " + percent(e.ci95.high, 2),
         percent(e.confusion.accuracy(), 2), std::to_string(e.splits.size())};
     if (without_level) row.push_back(format_level_removed(learner.level_removed));

@@ -41,7 +41,8 @@ struct EvaluatedLearner {
   std::string name;
   classifier::LearnerEvaluation evaluation;
   std::string chosen;  ///< what a choice came to; empty for a learner that is none
-  std::optional<classifier::Scores> level_removed = {};  ///< each taxel's mean of phase M subtracted
+  std::optional<classifier::Scores> level_removed =
+      {};  ///< each taxel's mean of phase M subtracted
 };
 
 /// Accuracy of each learner on one group left out.

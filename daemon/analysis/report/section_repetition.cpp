@@ -63,7 +63,8 @@ std::string repetition_section(const ReportInput& input) {
   for (const RepetitionRow& row : rows)
     for (const ExplorationResult& result : *row.results) {
       table.row({escape(row.text), escape(result.exploration),
-                 accuracy_html(result.reductions, Reduction::pvalue), accuracy_html(result.reductions, Reduction::pca),
+                 accuracy_html(result.reductions, Reduction::pvalue),
+                 accuracy_html(result.reductions, Reduction::pca),
                  accuracy_html(result.reductions, Reduction::all),
                  result.best ? interval_html(result.best->scores) : std::string(no_value),
                  percent(result.permuted_accuracy),
@@ -73,8 +74,9 @@ std::string repetition_section(const ReportInput& input) {
   for (const paper::Accuracy& row : paper::accuracies_beside(input.results))
     table.row({"<span class=\"paper\">paper, real fabrics</span>",
                "<span class=\"paper\">" + std::string(row.exploration) + "</span>",
-               printed_share_html(row.pvalue), printed_share_html(row.pca), printed_share_html(row.all),
-               std::string(no_value), std::string(no_value), std::string(no_value)});
+               printed_share_html(row.pvalue), printed_share_html(row.pca),
+               printed_share_html(row.all), std::string(no_value), std::string(no_value),
+               std::string(no_value)});
   std::string text =
       "These campaigns differ in what is new in a test trial: the touch alone, the place on the "
       "cloth, the mounting or the piece.";

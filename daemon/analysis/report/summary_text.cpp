@@ -105,8 +105,8 @@ std::string accuracy_lines(const std::vector<ExplorationResult>& results) {
     const std::string name = printable(result.exploration);
     out += accuracy_line("  " + padded(name, name_width), result.reductions);
     if (!result.level_removed.empty())
-      out += accuracy_line("  " + padded(name + " levels removed", name_width),
-                           result.level_removed);
+      out +=
+          accuracy_line("  " + padded(name + " levels removed", name_width), result.level_removed);
   }
   for (const paper::Accuracy& row : paper::accuracies_beside(results)) {
     out += "  " + padded(std::string(row.exploration) + " paper, real cloth", name_width) +

@@ -75,8 +75,8 @@ Status remove_levels(const EvaluateArgs& args, const ChosenTrials& chosen, Measu
   if (!features) return pass(features.error(), args.dataset.string());
   for (Outcome& outcome : out.outcomes) {
     if (is_choice(outcome.learner) && !only_choices) continue;
-    auto reached = classifier::evaluate(*features, out.splits, outcome.learner,
-                                        train_options(args.training));
+    auto reached =
+        classifier::evaluate(*features, out.splits, outcome.learner, train_options(args.training));
     if (!reached) return pass(reached.error(), args.dataset.string());
     if (args.leave_one_group_out) name_groups_left_out(*reached);
     outcome.level_removed = std::move(*reached);
@@ -189,8 +189,8 @@ Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen) {
   for (Outcome& outcome : out.outcomes)
     if (needs_folds(outcome.learner, calibration || args.none_of_these))
       outcome.folds = count_folds(args, outcome.learner, chosen.features, out.splits);
-  out.confounded = !chosen.imprint_plan &&
-                   shares_mountings(chosen.dataset, chosen.features.files, out.splits);
+  out.confounded =
+      !chosen.imprint_plan && shares_mountings(chosen.dataset, chosen.features.files, out.splits);
   if (out.confounded && args.trials.remove_level.empty())
     if (Status ok = remove_levels(args, chosen, out); !ok) return pass(ok.error());
   if (args.leave_one_group_out) out.groups = by_group(chosen.features, out);

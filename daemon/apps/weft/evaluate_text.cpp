@@ -299,8 +299,7 @@ std::vector<std::pair<std::string, std::string>> list_facts(const EvaluateArgs& 
                        std::to_string(chosen.setup.taxels) + " taxels" +
                        (args.trials.remove_level.empty() ? "" : ", level removed")},
       {"split", split_text(args, measured.splits)}};
-  if (measured.confounded)
-    out.emplace_back("CONFOUNDED", std::string(confounded_with_mounting));
+  if (measured.confounded) out.emplace_back("CONFOUNDED", std::string(confounded_with_mounting));
   if (const std::string words = format_motion(chosen.motion); !words.empty())
     out.emplace_back("motion", words);
   if (!measured.never_tested.empty())

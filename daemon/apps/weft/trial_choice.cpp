@@ -138,7 +138,8 @@ void add_level_option(CLI::App& command, TrialChoice& choice) {
 
 Status remove_level(Trial& trial, const TrialChoice& choice) {
   if (choice.remove_level.empty()) return {};
-  return classifier::without_level(trial, choice.remove_level == "rest" ? Phase::rest : Phase::motion);
+  return classifier::without_level(trial,
+                                   choice.remove_level == "rest" ? Phase::rest : Phase::motion);
 }
 
 DataKind kind_of(const Dataset& dataset) {
