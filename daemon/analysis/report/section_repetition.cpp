@@ -7,10 +7,9 @@
 #include "daemon/pages/plot/html.hpp"
 
 namespace weft::daemon {
+namespace {
 
 using classifier::Reduction;
-
-namespace {
 
 /// What the column is, and of how many splits, which are fewer than the others'.
 std::string best_note(const std::vector<ExplorationResult>& results) {
