@@ -108,6 +108,10 @@ void TrialRecording::sensor(const Sample& sample, std::string_view device) {
     write([&] { return recorder_->taxel(stamp, *taxels, phase_); });
   } else if (const auto* wrench = std::get_if<WrenchSample>(&sample.value)) {
     write([&] { return recorder_->wrench(stamp, *wrench); });
+    if (plan_->limits.taxels == 0) {  // phases stand in rows of taxels, which have no counts here
+      sampled_.push_back(sample.host);
+      write([&] { return recorder_->taxel(stamp, {}, phase_); });
+    }
     tally(wrench->force_n[2], sample.host);
   }
 }

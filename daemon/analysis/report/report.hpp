@@ -85,7 +85,9 @@ std::string simulation_text(const SimulationNote& note);
 
 // What report.json and the command line's --json have in common, in one shape.
 
-/// Accuracy, interval and its method, accuracy of each split, times, and the confusion matrix as
+/// Accuracy, interval and its method, deviation, number of splits.
+nlohmann::ordered_json accuracy_json(const classifier::Scores& evaluation);
+/// The same with the accuracy of each split, times, and the confusion matrix as
 /// {"labels": [...], "count": [[...]]}: a row per true label, a column per answer.
 nlohmann::ordered_json evaluation_json(const classifier::Scores& evaluation);
 

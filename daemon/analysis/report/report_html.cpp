@@ -208,10 +208,13 @@ std::string rate_of(std::string_view name, const BlockFormat& format) {
                               : ", " + std::string(name) + " " + fixed(format.rate_hz, 1) + " Hz";
 }
 
-std::string rates(const DatasetInfo& info) {
-  return "taxels " + fixed(info.taxel_rate_hz, 1) + " Hz, wrench " + fixed(info.wrench_rate_hz, 1) +
-         " Hz, stages " + fixed(info.stage_rate_hz, 1) + " Hz" +
-         rate_of("acceleration", info.acceleration) + rate_of("sound", info.sound);
+std::string rates(const Dataset& dataset) {
+  const DatasetInfo& info = dataset.info;
+  const bool feels = dataset.trials.empty() || dataset.trials.front().taxels > 0;
+  return (feels ? "taxels " + fixed(info.taxel_rate_hz, 1) + " Hz" : std::string("no taxels")) +
+         ", wrench " + fixed(info.wrench_rate_hz, 1) + " Hz, stages " +
+         fixed(info.stage_rate_hz, 1) + " Hz" + rate_of("acceleration", info.acceleration) +
+         rate_of("sound", info.sound);
 }
 
 /// Pages that the hand-over writes after this report, by name: it stands alone.
@@ -247,7 +250,7 @@ std::string provenance_section(const ReportInput& input) {
                   (input.commit.empty() ? "" : ", reported by commit " + code(input.commit)));
   out += item("machine", escape(input.machine));
   out += item("devices", device_list(info));
-  out += item("rates", rates(info));
+  out += item("rates", rates(input.dataset));
   if (const std::string pages = handover_links(input.dataset); !pages.empty())
     out += item("evaluated on, once handed over", pages);
   out += item("lost taxel frames", thousands(lost_samples(input.dataset)));

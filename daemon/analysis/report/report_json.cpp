@@ -73,6 +73,13 @@ ordered_json result_json(const ExplorationResult& result) {
   out["train_threads"] = result.threads;
   out["feature_s_per_sample"] = result.feature_s_per_sample;
   out["permuted_accuracy"] = result.permuted_accuracy;
+  out["confounded"] = result.confounded ? ordered_json("mounting") : ordered_json(nullptr);
+  for (const ReductionResult& r : result.level_removed)
+    out["level_removed"][std::string(classifier::to_string(r.reduction))] =
+        accuracy_json(r.evaluation);
+  if (!result.best) return out;
+  out["best"] = accuracy_json(result.best->scores);
+  out["best"]["permuted_accuracy"] = result.best->permuted_accuracy;
   return out;
 }
 
@@ -132,18 +139,23 @@ void add_provenance(const ReportInput& input, ordered_json& out) {
 
 }  // namespace
 
-ordered_json evaluation_json(const classifier::Scores& e) {
-  ordered_json accuracies = ordered_json::array();
-  for (const classifier::SplitOutcome& split : e.splits) accuracies.push_back(split.accuracy);
+ordered_json accuracy_json(const classifier::Scores& e) {
   return {{"accuracy", e.accuracy},
           {"ci95", {e.ci95.low, e.ci95.high}},
           {"ci95_method", e.ci95.method},
           {"deviation", e.deviation},
-          {"splits", e.splits.size()},
-          {"accuracy_of_splits", std::move(accuracies)},
-          {"confusion", confusion_json(e.confusion)},
-          {"train_s", e.train_s},
-          {"test_s_per_sample", e.test_s_per_sample}};
+          {"splits", e.splits.size()}};
+}
+
+ordered_json evaluation_json(const classifier::Scores& e) {
+  ordered_json accuracies = ordered_json::array();
+  for (const classifier::SplitOutcome& split : e.splits) accuracies.push_back(split.accuracy);
+  ordered_json out = accuracy_json(e);
+  out["accuracy_of_splits"] = std::move(accuracies);
+  out["confusion"] = confusion_json(e.confusion);
+  out["train_s"] = e.train_s;
+  out["test_s_per_sample"] = e.test_s_per_sample;
+  return out;
 }
 
 ordered_json core_json(const CoreLine& line) {
