@@ -329,11 +329,16 @@ bool lacks_noise(const json& rig, std::string_view role) {
     return root.contains(at) && root[at].is_number() && root[at] == 0;
   };
   const json::json_pointer kind("/emulator/kind");
+  const auto names = [&](const char* key) {
+    const json::json_pointer at("/simulation/pads/" + std::string(key));
+    return rig.contains(at) && !is_zero(rig, at.to_string().c_str());
+  };
+  const bool grows = names("noise_per_count") || names("noise_per_square");
   return std::ranges::any_of(rig["devices"], [&](const json& device) {
     if (!device.is_object() || device.value("role", json()) != role) return false;
     if (role == "wrench") return is_zero(device, "/emulator/noise_scale");
     return role == "taxels" && device.contains(kind) && device[kind] == "taxel" &&
-           is_zero(rig, "/simulation/pads/noise_counts");
+           is_zero(rig, "/simulation/pads/noise_counts") && !grows;
   });
 }
 

@@ -228,6 +228,8 @@ Status read_simulation(const json& object, RigConfig& config) {
     if (Status s = read_dynamics(*dynamics, plant.dynamics); !s) return s;
   if (pads != nullptr) {
     FieldReader pad_reader(*pads, "/simulation/pads");
+    if (pads->is_object() && pads->value("noise_counts", json()) == 0)  // none at all
+      plant.pads.noise_per_count = plant.pads.noise_per_square = 0;
     if (Status s = read_pads(pad_reader, plant.pads); !s) return s;
   }
   if (switches != nullptr)
