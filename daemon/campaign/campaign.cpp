@@ -32,12 +32,13 @@ bool stop_requested(const CampaignHooks& hooks) {
 class Run {
  public:
   Run(const CheckedRequest& checked, BenchSession& session, const CampaignHooks& hooks,
-      bool error_check)
+      const CampaignRequest& request)
       : plan_(&checked.plan),
         session_(&session),
         hooks_(&hooks),
         log_(session.bench(), session.loop(), hooks.device_log),
-        errors_(error_check ? session.plant() : nullptr, checked.plan),
+        errors_(request.error_check ? session.plant() : nullptr, checked.plan,
+                request.fidelity.accuracy_n),
         live_(checked.plan, checked.models),
         keeper_(hooks.pace) {}
 
@@ -83,7 +84,7 @@ class Run {
     };
     hooks.trial_done = [&](const recipes::TrialDone& done, const ForceTally& force) {
       const bool whole = done.outcome == recipes::Outcome::complete && !done.ended_early;
-      errors_.trial_done(done.trial, whole, session_->loop().now(), recording.sampled());
+      errors_.trial_done(done.trial, whole, session_->loop().now(), recording);
       notify(done, force, recording);
     };
     hooks.trial_begun = [this](std::size_t trial) { live_.begin(trial); };
@@ -380,7 +381,7 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
     return certified_summary(request.out, checked.plan, rig, (*history)->history);
   if (const std::string advice = (*session)->advice(); !advice.empty() && hooks.device_log)
     hooks.device_log({{}, LogLevel::warning, "bench", advice});
-  Run run(checked, **session, hooks, request.error_check);
+  Run run(checked, **session, hooks, request);
   if (hooks.rig_acquired)
     if (Status taken = hooks.rig_acquired(); !taken) return pass(taken.error());
   if (Status up = run.bring_up(); !up) return pass(up.error());

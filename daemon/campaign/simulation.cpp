@@ -70,6 +70,9 @@ json error_json(const SimulationError& error) {
   json out{{"setting", e.setting}, {"reference", e.reference},           {"trials", error.trials},
            {"samples", e.samples}, {"worst_fabric", error.worst_fabric}, {"pads", e.pads}};
   for (const auto& [key, value] : error_figures) out[key] = e.*value;
+  if (!e.is_doubled) return out;
+  out["uncertainty_n"] = e.uncertainty_n;
+  out["is_resolved"] = e.is_resolved;
   return out;
 }
 
@@ -82,6 +85,9 @@ SimulationError error_from(const json& each) {
   out.worst_fabric = each.at("worst_fabric").get<std::string>();
   out.worst.pads = each.value("pads", true);
   for (const auto& [key, value] : error_figures) out.worst.*value = each.at(key).get<double>();
+  out.worst.is_doubled = each.contains("uncertainty_n");
+  out.worst.uncertainty_n = each.value("uncertainty_n", 0.0);
+  out.worst.is_resolved = each.value("is_resolved", true);
   return out;
 }
 
@@ -161,6 +167,10 @@ void merge(const sim::RunError& found, const std::string& fabric, SimulationErro
   largest(worst.counts_max, found.counts_max);
   largest(worst.anywhere_max_n, found.anywhere_max_n);
   largest(worst.unled_max_n, found.unled_max_n);
+  largest(worst.uncertainty_n, found.uncertainty_n);
+  worst.pads = found.pads;
+  worst.is_doubled = found.is_doubled;
+  worst.is_resolved = worst.is_resolved && found.is_resolved;
   rms(worst.force_rms_n, found.force_rms_n);
   rms(worst.friction_rms_n, found.friction_rms_n);
   rms(worst.counts_rms, found.counts_rms);
@@ -173,31 +183,50 @@ void merge(const sim::RunError& found, const std::string& fabric, SimulationErro
 
 }  // namespace
 
+bool ErrorCheck::has_fabric(std::size_t fabric) const {
+  return std::ranges::any_of(seen_, [&](const Pair& pair) { return pair.first == fabric; });
+}
+
+bool ErrorCheck::has_exploration(std::size_t exploration) const {
+  return std::ranges::any_of(seen_, [&](const Pair& pair) { return pair.second == exploration; });
+}
+
+bool ErrorCheck::is_wanted(const recipes::TrialSpec& spec) const {
+  if (trials_.size() >= most_trials) return false;
+  if (accuracy_n_) return !seen_.contains({spec.fabric, spec.exploration});
+  return !has_fabric(spec.fabric) || !has_exploration(spec.exploration);
+}
+
+bool ErrorCheck::has_all() const {
+  if (trials_.size() >= most_trials) return true;
+  if (accuracy_n_) return seen_.size() >= plan_->fabrics.size() * plan_->explorations.size();
+  for (std::size_t i = 0; i < plan_->fabrics.size(); ++i)
+    if (!has_fabric(i)) return false;
+  for (std::size_t i = 0; i < plan_->explorations.size(); ++i)
+    if (!has_exploration(i)) return false;
+  return true;
+}
+
 void ErrorCheck::patch_follows() {
-  if (rig_ == nullptr) return;
-  const bool all_seen = fabrics_.size() >= plan_->fabrics.size() &&
-                        explorations_.size() >= plan_->explorations.size();
-  rig_->record_motion(!all_seen && trials_.size() < most_trials);
+  if (rig_ != nullptr) rig_->record_motion(!has_all());
 }
 
 void ErrorCheck::trial_done(std::size_t trial, bool complete, TimePoint now,
-                            const std::vector<TimePoint>& sampled) {
+                            const TrialRecording& recording) {
   if (rig_ == nullptr) return;
   auto motion = rig_->extract_motion(now);
-  if (!motion || !complete) return;
   const recipes::TrialSpec& spec = plan_->trials[trial];
-  const bool new_fabric = fabrics_.insert(spec.fabric).second;
-  const bool new_exploration = explorations_.insert(spec.exploration).second;
-  if (new_fabric || new_exploration) trials_.push_back({trial, std::move(*motion), sampled});
+  if (!motion || !complete || !is_wanted(spec)) return;
+  seen_.insert({spec.fabric, spec.exploration});
+  trials_.push_back({trial, std::move(*motion), recording.sampled(), recording.phases()});
 }
 
 std::vector<SimulationError> ErrorCheck::errors() const {
   std::vector<SimulationError> out;
   for (const StoredTrial& stored : trials_) {
-    const auto found = rig_->run_errors(stored.motion, stored.sampled);
-    out.resize(found.size());
-    for (std::size_t i = 0; i < found.size(); ++i)
-      merge(found[i], plan_->fabrics[plan_->trials[stored.trial].fabric], out[i]);
+    const sim::RunError found = rig_->run_error(stored.motion, stored.sampled, accuracy_n_);
+    out.resize(1);
+    merge(found, plan_->fabrics[plan_->trials[stored.trial].fabric], out.front());
   }
   return out;
 }

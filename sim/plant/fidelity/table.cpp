@@ -8,7 +8,6 @@
 #include <tuple>
 
 #include "protocols/base/json_text.hpp"
-#include "protocols/base/names.hpp"
 #include "sim/plant/bounds.hpp"
 #include "sim/plant/field_reader.hpp"
 
@@ -74,16 +73,7 @@ Result<FidelityTable> read_table(const json& root) {
   return table;
 }
 
-constexpr double reference_l2_step_s = 0.2e-3;  // docs/reference/plant.md, Levels
-constexpr double finer_share = 0.25;
-constexpr NameTable<Integrator, 3> integrator_names = {{
-    {Integrator::midpoint, "midpoint"},
-    {Integrator::tr_bdf2, "tr_bdf2"},
-    {Integrator::adaptive, "adaptive"},
-}};
-
 constexpr double paper_load_n = 5;  // a percentage is one of this: Khan et al. 2016, phases P and M
-constexpr double rounding = 1e-9;
 
 /// The table's scenes that stand for a bench's: press, slide and fabrics17; retouch for overshoot,
 /// stick_slip for stick-slip.
@@ -104,10 +94,6 @@ bool faster(const FidelityOffer& a, const FidelityOffer& b) {
 bool more_accurate(const FidelityOffer& a, const FidelityOffer& b) {
   return std::tuple(a.error_max_n, -a.times_real_time, a.setting.level, -a.setting.step_s) <
          std::tuple(b.error_max_n, -b.times_real_time, b.setting.level, -b.setting.step_s);
-}
-
-bool a_bench_can(const FidelitySetting& setting) {
-  return setting.level <= Level::quasistatic || setting.step_s <= grid_step_s * (1 + rounding);
 }
 
 void widen(FidelityOffer& offer, const FidelityRow& row) {
@@ -187,49 +173,6 @@ Result<FidelityTable> parse_fidelity(std::string_view text) {
   return read_table(*root);
 }
 
-std::string_view to_string(Integrator integrator) {
-  return name_in(integrator_names, integrator);
-}
-
-Result<Integrator> integrator_from(std::string_view name) {
-  return value_from(integrator_names, name, "no such integrator", "midpoint, tr_bdf2 or adaptive");
-}
-
-std::string to_string(const FidelitySetting& setting) {
-  std::string text{to_string(setting.level)};
-  if (setting.level < Level::quasistatic) return text;
-  if (setting.level >= Level::dynamic) text += " " + std::string(to_string(setting.integrator));
-  return text + printed(" %.4g ms", 1e3 * (setting.step_s > 0 ? setting.step_s : grid_step_s));
-}
-
-FidelitySetting setting_of(const PlantParams& params) {
-  if (params.level < Level::quasistatic) return {.level = params.level};
-  if (params.level == Level::quasistatic)
-    return {.level = params.level, .step_s = params.quasistatic_step_s};
-  return {.level = params.level,
-          .integrator = params.dynamics.integrator,
-          .step_s = std::min(params.dynamics.step_s, grid_step_s)};
-}
-
-void apply(const FidelitySetting& setting, PlantParams& params) {
-  params.level = setting.level;
-  const double step_s = setting.step_s > 0 ? setting.step_s : grid_step_s;
-  params.quasistatic_step_s = step_s;
-  params.dynamics.step_s = step_s;
-  params.dynamics.integrator = setting.integrator;
-}
-
-std::vector<FidelitySetting> finer_than(const FidelitySetting& setting) {
-  const double step_s = setting.step_s > 0 ? setting.step_s : grid_step_s;
-  FidelitySetting quarter = setting;
-  quarter.step_s = finer_share * step_s;
-  const FidelitySetting dynamic{Level::dynamic, Integrator::midpoint, reference_l2_step_s};
-  if (setting.level < Level::quasistatic)
-    return {{.level = Level::quasistatic, .step_s = grid_step_s}};
-  if (setting.level == Level::quasistatic) return {quarter, dynamic};
-  return {quarter};
-}
-
 std::string to_string(const FidelityOffer& offer) {
   return to_string(offer.setting) + " (" + printed("%.3g mN", offer.error_max_n * 1e3) +
          printed(", %.3g times real time)", offer.times_real_time);
@@ -239,7 +182,7 @@ std::vector<FidelityOffer> offers(const FidelityTable& table, const Scene& scene
   const std::vector<std::string> kinds = involved(scene);
   std::vector<FidelityOffer> out;
   for (const FidelityRow& row : table.rows) {
-    if (row.scene != kinds.front() || !a_bench_can(row.setting)) continue;
+    if (row.scene != kinds.front() || !fits_bench(row.setting)) continue;
     if (!check(scene, row.setting.level)) continue;
     if (std::any_of(out.begin(), out.end(),
                     [&](const FidelityOffer& o) { return o.setting == row.setting; }))

@@ -7,6 +7,7 @@
 
 #include "protocols/rdt/rdt.hpp"
 #include "sim/devices/replay.hpp"
+#include "sim/plant/fidelity/reference.hpp"
 #include "sim/rig/rig_config.hpp"
 #include "sim/rig/simulation_choice.hpp"
 #include "tests/unit/sim/support.hpp"
@@ -293,38 +294,61 @@ TEST_CASE("a replayed motion is the run itself, bit for bit, at every level") {
     const RunError none = difference(again, again);
     CHECK(none.samples > 200);
     // the frame that ended last before a sample is the one that counts
-    const auto late = run_errors(plant_params(setting).plant, 7, run.motion,
-                                 {BenchPlant::frame_start(390) + Duration(1'000'000),
-                                  BenchPlant::frame_start(395), BenchPlant::frame_start(5)});
-    CHECK(late[0].samples == 2);  // nothing is touched in the fifth frame
-    CHECK(late[0].anywhere_max_n >= late[0].force_max_n);
+    const RunError late = run_error(plant_params(setting).plant, 7, run.motion,
+                                    {BenchPlant::frame_start(390) + Duration(1'000'000),
+                                     BenchPlant::frame_start(395), BenchPlant::frame_start(5)});
+    CHECK(late.samples == 2);  // nothing is touched in the fifth frame
+    CHECK(late.anywhere_max_n >= late.force_max_n);
+    CHECK((late.worst_at == BenchPlant::frame_start(390) ||
+           late.worst_at == BenchPlant::frame_start(395)));
+    CHECK_FALSE(late.pads);
     CHECK((none.force_max_n == 0 && none.friction_max_n == 0 && none.counts_max == 0));
     CHECK(difference(again, replay(plant_params(setting).plant, 8, run.motion)).counts_max > 0);
   }
 }
 
-TEST_CASE("a run's error falls with its step, and L1's against L2 does not") {
+TEST_CASE("a run's error falls with its step, and L1's is that of its model") {
   const KeptRun run = press_and_slide(l1);
   const auto at = [&](const FidelitySetting& setting) {
-    return run_errors(plant_params(setting).plant, 7, run.motion);
+    return run_error(plant_params(setting).plant, 7, run.motion);
   };
-  const auto quasistatic = at(l1);
-  REQUIRE(quasistatic.size() == 2);
-  CHECK(quasistatic[0].reference == "L1 0.768 ms");
-  CHECK(quasistatic[1].reference == "L2 midpoint 0.2 ms");
-  CHECK(quasistatic[0].force_max_n < quasistatic[1].force_max_n);  // the model's floor
-  CHECK(quasistatic[1].force_rms_n > 1e-5);
-  CHECK(quasistatic[1].force_rms_n < 20e-3);
-  CHECK(quasistatic[1].counts_max >= 1);
+  const RunError quasistatic = at(l1);
+  CHECK(quasistatic.reference == "L2 tr_bdf2 0.2 ms");
+  CHECK(quasistatic.force_rms_n > 1e-5);
+  CHECK(quasistatic.force_rms_n < 20e-3);
   // the loop's answer to a cloth that remembers its touch-down otherwise
-  CHECK(quasistatic[1].force_rms_n < quasistatic[1].unled_rms_n);
-  const auto coarse = at({Level::dynamic, Integrator::midpoint, 1e-3});
-  const auto fine = at({Level::dynamic, Integrator::midpoint, 0.1e-3});
-  REQUIRE(coarse.size() == 1);
-  CHECK(fine[0].force_rms_n < 0.3 * coarse[0].force_rms_n);
-  const auto algebraic = at({.level = Level::algebraic});
-  CHECK(algebraic[0].reference == "L1 3.072 ms");
-  CHECK(algebraic[0].force_max_n > 0.5);  // the set point at once
+  CHECK(quasistatic.force_rms_n < quasistatic.unled_rms_n);
+  FidelitySetting quarter = l1;
+  quarter.step_s /= 4;
+  CHECK(at(quarter).force_max_n > 0.5 * quasistatic.force_max_n);
+  const RunError coarse = at({Level::dynamic, Integrator::midpoint, 1e-3});
+  const RunError fine = at({Level::dynamic, Integrator::midpoint, 0.1e-3});
+  CHECK(fine.force_rms_n < 0.3 * coarse.force_rms_n);
+  const RunError algebraic = at({.level = Level::algebraic});
+  CHECK(algebraic.reference == "L2 tr_bdf2 0.2 ms");
+  CHECK(algebraic.force_max_n > 0.5);  // the set point at once
+}
+
+TEST_CASE("an accuracy is held against two references that agree, or the error is unresolved") {
+  const KeptRun run = press_and_slide(l1);
+  const auto against = [&](double accuracy_n) {
+    return run_error(plant_params({Level::dynamic, Integrator::midpoint, 1e-3}).plant, 7,
+                     run.motion, {}, accuracy_n);
+  };
+  const RunError loose = against(1);
+  CHECK(loose.is_doubled);
+  CHECK(loose.is_resolved);
+  CHECK(loose.reference == "L2 tr_bdf2 0.05 ms");
+  CHECK(loose.uncertainty_n > 0);
+  CHECK(loose.uncertainty_n < trusted_share);
+  const RunError again = against(1);
+  CHECK(again.force_max_n == loose.force_max_n);
+  CHECK(again.uncertainty_n == loose.uncertainty_n);
+  // far below the error: no finer reference could change the verdict
+  const RunError hopeless = against(1e-3 * loose.uncertainty_n);
+  CHECK(hopeless.is_resolved);
+  CHECK(hopeless.reference == loose.reference);
+  CHECK(hopeless.force_max_n > 1e-3 * loose.uncertainty_n);
 }
 
 }  // namespace level_test
