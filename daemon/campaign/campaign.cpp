@@ -6,6 +6,7 @@
 #include "daemon/campaign/bench_pace.hpp"
 #include "daemon/campaign/bench_session.hpp"
 #include "daemon/campaign/campaign_file.hpp"
+#include "daemon/campaign/promise_text.hpp"
 #include "daemon/campaign/resume.hpp"
 #include "daemon/campaign/simulation.hpp"
 #include "daemon/campaign/supervisor.hpp"
@@ -111,10 +112,16 @@ class Run {
   /// Plays some trials again; the run is over, and nothing of it changes.
   Status estimate_simulation_error(Recorder& recorder, CampaignSummary& summary) const {
     const auto began = steady_wall_now();
-    summary.simulation.errors = errors_.errors();
+    SimulationNote& note = summary.simulation;
+    note.errors = errors_.errors();
+    judge_promise(note);
     summary.time.error_check_s = seconds_since(began);
-    if (summary.simulation.empty()) return {};
-    return recorder.journal(session_->loop().now(), "simulation", to_json(summary.simulation));
+    if (note.empty()) return {};
+    if (note.budget) note.budget->achieved = summary.virtual_s / seconds_since(began_);
+    const TimePoint now = session_->loop().now();
+    if (Status ok = recorder.journal(now, "simulation", to_json(note)); !ok) return ok;
+    if (!is_promise_missed(note)) return {};
+    return recorder.journal(now, "promise_missed", json{{"text", format_promise(note)}}.dump());
   }
 
  private:

@@ -156,6 +156,11 @@ struct SettledRequest {
 };
 Result<SettledRequest> settled_request(const CampaignRequest& request);
 
+/// choose_simulation() for a request: a resumed campaign keeps the setting of its record. Errors:
+/// invalid_argument, for an accuracy that is not checked.
+Result<ChosenSimulation> choose_fidelity(const CampaignRequest& request, const recipes::Plan& plan,
+                                         const RigFile& rig);
+
 /// Bytes that the campaign's file and its export need at most. All of the forecast time counts as
 /// recorded, which leaves room for trials that take longer than planned.
 std::uint64_t disk_forecast(const recipes::Plan& plan);

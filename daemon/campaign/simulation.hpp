@@ -10,6 +10,7 @@
 
 #include "daemon/campaign/trial_recording.hpp"
 #include "daemon/hardware/rig/rig_file.hpp"
+#include "daemon/storage/certificate/promise.hpp"
 #include "recipes/engine/plan.hpp"
 #include "sim/devices/bench_plant.hpp"
 #include "sim/devices/replay.hpp"
@@ -19,8 +20,16 @@ namespace weft::daemon {
 
 /// `--accuracy` and `--budget`.
 struct FidelityRequest {
-  std::optional<double> accuracy_n{};       ///< largest error of the force
-  std::optional<double> times_real_time{};  ///< least speed of the plant
+  std::optional<double> accuracy_n{};       ///< largest error of the recorded force
+  std::optional<double> times_real_time{};  ///< least speed of the whole run
+  bool strict = false;                      ///< after a miss the next setting is run
+  std::optional<double> promise_below_n{};  ///< of a strict run after its first attempt
+  std::optional<double> probe_us{};  ///< this machine's speed; none: measured, once per process
+  bool is_evaluated = true;          ///< evaluation counts as a part of the run
+
+  [[nodiscard]] bool uses_table() const {
+    return accuracy_n.has_value() || times_real_time.has_value();
+  }
 };
 
 /// Of a campaign's recorded trials, against a finer simulation.
@@ -28,6 +37,8 @@ struct SimulationError {
   sim::RunError worst;       ///< largest differences of all, root mean squares over all samples
   std::string worst_fabric;  ///< where the force differs most
   std::size_t trials = 0;    ///< that were looked at
+  std::string worst_exploration{}, worst_phase{};
+  double worst_at_s = 0;  ///< since that trial's phase S began
 };
 
 /// Empty on a bench that is not simulated by this process.
@@ -36,6 +47,8 @@ struct SimulationNote {
   std::string level;    ///< "L1"
   std::string because;  ///< "the scene needs a wrench, taxel counts and a regulated force"
   std::vector<SimulationError> errors;  ///< empty where it was not asked for, or no trial complete
+  std::optional<SimulationPromise> promise{};  ///< where an accuracy was asked for
+  std::optional<SimulationBudget> budget{};    ///< where a speed was
 
   [[nodiscard]] bool empty() const { return setting.empty(); }
 };
@@ -48,11 +61,18 @@ struct ChosenSimulation {
 /// On a bench that is not simulated by this process the note is empty and the rig file as it is.
 /// From the rig's sensors and traits, what the recipe holds, and the table that the rig file names
 /// (`simulation.fidelity`, relative to it), which is read only if something is asked for.
+/// `recorded_rig`: the rig file of a campaign that goes on, whose setting is kept; empty: none.
 /// Errors: what sim::choose_simulation refuses, with a place in the rig file.
 Result<ChosenSimulation> choose_simulation(const RigFile& rig,
                                            const std::filesystem::path& rig_path,
                                            const recipes::Plan& plan,
-                                           const FidelityRequest& requested);
+                                           const FidelityRequest& requested,
+                                           const std::string& recorded_rig = {});
+
+/// Fills the promise of `note` from its errors; without any it is unchecked and not held.
+void judge_promise(SimulationNote& note);
+/// Whether an accuracy was asked for and the run cannot say that it was kept.
+bool is_promise_missed(const SimulationNote& note);
 
 /// For the campaign's journal.
 std::string to_json(const SimulationNote& note);
@@ -88,6 +108,7 @@ class ErrorCheck {
     std::vector<TimePoint> sampled;
     std::vector<PhaseStart> phases;
   };
+  [[nodiscard]] SimulationError error_of(const StoredTrial& stored) const;
   using Pair = std::pair<std::size_t, std::size_t>;  ///< fabric, exploration
   [[nodiscard]] bool has_fabric(std::size_t fabric) const;
   [[nodiscard]] bool has_exploration(std::size_t exploration) const;

@@ -330,6 +330,7 @@ json run_json(const RunView& run) {
   if (!stored.recovered.empty()) out["recovered"] = stored.recovered;
   if (!stored.error.empty()) out["error"] = stored.error;
   if (!stored.dataset_error.empty()) out["dataset_error"] = stored.dataset_error;
+  if (!stored.promise.empty()) out["promise"] = {{"held", stored.promise == "held"}};
   if (run.handover) out["handover"] = handover_json(*run.handover);
   if (!stored.dataset_sha256.empty()) out["dataset_sha256"] = stored.dataset_sha256;
   if (run.external_resume)

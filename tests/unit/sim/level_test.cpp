@@ -52,11 +52,22 @@ SimulationChoice choice_of(const std::string& rig, const SimulationRequest& requ
   return *choice;
 }
 
-FidelityTable table_of(const std::vector<FidelityOffer>& offers) {
+/// Errors of denim.
+MeasuredSetting measured(const FidelitySetting& setting, double error_n, double contact_us) {
+  return {.setting = setting,
+          .contact_us_per_s = contact_us,
+          .cloths = {{"denim", 1, error_n, error_n, error_n}},
+          .any_q99 = error_n,
+          .any_max = error_n};
+}
+
+FidelityTable table_of(const std::vector<MeasuredSetting>& settings) {
   FidelityTable table;
-  for (const char* scene : {"press", "slide", "fabrics17"})
-    for (const FidelityOffer& o : offers)
-      table.rows.push_back({scene, o.setting, o.error_max_n, o.error_rms_n, o.times_real_time});
+  table.conditions.force_n = {0.2, 10};
+  table.conditions.seat_speed_mps = {1e-4, 1e-3};
+  table.conditions.mount_stiffness_n_m = {1e4, 5e4};
+  table.conditions.slack_m = {0.6e-3, 3e-3};
+  table.settings = settings;
   return table;
 }
 
@@ -217,20 +228,36 @@ TEST_CASE("level L0 is given the recipe's one force, and refused for several") {
 }
 
 TEST_CASE("an accuracy or a budget chooses from the table, and the rig file says what was chosen") {
-  const FidelityTable table = table_of({{l1, 20e-3, 5e-3, 40'000}, {coarse_l2, 5e-3, 1e-3, 3'000}});
+  const FidelityTable table = table_of({measured(l1, 20e-3, 25), measured(coarse_l2, 5e-3, 400)});
   SimulationRequest request{{Trait::regulated_force}, {5}};
-  request.accuracy_n = 10e-3;
+  request.fabrics = {"denim"};
+  request.seat_speed_mps = 0.5e-3;
+  request.fidelity.accuracy_n = 10e-3;
   const SimulationChoice choice = choice_of(test::bench17_text(), request, &table);
   CHECK(choice.setting == coarse_l2);
   CHECK(choice.because ==
         "the scene needs a wrench, taxel counts, relaxation and a regulated force, and this is the "
-        "fastest setting within 10 mN (measured 5 mN at worst, 3e+03 times real time)");
+        "fastest setting within 10 mN (promises 5 mN on denim, about 2.5e+03 times real time)");
+  REQUIRE(choice.offer);
+  CHECK(choice.offer->promise_n == Approx(5e-3));
+  CHECK_FALSE(choice.next);
   const auto config = parse_rig_config(choice.rig_json);
   REQUIRE(config);
   CHECK(to_string(setting_of(config->bench_plant.plant)) == "L2 tr_bdf2 1 ms");
   CHECK(choice_of(choice.rig_json, {}).because == choice.because);
-  request.accuracy_n = {};
-  request.times_real_time = 1e4;
+  request.fidelity.accuracy_n = 30e-3;
+  const SimulationChoice coarse = choice_of(test::bench17_text(), request, &table);
+  CHECK(coarse.setting == l1);
+  REQUIRE(coarse.next);
+  CHECK(coarse.next->setting == coarse_l2);
+  // a campaign that goes on keeps the setting of its record
+  SimulationRequest resumed = request;
+  resumed.fidelity.only = coarse_l2;
+  resumed.recorded_because = "the record has it";
+  CHECK(choice_of(test::bench17_text(), resumed, &table).because == "the record has it");
+  CHECK(choice_of(test::bench17_text(), resumed, &table).setting == coarse_l2);
+  request.fidelity.accuracy_n = {};
+  request.fidelity.times_real_time = 1e4;
   CHECK(choice_of(test::bench17_text(), request, &table).setting == l1);
   // a level by hand is kept: there the wish cannot be granted
   CHECK_FALSE(choose_simulation(bench17_with({{level, R"("L2")"}}), request, &table));

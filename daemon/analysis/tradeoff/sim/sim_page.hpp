@@ -15,7 +15,7 @@
 namespace weft::daemon {
 
 /// A section with a picture and the front as a table; `setting` ("L1 3.072 ms") is the campaign's,
-/// and marked. Empty where the table has nothing of a campaign of many fabrics.
+/// and marked. Empty where the table has no setting.
 /// Errors: what pareto_front() refuses.
 Result<std::string> fidelity_section_html(const sim::FidelityTable& table,
                                           std::string_view setting);
