@@ -116,6 +116,8 @@ class Run {
     note.errors = errors_.errors();
     judge_promise(note);
     summary.time.error_check_s = seconds_since(began);
+    if (hooks_->kept_trials && session_->plant() != nullptr)
+      hooks_->kept_trials(*session_->plant(), errors_.trials());
     if (note.empty()) return {};
     if (note.budget) note.budget->achieved = summary.virtual_s / seconds_since(began_);
     const TimePoint now = session_->loop().now();

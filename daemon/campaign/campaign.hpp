@@ -129,6 +129,9 @@ struct CampaignHooks {
   const BenchPace* pace = nullptr;
   /// Where the run leaves a simulated bench. Null: not kept.
   SimulatedPlace* place = nullptr;
+  /// The trials that the error check of a simulated bench kept, once the run is over.
+  std::function<void(const sim::Rig& rig, const std::vector<ErrorCheck::StoredTrial>& trials)>
+      kept_trials = {};
 };
 
 /// The recipe's text, not resolved: the request's, or that of its file. Errors: read_text_file()'s.

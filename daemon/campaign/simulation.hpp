@@ -89,6 +89,12 @@ Result<SimulationNote> simulation_note_from(std::string_view json_text);
 class ErrorCheck {
  public:
   static constexpr std::size_t most_trials = 64;
+  struct StoredTrial {
+    std::size_t trial;
+    sim::BenchMotion motion;
+    std::vector<TimePoint> sampled;
+    std::vector<PhaseStart> phases;
+  };
 
   /// Null: nothing is kept. `rig` and `plan` outlive it. `accuracy_n`: asked for.
   ErrorCheck(sim::Rig* rig, const recipes::Plan& plan, std::optional<double> accuracy_n)
@@ -100,14 +106,9 @@ class ErrorCheck {
   void trial_done(std::size_t trial, bool complete, TimePoint now, const TrialRecording& recording);
   /// One, or none when no trial was kept.
   [[nodiscard]] std::vector<SimulationError> errors() const;
+  [[nodiscard]] const std::vector<StoredTrial>& trials() const { return trials_; }
 
  private:
-  struct StoredTrial {
-    std::size_t trial;
-    sim::BenchMotion motion;
-    std::vector<TimePoint> sampled;
-    std::vector<PhaseStart> phases;
-  };
   [[nodiscard]] SimulationError error_of(const StoredTrial& stored) const;
   using Pair = std::pair<std::size_t, std::size_t>;  ///< fabric, exploration
   [[nodiscard]] bool has_fabric(std::size_t fabric) const;

@@ -81,6 +81,8 @@ Replayed play(const PlantParams& params, std::uint64_t rig_seed, const BenchMoti
   return out;
 }
 
+}  // namespace
+
 std::vector<bool> counted_frames(const BenchMotion& motion, std::size_t frames,
                                  const std::vector<TimePoint>& sampled) {
   if (sampled.empty()) return {};
@@ -93,8 +95,6 @@ std::vector<bool> counted_frames(const BenchMotion& motion, std::size_t frames,
   }
   return counted;
 }
-
-}  // namespace
 
 Replayed replay(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion) {
   return play(params, rig_seed, motion, nullptr);

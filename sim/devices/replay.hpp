@@ -61,6 +61,11 @@ Replayed replay_led(const PlantParams& params, std::uint64_t rig_seed, const Ben
                     const Replayed& run);
 constexpr double lead_time_s = 0.1;  ///< three times that of the bench's loop, four frames
 
+/// Which of the motion's frames were sampled: of each sample the frame that ended last before it.
+/// Empty, which is all, without samples.
+std::vector<bool> counted_frames(const BenchMotion& motion, std::size_t frames,
+                                 const std::vector<TimePoint>& sampled);
+
 /// `run` and `finer` are of one motion; `counted` tells which samples count, all where it is empty.
 /// Counts are compared where both have them. `worst_at` is not set.
 RunError difference(const Replayed& run, const Replayed& finer,

@@ -374,4 +374,12 @@ RunError Rig::run_error(const BenchMotion& motion, const std::vector<TimePoint>&
                         accuracy_n);
 }
 
+const PlantParams& Rig::plant_params() const {
+  return parts_->config.bench_plant.plant;
+}
+
+std::uint64_t Rig::seed() const {
+  return parts_->seed;
+}
+
 }  // namespace weft::sim

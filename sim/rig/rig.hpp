@@ -104,6 +104,9 @@ class Rig {
   [[nodiscard]] RunError run_error(const BenchMotion& motion,
                                    const std::vector<TimePoint>& sampled = {},
                                    std::optional<double> accuracy_n = {}) const;
+  /// For replays: of what all levels simulate.
+  [[nodiscard]] const PlantParams& plant_params() const;
+  [[nodiscard]] std::uint64_t seed() const;
 
  private:
   struct Parts;
