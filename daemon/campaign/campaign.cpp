@@ -114,7 +114,7 @@ class Run {
     const auto began = steady_wall_now();
     SimulationNote& note = summary.simulation;
     note.errors = errors_.errors();
-    judge_promise(note);
+    evaluate_promise(note);
     summary.time.error_check_s = seconds_since(began);
     if (hooks_->kept_trials && session_->plant() != nullptr)
       hooks_->kept_trials(*session_->plant(), errors_.trials());
@@ -349,6 +349,14 @@ Result<std::optional<ResumePlan>> make_history(const CampaignRequest& request,
   return std::optional<ResumePlan>{};
 }
 
+/// A campaign that died before its error check has kept no motion: an accuracy is not checked.
+CampaignSummary unchecked(CampaignSummary summary, const SimulationNote& chosen) {
+  if (!chosen.promise || summary.simulation.promise) return summary;
+  summary.simulation = chosen;
+  evaluate_promise(summary.simulation);
+  return summary;
+}
+
 /// The end of the campaign's file, which nobody writes to from here on.
 Status finished(Recorder recorder, const Run& run, TimePoint now, CampaignSummary& summary) {
   Status ok = recorder.resume_recording(now);
@@ -385,7 +393,8 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   const auto history = make_history(request, campaign_file, *settled, hooks);
   if (!history) return pass(history.error());
   if (*history && (*history)->only_concludes)
-    return concluded(request.out, checked.plan, rig, (*history)->history);
+    return unchecked(concluded(request.out, checked.plan, rig, (*history)->history),
+                     settled->simulation);
   if (*history && ((*history)->only_runs_handover || (*history)->only_reports))
     return certified_summary(request.out, checked.plan, rig, (*history)->history);
   if (const std::string advice = (*session)->advice(); !advice.empty() && hooks.device_log)

@@ -24,10 +24,10 @@ std::string format_next(const SimulationPromise& promise) {
 }
 
 std::string format_missed(const SimulationPromise& promise) {
-  const std::string asked = "MISSED: asked " + format_mn(promise.asked_n);
-  if (!promise.is_checked) return asked + ", not checked: no trial was completed";
+  const std::string requested = "MISSED: asked " + format_mn(promise.requested_n);
+  if (!promise.is_checked) return requested + ", not checked: no trial was replayed";
   const std::string measured =
-      asked + ", measured " + format_mn(promise.measured_n) + format_place(promise);
+      requested + ", measured " + format_mn(promise.measured_n) + format_place(promise);
   if (promise.is_resolved) return measured + format_next(promise);
   return measured + ", which is not resolved: two references differ by " +
          format_mn(promise.uncertainty_n) + format_next(promise);
@@ -40,9 +40,9 @@ std::string format_promise(const SimulationNote& note) {
   const SimulationPromise& promise = *note.promise;
   if (!promise.has_run)
     return "Promised: an error of at most " + format_mn(promise.promised_n) + ", asked " +
-           format_mn(promise.asked_n);
+           format_mn(promise.requested_n);
   if (!promise.held) return format_missed(promise);
-  return "Accuracy kept: asked " + format_mn(promise.asked_n) + ", promised " +
+  return "Accuracy kept: asked " + format_mn(promise.requested_n) + ", promised " +
          format_mn(promise.promised_n) + ", measured " + format_mn(promise.measured_n) +
          format_place(promise);
 }
@@ -50,7 +50,7 @@ std::string format_promise(const SimulationNote& note) {
 std::string format_budget(const SimulationNote& note) {
   if (!note.budget) return {};
   const SimulationBudget& budget = *note.budget;
-  const std::string out = "asked " + sim::format_times(budget.asked) + ", forecast " +
+  const std::string out = "asked " + sim::format_times(budget.requested) + ", forecast " +
                           sim::format_times(budget.forecast);
   return budget.achieved > 0 ? out + ", achieved " + sim::format_times(budget.achieved) : out;
 }

@@ -188,8 +188,8 @@ SimulationNote make_note(const sim::SimulationChoice& choice, const FidelityRequ
       to_string(choice.setting), std::string(to_string(choice.setting.level)), choice.because, {}};
   if (!choice.offer) return out;
   if (requested.accuracy_n) {
-    out.promise =
-        SimulationPromise{.asked_n = *requested.accuracy_n, .promised_n = choice.offer->promise_n};
+    out.promise = SimulationPromise{.requested_n = *requested.accuracy_n,
+                                    .promised_n = choice.offer->promise_n};
     if (choice.next) {
       out.promise->next_setting = to_string(choice.next->setting);
       out.promise->next_promise_n = choice.next->promise_n;
@@ -233,7 +233,7 @@ Result<ChosenSimulation> choose_simulation(const RigFile& rig,
   return ChosenSimulation{make_note(*chosen, requested), std::move(chosen->rig_json)};
 }
 
-void judge_promise(SimulationNote& note) {
+void evaluate_promise(SimulationNote& note) {
   if (!note.promise) return;
   SimulationPromise& promise = *note.promise;
   promise.has_run = true;
@@ -243,7 +243,7 @@ void judge_promise(SimulationNote& note) {
   promise.measured_n = error.worst.force_max_n;
   promise.uncertainty_n = error.worst.uncertainty_n;
   promise.is_resolved = error.worst.is_resolved;
-  promise.held = promise.is_resolved && promise.measured_n <= promise.asked_n;
+  promise.held = promise.is_resolved && promise.measured_n <= promise.requested_n;
   promise.fabric = error.worst_fabric;
   promise.exploration = error.worst_exploration;
   promise.phase = error.worst_phase;
@@ -321,6 +321,23 @@ void merge(const SimulationError& one, SimulationError& total) {
 
 }  // namespace
 
+namespace {
+
+/// Of a trial without taxels: the ends of their frames while it was recorded.
+std::vector<TimePoint> recorded_frames(const std::vector<PhaseStart>& phases, TimePoint end) {
+  std::vector<TimePoint> out;
+  for (std::size_t i = 0; i < phases.size(); ++i) {
+    if (phases[i].phase == Phase::none) continue;
+    const TimePoint until = i + 1 < phases.size() ? phases[i + 1].at : end;
+    const auto first = sim::BenchPlant::frame_at_or_after(phases[i].at);
+    for (auto frame = first; sim::BenchPlant::frame_start(frame) < until; ++frame)
+      out.push_back(sim::BenchPlant::frame_start(frame));
+  }
+  return out;
+}
+
+}  // namespace
+
 bool ErrorCheck::has_fabric(std::size_t fabric) const {
   return std::ranges::any_of(seen_, [&](const Pair& pair) { return pair.first == fabric; });
 }
@@ -356,7 +373,9 @@ void ErrorCheck::trial_done(std::size_t trial, bool complete, TimePoint now,
   const recipes::TrialSpec& spec = plan_->trials[trial];
   if (!motion || !complete || !is_wanted(spec)) return;
   seen_.insert({spec.fabric, spec.exploration});
-  trials_.push_back({trial, std::move(*motion), recording.sampled(), recording.phases()});
+  auto sampled =
+      recording.sampled().empty() ? recorded_frames(recording.phases(), now) : recording.sampled();
+  trials_.push_back({trial, std::move(*motion), std::move(sampled), recording.phases()});
 }
 
 SimulationError ErrorCheck::error_of(const StoredTrial& stored) const {
@@ -365,10 +384,15 @@ SimulationError ErrorCheck::error_of(const StoredTrial& stored) const {
   out.worst = rig_->run_error(stored.motion, stored.sampled, accuracy_n_);
   out.worst_fabric = plan_->fabrics[spec.fabric];
   out.worst_exploration = plan_->explorations[spec.exploration].name;
-  for (const PhaseStart& start : stored.phases)
-    if (start.at <= out.worst.worst_at) out.worst_phase = to_char(start.phase);
-  if (!stored.phases.empty())
-    out.worst_at_s = to_seconds(out.worst.worst_at - stored.phases.front().at);
+  // A sample is of a frame that ended before: the first one may be of the time before the phase.
+  std::optional<TimePoint> began;
+  for (const PhaseStart& start : stored.phases) {
+    if (start.phase == Phase::none) continue;
+    if (began && start.at > out.worst.worst_at) break;
+    if (!began) began = start.at;
+    out.worst_phase = to_char(start.phase);
+  }
+  if (began) out.worst_at_s = std::max(0.0, to_seconds(out.worst.worst_at - *began));
   return out;
 }
 

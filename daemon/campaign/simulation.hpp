@@ -70,7 +70,7 @@ Result<ChosenSimulation> choose_simulation(const RigFile& rig,
                                            const std::string& recorded_rig = {});
 
 /// Fills the promise of `note` from its errors; without any it is unchecked and not held.
-void judge_promise(SimulationNote& note);
+void evaluate_promise(SimulationNote& note);
 /// Whether an accuracy was asked for and the run cannot say that it was kept.
 bool is_promise_missed(const SimulationNote& note);
 
@@ -102,7 +102,7 @@ class ErrorCheck {
 
   /// Before every mount.
   void patch_follows();
-  /// Of the recording the taxel samples count, and no others.
+  /// Of the recording the taxel samples count, without taxels the time while it was recorded.
   void trial_done(std::size_t trial, bool complete, TimePoint now, const TrialRecording& recording);
   /// One, or none when no trial was kept.
   [[nodiscard]] std::vector<SimulationError> errors() const;

@@ -55,7 +55,7 @@ bool is_run_again(const CampaignRequest& request, const CampaignHooks& hooks,
 
 }  // namespace
 
-Result<CampaignSummary> run_until_kept(const CampaignRequest& request, const CampaignHooks& hooks) {
+Result<CampaignSummary> run_until_held(const CampaignRequest& request, const CampaignHooks& hooks) {
   CampaignRequest attempt = request;
   CampaignHooks attempt_hooks = hooks;
   Result<CampaignSummary> summary = run_campaign(attempt, attempt_hooks);

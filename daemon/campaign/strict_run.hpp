@@ -13,6 +13,6 @@ inline constexpr int most_strict_repeats = 3;
 /// the table runs, at most most_strict_repeats times. The last run stays in OUT whether it kept the
 /// accuracy or not. A resumed campaign keeps its setting: it is never run again.
 /// Errors: run_campaign()'s; io, when files cannot be moved.
-Result<CampaignSummary> run_until_kept(const CampaignRequest& request, const CampaignHooks& hooks);
+Result<CampaignSummary> run_until_held(const CampaignRequest& request, const CampaignHooks& hooks);
 
 }  // namespace weft::daemon

@@ -143,7 +143,7 @@ void TrialRecording::set_phase(Phase phase, TimePoint now) {
   const bool whole = phase_ == Phase::end && phase == Phase::none;
   phase_ = phase;
   phase_began_ = now;
-  if (phase != Phase::none) phases_.push_back({phase, now});
+  phases_.push_back({phase, now});
   if (whole && quality_check_ && !trial_bad_)
     trial_bad_ = quality_check_->verdict(trial_force_.samples == 0
                                              ? 1.0

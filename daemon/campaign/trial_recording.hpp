@@ -82,7 +82,7 @@ class TrialRecording {
   [[nodiscard]] std::optional<double> commit_lag_s();
   /// When the taxel samples of the last trial that are recorded arrived.
   [[nodiscard]] const std::vector<TimePoint>& sampled() const { return sampled_; }
-  /// Begins of the last trial's phases.
+  /// Begins of the last trial's phases; `none` where nothing is recorded.
   [[nodiscard]] const std::vector<PhaseStart>& phases() const { return phases_; }
   /// Wall seconds spent in the recorder, estimated as in TimedLoop.
   [[nodiscard]] double seconds() const;

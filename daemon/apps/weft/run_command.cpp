@@ -231,7 +231,7 @@ Ran run_until_stopped(const RunArgs& args, bool prompts, Console& console) {
           },
           hooks.moment);
     }
-    auto summary = run_until_kept(request, hooks);
+    auto summary = run_until_held(request, hooks);
     progress.finish();
     return summary;
   };

@@ -7,7 +7,7 @@ namespace weft::daemon {
 using nlohmann::json;
 
 void to_json(json& out, const SimulationPromise& promise) {
-  out = {{"asked_n", promise.asked_n},
+  out = {{"asked_n", promise.requested_n},
          {"promised_n", promise.promised_n},
          {"is_checked", promise.is_checked},
          {"measured_n", promise.measured_n},
@@ -24,7 +24,7 @@ void to_json(json& out, const SimulationPromise& promise) {
 
 void from_json(const json& object, SimulationPromise& promise) {
   promise.has_run = true;
-  object.at("asked_n").get_to(promise.asked_n);
+  object.at("asked_n").get_to(promise.requested_n);
   object.at("promised_n").get_to(promise.promised_n);
   object.at("is_checked").get_to(promise.is_checked);
   object.at("measured_n").get_to(promise.measured_n);
@@ -41,11 +41,11 @@ void from_json(const json& object, SimulationPromise& promise) {
 }
 
 void to_json(json& out, const SimulationBudget& budget) {
-  out = {{"asked", budget.asked}, {"forecast", budget.forecast}, {"achieved", budget.achieved}};
+  out = {{"asked", budget.requested}, {"forecast", budget.forecast}, {"achieved", budget.achieved}};
 }
 
 void from_json(const json& object, SimulationBudget& budget) {
-  object.at("asked").get_to(budget.asked);
+  object.at("asked").get_to(budget.requested);
   object.at("forecast").get_to(budget.forecast);
   object.at("achieved").get_to(budget.achieved);
 }

@@ -9,7 +9,7 @@ namespace weft::daemon {
 
 /// Largest error of the recorded normal force [N].
 struct SimulationPromise {
-  double asked_n = 0;
+  double requested_n = 0;
   double promised_n = 0;    ///< by the table, for the setting that ran
   bool has_run = false;     ///< the campaign is over; true where it was read from a record
   bool is_checked = false;  ///< some complete trials were compared with references
@@ -17,7 +17,7 @@ struct SimulationPromise {
   double measured_n = 0;
   double uncertainty_n = 0;  ///< largest difference of the two references
   bool is_resolved = true;   ///< false: the references do not agree well enough to say
-  bool held = false;         ///< checked, resolved, and measured_n is at most asked_n
+  bool held = false;         ///< checked, resolved, and measured_n is at most requested_n
   /// Of the largest error; phase "S", "P", "M" or "E".
   std::string fabric{}, exploration{}, phase{};
   double at_s = 0;  ///< since the trial's phase S began
@@ -30,7 +30,7 @@ struct SimulationPromise {
 /// In times real time, from bring-up to the end of the error check: export and evaluation come
 /// after the record is closed.
 struct SimulationBudget {
-  double asked = 0;
+  double requested = 0;
   double forecast = 0;
   double achieved = 0;  ///< 0: not yet known
   bool operator==(const SimulationBudget&) const = default;

@@ -13,7 +13,7 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr std::size_t most_rows = 10'000;
-constexpr double most = 1e12;  // of any number in the table
+constexpr double largest_number = 1e12;  // of any number in the table
 
 struct RangeField {
   const char* key;
@@ -54,9 +54,10 @@ Result<ClothError> read_cloth(const json& object, const std::string& where) {
   if (Status s = require_object(&object, where); !s) return pass(s.error());
   ClothError out;
   FieldReader reader(object, where);
-  reader.text("fabric", out.fabric).whole("runs", out.runs, 1, most);
-  reader.required("q50_n", out.q50_n, 0, most).required("q99_n", out.q99_n, 0, most);
-  reader.required("max_n", out.max_n, 0, most);
+  reader.text("fabric", out.fabric).whole("runs", out.runs, 1, largest_number);
+  reader.required("q50_n", out.q50_n, 0, largest_number)
+      .required("q99_n", out.q99_n, 0, largest_number);
+  reader.required("max_n", out.max_n, 0, largest_number);
   if (Status s = reader.finish(); !s) return pass(s.error());
   return out;
 }
@@ -78,7 +79,8 @@ Result<FidelitySetting> make_setting(const std::string& level, const std::string
 Status read_any(const json* any, const std::string& where, MeasuredSetting& out) {
   if (Status s = require_object(any, where); !s) return s;
   FieldReader reader(*any, where);
-  reader.required("q99", out.any_q99, 0, most).required("max", out.any_max, 0, most);
+  reader.required("q99", out.any_q99, 0, largest_number)
+      .required("max", out.any_max, 0, largest_number);
   return reader.finish();
 }
 
@@ -90,7 +92,7 @@ Result<MeasuredSetting> read_setting(const json& object, const std::string& wher
   FieldReader reader(object, where);
   reader.text("level", level).text("integrator", integrator);
   reader.required("step_us", step_us, 0, 1e6);
-  reader.required("contact_us_per_s", out.contact_us_per_s, 1e-9, most);
+  reader.required("contact_us_per_s", out.contact_us_per_s, 1e-9, largest_number);
   const auto cloths = list_at(reader.child("cloths"), where + "/cloths");
   const json* any = reader.child("any");
   if (Status s = reader.finish(); !s) return pass(s.error());
@@ -111,22 +113,23 @@ Status read_conditions(const json* object, TableConditions& out) {
   const std::string where = "/conditions";
   if (Status s = require_object(object, where); !s) return s;
   FieldReader reader(*object, where);
-  reader.whole("scenes", out.scenes, 1, most).whole("seeds", out.seeds, 1, most);
-  reader.whole("space_seed", out.space_seed, 0, most).text("reference", out.reference);
+  reader.whole("scenes", out.scenes, 1, largest_number)
+      .whole("seeds", out.seeds, 1, largest_number);
+  reader.whole("space_seed", out.space_seed, 0, largest_number).text("reference", out.reference);
   reader.required("share", out.share, 0, 1).required("margin", out.margin, 1, 1e3);
   const json* ranges = reader.child("ranges");
   if (Status s = reader.finish(); !s) return s;
   if (Status s = require_object(ranges, where + "/ranges"); !s) return s;
   FieldReader range_reader(*ranges, where + "/ranges");
   for (const auto& [key, range] : range_fields)
-    range_reader.interval(key, (out.*range).least, (out.*range).most, 0, most);
+    range_reader.interval(key, (out.*range).least, (out.*range).most, 0, largest_number);
   return range_reader.finish();
 }
 
 Status read_costs(const json* object, HostCost& out) {
   if (Status s = require_object(object, "/host_cost"); !s) return s;
   FieldReader reader(*object, "/host_cost");
-  for (const auto& [key, cost] : cost_fields) reader.required(key, out.*cost, 0, most);
+  for (const auto& [key, cost] : cost_fields) reader.required(key, out.*cost, 0, largest_number);
   return reader.finish();
 }
 

@@ -15,9 +15,9 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 using sim::MeasuredRange;
 
-constexpr MeasuredRange force_n{0.2, 10}, speed_mps{0.5e-3, 4e-3}, approach_mps{1e-3, 4e-3},
-    seat_speed_mps{0.2e-3, 1e-3}, press_s{1, 10}, lambda_scale{0.7, 1.4}, stiffness_n_m{1e4, 5e4},
-    slack_m{0.6e-3, 3e-3};
+constexpr MeasuredRange force_range_n{0.2, 10}, speed_range_mps{0.5e-3, 4e-3},
+    approach_range_mps{1e-3, 4e-3}, seat_speed_range_mps{0.2e-3, 1e-3}, press_range_s{1, 10},
+    lambda_range{0.7, 1.4}, stiffness_range_n_m{1e4, 5e4}, slack_range_m{0.6e-3, 3e-3};
 constexpr double share_below_weight = 0.2;
 constexpr double below_weight = 0.9, above_weight = 1.1;  // the loop has no set point between
 constexpr int path_count = 4;
@@ -45,9 +45,9 @@ double within_log(const MeasuredRange& range, double share) {
 
 double force_of(double share, double weight_n) {
   if (share < share_below_weight)
-    return within({force_n.least, std::max(force_n.least, below_weight * weight_n)},
+    return within({force_range_n.least, std::max(force_range_n.least, below_weight * weight_n)},
                   share / share_below_weight);
-  return within({above_weight * weight_n, force_n.most},
+  return within({above_weight * weight_n, force_range_n.most},
                 (share - share_below_weight) / (1 - share_below_weight));
 }
 
@@ -80,12 +80,12 @@ Result<json> parse_object(std::string_view text, const char* where) {
 }  // namespace
 
 void write_ranges(sim::TableConditions& conditions) {
-  conditions.force_n = force_n;
-  conditions.speed_mps = speed_mps;
-  conditions.seat_speed_mps = seat_speed_mps;
-  conditions.press_s = press_s;
-  conditions.mount_stiffness_n_m = stiffness_n_m;
-  conditions.slack_m = slack_m;
+  conditions.force_n = force_range_n;
+  conditions.speed_mps = speed_range_mps;
+  conditions.seat_speed_mps = seat_speed_range_mps;
+  conditions.press_s = press_range_s;
+  conditions.mount_stiffness_n_m = stiffness_range_n_m;
+  conditions.slack_m = slack_range_m;
 }
 
 std::vector<RecipeScene> draw_recipe_scenes(const std::vector<std::string>& fabrics,
@@ -104,15 +104,15 @@ std::vector<RecipeScene> draw_recipe_scenes(const std::vector<std::string>& fabr
       return std::min(choices - 1, static_cast<std::size_t>(share * static_cast<double>(choices)));
     };
     out[i] = {.force_n = force_of(force[i], weight_n),
-              .speed_mps = within(speed_mps, speed[i]),
-              .approach_mps = within(approach_mps, approach[i]),
-              .seat_speed_mps = within(seat_speed_mps, seat[i]),
-              .press_s = within(press_s, press[i]),
+              .speed_mps = within(speed_range_mps, speed[i]),
+              .approach_mps = within(approach_range_mps, approach[i]),
+              .seat_speed_mps = within(seat_speed_range_mps, seat[i]),
+              .press_s = within(press_range_s, press[i]),
               .path = static_cast<ScenePath>(pick(path[i], path_count)),
               .fabric = fabrics[pick(cloth[i], fabrics.size())],
-              .lambda_scale = within_log(lambda_scale, lambda[i]),
-              .mount_stiffness_n_m = within_log(stiffness_n_m, stiffness[i]),
-              .slack_m = within(slack_m, slack[i])};
+              .lambda_scale = within_log(lambda_range, lambda[i]),
+              .mount_stiffness_n_m = within_log(stiffness_range_n_m, stiffness[i]),
+              .slack_m = within(slack_range_m, slack[i])};
   }
   return out;
 }

@@ -64,7 +64,7 @@ PromiseCount hold_promises(const std::filesystem::path& table, std::size_t count
   const auto library = sim::parse_fabrics(fabrics_text());
   REQUIRE(library);
   const auto scenes = draw_recipe_scenes(library->names(), weight_n, count, space_seed);
-  constexpr double wishes_n[]{0.05, 0.3, 2};
+  constexpr double accuracies_n[]{0.05, 0.3, 2};
   PromiseCount out;
   for (std::size_t i = 0; i < scenes.size() * seeds; ++i) {
     const RecipeScene& scene = scenes[i / seeds];
@@ -73,7 +73,7 @@ PromiseCount hold_promises(const std::filesystem::path& table, std::size_t count
     INFO(scene_recipe(scene, 1 + i % seeds));
     Result<SettledRequest> settled = fail({.code = Errc::unsupported});
     for (std::size_t k = i % 3; k < 3 && !settled; ++k) {
-      request.fidelity.accuracy_n = wishes_n[k];
+      request.fidelity.accuracy_n = accuracies_n[k];
       settled = settled_request(request);
     }
     if (!settled) {
@@ -86,15 +86,16 @@ PromiseCount hold_promises(const std::filesystem::path& table, std::size_t count
     REQUIRE(summary->simulation.promise);
     const SimulationPromise& promise = *summary->simulation.promise;
     REQUIRE(promise.is_checked);
-    CHECK(promise.promised_n <= promise.asked_n);
-    CHECK(promise.held == (promise.is_resolved && promise.measured_n <= promise.asked_n));
+    CHECK(promise.promised_n <= promise.requested_n);
+    CHECK(promise.held == (promise.is_resolved && promise.measured_n <= promise.requested_n));
     CHECK(is_promise_missed(summary->simulation) == !promise.held);
     ++out.runs;
     out.held += promise.held ? 1 : 0;
     if (!promise.held)
-      WARN(scene.fabric << ": asked " << promise.asked_n << " N, promised " << promise.promised_n
-                        << " N, measured " << promise.measured_n << " N in phase " << promise.phase
-                        << " at " << summary->simulation.setting);
+      WARN(scene.fabric << ": asked " << promise.requested_n << " N, promised "
+                        << promise.promised_n << " N, measured " << promise.measured_n
+                        << " N in phase " << promise.phase << " at "
+                        << summary->simulation.setting);
   }
   return out;
 }

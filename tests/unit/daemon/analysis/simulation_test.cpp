@@ -170,7 +170,7 @@ TEST_CASE("a strict accuracy runs the next settings, and keeps what was missed a
   CampaignRequest request = denim_request(folder, 1e-6);
   request.fidelity.accuracy_n = 1e-5;
   request.fidelity.strict = true;
-  const auto s = run_until_kept(request, {});
+  const auto s = run_until_held(request, {});
   if (!s) FAIL(to_string(s.error()));
   // three settings, none of which keeps 10 uN: the last one stays
   CHECK(s->simulation.setting == "L2 midpoint 0.096 ms");
@@ -196,7 +196,7 @@ TEST_CASE("a budget is forecast before the run and achieved after it") {
   const CampaignSummary s = ran(request);
   CHECK(s.simulation.setting == "L2 midpoint 0.096 ms");  // 2500 us of a bench second
   REQUIRE(s.simulation.budget);
-  CHECK(s.simulation.budget->asked == 1);
+  CHECK(s.simulation.budget->requested == 1);
   CHECK(s.simulation.budget->forecast == Approx(400).epsilon(0.01));
   CHECK(s.simulation.budget->achieved > 0);
   CHECK_FALSE(is_promise_missed(s.simulation));
