@@ -122,7 +122,9 @@ Result<ChosenSimulation> choose_fidelity(const CampaignRequest& request, const r
                  .what = "an accuracy is checked by the run itself",
                  .expected = "--accuracy without --no-error-check",
                  .hint = "Leave one of the two out"});
-  return choose_simulation(rig, request.rig, plan, request.fidelity, recorded_rig(request));
+  FidelityRequest fidelity = request.fidelity;
+  fidelity.is_checked = request.error_check;
+  return choose_simulation(rig, request.rig, plan, fidelity, recorded_rig(request));
 }
 
 std::uint64_t disk_forecast(const recipes::Plan& plan) {

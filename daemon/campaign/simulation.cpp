@@ -44,7 +44,7 @@ sim::RunSize run_size(const recipes::Plan& plan, const FidelityRequest& requeste
       plan.forecast.trials_s() / static_cast<double>(std::max<std::size_t>(1, plan.trials.size()));
   return {.bench_s = plan.forecast.duration_s,
           .trials = plan.trials.size(),
-          .checked_s = trial_s * static_cast<double>(checked),
+          .checked_s = requested.is_checked ? trial_s * static_cast<double>(checked) : 0,
           .is_fully_checked = fully,
           .is_evaluated = requested.is_evaluated};
 }

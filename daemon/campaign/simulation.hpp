@@ -26,6 +26,7 @@ struct FidelityRequest {
   std::optional<double> promise_below_n{};  ///< of a strict run after its first attempt
   std::optional<double> probe_us{};  ///< this machine's speed; none: measured, once per process
   bool is_evaluated = true;          ///< evaluation counts as a part of the run
+  bool is_checked = true;            ///< so does the error check
 
   [[nodiscard]] bool uses_table() const {
     return accuracy_n.has_value() || times_real_time.has_value();
