@@ -30,7 +30,8 @@ weft_module(daemon/pages/plot USES daemon/base/text classifier/vibro)
 
 # analysis: what is computed and shown about data that exist
 weft_module(daemon/analysis/report USES daemon/campaign daemon/pages/plot)
-weft_module(daemon/analysis/tradeoff RECURSE USES daemon/pages/plot daemon/storage/recordings classifier/live recipes sim/devices)
+weft_module(daemon/analysis/tradeoff RECURSE USES daemon/campaign daemon/pages/plot daemon/storage/recordings classifier/live recipes
+            sim/devices)
 weft_module(daemon/analysis/calibration USES daemon/storage/dataset sim/plant SYSTEM Eigen3::Eigen)
 weft_module(daemon/analysis/design USES daemon/analysis/report daemon/analysis/tradeoff classifier/design)
 weft_module(daemon/analysis/imprint USES daemon/pages/plot daemon/storage/imprints sim/plant)

@@ -370,9 +370,18 @@ std::optional<BenchMotion> Rig::extract_motion(TimePoint now) {
   return parts_->bench_plant.extract_motion();
 }
 
-std::vector<RunError> Rig::run_errors(const BenchMotion& motion,
-                                      const std::vector<TimePoint>& sampled) const {
-  return sim::run_errors(parts_->config.bench_plant.plant, parts_->seed, motion, sampled);
+RunError Rig::run_error(const BenchMotion& motion, const std::vector<TimePoint>& sampled,
+                        std::optional<double> accuracy_n) const {
+  return sim::run_error(parts_->config.bench_plant.plant, parts_->seed, motion, sampled,
+                        accuracy_n);
+}
+
+const PlantParams& Rig::plant_params() const {
+  return parts_->config.bench_plant.plant;
+}
+
+std::uint64_t Rig::seed() const {
+  return parts_->seed;
 }
 
 }  // namespace weft::sim

@@ -10,6 +10,7 @@
 #include "daemon/analysis/report/trace.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/text/format.hpp"
+#include "daemon/campaign/promise_text.hpp"
 #include "recipes/engine/engine.hpp"
 
 namespace weft::daemon {
@@ -221,6 +222,8 @@ ordered_json run_json(const CampaignSummary& run) {
   if (!run.simulation.empty()) {
     out["simulation"] = ordered_json::parse(to_json(run.simulation));
     out["simulation"]["sentence"] = sentence(run.simulation);
+    if (const auto lines = promise_lines(run.simulation); !lines.empty())
+      out["simulation"]["kept"] = lines;
   }
   return out;
 }
@@ -232,13 +235,23 @@ std::string sentence(const SimulationNote& note) {
   return out;
 }
 
+std::vector<std::string> promise_lines(const SimulationNote& note) {
+  std::vector<std::string> lines;
+  for (std::string line : {format_promise(note), format_budget(note)})
+    if (!line.empty()) lines.push_back(std::move(line));
+  return lines;
+}
+
 std::vector<std::string> error_lines(const SimulationNote& note) {
   std::vector<std::string> lines;
   for (const SimulationError& error : note.errors) {
     const sim::RunError& e = error.worst;
+    const std::string unsure = e.is_doubled ? "; two references differ by at most " +
+                                                  general(e.uncertainty_n * 1e3) + " mN"
+                                            : std::string();
     const std::string pads =
         e.pads ? text("; taxels max %.0f, rms %.2g counts", e.counts_max, e.counts_rms) : "";
-    lines.push_back(against(error) + pads + " (" + std::to_string(error.trials) +
+    lines.push_back(against(error) + unsure + pads + " (" + std::to_string(error.trials) +
                     (error.trials == 1 ? " trial" : " trials") + " played again, worst on " +
                     error.worst_fabric +
                     text("). Touch-down and ramps, which are not recorded: max %.3g mN; without a "
@@ -250,7 +263,9 @@ std::vector<std::string> error_lines(const SimulationNote& note) {
 
 std::string simulation_text(const SimulationNote& note) {
   if (note.empty()) return {};
-  std::string out = wrapped(sentence(note), "  ");
+  std::string out;
+  for (const std::string& line : promise_lines(note)) out += wrapped(line, "  ");
+  out += wrapped(sentence(note), "  ");
   for (const std::string& line : error_lines(note)) out += wrapped(line, "    ");
   return out;
 }
