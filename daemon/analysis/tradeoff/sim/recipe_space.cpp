@@ -11,7 +11,6 @@
 namespace weft::daemon {
 namespace {
 
-using nlohmann::json;
 using nlohmann::ordered_json;
 using sim::MeasuredRange;
 
@@ -70,7 +69,7 @@ ordered_json path_of(const RecipeScene& scene) {
   return {};
 }
 
-Result<json> parse_object(std::string_view text, const char* where) {
+Result<nlohmann::json> parse_object(std::string_view text, const char* where) {
   auto root = parse_json(text);
   if (!root) return pass(root.error(), where);
   if (root->is_object()) return root;
@@ -150,20 +149,20 @@ Result<std::string> scene_rig(std::string_view base_rig, const RecipeScene& scen
   auto rig = parse_object(base_rig, "rig file");
   if (!rig) return pass(rig.error());
   try {
-    json& root = *rig;
+    nlohmann::json& root = *rig;
     root["probe"]["slack_mm"] = scene.slack_m * mm_per_m;
     root["probe"]["rest_travel_mm"] = scene.slack_m * mm_per_m / 2;
     root["plate"]["surface_z_mm"] = surface_mm;
     root["plate"]["size_mm"] = {plate_mm, plate_mm};
-    json& simulation = root["simulation"];
+    nlohmann::json& simulation = root["simulation"];
     simulation["mount_stiffness_n_m"] = scene.mount_stiffness_n_m;
     simulation["fabrics"] = "fabrics.json";
-    for (json& device : root["devices"]) {
+    for (nlohmann::json& device : root["devices"]) {
       const std::string role = device.value("role", "");
       if (role == "x" || role == "y" || role == "z") device["emulator"]["start_mm"] = start_mm;
     }
     return root.dump();
-  } catch (const json::exception& e) {
+  } catch (const nlohmann::json::exception& e) {
     return fail({.code = Errc::parse,
                  .where = "rig file",
                  .what = "not a rig file of a simulated bench",
@@ -177,13 +176,13 @@ Result<std::string> scene_fabrics(std::string_view fabrics_json, const RecipeSce
   auto table = parse_object(fabrics_json, "cloth table");
   if (!table) return pass(table.error());
   try {
-    for (json& fabric : table->at("fabrics")) {
+    for (nlohmann::json& fabric : table->at("fabrics")) {
       if (fabric.at("name") != scene.fabric) continue;
-      json& work = fabric.at("WC_gfcm_cm2").at(0);
+      nlohmann::json& work = fabric.at("WC_gfcm_cm2").at(0);
       work = work.get<double>() * scene.lambda_scale;
       return table->dump();
     }
-  } catch (const json::exception& e) {
+  } catch (const nlohmann::json::exception& e) {
     return fail({.code = Errc::parse,
                  .where = "cloth table",
                  .what = "not a cloth table",
