@@ -39,6 +39,8 @@ struct RecordingView {
   std::vector<std::string> remarks;   ///< a sentence each
 };
 
+/// Ratio of pitches that count as one.
+constexpr double same_pitch = 1.05;
 /// Fewer samples of phase M are no stroke.
 constexpr std::size_t least_samples = 16;
 

@@ -13,7 +13,6 @@ namespace weft::daemon::calibration {
 namespace {
 
 constexpr double least_shown = 1e-5;  // told apart from 0 on a scale that has no 0
-constexpr double same_pitch = 1.05;   // ratio of pitches that count as one
 constexpr std::array band_names{"band_0.01", "band_0.03", "band_0.1", "band_0.3", "band_1"};
 static_assert(band_names.size() == bands);
 

@@ -11,7 +11,6 @@ namespace {
 
 constexpr std::size_t pair_of_strokes = 2;
 constexpr std::size_t cell_stride = 5;  // to other conditions; no factor of usual numbers of them
-constexpr double same_pitch = 1.05;
 
 using Indices = std::vector<std::size_t>;
 
