@@ -1,0 +1,41 @@
+#pragma once
+// A minimum within the unit cube, without derivatives: BOBYQA of NLopt (docs/adr/0022).
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon::calibration {
+
+/// At least 0, finite. Called from one thread.
+using Cost = std::function<double(std::span<const double> at)>;
+
+struct Minimum {
+  std::vector<double> at;  ///< in [0, 1]
+  double value = 0;
+  std::size_t evaluations = 0;
+};
+
+/// Whether Weft was built with NLopt.
+bool has_nlopt();
+/// "2.7.1"; empty without it.
+std::string nlopt_version();
+
+/// The best point of at most `evaluations` from `start`; the start itself where nothing is better.
+/// Deterministic: ends by counts and by the size of a step, never by time.
+/// Errors: unsupported (Weft was built without NLopt; says what to install).
+Result<Minimum> minimise(const Cost& cost, std::span<const double> start, std::size_t evaluations);
+
+/// Point `index` of Sobol's sequence (Joe and Kuo 2008), from 1 on; at most 8 dimensions.
+std::vector<double> sobol_point(std::size_t index, std::size_t dimensions);
+
+/// minimise() from `start` and from points 1 to `starts` - 1 of Sobol's sequence, `evaluations` for
+/// each; once more from the best. More than 8 dimensions: from `start` alone. Errors: as above.
+Result<Minimum> minimise_from_many(const Cost& cost, std::span<const double> start,
+                                   std::size_t starts, std::size_t evaluations);
+
+}  // namespace weft::daemon::calibration

@@ -1,0 +1,278 @@
+#include "daemon/analysis/calibration/scene.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <thread>
+
+#include "protocols/base/time.hpp"
+#include "sim/plant/plant.hpp"
+#include "sim/plant/random.hpp"
+
+namespace weft::daemon::calibration {
+namespace {
+
+constexpr double sample_s = 1e-9 * static_cast<double>(sim::pad_timing::frame_ns);
+constexpr double conversion_s = 1e-9 * static_cast<double>(sim::pad_timing::stage_ns);
+constexpr double soft_n_m = 200;       // 50 um of cloth change the force by 10 mN
+constexpr double slack_m = 20e-3;      // the probe rests in the middle of it
+constexpr double least_rest_n = 0.01;  // 40 Pa: nothing beside a pad's 20 kPa
+constexpr double most_rest = 0.9;      // of the force
+constexpr double most_of_range = 0.7;  // of a closed pad's counts, for the largest level
+constexpr double closed_pa = 1e12, almost_closed = 0.999;
+constexpr double patch_m = 20e-3;  // between paths of one mounting: wider than the face
+constexpr std::size_t rest_scans = 15, press_scans = 40;
+constexpr double lead_s = 0.5;  // of the stroke, which a view leaves out
+
+double mean_level(const Stroke& stroke) {
+  double sum = 0;
+  for (const double level : stroke.level) sum += level;
+  return sum / static_cast<double>(stroke.level.size());
+}
+
+/// The times of the plant in samples of the recording.
+void scale_times(ClothModel::Inputs& inputs, double ratio) {
+  inputs.pads.creep_time_s *= ratio;
+  inputs.pads.drift_time_s *= ratio;
+  inputs.pads.common_mode_time_s *= ratio;
+  for (double& time_s : inputs.params.relaxation_time_s) time_s *= ratio;
+}
+
+/// Counts of the recorded sensor become counts of the plant's.
+void scale_counts(sim::PadParams& pads, double scale) {
+  pads.noise_counts /= scale;
+  pads.noise_per_count /= scale;
+  pads.drift_counts /= scale;
+}
+
+/// Forces of one mounting, from recorded forces or levels.
+struct Press {
+  double rest_n;
+  std::vector<double> force_n;  ///< of each stroke
+};
+
+/// One sensor over one mounted piece.
+class Stylus {
+ public:
+  Stylus(const sim::PlantParams& params, std::uint64_t seed) : plant_(params, seed) {}
+
+  using Counts = std::array<std::uint16_t, sim::pad_count>;
+
+  /// Puts the probe on the cloth: it rests there by its own weight.
+  void rest(const sim::Patch& patch, double x_m) {
+    sim::PlantMemory memory = plant_.memory();
+    memory.contact = {};  // the cloth has had the time to recover; pads and dose go on
+    pose_ = {.x_m = x_m, .z_m = -patch.material.thickness_m - slack_m / 2};
+    plant_.mount(patch, pose_, {}, touched_ ? &memory : nullptr);
+    touched_ = true;
+  }
+  void press_to(double force_n, double rest_n) {
+    pose_.z_m = plant_.contact_now().probe_z_m() + (force_n - rest_n) / soft_n_m;
+    for (std::size_t i = 0; i < press_scans; ++i) {
+      scan(0);
+      pose_.z_m += (force_n - plant_.contact_now().normal_n) / soft_n_m;
+    }
+  }
+  /// One sample, after the probe has moved by `dy_m`.
+  const Counts& scan(double dy_m) {
+    const sim::Pose from = pose_;
+    pose_.y_m += dy_m;
+    for (int stage = 0; stage < sim::pad_timing::stages; ++stage) {
+      plant_.advance(sim::between(from, pose_, (stage + 1) * conversion_s / sample_s),
+                     conversion_s);
+      plant_.convert(stage, frame_);
+    }
+    plant_.advance(pose_, sample_s - sim::pad_timing::stages * conversion_s);
+    ++frame_;
+    return plant_.pad_counts();
+  }
+  [[nodiscard]] double force_n() const { return plant_.contact_now().normal_n; }
+
+ private:
+  sim::Plant plant_;
+  sim::Pose pose_;
+  std::uint64_t frame_ = 0;
+  bool touched_ = false;
+};
+
+/// One stroke from the moment the probe is on the cloth; channels as in the view.
+Stroke slide_once(Stylus& stylus, const Stroke& like, const std::vector<std::size_t>& pads,
+                  double force_n, double rest_n, double scale) {
+  Stroke out = like;
+  std::vector<double> idle(pads.size(), 0);
+  for (std::size_t i = 0; i < rest_scans; ++i) {
+    const Stylus::Counts& counts = stylus.scan(0);
+    for (std::size_t c = 0; c < pads.size(); ++c)
+      idle[c] += static_cast<double>(counts[pads[c]]) / static_cast<double>(rest_scans);
+  }
+  stylus.press_to(force_n, rest_n);
+  const double dy_m = like.speed_mps / like.rate_hz;
+  for (auto lead = std::lround(lead_s * like.rate_hz); lead > 0; --lead) stylus.scan(dy_m);
+  for (std::size_t i = 0; i < like.samples(); ++i) {
+    const Stylus::Counts& counts = stylus.scan(dy_m);
+    for (std::size_t c = 0; c < pads.size(); ++c)
+      out.counts[c][i] = scale * (static_cast<double>(counts[pads[c]]) - idle[c]);
+  }
+  for (std::size_t c = 0; c < pads.size(); ++c) {
+    double sum = 0;
+    for (const double x : out.counts[c]) sum += x;
+    out.level[c] = sum / static_cast<double>(like.samples());
+  }
+  out.force_n = std::isnan(like.force_n) ? like.force_n : stylus.force_n();
+  return out;
+}
+
+/// With known forces the load at rest is what the level lacks; else the level decides the force.
+Press plan_press(const RecordingView& view, const SceneGroup& group, const sim::PadParams& pads,
+                 double scale) {
+  const double area_m2 = sim::ContactGeometry{}.face_area_m2();
+  Press out{least_rest_n, {}};
+  double rest_n = 0;
+  for (const std::size_t i : group.strokes) {
+    const Stroke& stroke = view.strokes[i];
+    const double level = std::max(1.0, mean_level(stroke) / scale);
+    if (std::isnan(stroke.force_n)) {
+      out.force_n.push_back(area_m2 * pressure_for(pads, level));
+      continue;
+    }
+    out.force_n.push_back(std::max(stroke.force_n, 2 * least_rest_n));
+    const double idle = counts_under(pads, out.force_n.back() / area_m2) - level;
+    rest_n += std::min(most_rest * out.force_n.back(),
+                       idle > 0 ? area_m2 * pressure_for(pads, idle) : 0);
+  }
+  out.rest_n = std::max(least_rest_n, rest_n / static_cast<double>(group.strokes.size()));
+  for (double& force_n : out.force_n) force_n = std::max(force_n, out.rest_n);
+  return out;
+}
+
+/// Runs work(0) to work(count - 1), each once.
+template <class Work>
+void run_all(std::size_t count, std::size_t threads, const Work& work) {
+  std::atomic<std::size_t> next{0};
+  const auto take = [&] {
+    for (std::size_t i = next++; i < count; i = next++) work(i);
+  };
+  std::vector<std::jthread> others;
+  for (std::size_t i = 1; i < std::min(threads, count); ++i) others.emplace_back(take);
+  take();
+}
+
+}  // namespace
+
+double counts_under(const sim::PadParams& pads, double pressure_pa) {
+  const double gap_m = pads.gap_m * pads.gap_pressure_pa / (pads.gap_pressure_pa + pressure_pa);
+  return (sim::capacitance_f(pads, gap_m) - sim::capacitance_f(pads, pads.gap_m)) / pads.lsb_f;
+}
+
+double pressure_for(const sim::PadParams& pads, double counts) {
+  const double held = std::clamp(counts, 0.0, almost_closed * counts_under(pads, closed_pa));
+  double low_pa = 0, high_pa = closed_pa;
+  for (int i = 0; i < 100; ++i) {  // in the root: small pressures need their digits
+    const double root = 0.5 * (std::sqrt(low_pa) + std::sqrt(high_pa)), middle_pa = root * root;
+    (counts_under(pads, middle_pa) < held ? low_pa : high_pa) = middle_pa;
+  }
+  return high_pa;
+}
+
+Result<Scene> Scene::make(const RecordingView& like, const ClothModel& model) {
+  if (like.recorded.empty() || like.recorded.back() >= sim::pad_count)
+    return fail({.code = Errc::unsupported,
+                 .where = "recordings",
+                 .what = "the array has more channels than the simulated one",
+                 .expected = "at most " + std::to_string(sim::pad_count),
+                 .got = std::to_string(like.recorded_channels)});
+  Scene out(like, model);
+  double level = 0;
+  for (std::size_t i = 0; i < like.strokes.size(); ++i) {
+    const Stroke& stroke = like.strokes[i];
+    level = std::max(level, mean_level(stroke));
+    const auto same = [&](const Job& job) {
+      return job.group.cloth == stroke.cloth && job.group.mounting == stroke.mounting &&
+             job.group.rate_hz == stroke.rate_hz;
+    };
+    auto job = std::ranges::find_if(out.jobs_, same);
+    if (job == out.jobs_.end())
+      job = out.jobs_.insert(job, Job{{stroke.cloth, stroke.mounting, stroke.rate_hz, {}}, {}});
+    job->group.strokes.push_back(i);
+  }
+  const sim::PadParams pads = model.inputs(like.strokes.front().cloth, model.start()).pads;
+  out.scale_ = std::max(1.0, level / (most_of_range * counts_under(pads, closed_pa)));
+  return out;
+}
+
+/// Those of the group's cloth and those of all cloths: the rest has no effect on it.
+std::vector<double> Scene::values_of(const SceneGroup& group,
+                                     std::span<const double> values) const {
+  std::vector<double> out;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::string& cloth = model_->parameters()[i].cloth;
+    if (cloth.empty() || cloth == group.cloth) out.push_back(values[i]);
+  }
+  return out;
+}
+
+Status Scene::make_group(Job& job, std::span<const double> values, std::uint64_t seed) const {
+  std::vector<double> own = values_of(job.group, values);
+  const auto is_made = [&](const Made& made) {
+    return !made.strokes.empty() && made.seed == seed && made.values == own;
+  };
+  if (is_made(job.made[0])) return {};
+  std::swap(job.made[0], job.made[1]);
+  if (is_made(job.made[0])) return {};
+  auto strokes = slide(job.group, values, seed);
+  if (!strokes) return pass(strokes.error(), job.group.cloth);
+  job.made[0] = {std::move(own), seed, std::move(*strokes)};
+  return {};
+}
+
+Result<std::vector<Stroke>> Scene::slide(const SceneGroup& group, std::span<const double> values,
+                                         std::uint64_t seed) const {
+  ClothModel::Inputs inputs = model_->inputs(group.cloth, values);
+  const Press press = plan_press(like_, group, inputs.pads, scale_);
+  scale_times(inputs, group.rate_hz * sample_s);
+  scale_counts(inputs.pads, scale_);
+  sim::PlantParams params;
+  params.quasistatic_step_s = sample_s;
+  params.pads = inputs.pads;
+  params.cover = inputs.params.cover;
+  params.mount = {.mass_kg = press.rest_n / standard_gravity_mps2,
+                  .stiffness_n_m = soft_n_m,
+                  .slack_m = slack_m};
+  const std::uint64_t rig = sim::mix(seed, "rig");
+  std::optional<Stylus> stylus;
+  std::vector<Stroke> out;
+  for (const std::size_t i : group.strokes) {
+    const Stroke& like = like_.strokes[i];
+    const sim::PatchSeeds seeds{sim::mix(seed, "piece"),
+                                sim::mix(sim::mix(seed, "mounting"), group.mounting),
+                                sim::mix(sim::mix(sim::mix(seed, "touch"), like.cell), like.repetition)};
+    const auto patch = sim::cut_patch(inputs.fabric, inputs.params, inputs.spread, {}, seeds);
+    if (!patch) return pass(patch.error());
+    if (!stylus) {
+      if (Status ok = sim::check(params, patch->material); !ok) return pass(ok.error());
+      stylus.emplace(params, rig);
+    }
+    stylus->rest(*patch, patch_m * like.patch);
+    out.push_back(slide_once(*stylus, like, like_.recorded, press.force_n[out.size()],
+                             press.rest_n, scale_));
+  }
+  return out;
+}
+
+Result<RecordingView> Scene::simulate(std::span<const double> values, std::uint64_t seed,
+                                      std::size_t threads) {
+  std::vector<Status> done(jobs_.size());
+  run_all(jobs_.size(), threads,
+          [&](std::size_t i) { done[i] = make_group(jobs_[i], values, seed); });
+  RecordingView out = like_;
+  out.remarks.clear();
+  for (std::size_t j = 0; j < jobs_.size(); ++j) {
+    if (!done[j]) return pass(done[j].error());
+    const SceneGroup& group = jobs_[j].group;
+    for (std::size_t k = 0; k < group.strokes.size(); ++k)
+      out.strokes[group.strokes[k]] = jobs_[j].made[0].strokes[k];
+  }
+  return out;
+}
+
+}  // namespace weft::daemon::calibration

@@ -1,0 +1,71 @@
+#pragma once
+// The strokes of a view, made by the plant: same cloths, mountings, patches, speeds, lengths and
+// repetitions. SIMULATED.
+//
+// The probe is pressed at a constant force by a spring so soft that the cloth's height does not
+// change it. Force: as recorded; without a wrench that which gives the recorded level (a
+// nuisance). Where phase S was recorded with the probe on the cloth, counts are above that load:
+// with a known force the load at rest follows from the level. A sensor that reads more counts than
+// the plant's can has its counts scaled down (`scale`).
+//
+// Frames of the plant are taken for samples of the recording, whatever its rate: path and noise are
+// per sample, and all times of the plant are scaled by the ratio of the rates.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+
+#include "daemon/analysis/calibration/cloth_model.hpp"
+
+namespace weft::daemon::calibration {
+
+/// What one piece in one mounting sees.
+struct SceneGroup {
+  std::string cloth;
+  std::uint32_t mounting = 0;
+  double rate_hz = 0;
+  std::vector<std::size_t> strokes;  ///< of the view, in its order
+};
+
+/// Counts per kind of pad: the closed form of the plant's pad under even pressure.
+double counts_under(const sim::PadParams& pads, double pressure_pa);
+/// Its inverse; the pressure is at most that of 99.9 % of the counts of a closed pad.
+double pressure_for(const sim::PadParams& pads, double counts);
+
+class Scene {
+ public:
+  /// `model` must outlive it. Errors: unsupported, for an array of more channels than the plant's.
+  static Result<Scene> make(const RecordingView& like, const ClothModel& model);
+
+  /// Strokes in the order of `like`. Groups are computed apart, so that the number of threads
+  /// changes nothing, and a group whose parameters are those of one of its last two calls is not
+  /// computed again. Errors: range, for values that the plant refuses.
+  Result<RecordingView> simulate(std::span<const double> values, std::uint64_t seed,
+                                 std::size_t threads);
+  /// Counts of the recorded sensor per count of the plant's, at least 1.
+  [[nodiscard]] double scale() const { return scale_; }
+
+ private:
+  struct Made {
+    std::vector<double> values;
+    std::uint64_t seed = 0;
+    std::vector<Stroke> strokes;
+  };
+  struct Job {
+    SceneGroup group;
+    std::array<Made, 2> made;
+  };
+  Scene(const RecordingView& like, const ClothModel& model) : like_(like), model_(&model) {}
+  [[nodiscard]] std::vector<double> values_of(const SceneGroup& group,
+                                              std::span<const double> values) const;
+  Status make_group(Job& job, std::span<const double> values, std::uint64_t seed) const;
+  Result<std::vector<Stroke>> slide(const SceneGroup& group, std::span<const double> values,
+                                    std::uint64_t seed) const;
+
+  RecordingView like_;
+  const ClothModel* model_;
+  double scale_ = 1;
+  std::vector<Job> jobs_;
+};
+
+}  // namespace weft::daemon::calibration

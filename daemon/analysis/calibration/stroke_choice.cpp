@@ -1,0 +1,133 @@
+#include "daemon/analysis/calibration/stroke_choice.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "daemon/analysis/calibration/stroke_summary.hpp"
+
+namespace weft::daemon::calibration {
+namespace {
+
+constexpr std::size_t pair_of_strokes = 2;
+constexpr std::size_t cell_stride = 5;  // to other conditions; no factor of usual numbers of them
+constexpr double same_pitch = 1.05;
+
+using Indices = std::vector<std::size_t>;
+
+struct CellStrokes {
+  std::uint32_t mounting = 0;
+  Indices strokes;  ///< by repetition
+};
+struct ClothCells {
+  std::string cloth;
+  std::vector<CellStrokes> cells;  ///< in order of appearance
+};
+
+CellStrokes& cell_of(std::vector<ClothCells>& cloths, const Stroke& stroke,
+                     std::map<std::pair<std::string, std::string>, std::size_t>& seen) {
+  auto cloth = std::ranges::find(cloths, stroke.cloth, &ClothCells::cloth);
+  if (cloth == cloths.end()) cloth = cloths.insert(cloths.end(), {stroke.cloth, {}});
+  const auto [at, is_new] = seen.try_emplace({stroke.cloth, stroke.cell}, cloth->cells.size());
+  if (is_new) cloth->cells.push_back({stroke.mounting, {}});
+  return cloth->cells[at->second];
+}
+
+std::vector<ClothCells> list_cells(const RecordingView& view) {
+  std::vector<ClothCells> out;
+  std::map<std::pair<std::string, std::string>, std::size_t> seen;
+  for (std::size_t i = 0; i < view.strokes.size(); ++i)
+    cell_of(out, view.strokes[i], seen).strokes.push_back(i);
+  for (ClothCells& cloth : out)
+    for (CellStrokes& cell : cloth.cells)
+      std::ranges::stable_sort(cell.strokes, {},
+                               [&](std::size_t i) { return view.strokes[i].repetition; });
+  return out;
+}
+
+std::size_t count_windows(const Stroke& stroke) {
+  const double length_mm = static_cast<double>(stroke.samples()) * stroke.pitch_mm();
+  return std::max<std::size_t>(1, static_cast<std::size_t>(length_mm / window_mm));
+}
+
+/// Mountings in turn, each time at other conditions.
+Indices order_of(const ClothCells& cloth, std::size_t number) {
+  std::map<std::uint32_t, std::vector<const CellStrokes*>> by_mounting;
+  for (const CellStrokes& cell : cloth.cells) by_mounting[cell.mounting].push_back(&cell);
+  Indices out;
+  for (std::size_t round = 0, left = cloth.cells.size(); left > 0; ++round)
+    for (auto& [mounting, cells] : by_mounting) {
+      if (cells.empty()) continue;
+      const auto at = (number + cell_stride * (round + mounting)) % cells.size();
+      const Indices& strokes = cells[at]->strokes;
+      out.insert(out.end(), strokes.begin(),
+                 strokes.begin() + static_cast<std::ptrdiff_t>(std::min(pair_of_strokes, strokes.size())));
+      cells.erase(cells.begin() + static_cast<std::ptrdiff_t>(at));
+      --left;
+    }
+  return out;
+}
+
+/// Every third cell; none where nothing would be left.
+bool holds_out_cell(std::size_t cell, std::size_t cells) {
+  return cells >= 3 && cell % 3 == 2;
+}
+
+}  // namespace
+
+RecordingView subset(const RecordingView& view, const Indices& indices) {
+  RecordingView out = {
+      {}, view.channels, view.recorded, view.recorded_channels, view.remarks};
+  for (const std::size_t i : indices) out.strokes.push_back(view.strokes[i]);
+  return out;
+}
+
+RecordingView choose_strokes(const RecordingView& view, std::size_t windows) {
+  std::vector<Indices> orders;
+  for (const ClothCells& cloth : list_cells(view)) orders.push_back(order_of(cloth, orders.size()));
+  Indices chosen;
+  std::size_t taken = 0;
+  for (std::size_t round = 0; taken < windows || round == 0; ++round) {
+    bool any = false;
+    for (const Indices& order : orders) {
+      if (round >= order.size()) continue;
+      any = true;
+      const std::size_t more = count_windows(view.strokes[order[round]]);
+      if (round > 0 && taken + more > windows) continue;
+      chosen.push_back(order[round]);
+      taken += more;
+    }
+    if (!any) break;
+  }
+  std::ranges::sort(chosen);  // as recorded: what the pads remember comes in this order
+  return subset(view, chosen);
+}
+
+RecordingView finest_strokes(const RecordingView& view) {
+  double finest_mm = view.strokes.front().pitch_mm();
+  for (const Stroke& stroke : view.strokes) finest_mm = std::min(finest_mm, stroke.pitch_mm());
+  Indices out;
+  for (std::size_t i = 0; i < view.strokes.size(); ++i)
+    if (view.strokes[i].pitch_mm() <= same_pitch * finest_mm) out.push_back(i);
+  return subset(view, out);
+}
+
+SplitView split_held_out(const RecordingView& view) {
+  std::set<std::size_t> held;
+  for (const ClothCells& cloth : list_cells(view))
+    for (std::size_t c = 0; c < cloth.cells.size(); ++c) {
+      const Indices& strokes = cloth.cells[c].strokes;
+      const std::size_t count = strokes.size() >= 3 ? strokes.size() / 3
+                                : holds_out_cell(c, cloth.cells.size()) ? strokes.size()
+                                                                        : 0;
+      held.insert(strokes.end() - static_cast<std::ptrdiff_t>(count), strokes.end());
+    }
+  Indices fitted;
+  for (std::size_t i = 0; i < view.strokes.size(); ++i)
+    if (!held.contains(i)) fitted.push_back(i);
+  SplitView out{subset(view, fitted), std::nullopt};
+  if (!held.empty()) out.held_out = subset(view, {held.begin(), held.end()});
+  return out;
+}
+
+}  // namespace weft::daemon::calibration

@@ -1,0 +1,31 @@
+#pragma once
+// Which strokes of a view are fitted, simulated and held out: by rule, never by chance.
+
+#include <cstddef>
+#include <optional>
+
+#include "daemon/analysis/calibration/recording_view.hpp"
+
+namespace weft::daemon::calibration {
+
+/// The strokes at `indices`, in that order; remarks stay.
+RecordingView subset(const RecordingView& view, const std::vector<std::size_t>& indices);
+
+/// At most `windows` windows of 50 mm (a shorter stroke counts as one), but one stroke of each
+/// cloth in any case. Cloths take turns; each first takes two repetitions of a cell, then the same
+/// of another mounting or place, at conditions that differ from cloth to cloth: a level, a speed
+/// and a pair of each as far as there is room.
+RecordingView choose_strokes(const RecordingView& view, std::size_t windows);
+
+/// The strokes with the finest pitch, within 5 %: of those the noise law is.
+RecordingView finest_strokes(const RecordingView& view);
+
+struct SplitView {
+  RecordingView fitted;
+  std::optional<RecordingView> held_out;  ///< none: too little is recorded for a check
+};
+/// Cells with three repetitions or more: their last third, at least one, is held out. Cells with
+/// fewer: every third cell of each cloth, so that the pairs of the others can be fitted.
+SplitView split_held_out(const RecordingView& view);
+
+}  // namespace weft::daemon::calibration
