@@ -1,0 +1,359 @@
+#include "daemon/analysis/calibration/calibrate.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "daemon/analysis/calibration/held_out.hpp"
+#include "daemon/analysis/calibration/minimise.hpp"
+#include "daemon/analysis/calibration/stroke_choice.hpp"
+#include "sim/plant/random.hpp"
+
+namespace weft::daemon::calibration {
+namespace {
+
+constexpr std::size_t noise_windows = 8;  // simulated once, for what texture adds to the noise
+constexpr double known_noise_counts = 1;  // there: without any, counts that stand still hide it
+constexpr double failed_cost = 1e12;      // of a search whose scene failed
+
+/// One run from strokes to parameters.
+class Calibration {
+ public:
+  Calibration(const RecordingView& fitted, const ClothModel& model,
+              const CalibrationOptions& options, const CalibrationProgress& progress)
+      : fitted_(fitted),
+        chosen_(choose_strokes(fitted, options.windows)),
+        model_(model),
+        options_(options),
+        progress_(progress),
+        values_(model.start()) {
+    for (const Parameter& parameter : model.parameters())
+      intervals_.push_back({Standing::estimated, parameter.start, parameter.start});
+  }
+
+  Result<CalibrationResult> run(const std::optional<RecordingView>& held_out);
+
+ private:
+  void say(const std::string& what) const {
+    if (progress_) progress_(what);
+  }
+  Status prepare();
+  void estimate_gains();
+  void estimate_noise();
+  Status take_off_texture();
+  void estimate_one(std::string_view parameter, std::string_view statistic);
+  void widen_gain_spread();
+  Status make_objective();
+  Status fit_blocks();
+  Status improve(const std::vector<std::size_t>& searched, std::size_t starts,
+                 std::size_t evaluations);
+  Status find_intervals();
+  void round_values();
+  void keep_unseen();
+  void fill(CalibrationResult& out);
+  void compare(CalibrationResult& out) const;
+  [[nodiscard]] std::vector<std::size_t> searched() const;
+  Result<StatisticSet> simulated(std::uint64_t seed, RecordingView* keep = nullptr);
+
+  const RecordingView& fitted_;
+  RecordingView chosen_;
+  const ClothModel& model_;
+  const CalibrationOptions& options_;
+  const CalibrationProgress& progress_;
+  std::vector<double> values_;
+  std::vector<ParameterInterval> intervals_;
+  BootstrapSet real_;
+  std::optional<Scene> scene_;
+  std::optional<Objective> objective_;
+  std::vector<std::string> blind_;
+  StatisticSet before_, after_;
+  RecordingView view_before_, view_after_;
+  double cost_before_ = 0, cost_after_ = 0;
+};
+
+std::vector<std::size_t> Calibration::searched() const {
+  std::vector<std::size_t> out = model_.block(Block::cloth);
+  const auto common = model_.block(Block::common);
+  out.insert(out.end(), common.begin(), common.end());
+  return out;
+}
+
+Result<StatisticSet> Calibration::simulated(std::uint64_t seed, RecordingView* keep) {
+  auto view = scene_->simulate(values_, seed, options_.threads);
+  if (!view) return pass(view.error());
+  StatisticSet out = compute_statistics(*view);
+  if (keep != nullptr) *keep = std::move(*view);
+  return out;
+}
+
+Status Calibration::prepare() {
+  auto scene = Scene::make(chosen_, model_);
+  if (!scene) return pass(scene.error());
+  scene_.emplace(std::move(*scene));
+  say("bootstrap of " + std::to_string(fitted_.strokes.size()) + " strokes");
+  real_ = bootstrap_statistics(fitted_, options_.bootstrap_draws,
+                               sim::mix(options_.seed, "bootstrap"));
+  auto before = simulated(options_.seed, &view_before_);
+  if (!before) return pass(before.error());
+  before_ = std::move(*before);
+  return {};
+}
+
+void Calibration::estimate_one(std::string_view parameter, std::string_view statistic) {
+  const std::size_t i = model_.find(parameter);
+  const auto at = std::ranges::find_if(real_.statistics, [&](const BootstrapStatistic& s) {
+    return s.statistic.name == statistic && s.statistic.cloth.empty();
+  });
+  const Parameter& p = model_.parameters()[i];
+  if (at == real_.statistics.end()) {
+    intervals_[i] = {Standing::not_seen, p.low, p.high};
+    return;
+  }
+  const auto natural = [&](double value) {
+    return std::clamp(from_scale(value, at->statistic.scale), p.low, p.high);
+  };
+  values_[i] = natural(at->statistic.value);
+  intervals_[i] = {Standing::calibrated, natural(at->low), natural(at->high)};
+  if (!(intervals_[i].low > p.low)) intervals_[i].standing = Standing::bounded;
+}
+
+void Calibration::estimate_gains() {
+  estimate_one("gain_spread", "level_spread");
+  widen_gain_spread();
+}
+
+void Calibration::estimate_noise() {
+  estimate_one("noise_counts", "noise_s0");
+  estimate_one("noise_per_count", "noise_k1");
+  estimate_one("noise_per_square", "noise_k2");
+}
+
+/// Recordings draw cells anew, but of one sensor: its few pads are a sample of gains themselves,
+/// with the interval of a standard deviation (chi square, Wilson and Hilferty).
+void Calibration::widen_gain_spread() {
+  const std::size_t i = model_.find("gain_spread");
+  if (intervals_[i].standing == Standing::not_seen || fitted_.channels < 2) return;
+  const double freedom = static_cast<double>(fitted_.channels) - 1, spread = 2 / (9 * freedom);
+  const auto ratio = [&](double z) {
+    return std::pow(1 - spread + z * std::sqrt(spread), -1.5);  // sqrt(freedom/chi square)
+  };
+  constexpr double z_95 = 1.96;
+  intervals_[i].low = std::min(intervals_[i].low, values_[i] * ratio(z_95));
+  intervals_[i].high = std::max(intervals_[i].high, values_[i] * ratio(-z_95));
+}
+
+/// Third differences have fine texture in them too: what simulated strokes of known noise have
+/// more than that. Where texture is not fitted yet it would take off too much.
+Status Calibration::take_off_texture() {
+  estimate_noise();
+  const RecordingView fine = choose_strokes(finest_strokes(fitted_), noise_windows);
+  auto scene = Scene::make(fine, model_);
+  if (!scene) return pass(scene.error());
+  const std::size_t s0 = model_.find("noise_counts"), k1 = model_.find("noise_per_count"),
+                    k2 = model_.find("noise_per_square");
+  std::vector<double> quiet = values_;
+  quiet[s0] = known_noise_counts;
+  quiet[k1] = quiet[k2] = 0;
+  const auto view = scene->simulate(quiet, options_.seed, options_.threads);
+  if (!view) return pass(view.error());
+  const StatisticSet set = compute_statistics(*view);
+  const auto added = [&](std::string_view name) {
+    const Statistic* one = find(set.statistics, name);
+    return one == nullptr ? 0 : one->shown;
+  };
+  const double offset = std::max(0.0, std::pow(added("noise_s0"), 2) - std::pow(known_noise_counts, 2));
+  const auto shift = [&](std::size_t i, double off, auto&& from, auto&& to) {
+    for (double* value : {&values_[i], &intervals_[i].low, &intervals_[i].high})
+      *value = from(std::max(0.0, to(*value) - off));
+    if (intervals_[i].standing == Standing::calibrated && !(intervals_[i].low > 0))
+      intervals_[i].standing = Standing::bounded;
+  };
+  const auto same = [](double x) { return x; };
+  shift(s0, offset, [](double x) { return std::sqrt(x); }, [](double x) { return x * x; });
+  shift(k1, added("noise_k1"), same, same);
+  shift(k2, added("noise_k2"), same, same);
+  return {};
+}
+
+Status Calibration::make_objective() {
+  say(std::to_string(options_.replicates) + " simulated replicates");
+  std::vector<StatisticSet> replicates;
+  for (std::size_t r = 0; r < options_.replicates; ++r) {
+    auto set = simulated(sim::mix(sim::mix(options_.seed, "replicate"), r));
+    if (!set) return pass(set.error());
+    replicates.push_back(std::move(*set));
+  }
+  objective_.emplace(*scene_, make_targets(real_, replicates), options_.seed, options_.threads);
+  if (objective_->targets().empty())
+    return fail({.code = Errc::measurement,
+                 .where = "recordings",
+                 .what = "nothing in them that a parameter could be fitted to",
+                 .expected = "strokes of at least 8 samples that vary"});
+  const auto cost = objective_->cost_at(values_);
+  if (!cost) return pass(cost.error());
+  cost_before_ = *cost;
+  return {};
+}
+
+Status Calibration::improve(const std::vector<std::size_t>& varied, std::size_t starts,
+                            std::size_t evaluations) {
+  std::vector<double> start;
+  for (const std::size_t i : varied) start.push_back(model_.parameters()[i].to_unit(values_[i]));
+  Status failed;
+  const auto place = [&](std::span<const double> at) {
+    std::vector<double> values = values_;
+    for (std::size_t k = 0; k < varied.size(); ++k)
+      values[varied[k]] = model_.parameters()[varied[k]].from_unit(at[k]);
+    return values;
+  };
+  const auto cost = [&](std::span<const double> at) {
+    if (!failed) return failed_cost;
+    const auto value = objective_->cost_at(place(at));
+    if (!value) failed = pass(value.error());
+    return value ? *value : failed_cost;
+  };
+  const auto found = minimise_from_many(cost, start, starts, evaluations);
+  if (!failed) return failed;
+  if (!found) return pass(found.error());
+  values_ = place(found->at);
+  return {};
+}
+
+Status Calibration::fit_blocks() {
+  for (const BaseCloth& cloth : model_.cloths()) {
+    say("fitting " + cloth.label);
+    if (Status ok = improve(model_.block(Block::cloth, cloth.label), options_.starts,
+                            options_.evaluations);
+        !ok)
+      return ok;
+  }
+  say("fitting what all cloths share");
+  if (Status ok = improve(model_.block(Block::common), options_.starts, options_.evaluations); !ok)
+    return ok;
+  if (Status ok = take_off_texture(); !ok) return ok;
+  say("fitting all together");
+  return improve(searched(), 1, options_.joint_evaluations);
+}
+
+/// The estimate stays where nothing was seen.
+void Calibration::keep_unseen() {
+  for (std::size_t i = 0; i < values_.size(); ++i)
+    if (intervals_[i].standing == Standing::not_seen) values_[i] = model_.parameters()[i].start;
+}
+
+void Calibration::round_values() {
+  for (std::size_t i = 0; i < values_.size(); ++i) {
+    ParameterInterval& interval = intervals_[i];
+    if (interval.standing == Standing::estimated) continue;
+    const double low = interval.low, high = interval.high;
+    for (double* value : {&values_[i], &interval.low, &interval.high})
+      *value = round_to_interval(*value, low, high);
+  }
+}
+
+Status Calibration::find_intervals() {
+  say("intervals of " + std::to_string(searched().size()) + " parameters");
+  const auto found = identify(*objective_, model_, values_, searched());
+  if (!found) return pass(found.error());
+  for (const std::size_t i : searched()) intervals_[i] = found->intervals[i];
+  blind_ = found->blind_directions;
+  keep_unseen();
+  round_values();
+  const auto cost = objective_->cost_at(values_);
+  if (!cost) return pass(cost.error());
+  cost_after_ = *cost;
+  auto after = simulated(options_.seed, &view_after_);
+  if (!after) return pass(after.error());
+  after_ = std::move(*after);
+  return {};
+}
+
+void Calibration::compare(CalibrationResult& out) const {
+  const auto value_of = [](const StatisticSet& set, const Statistic& like) {
+    const Statistic* one = find(set.statistics, like.name, like.cloth);
+    return one == nullptr ? std::nullopt : std::optional(one->value);
+  };
+  for (const BootstrapStatistic& one : real_.statistics)
+    out.statistics.push_back({one.statistic, one.low, one.high, value_of(before_, one.statistic),
+                              value_of(after_, one.statistic), is_fitted(one.statistic.name)});
+}
+
+void Calibration::fill(CalibrationResult& out) {
+  out.cloths = model_.cloths();
+  for (std::size_t i = 0; i < values_.size(); ++i)
+    out.parameters.push_back({model_.parameters()[i], intervals_[i].standing, values_[i],
+                              intervals_[i].low, intervals_[i].high});
+  compare(out);
+  out.blind_directions = std::move(blind_);
+  out.remarks = fitted_.remarks;
+  out.remarks.insert(out.remarks.end(), real_.remarks.begin(), real_.remarks.end());
+  for (const BaseCloth& cloth : model_.cloths())
+    if (!cloth.is_named)
+      out.remarks.push_back("The table has no cloth named as " + cloth.label + ": it begins as " +
+                            cloth.taken + ", the one of median stiffness.");
+  if (scene_->scale() > 1)
+    out.remarks.push_back("The recorded sensor reads more counts than the simulated one can: its "
+                          "counts are scaled down.");
+  out.cost_before = cost_before_;
+  out.cost_after = cost_after_;
+  out.targets = objective_->targets().size();
+  out.evaluations = objective_->evaluations();
+  out.scale = scene_->scale();
+  out.seed = options_.seed;
+  out.fitted_strokes = fitted_.strokes.size();
+  out.simulated_strokes = chosen_.strokes.size();
+  out.real = std::move(chosen_);
+  out.before = std::move(view_before_);
+  out.after = std::move(view_after_);
+}
+
+Result<CalibrationResult> Calibration::run(const std::optional<RecordingView>& held_out) {
+  if (Status ok = prepare(); !ok) return pass(ok.error());
+  estimate_gains();
+  estimate_noise();
+  for (const auto step :
+       {&Calibration::make_objective, &Calibration::fit_blocks, &Calibration::find_intervals})
+    if (Status ok = (this->*step)(); !ok) return pass(ok.error());
+  CalibrationResult out;
+  if (held_out) {
+    say("held-out check of " + std::to_string(held_out->strokes.size()) + " strokes");
+    auto check = check_held_out(*held_out, model_, values_, options_);
+    if (!check) return pass(check.error());
+    out.held_out = std::move(*check);
+    out.held_out_strokes = held_out->strokes.size();
+  }
+  fill(out);
+  return out;
+}
+
+}  // namespace
+
+double round_to_interval(double value, double low, double high) {
+  const double width = high - low;
+  if (!(width > 0) || !std::isfinite(width)) return value;
+  // Positive powers of ten are exact; 0.001 is not.
+  const int digits = static_cast<int>(std::floor(std::log10(width / 10)));
+  const double step = std::pow(10.0, std::abs(digits));
+  return digits < 0 ? std::round(value * step) / step : std::round(value / step) * step;
+}
+
+Result<CalibrationResult> calibrate(const RecordingView& fitted,
+                                    const std::optional<RecordingView>& held_out,
+                                    const sim::FabricLibrary& library,
+                                    const CalibrationOptions& options,
+                                    const CalibrationProgress& progress) {
+  if (!has_nlopt()) return pass(minimise({}, {}, 0).error());
+  const auto model = ClothModel::make(fitted, library);
+  if (!model) return pass(model.error());
+  if (held_out)
+    for (const Stroke& stroke : held_out->strokes)
+      if (std::ranges::find(model->cloths(), stroke.cloth, &BaseCloth::label) ==
+          model->cloths().end())
+        return fail({.code = Errc::invalid_argument,
+                     .where = "--held-out",
+                     .what = "has a cloth that is not fitted",
+                     .expected = "cloths of the recordings",
+                     .got = stroke.cloth});
+  return Calibration(fitted, *model, options, progress).run(held_out);
+}
+
+}  // namespace weft::daemon::calibration

@@ -1,0 +1,219 @@
+#include "daemon/analysis/calibration/write_fabrics.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <nlohmann/json.hpp>
+
+namespace weft::daemon::calibration {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr std::string_view table_format = "weft-fabrics-2";
+constexpr double written_per_m_per_mm = 1e3;
+
+/// Where the parameters of all cloths are in the table.
+struct Place {
+  std::string_view parameter, section, level;
+};
+constexpr Place places[] = {{"path_mm", "spread", "touch"},
+                            {"pad_ratio", "spread", "touch"},
+                            {"tilt_mrad", "spread", "mounting"},
+                            {"pad_height_um", "spread", "mounting"},
+                            {"common_mode", "sensor", ""},
+                            {"common_mode_time_s", "sensor", ""},
+                            {"drift_counts", "sensor", ""},
+                            {"gain_spread", "sensor", ""},
+                            {"noise_counts", "sensor", ""},
+                            {"noise_per_count", "sensor", ""},
+                            {"noise_per_square", "sensor", ""},
+                            {"cover_um", "parameters", ""}};
+
+const CalibratedParameter* find_parameter(const CalibrationResult& result, std::string_view name,
+                                          std::string_view cloth = {}) {
+  const auto at = std::ranges::find_if(result.parameters, [&](const CalibratedParameter& p) {
+    return p.parameter.name == name && p.parameter.cloth == cloth;
+  });
+  return at == result.parameters.end() ? nullptr : &*at;
+}
+
+/// Parameters in counts of the recorded sensor are written in counts of the plant's.
+double per_count(std::string_view name, double scale) {
+  const bool is_in_counts =
+      name == "noise_counts" || name == "noise_per_count" || name == "drift_counts";
+  return is_in_counts ? 1 / scale : 1;
+}
+
+ordered_json with_standing(const CalibratedParameter& p, const std::string& key, double scale) {
+  const double factor = per_count(p.parameter.name, scale);
+  if (p.standing == Standing::estimated) return {p.value * factor, "estimated"};
+  return {p.value * factor, std::string(to_string(p.standing)), key,
+          ordered_json::array({p.low * factor, p.high * factor})};
+}
+
+std::string name_in_table(const CalibrationSource& source, const std::string& label) {
+  std::string out = source.prefix.empty() ? label : source.prefix + "." + label;
+  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return out;
+}
+
+void set_common(ordered_json& table, const CalibrationResult& result, const std::string& key) {
+  for (const Place& place : places) {
+    const CalibratedParameter* p = find_parameter(result, place.parameter);
+    ordered_json& section = table[std::string(place.section)];
+    ordered_json& level = place.level.empty() ? section : section[std::string(place.level)];
+    level[std::string(place.parameter)] = with_standing(*p, key, result.scale);
+  }
+  // An older table's spread of trials would be read after these.
+  if (table.contains("trial_spread")) table["trial_spread"].erase("tilt_mrad");
+}
+
+ordered_json structure_json(const sim::Structure& structure) {
+  ordered_json lines = ordered_json::array();
+  for (const sim::Structure::Line& line : structure.lines)
+    lines.push_back({{"warp", line.warp},
+                     {"weft", line.weft},
+                     {"share", line.share},
+                     {"phase_rad", line.phase_rad}});
+  return {{"standing", "estimated"},
+          {"lines", std::move(lines)},
+          {"isotropic_share", structure.isotropic_share},
+          {"streak_share", structure.streak_share},
+          {"band_per_mm", {structure.low_per_m / written_per_m_per_mm,
+                           structure.high_per_m / written_per_m_per_mm}},
+          {"jitter_rad", structure.jitter_rad}};
+}
+
+/// Shares and band have no standing of their own in the format: the note has them.
+ordered_json calibrated_structure(const CalibrationResult& result, const BaseCloth& cloth,
+                                  const std::string& key) {
+  const CalibratedParameter& band = *find_parameter(result, "band_low_per_mm", cloth.label);
+  const CalibratedParameter* lines = find_parameter(result, "line_share", cloth.label);
+  ordered_json out = structure_json(reshaped(cloth.fabric.structure,
+                                             lines == nullptr ? 0 : lines->value,
+                                             band.value * written_per_m_per_mm));
+  out["note"] = {{"band_low_per_mm", with_standing(band, key, 1)}};
+  if (lines != nullptr) out["note"]["line_share"] = with_standing(*lines, key, 1);
+  return out;
+}
+
+void add_cloth(ordered_json& table, const CalibrationResult& result, const BaseCloth& cloth,
+               const std::string& name, const std::string& key) {
+  ordered_json& fabrics = table["fabrics"];
+  const auto named = [&](const std::string& wanted) {
+    return std::ranges::find_if(fabrics,
+                                [&](const ordered_json& row) { return row["name"] == wanted; });
+  };
+  ordered_json row = *named(cloth.taken);
+  row["name"] = name;
+  row["structure"] = name;
+  row["construction"] = "as " + cloth.taken + "; height and structure from calibration " + key;
+  row["height_um"] = with_standing(*find_parameter(result, "height_um", cloth.label), key, 1);
+  table["structures"][name] = calibrated_structure(result, cloth, key);
+  if (const auto before = named(name); before != fabrics.end())
+    *before = std::move(row);
+  else
+    fabrics.push_back(std::move(row));
+}
+
+ordered_json natural(const std::optional<double>& value, Scale scale) {
+  return value ? ordered_json(from_scale(*value, scale)) : ordered_json();
+}
+
+ordered_json statistic_json(const ComparedStatistic& s) {
+  const Scale scale = s.real.scale;
+  return {{"name", s.real.name},
+          {"cloth", s.real.cloth},
+          {"fitted", s.is_fitted},
+          {"real", s.real.shown},
+          {"interval", {from_scale(s.low, scale), from_scale(s.high, scale)}},
+          {"before", natural(s.before, scale)},
+          {"after", natural(s.after, scale)}};
+}
+
+ordered_json held_out_json(const CalibrationResult& result) {
+  const HeldOutCheck& check = result.held_out;
+  ordered_json rows = ordered_json::array();
+  for (const HeldOutStatistic& s : check.statistics)
+    rows.push_back({{"name", s.real.name},
+                    {"cloth", s.real.cloth},
+                    {"real", s.real.shown},
+                    {"band", {from_scale(s.low, s.real.scale), from_scale(s.high, s.real.scale)}},
+                    {"inside", s.is_inside}});
+  return {{"checked", check.is_checked()},
+          {"passes", check.passes()},
+          {"strokes", result.held_out_strokes},
+          {"inside", check.inside},
+          {"statistics", std::move(rows)}};
+}
+
+ordered_json parameter_json(const CalibratedParameter& p) {
+  return {{"name", p.parameter.name},
+          {"cloth", p.parameter.cloth},
+          {"standing", std::string(to_string(p.standing))},
+          {"value", p.value},
+          {"interval", {p.low, p.high}},
+          {"estimate_before", p.parameter.start},
+          {"bounds", {p.parameter.low, p.parameter.high}},
+          {"bounds_because", p.parameter.reason}};
+}
+
+}  // namespace
+
+std::string next_calibration(const ordered_json& table) {
+  for (std::size_t i = 1;; ++i) {
+    std::string key = "C" + std::to_string(i);
+    const bool is_taken = (table.contains("calibrations") && table["calibrations"].contains(key)) ||
+                          (table.contains("sources") && table["sources"].contains(key));
+    if (!is_taken) return key;
+  }
+}
+
+ordered_json calibration_json(const CalibrationResult& result, const CalibrationSource& source) {
+  ordered_json out = {{"bench", "simulated"},
+                      {"passes", result.held_out.passes()},
+                      {"files", source.files},
+                      {"dataset_sha256", source.dataset_sha256},
+                      {"held_out_file", source.held_out_file},
+                      {"fitted_strokes", result.fitted_strokes},
+                      {"simulated_strokes", result.simulated_strokes},
+                      {"software_version", source.software},
+                      {"commit", source.commit},
+                      {"nlopt", source.nlopt},
+                      {"command", source.command},
+                      {"seed", result.seed},
+                      {"evaluations", result.evaluations},
+                      {"targets", result.targets},
+                      {"cost_before", result.cost_before},
+                      {"cost_after", result.cost_after},
+                      {"counts_scale", result.scale},
+                      {"parameters", ordered_json::array()},
+                      {"statistics", ordered_json::array()},
+                      {"held_out", held_out_json(result)},
+                      {"blind_directions", result.blind_directions},
+                      {"remarks", result.remarks}};
+  for (const CalibratedParameter& p : result.parameters)
+    out["parameters"].push_back(parameter_json(p));
+  for (const ComparedStatistic& s : result.statistics)
+    out["statistics"].push_back(statistic_json(s));
+  return out;
+}
+
+Result<ordered_json> calibrated_table(std::string_view text, const CalibrationResult& result,
+                                      const CalibrationSource& source) {
+  ordered_json table = ordered_json::parse(text, nullptr, false);
+  if (!table.is_object() || !table.contains("fabrics"))
+    return fail({.code = Errc::parse,
+                 .where = "fabrics",
+                 .what = "not a table of fabrics",
+                 .expected = "weft-fabrics-1 or weft-fabrics-2"});
+  const std::string key = next_calibration(table);
+  table["format"] = std::string(table_format);
+  table["calibrations"][key] = calibration_json(result, source);
+  set_common(table, result, key);
+  for (const BaseCloth& cloth : result.cloths)
+    add_cloth(table, result, cloth, name_in_table(source, cloth.label), key);
+  return table;
+}
+
+}  // namespace weft::daemon::calibration

@@ -1,0 +1,36 @@
+#pragma once
+// The calibrated cloth table, format weft-fabrics-2 (sim/README.md): the table that it began from,
+// with one cloth more per label, `sensor`, `spread` and `parameters` from the result, and an object
+// in `calibrations` that says where all this comes from.
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/analysis/calibration/calibrate.hpp"
+
+namespace weft::daemon::calibration {
+
+/// What was calibrated with; only written down.
+struct CalibrationSource {
+  std::string prefix;  ///< of the cloths' names: "fabricslide" gives "fabricslide.denim"
+  std::vector<std::string> files, dataset_sha256;  ///< side by side
+  std::string held_out_file;                       ///< empty: part of `files`
+  std::string software, commit, nlopt, command;
+};
+
+/// "C1", or the next number that the table does not have.
+std::string next_calibration(const nlohmann::ordered_json& table);
+
+/// `table`: text that sim::parse_fabrics() accepts. An earlier cloth of the same name is replaced.
+/// Errors: parse, for other text.
+Result<nlohmann::ordered_json> calibrated_table(std::string_view table,
+                                                const CalibrationResult& result,
+                                                const CalibrationSource& source);
+
+/// The result for programs: {bench, passes, held_out, parameters, statistics, ...}; natural scale.
+nlohmann::ordered_json calibration_json(const CalibrationResult& result,
+                                        const CalibrationSource& source);
+
+}  // namespace weft::daemon::calibration
