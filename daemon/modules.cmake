@@ -30,8 +30,9 @@ weft_module(daemon/pages/plot USES daemon/base/text classifier/vibro)
 
 # analysis: what is computed and shown about data that exist
 weft_module(daemon/analysis/report USES daemon/campaign daemon/pages/plot)
-weft_module(daemon/analysis/tradeoff RECURSE USES daemon/pages/plot daemon/storage/recordings classifier/live recipes sim/devices)
-weft_module(daemon/analysis/calibration USES daemon/storage/dataset sim/plant SYSTEM Eigen3::Eigen)
+weft_module(daemon/analysis/tradeoff RECURSE USES daemon/campaign daemon/pages/plot daemon/storage/recordings classifier/live recipes
+            sim/devices)
+weft_module(daemon/analysis/calibration USES daemon/storage/dataset daemon/pages/plot sim/plant SYSTEM Eigen3::Eigen)
 weft_module(daemon/analysis/design USES daemon/analysis/report daemon/analysis/tradeoff classifier/design)
 weft_module(daemon/analysis/imprint USES daemon/pages/plot daemon/storage/imprints sim/plant)
 weft_module(daemon/analysis/handover USES daemon/analysis/report daemon/analysis/tradeoff daemon/analysis/imprint)
@@ -51,7 +52,7 @@ weft_module(daemon/service/daemon USES daemon/service/methods daemon/service/not
             PRIVATE_SYSTEM spdlog::spdlog)
 
 # apps: programs
-weft_module(daemon/apps/weft USES daemon/service/daemon daemon/service/client daemon/analysis/design daemon/campaign/diagnostics)
+weft_module(daemon/apps/weft USES daemon/service/daemon daemon/service/client daemon/analysis/design daemon/analysis/calibration daemon/campaign/diagnostics)
 weft_module(daemon/apps/weft_rig USES daemon/apps/weft)
 
 set(WEFT_DAEMON_MODULES
@@ -97,6 +98,12 @@ if(WEFT_SNDFILE)
   target_include_directories(weft_daemon_storage_recordings SYSTEM PRIVATE ${SNDFILE_INCLUDE_DIRS})
   target_link_libraries(weft_daemon_storage_recordings PRIVATE ${CMAKE_DL_LIBS})
   set_property(SOURCE daemon/storage/recordings/sound_file.cpp APPEND PROPERTY COMPILE_DEFINITIONS WEFT_WITH_SNDFILE)
+endif()
+
+if(WEFT_NLOPT)
+  target_include_directories(weft_daemon_analysis_calibration SYSTEM PRIVATE ${NLOPT_INCLUDE_DIRS})
+  target_link_libraries(weft_daemon_analysis_calibration PRIVATE ${NLOPT_LINK_LIBRARIES})
+  set_property(SOURCE daemon/analysis/calibration/minimise.cpp APPEND PROPERTY COMPILE_DEFINITIONS WEFT_WITH_NLOPT)
 endif()
 
 # The recipe's schema is asked of the daemon: it is built in.

@@ -52,7 +52,7 @@ Status check_sizes(const FeatureMatrix& m) {
 Status check(const Trial& trial) {
   if (trial.taxels == 0)
     return fail(
-        {.code = Errc::invalid_argument, .where = trial.file, .what = "trial without taxels"});
+        {.code = Errc::invalid_argument, .where = trial.file, .what = "no taxels recorded"});
   if (trial.counts.size() != trial.samples() * trial.taxels) {
     return fail({.code = Errc::invalid_argument,
                  .where = trial.file,

@@ -57,6 +57,26 @@ std::string recording_of(const std::string& file, std::size_t row) {
   return name.empty() ? "#" + std::to_string(row) : std::string(name);
 }
 
+// Counts stay counts: of whole ones a whole level is taken.
+Status without_level(Trial& trial, Phase of) {
+  const auto is_whole = [](double count) { return count == std::nearbyint(count); };
+  const bool whole = std::ranges::all_of(trial.counts, is_whole);
+  const auto samples = std::ranges::count(trial.phase, of);
+  if (samples == 0)
+    return fail({.code = Errc::not_found,
+                 .where = trial.file,
+                 .what = "no sample in the phase whose level is to be removed"});
+  for (std::size_t k = 0; k < trial.taxels; ++k) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < trial.samples(); ++i)
+      if (trial.phase[i] == of) sum += trial.counts[i * trial.taxels + k];
+    const double mean = sum / static_cast<double>(samples);
+    const double level = whole ? std::nearbyint(mean) : mean;
+    for (std::size_t i = 0; i < trial.samples(); ++i) trial.counts[i * trial.taxels + k] -= level;
+  }
+  return {};
+}
+
 Result<std::vector<Trial>> cut_windows(const Trial& trial, const WindowOptions& options) {
   if (trial.counts.size() != trial.samples() * trial.taxels) {
     return fail({.code = Errc::invalid_argument,

@@ -33,6 +33,10 @@ struct Trial {
   }
 };
 
+/// Subtracts from every taxel its mean of phase `of`, rounded to counts so that the mode keeps its
+/// grid: what is left does not know how hard the pad pressed. Refuses a trial without that phase.
+Status without_level(Trial& trial, Phase of);
+
 // Cutting the motion of a trial into windows of equal duration.
 
 struct WindowOptions {

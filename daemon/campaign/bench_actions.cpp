@@ -49,7 +49,7 @@ recipes::GuardLimits guard_limits(const recipes::RigLimits& rig) {
   limits.torque_cap_nm = rig.torque_cap_nm;
   limits.travel = rig.geometry.travel;
   limits.wrench_max_age = max_age(rig.wrench_rate_hz, 100ms);
-  limits.taxels_max_age = max_age(rig.taxel_rate_hz, 500ms);
+  if (rig.taxels > 0) limits.taxels_max_age = max_age(rig.taxel_rate_hz, 500ms);
   limits.stage_max_age = max_age(rig.stage_rate_hz(), 500ms);
   limits.wrench_longest_frozen = from_seconds(rig.frozen_wrench_s);
   limits.taxels_longest_frozen = from_seconds(rig.frozen_taxels_s);

@@ -224,7 +224,7 @@ Result<OpenedRig> open_rig(const std::filesystem::path& path, const PluginSettin
 
 Result<BenchPreflight> preflight_bench(const CampaignRequest& request, const recipes::Plan& plan,
                                        const RigFile& rig, PluginDrivers plugins) {
-  const auto chosen = choose_simulation(rig, request.rig, plan, request.fidelity);
+  const auto chosen = choose_fidelity(request, plan, rig);
   // A fidelity that is refused is told once; the rig file as it stands may have other problems.
   Result<RigFile> settled = parse_rig_file(chosen ? chosen->rig_text : rig.text);
   if (!settled) return pass(settled.error(), request.rig.string());

@@ -6,6 +6,7 @@
 #include "daemon/campaign/bench_pace.hpp"
 #include "daemon/campaign/bench_session.hpp"
 #include "daemon/campaign/campaign_file.hpp"
+#include "daemon/campaign/promise_text.hpp"
 #include "daemon/campaign/resume.hpp"
 #include "daemon/campaign/simulation.hpp"
 #include "daemon/campaign/supervisor.hpp"
@@ -32,12 +33,13 @@ bool stop_requested(const CampaignHooks& hooks) {
 class Run {
  public:
   Run(const CheckedRequest& checked, BenchSession& session, const CampaignHooks& hooks,
-      bool error_check)
+      const CampaignRequest& request)
       : plan_(&checked.plan),
         session_(&session),
         hooks_(&hooks),
         log_(session.bench(), session.loop(), hooks.device_log),
-        errors_(error_check ? session.plant() : nullptr, checked.plan),
+        errors_(request.error_check ? session.plant() : nullptr, checked.plan,
+                request.fidelity.accuracy_n),
         live_(checked.plan, checked.models),
         keeper_(hooks.pace) {}
 
@@ -83,7 +85,7 @@ class Run {
     };
     hooks.trial_done = [&](const recipes::TrialDone& done, const ForceTally& force) {
       const bool whole = done.outcome == recipes::Outcome::complete && !done.ended_early;
-      errors_.trial_done(done.trial, whole, session_->loop().now(), recording.sampled());
+      errors_.trial_done(done.trial, whole, session_->loop().now(), recording);
       notify(done, force, recording);
     };
     hooks.trial_begun = [this](std::size_t trial) { live_.begin(trial); };
@@ -110,10 +112,18 @@ class Run {
   /// Plays some trials again; the run is over, and nothing of it changes.
   Status estimate_simulation_error(Recorder& recorder, CampaignSummary& summary) const {
     const auto began = steady_wall_now();
-    summary.simulation.errors = errors_.errors();
+    SimulationNote& note = summary.simulation;
+    note.errors = errors_.errors();
+    evaluate_promise(note);
     summary.time.error_check_s = seconds_since(began);
-    if (summary.simulation.empty()) return {};
-    return recorder.journal(session_->loop().now(), "simulation", to_json(summary.simulation));
+    if (hooks_->kept_trials && session_->plant() != nullptr)
+      hooks_->kept_trials(*session_->plant(), errors_.trials());
+    if (note.empty()) return {};
+    if (note.budget) note.budget->achieved = summary.virtual_s / seconds_since(began_);
+    const TimePoint now = session_->loop().now();
+    if (Status ok = recorder.journal(now, "simulation", to_json(note)); !ok) return ok;
+    if (!is_promise_missed(note)) return {};
+    return recorder.journal(now, "promise_missed", json{{"text", format_promise(note)}}.dump());
   }
 
  private:
@@ -339,6 +349,14 @@ Result<std::optional<ResumePlan>> make_history(const CampaignRequest& request,
   return std::optional<ResumePlan>{};
 }
 
+/// A campaign that died before its error check has kept no motion: an accuracy is not checked.
+CampaignSummary unchecked(CampaignSummary summary, const SimulationNote& chosen) {
+  if (!chosen.promise || summary.simulation.promise) return summary;
+  summary.simulation = chosen;
+  evaluate_promise(summary.simulation);
+  return summary;
+}
+
 /// The end of the campaign's file, which nobody writes to from here on.
 Status finished(Recorder recorder, const Run& run, TimePoint now, CampaignSummary& summary) {
   Status ok = recorder.resume_recording(now);
@@ -375,12 +393,13 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   const auto history = make_history(request, campaign_file, *settled, hooks);
   if (!history) return pass(history.error());
   if (*history && (*history)->only_concludes)
-    return concluded(request.out, checked.plan, rig, (*history)->history);
+    return unchecked(concluded(request.out, checked.plan, rig, (*history)->history),
+                     settled->simulation);
   if (*history && ((*history)->only_runs_handover || (*history)->only_reports))
     return certified_summary(request.out, checked.plan, rig, (*history)->history);
   if (const std::string advice = (*session)->advice(); !advice.empty() && hooks.device_log)
     hooks.device_log({{}, LogLevel::warning, "bench", advice});
-  Run run(checked, **session, hooks, request.error_check);
+  Run run(checked, **session, hooks, request);
   if (hooks.rig_acquired)
     if (Status taken = hooks.rig_acquired(); !taken) return pass(taken.error());
   if (Status up = run.bring_up(); !up) return pass(up.error());

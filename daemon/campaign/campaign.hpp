@@ -129,6 +129,9 @@ struct CampaignHooks {
   const BenchPace* pace = nullptr;
   /// Where the run leaves a simulated bench. Null: not kept.
   SimulatedPlace* place = nullptr;
+  /// The trials that the error check of a simulated bench kept, once the run is over.
+  std::function<void(const sim::Rig& rig, const std::vector<ErrorCheck::StoredTrial>& trials)>
+      kept_trials = {};
 };
 
 /// The recipe's text, not resolved: the request's, or that of its file. Errors: read_text_file()'s.
@@ -155,6 +158,11 @@ struct SettledRequest {
   SimulationNote simulation;
 };
 Result<SettledRequest> settled_request(const CampaignRequest& request);
+
+/// choose_simulation() for a request: a resumed campaign keeps the setting of its record. Errors:
+/// invalid_argument, for an accuracy that is not checked.
+Result<ChosenSimulation> choose_fidelity(const CampaignRequest& request, const recipes::Plan& plan,
+                                         const RigFile& rig);
 
 /// Bytes that the campaign's file and its export need at most. All of the forecast time counts as
 /// recorded, which leaves room for trials that take longer than planned.

@@ -183,11 +183,23 @@ CampaignSummary summary_on_record(const std::filesystem::path& folder,
 
 namespace {
 
+/// What the run noted of its simulation at its end; empty where it did not come so far.
+SimulationNote simulation_on_record(const std::filesystem::path& campaign) {
+  SimulationNote out;
+  const auto journal = load_journal(campaign);
+  if (!journal) return out;
+  for (const JournalEntry& entry : *journal)
+    if (entry.kind == "simulation")
+      if (auto note = simulation_note_from(entry.payload_json)) out = std::move(*note);
+  return out;
+}
+
 /// Of a campaign whose every trial is on record.
 CampaignSummary make_summary(const std::filesystem::path& folder, const recipes::Plan& plan,
                              const RigFile& rig, const CampaignHistory& history) {
   CampaignSummary summary = summary_on_record(folder, history);
   summary.level = rig.plant_level;
+  summary.simulation = simulation_on_record(summary.campaign_file);
   fail_where_trials_lack(summary);
   summary.forecast_s = plan.forecast.duration_s;
   summary.has_handover = plan.handover.has_value();

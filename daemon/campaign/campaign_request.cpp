@@ -5,6 +5,8 @@
 #include "daemon/campaign/bench_check.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/hardware/rig/rig_file.hpp"
+#include "daemon/storage/recorder/campaign_folder.hpp"
+#include "daemon/storage/recorder/campaign_history.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -38,10 +40,17 @@ Result<std::string> rig_text_of(const CampaignRequest& request) {
   return both;
 }
 
+/// The rig file of the campaign that is to go on; empty where there is none.
+std::string recorded_rig(const CampaignRequest& request) {
+  if (!request.resume || !request.fidelity.uses_table()) return {};
+  const auto history = load_history(request.out / campaign_file_name);
+  return history ? history->info.rig_json : std::string();
+}
+
 /// Level, integrator and step, written into the rig file that is run and recorded.
 Result<SimulationNote> settle_fidelity(const CampaignRequest& request, CheckedRequest& checked,
                                        RigFile& rig) {
-  auto chosen = choose_simulation(rig, request.rig, checked.plan, request.fidelity);
+  auto chosen = choose_fidelity(request, checked.plan, rig);
   if (!chosen) return pass(chosen.error());
   Result<RigFile> settled = parse_rig_file(chosen->rig_text);
   if (!settled) return pass(settled.error());
@@ -103,6 +112,19 @@ Result<CheckedRequest> check_quickly(const CampaignRequest& request) {
   if (!fit) return pass(fit.error(), request.recipe.string());
   if (Status runs = check_its_bench(request, *checked); !runs) return pass(runs.error());
   return checked;
+}
+
+Result<ChosenSimulation> choose_fidelity(const CampaignRequest& request, const recipes::Plan& plan,
+                                         const RigFile& rig) {
+  if (request.fidelity.accuracy_n && !request.error_check)
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--no-error-check",
+                 .what = "an accuracy is checked by the run itself",
+                 .expected = "--accuracy without --no-error-check",
+                 .hint = "Leave one of the two out"});
+  FidelityRequest fidelity = request.fidelity;
+  fidelity.is_checked = request.error_check;
+  return choose_simulation(rig, request.rig, plan, fidelity, recorded_rig(request));
 }
 
 std::uint64_t disk_forecast(const recipes::Plan& plan) {

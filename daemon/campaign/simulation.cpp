@@ -1,10 +1,14 @@
 #include "daemon/campaign/simulation.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "daemon/base/file/read_file.hpp"
+#include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/campaign/bench_session.hpp"
+#include "sim/rig/rig_config.hpp"
 #include "sim/rig/simulation_choice.hpp"
 
 namespace weft::daemon {
@@ -12,14 +16,58 @@ namespace {
 
 using nlohmann::json;
 
+std::vector<double> set_points_n(const recipes::Plan& plan) {
+  std::vector<double> out;
+  for (const recipes::Exploration& exploration : plan.explorations)
+    for (const recipes::PhaseStep& step : exploration.phases)
+      if (step.force_n > 0) out.push_back(step.force_n);
+  return out;
+}
+
+sim::MeasuredRange slide_speeds_mps(const recipes::Plan& plan) {
+  sim::MeasuredRange out;
+  for (const recipes::Exploration& exploration : plan.explorations) {
+    if (!exploration.slides()) continue;
+    const double mps = exploration.step(Phase::motion).speed_mps;
+    out.least = out.most > 0 ? std::min(out.least, mps) : mps;
+    out.most = std::max(out.most, mps);
+  }
+  return out;
+}
+
+sim::RunSize run_size(const recipes::Plan& plan, const FidelityRequest& requested) {
+  const std::size_t fabrics = plan.fabrics.size(), explorations = plan.explorations.size();
+  const bool fully = requested.accuracy_n.has_value();
+  const std::size_t checked = std::min({fully ? fabrics * explorations : fabrics + explorations - 1,
+                                        plan.trials.size(), ErrorCheck::most_trials});
+  const double trial_s =
+      plan.forecast.trials_s() / static_cast<double>(std::max<std::size_t>(1, plan.trials.size()));
+  return {.bench_s = plan.forecast.duration_s,
+          .trials = plan.trials.size(),
+          .checked_s = requested.is_checked ? trial_s * static_cast<double>(checked) : 0,
+          .is_fully_checked = fully,
+          .is_evaluated = requested.is_evaluated};
+}
+
+/// The same for every choice of a process, so that a check and the run choose the same.
+double probe_us() {
+  static const double measured_us = sim::measure_probe_us(
+      [] { return std::chrono::duration<double, std::micro>(steady_wall_now()).count(); });
+  return measured_us;
+}
+
 /// A force that is held asks for the loop's traces in the data, unless somebody says otherwise.
 sim::SimulationRequest simulation_request(const recipes::Plan& plan,
                                           const FidelityRequest& requested) {
-  sim::SimulationRequest request{{}, {}, requested.accuracy_n, requested.times_real_time};
-  for (const recipes::Exploration& exploration : plan.explorations)
-    for (const recipes::PhaseStep& step : exploration.phases)
-      if (step.force_n > 0) request.set_points_n.push_back(step.force_n);
+  sim::SimulationRequest request{.traits = {}, .set_points_n = set_points_n(plan)};
   if (!request.set_points_n.empty()) request.traits.push_back(sim::Trait::regulated_force);
+  request.fidelity.accuracy_n = requested.accuracy_n;
+  request.fidelity.times_real_time = requested.times_real_time;
+  request.fidelity.promise_below_n = requested.promise_below_n;
+  request.fidelity.run = run_size(plan, requested);
+  request.fabrics = plan.fabrics;
+  request.speed_mps = slide_speeds_mps(plan);
+  request.seat_speed_mps = plan.approach.seat_speed_mps;
   return request;
 }
 
@@ -46,7 +94,8 @@ Result<sim::FidelityTable> read_table(const RigFile& rig, const std::filesystem:
                  .where = place,
                  .what = table.error().what + " in the table of fidelities",
                  .expected = table.error().expected,
-                 .got = table.error().got + " at " + table.error().where});
+                 .got = table.error().got + " at " + table.error().where,
+                 .hint = table.error().hint});
   return table;
 }
 
@@ -70,6 +119,12 @@ json error_json(const SimulationError& error) {
   json out{{"setting", e.setting}, {"reference", e.reference},           {"trials", error.trials},
            {"samples", e.samples}, {"worst_fabric", error.worst_fabric}, {"pads", e.pads}};
   for (const auto& [key, value] : error_figures) out[key] = e.*value;
+  out["worst_exploration"] = error.worst_exploration;
+  out["worst_phase"] = error.worst_phase;
+  out["worst_at_s"] = error.worst_at_s;
+  if (!e.is_doubled) return out;
+  out["uncertainty_n"] = e.uncertainty_n;
+  out["is_resolved"] = e.is_resolved;
   return out;
 }
 
@@ -80,8 +135,14 @@ SimulationError error_from(const json& each) {
   out.trials = each.at("trials").get<std::size_t>();
   out.worst.samples = each.at("samples").get<std::size_t>();
   out.worst_fabric = each.at("worst_fabric").get<std::string>();
+  out.worst_exploration = each.value("worst_exploration", std::string());
+  out.worst_phase = each.value("worst_phase", std::string());
+  out.worst_at_s = each.value("worst_at_s", 0.0);
   out.worst.pads = each.value("pads", true);
   for (const auto& [key, value] : error_figures) out.worst.*value = each.at(key).get<double>();
+  out.worst.is_doubled = each.contains("uncertainty_n");
+  out.worst.uncertainty_n = each.value("uncertainty_n", 0.0);
+  out.worst.is_resolved = each.value("is_resolved", true);
   return out;
 }
 
@@ -93,11 +154,61 @@ bool simulated_here(const RigFile& rig) {
 
 }  // namespace
 
+namespace {
+
+/// Table and cloths for a choice, read where something is asked for.
+struct ChoiceFiles {
+  std::optional<sim::FidelityTable> table;
+  std::optional<sim::FabricLibrary> library;
+};
+
+Result<ChoiceFiles> read_choice_files(const RigFile& rig, const std::filesystem::path& rig_path) {
+  ChoiceFiles out;
+  auto table = read_table(rig, rig_path);
+  if (!table) return pass(table.error());
+  out.table = std::move(*table);
+  const auto fabrics = read_fabrics(rig, rig_path);
+  if (!fabrics) return pass(fabrics.error());
+  auto library = sim::parse_fabrics(*fabrics);
+  if (!library) return pass(library.error(), "/simulation/fabrics");
+  out.library = std::move(*library);
+  return out;
+}
+
+Status keep_recorded(const std::string& recorded_rig, sim::SimulationRequest& request) {
+  const auto recorded = sim::parse_rig_config(recorded_rig);
+  if (!recorded) return pass(recorded.error());
+  request.fidelity.only = sim::setting_of(recorded->bench_plant.plant);
+  request.recorded_because = recorded->chosen_because;
+  return {};
+}
+
+SimulationNote make_note(const sim::SimulationChoice& choice, const FidelityRequest& requested) {
+  SimulationNote out{
+      to_string(choice.setting), std::string(to_string(choice.setting.level)), choice.because, {}};
+  if (!choice.offer) return out;
+  if (requested.accuracy_n) {
+    out.promise = SimulationPromise{.requested_n = *requested.accuracy_n,
+                                    .promised_n = choice.offer->promise_n};
+    if (choice.next) {
+      out.promise->next_setting = to_string(choice.next->setting);
+      out.promise->next_promise_n = choice.next->promise_n;
+    }
+  }
+  if (requested.times_real_time)
+    out.budget = SimulationBudget{*requested.times_real_time,
+                                  choice.offer->forecast.campaign_times_real_time()};
+  return out;
+}
+
+}  // namespace
+
 Result<ChosenSimulation> choose_simulation(const RigFile& rig,
                                            const std::filesystem::path& rig_path,
                                            const recipes::Plan& plan,
-                                           const FidelityRequest& requested) {
-  const bool knob = requested.accuracy_n || requested.times_real_time;
+                                           const FidelityRequest& requested,
+                                           const std::string& recorded_rig) {
+  const bool knob = requested.uses_table();
   if (!simulated_here(rig)) {
     if (!knob) return ChosenSimulation{{}, rig.text};
     return fail({.code = Errc::unsupported,
@@ -106,26 +217,50 @@ Result<ChosenSimulation> choose_simulation(const RigFile& rig,
                  .expected = "a simulated bench",
                  .hint = "Leave --accuracy and --budget out"});
   }
-  std::optional<sim::FidelityTable> table;
+  sim::SimulationRequest request = simulation_request(plan, requested);
+  ChoiceFiles files;
   if (knob) {
-    auto read = read_table(rig, rig_path);
+    auto read = read_choice_files(rig, rig_path);
     if (!read) return pass(read.error());
-    table = std::move(*read);
+    files = std::move(*read);
+    request.library = &*files.library;
+    request.fidelity.probe_us = requested.probe_us ? *requested.probe_us : probe_us();
+    if (!recorded_rig.empty())
+      if (Status ok = keep_recorded(recorded_rig, request); !ok) return pass(ok.error());
   }
-  auto chosen = sim::choose_simulation(rig.text, simulation_request(plan, requested),
-                                       table ? &*table : nullptr);
+  auto chosen = sim::choose_simulation(rig.text, request, files.table ? &*files.table : nullptr);
   if (!chosen) return pass(chosen.error());
-  return ChosenSimulation{{to_string(chosen->setting),
-                           std::string(to_string(chosen->setting.level)),
-                           chosen->because,
-                           {}},
-                          std::move(chosen->rig_json)};
+  return ChosenSimulation{make_note(*chosen, requested), std::move(chosen->rig_json)};
+}
+
+void evaluate_promise(SimulationNote& note) {
+  if (!note.promise) return;
+  SimulationPromise& promise = *note.promise;
+  promise.has_run = true;
+  if (note.errors.empty()) return;
+  const SimulationError& error = note.errors.back();
+  promise.is_checked = true;
+  promise.measured_n = error.worst.force_max_n;
+  promise.uncertainty_n = error.worst.uncertainty_n;
+  promise.is_resolved = error.worst.is_resolved;
+  promise.held = promise.is_resolved && promise.measured_n <= promise.requested_n;
+  promise.fabric = error.worst_fabric;
+  promise.exploration = error.worst_exploration;
+  promise.phase = error.worst_phase;
+  promise.at_s = error.worst_at_s;
+}
+
+bool is_promise_missed(const SimulationNote& note) {
+  return note.promise && note.promise->has_run && !note.promise->held;
 }
 
 std::string to_json(const SimulationNote& note) {
   json errors = json::array();
   for (const SimulationError& error : note.errors) errors.push_back(error_json(error));
-  return json{{"setting", note.setting}, {"because", note.because}, {"errors", errors}}.dump();
+  json out{{"setting", note.setting}, {"because", note.because}, {"errors", errors}};
+  if (note.promise) out["promise"] = *note.promise;
+  if (note.budget) out["budget"] = *note.budget;
+  return out.dump();
 }
 
 Result<SimulationNote> simulation_note_from(std::string_view json_text) {
@@ -136,6 +271,8 @@ Result<SimulationNote> simulation_note_from(std::string_view json_text) {
     note.level = note.setting.substr(0, note.setting.find(' '));
     note.because = root.at("because").get<std::string>();
     for (const json& each : root.at("errors")) note.errors.push_back(error_from(each));
+    if (root.contains("promise")) note.promise = root.at("promise").get<SimulationPromise>();
+    if (root.contains("budget")) note.budget = root.at("budget").get<SimulationBudget>();
     return note;
   } catch (const json::exception& e) {
     return fail({.code = Errc::parse,
@@ -147,9 +284,16 @@ Result<SimulationNote> simulation_note_from(std::string_view json_text) {
 
 namespace {
 
-void merge(const sim::RunError& found, const std::string& fabric, SimulationError& total) {
+void merge(const SimulationError& one, SimulationError& total) {
+  const sim::RunError& found = one.worst;
   sim::RunError& worst = total.worst;
-  if (total.trials == 0 || found.force_max_n > worst.force_max_n) total.worst_fabric = fabric;
+  if (total.trials == 0 || found.force_max_n > worst.force_max_n) {
+    total.worst_fabric = one.worst_fabric;
+    total.worst_exploration = one.worst_exploration;
+    total.worst_phase = one.worst_phase;
+    total.worst_at_s = one.worst_at_s;
+    worst.worst_at = found.worst_at;
+  }
   const double before = static_cast<double>(worst.samples),
                more = static_cast<double>(found.samples);
   const auto largest = [&](double& a, double b) { a = std::max(a, b); };
@@ -161,6 +305,10 @@ void merge(const sim::RunError& found, const std::string& fabric, SimulationErro
   largest(worst.counts_max, found.counts_max);
   largest(worst.anywhere_max_n, found.anywhere_max_n);
   largest(worst.unled_max_n, found.unled_max_n);
+  largest(worst.uncertainty_n, found.uncertainty_n);
+  worst.pads = found.pads;
+  worst.is_doubled = found.is_doubled;
+  worst.is_resolved = worst.is_resolved && found.is_resolved;
   rms(worst.force_rms_n, found.force_rms_n);
   rms(worst.friction_rms_n, found.friction_rms_n);
   rms(worst.counts_rms, found.counts_rms);
@@ -173,31 +321,86 @@ void merge(const sim::RunError& found, const std::string& fabric, SimulationErro
 
 }  // namespace
 
+namespace {
+
+/// Of a trial without taxels: the ends of their frames while it was recorded.
+std::vector<TimePoint> recorded_frames(const std::vector<PhaseStart>& phases, TimePoint end) {
+  std::vector<TimePoint> out;
+  for (std::size_t i = 0; i < phases.size(); ++i) {
+    if (phases[i].phase == Phase::none) continue;
+    const TimePoint until = i + 1 < phases.size() ? phases[i + 1].at : end;
+    const auto first = sim::BenchPlant::frame_at_or_after(phases[i].at);
+    for (auto frame = first; sim::BenchPlant::frame_start(frame) < until; ++frame)
+      out.push_back(sim::BenchPlant::frame_start(frame));
+  }
+  return out;
+}
+
+}  // namespace
+
+bool ErrorCheck::has_fabric(std::size_t fabric) const {
+  return std::ranges::any_of(seen_, [&](const Pair& pair) { return pair.first == fabric; });
+}
+
+bool ErrorCheck::has_exploration(std::size_t exploration) const {
+  return std::ranges::any_of(seen_, [&](const Pair& pair) { return pair.second == exploration; });
+}
+
+bool ErrorCheck::is_wanted(const recipes::TrialSpec& spec) const {
+  if (trials_.size() >= most_trials) return false;
+  if (accuracy_n_) return !seen_.contains({spec.fabric, spec.exploration});
+  return !has_fabric(spec.fabric) || !has_exploration(spec.exploration);
+}
+
+bool ErrorCheck::has_all() const {
+  if (trials_.size() >= most_trials) return true;
+  if (accuracy_n_) return seen_.size() >= plan_->fabrics.size() * plan_->explorations.size();
+  for (std::size_t i = 0; i < plan_->fabrics.size(); ++i)
+    if (!has_fabric(i)) return false;
+  for (std::size_t i = 0; i < plan_->explorations.size(); ++i)
+    if (!has_exploration(i)) return false;
+  return true;
+}
+
 void ErrorCheck::patch_follows() {
-  if (rig_ == nullptr) return;
-  const bool all_seen = fabrics_.size() >= plan_->fabrics.size() &&
-                        explorations_.size() >= plan_->explorations.size();
-  rig_->record_motion(!all_seen && trials_.size() < most_trials);
+  if (rig_ != nullptr) rig_->record_motion(!has_all());
 }
 
 void ErrorCheck::trial_done(std::size_t trial, bool complete, TimePoint now,
-                            const std::vector<TimePoint>& sampled) {
+                            const TrialRecording& recording) {
   if (rig_ == nullptr) return;
   auto motion = rig_->extract_motion(now);
-  if (!motion || !complete) return;
   const recipes::TrialSpec& spec = plan_->trials[trial];
-  const bool new_fabric = fabrics_.insert(spec.fabric).second;
-  const bool new_exploration = explorations_.insert(spec.exploration).second;
-  if (new_fabric || new_exploration) trials_.push_back({trial, std::move(*motion), sampled});
+  if (!motion || !complete || !is_wanted(spec)) return;
+  seen_.insert({spec.fabric, spec.exploration});
+  auto sampled =
+      recording.sampled().empty() ? recorded_frames(recording.phases(), now) : recording.sampled();
+  trials_.push_back({trial, std::move(*motion), std::move(sampled), recording.phases()});
+}
+
+SimulationError ErrorCheck::error_of(const StoredTrial& stored) const {
+  const recipes::TrialSpec& spec = plan_->trials[stored.trial];
+  SimulationError out;
+  out.worst = rig_->run_error(stored.motion, stored.sampled, accuracy_n_);
+  out.worst_fabric = plan_->fabrics[spec.fabric];
+  out.worst_exploration = plan_->explorations[spec.exploration].name;
+  // A sample is of a frame that ended before: the first one may be of the time before the phase.
+  std::optional<TimePoint> began;
+  for (const PhaseStart& start : stored.phases) {
+    if (start.phase == Phase::none) continue;
+    if (began && start.at > out.worst.worst_at) break;
+    if (!began) began = start.at;
+    out.worst_phase = to_char(start.phase);
+  }
+  if (began) out.worst_at_s = std::max(0.0, to_seconds(out.worst.worst_at - *began));
+  return out;
 }
 
 std::vector<SimulationError> ErrorCheck::errors() const {
   std::vector<SimulationError> out;
   for (const StoredTrial& stored : trials_) {
-    const auto found = rig_->run_errors(stored.motion, stored.sampled);
-    out.resize(found.size());
-    for (std::size_t i = 0; i < found.size(); ++i)
-      merge(found[i], plan_->fabrics[plan_->trials[stored.trial].fabric], out[i]);
+    out.resize(1);
+    merge(error_of(stored), out.front());
   }
   return out;
 }

@@ -79,6 +79,7 @@ void TrialRecording::begin(std::size_t trial, TimePoint now) {
   rest_before_ = rest_after_ = {};
   trial_bad_.reset();
   sampled_.clear();
+  phases_.clear();
   if (quality_check_) quality_check_->begin();
   const recipes::TrialSpec& planned = plan_->trials[trial];
   TrialSpec spec;
@@ -108,6 +109,10 @@ void TrialRecording::sensor(const Sample& sample, std::string_view device) {
     write([&] { return recorder_->taxel(stamp, *taxels, phase_); });
   } else if (const auto* wrench = std::get_if<WrenchSample>(&sample.value)) {
     write([&] { return recorder_->wrench(stamp, *wrench); });
+    if (plan_->limits.taxels == 0) {  // phases stand in rows of taxels, which have no counts here
+      sampled_.push_back(sample.host);
+      write([&] { return recorder_->taxel(stamp, {}, phase_); });
+    }
     tally(wrench->force_n[2], sample.host);
   }
 }
@@ -142,6 +147,7 @@ void TrialRecording::set_phase(Phase phase, TimePoint now) {
   const bool whole = phase_ == Phase::end && phase == Phase::none;
   phase_ = phase;
   phase_began_ = now;
+  phases_.push_back({phase, now});
   if (whole && quality_check_ && !trial_bad_)
     trial_bad_ = quality_check_->verdict(trial_force_.samples == 0
                                              ? 1.0

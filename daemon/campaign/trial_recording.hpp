@@ -40,6 +40,11 @@ class RestTally {
   double mean_n_ = 0, squares_n2_ = 0;  ///< of the deviations from the mean
 };
 
+struct PhaseStart {
+  Phase phase = Phase::none;
+  TimePoint at{};
+};
+
 /// Routes samples of the open trial into the recorder. A failed write is kept as `error()`.
 class TrialRecording {
  public:
@@ -77,6 +82,8 @@ class TrialRecording {
   [[nodiscard]] std::optional<double> commit_lag_s();
   /// When the taxel samples of the last trial that are recorded arrived.
   [[nodiscard]] const std::vector<TimePoint>& sampled() const { return sampled_; }
+  /// Begins of the last trial's phases; `none` where nothing is recorded.
+  [[nodiscard]] const std::vector<PhaseStart>& phases() const { return phases_; }
   /// Wall seconds spent in the recorder, estimated as in TimedLoop.
   [[nodiscard]] double seconds() const;
 
@@ -104,6 +111,7 @@ class TrialRecording {
   unsigned writes_ = 0;
   std::chrono::nanoseconds spent_{};
   std::vector<TimePoint> sampled_;
+  std::vector<PhaseStart> phases_;
 };
 
 // What drivers say in words: warnings and errors, for the campaign's journal and for a person.

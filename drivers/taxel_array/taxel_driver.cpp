@@ -34,15 +34,16 @@ Error fault(std::string message, std::string expected, std::string got, std::str
 
 }  // namespace
 
-FrameWatch::FrameWatch(double rate_hz, Duration window, bool has_clock)
+FrameWatch::FrameWatch(const TaxelSettings& settings)
     : StreamWatch(
-          {.rate_hz = rate_hz,
-           .window = window,
+          {.rate_hz = settings.rate_hz,
+           .window = settings.watch,
            .least_frames = least_frames,
-           .has_clock = has_clock,
+           .has_clock = settings.form == TaxelForm::weft,  // frames carry the sensor's own time
            .rate_what = "the array sends at another rate than configured",
            .rate_unit = "frames/s",
-           .rate_hint = "Correct rate_hz in the rig file, or look at the sensor's settings"}) {}
+           .rate_hint = "Correct rate_hz in the rig file, or look at the sensor's settings"}),
+      has_noise_(settings.has_noise) {}
 
 void FrameWatch::begin(const Frame& frame) {
   last_ = frame.counts;
@@ -60,8 +61,9 @@ void FrameWatch::note(const Frame& frame) {
 }
 
 std::optional<Error> FrameWatch::check_values(const Frame& frame) const {
-  auto wrong = check_still(frame);
-  return wrong ? wrong : check_noise(frame);
+  if (has_noise_)
+    if (auto wrong = check_still(frame)) return wrong;
+  return check_noise(frame);
 }
 
 std::optional<Error> FrameWatch::check_still(const Frame& frame) const {
@@ -100,9 +102,7 @@ std::optional<Error> FrameWatch::check_noise(const Frame& frame) const {
 }
 
 TaxelDriver::TaxelDriver(const TaxelSettings& settings, DriverHost& driver_host)
-    : ListeningDriver(driver_host, "a tactile array"),
-      settings_(settings),
-      watch_(settings.rate_hz, settings.watch, settings.form == TaxelForm::weft) {}
+    : ListeningDriver(driver_host, "a tactile array"), settings_(settings), watch_(settings) {}
 
 Status TaxelDriver::open() noexcept {
   if (Status taken = attach(); !taken) return taken;
@@ -229,6 +229,7 @@ const char taxel_config_schema[] = R"({
     "reply_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.01, "maximum": 60, "default": 1, "description": "for the first frame"},
     "rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 0.1, "maximum": 10000, "default": 37, "description": "frames a second that the sensor sends"},
     "watch_s": {"x-unit": "s", "type": "number", "minimum": 0, "maximum": 3600, "default": 2, "description": "windows in which dead, saturated and noisy taxels, the rate and the clock are looked for; 0: they are not"},
+    "noise": {"enum": ["sensor", "none"], "default": "sensor", "description": "none: of a simulation without it, whose rig file says so to the driver: taxels that do not change are no fault"},
     "stale_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0.01, "maximum": 60, "description": "ten periods of the stream, at least 0.3"}
   }
 })";
@@ -246,6 +247,7 @@ Result<TaxelSettings> read_taxel_settings(std::string_view config_json) {
   const double rate_hz = config.number("rate_hz", 37, {0.1, 1e4});
   settings.rate_hz = rate_hz;
   settings.watch = from_seconds(config.number("watch_s", 2, {0, 3600}));
+  settings.has_noise = config.choice("noise", "sensor", {"sensor", "none"}) == "sensor";
   settings.reply_timeout = from_seconds(config.number("reply_timeout_s", 1, {0.01, 60}));
   settings.stale_after = from_seconds(
       config.number("stale_after_s", std::min(std::max(0.3, 10 / rate_hz), 60.0), {0.01, 60}));

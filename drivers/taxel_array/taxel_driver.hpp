@@ -25,6 +25,7 @@ struct TaxelSettings {
   Duration stale_after{};
   double rate_hz = 37;
   Duration watch{};  ///< windows in which taxels, rate and clock are judged; zero: they are not
+  bool has_noise = true;  ///< false: taxels that do not change are no fault
 };
 
 /// JSON Schema of the configuration.
@@ -39,8 +40,7 @@ extern const DriverEntry taxel_array_entry;
 /// Errors: device_data, naming the taxel.
 class FrameWatch final : public StreamWatch<protocols::taxel::Frame> {
  public:
-  /// `window` zero: it does not look. `has_clock`: frames carry the sensor's own time.
-  FrameWatch(double rate_hz, Duration window, bool has_clock);
+  explicit FrameWatch(const TaxelSettings& settings);
 
  private:
   using Frame = protocols::taxel::Frame;
@@ -57,6 +57,7 @@ class FrameWatch final : public StreamWatch<protocols::taxel::Frame> {
   [[nodiscard]] std::optional<Error> check_noise(const Frame& frame) const;
 
   std::array<std::uint16_t, protocols::taxel::max_taxels> last_{};
+  bool has_noise_;
   std::array<Changes, protocols::taxel::max_taxels> changes_{};
 };
 

@@ -132,6 +132,7 @@ Trip check_ages(const GuardLimits& limits, const GuardReadings& readings, TimePo
     if (Trip t = check_age(Guard::stale_stage, to_string(axis), readings.stage_at[index(axis)],
                            limits.stage_max_age, now))
       return t;
+  if (limits.taxels_max_age <= Duration::zero()) return {};
   return check_age(Guard::stale_taxels, "taxels", readings.taxels_at, limits.taxels_max_age, now);
 }
 

@@ -311,6 +311,14 @@ std::vector<Diagnostic> warnings_about(const Plan& plan) {
                         "the rig does not state its mount's slack: whether the probe rests by its "
                         "weight alone shows in the first trial",
                         "", "", "add probe.slack_mm to the rig file"});
+  if (!plan.limits.wrench_noise || !plan.limits.taxel_noise)
+    warnings.push_back({"",
+                        std::string("simulated without noise: readings that do not change are no "
+                                    "fault of the ") +
+                            (plan.limits.taxel_noise    ? "wrench"
+                             : plan.limits.wrench_noise ? "taxels"
+                                                        : "wrench or the taxels"),
+                        "", "", ""});
   const std::size_t once = plan.fabrics.size() * plan.operator_steps.size();
   const bool remounts = plan.repetition.remount_every > 0 || plan.repetition.pieces > 1;
   if (!remounts && plan.forecast.prompts > once)

@@ -176,6 +176,18 @@ void check_imprints(const StatedRecipe& stated, const RigLimits& limits, Problem
   check_left_to_learn(stated, problems);
 }
 
+/// What is learnt from taxels cannot be wanted of a rig that has none.
+void check_roles(const StatedRecipe& stated, const RigLimits& limits, Problems& problems) {
+  if (limits.taxels > 0) return;
+  const auto refuse = [&](const std::string& place) {
+    problems.add({place, "the rig has no taxels", "a device with the role taxels", "",
+                  "Take a rig that has one, or record the wrench alone"});
+  };
+  if (stated.handover) refuse("/hand_over");
+  for (const StatedExploration& e : stated.explorations)
+    if (e.exploration.live_vote) refuse("/explorations/" + e.exploration.name + "/live_vote");
+}
+
 /// Before the order is read: an order without a seed of its own draws from this one.
 void read_seed(std::optional<std::uint64_t> seed, StatedRecipe& stated, Problems& problems) {
   if (!seed) return;
@@ -208,6 +220,7 @@ StatedRecipe read_recipe(const json& document, const RigLimits& limits,
   read_repetition(document, recipe, stated);
   read_sweep(recipe, limits, stated, problems);
   check_imprints(stated, limits, problems);
+  check_roles(stated, limits, problems);
   recipe.finish();
   return stated;
 }

@@ -1,5 +1,6 @@
 #include "recipes/engine/rig_limits.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <variant>
@@ -41,6 +42,7 @@ class RigReader {
     section(rig, "control", &RigReader::read_control);
     if (const json* park = rig.object("park", Need::optional)) read_park(*park, rig.at("park"));
     read_sensors(document);
+    read_noise(document);
     read_slack(document);
     read_fabrics(rig);
   }
@@ -243,6 +245,24 @@ class RigReader {
         read_taxels(config);
       }
     }
+    forgo_taxels(devices);
+  }
+
+  /// A scene without taxels: its phases are told with the wrench's readings.
+  void forgo_taxels(const json& devices) {
+    const auto feels = [](const json& device) {
+      return device.is_object() && device.value("role", json()) == "taxels";
+    };
+    if (devices.empty() || std::ranges::any_of(devices, feels)) return;
+    limits_.taxels = 0;
+    limits_.taxel_rate_hz = limits_.wrench_rate_hz;
+  }
+
+  void read_noise(const json& document) {
+    limits_.wrench_noise = !lacks_noise(document, "wrench");
+    limits_.taxel_noise = !lacks_noise(document, "taxels");
+    if (!limits_.wrench_noise) limits_.frozen_wrench_s = 0;
+    if (!limits_.taxel_noise) limits_.frozen_taxels_s = 0;
   }
 
   /// A number of them, or rows and columns of an array that keeps imprints.
@@ -298,6 +318,28 @@ std::string sentences(Problems& problems) {
 
 double RigLimits::level_rise_m() const {
   return std::tan(std::abs(level.ry_rad)) * geometry.plate_size_m.x_m / 2;
+}
+
+bool lacks_noise(const json& rig, std::string_view role) {
+  if (!rig.is_object() || !rig.contains("devices") || !rig["devices"].is_array()) return false;
+  const json bench = rig.value("bench", json());
+  if (bench != "simulated" && bench != "emulated") return false;
+  const auto is_zero = [](const json& root, const char* pointer) {
+    const json::json_pointer at(pointer);
+    return root.contains(at) && root[at].is_number() && root[at] == 0;
+  };
+  const json::json_pointer kind("/emulator/kind");
+  const auto names = [&](const char* key) {
+    const json::json_pointer at("/simulation/pads/" + std::string(key));
+    return rig.contains(at) && !is_zero(rig, at.to_string().c_str());
+  };
+  const bool grows = names("noise_per_count") || names("noise_per_square");
+  return std::ranges::any_of(rig["devices"], [&](const json& device) {
+    if (!device.is_object() || device.value("role", json()) != role) return false;
+    if (role == "wrench") return is_zero(device, "/emulator/noise_scale");
+    return role == "taxels" && device.contains(kind) && device[kind] == "taxel" &&
+           is_zero(rig, "/simulation/pads/noise_counts") && !grows;
+  });
 }
 
 Result<RigLimits> parse_rig_limits(std::string_view rig_json) {

@@ -1,6 +1,7 @@
 #pragma once
 // What a rig can do, as far as planning needs it: read once from the rig file, SI inside.
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -33,12 +34,17 @@ struct RigLimits {
   bool hangs_on_stop = false;
   double rest_tolerance = 0.05;    ///< of the weight: how far off it phases S and E may be
   Vec2 footprint_m{16e-3, 16e-3};  ///< the probe's face, centred on the contact point
-  double clearance_m = 8e-3;  ///< height above the plate for transfers: over the thickest cloth
-  double cycle_hz = 100;      ///< scan cycle of controller and guards
-  std::size_t taxels = 16;
+  double clearance_m = 8e-3;   ///< height above the plate for transfers: over the thickest cloth
+  double cycle_hz = 100;       ///< scan cycle of controller and guards
+  std::size_t taxels = 16;     ///< 0: no device has the role; data sets are of the wrench alone
   bool imprint_array = false;  ///< the taxels are rows and columns of an array that keeps imprints
-  double taxel_rate_hz = 37;   ///< of the sensors' streams, as their drivers are configured
+  /// Of the sensors' streams, as their drivers are configured. Without taxels the wrench's, whose
+  /// readings then carry the phase.
+  double taxel_rate_hz = 37;
   double wrench_rate_hz = 100;
+  /// False: simulated without noise, see lacks_noise(). Equal readings are then no fault, and
+  /// frozen_wrench_s or frozen_taxels_s is 0.
+  bool wrench_noise = true, taxel_noise = true;
   double acceleration_rate_hz = 0;  ///< of the vibration sensor, where the rig has one
   double sound_rate_hz = 0;
   /// Of the rotary stages that put the plate level under the probe, as weft align found them: where
@@ -64,6 +70,11 @@ struct RigLimits {
 
 inline constexpr std::string_view force_bounds_reason =
     "from what the probe's mount can hold to the rig's cap";
+
+/// Whether the device of this role ("wrench", "taxels") of a rig file is simulated without noise: a
+/// force sensor's emulator with `noise_scale` 0, a tactile one's where /simulation/pads has
+/// `noise_counts` 0. Never on a real bench.
+bool lacks_noise(const nlohmann::json& rig, std::string_view role);
 
 /// Reads the keys of a rig file that concern planning; keys that belong to others are left alone.
 /// The error lists every problem, one sentence a line, each with its JSON pointer.

@@ -10,7 +10,7 @@ BenchPlant::BenchPlant(const BenchPlantParams& params, std::uint64_t seed)
     : geometry_(params.geometry),
       stages_(params.stages.begin(), params.stages.end()),
       plant_(params.plant, seed),
-      patch_(bare_plate()),
+      patch_(bare_plate(params.plant.cover)),
       listens_(params.plant.level == Level::modal) {
   finished_.counts = plant_.pad_counts();
   plant_.mount(patch_, pose({}));
@@ -60,7 +60,10 @@ void BenchPlant::mount(const Patch& patch, TimePoint now, bool same_place) {
   std::optional<PlantMemory> memory;
   if (patch.mounted != 0 && patch.mounted == patch_.mounted) {
     memory = plant_.memory();
-    if (!same_place) memory->contact = {};
+    if (!same_place) {
+      memory->contact = {};
+      memory->dose_pa_m = 0;
+    }
   }
   plant_.mount(patch, there, now, memory ? &*memory : nullptr);
   patch_ = patch;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/plant/fidelity/table.hpp"
+#include "sim/plant/fidelity/reference.hpp"
 
 namespace weft::sim {
 
@@ -71,7 +71,7 @@ Replayed play(const PlantParams& params, std::uint64_t rig_seed, const BenchMoti
       const ContactState contact = plant.contact_now();
       out.normal_n.push_back(contact.normal_n);
       out.friction_n.push_back(contact.friction_n);
-      out.counts.push_back(plant.pad_counts());
+      if (params.watched.pads) out.counts.push_back(plant.pad_counts());
       lead.sample(out.normal_n.size() - 1, out.normal_n.back());
     } else {
       plant.convert(point.stage, point.frame);
@@ -80,6 +80,8 @@ Replayed play(const PlantParams& params, std::uint64_t rig_seed, const BenchMoti
   }
   return out;
 }
+
+}  // namespace
 
 std::vector<bool> counted_frames(const BenchMotion& motion, std::size_t frames,
                                  const std::vector<TimePoint>& sampled) {
@@ -94,8 +96,6 @@ std::vector<bool> counted_frames(const BenchMotion& motion, std::size_t frames,
   return counted;
 }
 
-}  // namespace
-
 Replayed replay(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion) {
   return play(params, rig_seed, motion, nullptr);
 }
@@ -108,6 +108,7 @@ Replayed replay_led(const PlantParams& params, std::uint64_t rig_seed, const Ben
 RunError difference(const Replayed& run, const Replayed& finer, const std::vector<bool>& counted) {
   Tally anywhere, force, friction, counts;
   const std::size_t frames = std::min(run.normal_n.size(), finer.normal_n.size());
+  const bool pads = frames > 0 && run.counts.size() >= frames && finer.counts.size() >= frames;
   for (std::size_t i = 0; i < frames; ++i) {
     if (!(run.normal_n[i] > 0 || finer.normal_n[i] > 0)) continue;
     anywhere.add(run.normal_n[i] - finer.normal_n[i]);
@@ -115,47 +116,113 @@ RunError difference(const Replayed& run, const Replayed& finer, const std::vecto
     force.add(run.normal_n[i] - finer.normal_n[i]);
     friction.add(std::hypot(run.friction_n[i][0] - finer.friction_n[i][0],
                             run.friction_n[i][1] - finer.friction_n[i][1]));
-    for (std::size_t pad = 0; pad < pad_count; ++pad)
+    for (std::size_t pad = 0; pads && pad < pad_count; ++pad)
       counts.add(static_cast<double>(run.counts[i][pad]) - finer.counts[i][pad]);
   }
-  return {.setting = {},
-          .reference = {},
-          .samples = force.count,
-          .force_max_n = force.largest,
-          .force_rms_n = force.rms(),
-          .friction_max_n = friction.largest,
-          .friction_rms_n = friction.rms(),
-          .counts_max = counts.largest,
-          .counts_rms = counts.rms(),
-          .anywhere_max_n = anywhere.largest,
-          .unled_max_n = 0,
-          .unled_rms_n = 0};
+  RunError out;
+  out.samples = force.count;
+  out.force_max_n = force.largest;
+  out.force_rms_n = force.rms();
+  out.friction_max_n = friction.largest;
+  out.friction_rms_n = friction.rms();
+  out.pads = pads;
+  out.counts_max = counts.largest;
+  out.counts_rms = counts.rms();
+  out.anywhere_max_n = anywhere.largest;
+  return out;
 }
 
-std::vector<RunError> run_errors(const PlantParams& params, std::uint64_t rig_seed,
-                                 const BenchMotion& motion, const std::vector<TimePoint>& sampled) {
-  const FidelitySetting setting = setting_of(params);
-  const Replayed run = replay(params, rig_seed, motion);
-  const std::vector<bool> counted = counted_frames(motion, run.normal_n.size(), sampled);
-  std::vector<RunError> out;
-  for (const FidelitySetting& finer : finer_than(setting)) {
-    PlantParams reference = params;
-    apply(finer, reference);
-    const bool leads = setting.level > Level::algebraic;
-    RunError error = difference(
-        run,
-        leads ? replay_led(reference, rig_seed, motion, run) : replay(reference, rig_seed, motion),
-        counted);
-    reference.watched.pads = false;  // of these the force alone is looked at
-    const RunError unled = difference(run, replay(reference, rig_seed, motion), counted);
-    error.unled_max_n = unled.force_max_n;
-    error.unled_rms_n = unled.force_rms_n;
-    error.pads = params.watched.pads;
-    error.setting = to_string(setting);
-    error.reference = to_string(finer);
-    out.push_back(error);
+namespace {
+
+/// One motion with what all its replays have in common.
+class Comparison {
+ public:
+  Comparison(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion,
+             const std::vector<TimePoint>& sampled)
+      : params_(params),
+        seed_(rig_seed),
+        motion_(motion),
+        setting_(setting_of(params)),
+        run_(replay(params, rig_seed, motion)),
+        counted_(counted_frames(motion, run_.normal_n.size(), sampled)) {}
+
+  [[nodiscard]] const FidelitySetting& setting() const { return setting_; }
+  [[nodiscard]] Replayed led(const Reference& reference) const {
+    return setting_.level > Level::algebraic ? replay_led(with(reference), seed_, motion_, run_)
+                                             : replay(with(reference), seed_, motion_);
   }
-  return out;
+  [[nodiscard]] RunError against(const Reference& reference, const Replayed& led) const {
+    RunError out = difference(run_, led, counted_);
+    out.setting = to_string(setting_);
+    out.reference = to_string(reference.setting());
+    out.worst_at = worst_at(led);
+    const RunError unled = difference(run_, replay(with(reference), seed_, motion_), counted_);
+    out.unled_max_n = unled.force_max_n;
+    out.unled_rms_n = unled.force_rms_n;
+    return out;
+  }
+  [[nodiscard]] double largest_n(const Replayed& a, const Replayed& b) const {
+    return difference(a, b, counted_).force_max_n;
+  }
+  [[nodiscard]] double largest_n(const Replayed& led) const { return largest_n(run_, led); }
+
+ private:
+  [[nodiscard]] PlantParams with(const Reference& reference) const {
+    PlantParams out = params_;
+    apply(reference.setting(), out);
+    out.watched.pads = false;
+    return out;
+  }
+  [[nodiscard]] bool counts(std::size_t frame) const {
+    return frame >= counted_.size() || counted_[frame];
+  }
+  [[nodiscard]] TimePoint worst_at(const Replayed& led) const {
+    double worst_n = -1;
+    std::size_t worst = 0;
+    for (std::size_t i = 0; i < std::min(run_.normal_n.size(), led.normal_n.size()); ++i) {
+      const double off_n = std::abs(run_.normal_n[i] - led.normal_n[i]);
+      if (!counts(i) || !(off_n > worst_n)) continue;
+      worst_n = off_n;
+      worst = i;
+    }
+    return GridPoint{motion_.first.frame + worst, pad_timing::stages}.time();
+  }
+
+  const PlantParams& params_;
+  std::uint64_t seed_;
+  const BenchMotion& motion_;
+  FidelitySetting setting_;
+  Replayed run_;
+  std::vector<bool> counted_;
+};
+
+RunError doubled_error(const Comparison& comparison, double accuracy_n) {
+  for (int halvings = 0;; ++halvings) {
+    const Reference first = first_reference(comparison.setting(), halvings);
+    const Reference second = second_reference(first);
+    const Replayed by_first = comparison.led(first), by_second = comparison.led(second);
+    const double uncertainty_n = comparison.largest_n(by_first, by_second);
+    const bool agree = uncertainty_n <= trusted_share * accuracy_n;
+    const bool surely_above = comparison.largest_n(by_first) > accuracy_n + uncertainty_n;
+    if (!agree && !surely_above && halvings < most_halvings) continue;
+    RunError out = comparison.against(first, by_first);
+    out.is_doubled = true;
+    // Each reference may be right: the error is that against the further one.
+    out.force_max_n = std::max(out.force_max_n, comparison.largest_n(by_second));
+    out.uncertainty_n = uncertainty_n;
+    out.is_resolved = agree || surely_above;
+    return out;
+  }
+}
+
+}  // namespace
+
+RunError run_error(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion,
+                   const std::vector<TimePoint>& sampled, std::optional<double> accuracy_n) {
+  const Comparison comparison(params, rig_seed, motion, sampled);
+  if (accuracy_n) return doubled_error(comparison, *accuracy_n);
+  const Reference quick = quick_reference(comparison.setting());
+  return comparison.against(quick, comparison.led(quick));
 }
 
 }  // namespace weft::sim

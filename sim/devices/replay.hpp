@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,13 +19,13 @@ namespace weft::sim {
 /// Differences of a run from a finer one that is led by it, over the samples that are counted:
 /// those that were recorded, and in which either touches the cloth.
 struct RunError {
-  std::string setting, reference;  ///< "L1 3.072 ms", "L2 midpoint 0.2 ms"
+  std::string setting, reference;  ///< "L1 3.072 ms", "L2 tr_bdf2 0.05 ms"
   std::size_t samples = 0;
   double force_max_n = 0;  ///< normal force
   double force_rms_n = 0;
   double friction_max_n = 0;  ///< length of the difference of two vectors
   double friction_rms_n = 0;
-  bool pads = true;       ///< counts were compared: the rig has pads
+  bool pads = true;       ///< counts were compared: both have them
   double counts_max = 0;  ///< of one pad
   double counts_rms = 0;
   /// Normal force, in samples that were not recorded too: touch-down, ramps and lift-off, where the
@@ -32,13 +33,20 @@ struct RunError {
   double anywhere_max_n = 0;
   double unled_max_n = 0;  ///< normal force, where the finer run makes the very same motion
   double unled_rms_n = 0;
+  TimePoint worst_at{};     ///< of force_max_n: end of the frame, on the bench's clock
+  bool is_doubled = false;  ///< a second reference was played too
+  /// Largest difference of the two references' normal forces, over the counted samples.
+  double uncertainty_n = 0;
+  /// The references agree well enough for the accuracy in question, or their difference does not
+  /// matter: the error is above it by more.
+  bool is_resolved = true;
 };
 
 /// At the ends of the pads' frames, which are the sensor's sample times.
 struct Replayed {
   std::vector<double> normal_n;
   std::vector<Vector2> friction_n;
-  std::vector<std::array<std::uint16_t, pad_count>> counts;
+  std::vector<std::array<std::uint16_t, pad_count>> counts;  ///< empty for a plant without pads
 };
 
 /// With `params` and `rig_seed` of the bench that made the motion: what happened there, bit for
@@ -53,15 +61,25 @@ Replayed replay_led(const PlantParams& params, std::uint64_t rig_seed, const Ben
                     const Replayed& run);
 constexpr double lead_time_s = 0.1;  ///< three times that of the bench's loop, four frames
 
+/// Which of the motion's frames were sampled: of each sample the frame that ended last before it.
+/// Empty, which is all, without samples.
+std::vector<bool> counted_frames(const BenchMotion& motion, std::size_t frames,
+                                 const std::vector<TimePoint>& sampled);
+
 /// `run` and `finer` are of one motion; `counted` tells which samples count, all where it is empty.
+/// Counts are compared where both have them. `worst_at` is not set.
 RunError difference(const Replayed& run, const Replayed& finer,
                     const std::vector<bool>& counted = {});
 
-/// The motion at the setting of `params` against each of finer_than() it. Level L0, whose force is
-/// given, leads nothing: there both are along the same motion. `sampled`: when samples were taken
-/// that count; each is of the frame that ended last before it. Empty: all count.
-std::vector<RunError> run_errors(const PlantParams& params, std::uint64_t rig_seed,
-                                 const BenchMotion& motion,
-                                 const std::vector<TimePoint>& sampled = {});
+/// The force of the motion at the setting of `params` against its reference
+/// (sim/plant/fidelity/reference.hpp), which computes no pads. Level L0, whose force is given,
+/// leads nothing: there both are along the same motion. `sampled`: when samples were taken that
+/// count; each is of the frame that ended last before it. Empty: all count. `accuracy_n`: of the
+/// force, that the error will be held against. With it two references are played, which are made
+/// finer until they agree within trusted_share of it; without it one, the quick one. A function of
+/// its arguments.
+RunError run_error(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion,
+                   const std::vector<TimePoint>& sampled = {},
+                   std::optional<double> accuracy_n = {});
 
 }  // namespace weft::sim

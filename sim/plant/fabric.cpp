@@ -16,6 +16,7 @@ namespace {
 
 constexpr double steepest_surface = 6;  // std(h)/lambda above which e^{h/lambda} means nothing
 constexpr double furthest_draw = 3;     // spreads are cut at three standard deviations
+constexpr double usual_roughness_m = 5e-6;
 
 /// 1 + spread * N(0, 1), cut, never below 0.1.
 double ratio(Random& random, double spread) {
@@ -32,10 +33,17 @@ Relaxation relaxation_of(const MaterialParams& params, double eta) {
   return relaxation;
 }
 
+double height_rms_m(const Fabric& fabric, const MaterialParams& params) {
+  if (fabric.height_rms_m > 0) return fabric.height_rms_m;
+  if (params.roughness_exponent == 1) return params.height_per_roughness * fabric.roughness_m;
+  return params.height_per_roughness * usual_roughness_m *
+         std::pow(fabric.roughness_m / usual_roughness_m, params.roughness_exponent);
+}
+
 SurfaceSpec surface_of(const Fabric& fabric, const MaterialParams& params) {
   return {.warp_pitch_m = fabric.warp_per_m > 0 ? 1 / fabric.warp_per_m : 0,
           .weft_pitch_m = fabric.weft_per_m > 0 ? 1 / fabric.weft_per_m : 0,
-          .height_rms_m = params.height_per_roughness * fabric.roughness_m,
+          .height_rms_m = height_rms_m(fabric, params),
           .structure = fabric.structure};
 }
 
@@ -67,6 +75,8 @@ void draw_mounting(Patch& patch, const MountingSpread& spread, std::uint64_t see
   patch.tilt_x = drawn(seed, "tilt x", spread.tilt);
   patch.tilt_y = drawn(seed, "tilt y", spread.tilt);
   patch.material.law.lambda_m *= drawn_ratio(seed, "tension", spread.tension);
+  Random random(mix(seed, "pad height"));
+  for (double& height_m : patch.pad_height_m) height_m = spread.pad_height_m * random.gaussian();
 }
 
 void draw_touch(Patch& patch, const TouchSpread& spread, std::uint64_t seed) {
@@ -163,6 +173,7 @@ Result<Fabric> parse_fabric(const json& object, const std::string& where,
   reader.number("warp_per_cm", fabric.warp_per_m, 0.5, 200, per_m_per_cm);
   reader.number("weft_per_cm", fabric.weft_per_m, 0.5, 200, per_m_per_cm);
   reader.number("grain_um", fabric.grain_m, 5, 5000, m_per_um);
+  reader.number("height_um", fabric.height_rms_m, 0.01, 1000, m_per_um);
   if (const Status status = reader.finish(); !status) return pass(status.error());
   if (fabric.name.empty()) return parse_error(where + "/name", {.what = "a fabric without a name"});
   const auto found = structures.find(structure);
@@ -192,6 +203,11 @@ Status parse_params(const json& object, const json& sources, MaterialParams& par
   reader.number("friction_reference_N", params.friction_reference_n, 0.1, 100);
   reader.number("bristle_length_um", params.bristle_length_m, 1, 5000, m_per_um);
   reader.number("height_per_roughness", params.height_per_roughness, 0.1, 10);
+  reader.number("roughness_exponent", params.roughness_exponent, 0, 2);
+  reader.number("wear_most", params.wear.most, 0, 1);
+  reader.number("wear_scale_Pa_m", params.wear.scale_pa_m, 1, 1e9);
+  reader.number("cover_um", params.cover.lambda_m, 0, 1000, m_per_um);
+  reader.number("cover_pressure_Pa", params.cover.pressure_pa, 1, 1e6);
   reader.number("waviness_um", params.waviness.rms_m, 0, 100, m_per_um);
   reader.interval("waviness_wave_mm", params.waviness.shortest_wave_m,
                   params.waviness.longest_wave_m, 16, 1000, m_per_mm);
@@ -202,12 +218,14 @@ using Key = std::pair<const char*, double*>;
 
 Status parse_level(const json& object, const std::string& where, const json& sources,
                    std::initializer_list<Key> ratios, std::initializer_list<Key> lengths_mm,
-                   std::initializer_list<Key> angles_mrad) {
+                   std::initializer_list<Key> angles_mrad,
+                   std::initializer_list<Key> heights_um = {}) {
   FieldReader reader(object, where);
   reader.source_required(sources);
   for (const auto& [key, value] : ratios) reader.number(key, *value, 0, 0.5);
   for (const auto& [key, value] : lengths_mm) reader.number(key, *value, 0, 50, m_per_mm);
   for (const auto& [key, value] : angles_mrad) reader.number(key, *value, 0, 500, 1e-3);
+  for (const auto& [key, value] : heights_um) reader.number(key, *value, 0, 100, m_per_um);
   return reader.finish();
 }
 
@@ -234,7 +252,8 @@ Status parse_spread(const json& object, const json& sources, Spread& spread) {
   if (status)
     status = parse_level(mounting, "/spread/mounting", sources, {{"tension", &m.tension}},
                          {{"position_mm", &m.position_m}},
-                         {{"skew_mrad", &m.skew_rad}, {"tilt_mrad", &m.tilt}});
+                         {{"skew_mrad", &m.skew_rad}, {"tilt_mrad", &m.tilt}},
+                         {{"pad_height_um", &m.pad_height_m}});
   if (!status) return status;
   return parse_level(touch, "/spread/touch", sources,
                      {{"gain", &t.gain}, {"pad_ratio", &t.pad_ratio}}, {{"path_mm", &t.path_m}},
@@ -270,6 +289,14 @@ Status parse_table(const json& table, const Structures& structures, const json& 
   return {};
 }
 
+/// What a standing may name: sources that print a number, and calibrations that found one.
+json joined(const json& sources, const json& calibrations) {
+  json out = sources.is_object() ? sources : json::object();
+  if (calibrations.is_object())
+    for (const auto& [key, value] : calibrations.items()) out[key] = value;
+  return out;
+}
+
 Result<FabricLibrary> parse_document(const json& document) {
   FieldReader reader(document, "");
   std::string format;
@@ -279,16 +306,18 @@ Result<FabricLibrary> parse_document(const json& document) {
     const json* found = reader.child(key);
     return found == nullptr ? none : *found;
   };
-  const json& sources = child_or_none("sources");
+  const json sources = joined(child_or_none("sources"), child_or_none("calibrations"));
+  const json* sensor = reader.child("sensor");
   const json& structures_json = child_or_none("structures");
   const json& parameters = child_or_none("parameters");
   const json& spread = child_or_none("spread");
   const json& trial_spread = child_or_none("trial_spread");
   const json& table = child_or_none("fabrics");
   if (const Status status = reader.finish(); !status) return pass(status.error());
-  if (format != "weft-fabrics-1")
-    return parse_error(
-        "/format", {.what = "not a table of fabrics", .expected = "weft-fabrics-1", .got = format});
+  if (format != "weft-fabrics-1" && format != "weft-fabrics-2")
+    return parse_error("/format", {.what = "not a table of fabrics",
+                                   .expected = "weft-fabrics-1 or weft-fabrics-2",
+                                   .got = format});
   FabricLibrary library;
   const auto structures = parse_structures(structures_json);
   if (!structures) return pass(structures.error());
@@ -299,6 +328,10 @@ Result<FabricLibrary> parse_document(const json& document) {
     return pass(s.error());
   if (const Status s = parse_table(table, *structures, sources, library); !s)
     return pass(s.error());
+  if (sensor == nullptr) return library;
+  FieldReader sensor_reader(*sensor, "/sensor");
+  sensor_reader.source_required(sources);
+  if (const Status s = read_pads(sensor_reader, library.pads.emplace()); !s) return pass(s.error());
   return library;
 }
 
@@ -320,6 +353,11 @@ Status check(const MaterialParams& params) {
                  {"the friction's reference load in N", params.friction_reference_n, 1e-6, 1e6},
                  {"the bristles' length in m", params.bristle_length_m, 1e-9, 1},
                  {"the height per roughness", params.height_per_roughness, 0, 100},
+                 {"the roughness' exponent", params.roughness_exponent, 0, 10},
+                 {"the wear", params.wear.most, 0, 1},
+                 {"the wear's scale in Pa m", params.wear.scale_pa_m, 1e-6, 1e15},
+                 {"the cover in m", params.cover.lambda_m, 0, 1},
+                 {"the cover's pressure in Pa", params.cover.pressure_pa, 1e-3, 1e9},
                  {"the waviness in m", waves.rms_m, 0, 1e-2},
                  {"the shortest wave in m", waves.shortest_wave_m, 1e-6, 10},
                  {"the longest wave in m", waves.longest_wave_m, waves.shortest_wave_m, 10}});
@@ -337,6 +375,7 @@ Status check(const Spread& spread) {
                                  {"of the skew in rad", mounting.skew_rad, 0, 1},
                                  {"of the tension", mounting.tension, 0, 1},
                                  {"of the tilt", mounting.tilt, 0, 1},
+                                 {"of the pads' height in m", mounting.pad_height_m, 0, 1},
                                  {"of the path in m", touch.path_m, 0, 1},
                                  {"of the gain", touch.gain, 0, 1},
                                  {"of the pads' ratio", touch.pad_ratio, 0, 1}});
@@ -367,17 +406,19 @@ Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params, cons
   auto material = material_of(fabric, params, switches);
   if (!material) return pass(material.error(), fabric.name);
   SurfaceSpec surface = surface_of(fabric, params);
-  if (!(surface.height_rms_m < steepest_surface * material->law.lambda_m))
+  const double lambda_m = compose(material->law, params.cover).lambda_m;
+  if (!(surface.height_rms_m < steepest_surface * lambda_m))
     return fail({.code = Errc::range,
                  .where = fabric.name,
-                 .what = "surface too rough for so stiff a cloth",
-                 .expected = "std(h) below 6 lambda"});
+                 .what = "surface too rough for so stiff a cloth and cover",
+                 .expected = "std(h) below 6 lambda, both together"});
   const auto seed = [&](std::uint64_t level) { return mix(mix(0, fabric.name), level); };
   const std::uint64_t piece = seed(seeds.piece), mounting = seed(seeds.mounting);
   Patch patch;
   patch.fabric = fabric.name;
   patch.material = std::move(*material);
   patch.grain_m = fabric.grain_m;
+  patch.wear = params.wear;
   patch.seed = seed(seeds.touch);
   patch.mounted = mix(piece, mounting);
   if (switches.trial_spread) {
@@ -385,6 +426,7 @@ Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params, cons
     draw_mounting(patch, spread.mounting, mounting);
     draw_touch(patch, spread.touch, patch.seed);
   }
+  patch.material.law = compose(patch.material.law, params.cover);
   if (switches.texture) patch.field = HeightField(surface, mix(piece, "surface"));
   if (switches.waviness)
     patch.material.waviness = Waviness(params.waviness, mix(piece, "waviness"))
@@ -399,8 +441,9 @@ Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params, cons
   return patch;
 }
 
-Patch bare_plate() {
+Patch bare_plate(const Cover& cover) {
   Patch patch;
+  patch.material.law = compose(patch.material.law, cover);
   patch.material.friction.coefficient = 0.15;  // acetate on metal [E]
   return patch;
 }

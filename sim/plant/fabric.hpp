@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "sim/plant/contact.hpp"
 #include "sim/plant/fabric_law.hpp"
 #include "sim/plant/height_field.hpp"
+#include "sim/plant/pads.hpp"
 
 namespace weft::sim {
 
@@ -22,10 +24,19 @@ struct Fabric {
   double friction_mean = 0;       ///< MIU
   double friction_deviation = 0;  ///< MMD; kept for the record, level L1 has no use for it
   double roughness_m = 0;         ///< SMD
+  double height_rms_m = 0;        ///< std(h) where it was calibrated; 0: it follows from SMD
   double warp_per_m = 0;          ///< yarns, wales or ribs per metre along x; 0 without a lattice
   double weft_per_m = 0;          ///< along y
   double grain_m = 0;             ///< longest distance between asperities; 0: that of RubbingParams
   Structure structure;
+};
+
+/// How rubbing flattens the surface of a cloth: of the heights' logarithm w = most (1 -
+/// e^{-dose/scale}) goes, where the dose is the integral of pressure over the way of all touches of
+/// the mounted piece; its thickness goes with it.
+struct Wear {
+  double most = 0;          ///< in [0, 1]; 0 switches it off
+  double scale_pa_m = 2e4;  ///< twenty strokes of 50 mm under 20 kPa [E]
 };
 
 /// What holds for all cloths; every number [E], from `parameters` of sim/fabrics.json.
@@ -38,7 +49,11 @@ struct MaterialParams {
   double friction_exponent = 0.9;
   double friction_reference_n = 5;
   double bristle_length_m = 150e-6;
-  double height_per_roughness = 2;  ///< std(h) = this * SMD: the KES contactor averages over 5 mm
+  /// std(h) = this * 5 um * (SMD/5 um)^exponent: the KES contactor averages over 5 mm.
+  double height_per_roughness = 2;
+  double roughness_exponent = 1;
+  Wear wear;
+  Cover cover;  ///< of the sensor that presses; the rig file may name another
   WavinessSpec waviness;
 };
 
@@ -60,6 +75,7 @@ struct MountingSpread {
   double skew_rad = 0.0175;  ///< of the yarns against the stages
   double tension = 0.01;     ///< of lambda
   double tilt = 1e-4;        ///< of what the piece lies on, about x and about y [rad]
+  double pad_height_m = 0;   ///< of the piece under each pad
 };
 /// From one touch to the next.
 struct TouchSpread {
@@ -102,6 +118,8 @@ struct Patch {
   double tilt_x = 0, tilt_y = 0;          ///< added to the rig's own
   double gain_scale = 1;
   std::array<double, 16> pad_ratio = filled_ratio();  ///< of each pad's gain
+  std::array<double, 16> pad_height_m{};              ///< of the piece under each pad, up
+  Wear wear;
   double grain_m = 0;         ///< the fabric's; level L3 alone has a use for it
   std::uint64_t seed = 0;     ///< names the trial's noise
   std::uint64_t mounted = 0;  ///< names the mounted piece; 0: nothing is remembered of it
@@ -123,14 +141,16 @@ Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params, cons
 Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params, const Spread& spread,
                         const MaterialSwitches& switches, std::uint64_t seed);
 
-/// No cloth: stiff, smooth, without memory.
-Patch bare_plate();
+/// No cloth: stiff, smooth, without memory, under the sensor's cover.
+Patch bare_plate(const Cover& cover = {});
 
-// Reads sim/fabrics.json. Every number there carries its standing: [value, "estimated"] or
-// [value, "sourced", "S4"], where S4 is a key of the file's `sources`.
+// Reads sim/fabrics.json. Every number there carries its standing: [value, "estimated"], [value,
+// "sourced", "S4"], where S4 is a key of the file's `sources`, or [value, standing, "C1", [low,
+// high]] with C1 a key of `calibrations` and one of the standings calibrated, bounded and not_seen.
 
 struct FabricLibrary {
   std::vector<Fabric> fabrics;
+  std::optional<PadParams> pads;  ///< of the sensor, where the table was calibrated with one
   MaterialParams params;
   Spread spread;
 

@@ -43,4 +43,14 @@ Result<FabricLaw> law_from_kes(const KesCompression& kes) {
                    .hysteresis = (1 - kes.resilience) / (1 + kes.resilience)};
 }
 
+FabricLaw compose(const FabricLaw& cloth, const Cover& cover) {
+  if (!(cover.lambda_m > 0)) return cloth;
+  FabricLaw both = cloth;
+  both.lambda_m = cloth.lambda_m + cover.lambda_m;
+  both.pressure_pa = std::exp((cloth.lambda_m * std::log(cloth.pressure_pa) +
+                               cover.lambda_m * std::log(cover.pressure_pa)) /
+                              both.lambda_m);
+  return both;
+}
+
 }  // namespace weft::sim

@@ -72,11 +72,15 @@ FieldReader& FieldReader::source_required(const nlohmann::json& sources) {
 const nlohmann::json* FieldReader::find_source(const nlohmann::json& value, std::string_view key) {
   if (sources_ == nullptr) return &value;
   const bool estimated = value.is_array() && value.size() == 2 && value[1] == "estimated";
-  const bool sourced = value.is_array() && value.size() == 3 && value[1] == "sourced" &&
-                       value[2].is_string() && sources_->contains(value[2]);
-  if (estimated || sourced) return &value[0];
+  const bool named =
+      value.is_array() && value.size() >= 3 && value[2].is_string() && sources_->contains(value[2]);
+  const bool sourced = named && value.size() == 3 && value[1] == "sourced";
+  const bool fitted = named && value.size() == 4 && value[3].is_array() && value[3].size() == 2 &&
+                      (value[1] == "calibrated" || value[1] == "bounded" || value[1] == "not_seen");
+  if (estimated || sourced || fitted) return &value[0];
   complain(key, {.what = "a number without its standing",
-                 .expected = "[value, \"estimated\"] or [value, \"sourced\", a key of /sources]",
+                 .expected = "[value, \"estimated\"], [value, \"sourced\", a key of /sources] or "
+                             "[value, \"calibrated\", a key of /calibrations, [low, high]]",
                  .got = short_dump(value)});
   return nullptr;
 }

@@ -44,7 +44,8 @@ class FieldReader {
   /// Like interval() without an order.
   FieldReader& pair(std::string_view key, double& first, double& second, double low, double high,
                     double to_si = 1);
-  /// Numbers are [value, "estimated"] or [value, "sourced", id] with an id in `sources`.
+  /// Numbers are [value, "estimated"] or [value, standing, id] with an id in `sources` and, where
+  /// the standing is calibrated, bounded or not_seen, the interval [low, high] behind it.
   FieldReader& source_required(const nlohmann::json& sources);
   /// A key that somebody else reads.
   FieldReader& ignore(std::string_view key);

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "protocols/base/time.hpp"
 #include "sim/plant/bounds.hpp"
 #include "sim/plant/fabric_law.hpp"
+#include "sim/plant/field_reader.hpp"
 #include "sim/plant/lanes.hpp"
 #include "sim/plant/random.hpp"
 
@@ -34,6 +36,15 @@ double kick_of(std::uint64_t bits) {
          (1.0 / steps);
 }
 
+/// One frame of an Ornstein-Uhlenbeck process.
+struct Wander {
+  double retained, kick;
+};
+Wander wander_of(double deviation, double time_s) {
+  const double retained = std::exp(-frame_s / time_s);
+  return {retained, deviation * std::sqrt(1 - retained * retained)};
+}
+
 }  // namespace
 
 Status check(const PadParams& params) {
@@ -55,7 +66,38 @@ Status check(const PadParams& params) {
                {"the hysteresis", params.hysteresis, 0, 0.999},
                {"the drift in counts", params.drift_counts, 0, 1e6},
                {"the drift's time in s", params.drift_time_s, 1e-6, 1e12},
-               {"the noise in counts", params.noise_counts, 0, 1e6}});
+               {"the noise in counts", params.noise_counts, 0, 1e6},
+               {"the noise per count", params.noise_per_count, 0, 1e6},
+               {"the noise per square", params.noise_per_square, 0, 1e3},
+               {"the common mode", params.common_mode, 0, 1},
+               {"the common mode's time in s", params.common_mode_time_s, 1e-6, 1e9},
+               {"the temperature's spread in K", params.temperature_k, 0, 1e3},
+               {"the temperature's time in s", params.temperature_time_s, 1e-6, 1e12},
+               {"the gain per K", params.gain_per_k, -1, 1},
+               {"the pads' heights in m", params.height_spread_m, 0, 1}});
+}
+
+Status read_pads(FieldReader& reader, PadParams& pads) {
+  reader.number("gap_um", pads.gap_m, 0.1, 1000, m_per_um);
+  reader.number("gap_pressure_Pa", pads.gap_pressure_pa, 10, 1e7);
+  reader.number("gain_spread", pads.gain_spread, 0, 2);
+  reader.number("gap_spread", pads.gap_spread, 0, 0.5);
+  reader.number("crosstalk", pads.crosstalk, 0, 0.25);
+  reader.number("creep", pads.creep, 0, 1);
+  reader.number("creep_time_s", pads.creep_time_s, 0.01, 1e5);
+  reader.number("hysteresis", pads.hysteresis, 0, 0.5);
+  reader.number("drift_counts", pads.drift_counts, 0, 1e4);
+  reader.number("drift_time_s", pads.drift_time_s, 0.01, 1e7);
+  reader.number("noise_counts", pads.noise_counts, 0, 1e4);
+  reader.number("noise_per_count", pads.noise_per_count, 0, 1e4);
+  reader.number("noise_per_square", pads.noise_per_square, 0, 1);
+  reader.number("common_mode", pads.common_mode, 0, 0.5);
+  reader.number("common_mode_time_s", pads.common_mode_time_s, 0.01, 1e7);
+  reader.number("temperature_K", pads.temperature_k, 0, 50);
+  reader.number("temperature_time_s", pads.temperature_time_s, 0.01, 1e7);
+  reader.number("gain_per_K", pads.gain_per_k, -0.1, 0.1);
+  reader.number("height_spread_um", pads.height_spread_m, 0, 500, m_per_um);
+  return reader.finish();
 }
 
 double capacitance_f(const PadParams& params, double gap_m) {
@@ -72,6 +114,8 @@ PadArray::Law PadArray::law_of(const PadParams& params) {
   // A kick is even in (-1, 1), of variance 1/3; thousands of them make a normal drift.
   const double kick_counts =
       params.drift_counts * std::sqrt(3 * (1 - drift_retained * drift_retained));
+  const Wander common = wander_of(params.common_mode, params.common_mode_time_s),
+               temperature = wander_of(params.temperature_k, params.temperature_time_s);
   return {.creep = params.creep,
           .creep_retained = std::exp(-frame_s / params.creep_time_s),
           .hysteresis = params.hysteresis,
@@ -82,14 +126,21 @@ PadArray::Law PadArray::law_of(const PadParams& params) {
           .drift_retained = drift_retained,
           .drift_kick_counts = kick_counts,
           .crosstalk = params.crosstalk,
-          .noise_counts = params.noise_counts};
+          .noise_counts = params.noise_counts,
+          .noise_per_count = params.noise_per_count,
+          .noise_per_square = params.noise_per_square,
+          .common_retained = common.retained,
+          .common_kick = common.kick,
+          .temperature_retained = temperature.retained,
+          .temperature_kick_k = temperature.kick,
+          .gain_per_k = params.gain_per_k};
 }
 
 PadArray::PadArray(const PadParams& params, std::uint64_t sensor_seed)
     : params_(params), law_(law_of(params)), noise_seed_(sensor_seed) {
   Random random(mix(sensor_seed, "pads"));
   for (std::size_t i = 0; i < pad_count; ++i) {
-    gain_[i] = std::max(0.1, 1 + params_.gain_spread * random.gaussian());
+    gain_[i] = std::exp(params_.gain_spread * random.gaussian());
     sensor_.counts_per_f[i] = gain_[i] / params_.lsb_f;
     sensor_.gap_m[i] = params_.gap_m * std::max(0.1, 1 + params_.gap_spread * random.gaussian());
     sensor_.baseline_counts[i] =
@@ -114,6 +165,30 @@ void PadArray::reset(std::uint64_t noise_seed, double gain_scale) {
   state_.branch.fill(-1);
   Random random(mix(noise_seed, "drift"));
   for (double& drift : state_.drift_counts) drift = params_.drift_counts * random.gaussian();
+  Random shared(mix(noise_seed, "shared"));
+  state_.common = params_.common_mode * shared.gaussian();
+  state_.temperature_k = params_.temperature_k * shared.gaussian();
+}
+
+/// What all pads have in common moves on to the next frame.
+void PadArray::warm(std::uint64_t frame) {
+  if (frame == state_.frame || !(law_.common_kick > 0 || law_.temperature_kick_k > 0)) return;
+  state_.frame = frame;
+  Random random(mix(mix(noise_seed_, "shared"), frame));
+  state_.common = law_.common_retained * state_.common + law_.common_kick * random.gaussian();
+  state_.temperature_k = law_.temperature_retained * state_.temperature_k +
+                         law_.temperature_kick_k * random.gaussian();
+}
+
+double PadArray::shared_gain() const {
+  return (1 + state_.common) * (1 + law_.gain_per_k * state_.temperature_k);
+}
+
+double PadArray::noise_at(double level_counts) const {
+  if (!law_.noise_grows()) return law_.noise_counts;
+  const double level = level_counts > 0 ? level_counts : 0;
+  return std::sqrt(law_.noise_counts * law_.noise_counts +
+                   level * (law_.noise_per_count + level * law_.noise_per_square));
 }
 
 /// Pads [first, last), whole lanes. The pressure gets its creep, the branch of the hysteresis is
@@ -190,21 +265,22 @@ void PadArray::commit(std::size_t pad, const State& next, const Draw& draw) {
   state_.drift_counts[pad] = next.drift_counts[pad];
   state_.change_f[pad] = next.change_f[pad];
   const double change_f = next.change_f[pad] + law_.crosstalk * neighbours_f(pad);
-  counts_[pad] =
-      quantise(sensor_.baseline_counts[pad] + next.drift_counts[pad] +
-               sensor_.counts_per_f[pad] * change_f + law_.noise_counts * draw.normal[pad]);
+  const double level_counts = sensor_.counts_per_f[pad] * change_f;
+  counts_[pad] = quantise(sensor_.baseline_counts[pad] + next.drift_counts[pad] +
+                          level_counts * shared_gain() + noise_at(level_counts) * draw.normal[pad]);
 }
 
 /// The counts of a whole scan, with the bits of commit() in the order of the stages: of a pad's
 /// neighbours the one to its left, and the one above or below that an earlier stage converts, are
 /// new.
 WEFT_SIM_CLONES void PadArray::count_all(const Law& law, const Sensor& sensor, const State& from,
-                                         const State& to, const Draw& draw,
+                                         const State& to, const Draw& draw, double gain,
                                          std::array<std::uint16_t, pad_count>& counts) {
   using simd::Lanes, simd::load;
   constexpr std::size_t side = simd::width;
   static_assert(side * side == pad_count);
   const Lanes nothing{};
+  const bool grows = law.noise_grows();
   for (std::size_t row = 0; row < side; ++row) {
     const std::size_t at = row * side;
     const Lanes now = load(&to.change_f[at]), was = load(&from.change_f[at]);
@@ -213,9 +289,15 @@ WEFT_SIM_CLONES void PadArray::count_all(const Law& law, const Sensor& sensor, c
     const Lanes above = row == 0 ? nothing : load(&(second ? to : from).change_f[at - side]);
     const Lanes below = row == 3 ? nothing : load(&(second ? to : from).change_f[at + side]);
     const Lanes change_f = now + law.crosstalk * (((left + right) + above) + below);
+    const Lanes level = load(&sensor.counts_per_f[at]) * change_f;
+    Lanes noise = simd::all(law.noise_counts);
+    if (grows) {
+      const Lanes pressed = level > 0 ? level : nothing;
+      noise = simd::sqrt(law.noise_counts * law.noise_counts +
+                         pressed * (law.noise_per_count + pressed * law.noise_per_square));
+    }
     const Lanes exact = load(&sensor.baseline_counts[at]) + load(&to.drift_counts[at]) +
-                        load(&sensor.counts_per_f[at]) * change_f +
-                        law.noise_counts * load(&draw.normal[at]);
+                        level * gain + noise * load(&draw.normal[at]);
     const Lanes held = exact > 0 ? (exact < 65535.0 ? exact : simd::all(65535)) : nothing;
     const auto whole = __builtin_convertvector(held + 0.5, Whole);
     for (std::size_t i = 0; i < side; ++i) counts[at + i] = static_cast<std::uint16_t>(whole[i]);
@@ -228,6 +310,7 @@ void PadArray::convert(std::size_t pad, double pressure_pa, std::uint64_t frame)
   pressures[pad] = pressure_pa;
   Draw draw;
   draw_noise(mix(noise_seed_, frame), draw);
+  warm(frame);
   State next = state_;
   compute(law_, sensor_, state_, pressures, draw, first, last, next);
   commit(pad, next, draw);
@@ -237,10 +320,11 @@ void PadArray::convert_stages(const std::array<double, pad_count>& pressure_pa, 
                               int first, int last) {
   Draw draw;
   draw_noise(mix(noise_seed_, frame), draw);
-  State next;
+  warm(frame);
+  State next = state_;
   compute(law_, sensor_, state_, pressure_pa, draw, 0, pad_count, next);
   if (first == 0 && last == pad_timing::stages) {
-    count_all(law_, sensor_, state_, next, draw, counts_);
+    count_all(law_, sensor_, state_, next, draw, shared_gain(), counts_);
     state_ = next;
     return;
   }

@@ -40,7 +40,7 @@ struct PadParams {
   double lsb_f = 0.244e-15;       ///< 8 pF over 2^15
   double baseline_low_counts = 4000;
   double baseline_high_counts = 12000;
-  double gain_spread = 0.05;  ///< of pads, standard deviation
+  double gain_spread = 0.05;  ///< of the logarithm of pads' gains, standard deviation
   double gap_spread = 0.05;
   double crosstalk = 0.04;  ///< of a neighbour's change; neighbours as last converted
   double creep = 0.03;
@@ -48,7 +48,18 @@ struct PadParams {
   double hysteresis = 0.01;   ///< eta of the gap's closing and opening
   double drift_counts = 2;    ///< thermal, standard deviation
   double drift_time_s = 600;  ///< its correlation time (Ornstein-Uhlenbeck)
-  double noise_counts = 1.5;  ///< rms, 1 to 2
+  /// rms at `level` counts above idle: sqrt(noise_counts^2 + noise_per_count level +
+  /// noise_per_square level^2).
+  double noise_counts = 1.5;
+  double noise_per_count = 0;
+  double noise_per_square = 0;
+  // Of all pads together, as shares of what they read above idle: Ornstein-Uhlenbeck processes.
+  double common_mode = 0;
+  double common_mode_time_s = 1;
+  double temperature_k = 0;  ///< standard deviation
+  double temperature_time_s = 1800;
+  double gain_per_k = 2e-3;
+  double height_spread_m = 0;  ///< of pads over the face, drawn once per rig, standard deviation
 };
 
 /// Errors: range, naming the field.
@@ -58,6 +69,12 @@ Status check(const PadParams& params);
 double capacitance_f(const PadParams& params, double gap_m);
 /// Nearest count a 16-bit converter can give; NaN gives 0.
 std::uint16_t quantise(double counts);
+
+class FieldReader;
+
+/// Reads the keys of a rig file's `simulation.pads` and of a fabric table's `sensor`. Errors: as
+/// FieldReader::finish().
+Status read_pads(FieldReader& reader, PadParams& pads);
 
 class PadArray {
  public:
@@ -82,9 +99,12 @@ class PadArray {
   [[nodiscard]] const std::array<std::uint16_t, pad_count>& counts() const { return counts_; }
 
   using Values = std::array<double, pad_count>;
+  static constexpr std::uint64_t no_frame = ~std::uint64_t{0};
   /// What a conversion leaves behind.
   struct State {
     Values creep_pa, level, branch, drift_counts, change_f;
+    double common = 0, temperature_k = 0;
+    std::uint64_t frame = no_frame;  ///< that both are of
   };
   [[nodiscard]] const State& state() const { return state_; }
   void set_state(const State& state) { state_ = state; }
@@ -103,6 +123,10 @@ class PadArray {
     double creep = 0, creep_retained = 0, hysteresis = 0, per_hysteresis_length = 0;
     double area_f_m = 0, dielectric_m = 0, gap_pressure_pa = 0;
     double drift_retained = 0, drift_kick_counts = 0, crosstalk = 0, noise_counts = 0;
+    double noise_per_count = 0, noise_per_square = 0;
+    double common_retained = 0, common_kick = 0, temperature_retained = 0, temperature_kick_k = 0;
+    double gain_per_k = 0;
+    [[nodiscard]] bool noise_grows() const { return noise_per_count > 0 || noise_per_square > 0; }
   };
   static Law law_of(const PadParams& params);
   static void draw_noise(std::uint64_t seed, Draw& draw);
@@ -110,8 +134,12 @@ class PadArray {
                       const Values& pressure_pa, const Draw& draw, std::size_t first,
                       std::size_t last, State& to);
   static void count_all(const Law& law, const Sensor& sensor, const State& from, const State& to,
-                        const Draw& draw, std::array<std::uint16_t, pad_count>& counts);
+                        const Draw& draw, double gain,
+                        std::array<std::uint16_t, pad_count>& counts);
   void commit(std::size_t pad, const State& next, const Draw& draw);
+  void warm(std::uint64_t frame);
+  [[nodiscard]] double shared_gain() const;
+  [[nodiscard]] double noise_at(double level_counts) const;
   [[nodiscard]] double neighbours_f(std::size_t pad) const;
 
   PadParams params_;

@@ -1,5 +1,6 @@
 #include "sim/plant/plant.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -14,6 +15,10 @@ namespace {
 constexpr double rounding = 1e-9;  // of sums of steps
 /// A face whose exponent moves further between two balances sinks in too unevenly.
 constexpr double even_exponent = 0.1;
+
+double worn_share(const Wear& wear, double dose_pa_m) {
+  return wear.most * -std::expm1(-dose_pa_m / wear.scale_pa_m);
+}
 
 }  // namespace
 
@@ -36,13 +41,16 @@ Plant::Plant(const PlantParams& params, std::uint64_t rig_seed)
       rig_tilt_y_(params.rig_tilt * Random(mix(rig_seed, "tilt y")).gaussian()),
       model_(params.geometry, params.mount, {}),
       pads_(params.pads, rig_seed) {
-  mount(bare_plate(), {});
+  Random heights(mix(rig_seed, "pad heights"));
+  for (double& height_m : pad_heights_m_)
+    height_m = params.pads.height_spread_m * heights.gaussian();
+  mount(bare_plate(params.cover), {});
 }
 
 PlantMemory Plant::memory() {
   finish_stages();
   balance();
-  return {contact_, pads_.state()};
+  return {contact_, pads_.state(), dose_pa_m_};
 }
 
 void Plant::mount(const Patch& patch, const Pose& pose, TimePoint now, const PlantMemory* memory) {
@@ -51,16 +59,24 @@ void Plant::mount(const Patch& patch, const Pose& pose, TimePoint now, const Pla
   ContactGeometry geometry = params_.geometry;
   geometry.tilt_x += rig_tilt_x_ + patch.tilt_x;
   geometry.tilt_y += rig_tilt_y_ + patch.tilt_y;
-  model_ = ContactModel(geometry, params_.mount, patch.material);
+  wear_ = patch.wear;
+  dose_pa_m_ = memory == nullptr ? 0 : memory->dose_pa_m;
+  rubbed_to_m_ = {pose.x_m, pose.y_m};
+  const ContactMaterial material = worn(patch.material);
+  std::array<double, pad_count> heights_m = pad_heights_m_;
+  for (std::size_t pad = 0; pad < pad_count; ++pad) heights_m[pad] += patch.pad_height_m[pad];
+  model_ = ContactModel(geometry, params_.mount, material);
   if (params_.level == Level::algebraic)
-    algebraic_ = Algebraic{{geometry, params_.mount, patch.material, params_.set_point_n},
+    algebraic_ = Algebraic{{geometry, params_.mount, material, params_.set_point_n},
                            LinearTexture(patch.field),
                            std::cos(patch.skew_rad),
                            std::sin(patch.skew_rad),
                            patch.offset_x_m,
-                           patch.offset_y_m};
+                           patch.offset_y_m,
+                           {},
+                           heights_m};
   else if (params_.level >= Level::dynamic)
-    dynamic_.emplace(geometry, params_.mount, patch.material, params_.dynamics);
+    dynamic_.emplace(geometry, params_.mount, material, params_.dynamics);
   if (params_.level >= Level::modal) listen(patch, now);
   if (params_.watched.pads) {
     if (patch.mounted != 0 && patch.mounted == mounted_)  // its tiles of texture are made
@@ -68,6 +84,8 @@ void Plant::mount(const Patch& patch, const Pose& pose, TimePoint now, const Pla
     else
       bed_ =
           PadBed(patch.material, patch.field, patch.skew_rad, patch.offset_x_m, patch.offset_y_m);
+    bed_.set_heights(heights_m);
+    bed_.set_kept(1 - worn_share(wear_, dose_pa_m_));
     pads_.reset(mix(rig_seed_, patch.seed), patch.gain_scale);
     if (memory != nullptr) pads_.set_state(memory->pads);
     pads_.touch(mix(rig_seed_, patch.seed), patch.gain_scale, patch.pad_ratio);
@@ -217,6 +235,23 @@ void Plant::finish_stages() {
   if (!algebraic_) bed_.press(scan_first_, scan_last_, pressure_pa_);
   pads_.convert_stages(pressure_pa_, scan_frame_, scan_first_, scan_last_);
   scan_first_ = scan_last_ = 0;
+  if (wear_.most > 0) rub();
+}
+
+/// Adds what the face has rubbed since the last scan. The next touch finds it.
+void Plant::rub() {
+  const Vector2 at_m{contact_.face_x_m(), contact_.face_y_m()};
+  const double way_m = size(sum(1, at_m, -1, rubbed_to_m_));
+  dose_pa_m_ += contact_.normal_n / params_.geometry.face_area_m2() * way_m;
+  rubbed_to_m_ = at_m;
+}
+
+ContactMaterial Plant::worn(ContactMaterial material) const {
+  if (!(wear_.most > 0 && dose_pa_m_ > 0)) return material;
+  const double gone_m =
+      wear_.most * material.law.lambda_m * std::log1p(dose_pa_m_ / wear_.scale_pa_m);
+  material.thickness_m = std::max(material.thickness_m - gone_m, 0.1 * material.thickness_m);
+  return material;
 }
 
 /// Level L0: of the two pads of a stage, one of each chip.
@@ -230,7 +265,8 @@ void Plant::press_linear(int stage) {
                  y = contact_.face_y_m() + dy_m + algebraic_->offset_y_m;
     const double u = algebraic_->skew_cos * x + algebraic_->skew_sin * y,
                  v = algebraic_->skew_cos * y - algebraic_->skew_sin * x;
-    const double height_m = algebraic_->texture.height_m(u, v, algebraic_->cursors[pad]);
+    const double height_m = algebraic_->texture.height_m(u, v, algebraic_->cursors[pad]) +
+                            algebraic_->pad_heights_m[pad];
     pressure_pa_[pad] = algebraic_->probe.pressure_pa(contact_, dx_m, dy_m, height_m);
   }
 }

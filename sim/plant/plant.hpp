@@ -36,6 +36,7 @@ struct PlantParams {
   VibrationParams vibration;  ///< used at L3: sensors that are set are computed
   ContactGeometry geometry;
   Mount mount;
+  Cover cover;  ///< of the sensor, for the bare plate: a cloth's law has it already
   PadParams pads;
   double rig_tilt =
       1e-4;  ///< standard deviation of the probe's own tilt, drawn once per rig [rad, E]
@@ -50,6 +51,7 @@ Status check(const PlantParams& params, const ContactMaterial& material);
 struct PlantMemory {
   ContactState contact;
   PadArray::State pads;
+  double dose_pa_m = 0;  ///< of rubbing
 };
 
 class Plant {
@@ -100,6 +102,7 @@ class Plant {
     LinearTexture texture;
     double skew_cos, skew_sin, offset_x_m, offset_y_m;
     std::array<TextureMap::Cursor, pad_count> cursors{};
+    std::array<double, pad_count> pad_heights_m{};
   };
   /// What waits, at L1 with a long step, for the next balance.
   struct Gathered {
@@ -122,18 +125,24 @@ class Plant {
   [[nodiscard]] ContactState quasistatic(const Pose& pose, double dt_s) const;
   void press_linear(int stage);
   void finish_stages();
+  void rub();
+  ContactMaterial worn(ContactMaterial material) const;
   const RelaxationStep& relaxation_over(double dt_s);
 
   PlantParams params_;
   std::uint64_t rig_seed_;
   double rig_tilt_x_, rig_tilt_y_;
+  std::array<double, pad_count> pad_heights_m_{};  ///< of the rig's sensor
   ContactModel model_;
   std::optional<Algebraic> algebraic_;
   std::optional<DynamicContact> dynamic_;
   std::optional<SoundingContact> sounding_;
   ContactState contact_;
   std::uint64_t mounted_ = 0;  ///< Patch::mounted of what lies there
-  mutable PadBed bed_;         ///< at L1 and above; makes texture where it is looked at
+  Wear wear_;
+  double dose_pa_m_ = 0;
+  Vector2 rubbed_to_m_{};  ///< the face when the dose was last counted
+  mutable PadBed bed_;     ///< at L1 and above; makes texture where it is looked at
   PadArray pads_;
   mutable std::array<double, pad_count> pressure_pa_{};  ///< of pads that wait: not yet
   std::uint64_t scan_frame_ = 0;  // stages [first, last) of it wait for their counts

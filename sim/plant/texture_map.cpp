@@ -289,7 +289,8 @@ void PadBed::press(int first, int last, Values& pressure_pa) {
   Values u_m, v_m, texture, pressed_pa;
   place(law_, faces_, u_m, v_m);
   texture_.responses(u_m, v_m, touching, cursors_, texture);
-  compute(law_, faces_, texture, pressed_pa);
+  if (kept_ < 1) flatten(kept_, texture);
+  compute(law_, faces_, heights_m_, texture, pressed_pa);
   for (std::size_t pad = 0; pad < pad_count; ++pad)
     if (touching[pad]) pressure_pa[pad] = pressed_pa[pad];
 }
@@ -305,14 +306,23 @@ WEFT_SIM_CLONES void PadBed::place(const Law& law, Faces& faces, Values& u_m, Va
   }
 }
 
-WEFT_SIM_CLONES void PadBed::compute(const Law& law, const Faces& faces, const Values& texture,
-                                     Values& out_pa) {
+/// A disc's average of e^{(1 - w) h/lambda} is that of e^{h/lambda} to the power 1 - w but for
+/// w (1 - w) of half the variance within the disc.
+WEFT_SIM_CLONES void PadBed::flatten(double kept, Values& texture) {
+  using simd::load, simd::store;
+  for (std::size_t i = 0; i < pad_count; i += simd::width)
+    store(&texture[i], simd::exp(kept * simd::log(load(&texture[i]))));
+}
+
+WEFT_SIM_CLONES void PadBed::compute(const Law& law, const Faces& faces, const Values& heights_m,
+                                     const Values& texture, Values& out_pa) {
   using simd::Lanes, simd::load, simd::store;
   for (std::size_t i = 0; i < pad_count; i += simd::width) {
     const Lanes dx = load(&offsets_x_m[i]), dy = load(&offsets_y_m[i]);
     const Lanes local = load(&faces.indentation_m[i]) + load(&faces.slope_x[i]) * dx +
                         load(&faces.slope_y[i]) * dy +
-                        law.waviness.heights_m(load(&faces.x_m[i]) + dx, load(&faces.y_m[i]) + dy);
+                        law.waviness.heights_m(load(&faces.x_m[i]) + dx, load(&faces.y_m[i]) + dy) +
+                        load(&heights_m[i]);
     const Lanes scale = load(&faces.load_ratio[i]) * law.pressure_pa;
     const Lanes pressure = scale * (simd::exp(local * law.per_lambda) * load(&texture[i]) - 1.0);
     const Lanes above = pressure > 0 ? pressure : Lanes{};

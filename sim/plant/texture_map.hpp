@@ -94,6 +94,10 @@ class PadBed {
          double offset_y_m = 0);
   /// The same cloth as it lies, at another place of it.
   void move(const Waviness& waviness, double offset_x_m, double offset_y_m);
+  /// How far each pad reaches further into the cloth than the face.
+  void set_heights(const Values& height_m) { heights_m_ = height_m; }
+  /// The surface is worn: of the logarithm of its response the share `kept` is left, in [0, 1].
+  void set_kept(double kept) { kept_ = kept; }
 
   /// The two pads of a stage are converted with the face as it is in `contact`.
   void remember(int stage, const ContactState& contact);
@@ -116,12 +120,16 @@ class PadBed {
     double per_lambda, pressure_pa, skew_cos, skew_sin, offset_x_m, offset_y_m;
   };
   static void place(const Law& law, Faces& faces, Values& u_m, Values& v_m);
-  static void compute(const Law& law, const Faces& faces, const Values& texture, Values& out_pa);
+  static void compute(const Law& law, const Faces& faces, const Values& heights_m,
+                      const Values& texture, Values& out_pa);
+  static void flatten(double kept, Values& texture);
 
   Law law_{{}, 1, 0, 1, 0, 0, 0};
   TextureMap texture_;
   std::array<TextureMap::Cursor, pad_count> cursors_{};
   Faces faces_{};
+  Values heights_m_{};
+  double kept_ = 1;
 };
 
 }  // namespace weft::sim

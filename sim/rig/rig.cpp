@@ -192,10 +192,12 @@ Status check_faces(const RigConfig& config, const FabricLibrary& library) {
 
 Result<std::unique_ptr<Rig>> Rig::create(std::string_view rig_json, std::string_view fabrics_json,
                                          std::uint64_t seed) {
-  auto config = parse_rig_config(rig_json);
-  if (!config) return pass(config.error(), "rig file");
   auto library = parse_fabrics(fabrics_json);
   if (!library) return pass(library.error(), "fabrics");
+  auto config =
+      parse_rig_config(rig_json, {library->params.cover, library->pads.value_or(PadParams{})});
+  if (!config) return pass(config.error(), "rig file");
+  library->params.cover = config->bench_plant.plant.cover;
   if (Status ok = check_faces(*config, *library); !ok) return pass(ok.error(), "fabrics");
   auto parts = std::make_unique<Parts>(std::move(*config), std::move(*library), seed);
   return std::unique_ptr<Rig>(new Rig(std::move(parts)));
@@ -280,7 +282,7 @@ Status Rig::mount(std::string_view fabric, const PatchSeeds& seeds, std::uint32_
 }
 
 Status Rig::unmount(TimePoint now) {
-  parts_->bench_plant.mount(bare_plate(), now);
+  parts_->bench_plant.mount(bare_plate(parts_->config.bench_plant.plant.cover), now);
   return {};
 }
 
@@ -368,9 +370,18 @@ std::optional<BenchMotion> Rig::extract_motion(TimePoint now) {
   return parts_->bench_plant.extract_motion();
 }
 
-std::vector<RunError> Rig::run_errors(const BenchMotion& motion,
-                                      const std::vector<TimePoint>& sampled) const {
-  return sim::run_errors(parts_->config.bench_plant.plant, parts_->seed, motion, sampled);
+RunError Rig::run_error(const BenchMotion& motion, const std::vector<TimePoint>& sampled,
+                        std::optional<double> accuracy_n) const {
+  return sim::run_error(parts_->config.bench_plant.plant, parts_->seed, motion, sampled,
+                        accuracy_n);
+}
+
+const PlantParams& Rig::plant_params() const {
+  return parts_->config.bench_plant.plant;
+}
+
+std::uint64_t Rig::seed() const {
+  return parts_->seed;
 }
 
 }  // namespace weft::sim

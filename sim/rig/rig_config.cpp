@@ -95,22 +95,6 @@ Status read_probe(const json& probe, RigConfig& config) {
                        10000, m_per_mm);
 }
 
-Status read_pads(const json& object, PadParams& pads) {
-  FieldReader reader(object, "/simulation/pads");
-  reader.number("gap_um", pads.gap_m, 0.1, 1000, m_per_um);
-  reader.number("gap_pressure_Pa", pads.gap_pressure_pa, 10, 1e7);
-  reader.number("gain_spread", pads.gain_spread, 0, 0.5);
-  reader.number("gap_spread", pads.gap_spread, 0, 0.5);
-  reader.number("crosstalk", pads.crosstalk, 0, 0.25);
-  reader.number("creep", pads.creep, 0, 1);
-  reader.number("creep_time_s", pads.creep_time_s, 0.01, 1e5);
-  reader.number("hysteresis", pads.hysteresis, 0, 0.5);
-  reader.number("drift_counts", pads.drift_counts, 0, 1e4);
-  reader.number("drift_time_s", pads.drift_time_s, 0.01, 1e7);
-  reader.number("noise_counts", pads.noise_counts, 0, 1e4);
-  return reader.finish();
-}
-
 Status read_switches(const json& object, MaterialSwitches& switches) {
   FieldReader reader(object, "/simulation/switches");
   reader.flag("relaxation", switches.relaxation).flag("hysteresis", switches.hysteresis);
@@ -229,6 +213,8 @@ Status read_simulation(const json& object, RigConfig& config) {
   reader.number("stop_stiffness_n_m", plant.mount.stop_stiffness_n_m, 1, 1e9);
   reader.number("slack_mm", plant.mount.slack_m, 0, 50, m_per_mm);
   reader.number("rig_tilt_mrad", plant.rig_tilt, 0, 100, 1e-3);
+  reader.number("cover_um", plant.cover.lambda_m, 0, 1000, m_per_um);
+  reader.number("cover_pressure_Pa", plant.cover.pressure_pa, 1, 1e6);
   reader.pair("plate_tilt_deg", plant.geometry.plate_tilt_x_rad, plant.geometry.plate_tilt_y_rad,
               -30, 30, rad_per_deg);
   const json* dynamics = reader.child("dynamics");
@@ -240,8 +226,12 @@ Status read_simulation(const json& object, RigConfig& config) {
   if (!fidelity) return fidelity;
   if (dynamics != nullptr)
     if (Status s = read_dynamics(*dynamics, plant.dynamics); !s) return s;
-  if (pads != nullptr)
-    if (Status s = read_pads(*pads, plant.pads); !s) return s;
+  if (pads != nullptr) {
+    FieldReader pad_reader(*pads, "/simulation/pads");
+    if (pads->is_object() && pads->value("noise_counts", json()) == 0)  // none at all
+      plant.pads.noise_per_count = plant.pads.noise_per_square = 0;
+    if (Status s = read_pads(pad_reader, plant.pads); !s) return s;
+  }
   if (switches != nullptr)
     if (Status s = read_switches(*switches, config.switches); !s) return s;
   if (faults != nullptr) return read_faults(*faults, config);
@@ -314,7 +304,7 @@ Status read_devices(const json& devices, RigConfig& config) {
 
 }  // namespace
 
-Result<RigConfig> parse_rig_config(std::string_view rig_json) {
+Result<RigConfig> parse_rig_config(std::string_view rig_json, const SensorParams& sensor) {
   const Result<json> document = parse_json(rig_json);
   if (!document) return pass(document.error(), "rig file");
   const json& rig = *document;
@@ -322,6 +312,8 @@ Result<RigConfig> parse_rig_config(std::string_view rig_json) {
     return parse_error("rig file", {.what = "not a JSON object", .expected = "an object"});
   RigConfig config;
   config.bench_plant.plant.mount.slack_m = default_slack_m;
+  config.bench_plant.plant.cover = sensor.cover;
+  config.bench_plant.plant.pads = sensor.pads;
   if (Status s = read_devices(child_or_empty(rig, "devices"), config); !s) return pass(s.error());
   watch(config);
   if (Status s = read_plate(child_or_empty(rig, "plate"), config); !s) return pass(s.error());

@@ -51,12 +51,18 @@ struct RigConfig {
   std::vector<DeviceFault> faults;  ///< `simulation.faults`
 };
 
+/// Of the sensor, where the rig file does not say: the fabric table's.
+struct SensorParams {
+  Cover cover;
+  PadParams pads;
+};
+
 /// Reads `devices[].role`, `devices[].emulator`, `limits.travel_mm`, `probe`, `plate` and
 /// `simulation`; other keys belong to others. `simulation` and `emulator` are read strictly.
 /// Only what the scene needs is set to be computed.
 /// Errors: parse and range, and unsupported for a level that cannot produce the scene, with a JSON
 /// pointer.
-Result<RigConfig> parse_rig_config(std::string_view rig_json);
+Result<RigConfig> parse_rig_config(std::string_view rig_json, const SensorParams& sensor = {});
 
 /// One entry of a rig file's `devices`: reads `name`, `role` and `emulator`; a stage's travel goes
 /// into the world of `config`. Errors: parse and range below `where`, a JSON pointer; unsupported

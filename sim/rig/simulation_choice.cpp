@@ -42,17 +42,31 @@ Result<SimulationChoice> by_scene(const RigConfig& config, const Scene& scene) {
   return choice;
 }
 
-std::string format_request(const SimulationRequest& request, const FidelityOffer& offer) {
-  const std::string measured = printed("measured %.3g mN at worst", offer.error_max_n * 1e3) +
-                               printed(", %.3g times real time)", offer.times_real_time);
+std::string format_request(const FidelityRequest& request, const FidelityOffer& offer) {
+  const std::string promised =
+      printed(" (promises %.3g mN", offer.promise_n * 1e3) + " on " + offer.limiting_fabric +
+      printed(", about %.3g times real time)", offer.forecast.times_real_time());
   const std::string error =
       request.accuracy_n ? printed(" within %.4g mN", *request.accuracy_n * 1e3) : std::string();
   const std::string speed = request.times_real_time
                                 ? printed("%.4g times real time", *request.times_real_time)
                                 : std::string();
-  if (!request.accuracy_n) return "the most accurate setting at " + speed + " (" + measured;
-  return "the fastest setting" + error + (speed.empty() ? "" : " and over " + speed) + " (" +
-         measured;
+  if (!request.accuracy_n) return "the most accurate setting at " + speed + promised;
+  return "the fastest setting" + error + (speed.empty() ? "" : " and over " + speed) + promised;
+}
+
+ForceScene make_force_scene(const RigConfig& config, const SimulationRequest& request) {
+  const PlantParams& plant = config.bench_plant.plant;
+  ForceScene out{.fabrics = request.fabrics,
+                 .speed_mps = request.speed_mps,
+                 .seat_speed_mps = request.seat_speed_mps,
+                 .face_area_m2 = plant.geometry.face_area_m2(),
+                 .mount = plant.mount,
+                 .library = request.library};
+  if (request.set_points_n.empty()) return out;
+  const auto [least, most] = std::ranges::minmax(request.set_points_n);
+  out.force_n = {least, most};
+  return out;
 }
 
 Result<SimulationChoice> by_table(const RigConfig& config, const Scene& scene,
@@ -63,14 +77,22 @@ Result<SimulationChoice> by_table(const RigConfig& config, const Scene& scene,
                  .what = "the rig file names no table to choose from",
                  .expected = "a path relative to the rig file",
                  .got = "nothing",
-                 .hint = "sim/fidelity.json is made by weft trade sim"});
-  FidelityRequest fidelity{.accuracy_n = request.accuracy_n,
-                           .times_real_time = request.times_real_time};
-  if (config.level_by_hand) fidelity.level = config.bench_plant.plant.level;
-  const auto offer = choose(*table, scene, fidelity);
+                 .hint = "sim/fidelity.json is made by weft trade sim --table"});
+  const ForceScene forces = make_force_scene(config, request);
+  FidelityRequest fidelity = request.fidelity;
+  fidelity.run.has_pads = config.bench_plant.plant.watched.pads;
+  if (config.level_by_hand && !fidelity.only) fidelity.level = config.bench_plant.plant.level;
+  const auto offer = choose(*table, scene, forces, fidelity);
   if (!offer) return fail_at(level_place, offer.error());
-  return SimulationChoice{
-      offer->setting, needs(scene) + ", and this is " + format_request(request, *offer), {}};
+  SimulationChoice out{offer->setting,
+                       needs(scene) + ", and this is " + format_request(fidelity, *offer),
+                       {},
+                       *offer};
+  if (fidelity.only) out.because = request.recorded_because;
+  fidelity.only.reset();
+  fidelity.promise_below_n = offer->promise_n;
+  if (auto next = choose(*table, scene, forces, fidelity)) out.next = std::move(*next);
+  return out;
 }
 
 /// L0 knows one force, and no recipe's phase: all that are held must be the same.
@@ -116,7 +138,7 @@ Result<SimulationChoice> choose_simulation(std::string_view rig_json,
                                            const FidelityTable* table) {
   const auto config = parse_rig_config(rig_json);
   if (!config) return pass(config.error());
-  const bool knob = request.accuracy_n || request.times_real_time;
+  const bool knob = request.uses_table();
   const Scene scene = make_scene(*config, request);
   auto choice = knob ? by_table(*config, scene, request, table) : by_scene(*config, scene);
   if (!choice) return choice;

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/plant/fidelity/table.hpp"
+#include "sim/plant/fidelity/choose.hpp"
 
 namespace weft::sim {
 
@@ -18,8 +18,18 @@ struct SimulationRequest {
   std::vector<Trait> traits;
   /// Forces that the recipe holds: level L0, which knows one set point, is given it.
   std::vector<double> set_points_n;
-  std::optional<double> accuracy_n{};
-  std::optional<double> times_real_time{};
+  /// What is asked of speed and accuracy. Its `level` and `run.has_pads` are the rig file's.
+  FidelityRequest fidelity{};
+  std::string recorded_because{};  ///< with `fidelity.only`: why the record has it
+  // Of the recipe, for what the table promises.
+  std::vector<std::string> fabrics{};
+  MeasuredRange speed_mps{};  ///< of its slides
+  double seat_speed_mps = 0;
+  const FabricLibrary* library = nullptr;
+
+  [[nodiscard]] bool uses_table() const {
+    return fidelity.accuracy_n.has_value() || fidelity.times_real_time.has_value();
+  }
 };
 
 struct SimulationChoice {
@@ -29,6 +39,8 @@ struct SimulationChoice {
   /// level, step and integrator, and `chosen` says how they came about. Running it again makes the
   /// same run whatever table or rule there is by then.
   std::string rig_json;
+  std::optional<FidelityOffer> offer{};  ///< of the table, where it was asked
+  std::optional<FidelityOffer> next{};   ///< the fastest that promises less than `offer`
 };
 
 /// `table` may be null where neither accuracy nor speed is asked for. A function of its arguments.

@@ -90,8 +90,8 @@ Status Calibration::prepare() {
   if (!scene) return pass(scene.error());
   scene_.emplace(std::move(*scene));
   say("bootstrap of " + std::to_string(fitted_.strokes.size()) + " strokes");
-  real_ = bootstrap_statistics(fitted_, options_.bootstrap_draws,
-                               sim::mix(options_.seed, "bootstrap"));
+  real_ =
+      bootstrap_statistics(fitted_, options_.bootstrap_draws, sim::mix(options_.seed, "bootstrap"));
   auto before = simulated(options_.seed, &view_before_);
   if (!before) return pass(before.error());
   before_ = std::move(*before);
@@ -160,7 +160,8 @@ Status Calibration::take_off_texture() {
     const Statistic* one = find(set.statistics, name);
     return one == nullptr ? 0 : one->shown;
   };
-  const double offset = std::max(0.0, std::pow(added("noise_s0"), 2) - std::pow(known_noise_counts, 2));
+  const double offset =
+      std::max(0.0, std::pow(added("noise_s0"), 2) - std::pow(known_noise_counts, 2));
   const auto shift = [&](std::size_t i, double off, auto&& from, auto&& to) {
     for (double* value : {&values_[i], &intervals_[i].low, &intervals_[i].high})
       *value = from(std::max(0.0, to(*value) - off));
@@ -168,7 +169,8 @@ Status Calibration::take_off_texture() {
       intervals_[i].standing = Standing::bounded;
   };
   const auto same = [](double x) { return x; };
-  shift(s0, offset, [](double x) { return std::sqrt(x); }, [](double x) { return x * x; });
+  shift(
+      s0, offset, [](double x) { return std::sqrt(x); }, [](double x) { return x * x; });
   shift(k1, added("noise_k1"), same, same);
   shift(k2, added("noise_k2"), same, same);
   return {};
@@ -221,8 +223,8 @@ Status Calibration::improve(const std::vector<std::size_t>& varied, std::size_t 
 Status Calibration::fit_blocks() {
   for (const BaseCloth& cloth : model_.cloths()) {
     say("fitting " + cloth.label);
-    if (Status ok = improve(model_.block(Block::cloth, cloth.label), options_.starts,
-                            options_.evaluations);
+    if (Status ok =
+            improve(model_.block(Block::cloth, cloth.label), options_.starts, options_.evaluations);
         !ok)
       return ok;
   }
@@ -291,8 +293,9 @@ void Calibration::fill(CalibrationResult& out) {
       out.remarks.push_back("The table has no cloth named as " + cloth.label + ": it begins as " +
                             cloth.taken + ", the one of median stiffness.");
   if (scene_->scale() > 1)
-    out.remarks.push_back("The recorded sensor reads more counts than the simulated one can: its "
-                          "counts are scaled down.");
+    out.remarks.push_back(
+        "The recorded sensor reads more counts than the simulated one can: its "
+        "counts are scaled down.");
   out.cost_before = cost_before_;
   out.cost_after = cost_after_;
   out.targets = objective_->targets().size();

@@ -55,8 +55,9 @@ Parameter height(const BaseCloth& cloth, double lambda_m, double start_m) {
           .high = high * lambda_m / m_per_um,
           .logarithmic = true,
           .is_off_at_low = true,
-          .reason = "0.003 to 0.5 of lambda with the cover: a modulation of 0.3 % is below all "
-                    "recordings at hand, and above a half e^(h/lambda) is no texture any more",
+          .reason =
+              "0.003 to 0.5 of lambda with the cover: a modulation of 0.3 % is below all "
+              "recordings at hand, and above a half e^(h/lambda) is no texture any more",
           .start = std::clamp(start_m, low * lambda_m, high * lambda_m) / m_per_um};
 }
 

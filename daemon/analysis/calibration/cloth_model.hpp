@@ -39,8 +39,8 @@ struct Parameter {
 /// A label of the recordings and the cloth of the table whose KES figures and yarns it takes.
 struct BaseCloth {
   std::string label;
-  sim::Fabric fabric;  ///< named as the label
-  std::string taken;   ///< name in the table
+  sim::Fabric fabric;     ///< named as the label
+  std::string taken;      ///< name in the table
   bool is_named = false;  ///< found by its name; else the table's cloth of median stiffness
 };
 

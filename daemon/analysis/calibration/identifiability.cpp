@@ -92,8 +92,8 @@ class Around {
     const Vector step = rest.completeOrthogonalDecomposition().solve(-moved * jacobian_.col(own));
     for (std::size_t k = 0; k < others.size(); ++k) {
       const std::size_t at = varied_[static_cast<std::size_t>(others[k])];
-      values[at] = model_->parameters()[at].from_unit(unit(at) +
-                                                      step(static_cast<Eigen::Index>(k)));
+      values[at] =
+          model_->parameters()[at].from_unit(unit(at) + step(static_cast<Eigen::Index>(k)));
     }
   }
 
@@ -134,12 +134,13 @@ Result<ParameterInterval> find_interval(Around& around, const Parameter& paramet
   const auto high = find_crossing(around, number, 1, threshold);
   if (!high) return pass(high.error());
   const int closed = (low->has_value() ? 1 : 0) + (high->has_value() ? 1 : 0);
-  return ParameterInterval{
-      closed == 2   ? Standing::calibrated
-      : closed == 1 ? Standing::bounded
-                    : Standing::not_seen,
-      *low ? parameter.from_unit(**low) : parameter.is_off_at_low ? 0 : parameter.low,
-      *high ? parameter.from_unit(**high) : parameter.high};
+  return ParameterInterval{closed == 2   ? Standing::calibrated
+                           : closed == 1 ? Standing::bounded
+                                         : Standing::not_seen,
+                           *low                      ? parameter.from_unit(**low)
+                           : parameter.is_off_at_low ? 0
+                                                     : parameter.low,
+                           *high ? parameter.from_unit(**high) : parameter.high};
 }
 
 std::string direction_text(const Vector& direction, const std::vector<std::size_t>& varied,
@@ -186,8 +187,8 @@ Result<Identifiability> identify(Objective& objective, const ClothModel& model,
   Around around(objective, model, values);
   if (Status ok = around.prepare(varied); !ok) return pass(ok.error());
   Identifiability out;
-  const double freedom = static_cast<double>(objective.targets().size()) -
-                         static_cast<double>(searched.size());
+  const double freedom =
+      static_cast<double>(objective.targets().size()) - static_cast<double>(searched.size());
   out.threshold = chi_square_95 * std::max(1.0, around.least() / std::max(1.0, freedom));
   out.blind_directions = find_blind(around.jacobian(), varied, model);
   for (std::size_t i = 0; i < model.parameters().size(); ++i)

@@ -64,9 +64,9 @@ std::vector<double> sobol_point(std::size_t index, std::size_t dimensions) {
 
 namespace {
 
-constexpr double first_step = 0.15;   // of the cube
-constexpr double last_step = 1e-3;    // a tenth of a per cent of the bounds
-constexpr double least_gain = 0.01;   // of a cost whose intervals are 3.84 wide
+constexpr double first_step = 0.15;  // of the cube
+constexpr double last_step = 1e-3;   // a tenth of a per cent of the bounds
+constexpr double least_gain = 0.01;  // of a cost whose intervals are 3.84 wide
 
 /// What the library calls, and the best that it has seen: it may end on another point.
 struct Search {
@@ -102,8 +102,7 @@ std::string nlopt_version() {
   return std::to_string(major) + "." + std::to_string(minor) + "." + std::to_string(fix);
 }
 
-Result<Minimum> minimise(const Cost& cost, std::span<const double> start,
-                         std::size_t evaluations) {
+Result<Minimum> minimise(const Cost& cost, std::span<const double> start, std::size_t evaluations) {
   Search search{&cost, {{start.begin(), start.end()}, 0, 0}};
   const auto n = static_cast<unsigned>(start.size());
   // BOBYQA's models need two dimensions.

@@ -1,5 +1,5 @@
 #pragma once
-// A minimum within the unit cube, without derivatives: BOBYQA of NLopt (docs/adr/0022).
+// A minimum within the unit cube, without derivatives: BOBYQA of NLopt (docs/adr/0023).
 
 #include <cstddef>
 #include <functional>

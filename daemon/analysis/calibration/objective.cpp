@@ -27,8 +27,8 @@ double sd_over(std::span<const StatisticSet> sets, const Statistic& like) {
 
 bool is_fitted(std::string_view statistic) {
   static constexpr std::array<std::string_view, 9> names{
-      "modulation", "modulation_within", "modulation_stroke", "neighbours", "far",
-      "common_share", "drift", "repetition", "repetition_lag"};
+      "modulation", "modulation_within", "modulation_stroke", "neighbours", "far", "common_share",
+      "drift",      "repetition",        "repetition_lag"};
   return std::ranges::find(names, statistic) != names.end() || statistic.starts_with("band_") ||
          statistic.starts_with("pattern_");
 }
@@ -52,8 +52,7 @@ std::vector<double> residuals(std::span<const Target> targets, const StatisticSe
   std::vector<double> out;
   for (const Target& target : targets) {
     const Statistic* one = find(simulated.statistics, target.real.name, target.real.cloth);
-    out.push_back(one == nullptr ? missing_residual
-                                 : (one->value - target.real.value) / target.sd);
+    out.push_back(one == nullptr ? missing_residual : (one->value - target.real.value) / target.sd);
   }
   return out;
 }

@@ -50,8 +50,7 @@ Result<std::vector<Source>> complete_sources(std::span<const Dataset> datasets) 
   for (const Source& source : out) {
     if (source.trial->taxels != out.front().trial->taxels)
       return refuse(source, "trials of different numbers of channels",
-                    std::to_string(out.front().trial->taxels),
-                    std::to_string(source.trial->taxels),
+                    std::to_string(out.front().trial->taxels), std::to_string(source.trial->taxels),
                     "Calibrate on the recordings of one sensor at a time");
     if (!(source.dataset->info.taxel_rate_hz > 0))
       return refuse(source, "the sample rate is not known", {}, {},
@@ -120,7 +119,7 @@ std::optional<double> stage_speed(const Source& source, const Rows& rows) {
 }
 
 /// "V-10" of "Denim_F120_V-10mmps_0.csv": direction and speed; empty for other names.
-std::string speed_word(const std::string& file) {
+std::string direction_and_speed(const std::string& file) {
   const std::size_t end = file.rfind("mmps_");
   const std::size_t from = file.rfind("_V", end);
   if (end == std::string::npos || from == std::string::npos) return {};
@@ -128,7 +127,7 @@ std::string speed_word(const std::string& file) {
 }
 
 std::optional<double> name_speed(const std::string& file) {
-  const std::string word = speed_word(file);
+  const std::string word = direction_and_speed(file);
   double speed_mm_s = 0;
   const char* const end = word.data() + word.size();
   if (word.size() < 2 || std::from_chars(word.data() + 1, end, speed_mm_s).ptr != end ||
@@ -138,10 +137,11 @@ std::optional<double> name_speed(const std::string& file) {
 }
 
 Result<double> find_speed(const Source& source, const Rows& rows, const ViewOptions& options) {
-  if (options.speed_mps && !(*options.speed_mps > 0))
+  if (options.speed_mps && !(*options.speed_mps > 0 && std::isfinite(*options.speed_mps)))
     return fail({.code = Errc::invalid_argument,
                  .where = "--speed-mm-s",
-                 .what = "the speed is not positive"});
+                 .what = "the speed is not a positive number",
+                 .got = general(*options.speed_mps * 1e3)});
   std::optional<double> speed = options.speed_mps;
   if (!speed) speed = factor_speed(source);
   if (!speed) speed = stage_speed(source, rows);
@@ -222,8 +222,7 @@ Status choose_channels(const std::vector<Source>& sources, const std::vector<Row
   if (view.recorded.empty() || 2 * clipped.size() > view.recorded_channels)
     return fail({.code = Errc::measurement,
                  .what = "clipped: " + channel_names(clipped) + " of " +
-                         std::to_string(view.recorded_channels) +
-                         " stay at a limit of their range",
+                         std::to_string(view.recorded_channels) + " stay at a limit of their range",
                  .expected = "at most 1 % of a channel's samples, in half of the channels",
                  .hint = "Record again with less force or gain"});
   if (!constant.empty())
@@ -241,7 +240,7 @@ std::string conditions_of(const Source& source) {
   std::vector<std::string> parts{source.record->spec.exploration};
   for (const double factor : source.record->spec.factors) parts.push_back(general(factor));
   if (source.dataset->info.source == "fabricslide")
-    parts.push_back(speed_word(source.trial->file));
+    parts.push_back(direction_and_speed(source.trial->file));
   std::erase(parts, "");
   return joined(parts, " ");
 }
@@ -265,8 +264,7 @@ double unloaded_level(const classifier::Trial& trial, const Rows& rest, std::siz
   return median(std::move(values)).value_or(0);
 }
 
-void add_counts(const Source& source, const Rows& rows, const RecordingView& view,
-                Stroke& stroke) {
+void add_counts(const Source& source, const Rows& rows, const RecordingView& view, Stroke& stroke) {
   const Rows rest = samples_of(Phase::rest, *source.trial);
   for (const std::size_t channel : view.recorded) {
     const double unloaded = unloaded_level(*source.trial, rest, channel);
@@ -290,13 +288,13 @@ class Numbering {
                   std::to_string(stroke.mounting) + " / patch " + std::to_string(stroke.patch);
     const std::uint32_t counted = strokes_[stroke.cell]++;
     const std::string& kind = source.dataset->info.source;
-    stroke.repetition = kind == "campaign" || kind == "fabricslide" ? source.record->spec.repetition
-                                                                    : counted;
+    stroke.repetition =
+        kind == "campaign" || kind == "fabricslide" ? source.record->spec.repetition : counted;
   }
 
  private:
-  std::map<std::string, std::map<std::tuple<std::size_t, std::uint32_t, std::uint32_t>,
-                                 std::uint32_t>>
+  std::map<std::string,
+           std::map<std::tuple<std::size_t, std::uint32_t, std::uint32_t>, std::uint32_t>>
       mountings_;
   std::map<std::string, std::uint32_t> strokes_;
 };

@@ -32,11 +32,11 @@ struct Stroke {
 };
 
 struct RecordingView {
-  std::vector<Stroke> strokes;         ///< in the order of the data sets; at least one
-  std::size_t channels = 0;            ///< of every stroke
-  std::vector<std::size_t> recorded;   ///< [channels] place on the recorded array, ascending
-  std::size_t recorded_channels = 0;   ///< on that array: more where channels are left out
-  std::vector<std::string> remarks;    ///< a sentence each
+  std::vector<Stroke> strokes;        ///< in the order of the data sets; at least one
+  std::size_t channels = 0;           ///< of every stroke
+  std::vector<std::size_t> recorded;  ///< [channels] place on the recorded array, ascending
+  std::size_t recorded_channels = 0;  ///< on that array: more where channels are left out
+  std::vector<std::string> remarks;   ///< a sentence each
 };
 
 /// Fewer samples of phase M are no stroke.

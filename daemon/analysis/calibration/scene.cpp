@@ -137,8 +137,8 @@ Press plan_press(const RecordingView& view, const SceneGroup& group, const sim::
     }
     out.force_n.push_back(std::max(stroke.force_n, 2 * least_rest_n));
     const double idle = counts_under(pads, out.force_n.back() / area_m2) - level;
-    rest_n += std::min(most_rest * out.force_n.back(),
-                       idle > 0 ? area_m2 * pressure_for(pads, idle) : 0);
+    rest_n +=
+        std::min(most_rest * out.force_n.back(), idle > 0 ? area_m2 * pressure_for(pads, idle) : 0);
   }
   out.rest_n = std::max(least_rest_n, rest_n / static_cast<double>(group.strokes.size()));
   for (double& force_n : out.force_n) force_n = std::max(force_n, out.rest_n);
@@ -243,9 +243,9 @@ Result<std::vector<Stroke>> Scene::slide(const SceneGroup& group, std::span<cons
   std::vector<Stroke> out;
   for (const std::size_t i : group.strokes) {
     const Stroke& like = like_.strokes[i];
-    const sim::PatchSeeds seeds{sim::mix(seed, "piece"),
-                                sim::mix(sim::mix(seed, "mounting"), group.mounting),
-                                sim::mix(sim::mix(sim::mix(seed, "touch"), like.cell), like.repetition)};
+    const sim::PatchSeeds seeds{
+        sim::mix(seed, "piece"), sim::mix(sim::mix(seed, "mounting"), group.mounting),
+        sim::mix(sim::mix(sim::mix(seed, "touch"), like.cell), like.repetition)};
     const auto patch = sim::cut_patch(inputs.fabric, inputs.params, inputs.spread, {}, seeds);
     if (!patch) return pass(patch.error());
     if (!stylus) {
@@ -253,8 +253,8 @@ Result<std::vector<Stroke>> Scene::slide(const SceneGroup& group, std::span<cons
       stylus.emplace(params, rig);
     }
     stylus->rest(*patch, patch_m * like.patch);
-    out.push_back(slide_once(*stylus, like, like_.recorded, press.force_n[out.size()],
-                             press.rest_n, scale_));
+    out.push_back(
+        slide_once(*stylus, like, like_.recorded, press.force_n[out.size()], press.rest_n, scale_));
   }
   return out;
 }

@@ -178,9 +178,8 @@ double noise_sd(Samples values) {
   const std::vector<double> third = difference(difference(difference(values)));
   double sum = 0;
   for (const double d : third) sum += d * d;
-  return third.empty()
-             ? 0
-             : std::sqrt(sum / static_cast<double>(third.size()) / third_difference_gain);
+  return third.empty() ? 0
+                       : std::sqrt(sum / static_cast<double>(third.size()) / third_difference_gain);
 }
 
 double jump_share(Samples values) {

@@ -12,8 +12,8 @@
 namespace weft::daemon::calibration {
 namespace {
 
-constexpr double least_shown = 1e-5;         // told apart from 0 on a scale that has no 0
-constexpr double same_pitch = 1.05;    // ratio of pitches that count as one
+constexpr double least_shown = 1e-5;  // told apart from 0 on a scale that has no 0
+constexpr double same_pitch = 1.05;   // ratio of pitches that count as one
 constexpr std::array band_names{"band_0.01", "band_0.03", "band_0.1", "band_0.3", "band_1"};
 static_assert(band_names.size() == bands);
 
@@ -75,6 +75,10 @@ class Sample {
       for (const WindowSummary& window : summaries_.strokes[s].windows) out.push_back(get(window));
     return median(std::move(out));
   }
+  /// Whether a stroke of the view is sampled as finely as any.
+  [[nodiscard]] bool is_finest(std::size_t stroke) const {
+    return summaries_.view->strokes[stroke].pitch_mm() <= same_pitch * summaries_.finest_mm;
+  }
   [[nodiscard]] const Summaries& summaries() const { return summaries_; }
   [[nodiscard]] const std::vector<DrawnCell>& cells() const { return cells_; }
 
@@ -129,8 +133,8 @@ void add_modulation(const Sample& sample, Collector& out) {
 // 2
 
 Maybe peak(const std::array<Maybe, bands>& rms) {
-  const auto largest = std::ranges::max_element(
-      rms, {}, [](const Maybe& value) { return value.value_or(-1); });
+  const auto largest =
+      std::ranges::max_element(rms, {}, [](const Maybe& value) { return value.value_or(-1); });
   if (!*largest) return std::nullopt;
   const auto band = static_cast<std::size_t>(largest - rms.begin());
   return std::sqrt(band_edges_per_mm[band] * band_edges_per_mm[band + 1]);
@@ -140,11 +144,11 @@ void add_spectrum(const Sample& sample, Collector& out) {
   const bool any = !sample.summaries().channels.empty();
   std::vector<std::array<Maybe, bands>> spectra;
   each_cloth(sample, [&](std::size_t c, const std::string& name) {
-    out.add("modulation_stroke", name, Scale::log,
-            sample.typical(c, [&](const StrokeSummary& s) {
-              return any ? Maybe(s.modulation) : std::nullopt;
-            }),
-            "no channel has a level");
+    out.add(
+        "modulation_stroke", name, Scale::log,
+        sample.typical(
+            c, [&](const StrokeSummary& s) { return any ? Maybe(s.modulation) : std::nullopt; }),
+        "no channel has a level");
     std::array<Maybe, bands>& rms = spectra.emplace_back();
     for (std::size_t band = 0; band < bands; ++band)
       rms[band] = sample.typical(c, [&](const StrokeSummary& s) { return s.band[band]; });
@@ -163,18 +167,15 @@ void add_spectrum(const Sample& sample, Collector& out) {
 // 3
 
 void add_noise(const Sample& sample, Collector& out) {
-  const RecordingView& view = *sample.summaries().view;
-  double finest_mm = view.strokes.front().pitch_mm();
-  for (const Stroke& stroke : view.strokes) finest_mm = std::min(finest_mm, stroke.pitch_mm());
   std::vector<double> level, noise;
   for (const std::size_t s : sample.strokes()) {
-    if (view.strokes[s].pitch_mm() > same_pitch * finest_mm) continue;
+    if (!sample.is_finest(s)) continue;
     const StrokeSummary& own = sample.summaries().strokes[s];
     level.insert(level.end(), own.level.begin(), own.level.end());
     noise.insert(noise.end(), own.noise.begin(), own.noise.end());
   }
   const auto law = fit_noise_law(level, noise);
-  const auto part = [&](double NoiseLaw::* which) {
+  const auto part = [&](double NoiseLaw::*which) {
     return law ? Maybe((*law).*which) : std::nullopt;
   };
   const std::string why = "the levels do not differ";
@@ -194,8 +195,9 @@ std::vector<NestedValue> pattern_observations(const Sample& sample) {
     const DrawnCell& drawn = sample.cells()[k];
     const Stroke& first = sample.summaries().view->strokes[drawn.strokes.front()];
     const std::size_t group =
-        fixed.try_emplace({sample.summaries().cells[drawn.cell].cloth, first.conditions},
-                          fixed.size())
+        fixed
+            .try_emplace({sample.summaries().cells[drawn.cell].cloth, first.conditions},
+                         fixed.size())
             .first->second;
     for (const std::size_t s : drawn.strokes) {
       const auto& windows = sample.summaries().strokes[s].windows;
@@ -226,8 +228,8 @@ void add_patterns(const Sample& sample, Collector& out) {
 
 void add_correlations(const Sample& sample, Collector& out) {
   const bool several = sample.summaries().channels.size() > 1;
-  const auto add = [&](const char* name, Scale scale, double WindowSummary::* which,
-                       bool known, const char* why) {
+  const auto add = [&](const char* name, Scale scale, double WindowSummary::*which, bool known,
+                       const char* why) {
     out.add(name, {}, scale,
             known ? sample.typical_window({}, [&](const WindowSummary& w) { return w.*which; })
                   : std::nullopt,
@@ -244,11 +246,11 @@ void add_correlations(const Sample& sample, Collector& out) {
 
 void add_drift(const Sample& sample, Collector& out) {
   const bool any = !sample.summaries().channels.empty();
-  const auto add = [&](const char* name, Scale scale, double StrokeSummary::* which) {
+  const auto add = [&](const char* name, Scale scale, double StrokeSummary::*which) {
     each_cloth(sample, [&](std::size_t c, const std::string& cloth) {
-      out.add(name, cloth, scale, sample.typical(c, [&](const StrokeSummary& s) {
-                return any ? Maybe(s.*which) : std::nullopt;
-              }),
+      out.add(name, cloth, scale,
+              sample.typical(
+                  c, [&](const StrokeSummary& s) { return any ? Maybe(s.*which) : std::nullopt; }),
               "no channel has a level");
     });
   };
@@ -291,7 +293,8 @@ void add_repetition(const Sample& sample, Collector& out) {
   const auto pairs = any ? drawn_pairs(sample) : std::vector<PairSummary>{};
   const auto controls = any ? drawn_controls(sample) : std::vector<PairSummary>{};
   std::vector<double> lags_mm;
-  for (const PairSummary& pair : pairs) lags_mm.push_back(pair.lag_mm);
+  for (const PairSummary& pair : pairs)
+    if (sample.is_finest(pair.first)) lags_mm.push_back(pair.lag_mm);
   out.add("repetition", {}, Scale::fisher_z, median_correlation(pairs),
           "no cell has two repetitions");
   out.add("repetition_lag", {}, Scale::natural, sample_sd(lags_mm),

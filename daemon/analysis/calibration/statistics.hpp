@@ -1,6 +1,6 @@
 #pragma once
-// Statistics of strokes by which recordings and simulation are compared: of signals, never of an
-// answer. All are pure functions of a view; order and seed decide nothing but what they say.
+// Statistics of strokes, by which a simulation is compared with recordings: of signals, never of a
+// classifier's accuracy. Pure functions of a view.
 
 #include <cstddef>
 #include <span>
@@ -39,24 +39,25 @@ struct Statistic {
 ///   _0.1, _0.3, _1                       next, the last to 1.75 (Hann window); of strokes that
 ///                                        hold a wave of it and sample all of it
 ///   peak                 cloth  log      [1/mm] geometric middle of the band with the largest rms
-/// 3 noise                all    log      [counts] n = sqrt(mean (third difference)^2 / 20), median
+/// 3 (strokes with the finest pitch only)
+///   noise                all    log      [counts] n = sqrt(mean (third difference)^2 / 20), median
 ///   noise_s0, _k1, _k2   all    natural  [counts; counts; 1] n^2 = s0^2 + k1 L + k2 L^2, each >= 0
 ///   noise_exponent       all    natural  slope of ln n on ln L
-///                                        (3: strokes with the finest pitch only)
 /// 4 level_spread         all    log      sd over channels of ln L, median of strokes
 /// 5 pattern_path         all    log      sd of the pattern (ln L of a window less its mean over
 ///   pattern_patch        all    log      channels) between repetitions at one place, between
 ///   pattern_mounting     all    log      places of one mounting, between mountings of one cloth
 ///                                        (variance components, unbalanced; rms over channels)
 /// 6 neighbours, far      all    fisher_z correlation of zd of channels side by side, and of the
-///                                        pairs that are furthest apart (square arrays only)
+///                                        four pairs of corners on one side (square arrays only;
+///                                        typical over windows, of the mean over pairs)
 ///   common_share         all    logit    var(mean over channels of zd) / mean of var(zd)
 /// 7 drift                cloth  log      |slope of x| x duration / L, typical
 ///   jumps                cloth  logit    share of first differences further than 5 robust sd
 ///                                        (IQR / 1.349) from their median
 /// 8 repetition           all    fisher_z largest mean correlation (over channels) of zd of two
 ///                                        strokes of a cell over lags of +-4 samples, median
-///   repetition_lag       all    natural  [mm] sd of that lag
+///   repetition_lag       all    natural  [mm] sd of that lag (strokes with the finest pitch)
 ///   control              all    fisher_z the same with a stroke of another cloth
 /// The ninth, intraclass correlation of features, needs the classifier and is not computed here.
 struct StatisticSet {

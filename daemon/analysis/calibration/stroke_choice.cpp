@@ -60,8 +60,9 @@ Indices order_of(const ClothCells& cloth, std::size_t number) {
       if (cells.empty()) continue;
       const auto at = (number + cell_stride * (round + mounting)) % cells.size();
       const Indices& strokes = cells[at]->strokes;
-      out.insert(out.end(), strokes.begin(),
-                 strokes.begin() + static_cast<std::ptrdiff_t>(std::min(pair_of_strokes, strokes.size())));
+      out.insert(
+          out.end(), strokes.begin(),
+          strokes.begin() + static_cast<std::ptrdiff_t>(std::min(pair_of_strokes, strokes.size())));
       cells.erase(cells.begin() + static_cast<std::ptrdiff_t>(at));
       --left;
     }
@@ -76,8 +77,7 @@ bool holds_out_cell(std::size_t cell, std::size_t cells) {
 }  // namespace
 
 RecordingView subset(const RecordingView& view, const Indices& indices) {
-  RecordingView out = {
-      {}, view.channels, view.recorded, view.recorded_channels, view.remarks};
+  RecordingView out = {{}, view.channels, view.recorded, view.recorded_channels, view.remarks};
   for (const std::size_t i : indices) out.strokes.push_back(view.strokes[i]);
   return out;
 }
@@ -117,7 +117,7 @@ SplitView split_held_out(const RecordingView& view) {
   for (const ClothCells& cloth : list_cells(view))
     for (std::size_t c = 0; c < cloth.cells.size(); ++c) {
       const Indices& strokes = cloth.cells[c].strokes;
-      const std::size_t count = strokes.size() >= 3 ? strokes.size() / 3
+      const std::size_t count = strokes.size() >= 3                     ? strokes.size() / 3
                                 : holds_out_cell(c, cloth.cells.size()) ? strokes.size()
                                                                         : 0;
       held.insert(strokes.end() - static_cast<std::ptrdiff_t>(count), strokes.end());

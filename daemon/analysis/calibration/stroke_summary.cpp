@@ -8,8 +8,8 @@
 namespace weft::daemon::calibration {
 namespace {
 
-constexpr double least_level = 1;       // counts: below, ratios to the level are noise
-constexpr std::size_t most_lag = 4;     // samples, between two strokes of a cell
+constexpr double least_level = 1;         // counts: below, ratios to the level are noise
+constexpr std::size_t most_lag = 4;       // samples, between two strokes of a cell
 constexpr std::size_t most_partners = 4;  // later strokes of its cell that a stroke is held against
 
 using Signals = std::vector<std::vector<double>>;  // [channel][sample]
@@ -178,8 +178,8 @@ double lagged(const Signals& a, const Signals& b, std::ptrdiff_t lag) {
   const std::size_t samples = std::min(a[0].size() - early, b[0].size() - late);
   std::vector<double> out;
   for (std::size_t c = 0; c < a.size(); ++c)
-    out.push_back(correlation(Samples(a[c]).subspan(early, samples),
-                              Samples(b[c]).subspan(late, samples)));
+    out.push_back(
+        correlation(Samples(a[c]).subspan(early, samples), Samples(b[c]).subspan(late, samples)));
   return mean(out);
 }
 
@@ -237,6 +237,7 @@ void add_cells(const RecordingView& view, Summaries& out) {
 Summaries summarise(const RecordingView& view) {
   Summaries out;
   out.view = &view;
+  out.finest_mm = std::ranges::min(view.strokes, {}, &Stroke::pitch_mm).pitch_mm();
   out.channels = channels_with_level(view);
   if (out.channels.size() < view.channels)
     out.remarks.push_back(std::to_string(view.channels - out.channels.size()) + " of " +

@@ -18,8 +18,8 @@ constexpr std::size_t least_window_samples = 8;
 
 /// A stretch of 50 mm, or the whole of a shorter stroke.
 struct WindowSummary {
-  double modulation = 0;            ///< median over channels of sd(zd)
-  double neighbours = 0, far = 0;   ///< mean correlation of the pairs; 0: no pairs
+  double modulation = 0;           ///< median over channels of sd(zd)
+  double neighbours = 0, far = 0;  ///< mean correlation of the pairs; 0: no pairs
   double common_share = 0;
   std::vector<double> log_pattern;  ///< [channel]; empty where a mean is not positive
 };
@@ -47,11 +47,12 @@ struct Cell {
 
 struct Summaries {
   const RecordingView* view = nullptr;
+  double finest_mm = 0;               ///< least pitch of the strokes
   std::vector<std::size_t> channels;  ///< of the view, those with a level in every stroke
   bool square = false;                ///< the array has rows and columns of one length
   std::vector<StrokeSummary> strokes;
-  std::vector<std::string> cloths;  ///< sorted
-  std::vector<Cell> cells;          ///< sorted by cloth, then by name
+  std::vector<std::string> cloths;                    ///< sorted
+  std::vector<Cell> cells;                            ///< sorted by cloth, then by name
   std::vector<std::vector<PairSummary>> repetitions;  ///< [cell]
   std::vector<PairSummary> controls;                  ///< by first
   std::vector<std::string> remarks;

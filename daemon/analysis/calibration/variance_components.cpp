@@ -85,7 +85,9 @@ NestedSpread nested_spread(const std::vector<NestedValue>& observations) {
   // Finest first: what a level's sum of squares owes to finer levels is known by then.
   std::array<std::optional<double>, nested_levels + 1> variance;
   for (std::size_t level = nested_levels; level > 0; --level) {
-    const auto share = [&](std::size_t of) { return in_total(level, of) - in_total(level - 1, of); };
+    const auto share = [&](std::size_t of) {
+      return in_total(level, of) - in_total(level - 1, of);
+    };
     double rest = sum_of_squares(levels, observations, level);
     for (std::size_t fine = level + 1; fine <= nested_levels; ++fine)
       rest -= share(fine) * variance[fine].value_or(0);

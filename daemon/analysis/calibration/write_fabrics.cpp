@@ -16,18 +16,13 @@ constexpr double written_per_m_per_mm = 1e3;
 struct Place {
   std::string_view parameter, section, level;
 };
-constexpr Place places[] = {{"path_mm", "spread", "touch"},
-                            {"pad_ratio", "spread", "touch"},
-                            {"tilt_mrad", "spread", "mounting"},
-                            {"pad_height_um", "spread", "mounting"},
-                            {"common_mode", "sensor", ""},
-                            {"common_mode_time_s", "sensor", ""},
-                            {"drift_counts", "sensor", ""},
-                            {"gain_spread", "sensor", ""},
-                            {"noise_counts", "sensor", ""},
-                            {"noise_per_count", "sensor", ""},
-                            {"noise_per_square", "sensor", ""},
-                            {"cover_um", "parameters", ""}};
+constexpr Place places[] = {
+    {"path_mm", "spread", "touch"},      {"pad_ratio", "spread", "touch"},
+    {"tilt_mrad", "spread", "mounting"}, {"pad_height_um", "spread", "mounting"},
+    {"common_mode", "sensor", ""},       {"common_mode_time_s", "sensor", ""},
+    {"drift_counts", "sensor", ""},      {"gain_spread", "sensor", ""},
+    {"noise_counts", "sensor", ""},      {"noise_per_count", "sensor", ""},
+    {"noise_per_square", "sensor", ""},  {"cover_um", "parameters", ""}};
 
 const CalibratedParameter* find_parameter(const CalibrationResult& result, std::string_view name,
                                           std::string_view cloth = {}) {
@@ -75,13 +70,14 @@ ordered_json structure_json(const sim::Structure& structure) {
                      {"weft", line.weft},
                      {"share", line.share},
                      {"phase_rad", line.phase_rad}});
-  return {{"standing", "estimated"},
-          {"lines", std::move(lines)},
-          {"isotropic_share", structure.isotropic_share},
-          {"streak_share", structure.streak_share},
-          {"band_per_mm", {structure.low_per_m / written_per_m_per_mm,
-                           structure.high_per_m / written_per_m_per_mm}},
-          {"jitter_rad", structure.jitter_rad}};
+  return {
+      {"standing", "estimated"},
+      {"lines", std::move(lines)},
+      {"isotropic_share", structure.isotropic_share},
+      {"streak_share", structure.streak_share},
+      {"band_per_mm",
+       {structure.low_per_m / written_per_m_per_mm, structure.high_per_m / written_per_m_per_mm}},
+      {"jitter_rad", structure.jitter_rad}};
 }
 
 /// Shares and band have no standing of their own in the format: the note has them.
@@ -89,9 +85,9 @@ ordered_json calibrated_structure(const CalibrationResult& result, const BaseClo
                                   const std::string& key) {
   const CalibratedParameter& band = *find_parameter(result, "band_low_per_mm", cloth.label);
   const CalibratedParameter* lines = find_parameter(result, "line_share", cloth.label);
-  ordered_json out = structure_json(reshaped(cloth.fabric.structure,
-                                             lines == nullptr ? 0 : lines->value,
-                                             band.value * written_per_m_per_mm));
+  ordered_json out =
+      structure_json(reshaped(cloth.fabric.structure, lines == nullptr ? 0 : lines->value,
+                              band.value * written_per_m_per_mm));
   out["note"] = {{"band_low_per_mm", with_standing(band, key, 1)}};
   if (lines != nullptr) out["note"]["line_share"] = with_standing(*lines, key, 1);
   return out;

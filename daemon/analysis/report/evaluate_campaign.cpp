@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <thread>
 
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/features/feature_matrix.hpp"
+#include "daemon/analysis/report/confounding.hpp"
 #include "daemon/base/text/format.hpp"
 
 namespace weft::daemon {
@@ -14,9 +16,13 @@ namespace {
 using classifier::Reduction;
 
 constexpr std::array reductions = {Reduction::pvalue, Reduction::pca, Reduction::all};
-constexpr std::size_t steps_per_exploration = 2 + reductions.size();
 constexpr std::size_t label_permutations = 8;  // one alone is off chance by a point or two
+constexpr std::size_t best_permutations = 1;   // costs as much as two or three splits of it
 constexpr std::size_t timed_trials = 32;       // enough for a mean, few enough to cost nothing
+
+std::size_t steps_per_exploration(const EvaluateOptions& options) {
+  return 2 + reductions.size() + (options.best_splits > 0 ? 1 : 0);
+}
 
 // Spread over the campaign, so that every kind of cloth is among them.
 Result<double> time_features(const std::vector<classifier::Trial>& trials,
@@ -41,12 +47,48 @@ classifier::TrainOptions train_options(const EvaluateOptions& options, Reduction
   return train;
 }
 
+std::span<const classifier::Split> first(const std::vector<classifier::Split>& splits,
+                                         std::size_t most) {
+  return std::span(splits).first(std::min(most, splits.size()));
+}
+
+Result<BestResult> evaluate_best(const classifier::FeatureMatrix& matrix,
+                                 std::span<const classifier::Split> splits,
+                                 const EvaluateOptions& options) {
+  constexpr auto learner = classifier::Learner::best;
+  const classifier::TrainOptions train = train_options(options, Reduction::pvalue);
+  auto evaluation = classifier::evaluate(matrix, splits, learner, train);
+  if (!evaluation) return pass(evaluation.error(), "best");
+  const auto permuted = classifier::evaluate_permuted(
+      matrix, learner, train, {options.train_fraction, best_permutations, 1});
+  if (!permuted) return pass(permuted.error(), "best");
+  return BestResult{std::move(*evaluation), permuted->mean};
+}
+
+/// Every reduction on `splits`, without the levels of the trials' motion.
+Result<std::vector<ReductionResult>> evaluate_without_level(
+    std::vector<classifier::Trial> trials, std::span<const classifier::Split> splits,
+    const EvaluateOptions& options) {
+  for (classifier::Trial& trial : trials)
+    if (Status ok = classifier::without_level(trial, Phase::motion); !ok) return pass(ok.error());
+  const auto matrix = classifier::build_feature_matrix(trials, {}, options.threads);
+  if (!matrix) return pass(matrix.error());
+  std::vector<ReductionResult> out;
+  for (const Reduction reduction : reductions) {
+    auto evaluation = classifier::evaluate(*matrix, splits, train_options(options, reduction));
+    if (!evaluation) return pass(evaluation.error(), "levels removed");
+    out.push_back({reduction, std::move(*evaluation)});
+  }
+  return out;
+}
+
 // The steps of one exploration, each announced before it starts.
-Result<ExplorationResult> evaluate_exploration(const std::string& exploration,
-                                               const std::vector<classifier::Trial>& trials,
+Result<ExplorationResult> evaluate_exploration(const Dataset& dataset,
+                                               const std::string& exploration,
                                                const EvaluateOptions& options,
                                                const classifier::SecondsNow& seconds_now,
                                                StepAnnouncer& announce) {
+  const std::vector<classifier::Trial> trials = complete_trials(dataset, exploration);
   ExplorationResult out;
   out.exploration = exploration;
   out.trials = trials.size();
@@ -71,21 +113,38 @@ Result<ExplorationResult> evaluate_exploration(const std::string& exploration,
     if (!evaluation) return pass(evaluation.error(), classifier::to_string(reduction));
     out.reductions.push_back({reduction, std::move(*evaluation)});
   }
-  announce(exploration + ": labels in random order");
+  out.confounded = shares_mountings(dataset, matrix->files, *splits);
+  const bool without_level = out.confounded && options.level_splits > 0;
+  announce(exploration + ": labels in random order" + (without_level ? ", levels removed" : ""));
+  if (without_level) {
+    auto results = evaluate_without_level(trials, first(*splits, options.level_splits), options);
+    if (!results) return pass(results.error());
+    out.level_removed = std::move(*results);
+  }
   const auto permuted =
       classifier::evaluate_permuted(*matrix, train_options(options, Reduction::pvalue),
                                     {options.train_fraction, label_permutations, 1});
   if (!permuted) return pass(permuted.error());
   out.permuted_accuracy = permuted->mean;
+  if (options.best_splits == 0) return out;
+  announce(exploration + ": best");
+  auto best = evaluate_best(*matrix, first(*splits, options.best_splits), options);
+  if (!best) return pass(best.error());
+  out.best = std::move(*best);
   return out;
 }
 
 }  // namespace
 
-const classifier::Evaluation* ExplorationResult::find(Reduction reduction) const {
-  for (const ReductionResult& result : reductions)
+const classifier::Evaluation* find(const std::vector<ReductionResult>& results,
+                                   Reduction reduction) {
+  for (const ReductionResult& result : results)
     if (result.reduction == reduction) return &result.evaluation;
   return nullptr;
+}
+
+const classifier::Evaluation* ExplorationResult::find(Reduction reduction) const {
+  return daemon::find(reductions, reduction);
 }
 
 Repeated repeated_in(const Dataset& dataset) {
@@ -122,6 +181,7 @@ Result<CampaignBeside> evaluate_beside(Dataset dataset, EvaluateOptions options,
   CampaignBeside out{dataset.info.name, repeated_in(dataset), dataset.trials.size(), {}};
   const bool by_piece = out.repeated == Repeated::piece;
   options.leave_groups_out = by_piece || out.repeated == Repeated::mounting;
+  options.level_splits = 0;
   for (std::size_t i = 0; options.leave_groups_out && i < dataset.trials.size(); ++i) {
     TrialSpec& spec = dataset.records[i].spec;
     spec.group = std::to_string(by_piece ? spec.place.piece : spec.place.mounting);
@@ -139,6 +199,9 @@ std::string interval_methods(const std::vector<ExplorationResult>& results) {
     for (const ReductionResult& r : result.reductions)
       figures.emplace_back(result.exploration + " " + std::string(to_string(r.reduction)),
                            r.evaluation.ci95.method);
+  for (const ExplorationResult& result : results)
+    if (result.best)
+      figures.emplace_back(result.exploration + " best", result.best->scores.ci95.method);
   return methods_text(figures);
 }
 
@@ -152,11 +215,10 @@ Result<std::vector<ExplorationResult>> evaluate_campaign(const Dataset& dataset,
     return fail({.code = Errc::invalid_argument,
                  .where = dataset.info.name,
                  .what = "no complete trial to evaluate"});
-  StepAnnouncer announce{progress, {0, explorations.size() * steps_per_exploration, {}}};
+  StepAnnouncer announce{progress, {0, explorations.size() * steps_per_exploration(options), {}}};
   std::vector<ExplorationResult> out;
   for (const std::string& exploration : explorations) {
-    auto result = evaluate_exploration(exploration, complete_trials(dataset, exploration), options,
-                                       seconds_now, announce);
+    auto result = evaluate_exploration(dataset, exploration, options, seconds_now, announce);
     if (!result) return pass(result.error(), exploration);
     out.push_back(std::move(*result));
   }

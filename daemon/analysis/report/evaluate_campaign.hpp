@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,6 +22,18 @@ struct EvaluateOptions {
   std::size_t threads = 0;      ///< 0: one per core; the figures do not depend on it
   /// The trials' groups are left out in turn, in the place of random splits.
   bool leave_groups_out = false;
+  /// Of the splits so many, at most, are tried without levels too where label and mounting are
+  /// confounded.
+  std::size_t level_splits = 10;
+  /// Of the splits so many, at most, are tried with Learner::best too, which trains some hundred
+  /// times as long; 0: none.
+  std::size_t best_splits = 0;
+};
+
+/// What a choice by cross-validation comes to.
+struct BestResult {
+  classifier::Scores scores;     ///< on the first splits
+  double permuted_accuracy = 0;  ///< labels in random order
 };
 
 struct ReductionResult {
@@ -39,10 +52,18 @@ struct ExplorationResult {
   /// what chance looks like.
   double permuted_accuracy = 0;
   std::vector<ReductionResult> reductions;  ///< pvalue, pca, all
+  bool confounded = false;                  ///< label and mounting, see shares_mountings()
+  /// The same on the first splits, each pad's mean of phase M subtracted; empty: not confounded.
+  std::vector<ReductionResult> level_removed;
+  std::optional<BestResult> best;  ///< where it was asked for
 
   /// nullptr when it was not evaluated.
   [[nodiscard]] const classifier::Evaluation* find(classifier::Reduction reduction) const;
 };
+
+/// nullptr when it is not among them.
+const classifier::Evaluation* find(const std::vector<ReductionResult>& results,
+                                   classifier::Reduction reduction);
 
 /// How the intervals were computed, for the reader of a report.
 std::string interval_methods(const std::vector<ExplorationResult>& results);

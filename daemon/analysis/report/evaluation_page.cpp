@@ -31,16 +31,23 @@ std::string heading(const EvaluationPage& page) {
 }
 
 std::string accuracy_table(const EvaluationPage& page) {
-  HtmlTable table({"learner", "accuracy [%]", "95 % interval", "of all answers [%]", "splits"});
+  const bool without_level = std::ranges::any_of(
+      page.learners, [](const EvaluatedLearner& one) { return one.level_removed.has_value(); });
+  std::vector<std::string> head{"learner", "accuracy [%]", "95 % interval", "of all answers [%]",
+                                "splits"};
+  if (without_level) head.emplace_back("level removed [%]");
+  HtmlTable table(head);
   std::vector<std::pair<std::string, std::string>> methods;
   for (const EvaluatedLearner& learner : page.learners) {
     const auto& e = learner.evaluation;
-    table.row({escape(learner.name) +
-                   (learner.chosen.empty()
-                        ? ""
-                        : " <span class=\"dim\">chose " + escape(learner.chosen) + "</span>"),
-               percent(e.accuracy, 2), percent(e.ci95.low, 2) + " to " + percent(e.ci95.high, 2),
-               percent(e.confusion.accuracy(), 2), std::to_string(e.splits.size())});
+    std::vector<std::string> row{
+        escape(learner.name) + (learner.chosen.empty() ? ""
+                                                       : " <span class=\"dim\">chose " +
+                                                             escape(learner.chosen) + "</span>"),
+        percent(e.accuracy, 2), percent(e.ci95.low, 2) + " to " + percent(e.ci95.high, 2),
+        percent(e.confusion.accuracy(), 2), std::to_string(e.splits.size())};
+    if (without_level) row.push_back(format_level_removed(learner.level_removed));
+    table.row(row);
     methods.emplace_back(learner.name, e.ci95.method);
   }
   std::string rows;
@@ -274,6 +281,12 @@ std::string bin_methods(const classifier::CalibrationCheck& check) {
       out.push_back(method);
   }
   return joined(out, "; ");
+}
+
+std::string format_level_removed(const std::optional<classifier::Scores>& scores) {
+  if (!scores) return "-";
+  return percent(scores->accuracy, 2) + ", " + percent(scores->ci95.low, 2) + " to " +
+         percent(scores->ci95.high, 2);
 }
 
 std::string format_calibration(const classifier::CalibrationCheck& check) {

@@ -2,6 +2,7 @@
 // What `weft evaluate` found, as one page: Tables II to IV, probabilities, curves, groups left out.
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -40,6 +41,8 @@ struct EvaluatedLearner {
   std::string name;
   classifier::LearnerEvaluation evaluation;
   std::string chosen;  ///< what a choice came to; empty for a learner that is none
+  std::optional<classifier::Scores> level_removed =
+      {};  ///< each taxel's mean of phase M subtracted
 };
 
 /// Accuracy of each learner on one group left out.
@@ -69,6 +72,9 @@ std::vector<std::vector<std::string>> reliability_rows(const classifier::Calibra
 
 /// How the intervals of these rows were computed, each method once.
 std::string bin_methods(const classifier::CalibrationCheck& check);
+
+/// "63.20, 55.10 to 70.20": accuracy and interval in per cent; "-" of nothing.
+std::string format_level_removed(const std::optional<classifier::Scores>& scores);
 
 /// "0.041 (0.032 to 0.060), Brier 0.12": the calibration error with its interval.
 std::string format_calibration(const classifier::CalibrationCheck& check);

@@ -80,12 +80,16 @@ std::vector<RepetitionRow> repetition_rows(const ReportInput& input);
 std::string sentence(const SimulationNote& note);
 /// One line for each error.
 std::vector<std::string> error_lines(const SimulationNote& note);
-/// Both for a terminal: at most 80 columns, each line ends with a newline.
+/// Whether an accuracy and a speed that were asked for were kept: none, one or two lines.
+std::vector<std::string> promise_lines(const SimulationNote& note);
+/// All for a terminal: at most 80 columns, each line ends with a newline.
 std::string simulation_text(const SimulationNote& note);
 
 // What report.json and the command line's --json have in common, in one shape.
 
-/// Accuracy, interval and its method, accuracy of each split, times, and the confusion matrix as
+/// Accuracy, interval and its method, deviation, number of splits.
+nlohmann::ordered_json accuracy_json(const classifier::Scores& evaluation);
+/// The same with the accuracy of each split, times, and the confusion matrix as
 /// {"labels": [...], "count": [[...]]}: a row per true label, a column per answer.
 nlohmann::ordered_json evaluation_json(const classifier::Scores& evaluation);
 

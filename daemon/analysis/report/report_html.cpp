@@ -9,6 +9,7 @@
 #include "daemon/analysis/report/trace.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/text/format.hpp"
+#include "daemon/campaign/promise_text.hpp"
 #include "daemon/pages/plot/html.hpp"
 #include "daemon/pages/plot/scatter.hpp"
 #include "recipes/engine/engine.hpp"
@@ -61,7 +62,16 @@ std::string fidelity_note(const SimulationNote& simulation) {
   if (simulation.empty()) return {};
   std::string out = "<div class=\"note\"><p><b>" + escape(sentence(simulation)) + ".</b></p>";
   for (const std::string& line : error_lines(simulation)) out += "<p>" + escape(line) + ".</p>";
+  if (!is_promise_missed(simulation) && simulation.promise)
+    out += "<p>" + escape(format_promise(simulation)) + ".</p>";
+  if (simulation.budget) out += "<p>Speed: " + escape(format_budget(simulation)) + ".</p>";
   return out + "</div>\n";
+}
+
+/// Above everything else on the page, where an accuracy was asked for and not kept.
+std::string missed_note(const SimulationNote& simulation) {
+  if (!is_promise_missed(simulation)) return {};
+  return "<div class=\"note\"><p><b>" + escape(format_promise(simulation)) + ".</b></p></div>\n";
 }
 
 std::string simulated_note() {
@@ -132,6 +142,7 @@ std::string heading_section(const ReportInput& input) {
   const BenchKind kind = input.dataset.info.kind;
   std::string out = "<header>" + badge_html(input) + "\n<h1>Campaign " + escape(input.run.name) +
                     "</h1>\n" + lead(input) + "</header>\n";
+  out += missed_note(input.run.simulation);
   out += unfinished_note(input.run) + rejected_note(input.run) + selection_note(input);
   if (kind == BenchKind::simulated) out += simulated_note() + fidelity_note(input.run.simulation);
   return out + tiles(input);
@@ -208,10 +219,13 @@ std::string rate_of(std::string_view name, const BlockFormat& format) {
                               : ", " + std::string(name) + " " + fixed(format.rate_hz, 1) + " Hz";
 }
 
-std::string rates(const DatasetInfo& info) {
-  return "taxels " + fixed(info.taxel_rate_hz, 1) + " Hz, wrench " + fixed(info.wrench_rate_hz, 1) +
-         " Hz, stages " + fixed(info.stage_rate_hz, 1) + " Hz" +
-         rate_of("acceleration", info.acceleration) + rate_of("sound", info.sound);
+std::string rates(const Dataset& dataset) {
+  const DatasetInfo& info = dataset.info;
+  const bool feels = dataset.trials.empty() || dataset.trials.front().taxels > 0;
+  return (feels ? "taxels " + fixed(info.taxel_rate_hz, 1) + " Hz" : std::string("no taxels")) +
+         ", wrench " + fixed(info.wrench_rate_hz, 1) + " Hz, stages " +
+         fixed(info.stage_rate_hz, 1) + " Hz" + rate_of("acceleration", info.acceleration) +
+         rate_of("sound", info.sound);
 }
 
 /// Pages that the hand-over writes after this report, by name: it stands alone.
@@ -247,7 +261,7 @@ std::string provenance_section(const ReportInput& input) {
                   (input.commit.empty() ? "" : ", reported by commit " + code(input.commit)));
   out += item("machine", escape(input.machine));
   out += item("devices", device_list(info));
-  out += item("rates", rates(info));
+  out += item("rates", rates(input.dataset));
   if (const std::string pages = handover_links(input.dataset); !pages.empty())
     out += item("evaluated on, once handed over", pages);
   out += item("lost taxel frames", thousands(lost_samples(input.dataset)));

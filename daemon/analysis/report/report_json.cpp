@@ -10,6 +10,7 @@
 #include "daemon/analysis/report/trace.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/text/format.hpp"
+#include "daemon/campaign/promise_text.hpp"
 #include "recipes/engine/engine.hpp"
 
 namespace weft::daemon {
@@ -73,6 +74,13 @@ ordered_json result_json(const ExplorationResult& result) {
   out["train_threads"] = result.threads;
   out["feature_s_per_sample"] = result.feature_s_per_sample;
   out["permuted_accuracy"] = result.permuted_accuracy;
+  out["confounded"] = result.confounded ? ordered_json("mounting") : ordered_json(nullptr);
+  for (const ReductionResult& r : result.level_removed)
+    out["level_removed"][std::string(classifier::to_string(r.reduction))] =
+        accuracy_json(r.evaluation);
+  if (!result.best) return out;
+  out["best"] = accuracy_json(result.best->scores);
+  out["best"]["permuted_accuracy"] = result.best->permuted_accuracy;
   return out;
 }
 
@@ -132,18 +140,23 @@ void add_provenance(const ReportInput& input, ordered_json& out) {
 
 }  // namespace
 
-ordered_json evaluation_json(const classifier::Scores& e) {
-  ordered_json accuracies = ordered_json::array();
-  for (const classifier::SplitOutcome& split : e.splits) accuracies.push_back(split.accuracy);
+ordered_json accuracy_json(const classifier::Scores& e) {
   return {{"accuracy", e.accuracy},
           {"ci95", {e.ci95.low, e.ci95.high}},
           {"ci95_method", e.ci95.method},
           {"deviation", e.deviation},
-          {"splits", e.splits.size()},
-          {"accuracy_of_splits", std::move(accuracies)},
-          {"confusion", confusion_json(e.confusion)},
-          {"train_s", e.train_s},
-          {"test_s_per_sample", e.test_s_per_sample}};
+          {"splits", e.splits.size()}};
+}
+
+ordered_json evaluation_json(const classifier::Scores& e) {
+  ordered_json accuracies = ordered_json::array();
+  for (const classifier::SplitOutcome& split : e.splits) accuracies.push_back(split.accuracy);
+  ordered_json out = accuracy_json(e);
+  out["accuracy_of_splits"] = std::move(accuracies);
+  out["confusion"] = confusion_json(e.confusion);
+  out["train_s"] = e.train_s;
+  out["test_s_per_sample"] = e.test_s_per_sample;
+  return out;
 }
 
 ordered_json core_json(const CoreLine& line) {
@@ -209,6 +222,8 @@ ordered_json run_json(const CampaignSummary& run) {
   if (!run.simulation.empty()) {
     out["simulation"] = ordered_json::parse(to_json(run.simulation));
     out["simulation"]["sentence"] = sentence(run.simulation);
+    if (const auto lines = promise_lines(run.simulation); !lines.empty())
+      out["simulation"]["kept"] = lines;
   }
   return out;
 }
@@ -220,13 +235,23 @@ std::string sentence(const SimulationNote& note) {
   return out;
 }
 
+std::vector<std::string> promise_lines(const SimulationNote& note) {
+  std::vector<std::string> lines;
+  for (std::string line : {format_promise(note), format_budget(note)})
+    if (!line.empty()) lines.push_back(std::move(line));
+  return lines;
+}
+
 std::vector<std::string> error_lines(const SimulationNote& note) {
   std::vector<std::string> lines;
   for (const SimulationError& error : note.errors) {
     const sim::RunError& e = error.worst;
+    const std::string unsure = e.is_doubled ? "; two references differ by at most " +
+                                                  general(e.uncertainty_n * 1e3) + " mN"
+                                            : std::string();
     const std::string pads =
         e.pads ? text("; taxels max %.0f, rms %.2g counts", e.counts_max, e.counts_rms) : "";
-    lines.push_back(against(error) + pads + " (" + std::to_string(error.trials) +
+    lines.push_back(against(error) + unsure + pads + " (" + std::to_string(error.trials) +
                     (error.trials == 1 ? " trial" : " trials") + " played again, worst on " +
                     error.worst_fabric +
                     text("). Touch-down and ramps, which are not recorded: max %.3g mN; without a "
@@ -238,7 +263,9 @@ std::vector<std::string> error_lines(const SimulationNote& note) {
 
 std::string simulation_text(const SimulationNote& note) {
   if (note.empty()) return {};
-  std::string out = wrapped(sentence(note), "  ");
+  std::string out;
+  for (const std::string& line : promise_lines(note)) out += wrapped(line, "  ");
+  out += wrapped(sentence(note), "  ");
   for (const std::string& line : error_lines(note)) out += wrapped(line, "    ");
   return out;
 }

@@ -3,6 +3,8 @@
 #include <functional>
 
 #include "classifier/fabric/model.hpp"
+#include "daemon/analysis/report/accuracy_cells.hpp"
+#include "daemon/analysis/report/confounding.hpp"
 #include "daemon/analysis/report/paper.hpp"
 #include "daemon/analysis/report/report.hpp"
 #include "daemon/base/text/format.hpp"
@@ -20,29 +22,24 @@ using svg::Canvas;
 
 constexpr double figure_width = 560;  // fits a phone without scrolling
 
-std::string ours(const ExplorationResult& result, Reduction reduction) {
-  const classifier::Evaluation* e = result.find(reduction);
-  if (e == nullptr) return std::string(no_value);
-  return percent(e->accuracy, 2) + "<span class=\"interval-text\">" + percent(e->ci95.low, 2) +
-         " to " + percent(e->ci95.high, 2) + "</span>";
-}
-
-std::string printed_share(double share) {
-  return share < 0 ? "<span class=\"dim\">not printed</span>"
-                   : "<span class=\"paper\">" + percent(share, 0) + "</span>";
-}
-
 std::string accuracy_table(const std::vector<ExplorationResult>& results) {
   HtmlTable table({"exploration", "p-value selection [%]", "PCA [%]", "all features [%]",
                    "labels shuffled [%]"});
-  for (const ExplorationResult& result : results)
-    table.row({escape(result.exploration) + ", this run", ours(result, Reduction::pvalue),
-               ours(result, Reduction::pca), ours(result, Reduction::all),
-               percent(result.permuted_accuracy)});
+  for (const ExplorationResult& result : results) {
+    const auto add = [&](const std::string& what, const std::vector<ReductionResult>& reached,
+                         const std::string& shuffled) {
+      table.row({escape(result.exploration) + what, accuracy_html(reached, Reduction::pvalue),
+                 accuracy_html(reached, Reduction::pca), accuracy_html(reached, Reduction::all),
+                 shuffled});
+    };
+    add(", this run", result.reductions, percent(result.permuted_accuracy));
+    if (!result.level_removed.empty())
+      add(", levels removed", result.level_removed, std::string(no_value));
+  }
   for (const paper::Accuracy& row : paper::accuracies_beside(results))
     table.row(
         {"<span class=\"paper\">" + std::string(row.exploration) + ", paper, real fabrics</span>",
-         printed_share(row.pvalue), printed_share(row.pca), printed_share(row.all),
+         printed_share_html(row.pvalue), printed_share_html(row.pca), printed_share_html(row.all),
          std::string(no_value)});
   return table.finish();
 }
@@ -74,6 +71,16 @@ std::string_view repetition_note(Repeated repeated) {
   return {};
 }
 
+/// That label and mounting are one, and of how many splits the rows are that show how much.
+std::string confounding_note(const ExplorationResult& result) {
+  if (!result.confounded) return {};
+  std::string out = "Here " + std::string(confounded_with_mounting) + ". ";
+  if (!result.level_removed.empty())
+    out += "\u201cLevels removed\u201d: each pad minus its mean of phase M, " +
+           format_split(result.level_removed.front().evaluation) + ". ";
+  return out;
+}
+
 std::string format_method(const ReportInput& input, const ExplorationResult& result,
                           const classifier::Evaluation& e) {
   const std::size_t classes = e.confusion.classes();
@@ -82,6 +89,7 @@ std::string format_method(const ReportInput& input, const ExplorationResult& res
                     thousands(classifier::pair_count(classes)) + " cores) votes. Mean over " +
                     format_split(e) + " of the trials into training and test part. ";
   out += repetition_note(repeated_in(input.dataset));
+  out += confounding_note(result);
   if (classes > 0)
     out += "With its labels in random order the same method gets " +
            percent(result.permuted_accuracy) + " %, where chance is " +
@@ -312,55 +320,6 @@ std::string accuracy_section(const ReportInput& input) {
   out += "<div class=\"pair\">\n";
   for (const ExplorationResult& result : input.results) out += confusion_figure(result, badge);
   return out + "</div>\n</section>\n";
-}
-
-std::vector<RepetitionRow> repetition_rows(const ReportInput& input) {
-  std::vector<RepetitionRow> out;
-  if (input.beside == nullptr || input.beside->empty() || input.results.empty()) return out;
-  // Random splits: a piece or a mounting of several may be on both sides.
-  const Repeated own = repeated_in(input.dataset);
-  const bool is_mixed = own == Repeated::mounting || own == Repeated::piece;
-  out.push_back(
-      {is_mixed ? "this campaign, split at random" : std::string(to_string(own)), &input.results});
-  for (const CampaignBeside& one : *input.beside)
-    out.push_back({std::string(to_string(one.repeated)), &one.results});
-  return out;
-}
-
-std::string repetition_section(const ReportInput& input) {
-  const std::vector<RepetitionRow> rows = repetition_rows(input);
-  if (rows.empty()) return {};
-  HtmlTable table({"what is asked about", "exploration", "p-value selection [%]", "PCA [%]",
-                   "all features [%]", "labels shuffled [%]"});
-  std::vector<ExplorationResult> all;
-  for (const RepetitionRow& row : rows)
-    for (const ExplorationResult& result : *row.results) {
-      table.row({escape(row.text), escape(result.exploration), ours(result, Reduction::pvalue),
-                 ours(result, Reduction::pca), ours(result, Reduction::all),
-                 percent(result.permuted_accuracy)});
-      all.push_back(result);
-    }
-  for (const paper::Accuracy& row : paper::accuracies_beside(input.results))
-    table.row({"<span class=\"paper\">paper, real fabrics</span>",
-               "<span class=\"paper\">" + std::string(row.exploration) + "</span>",
-               printed_share(row.pvalue), printed_share(row.pca), printed_share(row.all),
-               std::string(no_value)});
-  std::string text =
-      "These campaigns differ in what is new in a test trial: the touch alone, the place on the "
-      "cloth, the mounting or the piece.";
-  if (input.dataset.info.kind == BenchKind::simulated)
-    text +=
-        " In the plant model a path that is retraced gives the same texture under each pad; a new "
-        "patch has another part of the same texture; another piece also differs in stiffness, "
-        "friction, thickness and roughness. The sensor and its rate are the same in all rows.";
-  return "<section>\n<h2>Accuracy by what is new in a test trial</h2>\n<p>" + text + "</p>\n" +
-         figure("<div class=\"scroll\">" + table.finish() + "</div>\n",
-                "Mean accuracy, below it its 95 % interval (" + escape(interval_methods(all)) +
-                    "). Pieces and mountings of a campaign beside are left out in turn, the rest "
-                    "is split "
-                    "at random.",
-                badge_html(input)) +
-         "</section>\n";
 }
 
 std::string core_section(const ReportInput& input) {

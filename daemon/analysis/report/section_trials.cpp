@@ -254,6 +254,7 @@ std::string trace_section(const ReportInput& input) {
     out += figure("<div class=\"scroll\">" + force_figure(trace, target) + "</div>\n",
                   force_caption(*trace.record), badge);
   }
+  if (trace.pads.empty()) return out + "<p>No taxels recorded.</p>\n</section>\n";
   out += figure(pad_pictures(trace),
                 "What the " + std::to_string(trace.pads.size()) +
                     " pads of the tactile sensor felt meanwhile: counts above each pad\u2019s mean "

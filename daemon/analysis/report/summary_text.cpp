@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <cctype>
 
+#include "daemon/analysis/report/confounding.hpp"
 #include "daemon/analysis/report/paper.hpp"
 #include "daemon/analysis/report/report.hpp"
 #include "daemon/analysis/report/trace.hpp"
@@ -65,12 +67,31 @@ std::string run_lines(const ReportInput& input) {
   return out + "  data set  " + (run.dataset_sha256.empty() ? "none" : run.dataset_sha256) + "\n";
 }
 
-std::string accuracy_cell(const ExplorationResult& result, Reduction reduction) {
-  const classifier::Evaluation* e = result.find(reduction);
-  if (e == nullptr) return padded("-", cell_width);
-  return padded(
-      percent(e->accuracy) + " (" + percent(e->ci95.low) + "-" + percent(e->ci95.high) + ")",
-      cell_width);
+std::string with_interval(const classifier::Scores& e) {
+  return percent(e.accuracy) + " (" + percent(e.ci95.low) + "-" + percent(e.ci95.high) + ")";
+}
+
+std::string accuracy_cell(const std::vector<ReductionResult>& results, Reduction reduction) {
+  const classifier::Evaluation* e = find(results, reduction);
+  return padded(e == nullptr ? "-" : with_interval(*e), cell_width);
+}
+
+std::string accuracy_line(const std::string& name, const std::vector<ReductionResult>& results) {
+  std::string out = name + accuracy_cell(results, Reduction::pvalue) +
+                    accuracy_cell(results, Reduction::pca) + accuracy_cell(results, Reduction::all);
+  out.erase(out.find_last_not_of(' ') + 1);
+  return out + "\n";
+}
+
+std::string confounding_line(const std::vector<ExplorationResult>& results) {
+  const auto found = std::ranges::find(results, true, &ExplorationResult::confounded);
+  if (found == results.end()) return {};
+  const std::string splits =
+      found->level_removed.empty()
+          ? ""
+          : "; levels removed: each pad minus its mean of phase M, over " +
+                std::to_string(found->level_removed.front().evaluation.splits.size()) + " splits";
+  return wrapped(std::string(confounded_with_mounting) + splits, "  ");
 }
 
 std::string printed_cell(double share) {
@@ -81,11 +102,11 @@ std::string accuracy_lines(const std::vector<ExplorationResult>& results) {
   std::string out = "\n  " + padded("accuracy [%]", name_width) + padded("p-value", cell_width) +
                     padded("PCA", cell_width) + "all features\n";
   for (const ExplorationResult& result : results) {
-    out += "  " + padded(printable(result.exploration), name_width) +
-           accuracy_cell(result, Reduction::pvalue) + accuracy_cell(result, Reduction::pca) +
-           accuracy_cell(result, Reduction::all);
-    out.erase(out.find_last_not_of(' ') + 1);
-    out += "\n";
+    const std::string name = printable(result.exploration);
+    out += accuracy_line("  " + padded(name, name_width), result.reductions);
+    if (!result.level_removed.empty())
+      out +=
+          accuracy_line("  " + padded(name + " levels removed", name_width), result.level_removed);
   }
   for (const paper::Accuracy& row : paper::accuracies_beside(results)) {
     out += "  " + padded(std::string(row.exploration) + " paper, real cloth", name_width) +
@@ -93,7 +114,18 @@ std::string accuracy_lines(const std::vector<ExplorationResult>& results) {
     out.erase(out.find_last_not_of(' ') + 1);
     out += "\n";
   }
-  return out + wrapped("in brackets: 95 % interval, " + printable(interval_methods(results)), "  ");
+  return out +
+         wrapped("in brackets: 95 % interval, " + printable(interval_methods(results)), "  ") +
+         confounding_line(results);
+}
+
+/// Below the others: there is no room for a fourth.
+std::string best_line(const ExplorationResult& result) {
+  if (!result.best) return {};
+  const classifier::Scores& scores = result.best->scores;
+  return "    " + padded("  best", name_width - 2) + padded(with_interval(scores), cell_width) +
+         "over " + std::to_string(scores.splits.size()) + " splits; shuffled " +
+         percent(result.best->permuted_accuracy) + "\n";
 }
 
 /// p-value, PCA and all features of each campaign, in the order of what differs.
@@ -103,11 +135,9 @@ std::string repetition_lines(const ReportInput& input) {
     out += (out.empty() ? "\n  Accuracy [%] by what is new in a test trial\n  " : "  ") + row.text +
            "\n";
     for (const ExplorationResult& result : *row.results) {
-      out += "    " + padded(printable(result.exploration), name_width - 2) +
-             accuracy_cell(result, Reduction::pvalue) + accuracy_cell(result, Reduction::pca) +
-             accuracy_cell(result, Reduction::all);
-      out.erase(out.find_last_not_of(' ') + 1);
-      out += "\n";
+      out += accuracy_line("    " + padded(printable(result.exploration), name_width - 2),
+                           result.reductions);
+      out += best_line(result);
     }
   }
   return out;

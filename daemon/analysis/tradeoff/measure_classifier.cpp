@@ -17,7 +17,7 @@ using classifier::FeatureMatrix;
 using classifier::Split;
 
 /// Material with its splits.
-struct Bench {
+struct Workload {
   Material material;
   SplitPlan plan;
   std::shared_ptr<const std::vector<AnswerTrials>> timed;
@@ -137,18 +137,18 @@ class Measurement {
                  .hint = "Vary something else"});
   }
 
-  Result<Bench> bench_for(const std::string& exploration, double slide_s) const {
+  Result<Workload> bench_for(const std::string& exploration, double slide_s) const {
     auto material =
         prepare(*dataset_, {exploration, slide_s, options_->features, options_->training.threads});
     if (!material) return pass(material.error());
     auto plan = options_->split(material->features);
     if (!plan) return pass(plan.error());
-    Bench out{std::move(*material), std::move(*plan), {}};
+    Workload out{std::move(*material), std::move(*plan), {}};
     out.timed = timed_trials(rows_of({}, out.material), out.material);
     return out;
   }
 
-  Result<Training> train(const StudyCondition& arm, const Bench& bench) const {
+  Result<Training> train(const StudyCondition& arm, const Workload& bench) const {
     const FeatureMatrix& features = bench.material.features;
     classifier::TrainOptions options = options_->training;
     options.cap = arm.cap;
@@ -174,13 +174,13 @@ class Measurement {
   Status measure(const StudyCondition& arm) {
     if (arm.sure) return measure_stop(arm);
     const StudyCondition& standard = plan_.arms.front();
-    std::optional<Bench> own;
+    std::optional<Workload> own;
     if (!arm.same_material(standard)) {
       auto made = bench_for(arm.exploration, arm.slide_s);
       if (!made) return pass(made.error());
       own = std::move(*made);
     }
-    const Bench& bench = own ? *own : base_;
+    const Workload& bench = own ? *own : base_;
     if (&arm == &standard || !arm.same_training(standard)) {
       auto trained = train(arm, bench);
       if (!trained) return pass(trained.error());
@@ -200,7 +200,7 @@ class Measurement {
     return out;
   }
 
-  Status add_point(const StudyCondition& arm, const Bench& bench, const Training& training) {
+  Status add_point(const StudyCondition& arm, const Workload& bench, const Training& training) {
     TradeoffPoint point = new_point(arm, training.train_s);
     add_chosen(training, point);
     const auto counts = count(arm, bench, training);
@@ -304,7 +304,7 @@ class Measurement {
         some_trials(*dataset_, material, rows, options_->timed_trials));
   }
 
-  Result<std::vector<Count>> count(const StudyCondition& arm, const Bench& bench,
+  Result<std::vector<Count>> count(const StudyCondition& arm, const Workload& bench,
                                    const Training& training) const {
     std::vector<Count> out;
     for (std::size_t s = 0; s < bench.plan.splits.size(); ++s) {
@@ -317,8 +317,8 @@ class Measurement {
     return out;
   }
 
-  Result<Count> count_split(const StudyCondition& arm, const Bench& bench, const Training& training,
-                            std::size_t s) const {
+  Result<Count> count_split(const StudyCondition& arm, const Workload& bench,
+                            const Training& training, std::size_t s) const {
     const FeatureMatrix& features = bench.material.features;
     const auto& labels = training.learners[s]->labels();
     const AnswerFunction answer = answer_function(arm, training, s);
@@ -370,7 +370,7 @@ class Measurement {
   const ClassifierTradeoffOptions* options_;
   const classifier::SecondsNow* now_;
   const TradeoffProgress* progress_;
-  Bench base_;
+  Workload base_;
   Training trained_;  // of the default
   std::vector<WatchedSplit> watched_;
   double watched_s_ = 0;  // mean over the splits

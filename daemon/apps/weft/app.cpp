@@ -99,7 +99,7 @@ void add_commands(CLI::App& root, ChosenCommand& chosen) {
         add_features_command, add_train_command,   add_evaluate_command, add_classify_command,
         add_trade_commands,   add_design_commands, add_imprint_commands, add_daemon_commands,
         add_stop_commands,    add_rig_commands,    add_data_commands,    add_page_command,
-        add_queue_commands,   add_token_commands})
+        add_queue_commands,   add_token_commands,  add_sim_commands})
     add(weft);
   add_texts(root, chosen);
 }

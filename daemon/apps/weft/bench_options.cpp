@@ -12,7 +12,7 @@
 #include "daemon/base/text/format.hpp"
 #include "protocols/base/json_text.hpp"
 #include "recipes/schema/parameters.hpp"
-#include "sim/plant/fidelity/table.hpp"
+#include "sim/plant/fidelity/choose.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -120,19 +120,29 @@ PluginSettings make_settings(const PluginArgs& args, const Console& console) {
 void add_options(CLI::App& command, FidelityArgs& args) {
   command
       .add_option("--accuracy", args.accuracy,
-                  "largest error of the simulated force, 10mN or 0.5% of 5 N: the fastest measured "
-                  "setting of the plant that keeps it")
+                  "largest error of the recorded simulated force, 10mN or 0.5% of 5 N: take the "
+                  "fastest setting that promises it, and check the run (exit status 3: missed)")
       ->check(problem_of(sim::parse_accuracy_n));
   command
       .add_option("--budget", args.budget,
-                  "least speed of the plant, 1000x real time: the most accurate measured setting "
-                  "that reaches it")
+                  "least speed of the whole run, 1000x real time: take the most accurate setting "
+                  "whose forecast reaches it")
       ->check(problem_of(sim::parse_times_real_time));
 }
 
+void add_strict_option(CLI::App& command, FidelityArgs& args) {
+  command
+      .add_flag("--accuracy-strict", args.strict,
+                "where the accuracy is missed, move the campaign to OUT/aside-N and run the next "
+                "setting, at most three times")
+      ->needs("--accuracy");
+}
+
 FidelityRequest fidelity_request(const FidelityArgs& args) {
-  return {read(args.accuracy, sim::parse_accuracy_n),
-          read(args.budget, sim::parse_times_real_time)};
+  FidelityRequest out{.accuracy_n = read(args.accuracy, sim::parse_accuracy_n),
+                      .times_real_time = read(args.budget, sim::parse_times_real_time)};
+  out.strict = args.strict;
+  return out;
 }
 
 void print_device_log(const DeviceLogEntry& line, Console& console) {

@@ -21,9 +21,12 @@ namespace weft::daemon::cli {
 
 struct FidelityArgs {
   std::string accuracy, budget;  ///< as typed; empty: not asked for
+  bool strict = false;           ///< `--accuracy-strict`, of commands that run
 };
 /// A text that cannot be read is refused with the command line.
 void add_options(CLI::App& command, FidelityArgs& args);
+/// `--accuracy-strict`.
+void add_strict_option(CLI::App& command, FidelityArgs& args);
 
 FidelityRequest fidelity_request(const FidelityArgs& args);
 

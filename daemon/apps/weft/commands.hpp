@@ -85,6 +85,7 @@ void add_classify_command(const CommandGroup& weft);
 void add_trade_commands(const CommandGroup& weft);
 void add_design_commands(const CommandGroup& weft);
 void add_imprint_commands(const CommandGroup& weft);
+void add_sim_commands(const CommandGroup& weft);
 /// What is asked of a running weftd.
 void add_daemon_commands(const CommandGroup& weft);
 /// halt and estop.

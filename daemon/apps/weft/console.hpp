@@ -26,7 +26,8 @@ std::optional<int> parse_command_line(CLI::App& app, int argc, const char* const
 inline constexpr int exit_ok = 0;
 inline constexpr int exit_failure = 1;
 inline constexpr int exit_usage = 2;
-inline constexpr int exit_signal = 128;  ///< plus the number of the signal that asked to stop
+inline constexpr int exit_promise_missed = 3;  ///< complete, but not as near as was asked for
+inline constexpr int exit_signal = 128;        ///< plus the number of the signal that asked to stop
 
 struct Console {
   std::ostream& out;

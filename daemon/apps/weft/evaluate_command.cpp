@@ -85,7 +85,8 @@ Status write_page(const EvaluateArgs& args, const ChosenTrials& chosen, const Me
   std::vector<EvaluatedLearner> learners;
   for (const Outcome& outcome : measured.outcomes)
     learners.push_back({outcome.name(), outcome.evaluation,
-                        is_choice(outcome.learner) ? chosen_text(outcome.evaluation) : ""});
+                        is_choice(outcome.learner) ? chosen_text(outcome.evaluation) : "",
+                        outcome.level_removed});
   const EvaluationPage page{chosen.dataset.info.kind,
                             args.dataset.filename().string(),
                             list_facts(args, chosen, measured),

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include "classifier/baseline/class_folds.hpp"
 #include "classifier/evaluate/open_set_check.hpp"
+#include "daemon/analysis/report/confounding.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/interval_text.hpp"
@@ -64,6 +66,22 @@ Result<std::vector<Outcome>> evaluate_all(const EvaluateArgs& args,
     out.push_back({learner, std::move(*evaluation)});
   }
   return out;
+}
+
+/// What the outcomes come to where the mountings' levels say nothing.
+Status remove_levels(const EvaluateArgs& args, const ChosenTrials& chosen, Measured& out) {
+  const bool only_choices = std::ranges::all_of(out.outcomes, is_choice, &Outcome::learner);
+  const auto features = features_without_level(chosen, args.trials);
+  if (!features) return pass(features.error(), args.dataset.string());
+  for (Outcome& outcome : out.outcomes) {
+    if (is_choice(outcome.learner) && !only_choices) continue;
+    auto reached =
+        classifier::evaluate(*features, out.splits, outcome.learner, train_options(args.training));
+    if (!reached) return pass(reached.error(), args.dataset.string());
+    if (args.leave_one_group_out) name_groups_left_out(*reached);
+    outcome.level_removed = std::move(*reached);
+  }
+  return {};
 }
 
 std::vector<GroupLeftOut> by_group(const classifier::FeatureMatrix& features,
@@ -159,7 +177,8 @@ Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen) {
   if (args.none_of_these)
     if (auto ok = classifier::check_labels_can_be_left_out(chosen.features, *splits); !ok)
       return pass(ok.error(), args.dataset.string());
-  Measured out{std::move(*splits), {}, {}, {}, {}, {}};
+  Measured out;
+  out.splits = std::move(*splits);
   out.never_tested = classifier::never_tested(out.splits, chosen.features.labels,
                                               chosen.features.groups, chosen.features.files);
   out.duplicates = classifier::find_duplicates(chosen.features, out.splits);
@@ -170,6 +189,10 @@ Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen) {
   for (Outcome& outcome : out.outcomes)
     if (needs_folds(outcome.learner, calibration || args.none_of_these))
       outcome.folds = count_folds(args, outcome.learner, chosen.features, out.splits);
+  out.confounded =
+      !chosen.imprint_plan && shares_mountings(chosen.dataset, chosen.features.files, out.splits);
+  if (out.confounded && args.trials.remove_level.empty())
+    if (Status ok = remove_levels(args, chosen, out); !ok) return pass(ok.error());
   if (args.leave_one_group_out) out.groups = by_group(chosen.features, out);
   auto curve = measure_curve(args, *learners, chosen.features, out.splits, *thin);
   if (!curve) return pass(curve.error());

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,6 +55,8 @@ struct Outcome {
   /// What words_of() says of the folds of its trainings, where they are not those asked for, and of
   /// how many trainings.
   std::map<std::string, std::size_t> folds = {};
+  /// On the same splits, each taxel's mean of phase M subtracted: see Measured::confounded.
+  std::optional<classifier::Scores> level_removed = {};
   [[nodiscard]] std::string name() const { return std::string(classifier::to_string(learner)); }
 };
 
@@ -65,6 +68,10 @@ struct Measured {
   std::vector<CurvePoint> curve;     ///< with --learning-curve, by rising number of trials
   std::vector<classifier::NeverTested> never_tested;  ///< labels that no split tests
   classifier::DuplicateRows duplicates;  ///< test trials that are copies of training trials
+  /// Label and mounting, see shares_mountings(); of slides alone. Outcomes then have level_removed,
+  /// unless the level was removed anyway; of choices, which train often, only where nothing else
+  /// was asked for.
+  bool confounded = false;
 };
 
 /// best or cores-best.

@@ -1,7 +1,9 @@
 #include "daemon/apps/weft/evaluate_text.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "daemon/analysis/report/confounding.hpp"
 #include "daemon/analysis/report/report.hpp"
 #include "daemon/base/text/format.hpp"
 
@@ -20,16 +22,24 @@ std::string candidates_text(const LearnerEvaluation& e) {
 
 std::string accuracy_table(const std::vector<Outcome>& outcomes) {
   Table table;
-  table.row(
-      {"learner", "accuracy %", "95 % interval", "of all answers %", "training", "test, each"});
+  const bool without_level = std::ranges::any_of(
+      outcomes, [](const Outcome& outcome) { return outcome.level_removed.has_value(); });
+  std::vector<std::string> head{"learner",          "accuracy %", "95 % interval",
+                                "of all answers %", "training",   "test, each"};
+  if (without_level) head.emplace_back("level removed %");
+  table.row(std::move(head));
   std::vector<std::pair<std::string, std::string>> methods;
   std::string choices;
   for (const Outcome& outcome : outcomes) {
     const LearnerEvaluation& e = outcome.evaluation;
-    table.row({outcome.name(), percent(e.accuracy, 2),
-               percent(e.ci95.low, 2) + " to " + percent(e.ci95.high, 2),
-               percent(e.confusion.accuracy(), 2), duration(e.train_s),
-               fixed(e.test_s_per_sample * 1e6, 1) + " us"});
+    std::vector<std::string> row{outcome.name(),
+                                 percent(e.accuracy, 2),
+                                 percent(e.ci95.low, 2) + " to " + percent(e.ci95.high, 2),
+                                 percent(e.confusion.accuracy(), 2),
+                                 duration(e.train_s),
+                                 fixed(e.test_s_per_sample * 1e6, 1) + " us"};
+    if (without_level) row.push_back(format_level_removed(outcome.level_removed));
+    table.row(std::move(row));
     methods.emplace_back(outcome.name(), e.ci95.method);
     if (is_choice(outcome.learner))
       choices += "  " + outcome.name() + " chose " + chosen_text(e) +
@@ -220,6 +230,7 @@ json answers_json(const classifier::FeatureMatrix& features,
 json outcome_json(const Outcome& outcome) {
   const LearnerEvaluation& e = outcome.evaluation;
   json out = evaluation_json(e);
+  if (outcome.level_removed) out["level_removed"] = json(accuracy_json(*outcome.level_removed));
   out["pooled_accuracy"] = e.confusion.accuracy();
   if (!outcome.folds.empty()) out["folds"] = outcome.folds;
   out["chosen"] = json::array();
@@ -288,6 +299,7 @@ std::vector<std::pair<std::string, std::string>> list_facts(const EvaluateArgs& 
                        std::to_string(chosen.setup.taxels) + " taxels" +
                        (args.trials.remove_level.empty() ? "" : ", level removed")},
       {"split", split_text(args, measured.splits)}};
+  if (measured.confounded) out.emplace_back("CONFOUNDED", std::string(confounded_with_mounting));
   if (const std::string words = format_motion(chosen.motion); !words.empty())
     out.emplace_back("motion", words);
   if (!measured.never_tested.empty())
@@ -378,6 +390,7 @@ json report_json(const EvaluateArgs& args, const ChosenTrials& chosen, const Mea
            {"exploration", chosen.setup.exploration},
            {"window_s", args.trials.window_s},
            {"remove_level", args.trials.remove_level},
+           {"confounded", measured.confounded ? json("mounting") : json()},
            {"labels", outcomes.front().evaluation.confusion.labels},
            {"splits", splits.size()},
            {"train_rows", splits.front().train.size()},

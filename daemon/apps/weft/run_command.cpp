@@ -17,8 +17,9 @@
 #include "daemon/apps/weft/trial_choice.hpp"
 #include "daemon/base/loop/threads.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/promise_text.hpp"
 #include "daemon/campaign/resume.hpp"
+#include "daemon/campaign/strict_run.hpp"
 #include "daemon/service/daemon/weftd.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
@@ -175,6 +176,7 @@ CampaignRequest request_of(const RunArgs& args, Console& console) {
                           args.level,
                           std::chrono::seconds(std::llround(args.level_max_age_h * 3600))};
   request.parameters_json = parameters_json(args.parameters);
+  request.fidelity.is_evaluated = args.evaluate;
   return request;
 }
 
@@ -229,7 +231,7 @@ Ran run_until_stopped(const RunArgs& args, bool prompts, Console& console) {
           },
           hooks.moment);
     }
-    auto summary = run_campaign(request, hooks);
+    auto summary = run_until_held(request, hooks);
     progress.finish();
     return summary;
   };
@@ -269,9 +271,17 @@ Result<CampaignReport> report_of(const RunArgs& args, const CampaignSummary& sum
                       {nullptr, {}, args.beside}, console);
 }
 
+/// Of a campaign that came to its end.
+int status_of(const CampaignSummary& summary) {
+  if (!is_complete(summary)) return exit_failure;
+  return is_promise_missed(summary.simulation) ? exit_promise_missed : exit_ok;
+}
+
 /// Classifies and reports what is complete. What is missing costs the exit status, not the data.
 Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, Console& console) {
-  const int recorded = is_complete(summary) ? exit_ok : exit_failure;
+  const int recorded = status_of(summary);
+  if (is_promise_missed(summary.simulation))
+    console.err << "weft: " << format_promise(summary.simulation) << '\n';
   if (!args.evaluate && is_complete(summary) && summary.has_handover && !is_handover_done(args.out))
     console.err << "weft: the campaign was not handed over, as its recipe asks, for --no-evaluate "
                    "was given; the same command with --resume in its place does it\n";
@@ -310,6 +320,7 @@ void add_options(CLI::App& command, RunArgs& args) {
   command.add_option("--seed", args.seed, "in place of the recipe's")->check(seed_problem);
   add_options(command, args.parameters);
   add_options(command, args.fidelity);
+  add_strict_option(command, args.fidelity);
   add_options(command, args.plugins);
   command.add_flag("!--no-error-check", args.error_check,
                    "do not play the first trial of each fabric and exploration again, more finely, "
@@ -333,7 +344,8 @@ void add_options(CLI::App& command, RunArgs& args) {
   add_beside_option(command, args.beside);
 }
 
-/// exit_failure when not every trial is complete, exit_signal + number after SIGINT or SIGTERM.
+/// exit_failure when not every trial is complete, exit_promise_missed when they are but not within
+/// the accuracy asked for, exit_signal + number after SIGINT or SIGTERM.
 Result<int> run_run(const RunArgs& args, Console& console) {
   const IgnoreBrokenPipe to_the_end;
   if (auto ok = refuse_inputs_as_outputs(args); !ok) return pass(ok.error());

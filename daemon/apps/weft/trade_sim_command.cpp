@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "daemon/analysis/tradeoff/sim/measure_sim.hpp"
+#include "daemon/analysis/tradeoff/sim/promise_table.hpp"
 #include "daemon/analysis/tradeoff/sim/sim_page.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
@@ -25,6 +26,8 @@ struct TradeSimArgs {
   std::filesystem::path table;      ///< sim/fidelity.json; empty: not written
   std::filesystem::path reference;  ///< trajectories of another solver; empty: the finest run
   std::filesystem::path fabrics = "sim/fabrics.json";
+  std::filesystem::path rig = "sim/rigs/bench17.json";  ///< of the table
+  std::size_t table_recipes = 600, table_seeds = 5;
   std::vector<std::string> scenes;  ///< empty: all; "none"
   bool quick = false;
   std::size_t timings = 7;
@@ -57,23 +60,27 @@ Result<sim::FabricLibrary> load_library(const TradeSimArgs& args) {
 }
 
 std::vector<std::string> scenes_of(const TradeSimArgs& args) {
-  if (args.scenes == std::vector<std::string>{no_scene}) return {};
+  if (args.files.page.empty() || args.scenes == std::vector<std::string>{no_scene}) return {};
   return args.scenes.empty() ? sim_scene_names() : args.scenes;
 }
 
+/// Nothing but the table is asked for.
+bool makes_table_alone(const TradeSimArgs& args) {
+  return args.files.page.empty();
+}
+
 Status check_files(const TradeSimArgs& args) {
+  if (makes_table_alone(args) && (args.table.empty() || args.downstream))
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--output",
+                 .what = "no page is named",
+                 .expected = "-o PAGE.html, or --table FILE without --downstream"});
   std::vector<std::filesystem::path> inputs{args.fabrics};
   if (!args.reference.empty()) inputs.push_back(args.reference);
   const Output outputs[] = {
       {"page", args.files.page}, {"data", args.files.data}, {"table", args.table}};
-  if (Status ok = check_outputs(inputs, outputs); !ok) return ok;
-  if (args.table.empty() || !scenes_of(args).empty()) return {};
-  return fail({.code = Errc::invalid_argument,
-               .where = "--table",
-               .what = "without a scene there is nothing to write into the table",
-               .expected = "scenes",
-               .got = "--scenes none",
-               .hint = "Leave out --scenes or --table"});
+  if (!args.table.empty()) inputs.push_back(args.rig);
+  return check_outputs(inputs, outputs);
 }
 
 Result<SimTradeoffOptions> make_options(const TradeSimArgs& args,
@@ -170,11 +177,41 @@ Result<DownstreamResult> downstream(const TradeSimArgs& args, const sim::FabricL
 }
 
 Status write(const TradeSimArgs& args, const SimTradeoffReport& report) {
-  if (Status ok = write_text_file(args.files.page, sim_tradeoff_html(report)); !ok) return ok;
+  if (!makes_table_alone(args))
+    if (Status ok = write_text_file(args.files.page, sim_tradeoff_html(report)); !ok) return ok;
   if (!args.files.data.empty())
     if (Status ok = write_json(args.files.data, sim_tradeoff_json(report), 2); !ok) return ok;
+  return {};
+}
+
+std::string table_command_text(const TradeSimArgs& args) {
+  const TradeSimArgs defaults;
+  std::string out = "weft trade sim --table " + args.table.filename().string();
+  if (args.table_recipes != defaults.table_recipes)
+    out += " --table-recipes " + std::to_string(args.table_recipes);
+  if (args.table_seeds != defaults.table_seeds)
+    out += " --table-seeds " + std::to_string(args.table_seeds);
+  return out;
+}
+
+Status write_table(const TradeSimArgs& args, const Progress& progress) {
   if (args.table.empty()) return {};
-  return write_json(args.table, fidelity_table_json(report), 1);
+  const auto rig = read_text(args.rig);
+  if (!rig) return pass(rig.error(), "--rig");
+  const auto fabrics = read_text(args.fabrics);
+  if (!fabrics) return pass(fabrics.error(), "--fabrics");
+  PromiseTableOptions options;
+  options.scenes = args.table_recipes;
+  options.seeds = args.table_seeds;
+  options.rig_json = *rig;
+  options.fabrics_json = *fabrics;
+  auto table = measure_promise_table(options, process_cpu_seconds, progress);
+  if (!table) return pass(table.error(), "--table");
+  table->made_by = table_command_text(args);
+  table->commit = software_commit();
+  table->machine = machine_text();
+  table->compiler = __VERSION__;
+  return write_text_file(args.table, sim::to_json(*table));
 }
 
 SimTradeoffReport empty_report(const TradeSimArgs& args) {
@@ -190,9 +227,16 @@ SimTradeoffReport empty_report(const TradeSimArgs& args) {
 }
 
 void add_options(CLI::App& command, TradeSimArgs& args) {
-  add_options(command, args.files);
+  command.add_option("-o,--output", args.files.page,
+                     "page to write (HTML); with --table it may be left out");
+  command.add_option("--data", args.files.data, "the figures behind it to write (JSON)");
   command.add_option("--table", args.table,
-                     "the table to write from which a run chooses its level (sim/fidelity.json)");
+                     "also measure random recipes and write the table from which a run chooses "
+                     "its setting (sim/fidelity.json)");
+  command.add_option("--rig", args.rig, "rig file of --table, of a simulated bench")
+      ->capture_default_str();
+  add_count(command, "--table-recipes", args.table_recipes, 1, 100000, "random recipes of --table");
+  add_count(command, "--table-seeds", args.table_seeds, 1, 1000, "benches for each of them");
   command.add_option("--reference", args.reference,
                      "trajectories of another solver (bench_sim_reference); without it the finest "
                      "run of L2, and of its own step alone, is the reference");
@@ -233,12 +277,14 @@ Result<int> run_trade_sim(const TradeSimArgs& args, Console& console) {
     report.downstream = std::move(*result);
   }
   report.load += " at the beginning, " + load_text() + " at the end (one-minute average)";
+  if (Status ok = write_table(args, progress); !ok) return pass(ok.error());
   if (Status ok = write(args, report); !ok) return pass(ok.error());
   std::string text;
   for (const SimSceneResult& scene : report.scenes) text += read_text(scene);
   if (report.downstream) text += read_text(*report.downstream);
-  print(console, text + "page: " + args.files.page.string() + "\n",
-        nlohmann::json(sim_tradeoff_json(report)));
+  if (!makes_table_alone(args)) text += "page: " + args.files.page.string() + "\n";
+  if (!args.table.empty()) text += "table: " + args.table.string() + "\n";
+  print(console, text, nlohmann::json(sim_tradeoff_json(report)));
   return exit_ok;
 }
 

@@ -136,29 +136,10 @@ void add_level_option(CLI::App& command, TrialChoice& choice) {
       ->check(CLI::IsMember({"motion", "rest"}));
 }
 
-// Counts stay counts: of whole ones a whole level is taken.
-Status without_level(Trial& trial, Phase of) {
-  const auto is_whole = [](double count) { return count == std::nearbyint(count); };
-  const bool whole = std::ranges::all_of(trial.counts, is_whole);
-  const auto samples = std::ranges::count(trial.phase, of);
-  if (samples == 0)
-    return fail({.code = Errc::not_found,
-                 .where = trial.file,
-                 .what = "no sample in the phase whose level is to be removed"});
-  for (std::size_t k = 0; k < trial.taxels; ++k) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < trial.samples(); ++i)
-      if (trial.phase[i] == of) sum += trial.counts[i * trial.taxels + k];
-    const double mean = sum / static_cast<double>(samples);
-    const double level = whole ? std::nearbyint(mean) : mean;
-    for (std::size_t i = 0; i < trial.samples(); ++i) trial.counts[i * trial.taxels + k] -= level;
-  }
-  return {};
-}
-
 Status remove_level(Trial& trial, const TrialChoice& choice) {
   if (choice.remove_level.empty()) return {};
-  return without_level(trial, choice.remove_level == "rest" ? Phase::rest : Phase::motion);
+  return classifier::without_level(trial,
+                                   choice.remove_level == "rest" ? Phase::rest : Phase::motion);
 }
 
 DataKind kind_of(const Dataset& dataset) {
@@ -368,7 +349,20 @@ Result<ChosenTrials> load_slides(const Dataset& dataset, const TrialChoice& choi
   return out;
 }
 
+bool names_several(const TrialChoice& choice) {
+  return choice.exploration.find('+') != std::string::npos;
+}
+
 }  // namespace
+
+Result<classifier::FeatureMatrix> features_without_level(const ChosenTrials& chosen,
+                                                         TrialChoice choice) {
+  choice.remove_level = "motion";
+  auto out = names_several(choice) ? load_joined(chosen.dataset, choice, false)
+                                   : load_slides(chosen.dataset, choice, false);
+  if (!out) return pass(out.error());
+  return std::move(out->features);
+}
 
 Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialChoice& choice,
                                  bool one_exploration, bool can_join) {
@@ -376,7 +370,7 @@ Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialC
   if (!dataset) return pass(dataset.error());
   if (auto ok = check_given(choice.given, kind_of(*dataset)); !ok)
     return pass(ok.error(), path.string());
-  const bool is_sum = can_join && choice.exploration.find('+') != std::string::npos;
+  const bool is_sum = can_join && names_several(choice);
   if (is_sum && choice.group != "recorded")
     return fail({.code = Errc::unsupported,
                  .where = "--group",

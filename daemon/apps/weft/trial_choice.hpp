@@ -25,7 +25,7 @@ struct TrialChoice {
   std::string scales = "0,1,2,3,4";           ///< of imprints [taxels], as in FeaturePlan
   std::string imprint_features = "10+laws5";  ///< see feature_plan_from()
   std::string group = "recorded";             ///< see set_groups()
-  std::string remove_level = {};              ///< "", "motion" or "rest"; see without_level()
+  std::string remove_level = {};              ///< "", "motion" or "rest"; see remove_level()
   GivenOptions given = {};  ///< of the whole command: those not of the data's kind are refused
 };
 void add_trial_options(CLI::App& command, TrialChoice& choice);
@@ -78,10 +78,7 @@ Result<TrialSelection> choose_trials(const Dataset& dataset, const TrialChoice& 
 Result<std::vector<classifier::Trial>> in_windows(std::vector<classifier::Trial> strokes,
                                                   const classifier::WindowOptions& options);
 
-/// Subtracts from every taxel its mean of phase `of`, rounded to counts so that the mode keeps its
-/// grid: what is left does not know how hard the pad pressed. Refuses a trial without that phase.
-Status without_level(classifier::Trial& trial, Phase of);
-/// What `choice` says of it: without_level(), or nothing.
+/// What `choice` says of it: classifier::without_level(), or nothing.
 Status remove_level(classifier::Trial& trial, const TrialChoice& choice);
 
 /// Reads `path`, chooses and extracts. An exploration such as "M1+M2" puts the features of both
@@ -90,6 +87,10 @@ Status remove_level(classifier::Trial& trial, const TrialChoice& choice);
 /// Refuses what check_given() refuses of the kind that the file turns out to hold.
 Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialChoice& choice,
                                  bool one_exploration, bool can_join = false);
+
+/// The features of the same slides, in the same order, without the level of their motion.
+Result<classifier::FeatureMatrix> features_without_level(const ChosenTrials& chosen,
+                                                         TrialChoice choice);
 
 /// Slides, or imprints.
 DataKind kind_of(const Dataset& dataset);

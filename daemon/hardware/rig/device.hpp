@@ -39,7 +39,11 @@ class Device final : public DriverHost {
   Link& link() override { return *link_; }
   Link* http() override { return http_.get(); }
   void publish(const Sample& sample) override;
-  void identified(const DeviceIdentity& identity) override { identity_ = identity; }
+  /// A device that is simulated without noise says so, whatever its protocol carries.
+  void identified(const DeviceIdentity& identity) override {
+    identity_ = identity;
+    if (entry_.noiseless) identity_.reported.emplace_back("noise", "none");
+  }
   void state_changed(DriverState) override {}
   void fault(const Error& error) override;
   void log(LogLevel level, std::string_view text) override;

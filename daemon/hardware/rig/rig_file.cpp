@@ -9,6 +9,7 @@
 #include "daemon/base/file/read_file.hpp"
 #include "drivers/api/config.hpp"
 #include "protocols/base/json_text.hpp"
+#include "recipes/engine/rig_limits.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -17,8 +18,9 @@ using nlohmann::json;
 
 /// Of the limits and of a linear stage's configuration.
 constexpr const char* acceleration_key = "acceleration_mm_s2";
-constexpr std::array<std::string_view, 7> roles{"x", "y", "z", "rx", "ry", "wrench", "taxels"};
-constexpr std::string_view vibro_role = "vibro";  // a bench may do without
+constexpr std::array<std::string_view, 6> needed_roles{"x", "y", "z", "rx", "ry", "wrench"};
+constexpr std::array<std::string_view, 2> other_roles{"taxels", "vibro"};  // a bench may do without
+constexpr const char* noise_key = "noise";  // of a tactile array's configuration
 
 // Keys that this or another reader of the rig file understands: recipes::parse_rig_limits and
 // sim::Rig look into their own sections, drivers into `config`.
@@ -86,8 +88,8 @@ Result<DeviceEntry> device_entry(const json& object, const std::string& where) {
     if (!value) return pass(value.error());
     *member = *value;
   }
-  if (device.role != vibro_role &&
-      std::find(roles.begin(), roles.end(), device.role) == roles.end())
+  if (std::ranges::find(needed_roles, device.role) == needed_roles.end() &&
+      std::ranges::find(other_roles, device.role) == other_roles.end())
     return fail({.where = where + "/role",
                  .what = "unknown role",
                  .expected = "x, y, z, rx, ry, wrench, taxels or vibro",
@@ -172,17 +174,19 @@ Result<Endpoint> read_console(const json& root) {
   return std::get<TcpPort>(*console).end;
 }
 
-Status every_role_once(const std::vector<DeviceEntry>& devices) {
+/// Whether a plan needs taxels is told where it is made, by recipes::check_recipe().
+Status roles_filled(const std::vector<DeviceEntry>& devices) {
   const auto filled = [&](std::string_view role) {
     return std::count_if(devices.begin(), devices.end(),
                          [&](const DeviceEntry& d) { return d.role == role; });
   };
-  if (filled(vibro_role) > 1)
-    return fail({.where = "/devices",
-                 .what = "role vibro is filled twice",
-                 .expected = "at most one device",
-                 .got = std::to_string(filled(vibro_role)) + " devices"});
-  for (const std::string_view role : roles) {
+  for (const std::string_view role : other_roles)
+    if (filled(role) > 1)
+      return fail({.where = "/devices",
+                   .what = "role " + std::string(role) + " is filled twice",
+                   .expected = "at most one device",
+                   .got = std::to_string(filled(role)) + " devices"});
+  for (const std::string_view role : needed_roles) {
     const auto count = filled(role);
     if (count != 1)
       return fail({.where = "/devices",
@@ -260,7 +264,9 @@ Result<RigFile> from_json(const json& root) {
     rig.devices.push_back(std::move(*device));
   }
   limit_acceleration(root, rig.devices);
-  if (Status ok = every_role_once(rig.devices); !ok) return pass(ok.error());
+  if (Status ok = roles_filled(rig.devices); !ok) return pass(ok.error());
+  for (DeviceEntry& device : rig.devices)
+    device.noiseless = recipes::lacks_noise(root, device.role);
   if (Status ok = links_suit(rig); !ok) return pass(ok.error());
   return rig;
 }
@@ -285,12 +291,33 @@ Result<RigFile> parse_rig_file(std::string_view text) {
   }
 }
 
+namespace {
+
+/// Only a simulation may be without noise, and its driver is told.
+Result<std::string> with_noise(const DeviceEntry& entry, json config) {
+  if (entry.noiseless) {
+    config[noise_key] = "none";
+    return config.dump();
+  }
+  if (config.value(noise_key, json()) != "none") return entry.config_json;
+  return fail({.code = Errc::invalid_argument,
+               .where = std::string("/") + noise_key,
+               .what = "this device has noise",
+               .expected = "an emulator without noise, on a simulated or emulated bench",
+               .got = "none",
+               .hint = "Leave it out: the driver is told of a simulation without noise"});
+}
+
+}  // namespace
+
 Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drivers) {
   constexpr double rounding = 1e-9;
   const Result<DriverSource> source = drivers.source(entry.driver);
   if (!source) return pass(source.error());
   const json schema = json::parse(source->config_schema_json, nullptr, false);
   json config = json::parse(entry.config_json, nullptr, false);
+  if (config.is_object() && schema.is_object() && schema.contains("/properties/noise"_json_pointer))
+    return with_noise(entry, std::move(config));
   if (!entry.acceleration_mm_s2 || !config.is_object() || !schema.is_object() ||
       !schema.contains("/properties/acceleration_mm_s2"_json_pointer))
     return entry.config_json;

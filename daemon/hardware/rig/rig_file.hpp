@@ -51,6 +51,8 @@ struct DeviceEntry {
   /// Of the rig's limits, for a linear stage [mm/s2].
   std::optional<double> acceleration_mm_s2 = {};
   std::string acceleration_limit;  ///< where the rig file has it: "/limits/acceleration_mps2"
+  bool noiseless =
+      false;  ///< simulated without noise: it says so of itself, recipes::lacks_noise()
   LinkSettings link;
   std::vector<LinkSettings> also;        ///< emulated: weft-rig serves the same device there too
   std::optional<LinkSettings> http;      ///< the page of the device's settings, where it has one

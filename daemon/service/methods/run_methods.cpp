@@ -254,7 +254,8 @@ void add_run_reads(MethodGroup& group) {
              "next human action (null: none), next_attention_us since "
              "when it is asked or when it will be; campaign_since, where its campaign was gone "
              "on with without the daemon (weft run --resume): what its folder holds by now, "
-             "trials_done, trials_planned, complete, dataset_sha256",
+             "trials_done, trials_planned, complete, dataset_sha256; promise, where an accuracy of "
+             "the simulation was asked for: held",
              [](const Services& services, const Call& call) {
                return run_outcome(services.run_manager->get(run_of(call)));
              });
@@ -330,6 +331,7 @@ json run_json(const RunView& run) {
   if (!stored.recovered.empty()) out["recovered"] = stored.recovered;
   if (!stored.error.empty()) out["error"] = stored.error;
   if (!stored.dataset_error.empty()) out["dataset_error"] = stored.dataset_error;
+  if (!stored.promise.empty()) out["promise"] = {{"held", stored.promise == "held"}};
   if (run.handover) out["handover"] = handover_json(*run.handover);
   if (!stored.dataset_sha256.empty()) out["dataset_sha256"] = stored.dataset_sha256;
   if (run.external_resume)

@@ -89,6 +89,8 @@ struct RunFacts {
   std::string dataset_error = {};
   /// Outcome and error of its newest turn at the bench; empty where it had none, or died in it.
   std::string bench_outcome = {}, bench_error = {};
+  /// "held" or "missed", where an accuracy was asked of a simulated bench.
+  std::string promise = {};
   friend bool operator==(const RunFacts&, const RunFacts&) = default;
 };
 

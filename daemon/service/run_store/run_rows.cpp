@@ -27,7 +27,7 @@ CREATE TABLE IF NOT EXISTS run (
   bench_outcome TEXT NOT NULL DEFAULT '', bench_error TEXT NOT NULL DEFAULT '',
   disk_bytes INTEGER NOT NULL DEFAULT 0, keep_going INTEGER NOT NULL DEFAULT 0,
   had_ended INTEGER NOT NULL DEFAULT 0, user TEXT NOT NULL DEFAULT '',
-  after_run INTEGER NOT NULL DEFAULT 0
+  after_run INTEGER NOT NULL DEFAULT 0, promise TEXT NOT NULL DEFAULT ''
 ) STRICT;
 CREATE TABLE IF NOT EXISTS recipe (sha256 TEXT PRIMARY KEY, text TEXT NOT NULL) STRICT;
 CREATE TABLE IF NOT EXISTS journal (
@@ -63,7 +63,7 @@ struct LaterColumn {
 };
 constexpr std::string_view as_text = "TEXT NOT NULL DEFAULT ''",
                            as_count = "INTEGER NOT NULL DEFAULT 0";
-constexpr std::array<LaterColumn, 23> later_columns{{{"run", "resume", as_count},
+constexpr std::array<LaterColumn, 24> later_columns{{{"run", "resume", as_count},
                                                      {"run", "recovered", as_text},
                                                      {"run", "bench", as_text},
                                                      {"run", "trials_done", "INTEGER"},
@@ -78,6 +78,7 @@ constexpr std::array<LaterColumn, 23> later_columns{{{"run", "resume", as_count}
                                                      {"run", "had_ended", as_count},
                                                      {"run", "user", as_text},
                                                      {"run", "after_run", as_count},
+                                                     {"run", "promise", as_text},
                                                      {"rig", "left_by", as_text},
                                                      {"rig", "acknowledged", as_count},
                                                      {"rig", "latch", as_text},
@@ -92,13 +93,13 @@ constexpr std::string_view read_sql =
     "SELECT number, recipe, rig, folder, seed, name, by, created_us, state, outcome, cleanup, "
     "rig_fact, error, dataset_sha256, resume, recovered, bench, trials_done, trials_planned, "
     "recipe_sha256, dataset_error, rig_untaken, bench_outcome, bench_error, disk_bytes, "
-    "keep_going, had_ended, user, after_run FROM run ORDER BY number";
+    "keep_going, had_ended, user, after_run, promise FROM run ORDER BY number";
 constexpr std::string_view write_sql =
     "INSERT INTO run (number, recipe, rig, folder, seed, name, by, created_us, state, outcome, "
     "cleanup, rig_fact, error, dataset_sha256, resume, recovered, bench, trials_done, "
     "trials_planned, recipe_sha256, dataset_error, rig_untaken, bench_outcome, bench_error, "
-    "disk_bytes, keep_going, had_ended, user, after_run) VALUES "
-    "(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?) "
+    "disk_bytes, keep_going, had_ended, user, after_run, promise) VALUES "
+    "(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?) "
     "ON CONFLICT(number) DO UPDATE SET folder=excluded.folder, state=excluded.state, "
     "outcome=excluded.outcome, cleanup=excluded.cleanup, rig_fact=excluded.rig_fact, "
     "error=excluded.error, dataset_sha256=excluded.dataset_sha256, resume=excluded.resume, "
@@ -107,7 +108,8 @@ constexpr std::string_view write_sql =
     "rig_untaken=excluded.rig_untaken, bench_outcome=excluded.bench_outcome, "
     "bench_error=excluded.bench_error, disk_bytes=excluded.disk_bytes, "
     "had_ended=excluded.had_ended, user=excluded.user, seed=excluded.seed, "
-    "name=excluded.name, keep_going=excluded.keep_going, after_run=excluded.after_run";
+    "name=excluded.name, keep_going=excluded.keep_going, after_run=excluded.after_run, "
+    "promise=excluded.promise";
 
 /// The columns in the order of both statements.
 template <class Run>
@@ -117,7 +119,7 @@ auto columns_of(Run& run) {
                   run.dataset_sha256, run.resume, run.recovered, run.bench, run.trials_done,
                   run.trials_planned, run.recipe_sha256, run.dataset_error, run.rig_untaken,
                   run.bench_outcome, run.bench_error, run.disk_bytes, run.keep_going, run.had_ended,
-                  run.user, run.after);
+                  run.user, run.after, run.promise);
 }
 
 constexpr auto column_count = static_cast<std::ptrdiff_t>(

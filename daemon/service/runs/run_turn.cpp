@@ -8,6 +8,11 @@
 namespace weft::daemon::runs {
 namespace {
 
+std::string format_promise_fact(const SimulationNote& simulation) {
+  if (!simulation.promise) return {};
+  return is_promise_missed(simulation) ? "missed" : "held";
+}
+
 /// As its thread has found them.
 RunFacts found_facts(const RunResult& result, const RunView& run) {
   if (const auto& summary = result.summary)
@@ -16,7 +21,8 @@ RunFacts found_facts(const RunResult& result, const RunView& run) {
             .rig_fact = std::string(recipes::to_string(summary->rig)),
             .error = format_error(summary->error),
             .dataset_sha256 = summary->dataset_sha256,
-            .dataset_error = format_error(summary->dataset_error)};
+            .dataset_error = format_error(summary->dataset_error),
+            .promise = format_promise_fact(summary->simulation)};
   const bool is_stopped = run.state() == RunState::finishing;  // while the bench came up
   return {.outcome = is_stopped           ? "stopped"
                      : result.was_ordered ? "aborted"

@@ -145,6 +145,28 @@ std::optional<CertifiedRest> worst_rest(const Dataset& all) {
   return out.trials > 0 ? std::optional(out) : std::nullopt;
 }
 
+/// What the campaign's journal says last of an accuracy or a speed that was asked for.
+Result<std::optional<CertifiedSimulation>> simulation_on_record(
+    const std::filesystem::path& campaign) {
+  const auto journal = load_journal(campaign);
+  if (!journal) return pass(journal.error());
+  std::optional<CertifiedSimulation> out;
+  for (const JournalEntry& entry : *journal) {
+    if (entry.kind != "simulation") continue;
+    try {
+      auto found = json::parse(entry.payload_json).get<CertifiedSimulation>();
+      out.reset();
+      if (found.promise || found.budget) out = std::move(found);
+    } catch (const json::exception& e) {
+      return fail({.code = Errc::parse,
+                   .where = campaign.string(),
+                   .what = "the journal's line on the simulation cannot be read",
+                   .got = e.what()});
+    }
+  }
+  return out;
+}
+
 /// Keeps what is for training, as the data set does.
 Dataset select_complete(Dataset&& all) {
   Dataset out;
@@ -221,6 +243,7 @@ std::string to_json(const Certificate& certificate) {
   out["version"] = certificate_version;
   if (!certificate.ended_early.empty()) out["ended_early"] = certificate.ended_early;
   if (certificate.rest) out["rest"] = *certificate.rest;
+  if (certificate.simulation) out["simulation"] = *certificate.simulation;
   out[own_digest] = sha256_hex(out.dump());
   return out.dump(1) + "\n";
 }
@@ -249,6 +272,8 @@ Result<Certificate> certificate_from_json(const std::string& text) {
     Certificate out = object;
     out.ended_early = object.value("ended_early", out.ended_early);  // as a rule there are none
     if (object.contains("rest")) out.rest = object.at("rest").get<CertifiedRest>();
+    if (object.contains("simulation"))
+      out.simulation = object.at("simulation").get<CertifiedSimulation>();
     return out;
   } catch (const json::exception& e) {
     return fail({.code = Errc::parse, .what = "not a certificate of Weft", .got = e.what()});
@@ -287,6 +312,9 @@ Result<Certificate> certify(const std::filesystem::path& campaign,
   Certificate out;
   describe(all->info, out);
   out.trials_planned = progress->planned;
+  auto simulation = simulation_on_record(campaign);
+  if (!simulation) return pass(simulation.error());
+  out.simulation = std::move(*simulation);
   if (Status ok = add_trials(campaign, *all, out); !ok) return pass(ok.error());
   auto checksums = file_checksums(campaign);
   if (!checksums) return pass(checksums.error());

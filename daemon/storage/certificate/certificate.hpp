@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "daemon/base/file/read_file.hpp"
+#include "daemon/storage/certificate/promise.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 #include "daemon/storage/recorder/sqlite.hpp"
 
@@ -69,9 +70,10 @@ struct Certificate {
   std::string recipe_sha256, rig_sha256;  ///< the rig file holds the calibrations
   std::vector<DeviceInfo> devices;        ///< serial, firmware, scale factors
   std::uint64_t trials_planned = 0;
-  std::optional<CertifiedRest> rest;    ///< none: not measured
-  std::vector<EndedEarly> ended_early;  ///< left out of the data set, see DatasetInfo
-  std::string dataset_sha256;           ///< of the complete trials; empty when there are none
+  std::optional<CertifiedRest> rest;              ///< none: not measured
+  std::optional<CertifiedSimulation> simulation;  ///< none: no accuracy or speed was asked for
+  std::vector<EndedEarly> ended_early;            ///< left out of the data set, see DatasetInfo
+  std::string dataset_sha256;  ///< of the complete trials; empty when there are none
   std::vector<CertifiedTrial> trials;
   std::vector<CertifiedTable> tables;
   std::vector<FileChecksums> files;  ///< the campaign file, and the data set where there is one

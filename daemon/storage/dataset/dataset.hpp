@@ -185,7 +185,8 @@ struct DatasetInfo {
 /// nothing.
 std::string format_selection(const DatasetInfo& info);
 
-/// `trials` and `records` go together, index by index.
+/// `trials` and `records` go together, index by index. Of a rig without taxels: Trial::taxels is 0,
+/// counts are empty, and Trial::phase is of the wrench's readings, which have the times t_ns.
 struct Dataset {
   DatasetInfo info;
   std::vector<classifier::Trial> trials;
@@ -231,7 +232,8 @@ using Copies = std::vector<std::vector<std::string>>;
 Copies copies_among(const std::vector<std::string>& names,
                     const std::vector<std::string>& contents);
 
-/// Trials with the same counts and phases, whatever their times, labels and groups.
+/// Trials with the same counts and phases, whatever their times, labels and groups. None of a
+/// wrench alone.
 Copies copies_in(const Dataset& dataset);
 
 /// A line for people; nothing where there are none.

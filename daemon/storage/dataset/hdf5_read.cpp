@@ -215,10 +215,17 @@ Status read_phases(Reader& in, const std::vector<std::uint64_t>& extents, Datase
   return {};
 }
 
-Status read_taxels(Reader& in, Dataset& dataset) {
+/// 0 where none were recorded: the rows then carry times and phases alone.
+std::size_t read_taxel_count(Reader& in) {
+  if (!in.has("/taxel/counts")) return 0;
   const std::size_t taxels = in.text_width("/taxel/counts");
   in.require(taxels > 0 && taxels <= most_taxels, "/taxel/counts",
              "an impossible number of taxels");
+  return taxels;
+}
+
+Status read_taxels(Reader& in, Dataset& dataset) {
+  const std::size_t taxels = read_taxel_count(in);
   if (!in.status()) return in.status();
   const auto t_ns = in.column<std::int64_t>("/taxel/t_ns");
   const auto extents = hdf5::read_extents(in, "taxel", dataset.trials.size(), t_ns.size());
@@ -229,9 +236,9 @@ Status read_taxels(Reader& in, Dataset& dataset) {
                    "another length than /taxel/t_ns"))
       split(counts, extents, taxels, dataset.trials, &classifier::Trial::counts);
   };
-  if (in.is_integer("/taxel/counts")) {
+  if (taxels > 0 && in.is_integer("/taxel/counts")) {
     place(in.column<std::uint16_t>("/taxel/counts", taxels));
-  } else {
+  } else if (taxels > 0) {
     place(in.column<double>("/taxel/counts", taxels));
   }
   for (classifier::Trial& trial : dataset.trials) trial.taxels = taxels;

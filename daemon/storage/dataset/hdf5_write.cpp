@@ -142,17 +142,21 @@ void write_lists(Writer& out, const Dataset& dataset, const std::string& name, L
   if (!unit.empty()) out.attribute(name, "unit", unit);
 }
 
-void write_taxels(Writer& out, const Dataset& dataset) {
-  const std::size_t taxels = dataset.trials.front().taxels;
-  out.group("/taxel");
-  out.attribute("/taxel", "rate_hz", dataset.info.taxel_rate_hz);
-  const auto counts = concatenate(dataset.trials, &classifier::Trial::counts);
+void write_counts(Writer& out, const std::vector<double>& counts, std::size_t taxels) {
   if (const auto exact = as_u16(counts)) {
     out.column("/taxel/counts", *exact, taxels);
   } else {
     out.column("/taxel/counts", counts, taxels);
   }
   out.attribute("/taxel/counts", "unit", "count");
+}
+
+void write_taxels(Writer& out, const Dataset& dataset) {
+  const std::size_t taxels = dataset.trials.front().taxels;
+  out.group("/taxel");
+  out.attribute("/taxel", "rate_hz", dataset.info.taxel_rate_hz);
+  if (taxels > 0)
+    write_counts(out, concatenate(dataset.trials, &classifier::Trial::counts), taxels);
   out.column("/taxel/phase", gather(concatenate(dataset.trials, &classifier::Trial::phase),
                                     [](Phase phase) { return static_cast<std::uint8_t>(phase); }));
   out.attribute("/taxel/phase", "meaning",

@@ -94,7 +94,7 @@ Result<std::size_t> read_header(sqlite::Database& database, DatasetInfo& info) {
                  .what = "unknown bench kind",
                  .got = query->text(0)});
   const std::int64_t taxels = query->integer(9);
-  if (taxels < 1 || taxels > most_taxels)
+  if (taxels < 0 || taxels > most_taxels)
     return fail({.code = Errc::corrupt,
                  .where = "campaign",
                  .what = "impossible number of taxels",
@@ -254,7 +254,7 @@ class ChunkReader {
   Status decode(Stream stream, classifier::Trial& trial, TrialRecord& record) {
     const ByteView data = query_.blob(5);
     const std::size_t width = widths_[static_cast<std::size_t>(stream)];
-    if (width == 0 && stream != Stream::stages)
+    if (width == 0 && stream != Stream::stages && stream != Stream::taxel)
       return fail(
           {.code = Errc::corrupt, .what = "a chunk of a stream that the file does not describe"});
     const std::size_t row = row_bytes(stream, width);

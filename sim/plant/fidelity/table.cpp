@@ -1,180 +1,203 @@
 #include "sim/plant/fidelity/table.hpp"
 
-#include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <tuple>
 
 #include "protocols/base/json_text.hpp"
-#include "protocols/base/names.hpp"
-#include "sim/plant/bounds.hpp"
 #include "sim/plant/field_reader.hpp"
 
 namespace weft::sim {
 namespace {
 
 using nlohmann::json;
+using nlohmann::ordered_json;
 
 constexpr std::size_t most_rows = 10'000;
-constexpr std::array<std::string_view, 5> known_scenes{"press", "slide", "stick_slip", "retouch",
-                                                       "fabrics17"};
+constexpr double largest_number = 1e12;  // of any number in the table
 
-Result<FidelityRow> read_row(const json& object, const std::string& where) {
-  if (!object.is_object())
-    return parse_error(where, {.what = "not a row", .expected = "an object"});
-  FidelityRow row;
-  std::string level, integrator = "none";
-  double step_us = 0;
+struct RangeField {
+  const char* key;
+  MeasuredRange TableConditions::*range;
+};
+constexpr RangeField range_fields[]{{"force_n", &TableConditions::force_n},
+                                    {"speed_mps", &TableConditions::speed_mps},
+                                    {"seat_speed_mps", &TableConditions::seat_speed_mps},
+                                    {"press_s", &TableConditions::press_s},
+                                    {"mount_stiffness_n_m", &TableConditions::mount_stiffness_n_m},
+                                    {"slack_m", &TableConditions::slack_m}};
+
+struct CostField {
+  const char* key;
+  double HostCost::*cost;
+};
+constexpr CostField cost_fields[]{{"pads_us_per_s", &HostCost::pads_us_per_s},
+                                  {"emulators_us_per_s", &HostCost::emulators_us_per_s},
+                                  {"drivers_us_per_s", &HostCost::drivers_us_per_s},
+                                  {"recorder_us_per_s", &HostCost::recorder_us_per_s},
+                                  {"export_us_per_trial", &HostCost::export_us_per_trial},
+                                  {"evaluate_us_per_trial", &HostCost::evaluate_us_per_trial},
+                                  {"quick_check_us_per_s", &HostCost::quick_check_us_per_s},
+                                  {"full_check_us_per_s", &HostCost::full_check_us_per_s},
+                                  {"probe_us", &HostCost::probe_us}};
+
+Result<const json*> list_at(const json* list, const std::string& where) {
+  if (list != nullptr && list->is_array() && list->size() <= most_rows) return list;
+  return parse_error(where, {.what = "not a list", .expected = "at most 10000 entries"});
+}
+
+Status require_object(const json* object, const std::string& where) {
+  if (object != nullptr && object->is_object()) return {};
+  return parse_error(where, {.what = "missing or not an object", .expected = "an object"});
+}
+
+Result<ClothError> read_cloth(const json& object, const std::string& where) {
+  if (Status s = require_object(&object, where); !s) return pass(s.error());
+  ClothError out;
   FieldReader reader(object, where);
-  reader.text("scene", row.scene).text("level", level).text("integrator", integrator);
-  reader.required("step_us", step_us, 0, 1e6);
-  reader.required("error_max_n", row.error_max_n, 0, 1e9);
-  reader.required("error_rms_n", row.error_rms_n, 0, 1e9);
-  reader.required("times_real_time", row.times_real_time, 1e-9, 1e12);
+  reader.text("fabric", out.fabric).whole("runs", out.runs, 1, largest_number);
+  reader.required("q50_n", out.q50_n, 0, largest_number)
+      .required("q99_n", out.q99_n, 0, largest_number);
+  reader.required("max_n", out.max_n, 0, largest_number);
   if (Status s = reader.finish(); !s) return pass(s.error());
-  if (std::find(known_scenes.begin(), known_scenes.end(), row.scene) == known_scenes.end())
-    return parse_error(where + "/scene",
-                       {.what = "no such scene",
-                        .expected = "press, slide, stick_slip, retouch or fabrics17",
-                        .got = row.scene});
+  return out;
+}
+
+Result<FidelitySetting> make_setting(const std::string& level, const std::string& integrator,
+                                     double step_us, const std::string& where) {
   const auto known = level_from(level);
   if (!known || !moves(*known))
     return parse_error(where + "/level",
                        {.what = "no such level of motion", .expected = "L0 to L3", .got = level});
-  row.setting = {.level = *known, .step_s = step_us * 1e-6};
-  if (*known < Level::dynamic) return row;
+  FidelitySetting out{.level = *known, .step_s = step_us * 1e-6};
+  if (*known < Level::dynamic) return out;
   const auto method = integrator_from(integrator);
   if (!method) return pass(method.error(), where + "/integrator");
-  row.setting.integrator = *method;
-  return row;
+  out.integrator = *method;
+  return out;
+}
+
+Status read_any(const json* any, const std::string& where, MeasuredSetting& out) {
+  if (Status s = require_object(any, where); !s) return s;
+  FieldReader reader(*any, where);
+  reader.required("q99", out.any_q99, 0, largest_number)
+      .required("max", out.any_max, 0, largest_number);
+  return reader.finish();
+}
+
+Result<MeasuredSetting> read_setting(const json& object, const std::string& where) {
+  if (Status s = require_object(&object, where); !s) return pass(s.error());
+  MeasuredSetting out;
+  std::string level, integrator = "none";
+  double step_us = 0;
+  FieldReader reader(object, where);
+  reader.text("level", level).text("integrator", integrator);
+  reader.required("step_us", step_us, 0, 1e6);
+  reader.required("contact_us_per_s", out.contact_us_per_s, 1e-9, largest_number);
+  const auto cloths = list_at(reader.child("cloths"), where + "/cloths");
+  const json* any = reader.child("any");
+  if (Status s = reader.finish(); !s) return pass(s.error());
+  if (!cloths) return pass(cloths.error());
+  const auto setting = make_setting(level, integrator, step_us, where);
+  if (!setting) return pass(setting.error());
+  out.setting = *setting;
+  for (std::size_t i = 0; i < (*cloths)->size(); ++i) {
+    auto cloth = read_cloth((**cloths)[i], where + "/cloths/" + std::to_string(i));
+    if (!cloth) return pass(cloth.error());
+    out.cloths.push_back(std::move(*cloth));
+  }
+  if (Status s = read_any(any, where + "/any", out); !s) return pass(s.error());
+  return out;
+}
+
+Status read_conditions(const json* object, TableConditions& out) {
+  const std::string where = "/conditions";
+  if (Status s = require_object(object, where); !s) return s;
+  FieldReader reader(*object, where);
+  reader.whole("scenes", out.scenes, 1, largest_number)
+      .whole("seeds", out.seeds, 1, largest_number);
+  reader.whole("space_seed", out.space_seed, 0, largest_number).text("reference", out.reference);
+  reader.required("share", out.share, 0, 1).required("margin", out.margin, 1, 1e3);
+  const json* ranges = reader.child("ranges");
+  if (Status s = reader.finish(); !s) return s;
+  if (Status s = require_object(ranges, where + "/ranges"); !s) return s;
+  FieldReader range_reader(*ranges, where + "/ranges");
+  for (const auto& [key, range] : range_fields)
+    range_reader.interval(key, (out.*range).least, (out.*range).most, 0, largest_number);
+  return range_reader.finish();
+}
+
+Status read_costs(const json* object, HostCost& out) {
+  if (Status s = require_object(object, "/host_cost"); !s) return s;
+  FieldReader reader(*object, "/host_cost");
+  for (const auto& [key, cost] : cost_fields) reader.required(key, out.*cost, 0, largest_number);
+  return reader.finish();
+}
+
+/// First of all, so that an old table is called old and not wrong.
+Status check_version(const json& root) {
+  const auto found = root.find("schema_version");
+  if (found == root.end() || !found->is_number_integer())
+    return parse_error("/schema_version", {.what = "missing or not a whole number"});
+  if (*found == fidelity_table_version) return {};
+  return fail({.code = Errc::unsupported,
+               .where = "/schema_version",
+               .what = "a table of another version",
+               .expected = std::to_string(fidelity_table_version),
+               .got = found->dump(),
+               .hint = "Run weft trade sim --table FILE to make a new one"});
 }
 
 Result<FidelityTable> read_table(const json& root) {
+  if (Status s = check_version(root); !s) return pass(s.error());
   FidelityTable table;
-  double version = 0;
   std::string bench;
   FieldReader reader(root, "");
-  reader.required("schema_version", version, 1, 1).text("bench", bench);
-  reader.text("made_by", table.made_by).text("machine", table.machine);
-  reader.text("commit", table.commit);
-  const json* rows = reader.child("rows");
+  reader.ignore("schema_version").text("bench", bench).text("made_by", table.made_by);
+  reader.text("commit", table.commit).text("machine", table.machine);
+  reader.text("compiler", table.compiler).text("fabrics_sha256", table.fabrics_sha256);
+  reader.whole("rules", table.rules, 0, 1e6);
+  const json *conditions = reader.child("conditions"), *costs = reader.child("host_cost");
+  const auto settings = list_at(reader.child("settings"), "/settings");
   if (Status s = reader.finish(); !s) return pass(s.error());
   if (bench != "simulated")
     return parse_error(
         "/bench", {.what = "not a table of simulations", .expected = "simulated", .got = bench});
-  if (rows == nullptr || !rows->is_array() || rows->size() > most_rows)
-    return parse_error("/rows", {.what = "not a list of rows", .expected = "at most 10000 rows"});
-  for (std::size_t i = 0; i < rows->size(); ++i) {
-    auto row = read_row((*rows)[i], "/rows/" + std::to_string(i));
-    if (!row) return pass(row.error());
-    table.rows.push_back(std::move(*row));
+  if (Status s = read_conditions(conditions, table.conditions); !s) return pass(s.error());
+  if (Status s = read_costs(costs, table.host_cost); !s) return pass(s.error());
+  if (!settings) return pass(settings.error());
+  for (std::size_t i = 0; i < (*settings)->size(); ++i) {
+    auto setting = read_setting((**settings)[i], "/settings/" + std::to_string(i));
+    if (!setting) return pass(setting.error());
+    table.settings.push_back(std::move(*setting));
   }
   return table;
 }
 
-constexpr double reference_l2_step_s = 0.2e-3;  // docs/reference/plant.md, Levels
-constexpr double finer_share = 0.25;
-constexpr NameTable<Integrator, 3> integrator_names = {{
-    {Integrator::midpoint, "midpoint"},
-    {Integrator::tr_bdf2, "tr_bdf2"},
-    {Integrator::adaptive, "adaptive"},
-}};
-
-constexpr double paper_load_n = 5;  // a percentage is one of this: Khan et al. 2016, phases P and M
-constexpr double rounding = 1e-9;
-
-/// The table's scenes that stand for a bench's: press, slide and fabrics17; retouch for overshoot,
-/// stick_slip for stick-slip.
-std::vector<std::string> involved(const Scene& scene) {
-  std::vector<std::string> kinds{"press", "slide", "fabrics17"};
-  if (is_needed(scene, Trait::overshoot)) kinds.emplace_back("retouch");
-  if (is_needed(scene, Trait::stick_slip)) kinds.emplace_back("stick_slip");
-  return kinds;
+ordered_json setting_json(const MeasuredSetting& measured) {
+  const FidelitySetting& setting = measured.setting;
+  ordered_json out{{"level", std::string(to_string(setting.level))}};
+  if (setting.level >= Level::dynamic)
+    out["integrator"] = std::string(to_string(setting.integrator));
+  out["step_us"] = std::round(setting.step_s * 1e9) * 1e-3;  // to a nanosecond
+  out["contact_us_per_s"] = measured.contact_us_per_s;
+  out["cloths"] = ordered_json::array();
+  for (const ClothError& cloth : measured.cloths)
+    out["cloths"].push_back({{"fabric", cloth.fabric},
+                             {"runs", cloth.runs},
+                             {"q50_n", cloth.q50_n},
+                             {"q99_n", cloth.q99_n},
+                             {"max_n", cloth.max_n}});
+  out["any"] = {{"q99", measured.any_q99}, {"max", measured.any_max}};
+  return out;
 }
 
-/// Fastest first; what is as fast stands in an order of its own, so that a choice does not depend
-/// on the table's.
-bool faster(const FidelityOffer& a, const FidelityOffer& b) {
-  return std::tuple(-a.times_real_time, a.error_max_n, a.setting.level, -a.setting.step_s) <
-         std::tuple(-b.times_real_time, b.error_max_n, b.setting.level, -b.setting.step_s);
-}
-
-bool more_accurate(const FidelityOffer& a, const FidelityOffer& b) {
-  return std::tuple(a.error_max_n, -a.times_real_time, a.setting.level, -a.setting.step_s) <
-         std::tuple(b.error_max_n, -b.times_real_time, b.setting.level, -b.setting.step_s);
-}
-
-bool a_bench_can(const FidelitySetting& setting) {
-  return setting.level <= Level::quasistatic || setting.step_s <= grid_step_s * (1 + rounding);
-}
-
-void widen(FidelityOffer& offer, const FidelityRow& row) {
-  offer.error_max_n = std::max(offer.error_max_n, row.error_max_n);
-  offer.error_rms_n = std::max(offer.error_rms_n, row.error_rms_n);
-  offer.times_real_time = std::min(offer.times_real_time, row.times_real_time);
-}
-
-/// The setting's rows on every one of `scenes`, or nothing.
-std::optional<FidelityOffer> find_offer(const FidelityTable& table, const FidelitySetting& setting,
-                                        const std::vector<std::string>& scenes) {
-  std::optional<FidelityOffer> offer;
-  for (const std::string& scene : scenes) {
-    bool measured = false;
-    for (const FidelityRow& row : table.rows) {
-      if (row.scene != scene || row.setting != setting) continue;
-      measured = true;
-      if (!offer) offer = {setting, 0, 0, row.times_real_time};
-      widen(*offer, row);
-    }
-    if (!measured) return std::nullopt;
-  }
-  return offer;
-}
-
-std::string format_request(const FidelityRequest& request) {
-  std::string text;
-  if (request.accuracy_n)
-    text = "an error of at most " + printed("%.4g mN", *request.accuracy_n * 1e3);
-  if (request.times_real_time)
-    text += (text.empty() ? "" : " and ") +
-            printed("at least %.4g times real time", *request.times_real_time);
-  if (request.level) text += " at level " + std::string(to_string(*request.level));
-  return text;
-}
-
-/// What comes closest: the most accurate, of those that are fast enough if there is one, and the
-/// fastest, of those that are accurate enough; each only where it was asked for.
-std::string nearest(const std::vector<FidelityOffer>& all, const FidelityRequest& request) {
-  if (all.empty()) return "none";
-  FidelityOffer accurate = *std::min_element(all.begin(), all.end(), more_accurate);
-  FidelityOffer fast = all.front();
-  for (const FidelityOffer& offer : all) {
-    if (request.times_real_time && offer.times_real_time >= *request.times_real_time &&
-        (accurate.times_real_time < *request.times_real_time || more_accurate(offer, accurate)))
-      accurate = offer;
-    if (request.accuracy_n && offer.error_max_n <= *request.accuracy_n &&
-        (fast.error_max_n > *request.accuracy_n || faster(offer, fast)))
-      fast = offer;
-  }
-  if (!request.times_real_time || accurate.setting == fast.setting) return to_string(accurate);
-  if (!request.accuracy_n) return to_string(fast);
-  return to_string(accurate) + " or " + to_string(fast);
-}
-
-struct Amount {
-  double value;
-  std::string_view unit;
-};
-
-std::optional<Amount> amount(std::string_view text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
-  std::string_view unit = text.substr(static_cast<std::size_t>(end - text.data()));
-  unit.remove_prefix(std::min(unit.find_first_not_of(' '), unit.size()));
-  return Amount{value, unit};
+ordered_json conditions_json(const TableConditions& conditions) {
+  ordered_json out{{"scenes", conditions.scenes},         {"seeds", conditions.seeds},
+                   {"space_seed", conditions.space_seed}, {"reference", conditions.reference},
+                   {"share", conditions.share},           {"margin", conditions.margin}};
+  for (const auto& [key, range] : range_fields)
+    out["ranges"][key] = {(conditions.*range).least, (conditions.*range).most};
+  return out;
 }
 
 }  // namespace
@@ -187,118 +210,21 @@ Result<FidelityTable> parse_fidelity(std::string_view text) {
   return read_table(*root);
 }
 
-std::string_view to_string(Integrator integrator) {
-  return name_in(integrator_names, integrator);
-}
-
-Result<Integrator> integrator_from(std::string_view name) {
-  return value_from(integrator_names, name, "no such integrator", "midpoint, tr_bdf2 or adaptive");
-}
-
-std::string to_string(const FidelitySetting& setting) {
-  std::string text{to_string(setting.level)};
-  if (setting.level < Level::quasistatic) return text;
-  if (setting.level >= Level::dynamic) text += " " + std::string(to_string(setting.integrator));
-  return text + printed(" %.4g ms", 1e3 * (setting.step_s > 0 ? setting.step_s : grid_step_s));
-}
-
-FidelitySetting setting_of(const PlantParams& params) {
-  if (params.level < Level::quasistatic) return {.level = params.level};
-  if (params.level == Level::quasistatic)
-    return {.level = params.level, .step_s = params.quasistatic_step_s};
-  return {.level = params.level,
-          .integrator = params.dynamics.integrator,
-          .step_s = std::min(params.dynamics.step_s, grid_step_s)};
-}
-
-void apply(const FidelitySetting& setting, PlantParams& params) {
-  params.level = setting.level;
-  const double step_s = setting.step_s > 0 ? setting.step_s : grid_step_s;
-  params.quasistatic_step_s = step_s;
-  params.dynamics.step_s = step_s;
-  params.dynamics.integrator = setting.integrator;
-}
-
-std::vector<FidelitySetting> finer_than(const FidelitySetting& setting) {
-  const double step_s = setting.step_s > 0 ? setting.step_s : grid_step_s;
-  FidelitySetting quarter = setting;
-  quarter.step_s = finer_share * step_s;
-  const FidelitySetting dynamic{Level::dynamic, Integrator::midpoint, reference_l2_step_s};
-  if (setting.level < Level::quasistatic)
-    return {{.level = Level::quasistatic, .step_s = grid_step_s}};
-  if (setting.level == Level::quasistatic) return {quarter, dynamic};
-  return {quarter};
-}
-
-std::string to_string(const FidelityOffer& offer) {
-  return to_string(offer.setting) + " (" + printed("%.3g mN", offer.error_max_n * 1e3) +
-         printed(", %.3g times real time)", offer.times_real_time);
-}
-
-std::vector<FidelityOffer> offers(const FidelityTable& table, const Scene& scene) {
-  const std::vector<std::string> kinds = involved(scene);
-  std::vector<FidelityOffer> out;
-  for (const FidelityRow& row : table.rows) {
-    if (row.scene != kinds.front() || !a_bench_can(row.setting)) continue;
-    if (!check(scene, row.setting.level)) continue;
-    if (std::any_of(out.begin(), out.end(),
-                    [&](const FidelityOffer& o) { return o.setting == row.setting; }))
-      continue;
-    if (const auto offer = find_offer(table, row.setting, kinds)) out.push_back(*offer);
-  }
-  std::sort(out.begin(), out.end(), faster);
-  return out;
-}
-
-Result<FidelityOffer> choose(const FidelityTable& table, const Scene& scene,
-                             const FidelityRequest& request) {
-  std::vector<FidelityOffer> all = offers(table, scene), good;
-  if (request.level)
-    std::erase_if(all, [&](const FidelityOffer& o) { return o.setting.level != *request.level; });
-  for (const FidelityOffer& offer : all)
-    if (offer.error_max_n <= request.accuracy_n.value_or(HUGE_VAL) &&
-        offer.times_real_time >= request.times_real_time.value_or(0))
-      good.push_back(offer);
-  if (good.empty())
-    return fail({.code = Errc::unsupported,
-                 .where = "scene " + std::string(scene.name),
-                 .what = "no measured setting does what is asked",
-                 .expected = format_request(request),
-                 .got = "the nearest: " + nearest(all, request),
-                 .hint = "Ask for less of the one or of the other"});
-  return request.accuracy_n ? good.front()
-                            : *std::min_element(good.begin(), good.end(), more_accurate);
-}
-
-Result<double> parse_accuracy_n(std::string_view text) {
-  const auto refuse = [&] {
-    return fail(
-        {.code = Errc::invalid_argument,
-         .where = "--accuracy",
-         .what = "not an accuracy",
-         .expected = "an error of the force over 0 and up to 1000 N, such as 10mN, 0.01N or 0.5%",
-         .got = std::string(text)});
-  };
-  const auto read = amount(text);
-  if (!read) return refuse();
-  const double per_n = read->unit == "N"    ? 1
-                       : read->unit == "mN" ? 1e-3
-                       : read->unit == "%"  ? 0.01 * paper_load_n
-                                            : 0;
-  const double error_n = per_n * read->value;
-  if (!(error_n > 0 && error_n <= 1000)) return refuse();
-  return error_n;
-}
-
-Result<double> parse_times_real_time(std::string_view text) {
-  const auto read = amount(text);
-  if (!read || read->unit != "x" || !(read->value > 0 && read->value <= 1e12))
-    return fail({.code = Errc::invalid_argument,
-                 .where = "--budget",
-                 .what = "not a speed",
-                 .expected = "a multiple of real time over 0, such as 1000x",
-                 .got = std::string(text)});
-  return read->value;
+std::string to_json(const FidelityTable& table) {
+  ordered_json out{{"schema_version", fidelity_table_version},
+                   {"bench", "simulated"},
+                   {"made_by", table.made_by},
+                   {"commit", table.commit},
+                   {"machine", table.machine},
+                   {"compiler", table.compiler},
+                   {"rules", table.rules},
+                   {"fabrics_sha256", table.fabrics_sha256},
+                   {"conditions", conditions_json(table.conditions)},
+                   {"settings", ordered_json::array()}};
+  for (const MeasuredSetting& setting : table.settings)
+    out["settings"].push_back(setting_json(setting));
+  for (const auto& [key, cost] : cost_fields) out["host_cost"][key] = table.host_cost.*cost;
+  return out.dump(1) + "\n";
 }
 
 }  // namespace weft::sim

@@ -1,90 +1,70 @@
 #pragma once
-// The measured trade between speed and accuracy (sim/fidelity.json, made by `weft trade sim`), and
-// the choice that it allows.
+// The measured trade between speed and accuracy (sim/fidelity.json, made by `weft trade sim
+// --table`): errors of recorded trials at many settings, and what a run costs.
 
-#include <optional>
+#include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "sim/plant/plant.hpp"
-#include "sim/plant/scene/scene.hpp"
+#include "sim/plant/fidelity/setting.hpp"
 
 namespace weft::sim {
 
-/// The pads' conversion times are the plant's grid: it moves at most this far at once, but at L1,
-/// whose balance may span the conversions of a scan.
-constexpr double grid_step_s = 1e-9 * static_cast<double>(pad_timing::stage_ns);
+inline constexpr int fidelity_table_version = 2;
 
-/// How finely a bench is simulated. Everything else about a rig says what is simulated.
-struct FidelitySetting {
-  Level level = Level::quasistatic;
-  Integrator integrator = Integrator::midpoint;  ///< from L2 on
-  double step_s = 0;                             ///< from L1 on, at most; 0: the plant's grid
-
-  friend bool operator==(const FidelitySetting&, const FidelitySetting&) = default;
+/// Largest errors of the normal force [N], over the recorded samples of S, P, M and E of a trial,
+/// as quantiles over the trials.
+struct ClothError {
+  std::string fabric;
+  std::size_t runs = 0;  ///< trials
+  double q50_n = 0, q99_n = 0, max_n = 0;
 };
 
-/// "L0", "L1 3.072 ms", "L2 adaptive 0.192 ms".
-std::string to_string(const FidelitySetting& setting);
-std::string_view to_string(Integrator integrator);
-/// Errors: invalid_argument.
-Result<Integrator> integrator_from(std::string_view name);
-
-FidelitySetting setting_of(const PlantParams& params);
-void apply(const FidelitySetting& setting, PlantParams& params);
-
-/// What a run at `setting` is compared with: the same equations with a quarter of the step and,
-/// from below L2, the next level up. Of L0, which has no step, the next level alone.
-std::vector<FidelitySetting> finer_than(const FidelitySetting& setting);
-
-/// One setting on one scene.
-struct FidelityRow {
-  std::string scene;  ///< "press", "slide", "stick_slip", "retouch", "fabrics17"
+struct MeasuredSetting {
   FidelitySetting setting;
-  double error_max_n = 0;  ///< of the force, against a finer run or the next level up
-  double error_rms_n = 0;
-  double times_real_time = 0;  ///< on one core of the table's machine
+  double contact_us_per_s = 0;  ///< processor time of a bench second, on the table's machine
+  std::vector<ClothError> cloths;
+  /// Of all cloths, as shares of impact_scale_n(): for a cloth without a row.
+  double any_q99 = 0, any_max = 0;
+};
+
+struct MeasuredRange {
+  double least = 0, most = 0;
+  [[nodiscard]] bool contains(double value) const { return value >= least && value <= most; }
+};
+
+/// Under what the errors were measured.
+struct TableConditions {
+  std::size_t scenes = 0, seeds = 0;
+  std::uint64_t space_seed = 0;  ///< of the draw of the scenes
+  std::string reference;
+  double share = 0.99;  ///< of seeds, for which a promise holds
+  double margin = 1;    ///< times the largest error: the promise
+  MeasuredRange force_n, speed_mps, seat_speed_mps, press_s, mount_stiffness_n_m, slack_m;
+};
+
+/// Processor time beside the contact's [us of a bench second], on the table's machine.
+struct HostCost {
+  double pads_us_per_s = 0, emulators_us_per_s = 0, drivers_us_per_s = 0, recorder_us_per_s = 0;
+  double export_us_per_trial = 0, evaluate_us_per_trial = 0;
+  double quick_check_us_per_s = 0, full_check_us_per_s = 0;  ///< of a bench second that is checked
+  double probe_us = 0;                                       ///< time of probe_us() there
 };
 
 struct FidelityTable {
-  std::string made_by, machine, commit;
-  std::vector<FidelityRow> rows;
+  std::string made_by, commit, machine, compiler, fabrics_sha256;
+  int rules = 0;  ///< of the engine
+  TableConditions conditions;
+  std::vector<MeasuredSetting> settings;
+  HostCost host_cost;
 };
 
-/// Errors: parse, range, with a JSON pointer. All data of the table are of a simulated bench.
+/// All data of the table are of a simulated bench. Errors: parse, range, with a JSON pointer;
+/// unsupported, of a table of an earlier version.
 Result<FidelityTable> parse_fidelity(std::string_view json);
-
-struct FidelityRequest {
-  std::optional<double> accuracy_n{};       ///< largest error of the force
-  std::optional<double> times_real_time{};  ///< least speed
-  std::optional<Level> level{};             ///< this one and no other
-};
-
-/// What a setting promises for a whole scene: the worst over the table's scenes that it involves.
-struct FidelityOffer {
-  FidelitySetting setting;
-  double error_max_n = 0;
-  double error_rms_n = 0;
-  double times_real_time = 0;
-};
-/// "L2 midpoint 0.384 ms (2.1 mN, 1 200 times real time)".
-std::string to_string(const FidelityOffer& offer);
-
-/// Settings that a bench can run, that provide the scene and are measured on all that it involves;
-/// fastest first. A bench's steps end on its grid: longer ones are no offer.
-std::vector<FidelityOffer> offers(const FidelityTable& table, const Scene& scene);
-
-/// With an accuracy the fastest setting that keeps it, with a speed alone the most accurate one
-/// that reaches it. Depends on its arguments and nothing else; equal offers: the lower level, then
-/// the longer step.
-/// Errors: unsupported, naming the nearest offers.
-Result<FidelityOffer> choose(const FidelityTable& table, const Scene& scene,
-                             const FidelityRequest& request);
-
-/// "10mN", "0.01 N", "0.5%" (of 5 N, the paper's load), in N. Errors: invalid_argument, range.
-Result<double> parse_accuracy_n(std::string_view text);
-/// "1000x". Errors: invalid_argument, range.
-Result<double> parse_times_real_time(std::string_view text);
+/// As the file has it.
+std::string to_json(const FidelityTable& table);
 
 }  // namespace weft::sim

@@ -49,5 +49,24 @@ TEST_CASE("Windows of no duration, or longer than the motion, are refused") {
   CHECK_FALSE(cut_windows(trial, {.window_s = 0.4, .sample_period_s = 0.1}));
 }
 
+TEST_CASE("the level of a taxel is that of the phase asked for, whole where counts are") {
+  Trial trial;
+  trial.taxels = 2;
+  trial.phase = {Phase::rest, Phase::motion, Phase::motion};
+  trial.counts = {10, 5, 20, 8, 21, 10};
+  Trial rest = trial;
+  REQUIRE(without_level(rest, Phase::rest));
+  CHECK(rest.counts == std::vector<double>{0, 0, 10, 3, 11, 5});
+  REQUIRE(without_level(trial, Phase::motion));
+  CHECK(trial.counts == std::vector<double>{-10, -4, 0, -1, 1, 1});
+  CHECK_FALSE(without_level(trial, Phase::press));
+  Trial fractions;
+  fractions.taxels = 1;
+  fractions.phase = {Phase::motion, Phase::motion};
+  fractions.counts = {0.25, 0.5};
+  REQUIRE(without_level(fractions, Phase::motion));
+  CHECK(fractions.counts == std::vector<double>{-0.125, 0.125});
+}
+
 }  // namespace
 }  // namespace weft::classifier::features_windows_test

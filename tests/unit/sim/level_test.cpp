@@ -7,6 +7,7 @@
 
 #include "protocols/rdt/rdt.hpp"
 #include "sim/devices/replay.hpp"
+#include "sim/plant/fidelity/reference.hpp"
 #include "sim/rig/rig_config.hpp"
 #include "sim/rig/simulation_choice.hpp"
 #include "tests/unit/sim/support.hpp"
@@ -51,11 +52,22 @@ SimulationChoice choice_of(const std::string& rig, const SimulationRequest& requ
   return *choice;
 }
 
-FidelityTable table_of(const std::vector<FidelityOffer>& offers) {
+/// Errors of denim.
+MeasuredSetting measured(const FidelitySetting& setting, double error_n, double contact_us) {
+  return {.setting = setting,
+          .contact_us_per_s = contact_us,
+          .cloths = {{"denim", 1, error_n, error_n, error_n}},
+          .any_q99 = error_n,
+          .any_max = error_n};
+}
+
+FidelityTable table_of(const std::vector<MeasuredSetting>& settings) {
   FidelityTable table;
-  for (const char* scene : {"press", "slide", "fabrics17"})
-    for (const FidelityOffer& o : offers)
-      table.rows.push_back({scene, o.setting, o.error_max_n, o.error_rms_n, o.times_real_time});
+  table.conditions.force_n = {0.2, 10};
+  table.conditions.seat_speed_mps = {1e-4, 1e-3};
+  table.conditions.mount_stiffness_n_m = {1e4, 5e4};
+  table.conditions.slack_m = {0.6e-3, 3e-3};
+  table.settings = settings;
   return table;
 }
 
@@ -216,20 +228,36 @@ TEST_CASE("level L0 is given the recipe's one force, and refused for several") {
 }
 
 TEST_CASE("an accuracy or a budget chooses from the table, and the rig file says what was chosen") {
-  const FidelityTable table = table_of({{l1, 20e-3, 5e-3, 40'000}, {coarse_l2, 5e-3, 1e-3, 3'000}});
+  const FidelityTable table = table_of({measured(l1, 20e-3, 25), measured(coarse_l2, 5e-3, 400)});
   SimulationRequest request{{Trait::regulated_force}, {5}};
-  request.accuracy_n = 10e-3;
+  request.fabrics = {"denim"};
+  request.seat_speed_mps = 0.5e-3;
+  request.fidelity.accuracy_n = 10e-3;
   const SimulationChoice choice = choice_of(test::bench17_text(), request, &table);
   CHECK(choice.setting == coarse_l2);
   CHECK(choice.because ==
         "the scene needs a wrench, taxel counts, relaxation and a regulated force, and this is the "
-        "fastest setting within 10 mN (measured 5 mN at worst, 3e+03 times real time)");
+        "fastest setting within 10 mN (promises 5 mN on denim, about 2.5e+03 times real time)");
+  REQUIRE(choice.offer);
+  CHECK(choice.offer->promise_n == Approx(5e-3));
+  CHECK_FALSE(choice.next);
   const auto config = parse_rig_config(choice.rig_json);
   REQUIRE(config);
   CHECK(to_string(setting_of(config->bench_plant.plant)) == "L2 tr_bdf2 1 ms");
   CHECK(choice_of(choice.rig_json, {}).because == choice.because);
-  request.accuracy_n = {};
-  request.times_real_time = 1e4;
+  request.fidelity.accuracy_n = 30e-3;
+  const SimulationChoice coarse = choice_of(test::bench17_text(), request, &table);
+  CHECK(coarse.setting == l1);
+  REQUIRE(coarse.next);
+  CHECK(coarse.next->setting == coarse_l2);
+  // a campaign that goes on keeps the setting of its record
+  SimulationRequest resumed = request;
+  resumed.fidelity.only = coarse_l2;
+  resumed.recorded_because = "the record has it";
+  CHECK(choice_of(test::bench17_text(), resumed, &table).because == "the record has it");
+  CHECK(choice_of(test::bench17_text(), resumed, &table).setting == coarse_l2);
+  request.fidelity.accuracy_n = {};
+  request.fidelity.times_real_time = 1e4;
   CHECK(choice_of(test::bench17_text(), request, &table).setting == l1);
   // a level by hand is kept: there the wish cannot be granted
   CHECK_FALSE(choose_simulation(bench17_with({{level, R"("L2")"}}), request, &table));
@@ -293,38 +321,61 @@ TEST_CASE("a replayed motion is the run itself, bit for bit, at every level") {
     const RunError none = difference(again, again);
     CHECK(none.samples > 200);
     // the frame that ended last before a sample is the one that counts
-    const auto late = run_errors(plant_params(setting).plant, 7, run.motion,
-                                 {BenchPlant::frame_start(390) + Duration(1'000'000),
-                                  BenchPlant::frame_start(395), BenchPlant::frame_start(5)});
-    CHECK(late[0].samples == 2);  // nothing is touched in the fifth frame
-    CHECK(late[0].anywhere_max_n >= late[0].force_max_n);
+    const RunError late = run_error(plant_params(setting).plant, 7, run.motion,
+                                    {BenchPlant::frame_start(390) + Duration(1'000'000),
+                                     BenchPlant::frame_start(395), BenchPlant::frame_start(5)});
+    CHECK(late.samples == 2);  // nothing is touched in the fifth frame
+    CHECK(late.anywhere_max_n >= late.force_max_n);
+    CHECK((late.worst_at == BenchPlant::frame_start(390) ||
+           late.worst_at == BenchPlant::frame_start(395)));
+    CHECK_FALSE(late.pads);
     CHECK((none.force_max_n == 0 && none.friction_max_n == 0 && none.counts_max == 0));
     CHECK(difference(again, replay(plant_params(setting).plant, 8, run.motion)).counts_max > 0);
   }
 }
 
-TEST_CASE("a run's error falls with its step, and L1's against L2 does not") {
+TEST_CASE("a run's error falls with its step, and L1's is that of its model") {
   const KeptRun run = press_and_slide(l1);
   const auto at = [&](const FidelitySetting& setting) {
-    return run_errors(plant_params(setting).plant, 7, run.motion);
+    return run_error(plant_params(setting).plant, 7, run.motion);
   };
-  const auto quasistatic = at(l1);
-  REQUIRE(quasistatic.size() == 2);
-  CHECK(quasistatic[0].reference == "L1 0.768 ms");
-  CHECK(quasistatic[1].reference == "L2 midpoint 0.2 ms");
-  CHECK(quasistatic[0].force_max_n < quasistatic[1].force_max_n);  // the model's floor
-  CHECK(quasistatic[1].force_rms_n > 1e-5);
-  CHECK(quasistatic[1].force_rms_n < 20e-3);
-  CHECK(quasistatic[1].counts_max >= 1);
+  const RunError quasistatic = at(l1);
+  CHECK(quasistatic.reference == "L2 tr_bdf2 0.2 ms");
+  CHECK(quasistatic.force_rms_n > 1e-5);
+  CHECK(quasistatic.force_rms_n < 20e-3);
   // the loop's answer to a cloth that remembers its touch-down otherwise
-  CHECK(quasistatic[1].force_rms_n < quasistatic[1].unled_rms_n);
-  const auto coarse = at({Level::dynamic, Integrator::midpoint, 1e-3});
-  const auto fine = at({Level::dynamic, Integrator::midpoint, 0.1e-3});
-  REQUIRE(coarse.size() == 1);
-  CHECK(fine[0].force_rms_n < 0.3 * coarse[0].force_rms_n);
-  const auto algebraic = at({.level = Level::algebraic});
-  CHECK(algebraic[0].reference == "L1 3.072 ms");
-  CHECK(algebraic[0].force_max_n > 0.5);  // the set point at once
+  CHECK(quasistatic.force_rms_n < quasistatic.unled_rms_n);
+  FidelitySetting quarter = l1;
+  quarter.step_s /= 4;
+  CHECK(at(quarter).force_max_n > 0.5 * quasistatic.force_max_n);
+  const RunError coarse = at({Level::dynamic, Integrator::midpoint, 1e-3});
+  const RunError fine = at({Level::dynamic, Integrator::midpoint, 0.1e-3});
+  CHECK(fine.force_rms_n < 0.3 * coarse.force_rms_n);
+  const RunError algebraic = at({.level = Level::algebraic});
+  CHECK(algebraic.reference == "L2 tr_bdf2 0.2 ms");
+  CHECK(algebraic.force_max_n > 0.5);  // the set point at once
+}
+
+TEST_CASE("an accuracy is held against two references that agree, or the error is unresolved") {
+  const KeptRun run = press_and_slide(l1);
+  const auto against = [&](double accuracy_n) {
+    return run_error(plant_params({Level::dynamic, Integrator::midpoint, 1e-3}).plant, 7,
+                     run.motion, {}, accuracy_n);
+  };
+  const RunError loose = against(1);
+  CHECK(loose.is_doubled);
+  CHECK(loose.is_resolved);
+  CHECK(loose.reference == "L2 tr_bdf2 0.05 ms");
+  CHECK(loose.uncertainty_n > 0);
+  CHECK(loose.uncertainty_n < trusted_share);
+  const RunError again = against(1);
+  CHECK(again.force_max_n == loose.force_max_n);
+  CHECK(again.uncertainty_n == loose.uncertainty_n);
+  // far below the error: no finer reference could change the verdict
+  const RunError hopeless = against(1e-3 * loose.uncertainty_n);
+  CHECK(hopeless.is_resolved);
+  CHECK(hopeless.reference == loose.reference);
+  CHECK(hopeless.force_max_n > 1e-3 * loose.uncertainty_n);
 }
 
 }  // namespace level_test

@@ -60,9 +60,15 @@ class DataSet:
         phase = self.h5["taxel/phase"][taxel]
         quanta, per_unit = self.h5["wrench/quanta"], self.h5["wrench/quanta"].attrs["per_unit"]
         return Trial(file, label, group, exploration, index, attempt, repetition, outcome, self.bench_kind, self.axes,
-                     self.h5["taxel/t_ns"][taxel] / _NS_PER_S, self.h5["taxel/counts"][taxel], phase.view("S1"),
+                     self.h5["taxel/t_ns"][taxel] / _NS_PER_S, self._counts(taxel), phase.view("S1"),
                      self.h5["wrench/t_ns"][wrench] / _NS_PER_S, quanta[wrench] / per_unit,
                      self.h5["stages/t_ns"][stages] / _NS_PER_S, self.h5["stages/quanta"][stages] / self.h5["stages/per_unit"][:])
+
+    def _counts(self, taxel: slice) -> Any:
+        """Of a rig without taxels [n, 0]: its phases are those of the wrench's readings."""
+        if "taxel/counts" in self.h5:
+            return self.h5["taxel/counts"][taxel]
+        return numpy.empty((taxel.stop - taxel.start, 0), numpy.uint16)
 
     def _span(self, stream: str, i: int) -> slice:
         first = int(self.h5[f"trials/{stream}_first"][i])

@@ -317,9 +317,6 @@ ordered_json scene_json(const SimSceneResult& scene) {
 }
 
 /// The knob's table knows no scene without the mechanisms that a bench has.
-bool is_for_bench(const SimSceneResult& scene) {
-  return scene.scene != "press_plain";
-}
 
 }  // namespace
 
@@ -346,29 +343,6 @@ ordered_json sim_tradeoff_json(const SimTradeoffReport& report) {
   for (const SimSceneResult& scene : report.scenes) out["scenes"].push_back(scene_json(scene));
   if (report.downstream) out["downstream"] = downstream_json(*report.downstream);
   return out;
-}
-
-ordered_json fidelity_table_json(const SimTradeoffReport& report) {
-  ordered_json rows = ordered_json::array();
-  for (const SimSceneResult& scene : report.scenes) {
-    if (!is_for_bench(scene)) continue;
-    for (const SimPoint& p : scene.points) {
-      if (!p.failure.empty()) continue;
-      rows.push_back({{"scene", scene.scene},
-                      {"level", std::string(sim::to_string(p.setting.level))},
-                      {"integrator", format_integrator(p.setting)},
-                      {"step_us", p.setting.step_us()},
-                      {"error_max_n", p.total.worst_n.max},
-                      {"error_rms_n", p.total.worst_n.rms},
-                      {"times_real_time", 1 / p.median_s}});
-    }
-  }
-  return {{"schema_version", report_schema_version},
-          {"bench", "simulated"},
-          {"made_by", report.command},
-          {"machine", report.machine},
-          {"commit", report.commit},
-          {"rows", std::move(rows)}};
 }
 
 }  // namespace weft::daemon

@@ -1,6 +1,6 @@
 #pragma once
-// What is shown of `weft trade sim`: the page, the same as JSON, and the table from which a run
-// chooses its level.
+// What is shown of `weft trade sim`: the page and the same as JSON; of the table from which a run
+// chooses its level, a section.
 
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -15,7 +15,7 @@
 namespace weft::daemon {
 
 /// A section with a picture and the front as a table; `setting` ("L1 3.072 ms") is the campaign's,
-/// and marked. Empty where the table has nothing of a campaign of many fabrics.
+/// and marked. Empty where the table has no setting.
 /// Errors: what pareto_front() refuses.
 Result<std::string> fidelity_section_html(const sim::FidelityTable& table,
                                           std::string_view setting);
@@ -42,9 +42,5 @@ std::string sim_tradeoff_html(const SimTradeoffReport& report);
 
 /// schema 1, keys in daemon/analysis/tradeoff/README.md.
 nlohmann::ordered_json sim_tradeoff_json(const SimTradeoffReport& report);
-
-/// sim/fidelity.json (sim/plant/fidelity/table.hpp): one row per scene and setting that did not
-/// fail; errors against the reference of level L2, speed from the median.
-nlohmann::ordered_json fidelity_table_json(const SimTradeoffReport& report);
 
 }  // namespace weft::daemon

@@ -227,25 +227,6 @@ TEST_CASE("features of two explorations stand side by side, for commands that ma
   CHECK(missing.error().got == "M3");
 }
 
-TEST_CASE("the level of a taxel is that of the phase asked for, whole where counts are") {
-  classifier::Trial trial;
-  trial.taxels = 2;
-  trial.phase = {Phase::rest, Phase::motion, Phase::motion};
-  trial.counts = {10, 5, 20, 8, 21, 10};
-  classifier::Trial rest = trial;
-  REQUIRE(without_level(rest, Phase::rest));
-  CHECK(rest.counts == std::vector<double>{0, 0, 10, 3, 11, 5});
-  REQUIRE(without_level(trial, Phase::motion));
-  CHECK(trial.counts == std::vector<double>{-10, -4, 0, -1, 1, 1});
-  CHECK_FALSE(without_level(trial, Phase::press));
-  classifier::Trial fractions;
-  fractions.taxels = 1;
-  fractions.phase = {Phase::motion, Phase::motion};
-  fractions.counts = {0.25, 0.5};
-  REQUIRE(without_level(fractions, Phase::motion));
-  CHECK(fractions.counts == std::vector<double>{-0.125, 0.125});
-}
-
 TEST_CASE("a random split of windows is refused, a split by groups is not") {
   classifier::FeatureMatrix features;
   features.labels = {"a", "a", "a", "b", "b", "b"};

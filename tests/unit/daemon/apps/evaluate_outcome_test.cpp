@@ -157,5 +157,32 @@ TEST_CASE("features are timed at the level that was asked for") {
   CHECK(seconds_of_features(no_rest, chosen, [] { return 0.0; }) == 0);
 }
 
+TEST_CASE("label and mounting are told to be confounded, with what is left without levels") {
+  ChosenTrials chosen = chosen_trials();
+  EvaluateArgs args = groups_left_out();
+  const auto unknown = measure(args, chosen);
+  if (!unknown) FAIL(to_string(unknown.error()));
+  CHECK_FALSE(unknown->confounded);
+  CHECK_FALSE(unknown->outcomes[0].level_removed);
+  CHECK(report_json(args, chosen, *unknown).at("confounded").is_null());
+
+  for (TrialRecord& record : chosen.dataset.records) record.spec.place.mounting = 1;
+  const auto known = measure(args, chosen);
+  if (!known) FAIL(to_string(known.error()));
+  CHECK(known->confounded);
+  REQUIRE(known->outcomes[0].level_removed);
+  CHECK(known->outcomes[0].level_removed->splits.size() == 2);
+  const auto json = report_json(args, chosen, *known);
+  CHECK(json.at("confounded") == "mounting");
+  CHECK(json.at("results").at("lda").at("level_removed").at("splits") == 2);
+  CHECK(report_test::count_of(report_text(args, chosen, *known), "CONFOUNDED") == 1);
+
+  args.trials.remove_level = "motion";  // the figures are without levels already
+  const auto removed = measure(args, chosen);
+  if (!removed) FAIL(to_string(removed.error()));
+  CHECK(removed->confounded);
+  CHECK_FALSE(removed->outcomes[0].level_removed);
+}
+
 }  // namespace
 }  // namespace weft::daemon::cli::evaluate_outcome_test

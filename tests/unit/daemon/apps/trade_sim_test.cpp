@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "daemon/analysis/tradeoff/sim/measure_sim.hpp"
+#include "daemon/analysis/tradeoff/sim/promise_table.hpp"
 #include "daemon/analysis/tradeoff/sim/sim_page.hpp"
 #include "daemon/analysis/tradeoff/sim/sim_run.hpp"
 #include "daemon/apps/weft/commands.hpp"
@@ -237,26 +238,14 @@ TEST_CASE("a file of reference trajectories comes back, and only for the scenes 
   CHECK_FALSE(read_references("{}", {&scene, 1}));
 }
 
-TEST_CASE("weft trade sim writes page, data and a table that the knob can read") {
+TEST_CASE("weft trade sim writes page and data") {
   const Folder folder;
   const std::string page = folder.file("t.html"), data = folder.file("t.json"),
-                    table = folder.file("f.json"), fabrics = fabrics_path();
-  const std::vector<const char*> arguments{"weft",
-                                           "trade",
-                                           "sim",
-                                           "-o",
-                                           page.c_str(),
-                                           "--data",
-                                           data.c_str(),
-                                           "--table",
-                                           table.c_str(),
-                                           "--fabrics",
-                                           fabrics.c_str(),
-                                           "--scenes",
-                                           "slide,stick_slip",
-                                           "--quick",
-                                           "--timings",
-                                           "1"};
+                    fabrics = fabrics_path();
+  const std::vector<const char*> arguments{
+      "weft",       "trade",     "sim",           "-o",       page.c_str(),       "--data",
+      data.c_str(), "--fabrics", fabrics.c_str(), "--scenes", "slide,stick_slip", "--quick",
+      "--timings",  "1"};
   std::ostringstream out, err;
   cli::Console console{out, err};
   INFO(err.str());
@@ -278,15 +267,26 @@ TEST_CASE("weft trade sim writes page, data and a table that the knob can read")
   std::size_t failed = 0;
   for (const auto& p : written["scenes"][1]["points"]) failed += p["failure"] == "" ? 0 : 1;
   CHECK(failed > 0);
+}
 
+TEST_CASE("weft trade sim --table alone writes a table that the knob can read") {
+  const Folder folder;
+  const std::string table = folder.file("f.json"), fabrics = fabrics_path(),
+                    rig = std::string(WEFT_SOURCE_DIR) + "/sim/rigs/bench17.json";
+  const std::vector<const char*> arguments{
+      "weft",      "trade",         "sim",   "--table",   table.c_str(),
+      "--fabrics", fabrics.c_str(), "--rig", rig.c_str(), "--table-recipes",
+      "1",         "--table-seeds", "1"};
+  std::ostringstream out, err;
+  cli::Console console{out, err};
+  INFO(err.str());
+  REQUIRE(cli::run(static_cast<int>(arguments.size()), arguments.data(), console) == 0);
   const auto knob = sim::parse_fidelity(file_text(table));
   if (!knob) FAIL(to_string(knob.error()));
-  bool slides = false;
-  for (const sim::FidelityRow& row : knob->rows) {
-    slides = slides || row.scene == "slide";
-    if (row.scene == "stick_slip") CHECK(row.setting.level >= sim::Level::dynamic);
-  }
-  CHECK(slides);
+  CHECK(knob->made_by == "weft trade sim --table f.json --table-recipes 1 --table-seeds 1");
+  CHECK(knob->conditions.scenes == 1);
+  CHECK(knob->settings.size() == promise_settings().size());
+  CHECK(knob->fabrics_sha256.size() == 64);
 }
 
 TEST_CASE("weft trade sim looks over its files before it measures, and keeps those it reads") {
@@ -326,8 +326,7 @@ TEST_CASE("weft trade sim looks over its files before it measures, and keeps tho
   CHECK(refusal(with({"-o", page, "--data", table, "--table", table}))
             .find("data and table cannot be one file") != std::string::npos);
   CHECK(refusal(with({"-o", nowhere})).find("no such folder") != std::string::npos);
-  CHECK(refusal({"-o", page, "--scenes", "none", "--table", table}).find("--table") !=
-        std::string::npos);
+  CHECK(refusal({"--scenes", "slide"}).find("--output") != std::string::npos);
   CHECK(file_text(table) == "a table");
 }
 

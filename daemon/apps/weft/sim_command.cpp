@@ -1,0 +1,185 @@
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "daemon/analysis/calibration/calibrate.hpp"
+#include "daemon/analysis/calibration/calibration_page.hpp"
+#include "daemon/analysis/calibration/minimise.hpp"
+#include "daemon/analysis/calibration/stroke_choice.hpp"
+#include "daemon/analysis/calibration/write_fabrics.hpp"
+#include "daemon/apps/weft/commands.hpp"
+#include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/options.hpp"
+#include "daemon/base/file/atomic_file.hpp"
+#include "daemon/base/file/read_file.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/base/version/software_version.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using namespace weft::daemon::calibration;
+
+struct CalibrateArgs {
+  std::vector<std::filesystem::path> recordings;
+  std::filesystem::path output, held_out, page;
+  std::filesystem::path fabrics = "sim/fabrics.json";
+  std::string name;  ///< of the recordings; empty: the first file's
+  double speed_mm_s = 0;
+  int seed = 1, threads = 2;
+};
+
+void add_options(CLI::App& command, CalibrateArgs& args) {
+  command.add_option("recordings", args.recordings, "data sets to fit (HDF5)")->required();
+  command.add_option("-o,--output", args.output, "cloth table to write (JSON)")->required();
+  command.add_option("--held-out", args.held_out,
+                     "data set to check the fit with; without it part of the recordings is kept "
+                     "back for that");
+  command.add_option("--page", args.page, "page to write (HTML)");
+  command.add_option("--fabrics", args.fabrics, "cloth table to begin from")->capture_default_str();
+  command.add_option("--name", args.name,
+                     "what the calibrated cloths' names begin with; without it the first file's");
+  add_number(command, "--speed-mm-s", args.speed_mm_s, 0.01, 1000,
+             "speed of the strokes, where the recordings do not say");
+  add_count(command, "--seed", args.seed, 0, 1'000'000'000, "of bootstrap and simulation");
+  add_count(command, "--threads", args.threads, 1, 64, "changes no result");
+}
+
+Result<std::vector<Dataset>> read_datasets(const std::vector<std::filesystem::path>& files) {
+  std::vector<Dataset> datasets;
+  for (const std::filesystem::path& file : files) {
+    auto dataset = open_dataset(file);
+    if (!dataset) return pass(dataset.error());
+    datasets.push_back(std::move(*dataset));
+  }
+  return datasets;
+}
+
+Result<RecordingView> make_view(const std::vector<Dataset>& datasets, const CalibrateArgs& args) {
+  ViewOptions options;
+  if (args.speed_mm_s > 0) options.speed_mps = 1e-3 * args.speed_mm_s;
+  return make_recording_view(datasets, options);
+}
+
+Status check_files(const CalibrateArgs& args) {
+  std::vector<std::filesystem::path> inputs = args.recordings;
+  inputs.push_back(args.fabrics);
+  if (!args.held_out.empty()) inputs.push_back(args.held_out);
+  return check_outputs(inputs, std::vector<Output>{{"output", args.output}, {"page", args.page}});
+}
+
+CalibrationSource make_source(const CalibrateArgs& args, const std::vector<Dataset>& datasets) {
+  CalibrationSource source;
+  source.prefix = args.name.empty() ? args.recordings.front().stem().string() : args.name;
+  source.command = "weft sim calibrate";
+  for (const std::filesystem::path& file : args.recordings) {
+    source.files.push_back(file.filename().string());
+    source.command += " " + file.filename().string();
+  }
+  for (const Dataset& dataset : datasets)
+    source.dataset_sha256.push_back(compute_digest(dataset).dataset_sha256);
+  source.command += " --seed " + std::to_string(args.seed);
+  source.held_out_file = args.held_out.filename().string();
+  source.software = software_version();
+  source.commit = software_commit();
+  source.nlopt = nlopt_version();
+  return source;
+}
+
+struct Views {
+  RecordingView fitted;
+  std::optional<RecordingView> held_out;
+};
+
+Result<Views> read_views(const std::vector<Dataset>& datasets, const CalibrateArgs& args) {
+  auto fitted = make_view(datasets, args);
+  if (!fitted) return pass(fitted.error());
+  if (args.held_out.empty()) {
+    SplitView split = split_held_out(*fitted);
+    return Views{std::move(split.fitted), std::move(split.held_out)};
+  }
+  const auto others = read_datasets({args.held_out});
+  if (!others) return pass(others.error(), "--held-out");
+  auto held_out = make_view(*others, args);
+  if (!held_out) return pass(held_out.error(), "--held-out");
+  return Views{std::move(*fitted), std::move(*held_out)};
+}
+
+std::string natural_text(const std::optional<double>& value, Scale scale) {
+  return value ? general(from_scale(*value, scale)) : "-";
+}
+
+std::string statistics_text(const CalibrationResult& result) {
+  std::string out = "SIMULATED beside recorded   real [95 % interval]   before   after\n";
+  for (const ComparedStatistic& s : result.statistics) {
+    if (!s.real.cloth.empty()) continue;
+    const Scale scale = s.real.scale;
+    out += "  " + s.real.name + "  " + general(s.real.shown) + " [" +
+           general(from_scale(s.low, scale)) + ", " + general(from_scale(s.high, scale)) + "]  " +
+           natural_text(s.before, scale) + "  " + natural_text(s.after, scale) + "\n";
+  }
+  return out;
+}
+
+std::string parameters_text(const CalibrationResult& result) {
+  std::string out = "parameters\n";
+  for (const CalibratedParameter& p : result.parameters)
+    out += "  " + p.parameter.label() + "  " + general(p.value) + " [" + general(p.low) + ", " +
+           general(p.high) + "]  " + std::string(to_string(p.standing)) + "\n";
+  for (const std::string& direction : result.blind_directions) out += "  " + direction + "\n";
+  return out;
+}
+
+std::string held_out_text(const HeldOutCheck& check) {
+  if (!check.is_checked())
+    return "not checked: too little is recorded to keep a part back; name another with "
+           "--held-out\n";
+  return std::string(check.passes() ? "passes" : "DOES NOT PASS") + ": " +
+         std::to_string(check.inside) + " of " + std::to_string(check.statistics.size()) +
+         " statistics of recordings that were not fitted lie where 95 % of the simulated ones do "
+         "(80 % are asked for)\n";
+}
+
+Result<int> run_calibrate(const CalibrateArgs& args, Console& console) {
+  if (Status ok = check_files(args); !ok) return pass(ok.error());
+  const auto table = read_text_file(args.fabrics);
+  if (!table) return pass(table.error(), "--fabrics");
+  const auto library = sim::parse_fabrics(*table);
+  if (!library) return pass(library.error(), args.fabrics.string());
+  const auto datasets = read_datasets(args.recordings);
+  if (!datasets) return pass(datasets.error());
+  const auto views = read_views(*datasets, args);
+  if (!views) return pass(views.error());
+  const CalibrationSource source = make_source(args, *datasets);
+  CalibrationOptions options;
+  options.seed = static_cast<std::uint64_t>(args.seed);
+  options.threads = static_cast<std::size_t>(args.threads);
+  const auto result = calibrate(
+      views->fitted, views->held_out, *library, options,
+      [&](const std::string& what) { console.err << "calibrate: " << what << std::endl; });
+  if (!result) return pass(result.error());
+  const auto written = calibrated_table(*table, *result, source);
+  if (!written) return pass(written.error());
+  if (Status ok = write_text_file(args.output, written->dump(2) + "\n"); !ok)
+    return pass(ok.error());
+  if (!args.page.empty())
+    if (Status ok = write_text_file(args.page, calibration_html(*result, source)); !ok)
+      return pass(ok.error());
+  std::string text = statistics_text(*result) + parameters_text(*result);
+  for (const std::string& remark : result->remarks) text += remark + "\n";
+  text += held_out_text(result->held_out) + "table: " + args.output.string() + "\n";
+  print(console, text, nlohmann::json(calibration_json(*result, source)));
+  return result->held_out.passes() || !result->held_out.is_checked() ? exit_ok
+                                                                     : exit_promise_missed;
+}
+
+}  // namespace
+
+void add_sim_commands(const CommandGroup& weft) {
+  weft.group("sim", "the simulated bench: fit it to recordings")
+      .add<CalibrateArgs>("calibrate",
+                          "fit cloths and pads of the simulation to recordings, and say what the "
+                          "recordings do not show",
+                          run_calibrate);
+}
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,75 @@
+#include "daemon/campaign/strict_run.hpp"
+
+#include "daemon/base/file/atomic_file.hpp"
+#include "daemon/campaign/promise_text.hpp"
+#include "daemon/storage/certificate/certificate.hpp"
+#include "daemon/storage/recorder/campaign_folder.hpp"
+
+namespace weft::daemon {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A new folder OUT/aside-N.
+Result<fs::path> make_aside(const fs::path& out) {
+  std::error_code error;
+  for (int number = 1;; ++number) {
+    fs::path aside = out / ("aside-" + std::to_string(number));
+    if (fs::create_directory(aside, error)) return aside;
+    if (!error) continue;  // it is there
+    return fail({.code = Errc::io,
+                 .where = aside.string(),
+                 .what = "cannot make a folder for the campaign that missed its accuracy",
+                 .got = error.message()});
+  }
+}
+
+Status move_aside(const fs::path& out) {
+  const auto aside = make_aside(out);
+  if (!aside) return pass(aside.error());
+  const std::string log = std::string(campaign_file_name) + "-wal";
+  const std::string index = std::string(campaign_file_name) + "-shm";
+  for (const std::string& name :
+       {std::string(certificate_file_name), std::string(dataset_file_name), log, index,
+        std::string(campaign_file_name)}) {
+    std::error_code error;
+    if (!fs::exists(out / name, error)) continue;
+    fs::rename(out / name, *aside / name, error);
+    if (error)
+      return fail({.code = Errc::io,
+                   .where = (out / name).string(),
+                   .what = "cannot move the campaign that missed its accuracy",
+                   .got = error.message()});
+  }
+  return sync_folder(out);
+}
+
+bool is_run_again(const CampaignRequest& request, const CampaignHooks& hooks,
+                  const CampaignSummary& summary) {
+  const bool stopped = (hooks.stop != nullptr && hooks.stop->load(std::memory_order_relaxed)) ||
+                       (hooks.orders != nullptr && hooks.orders->ends_run());
+  return request.fidelity.strict && !request.resume && !stopped && !summary.dataset_error &&
+         summary.outcome == recipes::Outcome::complete && is_promise_missed(summary.simulation) &&
+         !summary.simulation.promise->next_setting.empty();
+}
+
+}  // namespace
+
+Result<CampaignSummary> run_until_held(const CampaignRequest& request, const CampaignHooks& hooks) {
+  CampaignRequest attempt = request;
+  CampaignHooks attempt_hooks = hooks;
+  Result<CampaignSummary> summary = run_campaign(attempt, attempt_hooks);
+  for (int repeat = 0; repeat < most_strict_repeats; ++repeat) {
+    if (!summary || !is_run_again(attempt, hooks, *summary)) break;
+    if (hooks.device_log)
+      hooks.device_log({{}, LogLevel::warning, "simulation", format_promise(summary->simulation)});
+    if (Status ok = move_aside(request.out); !ok) return pass(ok.error());
+    attempt.fidelity.promise_below_n = summary->simulation.promise->promised_n;
+    attempt_hooks.rig_acquired = nullptr;  // the rig is this run's already
+    attempt_hooks.planned = nullptr;
+    summary = run_campaign(attempt, attempt_hooks);
+  }
+  return summary;
+}
+
+}  // namespace weft::daemon

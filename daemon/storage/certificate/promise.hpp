@@ -1,0 +1,55 @@
+#pragma once
+// What a simulated campaign was asked to keep (`--accuracy`, `--budget`), and what it did.
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+
+namespace weft::daemon {
+
+/// Largest error of the recorded normal force [N].
+struct SimulationPromise {
+  double requested_n = 0;
+  double promised_n = 0;    ///< by the table, for the setting that ran
+  bool has_run = false;     ///< the campaign is over; true where it was read from a record
+  bool is_checked = false;  ///< some complete trials were compared with references
+  // Of the check.
+  double measured_n = 0;
+  double uncertainty_n = 0;  ///< largest difference of the two references
+  bool is_resolved = true;   ///< false: the references do not agree well enough to say
+  bool held = false;         ///< checked, resolved, and measured_n is at most requested_n
+  /// Of the largest error; phase "S", "P", "M" or "E".
+  std::string fabric{}, exploration{}, phase{};
+  double at_s = 0;  ///< since the trial's phase S began
+  // The fastest setting that promises less.
+  std::string next_setting{};  ///< empty: there is none
+  double next_promise_n = 0;
+  bool operator==(const SimulationPromise&) const = default;
+};
+
+/// In times real time, from bring-up to the end of the error check: export and evaluation come
+/// after the record is closed.
+struct SimulationBudget {
+  double requested = 0;
+  double forecast = 0;
+  double achieved = 0;  ///< 0: not yet known
+  bool operator==(const SimulationBudget&) const = default;
+};
+
+/// As the certificate has it; only for campaigns of which one of the two was asked.
+struct CertifiedSimulation {
+  std::string setting;
+  std::optional<SimulationPromise> promise;
+  std::optional<SimulationBudget> budget;
+  bool operator==(const CertifiedSimulation&) const = default;
+};
+
+void to_json(nlohmann::json& out, const SimulationPromise& promise);
+void from_json(const nlohmann::json& object, SimulationPromise& promise);
+void to_json(nlohmann::json& out, const SimulationBudget& budget);
+void from_json(const nlohmann::json& object, SimulationBudget& budget);
+void to_json(nlohmann::json& out, const CertifiedSimulation& simulation);
+/// Reads a journal entry of kind "simulation" as well, whose other keys are passed over.
+void from_json(const nlohmann::json& object, CertifiedSimulation& simulation);
+
+}  // namespace weft::daemon

@@ -1,0 +1,74 @@
+#pragma once
+// The choice of a setting from the table: what it promises for a plan's cloths and forces, and how
+// fast the whole run is.
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/plant/fabric.hpp"
+#include "sim/plant/fidelity/forecast.hpp"
+#include "sim/plant/fidelity/table.hpp"
+#include "sim/plant/scene/scene.hpp"
+
+namespace weft::sim {
+
+struct FidelityRequest {
+  std::optional<double> accuracy_n{};       ///< largest error of the recorded force
+  std::optional<double> times_real_time{};  ///< least speed of the whole run
+  std::optional<Level> level{};             ///< this one and no other
+  std::optional<double> promise_below_n{};  ///< after a promise that was missed
+  std::optional<FidelitySetting> only{};    ///< this one, whatever it promises: that of a record
+  RunSize run{};
+  double probe_us = 0;  ///< of this machine; 0: as fast as the table's
+};
+
+/// What a plan and its rig do with the cloth.
+struct ForceScene {
+  std::vector<std::string> fabrics;
+  MeasuredRange force_n{};    ///< set points; both 0: no force is held
+  MeasuredRange speed_mps{};  ///< of the slides; both 0: nothing slides
+  double seat_speed_mps = 0;
+  double face_area_m2 = 0;
+  Mount mount;
+  const FabricLibrary* library = nullptr;  ///< for cloths without a row; null: there are none
+};
+
+/// Force scale of a touch-down: v sqrt(K m) of a mass on a spring, with the stiffness of the cloth
+/// under its load, K = (F + A p_s)/lambda.
+double impact_scale_n(const FabricLaw& law, const Mount& mount, double seat_speed_mps,
+                      double force_n, double face_area_m2);
+
+struct FidelityOffer {
+  FidelitySetting setting;
+  double promise_n = 0;  ///< margin times the largest error that was measured on the plan's cloths
+  std::string limiting_fabric;
+  SpeedForecast forecast{};
+};
+/// "L2 midpoint 0.384 ms (promises 2.1 mN, about 1200x)".
+std::string to_string(const FidelityOffer& offer);
+
+/// Settings that a bench can run and that provide the scene; fastest first, of equals the lower
+/// level, then the longer step.
+/// Errors: unsupported, for a force, speed or slack outside the table's ranges, with the range;
+/// not_found, for a cloth that has no row and is not in the library.
+Result<std::vector<FidelityOffer>> offers(const FidelityTable& table, const Scene& scene,
+                                          const ForceScene& forces, const FidelityRequest& request);
+
+/// A forecast must be this much faster than what is asked for: wall time depends on load.
+constexpr double forecast_reserve = 1.1;
+
+/// With an accuracy the fastest setting that promises it; with a speed alone the most accurate one
+/// whose forecast for the whole run is forecast_reserve times as fast. Depends on its arguments and
+/// nothing else.
+/// Errors: offers()'s; unsupported, naming the nearest offer or the fastest speed.
+Result<FidelityOffer> choose(const FidelityTable& table, const Scene& scene,
+                             const ForceScene& forces, const FidelityRequest& request);
+
+/// "10mN", "0.01 N", "0.5%" (of 5 N, the paper's load), in N. Errors: invalid_argument, range.
+Result<double> parse_accuracy_n(std::string_view text);
+/// "1000x". Errors: invalid_argument, range.
+Result<double> parse_times_real_time(std::string_view text);
+
+}  // namespace weft::sim

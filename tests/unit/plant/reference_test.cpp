@@ -1,0 +1,40 @@
+// What a run's force is compared with.
+
+#include "sim/plant/fidelity/reference.hpp"
+
+#include <catch2/catch.hpp>
+
+namespace reference_test {
+
+using namespace weft::sim;
+
+namespace {
+
+constexpr double us = 1e-6;
+
+FidelitySetting l2(Integrator integrator, double step_s) {
+  return {Level::dynamic, integrator, step_s};
+}
+
+}  // namespace
+
+TEST_CASE("a reference is of level L2, by another integrator and at least an order finer") {
+  for (const FidelitySetting& coarse :
+       {FidelitySetting{.level = Level::algebraic}, FidelitySetting{.level = Level::quasistatic},
+        l2(Integrator::tr_bdf2, 1000 * us), FidelitySetting{Level::modal, Integrator::midpoint}}) {
+    CHECK(first_reference(coarse).setting() == l2(Integrator::tr_bdf2, 50 * us));
+    CHECK(second_reference(first_reference(coarse)).setting() == l2(Integrator::midpoint, 25 * us));
+  }
+  const Reference fine = first_reference(l2(Integrator::midpoint, 96 * us));
+  CHECK(fine.step_s == Approx(24 * us));
+  CHECK(first_reference(l2(Integrator::midpoint, 96 * us), 3).step_s == Approx(3 * us));
+}
+
+TEST_CASE("a quick reference is coarser than the fine one only where the run is") {
+  CHECK(quick_reference({.level = Level::quasistatic}).step_s == Approx(200 * us));
+  const FidelitySetting fine = l2(Integrator::adaptive, 192 * us);
+  CHECK(quick_reference(fine).step_s == Approx(48 * us));
+  CHECK(quick_reference(fine).step_s == first_reference(fine).step_s);
+}
+
+}  // namespace reference_test
