@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t pair_of_strokes = 2;
 constexpr std::size_t cell_stride = 5;  // to other conditions; no factor of usual numbers of them
-constexpr double same_pitch = 1.05;
+constexpr double finest_ratio = 1.05;
 
 using Indices = std::vector<std::size_t>;
 
@@ -108,7 +108,7 @@ RecordingView finest_strokes(const RecordingView& view) {
   for (const Stroke& stroke : view.strokes) finest_mm = std::min(finest_mm, stroke.pitch_mm());
   Indices out;
   for (std::size_t i = 0; i < view.strokes.size(); ++i)
-    if (view.strokes[i].pitch_mm() <= same_pitch * finest_mm) out.push_back(i);
+    if (view.strokes[i].pitch_mm() <= finest_ratio * finest_mm) out.push_back(i);
   return subset(view, out);
 }
 
