@@ -15,8 +15,8 @@ namespace {
 constexpr std::string_view page_title = "Calibration of the simulation";
 constexpr std::string_view band_name = "band_";
 constexpr std::size_t sides = 3;
-constexpr std::array<std::string_view, sides> side_names{
-    "recorded", "SIMULATED, estimates", "SIMULATED, calibrated"};
+constexpr std::array<std::string_view, sides> side_names{"recorded", "SIMULATED, estimates",
+                                                         "SIMULATED, calibrated"};
 constexpr std::array<std::string_view, sides> side_lines{"curve first", "curve limit",
                                                          "curve second"};
 constexpr std::size_t histogram_bins = 10;
@@ -170,7 +170,8 @@ std::string pictures(const CalibrationResult& result, const CalibrationSource& s
   for (const BaseCloth& cloth : result.cloths) {
     const Picture spectrum = spectrum_of(result, cloth.label);
     if (spectrum.lines[0].empty()) continue;
-    out += figure(svg_of(spectrum), "Recorded: all fitted strokes of the cloth.", sides_badge(source));
+    out +=
+        figure(svg_of(spectrum), "Recorded: all fitted strokes of the cloth.", sides_badge(source));
   }
   return out + "</div>\n</section>\n";
 }
@@ -183,14 +184,14 @@ std::string parameter_table(const CalibrationResult& result) {
   HtmlTable table({"parameter", "cloth", "standing", "estimate before", "value", "bounds, because"},
                   3);
   for (const CalibratedParameter& p : result.parameters)
-    table.row({escape(p.parameter.name), escape(p.parameter.cloth),
-               escape(to_string(p.standing)), general(p.parameter.start),
-               general(p.value) + interval_html(p.low, p.high),
+    table.row({escape(p.parameter.name), escape(p.parameter.cloth), escape(to_string(p.standing)),
+               general(p.parameter.start), general(p.value) + interval_html(p.low, p.high),
                general(p.parameter.low) + " to " + general(p.parameter.high) + ": " +
                    escape(p.parameter.reason)});
   return figure(
       "<div class=\"scroll\">" + table.finish() + "</div>",
-      "Calibrated: the interval (95 %) is closed within the bounds. Bounded: on one side. Not seen: "
+      "Calibrated: the interval (95 %) is closed within the bounds. Bounded: on one side. Not "
+      "seen: "
       "the recordings say nothing about it, and the estimate stays. Estimated: not fitted.",
       simulated_badge());
 }
@@ -213,11 +214,11 @@ std::string statistic_table(const CalibrationResult& result, const CalibrationSo
                   2);
   for (const ComparedStatistic& s : result.statistics) {
     const Scale scale = s.real.scale;
-    table.row({escape(s.real.name), escape(s.real.cloth),
-               general(s.real.shown) + interval_html(from_scale(s.low, scale),
-                                                     from_scale(s.high, scale)),
-               value_html(s.before, scale), value_html(s.after, scale),
-               s.is_fitted ? "yes" : "no", held_out_html(result, s.real)});
+    table.row(
+        {escape(s.real.name), escape(s.real.cloth),
+         general(s.real.shown) + interval_html(from_scale(s.low, scale), from_scale(s.high, scale)),
+         value_html(s.before, scale), value_html(s.after, scale), s.is_fitted ? "yes" : "no",
+         held_out_html(result, s.real)});
   }
   return figure("<div class=\"scroll\">" + table.finish() + "</div>",
                 "Recorded with its 95 % interval by bootstrap. What is not fitted is derived from "
@@ -247,8 +248,8 @@ std::string provenance_html(const CalibrationResult& result, const CalibrationSo
   return "<section>\n<h2>How it was made</h2>\n<figure><dl>\n" +
          definition("command", source.command) + definition("files", joined(source.files)) +
          definition("data sets", joined(source.dataset_sha256)) +
-         definition("held out", source.held_out_file.empty() ? "part of these files"
-                                                             : source.held_out_file) +
+         definition("held out",
+                    source.held_out_file.empty() ? "part of these files" : source.held_out_file) +
          definition("strokes", std::to_string(result.fitted_strokes) + " fitted, " +
                                    std::to_string(result.simulated_strokes) +
                                    " of them simulated, " +
@@ -271,8 +272,8 @@ std::string calibration_html(const CalibrationResult& result, const CalibrationS
       "<header>" + simulated_badge() + "\n<h1>" + std::string(page_title) +
           "</h1>\n<p>Parameters of the simulation, fitted to statistics of recorded signals. No "
           "accuracy of a classifier was looked at.</p>\n</header>\n" +
-          verdict_html(result.held_out) + pictures(result, source) + "<section>\n<h2>Parameters</h2>\n" +
-          parameter_table(result) + "</section>\n" +
+          verdict_html(result.held_out) + pictures(result, source) +
+          "<section>\n<h2>Parameters</h2>\n" + parameter_table(result) + "</section>\n" +
           list_of("What the recordings do not tell apart", result.blind_directions) +
           "<section>\n<h2>Statistics</h2>\n" + statistic_table(result, source) + "</section>\n" +
           list_of("Remarks", result.remarks) + provenance_html(result, source));
