@@ -24,6 +24,8 @@ ROOTS = ("protocols", "drivers", "recipes", "classifier", "sim", "daemon", "test
 PROGRAMS = {"daemon/apps/weftd": ["daemon/apps/weft"], "daemon/apps/weft_train_mpi": ["daemon/apps/weft"]}
 # Composition roots and what is built in: these name drivers.
 BUILT_IN = {"daemon/hardware/plugins": [f"drivers/{name}" for name in WIRES]}
+# What a module may not include itself, whatever its row leads to: a calibration compares signals, never answers of a classifier.
+FORBIDDEN = {"daemon/analysis/calibration": "classifier/"}
 CLOCK_FILES = ("daemon/base/loop/", "tests/bench/")
 CLOCK = re.compile(r"sleep_for|sleep_until|\busleep\b|nanosleep|_clock::now|clock_gettime|gettimeofday|timespec_get|std::clock\b|std::time\b|"
                    r"\b(?:steady|system|high_resolution|utc)_clock\b")  # any use of one: it may have another name there
@@ -126,6 +128,8 @@ def check(root):
         for target in INCLUDE.findall(text):
             if target.startswith(tuple(r + "/" for r in ROOTS)) and own is not None and module_of(rows, target) not in allowed[own]:
                 problems.append(f"{rel}: may not include {target}: the row of {own} does not lead to it")
+            if own in FORBIDDEN and target.startswith(FORBIDDEN[own]):
+                problems.append(f"{rel}: may not include {target}: {own} compares signals, not what a classifier makes of them")
             if target.startswith("nlohmann/") and path.suffix == ".hpp" and target != "nlohmann/json_fwd.hpp":
                 problems.append(f"{rel}: {target} belongs in .cpp files only, it is slow to compile")
         if CLOCK.search(text) and not rel.startswith(CLOCK_FILES):
@@ -147,6 +151,7 @@ weft_module(daemon/base/loop USES drivers/api)
 weft_module(daemon/storage/recorder USES daemon/base/loop)
 weft_module(daemon/campaign USES daemon/storage/recorder
             sim/rig)
+weft_module(daemon/analysis/calibration USES classifier/base)
 """
     files = {
         "drivers/thorlabs_apt/a.cpp": ('#include "sim/plant/plant.hpp"', True),
@@ -167,6 +172,7 @@ weft_module(daemon/campaign USES daemon/storage/recorder
         "daemon/campaign/a.cpp": ('#include "sim/rig/rig.hpp"', False),
         "daemon/campaign/d.cpp": ('#include "daemon/base/loop/loop.hpp"', False),
         "daemon/storage/recorder/a.cpp": ('#include "daemon/campaign/campaign.hpp"', True),  # upwards
+        "daemon/analysis/calibration/a.cpp": ('#include "classifier/base/matrix.hpp"', True),  # forbidden, though its row leads there
         "daemon/new/a.cpp": ("", True),  # no row
         "protocols/base/a.hpp": ('#include "protocols/apt/bodies.hpp"', True),
     }

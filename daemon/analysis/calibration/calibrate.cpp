@@ -1,6 +1,7 @@
 #include "daemon/analysis/calibration/calibrate.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "daemon/analysis/calibration/held_out.hpp"
@@ -14,6 +15,27 @@ namespace {
 constexpr std::size_t noise_windows = 8;  // simulated once, for what texture adds to the noise
 constexpr double known_noise_counts = 1;  // there: without any, counts that stand still hide it
 constexpr double failed_cost = 1e12;      // of a search whose scene failed
+
+/// By which statistics a parameter of all cloths is seen. Without any of them another value only
+/// makes other strokes of the same kind, and Q changes by chance.
+struct SeenBy {
+  std::string_view parameter;
+  std::array<std::string_view, 3> statistics;
+};
+constexpr SeenBy seen_by[] = {{"path_mm", {"repetition", "repetition_lag"}},
+                              {"pad_ratio", {"pattern_path"}},
+                              {"tilt_mrad", {"pattern_mounting"}},
+                              {"pad_height_um", {"pattern_mounting"}},
+                              {"common_mode", {"common_share", "neighbours", "far"}},
+                              {"common_mode_time_s", {"common_share", "neighbours", "far"}},
+                              {"drift_counts", {"drift"}}};
+
+bool is_seen(std::string_view parameter, const std::vector<Target>& targets) {
+  const auto* at = std::ranges::find(seen_by, parameter, &SeenBy::parameter);
+  return at == std::end(seen_by) || std::ranges::any_of(targets, [&](const Target& target) {
+           return std::ranges::find(at->statistics, target.real.name) != at->statistics.end();
+         });
+}
 
 /// One run from strokes to parameters.
 class Calibration {
@@ -51,6 +73,7 @@ class Calibration {
   void keep_unseen();
   void fill(CalibrationResult& out);
   void compare(CalibrationResult& out) const;
+  [[nodiscard]] std::vector<std::size_t> seen_common() const;
   [[nodiscard]] std::vector<std::size_t> searched() const;
   Result<StatisticSet> simulated(std::uint64_t seed, RecordingView* keep = nullptr);
 
@@ -70,9 +93,17 @@ class Calibration {
   double cost_before_ = 0, cost_after_ = 0;
 };
 
+std::vector<std::size_t> Calibration::seen_common() const {
+  std::vector<std::size_t> out = model_.block(Block::common);
+  std::erase_if(out, [&](std::size_t i) {
+    return !is_seen(model_.parameters()[i].name, objective_->targets());
+  });
+  return out;
+}
+
 std::vector<std::size_t> Calibration::searched() const {
   std::vector<std::size_t> out = model_.block(Block::cloth);
-  const auto common = model_.block(Block::common);
+  const auto common = seen_common();
   out.insert(out.end(), common.begin(), common.end());
   return out;
 }
@@ -198,6 +229,7 @@ Status Calibration::make_objective() {
 
 Status Calibration::improve(const std::vector<std::size_t>& varied, std::size_t starts,
                             std::size_t evaluations) {
+  if (varied.empty()) return {};
   std::vector<double> start;
   for (const std::size_t i : varied) start.push_back(model_.parameters()[i].to_unit(values_[i]));
   Status failed;
@@ -229,8 +261,7 @@ Status Calibration::fit_blocks() {
       return ok;
   }
   say("fitting what all cloths share");
-  if (Status ok = improve(model_.block(Block::common), options_.starts, options_.evaluations); !ok)
-    return ok;
+  if (Status ok = improve(seen_common(), options_.starts, options_.evaluations); !ok) return ok;
   if (Status ok = take_off_texture(); !ok) return ok;
   say("fitting all together");
   return improve(searched(), 1, options_.joint_evaluations);
@@ -245,7 +276,8 @@ void Calibration::keep_unseen() {
 void Calibration::round_values() {
   for (std::size_t i = 0; i < values_.size(); ++i) {
     ParameterInterval& interval = intervals_[i];
-    if (interval.standing == Standing::estimated) continue;
+    if (interval.standing == Standing::estimated || interval.standing == Standing::not_seen)
+      continue;
     const double low = interval.low, high = interval.high;
     for (double* value : {&values_[i], &interval.low, &interval.high})
       *value = round_to_interval(*value, low, high);
@@ -256,6 +288,8 @@ Status Calibration::find_intervals() {
   say("intervals of " + std::to_string(searched().size()) + " parameters");
   const auto found = identify(*objective_, model_, values_, searched());
   if (!found) return pass(found.error());
+  for (const std::size_t i : model_.block(Block::common))
+    intervals_[i] = {Standing::not_seen, model_.parameters()[i].low, model_.parameters()[i].high};
   for (const std::size_t i : searched()) intervals_[i] = found->intervals[i];
   blind_ = found->blind_directions;
   keep_unseen();
@@ -331,7 +365,7 @@ Result<CalibrationResult> Calibration::run(const std::optional<RecordingView>& h
 }  // namespace
 
 double round_to_interval(double value, double low, double high) {
-  const double width = high - low;
+  const double width = std::min(high - low, std::abs(value));
   if (!(width > 0) || !std::isfinite(width)) return value;
   // Positive powers of ten are exact; 0.001 is not.
   const int digits = static_cast<int>(std::floor(std::log10(width / 10)));

@@ -80,7 +80,8 @@ Result<CalibrationResult> calibrate(const RecordingView& fitted,
                                     const CalibrationOptions& options,
                                     const CalibrationProgress& progress = {});
 
-/// To the power of ten at or below a tenth of the interval: compilers agree on what is left.
+/// To the power of ten at or below a tenth of the interval, and of the value: two digits are left
+/// of one that is small beside its interval. Compilers agree on what is left.
 double round_to_interval(double value, double low, double high);
 
 }  // namespace weft::daemon::calibration

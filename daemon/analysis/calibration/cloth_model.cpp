@@ -23,10 +23,10 @@ double lambda_of(const sim::Fabric& fabric) {
   return law ? law->lambda_m : 0;
 }
 
-const sim::Fabric* longest_prefix(const std::string& label, const sim::FabricLibrary& library) {
+const sim::Fabric* longest_named(const std::string& label, const sim::FabricLibrary& library) {
   const sim::Fabric* best = nullptr;
   for (const sim::Fabric& fabric : library.fabrics)
-    if (lower(label).starts_with(lower(fabric.name)) &&
+    if (lower(label).find(lower(fabric.name)) != std::string::npos &&
         (best == nullptr || fabric.name.size() > best->name.size()))
       best = &fabric;
   return best;
@@ -92,7 +92,7 @@ sim::Structure reshaped(sim::Structure structure, double share, double low_per_m
 }
 
 Status ClothModel::add_cloth(const std::string& label, const sim::FabricLibrary& library) {
-  const sim::Fabric* named = longest_prefix(label, library);
+  const sim::Fabric* named = longest_named(label, library);
   BaseCloth cloth{label, named != nullptr ? *named : median_cloth(library), {}, named != nullptr};
   cloth.taken = cloth.fabric.name;
   cloth.fabric.name = label;

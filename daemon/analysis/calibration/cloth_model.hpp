@@ -47,9 +47,9 @@ struct BaseCloth {
 /// Values are in the order of parameters(), on the natural scale.
 class ClothModel {
  public:
-  /// A cloth per label of the view. A label takes the longest name of the table that it begins
-  /// with, whatever its case. Errors: not_found (a table without cloths), range (a cloth that no
-  /// law fits).
+  /// A cloth per label of the view. A label takes the longest name of the table that is in it,
+  /// whatever its case: "BrownCotton" is cotton. Errors: not_found (a table without cloths), range
+  /// (a cloth that no law fits).
   static Result<ClothModel> make(const RecordingView& view, const sim::FabricLibrary& library);
 
   [[nodiscard]] const std::vector<Parameter>& parameters() const { return parameters_; }

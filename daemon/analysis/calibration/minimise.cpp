@@ -141,7 +141,7 @@ Result<Minimum> minimise(const Cost&, std::span<const double>, std::size_t) {
                .where = "sim calibrate",
                .what = "Weft was built without NLopt",
                .expected = "NLopt 2.7 or later",
-               .hint = "Install libnlopt-cxx-dev and build again"});
+               .hint = "Install libnlopt-dev and build again"});
 }
 
 #endif

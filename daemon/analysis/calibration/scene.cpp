@@ -19,6 +19,7 @@ constexpr double slack_m = 20e-3;      // the probe rests in the middle of it
 constexpr double least_rest_n = 0.01;  // 40 Pa: nothing beside a pad's 20 kPa
 constexpr double most_rest = 0.9;      // of the force
 constexpr double most_of_range = 0.7;  // of a closed pad's counts, for the largest level
+constexpr double mean_neighbours = 3;  // of a pad in a square of 16
 constexpr double closed_pa = 1e12, almost_closed = 0.999;
 constexpr double patch_m = 20e-3;  // between paths of one mounting: wider than the face
 constexpr std::size_t rest_scans = 15, press_scans = 40;
@@ -161,7 +162,8 @@ void run_all(std::size_t count, std::size_t threads, const Work& work) {
 
 double counts_under(const sim::PadParams& pads, double pressure_pa) {
   const double gap_m = pads.gap_m * pads.gap_pressure_pa / (pads.gap_pressure_pa + pressure_pa);
-  return (sim::capacitance_f(pads, gap_m) - sim::capacitance_f(pads, pads.gap_m)) / pads.lsb_f;
+  const double change_f = sim::capacitance_f(pads, gap_m) - sim::capacitance_f(pads, pads.gap_m);
+  return (1 + mean_neighbours * pads.crosstalk) * change_f / pads.lsb_f;
 }
 
 double pressure_for(const sim::PadParams& pads, double counts) {

@@ -27,7 +27,8 @@ struct SceneGroup {
   std::vector<std::size_t> strokes;  ///< of the view, in its order
 };
 
-/// Counts per kind of pad: the closed form of the plant's pad under even pressure.
+/// Counts above idle under even pressure, mean of the plant's pads without their spreads: closed
+/// form.
 double counts_under(const sim::PadParams& pads, double pressure_pa);
 /// Its inverse; the pressure is at most that of 99.9 % of the counts of a closed pad.
 double pressure_for(const sim::PadParams& pads, double counts);

@@ -170,6 +170,7 @@ ordered_json calibration_json(const CalibrationResult& result, const Calibration
                       {"passes", result.held_out.passes()},
                       {"files", source.files},
                       {"dataset_sha256", source.dataset_sha256},
+                      {"recordings_bench", std::string(to_string(source.bench))},
                       {"held_out_file", source.held_out_file},
                       {"fitted_strokes", result.fitted_strokes},
                       {"simulated_strokes", result.simulated_strokes},

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "daemon/analysis/calibration/calibrate.hpp"
+#include "daemon/base/text/format.hpp"
 
 namespace weft::daemon::calibration {
 
@@ -16,6 +17,7 @@ namespace weft::daemon::calibration {
 struct CalibrationSource {
   std::string prefix;  ///< of the cloths' names: "fabricslide" gives "fabricslide.denim"
   std::vector<std::string> files, dataset_sha256;  ///< side by side
+  BenchKind bench = BenchKind::unknown;            ///< of the recordings; several kinds: unknown
   std::string held_out_file;                       ///< empty: part of `files`
   std::string software, commit, nlopt, command;
 };

@@ -75,8 +75,11 @@ CalibrationSource make_source(const CalibrateArgs& args, const std::vector<Datas
     source.files.push_back(file.filename().string());
     source.command += " " + file.filename().string();
   }
-  for (const Dataset& dataset : datasets)
+  source.bench = datasets.front().info.kind;
+  for (const Dataset& dataset : datasets) {
+    if (dataset.info.kind != source.bench) source.bench = BenchKind::unknown;
     source.dataset_sha256.push_back(compute_digest(dataset).dataset_sha256);
+  }
   source.command += " --seed " + std::to_string(args.seed);
   source.held_out_file = args.held_out.filename().string();
   source.software = software_version();
