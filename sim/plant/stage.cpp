@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/plant/round.hpp"
+
 namespace weft::sim {
 
 void Stage::adopt(const Profile& profile, TimePoint now) {
   settle(now);
+  resting_.reset();
   profile_ = profile;
   start_ = now;
   // One tick later than the rounded end: the profile has ended for certain.
@@ -30,9 +33,8 @@ double Stage::dragged(TimePoint t) const {
   return std::clamp(carriage_, motor - half_play, motor + half_play);
 }
 
-double Stage::carriage(TimePoint t) const {
-  const double exact = dragged(t);
-  return params_.quantum > 0 ? params_.quantum * std::round(exact / params_.quantum) : exact;
+double Stage::quantised(double carriage) const {
+  return params_.quantum > 0 ? params_.quantum * nearest_whole(carriage / params_.quantum) : carriage;
 }
 
 Profile Profile::to_rest(double position, double velocity, double acceleration) {
