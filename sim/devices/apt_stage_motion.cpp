@@ -220,6 +220,7 @@ void AptStageEmulator::send_end_of_motion(MessageId id, TimePoint at, ByteSink& 
 
 /// Faults that begin, end or go on while the stage moves.
 void AptStageEmulator::apply_motion_faults(TimePoint now, ByteSink& out) {
+  if (!has_faults() && !hung_ && !held_ && !frozen_counter_) return;
   if (hung_ && active_fault(FaultKind::never_homes, now) == nullptr) hung_ = false;
   apply_stall_faults(now);
   frozen(FaultKind::encoder_frozen, now, counter(now), frozen_counter_);
