@@ -72,7 +72,7 @@ bool AptStageEmulator::homes_at_high_end() const {
 }
 
 double AptStageEmulator::inside_soft_limits(double target) const {
-  const auto soft = parameters_.body<LimitSwitchParams>(MessageId::set_limswitchparams);
+  const LimitSwitchParams& soft = parameters_.limits();
   if ((soft.soft_mode & 0x7F) <= 1) return target;
   return std::max(std::min(target, zero_ + length(soft.forward_soft_counts)),
                   zero_ + length(soft.reverse_soft_counts));
@@ -286,7 +286,7 @@ std::uint32_t AptStageEmulator::limit_bits(TimePoint now) const {
   std::uint32_t bits = 0;
   if (made || (linear && at >= stage().params().high)) bits |= status::forward_limit;
   if (linear && on_low_end_) bits |= status::reverse_limit;
-  const auto soft = parameters_.body<LimitSwitchParams>(MessageId::set_limswitchparams);
+  const LimitSwitchParams& soft = parameters_.limits();
   if ((soft.soft_mode & 0x7F) <= 1) return bits;
   const std::int32_t count = counts_at(at);
   if (count >= soft.forward_soft_counts) bits |= status::forward_soft_limit;

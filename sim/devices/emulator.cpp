@@ -72,6 +72,7 @@ void FaultyWire::wake(TimePoint now, ByteSink& out) {
 }
 
 std::optional<TimePoint> FaultyWire::next_wakeup() const {
+  if (is_sound()) return inner_->next_wakeup();
   std::optional<TimePoint> next = inner_->next_wakeup();
   const auto sooner = [&](std::optional<TimePoint> at) {
     if (at && (!next || *at < *next)) next = at;

@@ -34,7 +34,7 @@ class Profile {
   /// `t_s` is counted from the start of the profile; before it and after the end it stands.
   [[nodiscard]] double position(double t_s) const;
   [[nodiscard]] double velocity(double t_s) const;
-  [[nodiscard]] double duration_s() const;
+  [[nodiscard]] double duration_s() const { return duration_s_; }
   /// Where it stands after its end.
   [[nodiscard]] double target() const { return target_; }
 
@@ -51,6 +51,7 @@ class Profile {
   static constexpr std::size_t trapezoid_segments = 3;
   static constexpr std::size_t s_curve_segments = 7;
 
+  void sum_up();  ///< sets `duration_s_` from the segments
   static Profile s_curve(double position, double target, const MotionLimits& limits);
 
   double position_;
@@ -58,6 +59,7 @@ class Profile {
   double target_;
   std::size_t used_ = trapezoid_segments;
   std::array<Segment, s_curve_segments> segments_{};
+  double duration_s_ = 0;
 };
 
 /// [m] or [rad].
