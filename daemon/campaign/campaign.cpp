@@ -146,6 +146,10 @@ class Run {
   void throttle() {
     constexpr std::chrono::milliseconds shortest{1}, longest{100};
     if (hooks_->orders == nullptr || session_->plant() == nullptr) return;
+    if (keeper_.requested() == 0) {  // no pace: the clock is not read
+      keeper_.ahead(session_->loop().now(), {});
+      return;
+    }
     while (!signalled(*hooks_)) {
       const auto ahead = keeper_.ahead(session_->loop().now(), steady_wall_now());
       if (ahead < shortest) return;

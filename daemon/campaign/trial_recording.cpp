@@ -10,7 +10,7 @@
 namespace weft::daemon {
 namespace {
 
-constexpr unsigned timing_stride = 16;
+constexpr unsigned timing_stride = 64;
 constexpr std::chrono::seconds space_period{1};
 constexpr std::chrono::milliseconds rest_settles{300};  // after the probe came to rest
 
@@ -58,7 +58,7 @@ double RestTally::error_n() const {
   return std::sqrt(squares_n2_ / (count - 1) / count);
 }
 
-// Every call of the recorder goes through here: the first error is kept, one call in sixteen timed.
+// Every call of the recorder goes through here: the first error is kept, one call in `timing_stride` timed.
 template <class Write>
 void TrialRecording::write(Write&& write) {
   const bool timed = ++writes_ % timing_stride == 0;
@@ -182,9 +182,8 @@ void TrialRecording::journal(TimePoint now, std::string_view kind, std::string_v
 }
 
 std::optional<std::uint64_t> TrialRecording::free_bytes() {
-  const auto now = steady_wall_now();
-  if (free_bytes_ && now - space_seen_ < space_period) return free_bytes_;
-  space_seen_ = now;
+  if (free_bytes_ && wall_ - space_seen_ < space_period) return free_bytes_;
+  space_seen_ = wall_;
   free_bytes_ = recorder_->free_bytes();
   return free_bytes_;
 }
@@ -196,7 +195,8 @@ std::optional<double> TrialRecording::commit_lag_s() {
 }
 
 void TrialRecording::commit_if_due() {
-  write([&] { return recorder_->commit_if_due(steady_wall_now()); });
+  wall_ = steady_wall_now();
+  write([&] { return recorder_->commit_if_due(wall_); });
 }
 
 namespace {

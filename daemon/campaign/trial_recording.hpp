@@ -107,6 +107,7 @@ class TrialRecording {
   std::optional<Error> error_;
   std::optional<std::uint64_t> free_bytes_;
   std::chrono::nanoseconds space_seen_{};
+  std::chrono::nanoseconds wall_{};  ///< monotonic, when commit_if_due() was last called
   std::uint64_t frames_lost_ = 0;
   unsigned writes_ = 0;
   std::chrono::nanoseconds spent_{};

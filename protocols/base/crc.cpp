@@ -7,14 +7,20 @@
 namespace weft {
 namespace {
 
-constexpr auto make_table16() {
-  std::array<std::uint16_t, 256> table{};
+// [k][n]: of byte n with k zero bytes behind it, so that eight bytes are one step.
+constexpr auto make_tables16() {
+  std::array<std::array<std::uint16_t, 256>, 8> tables{};
   for (unsigned n = 0; n < 256; ++n) {
     unsigned c = n << 8;
     for (int k = 0; k < 8; ++k) c = (c & 0x8000U) != 0 ? (c << 1) ^ 0x1021U : c << 1;
-    table[n] = static_cast<std::uint16_t>(c);
+    tables[0][n] = static_cast<std::uint16_t>(c);
   }
-  return table;
+  for (std::size_t k = 1; k < tables.size(); ++k)
+    for (std::size_t n = 0; n < 256; ++n) {
+      const unsigned before = tables[k - 1][n];
+      tables[k][n] = static_cast<std::uint16_t>((before << 8) ^ tables[0][before >> 8]);
+    }
+  return tables;
 }
 
 constexpr auto make_reflected_table16() {
@@ -27,7 +33,7 @@ constexpr auto make_reflected_table16() {
   return table;
 }
 
-// [k][n]: of byte n with k zero bytes behind it, so that eight bytes are one step.
+// As tables16, with the bits the other way round.
 constexpr auto make_tables32() {
   std::array<std::array<std::uint32_t, 256>, 8> tables{};
   for (std::uint32_t n = 0; n < 256; ++n) {
@@ -41,7 +47,7 @@ constexpr auto make_tables32() {
   return tables;
 }
 
-constexpr auto table16 = make_table16();
+constexpr auto tables16 = make_tables16();
 constexpr auto reflected_table16 = make_reflected_table16();
 constexpr auto tables32 = make_tables32();
 
@@ -60,7 +66,12 @@ std::uint32_t four_bytes(std::uint32_t word, std::size_t behind) {
 
 std::uint16_t crc16_ccitt(ByteView bytes, std::uint16_t seed) {
   unsigned c = seed;
-  for (const std::uint8_t b : bytes) c = ((c << 8) ^ table16[((c >> 8) ^ b) & 0xFFU]) & 0xFFFFU;
+  for (; bytes.size() >= 8; bytes = bytes.subspan(8))
+    c = tables16[7][(c >> 8) ^ bytes[0]] ^ tables16[6][(c & 0xFFU) ^ bytes[1]] ^
+        tables16[5][bytes[2]] ^ tables16[4][bytes[3]] ^ tables16[3][bytes[4]] ^
+        tables16[2][bytes[5]] ^ tables16[1][bytes[6]] ^ tables16[0][bytes[7]];
+  for (const std::uint8_t b : bytes)
+    c = ((c << 8) ^ tables16[0][((c >> 8) ^ b) & 0xFFU]) & 0xFFFFU;
   return static_cast<std::uint16_t>(c);
 }
 

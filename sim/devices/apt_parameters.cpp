@@ -112,6 +112,7 @@ AptParameters::AptParameters(const StageModel& model) {
              {MessageId::set_kcubetrigconfig, blank(12)},
              {MessageId::set_kcubepostrig, blank(34)},
              {MessageId::set_loopparams, blank(36)}};
+  limits_ = body<LimitSwitchParams>(MessageId::set_limswitchparams);
 }
 
 AptParameters::Answer AptParameters::handle(const Message& message) {
@@ -124,6 +125,7 @@ AptParameters::Answer AptParameters::handle(const Message& message) {
     // Issues and hosts disagree on how much of a K-cube's messages there is; the answer keeps its
     // own length.
     std::copy_n(message.data.begin(), std::min(body.size(), message.data.size()), body.begin());
+    limits_ = this->body<LimitSwitchParams>(MessageId::set_limswitchparams);
     return {Outcome::taken, set, nullptr};
   }
   return {};

@@ -44,9 +44,12 @@ class AptParameters {
   [[nodiscard]] Body body(protocols::apt::MessageId set) const {
     return protocols::apt::decode_body<Body>(stored_.at(set)).value();
   }
+  /// body() of set_limswitchparams, decoded once: each status asks for it.
+  [[nodiscard]] const protocols::apt::LimitSwitchParams& limits() const { return limits_; }
 
  private:
   std::map<protocols::apt::MessageId, Bytes> stored_;  ///< by the id of the SET message
+  protocols::apt::LimitSwitchParams limits_;
 };
 
 /// What a move command does to the move under way: not specified in APT16, so it can be chosen.

@@ -72,7 +72,7 @@ bool AptStageEmulator::homes_at_high_end() const {
 }
 
 double AptStageEmulator::inside_soft_limits(double target) const {
-  const auto soft = parameters_.body<LimitSwitchParams>(MessageId::set_limswitchparams);
+  const LimitSwitchParams& soft = parameters_.limits();
   if ((soft.soft_mode & 0x7F) <= 1) return target;
   return std::max(std::min(target, zero_ + length(soft.forward_soft_counts)),
                   zero_ + length(soft.reverse_soft_counts));
@@ -220,6 +220,7 @@ void AptStageEmulator::send_end_of_motion(MessageId id, TimePoint at, ByteSink& 
 
 /// Faults that begin, end or go on while the stage moves.
 void AptStageEmulator::apply_motion_faults(TimePoint now, ByteSink& out) {
+  if (!has_faults() && !hung_ && !held_ && !frozen_counter_) return;
   if (hung_ && active_fault(FaultKind::never_homes, now) == nullptr) hung_ = false;
   apply_stall_faults(now);
   frozen(FaultKind::encoder_frozen, now, counter(now), frozen_counter_);
@@ -285,7 +286,7 @@ std::uint32_t AptStageEmulator::limit_bits(TimePoint now) const {
   std::uint32_t bits = 0;
   if (made || (linear && at >= stage().params().high)) bits |= status::forward_limit;
   if (linear && on_low_end_) bits |= status::reverse_limit;
-  const auto soft = parameters_.body<LimitSwitchParams>(MessageId::set_limswitchparams);
+  const LimitSwitchParams& soft = parameters_.limits();
   if ((soft.soft_mode & 0x7F) <= 1) return bits;
   const std::int32_t count = counts_at(at);
   if (count >= soft.forward_soft_counts) bits |= status::forward_soft_limit;

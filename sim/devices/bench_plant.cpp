@@ -25,12 +25,13 @@ std::uint64_t BenchPlant::frame_at_or_after(TimePoint t) {
   return static_cast<std::uint64_t>((ns + pad_timing::frame_ns - 1) / pad_timing::frame_ns);
 }
 
-Pose BenchPlant::pose(TimePoint t) const {
+Pose BenchPlant::pose(TimePoint t) {
   const auto at = [&](AxisId axis) { return stages_[index(axis)].carriage(t); };
   const double ry = at(AxisId::ry), arm = geometry_.probe_arm_m;
-  return {.x_m = at(AxisId::x) - geometry_.origin_x_m + arm * std::sin(ry),
+  if (ry != turned_.ry_rad) turned_ = {ry, std::sin(ry), std::cos(ry)};
+  return {.x_m = at(AxisId::x) - geometry_.origin_x_m + arm * turned_.sine,
           .y_m = at(AxisId::y) - geometry_.origin_y_m,
-          .z_m = at(AxisId::z) - arm * (1 - std::cos(ry)),
+          .z_m = at(AxisId::z) - arm * (1 - turned_.cosine),
           .rx_rad = at(AxisId::rx),
           .ry_rad = ry};
 }

@@ -106,12 +106,18 @@ class BenchPlant {
 
  private:
   static std::size_t index(AxisId axis) { return static_cast<std::size_t>(axis); }
-  [[nodiscard]] Pose pose(TimePoint t) const;
+  [[nodiscard]] Pose pose(TimePoint t);
   void step_grid();
   void drain_vibration(const Pose& there, TimePoint now);
   void gather_vibration();
 
+  /// Sine and cosine of the angle that the probe was last seen at.
+  struct Turned {
+    double ry_rad = 0, sine = 0, cosine = 1;
+  };
+
   BenchGeometry geometry_;
+  Turned turned_;
   std::vector<Stage> stages_;
   Plant plant_;
   Patch patch_;

@@ -59,17 +59,20 @@ FaultyWire::FaultyWire(std::unique_ptr<Emulator> inner, FaultBoard& board, Kind 
 
 void FaultyWire::receive(ByteView bytes, TimePoint now, ByteSink& out) {
   wake(now, out);
+  if (is_sound()) return inner_->receive(bytes, now, out);
   pass(to_device_, bytes, now);
 }
 
 void FaultyWire::wake(TimePoint now, ByteSink& out) {
   now_ = now;
   out_ = &out;
+  if (is_sound()) return inner_->wake(now, out);
   release(now);
   inner_->wake(now, from_inner_);
 }
 
 std::optional<TimePoint> FaultyWire::next_wakeup() const {
+  if (is_sound()) return inner_->next_wakeup();
   std::optional<TimePoint> next = inner_->next_wakeup();
   const auto sooner = [&](std::optional<TimePoint> at) {
     if (at && (!next || *at < *next)) next = at;
@@ -80,7 +83,7 @@ std::optional<TimePoint> FaultyWire::next_wakeup() const {
 }
 
 void FaultyWire::pass(Way& way, ByteView bytes, TimePoint now) {
-  if (board_->faults().empty() && held_.empty()) return deliver(way.to_device, bytes, now);
+  if (is_sound()) return deliver(way.to_device, bytes, now);
   if (board_->active(FaultKind::unplug, now) != nullptr) return;
   if (board_->fires(FaultKind::drop, now, way.to_device) != nullptr) return;
   Bytes message(bytes.begin(), bytes.end());

@@ -40,6 +40,7 @@ class Emulator {
   [[nodiscard]] const Fault* active_fault(FaultKind kind, TimePoint now) const {
     return board_ == nullptr ? nullptr : board_->active(kind, now);
   }
+  [[nodiscard]] bool has_faults() const { return board_ != nullptr && !board_->faults().empty(); }
   /// The same, thrown for this one message or sample.
   const Fault* firing_fault(FaultKind kind, TimePoint now) {
     return board_ == nullptr ? nullptr : board_->fires(kind, now);
@@ -145,6 +146,8 @@ class FaultyWire final : public Emulator {
     TimePoint last_due{};
   };
 
+  /// No fault on the board and nothing held: the wire is as good as absent.
+  [[nodiscard]] bool is_sound() const { return board_->faults().empty() && held_.empty(); }
   void pass(Way& way, ByteView bytes, TimePoint now);
   void damage(const Way& way, Bytes& message, TimePoint now);
   [[nodiscard]] TimePoint due(Way& way, TimePoint now);

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "sim/plant/random.hpp"
+#include "sim/plant/round.hpp"
 
 namespace weft::sim {
 namespace {
@@ -20,7 +21,7 @@ std::int32_t nearest_count(double counts) {
   constexpr double lowest = std::numeric_limits<std::int32_t>::min();
   constexpr double highest = std::numeric_limits<std::int32_t>::max();
   if (std::isnan(counts)) return 0;
-  return static_cast<std::int32_t>(std::clamp(std::round(counts), lowest, highest));
+  return static_cast<std::int32_t>(std::clamp(nearest_whole(counts), lowest, highest));
 }
 
 std::uint32_t conversion_at(TimePoint t) {
@@ -42,9 +43,10 @@ Wrench FtSensor::load(const ContactState& contact) const {
   const double ry = contact.face_y_m() - params_.centre_y_m;
   const double rz = -params_.height_m;  // above the sensor, z counts down
   const double weight_n = params_.plate_mass_kg * standard_gravity_mps2;
+  const double lean_rad = contact.pose.rx_rad;  // mostly zero
   return {fx,
-          fy - weight_n * std::sin(contact.pose.rx_rad),
-          fz + weight_n * std::cos(contact.pose.rx_rad),
+          fy - weight_n * (lean_rad == 0 ? lean_rad : std::sin(lean_rad)),
+          fz + weight_n * (lean_rad == 0 ? 1 : std::cos(lean_rad)),
           ry * fz - rz * fy,
           rz * fx - rx * fz,
           rx * fy - ry * fx};
@@ -60,7 +62,7 @@ Wrench FtSensor::converted(const ContactState& contact, std::uint32_t sample, do
     const double held = held_to(params_.range[i], noisy);
     saturated = saturated || held != noisy;
     const double quantum = params_.quantum[i];
-    wrench[i] = quantum > 0 ? quantum * std::round(held / quantum) : held;
+    wrench[i] = quantum > 0 ? quantum * nearest_whole(held / quantum) : held;
   }
   return wrench;
 }

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/plant/round.hpp"
+
 namespace weft::sim {
 
 void Stage::adopt(const Profile& profile, TimePoint now) {
   settle(now);
+  resting_.reset();
   profile_ = profile;
   start_ = now;
   // One tick later than the rounded end: the profile has ended for certain.
@@ -30,9 +33,8 @@ double Stage::dragged(TimePoint t) const {
   return std::clamp(carriage_, motor - half_play, motor + half_play);
 }
 
-double Stage::carriage(TimePoint t) const {
-  const double exact = dragged(t);
-  return params_.quantum > 0 ? params_.quantum * std::round(exact / params_.quantum) : exact;
+double Stage::quantised(double carriage) const {
+  return params_.quantum > 0 ? params_.quantum * nearest_whole(carriage / params_.quantum) : carriage;
 }
 
 Profile Profile::to_rest(double position, double velocity, double acceleration) {
@@ -63,6 +65,7 @@ Profile Profile::to_target(double position, double velocity, double target,
     const double run_out = cruise * cruise / (2 * a);
     profile.segments_[1] = {std::max(0.0, distance - run_up - run_out) / cruise, 0};
   }
+  profile.sum_up();
   return profile;
 }
 
@@ -94,13 +97,12 @@ Profile Profile::s_curve(double position, double target, const MotionLimits& lim
     segment.acceleration *= direction;
     segment.jerk *= direction;
   }
+  profile.sum_up();
   return profile;
 }
 
-double Profile::duration_s() const {
-  double sum = 0;
-  for (const Segment& segment : segments_) sum += segment.duration_s;
-  return sum;
+void Profile::sum_up() {
+  for (const Segment& segment : segments_) duration_s_ += segment.duration_s;
 }
 
 double Profile::position(double t_s) const {
@@ -113,7 +115,7 @@ double Profile::velocity(double t_s) const {
 
 Profile::Moving Profile::at(double t_s) const {
   double position = position_, velocity = velocity_, left = std::max(0.0, t_s);
-  for (std::size_t i = 0; i < used_; ++i) {
+  for (std::size_t i = 0; i < used_ && left > 0; ++i) {
     const Segment& segment = segments_[i];
     const double t = std::min(left, segment.duration_s);
     position += velocity * t + 0.5 * segment.acceleration * t * t + segment.jerk * t * t * t / 6;

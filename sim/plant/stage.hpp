@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 
 #include "protocols/base/time.hpp"
 
@@ -33,7 +34,9 @@ class Profile {
   /// `t_s` is counted from the start of the profile; before it and after the end it stands.
   [[nodiscard]] double position(double t_s) const;
   [[nodiscard]] double velocity(double t_s) const;
-  [[nodiscard]] double duration_s() const;
+  [[nodiscard]] double duration_s() const { return duration_s_; }
+  /// Where it stands after its end.
+  [[nodiscard]] double target() const { return target_; }
 
  private:
   struct Segment {
@@ -48,6 +51,7 @@ class Profile {
   static constexpr std::size_t trapezoid_segments = 3;
   static constexpr std::size_t s_curve_segments = 7;
 
+  void sum_up();  ///< sets `duration_s_` from the segments
   static Profile s_curve(double position, double target, const MotionLimits& limits);
 
   double position_;
@@ -55,6 +59,7 @@ class Profile {
   double target_;
   std::size_t used_ = trapezoid_segments;
   std::array<Segment, s_curve_segments> segments_{};
+  double duration_s_ = 0;
 };
 
 /// [m] or [rad].
@@ -78,27 +83,41 @@ class Stage {
   void stop(double acceleration, TimePoint now);
 
   /// Motor position and velocity, for controllers.
-  [[nodiscard]] double position(TimePoint t) const { return profile_.position(since_start_s(t)); }
-  [[nodiscard]] double velocity(TimePoint t) const { return profile_.velocity(since_start_s(t)); }
+  [[nodiscard]] double position(TimePoint t) const {
+    return t >= end_ ? profile_.target() : profile_.position(since_start_s(t));
+  }
+  [[nodiscard]] double velocity(TimePoint t) const {
+    return t >= end_ ? 0 : profile_.velocity(since_start_s(t));
+  }
   [[nodiscard]] TimePoint end() const { return end_; }
   [[nodiscard]] const StageParams& params() const { return params_; }
 
   /// Where the carriage is, for physics. With backlash the path since the last settle() must have
   /// been one-way, or longer than the play.
-  [[nodiscard]] double carriage(TimePoint t) const;
+  [[nodiscard]] double carriage(TimePoint t) const {
+    return is_settled(t) ? *resting_ : quantised(dragged(t));
+  }
   /// Lets the carriage follow up to `t`.
-  void settle(TimePoint t) { carriage_ = dragged(t); }
+  void settle(TimePoint t) {
+    if (is_settled(t)) return;
+    carriage_ = dragged(t);
+    if (t >= end_) resting_ = quantised(carriage_);
+  }
 
  private:
   [[nodiscard]] double since_start_s(TimePoint t) const { return to_seconds(t - start_); }
+  /// Nothing moves from `end_` to the next plan: the carriage is where it was then.
+  [[nodiscard]] bool is_settled(TimePoint t) const { return resting_ && t >= end_; }
   [[nodiscard]] double dragged(TimePoint t) const;
+  [[nodiscard]] double quantised(double carriage) const;
   void adopt(const Profile& profile, TimePoint now);
 
   StageParams params_;
   Profile profile_;
   TimePoint start_{};
   TimePoint end_{};
-  double carriage_;  ///< before the quantum
+  double carriage_;                ///< before the quantum
+  std::optional<double> resting_;  ///< carriage() from `end_` on, where it is known
 };
 
 }  // namespace weft::sim

@@ -78,7 +78,10 @@ void Attachment::schedule() {
   scheduled_ = due;
   if (!due) return;
   timer_ = loop_->at(std::max(*due, loop_->now()), [weak = weak_from_this()] {
-    if (const auto self = weak.lock()) self->wake();
+    const auto self = weak.lock();
+    if (!self) return;
+    self->scheduled_.reset();
+    self->wake();
   });
 }
 

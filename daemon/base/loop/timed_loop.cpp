@@ -17,15 +17,30 @@ TimerId TimedLoop::at(TimePoint when, Callback callback) {
 }
 
 TimerId TimerQueue::add(TimePoint when, Loop::Callback callback) {
-  const TimerId id = ++last_id_;
-  callbacks_.emplace(id, std::move(callback));
+  if (free_.empty()) {
+    free_.push_back(slots_.size());
+    slots_.emplace_back();
+  }
+  const std::size_t slot = free_.back();
+  free_.pop_back();
+  const TimerId id = ++last_number_ << slot_bits | slot;
+  slots_[slot].id = id;
+  slots_[slot].callback = std::move(callback);
   heap_.push_back({when, id});
   std::push_heap(heap_.begin(), heap_.end(), std::greater<>{});
   return id;
 }
 
+/// The callback is moved out: destroying it may cancel timers.
+Loop::Callback TimerQueue::release(TimerId id) {
+  Slot& slot = slots_[slot_of(id)];
+  slot.id = 0;
+  free_.push_back(slot_of(id));
+  return std::exchange(slot.callback, {});
+}
+
 std::optional<TimePoint> TimerQueue::next_due() {
-  while (!heap_.empty() && !callbacks_.contains(heap_.front().id)) {
+  while (!heap_.empty() && !is_waiting(heap_.front().id)) {
     std::pop_heap(heap_.begin(), heap_.end(), std::greater<>{});
     heap_.pop_back();
   }
@@ -34,10 +49,10 @@ std::optional<TimePoint> TimerQueue::next_due() {
 }
 
 Loop::Callback TimerQueue::pop_next() {
+  const TimerId id = heap_.front().id;
   std::pop_heap(heap_.begin(), heap_.end(), std::greater<>{});
-  auto node = callbacks_.extract(heap_.back().id);
   heap_.pop_back();
-  return std::move(node.mapped());
+  return release(id);
 }
 
 bool VirtualLoop::run_one() {

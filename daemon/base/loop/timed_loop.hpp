@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <optional>
-#include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "drivers/api/timer.hpp"
@@ -13,30 +13,47 @@
 namespace weft::daemon {
 
 /// Callbacks by due time; those of one instant come out in the order in which they went in.
+/// Callbacks lie in reused slots, so that a long run neither hashes nor allocates per timer.
 class TimerQueue {
  public:
   TimerId add(TimePoint when, Loop::Callback callback);
   /// An id that was taken already or never existed is ignored.
-  void cancel(TimerId id) { callbacks_.erase(id); }
+  void cancel(TimerId id) {
+    if (is_waiting(id)) release(id);
+  }
 
   /// When the next callback is due; nothing when there is none.
   [[nodiscard]] std::optional<TimePoint> next_due();
-  /// Takes the next callback out. There must be one.
+  /// Takes the next callback out. There must be one, which next_due() has just found.
   Loop::Callback pop_next();
 
  private:
+  /// An id is a running number over the slot: ids ascend, and no two timers share one.
+  static constexpr unsigned slot_bits = 24;
   struct Due {
     TimePoint when;
     TimerId id;
     bool operator>(const Due& o) const { return when != o.when ? when > o.when : id > o.id; }
   };
+  struct Slot {
+    TimerId id = 0;  ///< 0: free
+    Loop::Callback callback;
+  };
 
-  TimerId last_id_ = 0;
+  static std::size_t slot_of(TimerId id) { return id & ((TimerId{1} << slot_bits) - 1); }
+  [[nodiscard]] bool is_waiting(TimerId id) const {
+    return id != 0 && slot_of(id) < slots_.size() && slots_[slot_of(id)].id == id;
+  }
+  Loop::Callback release(TimerId id);
+
+  TimerId last_number_ = 0;
   std::vector<Due> heap_;  ///< cancelled entries stay until they surface
-  std::unordered_map<TimerId, Loop::Callback> callbacks_;
+  std::vector<Slot> slots_;
+  std::vector<std::size_t> free_;
 };
 
-/// Times one callback in `stride` and scales, so that measuring stays well under the work measured.
+/// Times one callback in `stride` and scales: an estimate, so that measuring stays well under the
+/// work measured.
 class TimedLoop final : public Loop {
  public:
   explicit TimedLoop(Loop& inner) : inner_(&inner) {}
@@ -48,7 +65,7 @@ class TimedLoop final : public Loop {
   [[nodiscard]] double seconds() const { return std::chrono::duration<double>(spent_).count(); }
 
  private:
-  static constexpr unsigned stride = 16;
+  static constexpr unsigned stride = 64;
   Loop* inner_;
   unsigned count_ = 0;
   std::chrono::nanoseconds spent_{};

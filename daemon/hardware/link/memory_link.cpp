@@ -2,6 +2,7 @@
 
 #include <array>
 #include <deque>
+#include <optional>
 
 namespace weft::daemon {
 
@@ -15,11 +16,15 @@ struct Direction {
   std::vector<Bytes> spare;
   Link::Receiver receiver;
   Link::Closed closed;
-  bool timer_set = false;
+  std::optional<TimerId> timer;
 };
 
 struct MemoryLink::Shared : std::enable_shared_from_this<Shared> {
   Shared(Loop& first, Loop& second, Duration d) : loops{&first, &second}, latency(d) {}
+  ~Shared() {
+    for (const int to : {0, 1})
+      if (const auto timer = ways[static_cast<std::size_t>(to)].timer) loop(to).cancel(*timer);
+  }
   Loop& loop(int side) { return *loops[static_cast<std::size_t>(side)]; }
 
   void send(int to, ByteView bytes) {
@@ -36,16 +41,15 @@ struct MemoryLink::Shared : std::enable_shared_from_this<Shared> {
 
   void schedule(int to) {
     Direction& way = ways[static_cast<std::size_t>(to)];
-    if (way.timer_set || way.under_way.empty()) return;
-    way.timer_set = true;
-    loop(to).at(way.under_way.front().arrival, [weak = weak_from_this(), to] {
-      if (const auto self = weak.lock()) self->deliver(to);
-    });
+    if (way.timer || way.under_way.empty()) return;
+    // A callback of two words needs no allocation.
+    way.timer = loop(to).at(way.under_way.front().arrival, [this, to] { deliver(to); });
   }
 
   void deliver(int to) {
+    const auto alive = shared_from_this();  // a receiver may drop both ends
     Direction& way = ways[static_cast<std::size_t>(to)];
-    way.timer_set = false;
+    way.timer.reset();
     while (!way.under_way.empty() && way.under_way.front().arrival <= loop(to).now()) {
       Direction::Piece piece = std::move(way.under_way.front());
       way.under_way.pop_front();

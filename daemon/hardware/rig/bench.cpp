@@ -39,10 +39,15 @@ void refuse(Device& device, const Sample& sample) {
 
 std::uint32_t digest_of_counts(const TaxelSample& sample) {
   std::uint32_t digest = 0;
-  for (const std::uint16_t count : sample.counts) {
-    const std::array bytes{static_cast<std::uint8_t>(count & 0xFF),
-                           static_cast<std::uint8_t>(count >> 8)};
-    digest = crc32(bytes, digest);
+  std::array<std::uint8_t, 32> bytes{};  // crc32() takes eight at a step
+  for (auto left = sample.counts; !left.empty();) {
+    const auto some = left.first(std::min(left.size(), bytes.size() / 2));
+    left = left.subspan(some.size());
+    for (std::size_t i = 0; i < some.size(); ++i) {
+      bytes[2 * i] = static_cast<std::uint8_t>(some[i] & 0xFF);
+      bytes[2 * i + 1] = static_cast<std::uint8_t>(some[i] >> 8);
+    }
+    digest = crc32(ByteView(bytes).first(2 * some.size()), digest);
   }
   return digest;
 }

@@ -1,0 +1,20 @@
+#pragma once
+// std::round without a call: the same bits for every argument.
+
+#include <cmath>
+#include <cstdint>
+
+namespace weft::sim {
+
+/// The whole number nearest to `x`; halves go away from zero. Sign of zero, infinities and NaN as
+/// std::round has them.
+inline double nearest_whole(double x) {
+  constexpr double all_whole = 4503599627370496;  // 2^52: from there on every double is
+  if (!(std::abs(x) < all_whole)) return x;
+  const auto towards_zero = static_cast<double>(static_cast<std::int64_t>(x));
+  const double left = x - towards_zero;  // exact
+  const double up = left >= 0.5 ? 1 : left <= -0.5 ? -1 : 0;
+  return std::copysign(towards_zero + up, x);
+}
+
+}  // namespace weft::sim
