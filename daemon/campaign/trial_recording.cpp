@@ -58,7 +58,8 @@ double RestTally::error_n() const {
   return std::sqrt(squares_n2_ / (count - 1) / count);
 }
 
-// Every call of the recorder goes through here: the first error is kept, one call in `timing_stride` timed.
+// Every call of the recorder goes through here: the first error is kept, one call in
+// `timing_stride` timed.
 template <class Write>
 void TrialRecording::write(Write&& write) {
   const bool timed = ++writes_ % timing_stride == 0;

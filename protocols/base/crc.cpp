@@ -70,8 +70,7 @@ std::uint16_t crc16_ccitt(ByteView bytes, std::uint16_t seed) {
     c = tables16[7][(c >> 8) ^ bytes[0]] ^ tables16[6][(c & 0xFFU) ^ bytes[1]] ^
         tables16[5][bytes[2]] ^ tables16[4][bytes[3]] ^ tables16[3][bytes[4]] ^
         tables16[2][bytes[5]] ^ tables16[1][bytes[6]] ^ tables16[0][bytes[7]];
-  for (const std::uint8_t b : bytes)
-    c = ((c << 8) ^ tables16[0][((c >> 8) ^ b) & 0xFFU]) & 0xFFFFU;
+  for (const std::uint8_t b : bytes) c = ((c << 8) ^ tables16[0][((c >> 8) ^ b) & 0xFFU]) & 0xFFFFU;
   return static_cast<std::uint16_t>(c);
 }
 

@@ -34,7 +34,8 @@ double Stage::dragged(TimePoint t) const {
 }
 
 double Stage::quantised(double carriage) const {
-  return params_.quantum > 0 ? params_.quantum * nearest_whole(carriage / params_.quantum) : carriage;
+  return params_.quantum > 0 ? params_.quantum * nearest_whole(carriage / params_.quantum)
+                             : carriage;
 }
 
 Profile Profile::to_rest(double position, double velocity, double acceleration) {

@@ -16,7 +16,7 @@ TimerId TimedLoop::at(TimePoint when, Callback callback) {
   });
 }
 
-TimerId TimerQueue::add(TimePoint when, Loop::Callback callback) {
+TimerId TimerQueue::add(TimePoint when, Loop::Callback&& callback) {
   if (free_.empty()) {
     free_.push_back(slots_.size());
     slots_.emplace_back();
@@ -25,7 +25,7 @@ TimerId TimerQueue::add(TimePoint when, Loop::Callback callback) {
   free_.pop_back();
   const TimerId id = ++last_number_ << slot_bits | slot;
   slots_[slot].id = id;
-  slots_[slot].callback = std::move(callback);
+  slots_[slot].callback.swap(callback);  // a free slot's is empty
   heap_.push_back({when, id});
   std::push_heap(heap_.begin(), heap_.end(), std::greater<>{});
   return id;
@@ -36,7 +36,9 @@ Loop::Callback TimerQueue::release(TimerId id) {
   Slot& slot = slots_[slot_of(id)];
   slot.id = 0;
   free_.push_back(slot_of(id));
-  return std::exchange(slot.callback, {});
+  Loop::Callback callback;
+  callback.swap(slot.callback);
+  return callback;
 }
 
 std::optional<TimePoint> TimerQueue::next_due() {

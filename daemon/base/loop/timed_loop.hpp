@@ -16,7 +16,7 @@ namespace weft::daemon {
 /// Callbacks lie in reused slots, so that a long run neither hashes nor allocates per timer.
 class TimerQueue {
  public:
-  TimerId add(TimePoint when, Loop::Callback callback);
+  TimerId add(TimePoint when, Loop::Callback&& callback);
   /// An id that was taken already or never existed is ignored.
   void cancel(TimerId id) {
     if (is_waiting(id)) release(id);

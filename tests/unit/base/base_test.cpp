@@ -23,6 +23,14 @@ TEST_CASE("CRCs give the catalogue's check values") {
   CHECK(crc32(ascii("6789"), crc32(ascii("12345"))) == 0xCBF43926U);
 }
 
+TEST_CASE("CRC-16 does not depend on how bytes are cut") {
+  Bytes bytes;
+  for (unsigned i = 0; i < 45; ++i) bytes.push_back(static_cast<std::uint8_t>(i * i + 7 * i));
+  std::uint16_t one_by_one = 0xFFFF;
+  for (const std::uint8_t& byte : bytes) one_by_one = crc16_ccitt({&byte, 1}, one_by_one);
+  CHECK(crc16_ccitt(bytes) == one_by_one);
+}
+
 TEST_CASE("a CRC-32 does not depend on where a text is cut, and is that of single bits") {
   Bytes text;
   for (unsigned i = 0; i < 61; ++i) text.push_back(static_cast<std::uint8_t>(i * i + 7 * i));

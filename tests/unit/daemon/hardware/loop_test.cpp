@@ -33,6 +33,21 @@ TEST_CASE("a cancelled timer does not run and does not move the clock") {
   CHECK(loop.now() == TimePoint(1s));
 }
 
+TEST_CASE("the id of a timer that is over cancels no later one") {
+  VirtualLoop loop;
+  int ran = 0;
+  const TimerId cancelled = loop.after(1s, [&] { ++ran; });
+  loop.cancel(cancelled);
+  const TimerId over = loop.after(1s, [&] { ++ran; });
+  REQUIRE(loop.run_one());
+  loop.after(1s, [&] { ++ran; });
+  loop.cancel(cancelled);
+  loop.cancel(over);
+  while (loop.run_one()) {
+  }
+  CHECK(ran == 2);
+}
+
 TEST_CASE("a timer in the past runs at once, never backwards") {
   VirtualLoop loop;
   loop.run_to(TimePoint(3s));
@@ -59,6 +74,18 @@ TEST_CASE("bytes arrive in order, after the latency, stamped with their arrival"
   }
   CHECK(got == Bytes{1, 2, 3});
   CHECK(stamps == std::vector<TimePoint>{TimePoint(2ms), TimePoint(3ms)});
+}
+
+TEST_CASE("a pipe whose ends are gone delivers nothing") {
+  VirtualLoop loop;
+  int received = 0;
+  auto [host, device] = MemoryLink::make_pair(loop, loop, 1ms);
+  device->on_receive([&](ByteView, TimePoint) { ++received; });
+  REQUIRE(host->write(Bytes{1}));
+  host.reset();
+  device.reset();
+  CHECK_FALSE(loop.run_one());
+  CHECK(received == 0);
 }
 
 TEST_CASE("unplugging tells both ends once, drops what is under way and refuses writes") {
