@@ -85,7 +85,7 @@ void Plant::mount(const Patch& patch, const Pose& pose, TimePoint now, const Pla
       bed_ =
           PadBed(patch.material, patch.field, patch.skew_rad, patch.offset_x_m, patch.offset_y_m);
     bed_.set_heights(heights_m);
-    bed_.set_kept(1 - worn_share(wear_, dose_pa_m_));
+    bed_.set_unworn(1 - worn_share(wear_, dose_pa_m_));
     pads_.reset(mix(rig_seed_, patch.seed), patch.gain_scale);
     if (memory != nullptr) pads_.set_state(memory->pads);
     pads_.touch(mix(rig_seed_, patch.seed), patch.gain_scale, patch.pad_ratio);

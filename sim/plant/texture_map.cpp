@@ -289,7 +289,7 @@ void PadBed::press(int first, int last, Values& pressure_pa) {
   Values u_m, v_m, texture, pressed_pa;
   place(law_, faces_, u_m, v_m);
   texture_.responses(u_m, v_m, touching, cursors_, texture);
-  if (kept_ < 1) flatten(kept_, texture);
+  if (unworn_ < 1) flatten(unworn_, texture);
   compute(law_, faces_, heights_m_, texture, pressed_pa);
   for (std::size_t pad = 0; pad < pad_count; ++pad)
     if (touching[pad]) pressure_pa[pad] = pressed_pa[pad];

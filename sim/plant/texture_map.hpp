@@ -97,7 +97,7 @@ class PadBed {
   /// How far each pad reaches further into the cloth than the face.
   void set_heights(const Values& height_m) { heights_m_ = height_m; }
   /// The surface is worn: of the logarithm of its response the share `kept` is left, in [0, 1].
-  void set_kept(double kept) { kept_ = kept; }
+  void set_unworn(double kept) { unworn_ = kept; }
 
   /// The two pads of a stage are converted with the face as it is in `contact`.
   void remember(int stage, const ContactState& contact);
@@ -129,7 +129,7 @@ class PadBed {
   std::array<TextureMap::Cursor, pad_count> cursors_{};
   Faces faces_{};
   Values heights_m_{};
-  double kept_ = 1;
+  double unworn_ = 1;
 };
 
 }  // namespace weft::sim

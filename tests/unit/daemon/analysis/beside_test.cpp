@@ -26,14 +26,14 @@ Dataset placed(std::uint32_t pieces) {
 TEST_CASE("a choice by cross-validation stands in every row, over fewer splits than the rest") {
   const Dataset set = placed(1);
   std::vector<std::string> steps;
-  std::size_t foretold = 0;
+  std::size_t expected = 0;
   const auto results =
       evaluate_campaign(set, with_best(), {}, [&](const EvaluationProgress& progress) {
         steps.push_back(progress.what);
-        foretold = progress.steps;
+        expected = progress.steps;
       });
   if (!results) FAIL(to_string(results.error()));
-  CHECK(steps.size() == foretold);
+  CHECK(steps.size() == expected);
   REQUIRE((*results)[0].best);
   CHECK((*results)[0].best->scores.splits.size() == 2);
   CHECK((*results)[0].best->scores.accuracy == 1.0);
