@@ -318,6 +318,11 @@ Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drive
   json config = json::parse(entry.config_json, nullptr, false);
   if (config.is_object() && schema.is_object() && schema.contains("/properties/noise"_json_pointer))
     return with_noise(entry, std::move(config));
+  if (entry.noiseless && config.is_object() && schema.is_object() &&
+      schema.contains("/properties/stuck_after_s"_json_pointer)) {
+    config["stuck_after_s"] = 0;  // readings that stay the same are no fault there
+    return config.dump();
+  }
   if (!entry.acceleration_mm_s2 || !config.is_object() || !schema.is_object() ||
       !schema.contains("/properties/acceleration_mm_s2"_json_pointer))
     return entry.config_json;
