@@ -38,6 +38,7 @@ json recorded_rig(const CampaignSummary& summary) {
 /// bench17 with a table of three settings, which is for this test alone. `scale`: of its errors.
 json rig_with_table(const TemporaryFolder& folder, double scale = 1) {
   sim::FidelityTable table;
+  table.conditions.scenes = table.conditions.seeds = 1;
   table.conditions.force_n = {0.2, 10};
   table.conditions.speed_mps = {0.5e-3, 4e-3};
   table.conditions.seat_speed_mps = {1e-4, 1e-3};

@@ -25,6 +25,7 @@ struct Bench {
 
   Bench() {
     sim::FidelityTable table;
+    table.conditions.scenes = table.conditions.seeds = 1;
     table.conditions.force_n = {0.2, 10};
     table.conditions.speed_mps = {0.5e-3, 4e-3};
     table.conditions.seat_speed_mps = {1e-4, 1e-3};
