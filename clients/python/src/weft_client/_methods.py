@@ -600,7 +600,7 @@ class RunMethods:
         Result: the run; submitted_by who put it in line, by who changed it last; attention is the next human action (null:
         none), next_attention_us since when it is asked or when it will be; campaign_since, where its campaign was gone on
         with without the daemon (weft run --resume): what its folder holds by now, trials_done, trials_planned, complete,
-        dataset_sha256. Least role: observer.
+        dataset_sha256; promise, where an accuracy of the simulation was asked for: held. Least role: observer.
         """
         return self._call("run.get", {"run": run})
 
