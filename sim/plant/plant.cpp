@@ -74,7 +74,8 @@ void Plant::mount(const Patch& patch, const Pose& pose, TimePoint now, const Pla
                            patch.offset_x_m,
                            patch.offset_y_m,
                            {},
-                           heights_m};
+                           heights_m,
+                           1 - worn_share(wear_, dose_pa_m_)};
   else if (params_.level >= Level::dynamic)
     dynamic_.emplace(geometry, params_.mount, material, params_.dynamics);
   if (params_.level >= Level::modal) listen(patch, now);
@@ -134,6 +135,7 @@ void Plant::advance(const Pose& pose, double dt_s) {
     model_.advance(contact_, pose, relaxation_over(dt_s));
   else
     contact_ = peek(pose, dt_s);
+  if (wear_.most > 0) rub(pose);
 }
 
 /// Whether a balance spans conversions.
@@ -235,12 +237,12 @@ void Plant::finish_stages() {
   if (!algebraic_) bed_.press(scan_first_, scan_last_, pressure_pa_);
   pads_.convert_stages(pressure_pa_, scan_frame_, scan_first_, scan_last_);
   scan_first_ = scan_last_ = 0;
-  if (wear_.most > 0) rub();
 }
 
-/// Adds what the face has rubbed since the last scan. The next touch finds it.
-void Plant::rub() {
-  const Vector2 at_m{contact_.face_x_m(), contact_.face_y_m()};
+/// Adds what the face has rubbed since the last step, by the force of the last balance. The next
+/// touch finds it.
+void Plant::rub(const Pose& pose) {
+  const Vector2 at_m{pose.x_m, pose.y_m};
   const double way_m = size(sum(1, at_m, -1, rubbed_to_m_));
   dose_pa_m_ += contact_.normal_n / params_.geometry.face_area_m2() * way_m;
   rubbed_to_m_ = at_m;
@@ -265,8 +267,9 @@ void Plant::press_linear(int stage) {
                  y = contact_.face_y_m() + dy_m + algebraic_->offset_y_m;
     const double u = algebraic_->skew_cos * x + algebraic_->skew_sin * y,
                  v = algebraic_->skew_cos * y - algebraic_->skew_sin * x;
-    const double height_m = algebraic_->texture.height_m(u, v, algebraic_->cursors[pad]) +
-                            algebraic_->pad_heights_m[pad];
+    const double height_m =
+        algebraic_->unworn * algebraic_->texture.height_m(u, v, algebraic_->cursors[pad]) +
+        algebraic_->pad_heights_m[pad];
     pressure_pa_[pad] = algebraic_->probe.pressure_pa(contact_, dx_m, dy_m, height_m);
   }
 }

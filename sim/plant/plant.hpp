@@ -103,6 +103,7 @@ class Plant {
     double skew_cos, skew_sin, offset_x_m, offset_y_m;
     std::array<TextureMap::Cursor, pad_count> cursors{};
     std::array<double, pad_count> pad_heights_m{};
+    double unworn = 1;
   };
   /// What waits, at L1 with a long step, for the next balance.
   struct Gathered {
@@ -125,7 +126,7 @@ class Plant {
   [[nodiscard]] ContactState quasistatic(const Pose& pose, double dt_s) const;
   void press_linear(int stage);
   void finish_stages();
-  void rub();
+  void rub(const Pose& pose);
   ContactMaterial worn(ContactMaterial material) const;
   const RelaxationStep& relaxation_over(double dt_s);
 
@@ -141,7 +142,7 @@ class Plant {
   std::uint64_t mounted_ = 0;  ///< Patch::mounted of what lies there
   Wear wear_;
   double dose_pa_m_ = 0;
-  Vector2 rubbed_to_m_{};  ///< the face when the dose was last counted
+  Vector2 rubbed_to_m_{};  ///< the stages when the dose was last counted
   mutable PadBed bed_;     ///< at L1 and above; makes texture where it is looked at
   PadArray pads_;
   mutable std::array<double, pad_count> pressure_pa_{};  ///< of pads that wait: not yet

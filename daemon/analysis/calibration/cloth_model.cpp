@@ -139,15 +139,19 @@ void ClothModel::add_common(const sim::FabricLibrary& library) {
                            .start = std::clamp(start, low, high)});
   };
   const sim::Spread& spread = library.spread;
+  const sim::MountingSpread& mounting = spread.mounting;
+  const bool was_calibrated = library.pads.has_value();
   add("path_mm", Block::common, 0.01, 5, spread.touch.path_m / m_per_mm,
       "10 um is the resolution of stages, 5 mm a stroke put back by eye");
   add("pad_ratio", Block::common, 1e-4, 0.05, spread.touch.pad_ratio,
       "below 1e-4 noise covers it, above 0.05 a path would show no pattern");
-  add("tilt_mrad", Block::common, 0.01, 10, start_tilt_rad * 1e3,
+  add("tilt_mrad", Block::common, 0.01, 10, 1e3 * (was_calibrated ? mounting.tilt : start_tilt_rad),
       "10 mrad lift one edge of the face by 0.16 mm");
-  add("pad_height_um", Block::common, 0.01, 20, start_pad_height_m / m_per_um,
+  add("pad_height_um", Block::common, 0.01, 20,
+      (was_calibrated ? mounting.pad_height_m : start_pad_height_m) / m_per_um,
       "20 um are the thickness of a thin cloth");
-  add("common_mode", Block::common, 1e-5, 0.05, start_common_mode,
+  add("common_mode", Block::common, 1e-5, 0.05,
+      was_calibrated ? pads_.common_mode : start_common_mode,
       "of the signal: above 0.05 it would exceed the modulation of cloths");
   add("common_mode_time_s", Block::common, 0.1, 30, pads_.common_mode_time_s,
       "from a few samples to a whole stroke");

@@ -66,8 +66,10 @@ Result<HeldOutCheck> check_held_out(const RecordingView& held_out, const ClothMo
   }
   HeldOutCheck out;
   for (std::size_t i = 0; i < real.size(); ++i) {
-    if (tallies[i].count < std::max(2.0, static_cast<double>(options.held_out_replicates) / 2))
+    if (tallies[i].count < std::max(2.0, static_cast<double>(options.held_out_replicates) / 2)) {
+      out.statistics.push_back({real[i], real[i].value, real[i].value, false});
       continue;
+    }
     out.statistics.push_back(band_of(real[i], tallies[i]));
     out.inside += out.statistics.back().is_inside ? 1 : 0;
   }

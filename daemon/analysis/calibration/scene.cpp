@@ -227,6 +227,22 @@ Status Scene::make_group(Job& job, std::span<const double> values, std::uint64_t
   return {};
 }
 
+namespace {
+
+/// The plant's pads that stand for the recorded channels: those of a square array keep their
+/// neighbours.
+std::vector<std::size_t> pads_of(const RecordingView& like) {
+  constexpr std::size_t pads_a_row = 4;
+  std::size_t side = 1;
+  while (side * side < like.recorded_channels) ++side;
+  std::vector<std::size_t> out = like.recorded;
+  if (side * side == like.recorded_channels && side <= pads_a_row)
+    for (std::size_t& channel : out) channel = channel / side * pads_a_row + channel % side;
+  return out;
+}
+
+}  // namespace
+
 Result<std::vector<Stroke>> Scene::slide(const SceneGroup& group, std::span<const double> values,
                                          std::uint64_t seed) const {
   ClothModel::Inputs inputs = model_->inputs(group.cloth, values);
@@ -256,7 +272,7 @@ Result<std::vector<Stroke>> Scene::slide(const SceneGroup& group, std::span<cons
     }
     stylus->rest(*patch, patch_m * like.patch);
     out.push_back(
-        slide_once(*stylus, like, like_.recorded, press.force_n[out.size()], press.rest_n, scale_));
+        slide_once(*stylus, like, pads_of(like_), press.force_n[out.size()], press.rest_n, scale_));
   }
   return out;
 }

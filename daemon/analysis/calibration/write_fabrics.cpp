@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <nlohmann/json.hpp>
+#include <set>
 
 namespace weft::daemon::calibration {
 namespace {
@@ -40,7 +41,8 @@ double per_count(std::string_view name, double scale) {
 }
 
 ordered_json with_standing(const CalibratedParameter& p, const std::string& key, double scale) {
-  const double factor = per_count(p.parameter.name, scale);
+  // What was not seen is the table's own estimate, which is in the plant's counts already.
+  const double factor = p.standing == Standing::not_seen ? 1 : per_count(p.parameter.name, scale);
   if (p.standing == Standing::estimated) return {p.value * factor, "estimated"};
   return {p.value * factor, std::string(to_string(p.standing)), key,
           ordered_json::array({p.low * factor, p.high * factor})};
@@ -52,11 +54,18 @@ std::string name_in_table(const CalibrationSource& source, const std::string& la
   return out;
 }
 
+/// An earlier calibration saw it.
+bool is_fitted_value(const ordered_json& level, std::string_view parameter) {
+  const auto at = level.find(std::string(parameter));
+  return at != level.end() && at->is_array() && at->size() == 4 && (*at)[1] != "not_seen";
+}
+
 void set_common(ordered_json& table, const CalibrationResult& result, const std::string& key) {
   for (const Place& place : places) {
     const CalibratedParameter* p = find_parameter(result, place.parameter);
     ordered_json& section = table[std::string(place.section)];
     ordered_json& level = place.level.empty() ? section : section[std::string(place.level)];
+    if (p->standing == Standing::not_seen && is_fitted_value(level, place.parameter)) continue;
     level[std::string(place.parameter)] = with_standing(*p, key, result.scale);
   }
   // An older table's spread of trials would be read after these.
@@ -205,6 +214,15 @@ Result<ordered_json> calibrated_table(std::string_view text, const CalibrationRe
                  .what = "not a table of fabrics",
                  .expected = "weft-fabrics-1 or weft-fabrics-2"});
   const std::string key = next_calibration(table);
+  std::set<std::string> names;
+  for (const BaseCloth& cloth : result.cloths)
+    if (!names.insert(name_in_table(source, cloth.label)).second)
+      return fail({.code = Errc::invalid_argument,
+                   .where = "recordings",
+                   .what = "two labels that differ in case alone",
+                   .expected = "a name for each cloth",
+                   .got = cloth.label,
+                   .hint = "Rename one of them, or give both the same label"});
   table["format"] = std::string(table_format);
   table["calibrations"][key] = calibration_json(result, source);
   set_common(table, result, key);

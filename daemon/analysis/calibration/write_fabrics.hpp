@@ -25,8 +25,9 @@ struct CalibrationSource {
 /// "C1", or the next number that the table does not have.
 std::string next_calibration(const nlohmann::ordered_json& table);
 
-/// `table`: text that sim::parse_fabrics() accepts. An earlier cloth of the same name is replaced.
-/// Errors: parse, for other text.
+/// `table`: text that sim::parse_fabrics() accepts. An earlier cloth of the same name is replaced;
+/// a parameter that an earlier calibration saw and this one did not is left. Errors: parse, for
+/// other text; invalid_argument, for labels that differ in case alone.
 Result<nlohmann::ordered_json> calibrated_table(std::string_view table,
                                                 const CalibrationResult& result,
                                                 const CalibrationSource& source);

@@ -80,6 +80,9 @@ CalibrationSource make_source(const CalibrateArgs& args, const std::vector<Datas
     if (dataset.info.kind != source.bench) source.bench = BenchKind::unknown;
     source.dataset_sha256.push_back(compute_digest(dataset).dataset_sha256);
   }
+  source.command += " --fabrics " + args.fabrics.filename().string() + " --name " + source.prefix;
+  if (!args.held_out.empty()) source.command += " --held-out " + args.held_out.filename().string();
+  if (args.speed_mm_s > 0) source.command += " --speed-mm-s " + general(args.speed_mm_s);
   source.command += " --seed " + std::to_string(args.seed);
   source.held_out_file = args.held_out.filename().string();
   source.software = software_version();
@@ -160,9 +163,10 @@ Result<int> run_calibrate(const CalibrateArgs& args, Console& console) {
       views->fitted, views->held_out, *library, options,
       [&](const std::string& what) { console.err << "calibrate: " << what << std::endl; });
   if (!result) return pass(result.error());
+  constexpr auto replace = nlohmann::json::error_handler_t::replace;
   const auto written = calibrated_table(*table, *result, source);
   if (!written) return pass(written.error());
-  if (Status ok = write_text_file(args.output, written->dump(2) + "\n"); !ok)
+  if (Status ok = write_text_file(args.output, written->dump(2, ' ', false, replace) + "\n"); !ok)
     return pass(ok.error());
   if (!args.page.empty())
     if (Status ok = write_text_file(args.page, calibration_html(*result, source)); !ok)
