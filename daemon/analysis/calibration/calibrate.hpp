@@ -45,7 +45,8 @@ struct ComparedStatistic {
 
 struct HeldOutStatistic {
   Statistic real;
-  double low = 0, high = 0;  ///< where 95 % of simulated ones lie, on its scale
+  /// Where 95 % of simulated ones lie, on its scale; equal: too few simulated sets have it.
+  double low = 0, high = 0;
   bool is_inside = false;
 };
 struct HeldOutCheck {

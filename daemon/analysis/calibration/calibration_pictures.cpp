@@ -1,0 +1,257 @@
+#include "daemon/analysis/calibration/calibration_pictures.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <span>
+
+#include "daemon/analysis/calibration/stroke_choice.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/pages/plot/html.hpp"
+
+namespace weft::daemon::calibration {
+namespace {
+
+constexpr std::string_view band_name = "band_";
+constexpr std::size_t sides = 3;
+constexpr std::array<std::string_view, sides> side_names{"recorded", "SIMULATED, estimates",
+                                                         "SIMULATED, calibrated"};
+constexpr std::array<std::string_view, sides> side_lines{"curve first", "curve limit",
+                                                         "curve second"};
+constexpr std::size_t histogram_bins = 10;
+constexpr double picture_width = 420, picture_height = 250;
+const svg::Box picture_area{62, 44, 346, 160};
+constexpr double key_step = 140, key_y = 16, title_y = 36;
+constexpr double side_step = 0.15;  // between the marks of one name, so that equal ones are seen
+
+/// The 95 % interval of a recorded value.
+struct Whisker {
+  double x, low, high;
+};
+
+/// Three lines on one pair of axes: recorded, simulated before and after.
+struct Picture {
+  std::string title, x_title, y_title;
+  bool is_log_x = false, is_log_y = false;
+  std::array<std::vector<svg::Point>, sides> lines{};
+  std::vector<Whisker> whiskers{};
+  std::vector<std::string> names{};  ///< of whole numbers along x; empty: a scale
+};
+
+svg::Range x_range_of(const Picture& picture) {
+  if (!picture.names.empty()) return {-0.5, static_cast<double>(picture.names.size()) - 0.5};
+  std::vector<double> values;
+  for (const auto& line : picture.lines)
+    for (const svg::Point& p : line) values.push_back(p.x);
+  return picture.is_log_x ? svg::log_range_of(values) : svg::find_range(values);
+}
+
+svg::Range y_range_of(const Picture& picture) {
+  std::vector<double> values;
+  for (const auto& line : picture.lines)
+    for (const svg::Point& p : line) values.push_back(p.y);
+  for (const Whisker& whisker : picture.whiskers) {
+    values.push_back(whisker.low);
+    values.push_back(whisker.high);
+  }
+  return picture.is_log_y ? svg::log_range_of(values) : svg::find_range(values);
+}
+
+void draw_x_axis(svg::Canvas& canvas, const svg::Axes& axes, const Picture& picture) {
+  if (picture.is_log_x) return axes.draw_log_x(canvas, picture.x_title, general);
+  if (picture.names.empty()) return axes.draw_x(canvas, picture.x_title, 5);
+  const double below = picture_area.y + picture_area.height + 14;
+  for (std::size_t i = 0; i < picture.names.size(); ++i)
+    canvas.text({axes.x(static_cast<double>(i)), below + (i % 2 == 0 ? 0 : 13)}, picture.names[i],
+                "tick", svg::Anchor::middle);
+}
+
+void draw_y_axis(svg::Canvas& canvas, const svg::Axes& axes, const Picture& picture) {
+  if (picture.is_log_y) return axes.draw_log_y(canvas, picture.y_title, general);
+  axes.draw_y(canvas, picture.y_title, 5);
+}
+
+void draw_keys(svg::Canvas& canvas) {
+  for (std::size_t side = 0; side < sides; ++side) {
+    const double x = 12 + key_step * static_cast<double>(side);
+    draw_mark(canvas, {x, key_y - 4}, side);
+    canvas.text({x + 9, key_y}, side_names[side], "key");
+  }
+}
+
+/// A value that a logarithmic axis has no place for is not drawn.
+void draw_sides(svg::Canvas& canvas, const svg::Axes& axes, const Picture& picture) {
+  for (const Whisker& whisker : picture.whiskers)
+    canvas.line(axes.at(whisker.x, whisker.low), axes.at(whisker.x, whisker.high),
+                "whisker " + mark_class(0));
+  for (std::size_t side = 0; side < sides; ++side) {
+    std::vector<svg::Point> points;
+    for (const svg::Point& p : picture.lines[side]) points.push_back(axes.at(p.x, p.y));
+    if (picture.names.empty()) canvas.polyline(points, side_lines[side]);
+    for (const svg::Point& p : points)
+      if (std::isfinite(p.x) && std::isfinite(p.y)) draw_mark(canvas, p, side);
+  }
+}
+
+std::string svg_of(const Picture& picture) {
+  svg::Canvas canvas(picture_width, picture_height,
+                     picture.title + ", recorded and SIMULATED before and after");
+  draw_keys(canvas);
+  canvas.text({picture_area.x, title_y}, picture.title, "row-name");
+  svg::Axes axes(picture_area, x_range_of(picture), y_range_of(picture));
+  axes.x.logarithmic = picture.is_log_x;
+  axes.y.logarithmic = picture.is_log_y;
+  draw_x_axis(canvas, axes, picture);
+  draw_y_axis(canvas, axes, picture);
+  draw_sides(canvas, axes, picture);
+  return canvas.finish();
+}
+
+std::array<const RecordingView*, sides> views_of(const CalibrationResult& result) {
+  return {&result.real, &result.before, &result.after};
+}
+
+/// Where a side's mark is, of the name at `x`.
+double beside(double x, std::size_t side) {
+  return x + side_step * (static_cast<double>(side) - 1);
+}
+
+/// The three values of a statistic, each at its own x.
+void add_statistic(Picture& out, const ComparedStatistic& s, const std::array<double, sides>& x) {
+  const Scale scale = s.real.scale;
+  out.lines[0].push_back({x[0], s.real.shown});
+  out.whiskers.push_back({x[0], from_scale(s.low, scale), from_scale(s.high, scale)});
+  if (s.before) out.lines[1].push_back({x[1], from_scale(*s.before, scale)});
+  if (s.after) out.lines[2].push_back({x[2], from_scale(*s.after, scale)});
+}
+
+/// Wave number, rms of the band that begins there.
+Picture spectrum_of(const CalibrationResult& result, const std::string& cloth) {
+  Picture out{"Spectrum of " + cloth, "band from [1/mm]", "rms of the modulation", true, true};
+  for (const ComparedStatistic& s : result.statistics) {
+    if (s.real.cloth != cloth || !s.real.name.starts_with(band_name)) continue;
+    const double from = std::strtod(s.real.name.c_str() + band_name.size(), nullptr);
+    add_statistic(out, s, {from, from, from});
+  }
+  return out;
+}
+
+struct NamedStatistic {
+  std::string_view statistic, name;
+};
+
+/// Statistics over all cloths, side by side. A name without marks: the statistic is not known.
+void add_named(Picture& out, const CalibrationResult& result,
+               std::span<const NamedStatistic> wanted) {
+  for (const NamedStatistic& one : wanted) {
+    const auto x = static_cast<double>(out.names.size());
+    out.names.emplace_back(one.name);
+    for (const ComparedStatistic& s : result.statistics)
+      if (s.real.name == one.statistic && s.real.cloth.empty())
+        add_statistic(out, s, {beside(x, 0), beside(x, 1), beside(x, 2)});
+  }
+}
+
+Picture correlation_picture(const CalibrationResult& result) {
+  static constexpr std::array<NamedStatistic, 2> wanted{
+      {{"repetition", "the same path again"}, {"control", "another cloth"}}};
+  Picture out{"Correlation of two strokes", {}, "correlation"};
+  add_named(out, result, wanted);
+  return out;
+}
+
+Picture pattern_picture(const CalibrationResult& result) {
+  static constexpr std::array<NamedStatistic, 3> wanted{
+      {{"pattern_path", "within a path"},
+       {"pattern_patch", "between patches"},
+       {"pattern_mounting", "between mountings"}}};
+  Picture out{"Spread of the pattern over channels", {}, "sd of ln(level)", false, true};
+  add_named(out, result, wanted);
+  return out;
+}
+
+/// The typical modulation of each stroke [%].
+std::vector<double> stroke_modulations(const RecordingView& view) {
+  std::vector<double> out;
+  for (std::size_t i = 0; i < view.strokes.size(); ++i) {
+    const StatisticSet set = compute_statistics(subset(view, {i}));
+    if (const Statistic* one = find(set.statistics, "modulation", view.strokes[i].cloth))
+      out.push_back(100 * one->shown);
+  }
+  return out;
+}
+
+/// Middle of a bin, number of values in it; nothing where there are no values.
+std::vector<svg::Point> log_histogram(const std::vector<double>& values, const svg::Range& range) {
+  if (values.empty()) return {};
+  const double step = std::log(range.high / range.low) / histogram_bins;
+  std::array<double, histogram_bins> counts{};
+  for (const double value : values) {
+    if (!(value > 0)) continue;
+    const double bin = std::clamp(std::log(value / range.low) / step, 0.0, histogram_bins - 1.0);
+    ++counts[static_cast<std::size_t>(bin)];
+  }
+  std::vector<svg::Point> out;
+  for (std::size_t b = 0; b < histogram_bins; ++b)
+    out.push_back({range.low * std::exp(step * (static_cast<double>(b) + 0.5)), counts[b]});
+  return out;
+}
+
+Picture modulation_histogram(const CalibrationResult& result) {
+  Picture out{"Modulation of strokes", "modulation [%]", "strokes", true, false};
+  std::array<std::vector<double>, sides> values;
+  std::vector<double> all;
+  for (std::size_t side = 0; side < sides; ++side) {
+    values[side] = stroke_modulations(*views_of(result)[side]);
+    all.insert(all.end(), values[side].begin(), values[side].end());
+  }
+  const svg::Range range = svg::log_range_of(all);
+  for (std::size_t side = 0; side < sides; ++side)
+    out.lines[side] = log_histogram(values[side], range);
+  return out;
+}
+
+RecordingView strokes_of(const RecordingView& view, const std::string& cloth) {
+  std::vector<std::size_t> own;
+  for (std::size_t i = 0; i < view.strokes.size(); ++i)
+    if (view.strokes[i].cloth == cloth) own.push_back(i);
+  return subset(view, own);
+}
+
+Picture repetition_picture(const CalibrationResult& result) {
+  Picture out{"Correlation of two repetitions of one path", {}, "correlation"};
+  for (std::size_t c = 0; c < result.cloths.size(); ++c) {
+    out.names.push_back(result.cloths[c].label);
+    for (std::size_t side = 0; side < sides; ++side) {
+      const RecordingView own = strokes_of(*views_of(result)[side], result.cloths[c].label);
+      if (own.strokes.empty()) continue;
+      const StatisticSet set = compute_statistics(own);
+      if (const Statistic* one = find(set.statistics, "repetition"))
+        out.lines[side].push_back({beside(static_cast<double>(c), side), one->shown});
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string calibration_pictures(const CalibrationResult& result, std::string_view badge_html) {
+  std::string out;
+  const auto add = [&](const Picture& picture, std::string_view caption) {
+    if (!picture.lines[0].empty()) out += figure(svg_of(picture), caption, badge_html);
+  };
+  constexpr std::string_view all_strokes =
+      "Recorded: all fitted strokes, the line is the 95 % interval. SIMULATED: a choice of them.";
+  for (const BaseCloth& cloth : result.cloths) add(spectrum_of(result, cloth.label), all_strokes);
+  add(modulation_histogram(result),
+      "Strokes by their typical modulation, only those that are simulated.");
+  add(correlation_picture(result), all_strokes);
+  add(repetition_picture(result),
+      "Largest correlation over lags of 4 samples, only of strokes that are simulated. No mark: no "
+      "second repetition.");
+  add(pattern_picture(result), all_strokes);
+  return out;
+}
+
+}  // namespace weft::daemon::calibration
