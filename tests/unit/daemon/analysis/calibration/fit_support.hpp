@@ -7,12 +7,18 @@
 #include <string>
 #include <vector>
 
-#include "daemon/analysis/calibration/recording_view.hpp"
-#include "sim/plant/fabric.hpp"
+#include "daemon/analysis/calibration/calibrate.hpp"
+#include "daemon/analysis/calibration/minimise.hpp"
 
 namespace weft::daemon::calibration::test {
 
 constexpr double recorded_level = 300;  // counts: half of what a pad of the plant can read
+
+/// A test that searches ends here, with a message, where Weft was built without NLopt.
+inline bool lacks_nlopt() {
+  if (!has_nlopt()) WARN("built without NLopt: nothing is searched");
+  return !has_nlopt();
+}
 
 inline std::string table_text() {
   std::ifstream in(std::string(WEFT_SOURCE_DIR) + "/sim/fabrics.json");
@@ -33,10 +39,10 @@ inline double mean_of(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-/// 25 mm at 10 mm/s on 16 channels, without counts: a cell for each mounting of each cloth.
+/// 25 mm at 10 mm/s, without counts: a cell for each mounting of each cloth.
 inline RecordingView empty_strokes(const std::vector<std::string>& cloths, std::uint32_t mountings,
-                                   std::uint32_t repetitions = 1) {
-  constexpr std::size_t channels = 16, samples = 92;
+                                   std::uint32_t repetitions = 1, std::size_t channels = 16) {
+  constexpr std::size_t samples = 92;
   RecordingView out;
   out.channels = out.recorded_channels = channels;
   for (std::size_t c = 0; c < channels; ++c) out.recorded.push_back(c);
@@ -54,6 +60,20 @@ inline RecordingView empty_strokes(const std::vector<std::string>& cloths, std::
         stroke.level.assign(channels, recorded_level);
         out.strokes.push_back(std::move(stroke));
       }
+  return out;
+}
+
+/// The estimates as a result, each block with another standing.
+inline CalibrationResult result_of(const ClothModel& model) {
+  CalibrationResult out;
+  out.cloths = model.cloths();
+  for (const Parameter& p : model.parameters()) {
+    const Standing standing = p.block == Block::cloth       ? Standing::calibrated
+                              : p.block == Block::common    ? Standing::bounded
+                              : p.block == Block::estimator ? Standing::not_seen
+                                                            : Standing::estimated;
+    out.parameters.push_back({p, standing, p.start, 0.9 * p.start, 1.1 * p.start});
+  }
   return out;
 }
 
