@@ -194,7 +194,7 @@ std::string calibration_html(const CalibrationResult& result, const CalibrationS
                                       "</div>\n") +
           section_html("Statistics", statistic_table(result, source)) +
           section_html("Parameters", parameter_table(result)) + held_out_section(result, source) +
-          list_of("What the recordings do not tell apart", result.blind_directions) +
+          list_of("Parameters that the recordings do not separate", result.blind_directions) +
           list_of("Remarks", result.remarks) +
           section_html("What is not computed here", std::string(not_computed_html)));
 }
