@@ -33,6 +33,12 @@ Relaxation relaxation_of(const MaterialParams& params, double eta) {
   return relaxation;
 }
 
+WavinessSpec waviness_of(const Fabric& fabric, const MaterialParams& params) {
+  WavinessSpec out = params.waviness;
+  if (fabric.waviness_rms_m > 0) out.rms_m = fabric.waviness_rms_m;
+  return out;
+}
+
 double height_rms_m(const Fabric& fabric, const MaterialParams& params) {
   if (fabric.height_rms_m > 0) return fabric.height_rms_m;
   if (params.roughness_exponent == 1) return params.height_per_roughness * fabric.roughness_m;
@@ -174,6 +180,7 @@ Result<Fabric> parse_fabric(const json& object, const std::string& where,
   reader.number("weft_per_cm", fabric.weft_per_m, 0.5, 200, per_m_per_cm);
   reader.number("grain_um", fabric.grain_m, 5, 5000, m_per_um);
   reader.number("height_um", fabric.height_rms_m, 0.01, 1000, m_per_um);
+  reader.number("waviness_um", fabric.waviness_rms_m, 0.01, 100, m_per_um);
   if (const Status status = reader.finish(); !status) return pass(status.error());
   if (fabric.name.empty()) return parse_error(where + "/name", {.what = "a fabric without a name"});
   const auto found = structures.find(structure);
@@ -429,7 +436,7 @@ Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params, cons
   patch.material.law = compose(patch.material.law, params.cover);
   if (switches.texture) patch.field = HeightField(surface, mix(piece, "surface"));
   if (switches.waviness)
-    patch.material.waviness = Waviness(params.waviness, mix(piece, "waviness"))
+    patch.material.waviness = Waviness(waviness_of(fabric, params), mix(piece, "waviness"))
                                   .shifted(patch.offset_x_m, patch.offset_y_m);
   return patch;
 }

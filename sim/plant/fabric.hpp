@@ -25,6 +25,7 @@ struct Fabric {
   double friction_deviation = 0;  ///< MMD; kept for the record, level L1 has no use for it
   double roughness_m = 0;         ///< SMD
   double height_rms_m = 0;        ///< std(h) where it was calibrated; 0: it follows from SMD
+  double waviness_rms_m = 0;      ///< where it was calibrated; 0: that of all cloths
   double warp_per_m = 0;          ///< yarns, wales or ribs per metre along x; 0 without a lattice
   double weft_per_m = 0;          ///< along y
   double grain_m = 0;             ///< longest distance between asperities; 0: that of RubbingParams

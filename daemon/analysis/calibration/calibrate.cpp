@@ -13,8 +13,9 @@ namespace weft::daemon::calibration {
 namespace {
 
 constexpr std::size_t noise_windows = 8;  // simulated once, for what texture adds to the noise
-constexpr double known_noise_counts = 1;  // there: without any, counts that stand still hide it
-constexpr double failed_cost = 1e12;      // of a search whose scene failed
+constexpr double known_noise_counts =
+    1;                                // of the plant: without any, counts that stand still hide it
+constexpr double failed_cost = 1e12;  // of a search whose scene failed
 
 /// By which statistics a parameter of all cloths is seen. Without any of them another value only
 /// makes other strokes of the same kind, and Q changes by chance.
@@ -28,6 +29,7 @@ constexpr SeenBy seen_by[] = {{"path_mm", {"repetition", "repetition_lag"}},
                               {"pad_height_um", {"pattern_mounting"}},
                               {"common_mode", {"common_share", "neighbours", "far"}},
                               {"common_mode_time_s", {"common_share", "neighbours", "far"}},
+                              {"grip_N_mm", {"common_share", "neighbours", "far"}},
                               {"drift_counts", {"drift"}}};
 
 bool is_seen(std::string_view parameter, const std::vector<Target>& targets) {
@@ -66,11 +68,12 @@ class Calibration {
   void widen_gain_spread();
   Status make_objective();
   Status fit_blocks();
+  Status polish(const std::vector<std::size_t>& varied);
   Status improve(const std::vector<std::size_t>& searched, std::size_t starts,
                  std::size_t evaluations);
   Status find_intervals();
   void round_values();
-  void keep_unseen();
+  Status keep_unseen();
   void fill(CalibrationResult& out);
   void compare(CalibrationResult& out) const;
   [[nodiscard]] std::vector<std::size_t> seen_common() const;
@@ -182,7 +185,8 @@ Status Calibration::take_off_texture() {
   const std::size_t s0 = model_.find("noise_counts"), k1 = model_.find("noise_per_count"),
                     k2 = model_.find("noise_per_square");
   std::vector<double> quiet = values_;
-  quiet[s0] = known_noise_counts;
+  const double known = known_noise_counts * scene_->scale();
+  quiet[s0] = known;
   quiet[k1] = quiet[k2] = 0;
   const auto view = scene->simulate(quiet, options_.seed, options_.threads);
   if (!view) return pass(view.error());
@@ -191,8 +195,7 @@ Status Calibration::take_off_texture() {
     const Statistic* one = find(set.statistics, name);
     return one == nullptr ? 0 : one->shown;
   };
-  const double offset =
-      std::max(0.0, std::pow(added("noise_s0"), 2) - std::pow(known_noise_counts, 2));
+  const double offset = std::max(0.0, std::pow(added("noise_s0"), 2) - std::pow(known, 2));
   const auto shift = [&](std::size_t i, double off, auto&& from, auto&& to) {
     for (double* value : {&values_[i], &intervals_[i].low, &intervals_[i].high})
       *value = from(std::max(0.0, to(*value) - off));
@@ -261,16 +264,50 @@ Status Calibration::fit_blocks() {
       return ok;
   }
   say("fitting what all cloths share");
-  if (Status ok = improve(seen_common(), options_.starts, options_.evaluations); !ok) return ok;
+  if (Status ok = improve(seen_common(), options_.starts, options_.common_evaluations); !ok)
+    return ok;
   if (Status ok = take_off_texture(); !ok) return ok;
-  say("fitting all together");
-  return improve(searched(), 1, options_.joint_evaluations);
+  return polish(searched());
 }
 
-/// The estimate stays where nothing was seen.
-void Calibration::keep_unseen() {
-  for (std::size_t i = 0; i < values_.size(); ++i)
-    if (intervals_[i].standing == Standing::not_seen) values_[i] = model_.parameters()[i].start;
+/// The blocks once more in turn, from where they are: all parameters in one search would need a
+/// hundred evaluations before its first step.
+Status Calibration::polish(const std::vector<std::size_t>& varied) {
+  const auto of_varied = [&](std::vector<std::size_t> block) {
+    std::erase_if(block,
+                  [&](std::size_t i) { return std::ranges::find(varied, i) == varied.end(); });
+    return block;
+  };
+  for (std::size_t round = 1; round <= options_.rounds; ++round) {
+    say("all blocks again, round " + std::to_string(round) + " of " +
+        std::to_string(options_.rounds));
+    for (const BaseCloth& cloth : model_.cloths())
+      if (Status ok =
+              improve(of_varied(model_.block(Block::cloth, cloth.label)), 1, options_.evaluations);
+          !ok)
+        return ok;
+    if (Status ok = improve(of_varied(seen_common()), 1, options_.common_evaluations); !ok)
+      return ok;
+  }
+  return {};
+}
+
+/// The estimate stays where nothing was seen, and the others follow: each alone changes little,
+/// all together may. An interval takes in where its value went.
+Status Calibration::keep_unseen() {
+  std::vector<std::size_t> seen;
+  for (const std::size_t i : searched())
+    if (intervals_[i].standing == Standing::not_seen)
+      values_[i] = model_.parameters()[i].start;
+    else
+      seen.push_back(i);
+  if (seen.size() == searched().size()) return {};
+  if (Status ok = polish(seen); !ok) return ok;
+  for (const std::size_t i : seen) {
+    intervals_[i].low = std::min(intervals_[i].low, values_[i]);
+    intervals_[i].high = std::max(intervals_[i].high, values_[i]);
+  }
+  return {};
 }
 
 void Calibration::round_values() {
@@ -292,7 +329,7 @@ Status Calibration::find_intervals() {
     intervals_[i] = {Standing::not_seen, model_.parameters()[i].low, model_.parameters()[i].high};
   for (const std::size_t i : searched()) intervals_[i] = found->intervals[i];
   blind_ = found->blind_directions;
-  keep_unseen();
+  if (Status ok = keep_unseen(); !ok) return ok;
   round_values();
   const auto cost = objective_->cost_at(values_);
   if (!cost) return pass(cost.error());
@@ -379,8 +416,17 @@ Result<CalibrationResult> calibrate(const RecordingView& fitted,
                                     const CalibrationOptions& options,
                                     const CalibrationProgress& progress) {
   if (!has_nlopt()) return pass(minimise({}, {}, 0).error());
-  const auto model = ClothModel::make(fitted, library);
+  const RecordingView loaded = strokes_on_cloth(cut_long_strokes(fitted));
+  if (loaded.strokes.empty())
+    return fail({.code = Errc::measurement,
+                 .where = "recordings",
+                 .what = "no stroke was on the cloth: most channels read no more than in phase S",
+                 .expected = "at least 1 count more in phase M"});
+  const auto model = ClothModel::make(loaded, library);
   if (!model) return pass(model.error());
+  std::optional<RecordingView> checked;
+  if (held_out) checked = strokes_on_cloth(cut_long_strokes(*held_out));
+  if (checked && checked->strokes.empty()) checked.reset();
   if (held_out)
     for (const Stroke& stroke : held_out->strokes)
       if (std::ranges::find(model->cloths(), stroke.cloth, &BaseCloth::label) ==
@@ -390,7 +436,7 @@ Result<CalibrationResult> calibrate(const RecordingView& fitted,
                      .what = "has a cloth that is not fitted",
                      .expected = "cloths of the recordings",
                      .got = stroke.cloth});
-  return Calibration(fitted, *model, options, progress).run(held_out);
+  return Calibration(loaded, *model, options, progress).run(checked);
 }
 
 }  // namespace weft::daemon::calibration

@@ -3,8 +3,8 @@
 // show. It compares statistics of signals; no accuracy and no classifier has a part in it.
 //
 // Order: A, by estimators: noise law and spread of gains. B, each cloth's own parameters. C, those
-// of all cloths; then what the fitted texture adds to the noise is taken off. Then all of B and C
-// together. Then intervals (identifiability.hpp), rounding, and the held-out check.
+// of all cloths; then what the fitted texture adds to the noise is taken off. Then B and C in turn
+// again. Then intervals (identifiability.hpp), rounding, and the held-out check.
 // The recorded statistics are those of all fitted strokes; simulated is a choice of them
 // (stroke_choice.hpp).
 
@@ -19,11 +19,12 @@ namespace weft::daemon::calibration {
 /// Every limit is a count, so that load and machine change nothing.
 struct CalibrationOptions {
   std::uint64_t seed = 1;
-  std::size_t threads = 2;       ///< changes no result
-  std::size_t windows = 24;      ///< of 50 mm, simulated in one evaluation
-  std::size_t starts = 5;        ///< of a block's search
-  std::size_t evaluations = 25;  ///< from each start
-  std::size_t joint_evaluations = 90;
+  std::size_t threads = 2;              ///< changes no result
+  std::size_t windows = 144;            ///< of 50 mm, simulated in one evaluation
+  std::size_t starts = 5;               ///< of a block's search
+  std::size_t evaluations = 25;         ///< from each start
+  std::size_t common_evaluations = 60;  ///< the same, of what all cloths share
+  std::size_t rounds = 2;               ///< of all blocks again
   std::size_t bootstrap_draws = 400;
   std::size_t replicates = 8;  ///< simulated, for the spread over seeds
   std::size_t held_out_replicates = 40;

@@ -8,7 +8,7 @@
 namespace weft::daemon::calibration {
 namespace {
 
-constexpr double m_per_um = 1e-6, m_per_mm = 1e-3, per_m_per_mm = 1e3;
+constexpr double m_per_um = 1e-6, m_per_mm = 1e-3, per_m_per_mm = 1e3, n_m_per_n_mm = 1e3;
 constexpr double start_cover_m = 60e-6;  // the table's own, where it has one
 constexpr double start_tilt_rad = 1e-3, start_pad_height_m = 1e-6, start_common_mode = 2e-3;
 constexpr double reference_smd_m = 5e-6;
@@ -100,6 +100,18 @@ Status ClothModel::add_cloth(const std::string& label, const sim::FabricLibrary&
   if (!law) return pass(law.error(), cloth.taken);
   const sim::FabricLaw whole = sim::compose(*law, params_.cover);
   parameters_.push_back(height(cloth, whole.lambda_m, height_of(cloth.fabric, params_)));
+  const double waves_m =
+      cloth.fabric.waviness_rms_m > 0 ? cloth.fabric.waviness_rms_m : params_.waviness.rms_m;
+  parameters_.push_back(
+      {.name = "waviness_um",
+       .cloth = label,
+       .block = Block::cloth,
+       .low = 0.1,
+       .high = 30,
+       .logarithmic = true,
+       .is_off_at_low = true,
+       .reason = "0.1 um modulates by 0.1 %, 30 um by more than any recording at hand",
+       .start = std::clamp(waves_m / m_per_um, 0.1, 30.0)});
   const sim::Structure& structure = cloth.fabric.structure;
   parameters_.push_back({.name = "band_low_per_mm",
                          .cloth = label,
@@ -157,6 +169,8 @@ void ClothModel::add_common(const sim::FabricLibrary& library) {
       "from a few samples to a whole stroke");
   add("drift_counts", Block::common, 0.01, 500, pads_.drift_counts,
       "at drift_time_s as it is: only drift over the root of the time shows in a stroke");
+  add("grip_N_mm", Block::common, 0.1, 100, 0.2,
+      "from a force that is held to a grip that is as stiff as the probe's guide");
   add("gain_spread", Block::estimator, 0, 2, pads_.gain_spread, "estimator: level_spread");
   add("noise_counts", Block::estimator, 0, 1e3, pads_.noise_counts, "estimator: noise_s0");
   add("noise_per_count", Block::estimator, 0, 1e3, pads_.noise_per_count, "estimator: noise_k1");
@@ -212,8 +226,9 @@ ClothModel::Inputs ClothModel::inputs(std::string_view cloth,
     return values[find(name, of)];
   };
   const auto base = std::ranges::find(cloths_, cloth, &BaseCloth::label);
-  Inputs out{base->fabric, params_, spread_, pads_};
+  Inputs out{base->fabric, params_, spread_, pads_, at("grip_N_mm") * n_m_per_n_mm};
   out.fabric.height_rms_m = at("height_um", cloth) * m_per_um;
+  out.fabric.waviness_rms_m = at("waviness_um", cloth) * m_per_um;
   const std::size_t lines = find("line_share", cloth);
   out.fabric.structure = reshaped(out.fabric.structure, lines < values.size() ? values[lines] : 0,
                                   at("band_low_per_mm", cloth) * per_m_per_mm);

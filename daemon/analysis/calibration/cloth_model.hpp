@@ -65,6 +65,7 @@ class ClothModel {
     sim::MaterialParams params;
     sim::Spread spread;  ///< none between pieces: the recorded piece is what is calibrated
     sim::PadParams pads;
+    double grip_n_m = 0;  ///< stiffness of what pressed in the recordings; of no table
   };
   /// `cloth`: a label of the view.
   [[nodiscard]] Inputs inputs(std::string_view cloth, std::span<const double> values) const;

@@ -66,7 +66,6 @@ namespace {
 
 constexpr double first_step = 0.15;  // of the cube
 constexpr double last_step = 1e-3;   // a tenth of a per cent of the bounds
-constexpr double least_gain = 0.01;  // of a cost whose intervals are 3.84 wide
 
 /// What the library calls, and the best that it has seen: it may end on another point.
 struct Search {
@@ -112,7 +111,7 @@ Result<Minimum> minimise(const Cost& cost, std::span<const double> start, std::s
   nlopt_set_upper_bounds1(method.get(), 1);
   nlopt_set_initial_step1(method.get(), first_step);
   nlopt_set_xtol_abs1(method.get(), last_step);
-  nlopt_set_ftol_abs(method.get(), least_gain);
+  // No limit of the gain: it ends searches in curved valleys, where each step gains little.
   nlopt_set_maxeval(method.get(), static_cast<int>(evaluations));
   nlopt_set_min_objective(method.get(), evaluate, &search);
   std::vector<double> x(start.begin(), start.end());

@@ -41,6 +41,8 @@ struct RecordingView {
 
 /// Ratio of pitches that count as one.
 constexpr double same_pitch = 1.05;
+/// Counts above the unloaded level: below, ratios to the level are noise.
+constexpr double least_level = 1;
 /// Fewer samples of phase M are no stroke.
 constexpr std::size_t least_samples = 16;
 

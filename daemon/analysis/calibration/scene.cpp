@@ -14,7 +14,7 @@ namespace {
 
 constexpr double sample_s = 1e-9 * static_cast<double>(sim::pad_timing::frame_ns);
 constexpr double conversion_s = 1e-9 * static_cast<double>(sim::pad_timing::stage_ns);
-constexpr double soft_n_m = 200;       // 50 um of cloth change the force by 10 mN
+constexpr double settling_s = 10;      // under load, before a stroke
 constexpr double slack_m = 20e-3;      // the probe rests in the middle of it
 constexpr double least_rest_n = 0.01;  // 40 Pa: nothing beside a pad's 20 kPa
 constexpr double most_rest = 0.9;      // of the force
@@ -22,7 +22,7 @@ constexpr double most_of_range = 0.7;  // of a closed pad's counts, for the larg
 constexpr double mean_neighbours = 3;  // of a pad in a square of 16
 constexpr double closed_pa = 1e12, almost_closed = 0.999;
 constexpr double patch_m = 20e-3;  // between paths of one mounting: wider than the face
-constexpr std::size_t rest_scans = 15, press_scans = 40;
+constexpr std::size_t rest_scans = 15, press_scans = 20;
 constexpr double lead_s = 0.5;  // of the stroke, which a view leaves out
 
 double mean_level(const Stroke& stroke) {
@@ -55,7 +55,8 @@ struct Press {
 /// One sensor over one mounted piece.
 class Stylus {
  public:
-  Stylus(const sim::PlantParams& params, std::uint64_t seed) : plant_(params, seed) {}
+  Stylus(const sim::PlantParams& params, std::uint64_t seed)
+      : plant_(params, seed), grip_n_m_(params.mount.stiffness_n_m) {}
 
   using Counts = std::array<std::uint16_t, sim::pad_count>;
 
@@ -68,11 +69,10 @@ class Stylus {
     touched_ = true;
   }
   void press_to(double force_n, double rest_n) {
-    pose_.z_m = plant_.contact_now().probe_z_m() + (force_n - rest_n) / soft_n_m;
-    for (std::size_t i = 0; i < press_scans; ++i) {
-      scan(0);
-      pose_.z_m += (force_n - plant_.contact_now().normal_n) / soft_n_m;
-    }
+    pose_.z_m = plant_.contact_now().probe_z_m() + (force_n - rest_n) / grip_n_m_;
+    approach(force_n);
+    plant_.advance(pose_, settling_s);
+    approach(force_n);
   }
   /// One sample, after the probe has moved by `dy_m`.
   const Counts& scan(double dy_m) {
@@ -90,7 +90,16 @@ class Stylus {
   [[nodiscard]] double force_n() const { return plant_.contact_now().normal_n; }
 
  private:
+  /// The cloth gives way too: each step is too short, never too long.
+  void approach(double force_n) {
+    for (std::size_t i = 0; i < press_scans; ++i) {
+      scan(0);
+      pose_.z_m += (force_n - plant_.contact_now().normal_n) / grip_n_m_;
+    }
+  }
+
   sim::Plant plant_;
+  double grip_n_m_;
   sim::Pose pose_;
   std::uint64_t frame_ = 0;
   bool touched_ = false;
@@ -254,7 +263,7 @@ Result<std::vector<Stroke>> Scene::slide(const SceneGroup& group, std::span<cons
   params.pads = inputs.pads;
   params.cover = inputs.params.cover;
   params.mount = {.mass_kg = press.rest_n / standard_gravity_mps2,
-                  .stiffness_n_m = soft_n_m,
+                  .stiffness_n_m = inputs.grip_n_m,
                   .slack_m = slack_m};
   const std::uint64_t rig = sim::mix(seed, "rig");
   std::optional<Stylus> stylus;

@@ -2,8 +2,9 @@
 // The strokes of a view, made by the plant: same cloths, mountings, patches, speeds, lengths and
 // repetitions. SIMULATED.
 //
-// The probe is pressed at a constant force by a spring so soft that the cloth's height does not
-// change it. Force: as recorded; without a wrench that which gives the recorded level (a
+// The probe is pressed by a spring, whose stiffness is a parameter: a soft one holds the force, a
+// stiff one the height, and then long waves are common to all pads. The cloth has relaxed before a
+// stroke begins. Force there: as recorded; without a wrench that which gives the recorded level (a
 // nuisance). Where phase S was recorded with the probe on the cloth, counts are above that load:
 // with a known force the load at rest follows from the level. A sensor that reads more counts than
 // the plant's can has its counts scaled down (`scale`).

@@ -14,6 +14,10 @@ namespace {
 constexpr double third_difference_gain = 20;  // 1 + 9 + 9 + 1
 constexpr double iqr_of_one_sd = 1.349;       // of a normal distribution
 constexpr double jump_sds = 5;
+constexpr int noise_law_rounds = 20;   // of weights that follow the law
+constexpr double small_misfit = 0.05;  // below, it counts by its square
+constexpr double noise_quantile = 0.25;
+constexpr double least_law_share = 1e-6;  // of its largest value, so that weights are finite
 
 std::vector<double> difference(Samples values) {
   std::vector<double> out;
@@ -222,7 +226,21 @@ std::optional<NoiseLaw> fit_noise_law(Samples level, Samples noise) {
     design.row(i) << 1, l, l * l;
     target[i] = noise[at] * noise[at];
   }
-  const Eigen::Vector3d found = solve_nonnegative(design, target);
+  // Texture only adds to the noise: the law is that of the quiet quarter of the points (a quantile
+  // of the relative misfits, by weights that follow them).
+  Eigen::VectorXd weight = Eigen::VectorXd::Ones(points);
+  Eigen::Vector3d found;
+  for (int round = 0; round < noise_law_rounds; ++round) {
+    found = solve_nonnegative(weight.asDiagonal() * design, weight.cwiseProduct(target));
+    const Eigen::VectorXd law = design * found;
+    const Eigen::ArrayXd held = law.array().max(least_law_share * law.maxCoeff());
+    const Eigen::ArrayXd off = ((target - law).array() / held).abs().max(small_misfit);
+    const Eigen::ArrayXd side =
+        (target.array() < law.array())
+            .select(Eigen::ArrayXd::Constant(points, 1 - noise_quantile), noise_quantile);
+    weight = ((side / off).sqrt() / held).matrix();
+    if (!weight.allFinite()) break;
+  }
   return NoiseLaw{std::sqrt(found[0]), found[1] / scale, found[2] / (scale * scale)};
 }
 

@@ -41,7 +41,9 @@ struct Statistic {
 ///   peak                 cloth  log      [1/mm] geometric middle of the band with the largest rms
 /// 3 (strokes with the finest pitch only)
 ///   noise                all    log      [counts] n = sqrt(mean (third difference)^2 / 20), median
-///   noise_s0, _k1, _k2   all    natural  [counts; counts; 1] n^2 = s0^2 + k1 L + k2 L^2, each >= 0
+///   noise_s0, _k1, _k2   all    natural  [counts; counts; 1] n^2 = s0^2 + k1 L + k2 L^2, each >=
+///   0,
+///                                        of the quietest quarter: texture only adds to noise
 ///   noise_exponent       all    natural  slope of ln n on ln L
 /// 4 level_spread         all    log      sd over channels of ln L, median of strokes
 /// 5 pattern_path         all    log      sd of the pattern (ln L of a window less its mean over

@@ -4,11 +4,13 @@
 #include <map>
 #include <set>
 
+#include "daemon/analysis/calibration/signal.hpp"
 #include "daemon/analysis/calibration/stroke_summary.hpp"
 
 namespace weft::daemon::calibration {
 namespace {
 
+constexpr double longest_stroke_mm = 200;
 constexpr std::size_t pair_of_strokes = 2;
 constexpr std::size_t cell_stride = 5;  // to other conditions; no factor of usual numbers of them
 
@@ -100,6 +102,32 @@ RecordingView choose_strokes(const RecordingView& view, std::size_t windows) {
   }
   std::ranges::sort(chosen);  // as recorded: what the pads remember comes in this order
   return subset(view, chosen);
+}
+
+RecordingView cut_long_strokes(RecordingView view) {
+  for (Stroke& stroke : view.strokes) {
+    const auto most = static_cast<std::size_t>(longest_stroke_mm / stroke.pitch_mm());
+    if (stroke.samples() <= std::max(most, least_samples)) continue;
+    for (std::size_t c = 0; c < stroke.counts.size(); ++c) {
+      stroke.counts[c].resize(std::max(most, least_samples));
+      stroke.level[c] = mean(stroke.counts[c]);
+    }
+  }
+  return view;
+}
+
+RecordingView strokes_on_cloth(const RecordingView& view) {
+  Indices out;
+  for (std::size_t i = 0; i < view.strokes.size(); ++i) {
+    const std::vector<double>& level = view.strokes[i].level;
+    const auto lifted = std::ranges::count_if(level, [](double l) { return l < least_level; });
+    if (2 * static_cast<std::size_t>(lifted) <= level.size()) out.push_back(i);
+  }
+  RecordingView chosen = subset(view, out);
+  if (const std::size_t left = view.strokes.size() - out.size(); left > 0)
+    chosen.remarks.push_back("Left out because most channels read no more than in phase S: " +
+                             std::to_string(left) + (left == 1 ? " stroke." : " strokes."));
+  return chosen;
 }
 
 RecordingView finest_strokes(const RecordingView& view) {

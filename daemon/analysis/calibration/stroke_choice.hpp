@@ -17,6 +17,14 @@ RecordingView subset(const RecordingView& view, const std::vector<std::size_t>& 
 /// and a pair of each as far as there is room.
 RecordingView choose_strokes(const RecordingView& view, std::size_t windows);
 
+/// Strokes longer than 200 mm are cut there: four windows and a wave of .01 /mm are in them, and
+/// more of them can be simulated.
+RecordingView cut_long_strokes(RecordingView view);
+
+/// Without the strokes in which most channels have no level, and a remark that says how many: one
+/// of them would take its channels from all statistics.
+RecordingView strokes_on_cloth(const RecordingView& view);
+
 /// The strokes with the finest pitch, within 5 %: of those the noise law is.
 RecordingView finest_strokes(const RecordingView& view);
 

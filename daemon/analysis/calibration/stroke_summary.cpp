@@ -8,7 +8,6 @@
 namespace weft::daemon::calibration {
 namespace {
 
-constexpr double least_level = 1;         // counts: below, ratios to the level are noise
 constexpr std::size_t most_lag = 4;       // samples, between two strokes of a cell
 constexpr std::size_t most_partners = 4;  // later strokes of its cell that a stroke is held against
 

@@ -1,7 +1,9 @@
 #include "daemon/analysis/calibration/write_fabrics.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
+#include <charconv>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -12,6 +14,17 @@ using nlohmann::ordered_json;
 
 constexpr std::string_view table_format = "weft-fabrics-2";
 constexpr double written_per_m_per_mm = 1e3;
+constexpr std::size_t longest_line = 118;
+
+/// Four digits: compilers agree on them, and no statistic is known better.
+double rounded(double value) {
+  std::array<char, 32> text{};
+  const auto end =
+      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 4);
+  double out = value;
+  std::from_chars(text.data(), end.ptr, out);
+  return out;
+}
 
 /// Where the parameters of all cloths are in the table.
 struct Place {
@@ -43,9 +56,10 @@ double per_count(std::string_view name, double scale) {
 ordered_json with_standing(const CalibratedParameter& p, const std::string& key, double scale) {
   // What was not seen is the table's own estimate, which is in the plant's counts already.
   const double factor = p.standing == Standing::not_seen ? 1 : per_count(p.parameter.name, scale);
-  if (p.standing == Standing::estimated) return {p.value * factor, "estimated"};
-  return {p.value * factor, std::string(to_string(p.standing)), key,
-          ordered_json::array({p.low * factor, p.high * factor})};
+  const double value = rounded(p.value * factor);
+  if (p.standing == Standing::estimated) return {value, "estimated"};
+  return {value, std::string(to_string(p.standing)), key,
+          ordered_json::array({rounded(p.low * factor), rounded(p.high * factor)})};
 }
 
 std::string name_in_table(const CalibrationSource& source, const std::string& label) {
@@ -114,6 +128,7 @@ void add_cloth(ordered_json& table, const CalibrationResult& result, const BaseC
   row["structure"] = name;
   row["construction"] = "as " + cloth.taken + "; height and structure from calibration " + key;
   row["height_um"] = with_standing(*find_parameter(result, "height_um", cloth.label), key, 1);
+  row["waviness_um"] = with_standing(*find_parameter(result, "waviness_um", cloth.label), key, 1);
   table["structures"][name] = calibrated_structure(result, cloth, key);
   if (const auto before = named(name); before != fabrics.end())
     *before = std::move(row);
@@ -122,7 +137,7 @@ void add_cloth(ordered_json& table, const CalibrationResult& result, const BaseC
 }
 
 ordered_json natural(const std::optional<double>& value, Scale scale) {
-  return value ? ordered_json(from_scale(*value, scale)) : ordered_json();
+  return value ? ordered_json(rounded(from_scale(*value, scale))) : ordered_json();
 }
 
 ordered_json statistic_json(const ComparedStatistic& s) {
@@ -130,8 +145,8 @@ ordered_json statistic_json(const ComparedStatistic& s) {
   return {{"name", s.real.name},
           {"cloth", s.real.cloth},
           {"fitted", s.is_fitted},
-          {"real", s.real.shown},
-          {"interval", {from_scale(s.low, scale), from_scale(s.high, scale)}},
+          {"real", rounded(s.real.shown)},
+          {"interval", {rounded(from_scale(s.low, scale)), rounded(from_scale(s.high, scale))}},
           {"before", natural(s.before, scale)},
           {"after", natural(s.after, scale)}};
 }
@@ -140,11 +155,13 @@ ordered_json held_out_json(const CalibrationResult& result) {
   const HeldOutCheck& check = result.held_out;
   ordered_json rows = ordered_json::array();
   for (const HeldOutStatistic& s : check.statistics)
-    rows.push_back({{"name", s.real.name},
-                    {"cloth", s.real.cloth},
-                    {"real", s.real.shown},
-                    {"band", {from_scale(s.low, s.real.scale), from_scale(s.high, s.real.scale)}},
-                    {"inside", s.is_inside}});
+    rows.push_back(
+        {{"name", s.real.name},
+         {"cloth", s.real.cloth},
+         {"real", rounded(s.real.shown)},
+         {"band",
+          {rounded(from_scale(s.low, s.real.scale)), rounded(from_scale(s.high, s.real.scale))}},
+         {"inside", s.is_inside}});
   return {{"checked", check.is_checked()},
           {"passes", check.passes()},
           {"strokes", result.held_out_strokes},
@@ -158,12 +175,47 @@ ordered_json parameter_json(const CalibratedParameter& p) {
           {"standing", std::string(to_string(p.standing))},
           {"value", p.value},
           {"interval", {p.low, p.high}},
-          {"estimate_before", p.parameter.start},
+          {"estimate_before", rounded(p.parameter.start)},
           {"bounds", {p.parameter.low, p.parameter.high}},
           {"bounds_because", p.parameter.reason}};
 }
 
+std::string quoted(const std::string& text) {
+  return ordered_json(text).dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+/// On one line.
+std::string spaced(const ordered_json& value) {
+  if (!value.is_structured())
+    return value.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+  std::string out;
+  for (const auto& [key, child] : value.items()) {
+    if (!out.empty()) out += ", ";
+    if (value.is_object()) out += quoted(key) + ": ";
+    out += spaced(child);
+  }
+  return value.is_object() ? "{" + out + "}" : "[" + out + "]";
+}
+
+std::string laid_out(const ordered_json& value, std::size_t indent) {
+  std::string one = spaced(value);
+  if (!value.is_structured() || indent + one.size() <= longest_line) return one;
+  const std::string margin(indent + 2, ' ');
+  std::string out;
+  for (const auto& [key, child] : value.items()) {
+    out += (out.empty() ? "\n" : ",\n") + margin;
+    if (value.is_object()) out += quoted(key) + ": ";
+    out += laid_out(child, indent + 2);
+  }
+  out += "\n" + std::string(indent, ' ');
+  return value.is_object() ? "{" + out + "}" : "[" + out + "]";
+}
+
 }  // namespace
+
+std::string table_text(const ordered_json& table) {
+  return laid_out(table, 0) + "\n";
+}
 
 std::string next_calibration(const ordered_json& table) {
   for (std::size_t i = 1;; ++i) {
@@ -190,9 +242,9 @@ ordered_json calibration_json(const CalibrationResult& result, const Calibration
                       {"seed", result.seed},
                       {"evaluations", result.evaluations},
                       {"targets", result.targets},
-                      {"cost_before", result.cost_before},
-                      {"cost_after", result.cost_after},
-                      {"counts_scale", result.scale},
+                      {"cost_before", rounded(result.cost_before)},
+                      {"cost_after", rounded(result.cost_after)},
+                      {"counts_scale", rounded(result.scale)},
                       {"parameters", ordered_json::array()},
                       {"statistics", ordered_json::array()},
                       {"held_out", held_out_json(result)},

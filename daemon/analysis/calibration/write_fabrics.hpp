@@ -32,6 +32,9 @@ Result<nlohmann::ordered_json> calibrated_table(std::string_view table,
                                                 const CalibrationResult& result,
                                                 const CalibrationSource& source);
 
+/// The table as a file to read: what fits on a line is on one.
+std::string table_text(const nlohmann::ordered_json& table);
+
 /// The result for programs: {bench, passes, held_out, parameters, statistics, ...}; natural scale.
 nlohmann::ordered_json calibration_json(const CalibrationResult& result,
                                         const CalibrationSource& source);

@@ -163,10 +163,9 @@ Result<int> run_calibrate(const CalibrateArgs& args, Console& console) {
       views->fitted, views->held_out, *library, options,
       [&](const std::string& what) { console.err << "calibrate: " << what << std::endl; });
   if (!result) return pass(result.error());
-  constexpr auto replace = nlohmann::json::error_handler_t::replace;
   const auto written = calibrated_table(*table, *result, source);
   if (!written) return pass(written.error());
-  if (Status ok = write_text_file(args.output, written->dump(2, ' ', false, replace) + "\n"); !ok)
+  if (Status ok = write_text_file(args.output, table_text(*written)); !ok)
     return pass(ok.error());
   if (!args.page.empty())
     if (Status ok = write_text_file(args.page, calibration_html(*result, source)); !ok)

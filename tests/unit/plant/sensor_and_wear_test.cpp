@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <vector>
 
@@ -278,12 +279,11 @@ TEST_CASE("a level that is switched off changes no draw of the others") {
 
 TEST_CASE("a table may carry the sensor it was calibrated with") {
   const auto document = [](const std::string& standing) {
-    std::string text = test::fabrics_text();
-    text.replace(text.find("weft-fabrics-1"), 14, "weft-fabrics-2");
-    const std::size_t at = text.find("\"structures\"");
-    text.insert(at, "\"calibrations\": {\"C1\": {}}, \"sensor\": {\"gain_spread\": [0.4, " +
-                        standing + "]},");
-    return text;
+    auto table = nlohmann::json::parse(test::fabrics_text());
+    table["format"] = "weft-fabrics-2";
+    if (!table.contains("calibrations")) table["calibrations"] = {{"C1", nlohmann::json::object()}};
+    table["sensor"] = {{"gain_spread", nlohmann::json::parse("[0.4, " + standing + "]")}};
+    return table.dump();
   };
   const auto read = parse_fabrics(document(R"("calibrated", "C1", [0.3, 0.5])"));
   REQUIRE(read);
@@ -291,7 +291,7 @@ TEST_CASE("a table may carry the sensor it was calibrated with") {
   CHECK(read->pads->gain_spread == 0.4);
   CHECK(read->pads->noise_counts == PadParams{}.noise_counts);
   CHECK(parse_fabrics(document(R"("not_seen", "C1", [0, 2])")));
-  for (const char* wrong : {R"("calibrated", "C2", [0.3, 0.5])", R"("calibrated", "C1")",
+  for (const char* wrong : {R"("calibrated", "C99", [0.3, 0.5])", R"("calibrated", "C1")",
                             R"("guessed", "C1", [0.3, 0.5])"})
     CHECK(parse_fabrics(document(wrong)).error().where == "/sensor/gain_spread");
 }

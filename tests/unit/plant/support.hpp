@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "sim/plant/contact.hpp"
 #include "sim/plant/fabric.hpp"
@@ -16,10 +17,24 @@ inline std::string fabrics_text() {
   return testing::source_text("sim/fabrics.json");
 }
 
-inline FabricLibrary library() {
+inline FabricLibrary shipped_library() {
   auto read = parse_fabrics(fabrics_text());
   WEFT_ASSERT(read.has_value());
   return *read;
+}
+
+/// The cloths of the table that have KES figures of their own, under a rigid face: the stiffest
+/// contacts and the steepest surfaces.
+inline FabricLibrary library() {
+  FabricLibrary out = shipped_library();
+  std::erase_if(out.fabrics, [](const Fabric& fabric) { return fabric.height_rms_m > 0; });
+  const MaterialParams rigid;
+  out.params.cover = rigid.cover;
+  out.params.height_per_roughness = rigid.height_per_roughness;
+  out.params.roughness_exponent = rigid.roughness_exponent;
+  out.spread = {};
+  out.pads.reset();
+  return out;
 }
 
 inline constexpr MaterialSwitches plain_cloth{false, false, false, false, false, false};

@@ -20,7 +20,8 @@ CalibrationOptions small_options() {
   out.windows = 6;
   out.starts = 1;
   out.evaluations = 12;
-  out.joint_evaluations = 16;
+  out.common_evaluations = 20;
+  out.rounds = 1;
   out.bootstrap_draws = 50;
   out.replicates = 6;
   out.held_out_replicates = 4;

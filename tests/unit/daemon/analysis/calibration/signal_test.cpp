@@ -115,7 +115,7 @@ TEST_CASE("The noise law gives its parameters back, and none is negative") {
   REQUIRE(bounded);
   CHECK(bounded->k1 == 0);
   CHECK(bounded->k2 == 0);
-  CHECK(bounded->s0 * bounded->s0 == Approx(4 - 0.01 * mean(level)));
+  CHECK(bounded->s0 * bounded->s0 == Approx(4 - 0.01 * 160).epsilon(0.02));  // the second lowest
   CHECK_FALSE(fit_noise_law(std::vector(5, 7.0), exact));
   CHECK_FALSE(fit_noise_law({}, {}));
 }

@@ -21,7 +21,9 @@ TEST_CASE("The calibrated table is read back with the values of the result") {
   const auto written = calibrated_table(table_text(), result, source);
   REQUIRE(written);
   CHECK((*written)["format"] == "weft-fabrics-2");
-  const auto library = sim::parse_fabrics(written->dump());
+  const std::string text = table_text(*written);
+  CHECK(nlohmann::ordered_json::parse(text) == *written);
+  const auto library = sim::parse_fabrics(text);
   REQUIRE(library);
   CHECK(library->fabrics.size() == before.fabrics.size() + 2);
   const sim::Fabric* cloth = library->find("own.denimflex");
@@ -30,6 +32,7 @@ TEST_CASE("The calibrated table is read back with the values of the result") {
     return model->start()[model->find(name, of)];
   };
   CHECK(cloth->height_rms_m == Approx(1e-6 * value("height_um", "DenimFlex")));
+  CHECK(cloth->waviness_rms_m == Approx(1e-6 * value("waviness_um", "DenimFlex")));
   CHECK(cloth->thickness_m == before.find("denim")->thickness_m);
   CHECK(line_share(cloth->structure) == Approx(value("line_share", "DenimFlex")));
   CHECK(library->params.cover.lambda_m == Approx(1e-6 * value("cover_um")));
@@ -47,6 +50,17 @@ TEST_CASE("The calibrated table is read back with the values of the result") {
   const auto twice = sim::parse_fabrics(again->dump());
   REQUIRE(twice);
   CHECK(twice->fabrics.size() == library->fabrics.size());
+}
+
+TEST_CASE("A table is laid out in lines that can be read, whatever its strings have") {
+  const nlohmann::ordered_json table = {{"name", "\"a\": [1, 2], {}"},
+                                        {"empty", nlohmann::ordered_json::object()},
+                                        {"long", std::vector<double>(60, 0.25)},
+                                        {"short", {1, "estimated"}}};
+  const std::string text = table_text(table);
+  CHECK(nlohmann::ordered_json::parse(text) == table);
+  CHECK(text.find("\n  \"short\": [1, \"estimated\"]\n") != std::string::npos);
+  CHECK(std::ranges::count(text, '\n') == 1 + 4 + 60 + 2);  // braces, keys, numbers, a bracket
 }
 
 TEST_CASE("Other text is no table to begin from") {
