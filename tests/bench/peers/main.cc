@@ -72,7 +72,7 @@ std::optional<Engine> run_peer(const std::filesystem::path& folder, const std::s
   const auto program = folder / ("bench_peer_" + name);
   if (!std::filesystem::exists(program)) {
     std::printf("%s: not built here (its %s is missing)\n", name.c_str(),
-                name == "mujoco_wheel" ? "PyPI package mujoco-core" : "Debian package");
+                name == "mujoco_wheel" ? "PyPI package mujoco" : "Debian package");
     return std::nullopt;
   }
   const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(program.c_str(), "r"), &pclose);
