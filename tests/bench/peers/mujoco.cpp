@@ -52,8 +52,8 @@ std::string press_xml(const Press& scene, double step_s, const std::string& inte
 
 std::string slide_xml(const Slide& scene, double step_s, int noslip) {
   const std::string friction = " friction=\"" + number(scene.friction) + " 0 0\" condim=\"3\"";
-  return "<mujoco><option gravity=\"0 0 0\" integrator=\"Euler\" cone=\"elliptic\" timestep=\"" + number(step_s) +
-         "\" noslip_iterations=\"" + std::to_string(noslip) +
+  return "<mujoco><option gravity=\"0 0 0\" integrator=\"Euler\" cone=\"elliptic\" timestep=\"" +
+         number(step_s) + "\" noslip_iterations=\"" + std::to_string(noslip) +
          "\"/><worldbody><geom type=\"plane\" size=\"1 1 1\"" + friction +
          "/><body pos=\"0 0 0.005\"><freejoint/><geom type=\"box\" size=\"0.008 0.008 0.005\" "
          "mass=\"" +

@@ -187,8 +187,7 @@ TEST_CASE("a hundred thousand touches of one mounting: the dose adds up, the clo
   CHECK(last.memory.dose_pa_m == Approx(dose_pa_m).epsilon(1e-3));
   CHECK(last.force_n < 0.99 * first_n);
   Plant other(params, 1);  // gone on with by another plant
-  for (int i = touches / 2 + 1; i <= touches; ++i)
-    half = touch(other, patch, z_m, &half).memory;
+  for (int i = touches / 2 + 1; i <= touches; ++i) half = touch(other, patch, z_m, &half).memory;
   CHECK(half.dose_pa_m == last.memory.dose_pa_m);
   CHECK(half.pads.creep_pa == last.memory.pads.creep_pa);
   CHECK(other.pad_counts() == plant.pad_counts());
@@ -213,8 +212,7 @@ TEST_CASE("wear of 0 keeps a cloth's height, wear of 1 takes nine tenths of it a
         // Level L0 goes from the weight to its set point where the mount begins to push.
         const bool is_l0 = level == Level::algebraic;
         const double border_m =
-            surface_m +
-            (is_l0 ? depth_m(cloth, mount.weight_n()) : mount.hanging_extension_m());
+            surface_m + (is_l0 ? depth_m(cloth, mount.weight_n()) : mount.hanging_extension_m());
         plant.mount(patch, {.z_m = border_m - 1e-3}, {}, &memory);
         const auto force_n = [&](double past_m) {
           return plant.peek({.z_m = border_m + past_m}, settling_s).normal_n;

@@ -60,8 +60,7 @@ TEST_CASE("two campaigns with every mechanism have one digest, and each mechanis
   const TemporaryFolder a, b;
   const CampaignRequest request = request_for(a, 3, 2, mechanisms(), 0.5);
   const CampaignSummary first = test::run(request);
-  CHECK(test::run(request_for(b, 3, 2, mechanisms(), 0.5)).dataset_sha256 ==
-        first.dataset_sha256);
+  CHECK(test::run(request_for(b, 3, 2, mechanisms(), 0.5)).dataset_sha256 == first.dataset_sha256);
   const auto counts = test::loaded(first.campaign_file).trials.back().counts;
   const auto differs = [&](int remount_every, const char* off, double wear_most) {
     json simulation = mechanisms();
