@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <optional>
 #include <sstream>
 
 #include "sim/plant/dynamic/dynamic_contact.hpp"
@@ -61,6 +62,55 @@ void plant_run(const char* what, const PlantParams& params, const FabricLibrary&
         for (const double axis : reading.acceleration_mps2) digest.add(axis);
       for (const SoundReading& reading : received.sound) digest.add(reading.pressure_pa);
     }
+  }
+  digest.print(what);
+}
+
+/// A sensor and a table of cloths with all that is off where nobody calibrated.
+PadParams busy_pads() {
+  PadParams pads;
+  pads.noise_per_count = 0.02;
+  pads.noise_per_square = 1e-5;
+  pads.common_mode = 0.01;
+  pads.temperature_k = 2;
+  pads.height_spread_m = 5e-6;
+  return pads;
+}
+
+FabricLibrary worn_and_covered(FabricLibrary table) {
+  table.params.cover = {60e-6, 300};
+  table.params.wear = {0.5, 2e4};
+  table.spread.mounting.tilt = 1e-3;
+  table.spread.mounting.pad_height_m = 2e-6;
+  return table;
+}
+
+/// Eight touches of one piece, put on anew after four: each begins with what the last one left.
+void touch_run(const char* what, PlantParams params, const FabricLibrary& table) {
+  Digest digest;
+  params.pads = busy_pads();
+  Plant plant(params, 5);
+  std::optional<PlantMemory> memory;
+  std::uint64_t frame = 0;
+  for (std::uint64_t touch = 0; touch < 8; ++touch) {
+    const std::uint64_t mounting = touch / 4;
+    if (touch % 4 == 0) memory.reset();
+    const Patch patch = expected(cut_patch(*table.find("denim"), table.params, table.spread,
+                                           MaterialSwitches{}, PatchSeeds{1, mounting, touch}));
+    const double z_m = params.geometry.plate_z_m - patch.material.thickness_m + 0.3e-3;
+    plant.mount(patch, {.z_m = z_m - 3e-3}, {}, memory ? &*memory : nullptr);
+    for (int i = 0; i <= 40; ++i, ++frame) {
+      plant.advance({.y_m = 1e-4 * i, .z_m = i < 40 ? z_m : z_m - 3e-3},
+                    1e-9 * static_cast<double>(pad_timing::frame_ns));
+      for (int stage = 0; stage < pad_timing::stages; ++stage) plant.convert(stage, frame);
+      for (const std::uint16_t counts : plant.pad_counts()) digest.add(std::uint64_t{counts});
+    }
+    memory = plant.memory();
+    add(digest, memory->contact);
+    digest.add(memory->dose_pa_m);
+    digest.add(memory->pads.common);
+    digest.add(memory->pads.temperature_k);
+    for (const double creep_pa : memory->pads.creep_pa) digest.add(creep_pa);
   }
   digest.print(what);
 }
@@ -128,6 +178,10 @@ int main(int argc, char** argv) {
   plant_run("L2 adaptive", at_level(Level::dynamic, Integrator::adaptive), table);
   plant_run("L2 TR-BDF2", at_level(Level::dynamic, Integrator::tr_bdf2), table);
   plant_run("L3", at_level(Level::modal), table);
+  const FabricLibrary worn = worn_and_covered(table);
+  touch_run("L0 touches", at_level(Level::algebraic), worn);
+  touch_run("L1 touches", at_level(Level::quasistatic), worn);
+  touch_run("L2 touches", at_level(Level::dynamic), worn);
   imprints();
   oscillators();
   return 0;

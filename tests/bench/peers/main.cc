@@ -71,7 +71,8 @@ Run run_from(const nlohmann::json& j) {
 std::optional<Engine> run_peer(const std::filesystem::path& folder, const std::string& name) {
   const auto program = folder / ("bench_peer_" + name);
   if (!std::filesystem::exists(program)) {
-    std::printf("%s: not built here (its Debian package is missing)\n", name.c_str());
+    std::printf("%s: not built here (its %s is missing)\n", name.c_str(),
+                name == "mujoco_wheel" ? "PyPI package mujoco" : "Debian package");
     return std::nullopt;
   }
   const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(program.c_str(), "r"), &pclose);
@@ -97,7 +98,7 @@ int main(int /*argc*/, char** argv) {
   using namespace weft::bench::peers;
   const Engine ours = engine({}, {});
   std::vector<Engine> peers;
-  for (const char* name : {"mujoco", "ode", "bullet", "simbody", "cvode"})
+  for (const char* name : {"mujoco", "mujoco_wheel", "ode", "bullet", "simbody", "cvode"})
     if (auto peer = run_peer(std::filesystem::path(argv[0]).parent_path(), name))
       peers.push_back(std::move(*peer));
   print("press", ours, ours.press);

@@ -1,11 +1,13 @@
 // MuJoCo's contact is normalised by mass: the stiffness is given as K/m with an impedance near 0
 // (solimp 1e-4), without which the rest position is d times too small
-// (docs/reference/plant.md, Physics engines).
+// (docs/reference/plant.md, Physics engines). Built with Debian's library and with PyPI's: what is
+// called here is in both, and what their defaults may differ in is given.
 
 #include <mujoco/mujoco.h>
 
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -50,8 +52,8 @@ std::string press_xml(const Press& scene, double step_s, const std::string& inte
 
 std::string slide_xml(const Slide& scene, double step_s, int noslip) {
   const std::string friction = " friction=\"" + number(scene.friction) + " 0 0\" condim=\"3\"";
-  return "<mujoco><option gravity=\"0 0 0\" cone=\"elliptic\" timestep=\"" + number(step_s) +
-         "\" noslip_iterations=\"" + std::to_string(noslip) +
+  return "<mujoco><option gravity=\"0 0 0\" integrator=\"Euler\" cone=\"elliptic\" timestep=\"" +
+         number(step_s) + "\" noslip_iterations=\"" + std::to_string(noslip) +
          "\"/><worldbody><geom type=\"plane\" size=\"1 1 1\"" + friction +
          "/><body pos=\"0 0 0.005\"><freejoint/><geom type=\"box\" size=\"0.008 0.008 0.005\" "
          "mass=\"" +
@@ -100,6 +102,10 @@ Run slide_run(const Slide& scene, double step_s, int noslip) {
 }  // namespace
 
 Engine engine(const Press& press, const Slide& slide) {
+  if (mj_version() != mjVERSION_HEADER) {
+    std::fprintf(stderr, "MuJoCo: library %d, headers %d\n", mj_version(), mjVERSION_HEADER);
+    std::exit(2);
+  }
   Engine out{std::string("MuJoCo ") + mj_versionString(), {}, {}};
   for (const char* integrator : {"Euler", "RK4"})
     for (const double h : {2e-5, 1e-4, 5e-4, 1e-3, 2e-3, 5e-3})

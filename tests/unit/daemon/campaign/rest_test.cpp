@@ -99,13 +99,28 @@ TEST_CASE("a probe that does not rest by its weight fails its first trial, and s
   CHECK(g.supervisor->result()->rig == recipes::RigFact::safe);
 }
 
-TEST_CASE("a rig whose slack does not hold the rest travel runs nothing") {
-  json rig = test::bench17();
-  rig["probe"]["slack_mm"] = 0.3;
-  const TemporaryFolder refused;
-  const auto summary = run_campaign(request_in(refused, test::short_recipe("nylon"), rig), {});
-  REQUIRE_FALSE(summary);
-  CHECK(to_string(summary.error()).find("/probe/slack_mm") != std::string::npos);
+TEST_CASE("slack from just over the rest travel to 5 mm rests on its weight, less runs nothing") {
+  for (const double slack_mm : {0.1, 0.3, 0.6, 1.0, 2.0, 5.0}) {
+    CAPTURE(slack_mm);
+    json rig = test::bench17();
+    rig["probe"]["slack_mm"] = slack_mm;
+    const TemporaryFolder folder;
+    const auto summary = run_campaign(request_in(folder, test::short_recipe("nylon"), rig), {});
+    if (slack_mm < rig["probe"]["rest_travel_mm"].get<double>()) {
+      REQUIRE_FALSE(summary);
+      CHECK(to_string(summary.error()).find("/probe/slack_mm") != std::string::npos);
+      continue;
+    }
+    REQUIRE(summary);
+    INFO((summary->error ? to_string(*summary->error) : ""));
+    CHECK(summary->trials_complete == 2);
+    const auto data = read_hdf5(summary->dataset_file);
+    REQUIRE(data);
+    for (const TrialRecord& record : data->records) {
+      CHECK(record.quality.rest->before_n == Approx(weight_n).epsilon(0.05));
+      CHECK(record.quality.rest->after_n == Approx(weight_n).epsilon(0.05));
+    }
+  }
 }
 
 }  // namespace rest_test
