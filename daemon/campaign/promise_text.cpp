@@ -1,5 +1,7 @@
 #include "daemon/campaign/promise_text.hpp"
 
+#include <cmath>
+
 #include "sim/plant/bounds.hpp"
 #include "sim/plant/fidelity/forecast.hpp"
 
@@ -9,6 +11,7 @@ namespace {
 using sim::printed;
 
 std::string format_mn(double force_n) {
+  if (!std::isfinite(force_n)) return "no finite force";
   return printed("%.3g mN", force_n * 1e3);
 }
 

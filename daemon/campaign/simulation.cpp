@@ -128,6 +128,12 @@ json error_json(const SimulationError& error) {
   return out;
 }
 
+/// JSON knows no infinity: it was written as null.
+double figure_at(const json& object, const char* key) {
+  const json& found = object.at(key);
+  return found.is_null() ? HUGE_VAL : found.get<double>();
+}
+
 SimulationError error_from(const json& each) {
   SimulationError out;
   out.worst.setting = each.at("setting").get<std::string>();
@@ -139,9 +145,9 @@ SimulationError error_from(const json& each) {
   out.worst_phase = each.value("worst_phase", std::string());
   out.worst_at_s = each.value("worst_at_s", 0.0);
   out.worst.pads = each.value("pads", true);
-  for (const auto& [key, value] : error_figures) out.worst.*value = each.at(key).get<double>();
+  for (const auto& [key, value] : error_figures) out.worst.*value = figure_at(each, key);
   out.worst.is_doubled = each.contains("uncertainty_n");
-  out.worst.uncertainty_n = each.value("uncertainty_n", 0.0);
+  if (out.worst.is_doubled) out.worst.uncertainty_n = figure_at(each, "uncertainty_n");
   out.worst.is_resolved = each.value("is_resolved", true);
   return out;
 }

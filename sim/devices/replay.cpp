@@ -9,14 +9,20 @@ namespace weft::sim {
 
 namespace {
 
+/// A force that is no number is infinitely far from any.
+double distance(double difference) {
+  return std::isfinite(difference) ? std::abs(difference) : HUGE_VAL;
+}
+
 /// Largest and mean square of differences.
 struct Tally {
   double largest = 0, squares = 0;
   std::size_t count = 0;
 
   void add(double difference) {
-    largest = std::max(largest, std::abs(difference));
-    squares += difference * difference;
+    const double size = distance(difference);
+    largest = std::max(largest, size);
+    squares += size * size;
     ++count;
   }
   [[nodiscard]] double rms() const {
@@ -110,7 +116,7 @@ RunError difference(const Replayed& run, const Replayed& finer, const std::vecto
   const std::size_t frames = std::min(run.normal_n.size(), finer.normal_n.size());
   const bool pads = frames > 0 && run.counts.size() >= frames && finer.counts.size() >= frames;
   for (std::size_t i = 0; i < frames; ++i) {
-    if (!(run.normal_n[i] > 0 || finer.normal_n[i] > 0)) continue;
+    if (run.normal_n[i] <= 0 && finer.normal_n[i] <= 0) continue;  // one that is no number counts
     anywhere.add(run.normal_n[i] - finer.normal_n[i]);
     if (i < counted.size() && !counted[i]) continue;
     force.add(run.normal_n[i] - finer.normal_n[i]);
@@ -180,8 +186,8 @@ class Comparison {
     double worst_n = -1;
     std::size_t worst = 0;
     for (std::size_t i = 0; i < std::min(run_.normal_n.size(), led.normal_n.size()); ++i) {
-      const double off_n = std::abs(run_.normal_n[i] - led.normal_n[i]);
-      if (!counts(i) || !(off_n > worst_n)) continue;
+      const double off_n = distance(run_.normal_n[i] - led.normal_n[i]);
+      if (!counts(i) || off_n <= worst_n) continue;
       worst_n = off_n;
       worst = i;
     }

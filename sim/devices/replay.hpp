@@ -17,7 +17,8 @@
 namespace weft::sim {
 
 /// Differences of a run from a finer one that is led by it, over the samples that are counted:
-/// those that were recorded, and in which either touches the cloth.
+/// those that were recorded, and in which either touches the cloth. Where a force is no finite
+/// number the difference is infinite.
 struct RunError {
   std::string setting, reference;  ///< "L1 3.072 ms", "L2 tr_bdf2 0.05 ms"
   std::size_t samples = 0;

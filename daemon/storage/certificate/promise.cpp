@@ -1,10 +1,21 @@
 #include "daemon/storage/certificate/promise.hpp"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 namespace weft::daemon {
 
 using nlohmann::json;
+
+namespace {
+
+/// JSON knows no infinity: it is written as null.
+double force_at(const json& object, const char* key) {
+  const json& found = object.at(key);
+  return found.is_null() ? HUGE_VAL : found.get<double>();
+}
+
+}  // namespace
 
 void to_json(json& out, const SimulationPromise& promise) {
   out = {{"asked_n", promise.requested_n},
@@ -27,8 +38,8 @@ void from_json(const json& object, SimulationPromise& promise) {
   object.at("asked_n").get_to(promise.requested_n);
   object.at("promised_n").get_to(promise.promised_n);
   object.at("is_checked").get_to(promise.is_checked);
-  object.at("measured_n").get_to(promise.measured_n);
-  object.at("uncertainty_n").get_to(promise.uncertainty_n);
+  promise.measured_n = force_at(object, "measured_n");
+  promise.uncertainty_n = force_at(object, "uncertainty_n");
   object.at("is_resolved").get_to(promise.is_resolved);
   object.at("held").get_to(promise.held);
   object.at("fabric").get_to(promise.fabric);

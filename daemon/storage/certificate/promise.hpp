@@ -7,7 +7,8 @@
 
 namespace weft::daemon {
 
-/// Largest error of the recorded normal force [N].
+/// Largest error of the recorded normal force [N]; infinite where a force was no number, which is
+/// null in JSON.
 struct SimulationPromise {
   double requested_n = 0;
   double promised_n = 0;    ///< by the table, for the setting that ran

@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "protocols/rdt/rdt.hpp"
@@ -354,6 +356,24 @@ TEST_CASE("a run's error falls with its step, and L1's is that of its model") {
   const RunError algebraic = at({.level = Level::algebraic});
   CHECK(algebraic.reference == "L2 tr_bdf2 0.2 ms");
   CHECK(algebraic.force_max_n > 0.5);  // the set point at once
+}
+
+TEST_CASE("a force that is no number is infinitely far from any, and is counted") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const Replayed good{{0, 1, 2}, std::vector<Vector2>(3, Vector2{0, 0}), {}};
+  for (const std::size_t where : {0, 2})  // without contact, and with it
+    for (const double wrong : {nan, std::numeric_limits<double>::infinity()}) {
+      Replayed bad = good;
+      bad.normal_n[where] = wrong;
+      for (const RunError& error :
+           {difference(good, bad), difference(bad, good), difference(bad, bad)}) {
+        CHECK(error.force_max_n == HUGE_VAL);
+        CHECK(error.anywhere_max_n == HUGE_VAL);
+        CHECK(error.force_rms_n == HUGE_VAL);
+        CHECK(error.samples == (where == 0 ? 3 : 2));
+      }
+    }
+  CHECK(difference(good, good).force_max_n == 0);
 }
 
 TEST_CASE("an accuracy is held against two references that agree, or the error is unresolved") {
