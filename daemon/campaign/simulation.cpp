@@ -8,6 +8,7 @@
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/campaign/bench_session.hpp"
+#include "sim/plant/bounds.hpp"
 #include "sim/rig/rig_config.hpp"
 #include "sim/rig/simulation_choice.hpp"
 
@@ -38,7 +39,7 @@ sim::MeasuredRange slide_speeds_mps(const recipes::Plan& plan) {
 sim::RunSize run_size(const recipes::Plan& plan, const FidelityRequest& requested) {
   const std::size_t fabrics = plan.fabrics.size(), explorations = plan.explorations.size();
   const bool fully = requested.accuracy_n.has_value();
-  const std::size_t checked = std::min({fully ? fabrics * explorations : fabrics + explorations - 1,
+  const std::size_t checked = std::min({fully ? count_pairs(plan) : fabrics + explorations - 1,
                                         plan.trials.size(), ErrorCheck::most_trials});
   const double trial_s =
       plan.forecast.trials_s() / static_cast<double>(std::max<std::size_t>(1, plan.trials.size()));
@@ -125,6 +126,7 @@ json error_json(const SimulationError& error) {
   if (!e.is_doubled) return out;
   out["uncertainty_n"] = e.uncertainty_n;
   out["is_resolved"] = e.is_resolved;
+  out["checked"] = error.pairs;
   return out;
 }
 
@@ -149,6 +151,7 @@ SimulationError error_from(const json& each) {
   out.worst.is_doubled = each.contains("uncertainty_n");
   if (out.worst.is_doubled) out.worst.uncertainty_n = figure_at(each, "uncertainty_n");
   out.worst.is_resolved = each.value("is_resolved", true);
+  if (each.contains("checked")) each.at("checked").get_to(out.pairs);
   return out;
 }
 
@@ -181,21 +184,47 @@ Result<ChoiceFiles> read_choice_files(const RigFile& rig, const std::filesystem:
   return out;
 }
 
-Status keep_recorded(const std::string& recorded_rig, sim::SimulationRequest& request) {
-  const auto recorded = sim::parse_rig_config(recorded_rig);
-  if (!recorded) return pass(recorded.error());
-  request.fidelity.only = sim::setting_of(recorded->bench_plant.plant);
-  request.recorded_because = recorded->chosen_because;
-  return {};
+/// What was asked for at the begin may be said again, or left out.
+Status same_request(const char* option, const std::optional<double>& now,
+                    const std::optional<double>& recorded, const char* format) {
+  if (!now || now == recorded) return {};
+  return fail({.code = Errc::wrong_state,
+               .where = option,
+               .what = "the campaign was begun with another request to its simulation",
+               .expected = recorded ? sim::printed(format, *recorded) : "nothing asked",
+               .got = sim::printed(format, *now),
+               .hint = "Leave it out to go on with what was asked, or begin a new campaign"});
 }
 
-SimulationNote make_note(const sim::SimulationChoice& choice, const FidelityRequest& requested) {
+Status same_request(const FidelityRequest& now, const SimulationNote& recorded) {
+  std::optional<double> accuracy_n, times;
+  if (recorded.promise) accuracy_n = recorded.promise->requested_n;
+  if (recorded.budget) times = recorded.budget->requested;
+  Status same = same_request("--accuracy", now.accuracy_n, accuracy_n, "%.6g N");
+  return same ? same_request("--budget", now.times_real_time, times, "%.6gx") : same;
+}
+
+/// The rig file as it was recorded, where the one at hand is still what that was made of.
+Result<ChosenSimulation> go_on(const RigFile& rig, const RecordedSimulation& recorded,
+                               sim::SimulationRequest request) {
+  const auto config = sim::parse_rig_config(recorded.rig_json);
+  if (!config) return pass(config.error());
+  request.recorded = sim::setting_of(config->bench_plant.plant);
+  request.recorded_because = config->chosen_because;
+  auto chosen = sim::choose_simulation(rig.text, request, nullptr);
+  if (!chosen) return pass(chosen.error());
+  return ChosenSimulation{recorded.note, std::move(chosen->rig_json)};
+}
+
+SimulationNote make_note(const sim::SimulationChoice& choice, const recipes::Plan& plan,
+                         const FidelityRequest& requested) {
   SimulationNote out{
       to_string(choice.setting), std::string(to_string(choice.setting.level)), choice.because, {}};
   if (!choice.offer) return out;
   if (requested.accuracy_n) {
     out.promise = SimulationPromise{.requested_n = *requested.accuracy_n,
-                                    .promised_n = choice.offer->promise_n};
+                                    .promised_n = choice.offer->promise_n,
+                                    .pairs = count_pairs(plan)};
     if (choice.next) {
       out.promise->next_setting = to_string(choice.next->setting);
       out.promise->next_promise_n = choice.next->promise_n;
@@ -213,7 +242,7 @@ Result<ChosenSimulation> choose_simulation(const RigFile& rig,
                                            const std::filesystem::path& rig_path,
                                            const recipes::Plan& plan,
                                            const FidelityRequest& requested,
-                                           const std::string& recorded_rig) {
+                                           const std::optional<RecordedSimulation>& recorded) {
   const bool knob = requested.uses_table();
   if (!simulated_here(rig)) {
     if (!knob) return ChosenSimulation{{}, rig.text};
@@ -224,6 +253,10 @@ Result<ChosenSimulation> choose_simulation(const RigFile& rig,
                  .hint = "Leave --accuracy and --budget out"});
   }
   sim::SimulationRequest request = simulation_request(plan, requested);
+  if (recorded) {
+    if (Status same = same_request(requested, recorded->note); !same) return pass(same.error());
+    if (recorded->note.is_asked()) return go_on(rig, *recorded, std::move(request));
+  }
   ChoiceFiles files;
   if (knob) {
     auto read = read_choice_files(rig, rig_path);
@@ -231,29 +264,32 @@ Result<ChosenSimulation> choose_simulation(const RigFile& rig,
     files = std::move(*read);
     request.library = &*files.library;
     request.fidelity.probe_us = requested.probe_us ? *requested.probe_us : probe_us();
-    if (!recorded_rig.empty())
-      if (Status ok = keep_recorded(recorded_rig, request); !ok) return pass(ok.error());
   }
   auto chosen = sim::choose_simulation(rig.text, request, files.table ? &*files.table : nullptr);
   if (!chosen) return pass(chosen.error());
-  return ChosenSimulation{make_note(*chosen, requested), std::move(chosen->rig_json)};
+  return ChosenSimulation{make_note(*chosen, plan, requested), std::move(chosen->rig_json)};
 }
 
 void evaluate_promise(SimulationNote& note) {
   if (!note.promise) return;
   SimulationPromise& promise = *note.promise;
   promise.has_run = true;
-  if (note.errors.empty()) return;
-  const SimulationError& error = note.errors.back();
-  promise.is_checked = true;
+  const SimulationError error = note.errors.empty() ? SimulationError{} : note.errors.back();
+  promise.is_checked = error.worst.samples > 0;
+  promise.checked_pairs = error.pairs.size();
   promise.measured_n = error.worst.force_max_n;
   promise.uncertainty_n = error.worst.uncertainty_n;
   promise.is_resolved = error.worst.is_resolved;
-  promise.held = promise.is_resolved && promise.measured_n <= promise.requested_n;
+  promise.held = promise.is_checked && promise.checked_pairs == promise.pairs &&
+                 promise.is_resolved && promise.measured_n <= promise.requested_n;
   promise.fabric = error.worst_fabric;
   promise.exploration = error.worst_exploration;
   promise.phase = error.worst_phase;
   promise.at_s = error.worst_at_s;
+}
+
+bool is_measured_miss(const SimulationPromise& promise) {
+  return promise.is_checked && promise.is_resolved && promise.measured_n > promise.requested_n;
 }
 
 bool is_promise_missed(const SimulationNote& note) {
@@ -322,7 +358,8 @@ void merge(const SimulationError& one, SimulationError& total) {
   worst.samples += found.samples;
   worst.setting = found.setting;
   worst.reference = found.reference;
-  ++total.trials;
+  total.trials += one.trials;
+  total.pairs.insert(one.pairs.begin(), one.pairs.end());
 }
 
 }  // namespace
@@ -344,6 +381,12 @@ std::vector<TimePoint> recorded_frames(const std::vector<PhaseStart>& phases, Ti
 
 }  // namespace
 
+std::size_t count_pairs(const recipes::Plan& plan) {
+  std::set<std::pair<std::size_t, std::size_t>> pairs;
+  for (const recipes::TrialSpec& spec : plan.trials) pairs.insert({spec.fabric, spec.exploration});
+  return pairs.size();
+}
+
 bool ErrorCheck::has_fabric(std::size_t fabric) const {
   return std::ranges::any_of(seen_, [&](const Pair& pair) { return pair.first == fabric; });
 }
@@ -360,7 +403,7 @@ bool ErrorCheck::is_wanted(const recipes::TrialSpec& spec) const {
 
 bool ErrorCheck::has_all() const {
   if (trials_.size() >= most_trials) return true;
-  if (accuracy_n_) return seen_.size() >= plan_->fabrics.size() * plan_->explorations.size();
+  if (accuracy_n_) return seen_.size() >= pairs_;
   for (std::size_t i = 0; i < plan_->fabrics.size(); ++i)
     if (!has_fabric(i)) return false;
   for (std::size_t i = 0; i < plan_->explorations.size(); ++i)
@@ -390,6 +433,8 @@ SimulationError ErrorCheck::error_of(const StoredTrial& stored) const {
   out.worst = rig_->run_error(stored.motion, stored.sampled, accuracy_n_);
   out.worst_fabric = plan_->fabrics[spec.fabric];
   out.worst_exploration = plan_->explorations[spec.exploration].name;
+  out.trials = 1;
+  if (out.worst.samples > 0) out.pairs.insert({out.worst_fabric, out.worst_exploration});
   // A sample is of a frame that ended before: the first one may be of the time before the phase.
   std::optional<TimePoint> began;
   for (const PhaseStart& start : stored.phases) {
@@ -402,13 +447,12 @@ SimulationError ErrorCheck::error_of(const StoredTrial& stored) const {
   return out;
 }
 
-std::vector<SimulationError> ErrorCheck::errors() const {
-  std::vector<SimulationError> out;
+std::vector<SimulationError> ErrorCheck::errors(std::vector<SimulationError> before) const {
   for (const StoredTrial& stored : trials_) {
-    out.resize(1);
-    merge(error_of(stored), out.front());
+    before.resize(1);
+    merge(error_of(stored), before.front());
   }
-  return out;
+  return before;
 }
 
 }  // namespace weft::daemon

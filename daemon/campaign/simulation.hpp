@@ -40,6 +40,8 @@ struct SimulationError {
   std::size_t trials = 0;    ///< that were looked at
   std::string worst_exploration{}, worst_phase{};
   double worst_at_s = 0;  ///< since that trial's phase S began
+  /// Fabric and exploration of those in which samples were compared.
+  std::set<std::pair<std::string, std::string>> pairs{};
 };
 
 /// Empty on a bench that is not simulated by this process.
@@ -52,6 +54,13 @@ struct SimulationNote {
   std::optional<SimulationBudget> budget{};    ///< where a speed was
 
   [[nodiscard]] bool empty() const { return setting.empty(); }
+  [[nodiscard]] bool is_asked() const { return promise.has_value() || budget.has_value(); }
+};
+
+/// What the file of a campaign that goes on says.
+struct RecordedSimulation {
+  std::string rig_json;
+  SimulationNote note;
 };
 
 struct ChosenSimulation {
@@ -62,16 +71,20 @@ struct ChosenSimulation {
 /// On a bench that is not simulated by this process the note is empty and the rig file as it is.
 /// From the rig's sensors and traits, what the recipe holds, and the table that the rig file names
 /// (`simulation.fidelity`, relative to it), which is read only if something is asked for.
-/// `recorded_rig`: the rig file of a campaign that goes on, whose setting is kept; empty: none.
-/// Errors: what sim::choose_simulation refuses, with a place in the rig file.
+/// `recorded`: of a campaign that goes on. What was asked for at its begin stays, setting, promise
+/// and reason too, whatever the table says by now; the note has the errors that were found so far.
+/// Errors: what sim::choose_simulation refuses, with a place in the rig file; wrong_state, where
+/// something else is asked for than at the begin.
 Result<ChosenSimulation> choose_simulation(const RigFile& rig,
                                            const std::filesystem::path& rig_path,
                                            const recipes::Plan& plan,
                                            const FidelityRequest& requested,
-                                           const std::string& recorded_rig = {});
+                                           const std::optional<RecordedSimulation>& recorded = {});
 
-/// Fills the promise of `note` from its errors; without any it is unchecked and not held.
+/// Fills the promise of `note` from its errors; unless those are of every pair it is not held.
 void evaluate_promise(SimulationNote& note);
+/// Whether the error is known to be above what was asked for: not whether it was checked.
+bool is_measured_miss(const SimulationPromise& promise);
 /// Whether an accuracy was asked for and the run cannot say that it was kept.
 bool is_promise_missed(const SimulationNote& note);
 
@@ -79,6 +92,9 @@ bool is_promise_missed(const SimulationNote& note);
 std::string to_json(const SimulationNote& note);
 /// Back from there. Errors: parse.
 Result<SimulationNote> simulation_note_from(std::string_view json_text);
+
+/// Pairs of fabric and exploration in the plan's trials.
+std::size_t count_pairs(const recipes::Plan& plan);
 
 // How far a campaign's simulation is from a finer one, found by playing some of its trials again.
 
@@ -99,14 +115,15 @@ class ErrorCheck {
 
   /// Null: nothing is kept. `rig` and `plan` outlive it. `accuracy_n`: asked for.
   ErrorCheck(sim::Rig* rig, const recipes::Plan& plan, std::optional<double> accuracy_n)
-      : rig_(rig), plan_(&plan), accuracy_n_(accuracy_n) {}
+      : rig_(rig), plan_(&plan), accuracy_n_(accuracy_n), pairs_(count_pairs(plan)) {}
 
   /// Before every mount.
   void patch_follows();
   /// Of the recording the taxel samples count, without taxels the time while it was recorded.
   void trial_done(std::size_t trial, bool complete, TimePoint now, const TrialRecording& recording);
-  /// One, or none when no trial was kept.
-  [[nodiscard]] std::vector<SimulationError> errors() const;
+  /// One, or none when no trial was kept and none was looked at `before`: by an earlier process of
+  /// the campaign, in trials that this one has not run.
+  [[nodiscard]] std::vector<SimulationError> errors(std::vector<SimulationError> before = {}) const;
   [[nodiscard]] const std::vector<StoredTrial>& trials() const { return trials_; }
 
  private:
@@ -120,6 +137,7 @@ class ErrorCheck {
   sim::Rig* rig_;
   const recipes::Plan* plan_;
   std::optional<double> accuracy_n_;
+  std::size_t pairs_;
   std::set<Pair> seen_;  ///< of the kept trials
   std::vector<StoredTrial> trials_;
 };

@@ -21,6 +21,8 @@ void to_json(json& out, const SimulationPromise& promise) {
   out = {{"asked_n", promise.requested_n},
          {"promised_n", promise.promised_n},
          {"is_checked", promise.is_checked},
+         {"checked_pairs", promise.checked_pairs},
+         {"pairs", promise.pairs},
          {"measured_n", promise.measured_n},
          {"uncertainty_n", promise.uncertainty_n},
          {"is_resolved", promise.is_resolved},
@@ -38,6 +40,8 @@ void from_json(const json& object, SimulationPromise& promise) {
   object.at("asked_n").get_to(promise.requested_n);
   object.at("promised_n").get_to(promise.promised_n);
   object.at("is_checked").get_to(promise.is_checked);
+  promise.checked_pairs = object.value("checked_pairs", std::size_t{0});  // absent in early files
+  promise.pairs = object.value("pairs", std::size_t{0});
   promise.measured_n = force_at(object, "measured_n");
   promise.uncertainty_n = force_at(object, "uncertainty_n");
   object.at("is_resolved").get_to(promise.is_resolved);

@@ -114,8 +114,6 @@ double speed_of(const FidelityOffer& offer) {
 }
 
 bool keeps(const FidelityOffer& offer, const FidelityRequest& request) {
-  // A step that went through a file is the same by its name, if not to the last bit.
-  if (request.only) return to_string(offer.setting) == to_string(*request.only);
   return offer.promise_n <= request.accuracy_n.value_or(HUGE_VAL) &&
          offer.promise_n < request.promise_below_n.value_or(HUGE_VAL) &&
          speed_of(offer) >= forecast_reserve * request.times_real_time.value_or(0);
@@ -128,7 +126,6 @@ std::string format_request(const FidelityRequest& request) {
   if (request.times_real_time)
     text += (text.empty() ? "" : " and ") +
             printed("at least %.4g times real time", *request.times_real_time);
-  if (request.only) text += " with " + to_string(*request.only);
   if (request.level) text += " at level " + std::string(to_string(*request.level));
   return text;
 }

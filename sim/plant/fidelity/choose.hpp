@@ -19,7 +19,6 @@ struct FidelityRequest {
   std::optional<double> times_real_time{};  ///< least speed of the whole run
   std::optional<Level> level{};             ///< this one and no other
   std::optional<double> promise_below_n{};  ///< after a promise that was missed
-  std::optional<FidelitySetting> only{};    ///< this one, whatever it promises: that of a record
   RunSize run{};
   double probe_us = 0;  ///< of this machine; 0: as fast as the table's
 };

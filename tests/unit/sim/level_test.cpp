@@ -254,10 +254,9 @@ TEST_CASE("an accuracy or a budget chooses from the table, and the rig file says
   CHECK(coarse.next->setting == coarse_l2);
   // a campaign that goes on keeps the setting of its record
   SimulationRequest resumed = request;
-  resumed.fidelity.only = coarse_l2;
-  resumed.recorded_because = "the record has it";
-  CHECK(choice_of(test::bench17_text(), resumed, &table).because == "the record has it");
-  CHECK(choice_of(test::bench17_text(), resumed, &table).setting == coarse_l2);
+  resumed.recorded = coarse_l2;
+  resumed.recorded_because = choice.because;
+  CHECK(choice_of(test::bench17_text(), resumed).rig_json == choice.rig_json);
   request.fidelity.accuracy_n = {};
   request.fidelity.times_real_time = 1e4;
   CHECK(choice_of(test::bench17_text(), request, &table).setting == l1);

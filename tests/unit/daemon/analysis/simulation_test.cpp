@@ -3,8 +3,10 @@
 #include "daemon/campaign/simulation.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "daemon/analysis/report/report.hpp"
 #include "daemon/campaign/strict_run.hpp"
@@ -126,6 +128,8 @@ TEST_CASE("an accuracy chooses from the rig file's table, and the run says that 
   const SimulationPromise& promise = *s.simulation.promise;
   CHECK(promise.promised_n == Approx(0.2));
   CHECK(promise.is_checked);
+  CHECK(promise.pairs == 2);
+  CHECK(promise.checked_pairs == 2);
   CHECK(promise.is_resolved);
   CHECK(promise.held);
   CHECK(promise.measured_n == s.simulation.errors.front().worst.force_max_n);
@@ -226,19 +230,108 @@ TEST_CASE("what cannot be had is refused before anything is recorded") {
   CHECK(refused().code == Errc::invalid_argument);
 }
 
-TEST_CASE("a resumed campaign keeps the setting of its record") {
+TEST_CASE("a promise is held only where every pair of fabric and exploration was checked") {
+  SimulationNote note{"L1 3.072 ms", "L1", "the scene needs taxel counts", {}};
+  note.promise = SimulationPromise{.requested_n = 0.1, .pairs = 2};
+  evaluate_promise(note);
+  CHECK(note.promise->has_run);
+  CHECK_FALSE(note.promise->is_checked);
+  CHECK(is_promise_missed(note));
+  note.errors.resize(1);
+  note.errors.front().pairs = {{"denim", "M1"}, {"denim", "M2"}};
+  evaluate_promise(note);  // trials without a sample
+  CHECK_FALSE(note.promise->is_checked);
+  CHECK_FALSE(note.promise->held);
+  note.errors.front().worst.samples = 10;
+  note.errors.front().worst.force_max_n = 0.05;
+  evaluate_promise(note);
+  CHECK(note.promise->held);
+  note.errors.front().pairs.erase({"denim", "M2"});
+  evaluate_promise(note);
+  CHECK(note.promise->checked_pairs == 1);
+  CHECK_FALSE(note.promise->held);
+  CHECK_FALSE(is_measured_miss(*note.promise));
+  note.errors.front().worst.force_max_n = HUGE_VAL;
+  evaluate_promise(note);
+  CHECK(is_measured_miss(*note.promise));
+  const auto back = simulation_note_from(to_json(note));
+  if (!back) FAIL(to_string(back.error()));
+  CHECK(back->promise == note.promise);  // infinity goes through JSON
+  CHECK(back->errors.front().worst.force_max_n == HUGE_VAL);
+  note.errors.front().worst.is_resolved = false;
+  evaluate_promise(note);
+  CHECK_FALSE(note.promise->held);
+  CHECK_FALSE(is_measured_miss(*note.promise));
+}
+
+TEST_CASE("errors of an earlier process count for a campaign that goes on") {
+  const recipes::Plan plan;
+  SimulationError before;
+  before.worst.force_max_n = 0.05;
+  before.pairs = {{"denim", "M1"}};
+  const auto all = ErrorCheck(nullptr, plan, 0.1).errors({before});
+  REQUIRE(all.size() == 1);
+  CHECK(all.front().pairs == before.pairs);
+  CHECK(all.front().worst.force_max_n == 0.05);
+  CHECK(ErrorCheck(nullptr, plan, 0.1).errors().empty());
+}
+
+TEST_CASE("a campaign that was killed during its error check is certified as not checked") {
   const TemporaryFolder folder;
   CampaignRequest request = denim_request(folder);
-  request.fidelity.times_real_time = 1;
+  request.fidelity.accuracy_n = 0.5;
+  CampaignHooks killed;  // after the check, before anything of it is written
+  killed.kept_trials = [](const auto&, const auto&) { throw std::runtime_error("killed"); };
+  CHECK_THROWS_AS(run_campaign(request, killed), std::runtime_error);
+  request.resume = true;
+  request.fidelity.accuracy_n.reset();
+  const CampaignSummary s = ran(request);
+  CHECK(s.trials_complete == 2);
+  CHECK(is_promise_missed(s.simulation));
+  const auto certificate = read_certificate(request.out);
+  REQUIRE(certificate);
+  REQUIRE((*certificate)->simulation);
+  REQUIRE((*certificate)->simulation->promise);
+  const SimulationPromise& promise = *(*certificate)->simulation->promise;
+  CHECK(promise.requested_n == 0.5);
+  CHECK(promise.promised_n == Approx(0.2));
+  CHECK_FALSE(promise.is_checked);
+  CHECK(promise.checked_pairs == 0);
+  CHECK(promise.pairs == 2);
+  CHECK_FALSE(promise.held);
+}
+
+TEST_CASE("a resumed campaign keeps setting, request and promise of its record") {
+  const TemporaryFolder folder;
+  CampaignRequest request = denim_request(folder);
+  request.fidelity.accuracy_n = 5e-3;
   const CampaignSummary first = ran(request);
+  CHECK(first.simulation.setting == "L2 tr_bdf2 1.024 ms");
   request.resume = true;
   request.accept_whole = true;
-  request.fidelity.probe_us = 1e5;  // a machine on which the setting would not be chosen
-  const auto settled = settled_request(request);
-  if (!settled) FAIL(to_string(settled.error()));
-  CHECK(settled->simulation.setting == first.simulation.setting);
-  CHECK(settled->simulation.because == first.simulation.because);
-  CHECK(json::parse(settled->checked.rig_text) == recorded_rig(first));
+  std::filesystem::remove(folder / "table.json");
+  for (const auto& asked : {std::optional(5e-3), std::optional<double>()}) {
+    request.fidelity.accuracy_n = asked;
+    const auto settled = settled_request(request);
+    if (!settled) FAIL(to_string(settled.error()));
+    CHECK(settled->simulation.setting == first.simulation.setting);
+    CHECK(settled->simulation.because == first.simulation.because);
+    CHECK(settled->simulation.promise == first.simulation.promise);
+    CHECK(json::parse(settled->checked.rig_text) == recorded_rig(first));
+  }
+  const auto refused = [&request] {
+    const auto settled = settled_request(request);
+    REQUIRE_FALSE(settled);
+    return settled.error().code;
+  };
+  request.fidelity.accuracy_n = 6e-3;
+  CHECK(refused() == Errc::wrong_state);
+  request.fidelity.accuracy_n.reset();
+  request.fidelity.times_real_time = 1;
+  CHECK(refused() == Errc::wrong_state);
+  request.fidelity.times_real_time.reset();
+  request.error_check = false;  // the accuracy of the record is to be checked
+  CHECK(refused() == Errc::invalid_argument);
 }
 
 TEST_CASE("a table that is not there is asked for only by who needs it") {
