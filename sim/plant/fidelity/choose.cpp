@@ -85,24 +85,23 @@ Result<double> scale_of(const std::string& fabric, const ForceScene& forces) {
                         forces.face_area_m2);
 }
 
-Result<double> largest_error_n(const MeasuredSetting& measured, const std::string& fabric,
-                               const ForceScene& forces) {
+Result<double> promise_for(const TableConditions& conditions, const MeasuredSetting& measured,
+                           const std::string& fabric, const ForceScene& forces) {
   for (const ClothError& cloth : measured.cloths)
-    if (cloth.fabric == fabric) return cloth.max_n;
+    if (cloth.fabric == fabric) return conditions.margin * cloth.max_n;
   const auto scale_n = scale_of(fabric, forces);
   if (!scale_n) return scale_n;
-  return measured.any_max * *scale_n;
+  return conditions.any_margin * measured.any_max * *scale_n;
 }
 
 Result<FidelityOffer> make_offer(const FidelityTable& table, const MeasuredSetting& measured,
                                  const ForceScene& forces, const FidelityRequest& request) {
   FidelityOffer out{.setting = measured.setting, .promise_n = 0, .limiting_fabric = {}};
   for (const std::string& fabric : forces.fabrics) {
-    const auto error_n = largest_error_n(measured, fabric, forces);
-    if (!error_n) return pass(error_n.error());
-    const double promise_n = table.conditions.margin * *error_n;
-    if (!out.limiting_fabric.empty() && promise_n <= out.promise_n) continue;
-    out.promise_n = promise_n;
+    const auto promise_n = promise_for(table.conditions, measured, fabric, forces);
+    if (!promise_n) return pass(promise_n.error());
+    if (!out.limiting_fabric.empty() && *promise_n <= out.promise_n) continue;
+    out.promise_n = *promise_n;
     out.limiting_fabric = fabric;
   }
   out.forecast = forecast(table.host_cost, measured, request.run, request.probe_us);

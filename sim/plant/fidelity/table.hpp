@@ -40,8 +40,12 @@ struct TableConditions {
   std::size_t scenes = 0, seeds = 0;
   std::uint64_t space_seed = 0;  ///< of the draw of the scenes
   std::string reference;
-  double share = 0.99;  ///< of seeds, for which a promise holds
-  double margin = 1;    ///< times the largest error: the promise
+  double share = 0.99;  ///< of runs, for which a promise holds
+  /// Times the largest error: the promise. Of cloths with a row, and of those without one.
+  double margin = 1, any_margin = 1;
+  /// Of runs that were held back, those within the margin, at the setting with the fewest. 0: not
+  /// known.
+  double held_share = 0, any_held_share = 0;
   MeasuredRange force_n, speed_mps, seat_speed_mps, press_s, mount_stiffness_n_m, slack_m;
 };
 

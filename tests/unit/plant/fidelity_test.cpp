@@ -37,6 +37,7 @@ MeasuredSetting measured(const FidelitySetting& setting, double error_n, double 
 FidelityTable small_table() {
   FidelityTable table;
   table.conditions.margin = 2;
+  table.conditions.any_margin = 3;
   table.conditions.force_n = {0.2, 10};
   table.conditions.speed_mps = {0.5e-3, 4e-3};
   table.conditions.seat_speed_mps = {0.2e-3, 1e-3};
@@ -130,7 +131,7 @@ TEST_CASE("a cloth without a row is promised by its impact, or refused where nob
   REQUIRE(all);
   for (const FidelityOffer& offer : *all)
     if (offer.setting == l1())
-      CHECK(offer.promise_n == Approx(2 * std::max(10e-3, 10e-3 * scale_n)));
+      CHECK(offer.promise_n == Approx(std::max(2 * 10e-3, 3 * 10e-3 * scale_n)));
 }
 
 TEST_CASE("forces, speeds and slack that the table was not measured for are refused") {
@@ -257,6 +258,8 @@ TEST_CASE("the table reads back from JSON, and faults are refused with their pla
   made.machine = "m";
   made.rules = 2;
   made.conditions.scenes = 600;
+  made.conditions.held_share = 0.995;
+  made.conditions.any_held_share = 0.991;
   made.conditions.seeds = 5;
   const std::string text = to_json(made);
   const auto table = parse_fidelity(text);
@@ -264,6 +267,9 @@ TEST_CASE("the table reads back from JSON, and faults are refused with their pla
   CHECK(to_json(*table) == text);
   CHECK(table->machine == "m");
   CHECK(table->conditions.scenes == 600);
+  CHECK(table->conditions.held_share == 0.995);
+  CHECK(table->conditions.any_held_share == 0.991);
+  CHECK(table->conditions.any_margin == 3);
   CHECK(table->conditions.slack_m.most == Approx(3e-3));
   CHECK(table->settings[4].setting.integrator == Integrator::tr_bdf2);
   CHECK(table->settings[1].cloths[1].max_n == Approx(30e-3));
@@ -283,6 +289,14 @@ TEST_CASE("the table reads back from JSON, and faults are refused with their pla
   CHECK(refused_at("/host_cost/probe_us", "fast").where == "/host_cost/probe_us");
   CHECK(refused_at("/conditions/ranges/slack_m", 3).where == "/conditions/ranges/slack_m");
   CHECK(refused_at("/conditions/margin", 0.5).where == "/conditions/margin");
+  CHECK(refused_at("/conditions/held_share", 1.5).where == "/conditions/held_share");
+  for (const char* key : {"held_share", "any_margin", "any_held_share"}) {
+    nlohmann::json root = nlohmann::json::parse(text);
+    root["conditions"].erase(key);
+    const auto read = parse_fidelity(root.dump());
+    REQUIRE_FALSE(read);
+    CHECK(read.error().code == Errc::parse);
+  }
   CHECK(refused_at("/settings", "none").where == "/settings");
   CHECK(refused_at("/rows", 1).code == Errc::parse);
   CHECK(refused_at("/bench", "real").where == "/bench");

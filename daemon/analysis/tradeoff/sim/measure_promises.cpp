@@ -1,6 +1,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -105,6 +106,7 @@ class PromiseMeasurement {
                    .expected = "at most a fifth",
                    .got = std::to_string(failed) + " of " + std::to_string(attempted_) +
                           ", the first: " + first_failure_});
+    if (Status ok = check_finite(); !ok) return pass(ok.error());
     sim::FidelityTable out =
         summarize_errors(options_.settings, trials_, scene_of_, options_.space_seed);
     out.rules = recipes::engine_rules;
@@ -119,6 +121,18 @@ class PromiseMeasurement {
   }
 
  private:
+  /// JSON knows no infinity, and no margin covers it.
+  [[nodiscard]] Status check_finite() const {
+    for (std::size_t i = 0; i < trials_.size(); ++i)
+      for (std::size_t k = 0; k < options_.settings.size(); ++k)
+        if (!std::isfinite(trials_[i].error_n[k]))
+          return fail({.code = Errc::unsupported,
+                       .where = "recipe " + std::to_string(scene_of_[i] + 1) + " of the space",
+                       .what = "a force is no number",
+                       .got = to_string(options_.settings[k]) + " on " + trials_[i].fabric});
+    return {};
+  }
+
   static std::string describe(const RecipeScene& scene, const Result<CampaignSummary>& summary) {
     const std::string why = !summary         ? to_string(summary.error())
                             : summary->error ? to_string(*summary->error)

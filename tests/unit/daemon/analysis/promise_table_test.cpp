@@ -3,6 +3,7 @@
 #include "daemon/analysis/tradeoff/sim/promise_table.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -25,8 +26,24 @@ std::string fabrics_text() {
   return test::read_file(test::source / "sim/fabrics.json");
 }
 
-std::vector<TrialErrors> equal_trials(std::size_t count, double error_n) {
-  return std::vector<TrialErrors>(count, {"denim", 1, {error_n, 2 * error_n}});
+/// Trials of three scenes, each of which is held back once.
+struct ThreeScenes {
+  std::vector<TrialErrors> trials;
+  std::vector<std::size_t> scene_of;
+
+  void add(std::size_t scene, const std::string& fabric, double error_n, std::size_t count = 1) {
+    trials.insert(trials.end(), count, {fabric, 1, {error_n, 2 * error_n}});
+    scene_of.insert(scene_of.end(), count, scene);
+  }
+  [[nodiscard]] Margin margin() const { return find_margin(trials, scene_of, 1); }
+};
+
+/// The last scene errs by `error_n`, the others by 1 N.
+ThreeScenes denim_scenes(double error_n, std::size_t count = 20) {
+  ThreeScenes out;
+  for (const std::size_t scene : {0, 1}) out.add(scene, "denim", 1, count);
+  out.add(2, "denim", error_n, count);
+  return out;
 }
 
 /// A table of few scenes and settings.
@@ -170,24 +187,57 @@ TEST_CASE("a rig can run every scene's recipe, and a scaled cloth has a scaled l
   }
 }
 
-TEST_CASE("the margin is the least that keeps 99 of 100 runs of held-back trials") {
-  const auto measured = equal_trials(20, 1);
-  CHECK(find_margin(measured, equal_trials(20, 0.9), 1) == 1);
-  CHECK(find_margin(measured, equal_trials(20, 1.05), 1) == 1.1);
-  CHECK(find_margin(measured, equal_trials(20, 1.3), 1) == 1.5);
-  CHECK(find_margin(measured, equal_trials(20, 9), 1) == 2);
-  CHECK(find_margin(measured, {}, 1) == 1);
-  // one in 20 is seen in most runs of 34 trials; one in 100 000 in less than a hundredth of them
-  std::vector<TrialErrors> often = equal_trials(20, 0.9);
-  often.front().error_n.back() = 2 * 1.2;
-  CHECK(find_margin(measured, often, 1) == 1.25);
-  std::vector<TrialErrors> seldom = equal_trials(100'000, 0.9);
-  seldom.front().error_n.back() = 2 * 1.2;
-  CHECK(find_margin(measured, seldom, 1) == 1);
-  // a cloth that was not measured has no promise to break
-  std::vector<TrialErrors> unknown = equal_trials(20, 0.9);
-  unknown.push_back({"wool", 1, {50, 50}});
-  CHECK(find_margin(measured, unknown, 1) == 1);
+TEST_CASE("the margin is the least that keeps 99 of 100 runs that were held back") {
+  CHECK(denim_scenes(0.9).margin().factor == 1);
+  CHECK(denim_scenes(0.9).margin().held_share == 1);
+  CHECK(denim_scenes(1.05).margin().factor == 1.1);
+  CHECK(denim_scenes(1.3).margin().factor == 1.5);
+  CHECK(denim_scenes(2.2).margin().factor == 2.5);
+  CHECK(denim_scenes(3.9).margin().factor == 4);
+  // one trial in 100 000 is in less than a hundredth of the runs; one in 1000 is so as long as a
+  // run has one trial
+  for (const auto& [count, factor] : {std::pair<std::size_t, double>{33'333, 1}, {333, 1.25}}) {
+    ThreeScenes seldom = denim_scenes(0.9, count);
+    seldom.add(2, "denim", 1.2);
+    CHECK(seldom.margin().factor == factor);
+    CHECK(seldom.margin().held_share >= promised_share);
+  }
+  // a cloth that the other scenes lack has no promise to break
+  ThreeScenes unknown = denim_scenes(0.9);
+  unknown.add(0, "wool", 50);
+  CHECK(unknown.margin().factor == 1);
+  // one that is missed is not hidden by another that may err more
+  ThreeScenes two = denim_scenes(2.8);
+  for (const std::size_t scene : {0, 1, 2}) two.add(scene, "nylon", 10, 20);
+  CHECK(two.margin().factor == 3);
+}
+
+TEST_CASE("a margin that does not hold is said, and its table is refused") {
+  const Margin none = denim_scenes(9).margin();
+  CHECK(none.factor == 4);
+  CHECK(none.held_share == Approx(2.0 / 3).margin(1e-3));
+  CHECK(find_margin({}, {}, 1).held_share == 0);
+  CHECK(denim_scenes(HUGE_VAL).margin().held_share < promised_share);
+  sim::TableConditions conditions;
+  CHECK(check_margins(conditions).error().code == Errc::unsupported);
+  conditions.held_share = promised_share;
+  CHECK(check_margins(conditions).error().where == "/conditions/any_held_share");
+  conditions.any_held_share = promised_share;
+  CHECK(check_margins(conditions));
+  conditions.held_share = none.held_share;
+  CHECK(check_margins(conditions).error().where == "/conditions/held_share");
+}
+
+TEST_CASE("the margin of a cloth without a row is that of each cloth against all others") {
+  ThreeScenes scenes = denim_scenes(1);
+  scenes.add(0, "nylon", 1.4, 20);
+  const Margin any = find_any_margin(scenes.trials);
+  CHECK(any.factor == 1.5);
+  CHECK(any.held_share == 1);
+  for (TrialErrors& trial : scenes.trials)
+    if (trial.fabric == "nylon") trial.scale_n = 2;  // it hits harder, and errs no more for it
+  CHECK(find_any_margin(scenes.trials).factor == 1.5);  // denim, against 0.7 of nylon
+  CHECK(find_any_margin(denim_scenes(1).trials).held_share == 0);  // nobody to hold it against
 }
 
 TEST_CASE("errors become quantiles of each cloth, and shares of the impact scale") {
