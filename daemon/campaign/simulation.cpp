@@ -6,8 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/base/file/read_file.hpp"
+#include "daemon/base/file/sha256.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/campaign/bench_session.hpp"
+#include "recipes/engine/engine.hpp"
 #include "sim/plant/bounds.hpp"
 #include "sim/rig/rig_config.hpp"
 #include "sim/rig/simulation_choice.hpp"
@@ -25,14 +27,23 @@ std::vector<double> set_points_n(const recipes::Plan& plan) {
   return out;
 }
 
+void extend(sim::MeasuredRange& range, double value) {
+  range.least = range.most > 0 ? std::min(range.least, value) : value;
+  range.most = std::max(range.most, value);
+}
+
 sim::MeasuredRange slide_speeds_mps(const recipes::Plan& plan) {
   sim::MeasuredRange out;
-  for (const recipes::Exploration& exploration : plan.explorations) {
-    if (!exploration.slides()) continue;
-    const double mps = exploration.step(Phase::motion).speed_mps;
-    out.least = out.most > 0 ? std::min(out.least, mps) : mps;
-    out.most = std::max(out.most, mps);
-  }
+  for (const recipes::Exploration& exploration : plan.explorations)
+    if (exploration.slides()) extend(out, exploration.step(Phase::motion).speed_mps);
+  return out;
+}
+
+sim::MeasuredRange press_lengths_s(const recipes::Plan& plan) {
+  sim::MeasuredRange out;
+  for (const recipes::Exploration& exploration : plan.explorations)
+    for (const recipes::PhaseStep& step : exploration.phases)
+      if (step.phase == Phase::press) extend(out, step.duration_s);
   return out;
 }
 
@@ -68,6 +79,7 @@ sim::SimulationRequest simulation_request(const recipes::Plan& plan,
   request.fidelity.run = run_size(plan, requested);
   request.fabrics = plan.fabrics;
   request.speed_mps = slide_speeds_mps(plan);
+  request.press_s = press_lengths_s(plan);
   request.seat_speed_mps = plan.approach.seat_speed_mps;
   return request;
 }
@@ -97,6 +109,13 @@ Result<sim::FidelityTable> read_table(const RigFile& rig, const std::filesystem:
                  .expected = table.error().expected,
                  .got = table.error().got + " at " + table.error().where,
                  .hint = table.error().hint});
+  if (table->rules != recipes::engine_rules)
+    return fail({.code = Errc::unsupported,
+                 .where = place,
+                 .what = "the table was measured by a version of Weft with other rules for trials",
+                 .expected = "rules " + std::to_string(recipes::engine_rules),
+                 .got = "rules " + std::to_string(table->rules),
+                 .hint = "Run weft trade sim --table FILE to make a new one"});
   return table;
 }
 
@@ -169,6 +188,7 @@ namespace {
 struct ChoiceFiles {
   std::optional<sim::FidelityTable> table;
   std::optional<sim::FabricLibrary> library;
+  bool has_rows = true;  ///< the table was measured with this cloth table
 };
 
 Result<ChoiceFiles> read_choice_files(const RigFile& rig, const std::filesystem::path& rig_path) {
@@ -181,6 +201,7 @@ Result<ChoiceFiles> read_choice_files(const RigFile& rig, const std::filesystem:
   auto library = sim::parse_fabrics(*fabrics);
   if (!library) return pass(library.error(), "/simulation/fabrics");
   out.library = std::move(*library);
+  out.has_rows = out.table->fabrics_sha256 == sha256_hex(*fabrics);
   return out;
 }
 
@@ -263,6 +284,7 @@ Result<ChosenSimulation> choose_simulation(const RigFile& rig,
     if (!read) return pass(read.error());
     files = std::move(*read);
     request.library = &*files.library;
+    request.has_rows = files.has_rows;
     request.fidelity.probe_us = requested.probe_us ? *requested.probe_us : probe_us();
   }
   auto chosen = sim::choose_simulation(rig.text, request, files.table ? &*files.table : nullptr);

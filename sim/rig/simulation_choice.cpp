@@ -56,14 +56,19 @@ std::string format_request(const FidelityRequest& request, const FidelityOffer& 
   return "the fastest setting" + error + (speed.empty() ? "" : " and over " + speed) + promised;
 }
 
+constexpr const char* other_cloths =
+    "; the table was measured with another cloth table, so its errors for any cloth are taken";
+
 ForceScene make_force_scene(const RigConfig& config, const SimulationRequest& request) {
   const PlantParams& plant = config.bench_plant.plant;
   ForceScene out{.fabrics = request.fabrics,
                  .speed_mps = request.speed_mps,
+                 .press_s = request.press_s,
                  .seat_speed_mps = request.seat_speed_mps,
                  .face_area_m2 = plant.geometry.face_area_m2(),
                  .mount = plant.mount,
-                 .library = request.library};
+                 .library = request.library,
+                 .has_rows = request.has_rows};
   if (request.set_points_n.empty()) return out;
   const auto [least, most] = std::ranges::minmax(request.set_points_n);
   out.force_n = {least, most};
@@ -86,7 +91,8 @@ Result<SimulationChoice> by_table(const RigConfig& config, const Scene& scene,
   const auto offer = choose(*table, scene, forces, fidelity);
   if (!offer) return fail_at(level_place, offer.error());
   SimulationChoice out{offer->setting,
-                       needs(scene) + ", and this is " + format_request(fidelity, *offer),
+                       needs(scene) + ", and this is " + format_request(fidelity, *offer) +
+                           (request.has_rows ? "" : other_cloths),
                        {},
                        *offer};
   fidelity.promise_below_n = offer->promise_n;

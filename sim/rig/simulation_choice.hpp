@@ -26,8 +26,10 @@ struct SimulationRequest {
   // Of the recipe, for what the table promises.
   std::vector<std::string> fabrics{};
   MeasuredRange speed_mps{};  ///< of its slides
+  MeasuredRange press_s{};    ///< lengths of its phases P
   double seat_speed_mps = 0;
   const FabricLibrary* library = nullptr;
+  bool has_rows = true;  ///< see ForceScene
 
   [[nodiscard]] bool uses_table() const {
     return fidelity.accuracy_n.has_value() || fidelity.times_real_time.has_value();

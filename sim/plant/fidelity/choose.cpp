@@ -46,6 +46,7 @@ Status check_ranges(const TableConditions& conditions, const ForceScene& forces)
   const RangeCheck checks[]{
       {"force", "N", 1, forces.force_n, conditions.force_n},
       {"speed of a slide", "mm/s", 1e3, forces.speed_mps, conditions.speed_mps},
+      {"length of a press", "s", 1, forces.press_s, conditions.press_s},
       {"seat speed",
        "mm/s",
        1e3,
@@ -88,7 +89,7 @@ Result<double> scale_of(const std::string& fabric, const ForceScene& forces) {
 Result<double> promise_for(const TableConditions& conditions, const MeasuredSetting& measured,
                            const std::string& fabric, const ForceScene& forces) {
   for (const ClothError& cloth : measured.cloths)
-    if (cloth.fabric == fabric) return conditions.margin * cloth.max_n;
+    if (forces.has_rows && cloth.fabric == fabric) return conditions.margin * cloth.max_n;
   const auto scale_n = scale_of(fabric, forces);
   if (!scale_n) return scale_n;
   return conditions.any_margin * measured.any_max * *scale_n;

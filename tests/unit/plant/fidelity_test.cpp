@@ -41,6 +41,7 @@ FidelityTable small_table() {
   table.conditions.force_n = {0.2, 10};
   table.conditions.speed_mps = {0.5e-3, 4e-3};
   table.conditions.seat_speed_mps = {0.2e-3, 1e-3};
+  table.conditions.press_s = {1, 10};
   table.conditions.mount_stiffness_n_m = {1e4, 5e4};
   table.conditions.slack_m = {0.6e-3, 3e-3};
   table.host_cost = {.pads_us_per_s = 30,
@@ -132,6 +133,14 @@ TEST_CASE("a cloth without a row is promised by its impact, or refused where nob
   for (const FidelityOffer& offer : *all)
     if (offer.setting == l1())
       CHECK(offer.promise_n == Approx(std::max(2 * 10e-3, 3 * 10e-3 * scale_n)));
+  // of another cloth table no row is known
+  library.fabrics.back().name = "denim";
+  forces.fabrics = {"denim"};
+  forces.has_rows = false;
+  const auto rowless = offers(small_table(), tactile, forces, {});
+  REQUIRE(rowless);
+  for (const FidelityOffer& offer : *rowless)
+    if (offer.setting == l1()) CHECK(offer.promise_n == Approx(3 * 10e-3 * scale_n));
 }
 
 TEST_CASE("forces, speeds and slack that the table was not measured for are refused") {
@@ -146,6 +155,8 @@ TEST_CASE("forces, speeds and slack that the table was not measured for are refu
   CHECK(is_refused([](ForceScene& f) { f.seat_speed_mps = 2e-3; }));
   CHECK(is_refused([](ForceScene& f) { f.mount.slack_m = 0.5e-3; }));
   CHECK(is_refused([](ForceScene& f) { f.mount.stiffness_n_m = 1e5; }));
+  CHECK(is_refused([](ForceScene& f) { f.press_s = {0.5, 2}; }));
+  CHECK(is_refused([](ForceScene& f) { f.press_s = {2, 20}; }));
   ForceScene pressed = on({"denim"});
   pressed.speed_mps = {};  // nothing slides
   CHECK(choose(small_table(), tactile, pressed, accuracy(1)));

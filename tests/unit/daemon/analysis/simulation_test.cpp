@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "daemon/analysis/report/report.hpp"
+#include "daemon/base/file/sha256.hpp"
 #include "daemon/campaign/strict_run.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 #include "sim/plant/fidelity/table.hpp"
@@ -38,8 +39,14 @@ json recorded_rig(const CampaignSummary& summary) {
 }
 
 /// bench17 with a table of three settings, which is for this test alone. `scale`: of its errors.
-json rig_with_table(const TemporaryFolder& folder, double scale = 1) {
+json rig_with_table(const TemporaryFolder& folder, double scale = 1,
+                    int rules = recipes::engine_rules, const std::string& fabrics_sha256 = {}) {
   sim::FidelityTable table;
+  table.rules = rules;
+  table.fabrics_sha256 = fabrics_sha256;
+  if (fabrics_sha256.empty())
+    table.fabrics_sha256 = sha256_hex(test::read_file(test::source / "sim/fabrics.json"));
+  table.conditions.press_s = {1, 10};
   table.conditions.scenes = table.conditions.seeds = 1;
   table.conditions.force_n = {0.2, 10};
   table.conditions.speed_mps = {0.5e-3, 4e-3};
@@ -57,7 +64,9 @@ json rig_with_table(const TemporaryFolder& folder, double scale = 1) {
     table.settings.push_back(
         {.setting = setting,
          .contact_us_per_s = contact_us,
-         .cloths = {{"denim", 1, scale * error_n / 9, scale * error_n / 5, scale * error_n}}});
+         .cloths = {{"denim", 1, scale * error_n / 9, scale * error_n / 5, scale * error_n}},
+         .any_q99 = scale * error_n,
+         .any_max = 10 * scale * error_n});
   std::ofstream(folder / "table.json") << sim::to_json(table);
   json rig = test::bench17();
   rig["simulation"]["fidelity"] = (folder / "table.json").string();
@@ -332,6 +341,26 @@ TEST_CASE("a resumed campaign keeps setting, request and promise of its record")
   request.fidelity.times_real_time.reset();
   request.error_check = false;  // the accuracy of the record is to be checked
   CHECK(refused() == Errc::invalid_argument);
+}
+
+TEST_CASE("a table of other rules is refused, and of another cloth table its rows are passed over") {
+  const TemporaryFolder folder;
+  const auto settled = [&](const json& rig) {
+    CampaignRequest request = request_in(folder, short_recipe("denim"), rig);
+    request.fidelity.probe_us = 50;
+    request.fidelity.accuracy_n = 100;
+    return settled_request(request);
+  };
+  const auto old = settled(rig_with_table(folder, 1, recipes::engine_rules - 1));
+  REQUIRE_FALSE(old);
+  CHECK(old.error().code == Errc::unsupported);
+  const auto known = settled(rig_with_table(folder));
+  if (!known) FAIL(to_string(known.error()));
+  CHECK(known->simulation.promise->promised_n == Approx(0.2));
+  const auto other = settled(rig_with_table(folder, 1, recipes::engine_rules, "another"));
+  if (!other) FAIL(to_string(other.error()));
+  CHECK(other->simulation.promise->promised_n != Approx(0.2));
+  CHECK(other->simulation.because.size() > known->simulation.because.size());  // and it is said
 }
 
 TEST_CASE("a table that is not there is asked for only by who needs it") {
