@@ -67,7 +67,16 @@ std::string format_budget(const SimulationNote& note) {
   const SimulationBudget& budget = *note.budget;
   const std::string out = "asked " + sim::format_times(budget.requested) + ", forecast " +
                           sim::format_times(budget.forecast);
-  return budget.achieved > 0 ? out + ", achieved " + sim::format_times(budget.achieved) : out;
+  if (!(budget.achieved > 0)) return out;
+  return out + ", achieved " + sim::format_times(budget.achieved) +
+         (budget.is_missed() ? ": missed" : "");
+}
+
+std::string format_aside(const SimulationNote& note) {
+  std::string out;
+  for (const std::string& folder : note.aside)
+    out += (out.empty() ? "attempts that missed the accuracy: " : ", ") + folder;
+  return out;
 }
 
 }  // namespace weft::daemon

@@ -12,7 +12,9 @@ namespace weft::daemon {
 /// of fabric and exploration, measured ...", or that it was kept; before the run what is promised.
 /// Empty where no accuracy was asked for.
 std::string format_promise(const SimulationNote& note);
-/// "asked 1000x, forecast 1500x, achieved 1430x"; empty where no speed was asked for.
+/// "asked 1000x, forecast 1500x, achieved 930x: missed"; empty where no speed was asked for.
 std::string format_budget(const SimulationNote& note);
+/// "attempts that missed the accuracy: out/aside-1"; empty where there are none.
+std::string format_aside(const SimulationNote& note);
 
 }  // namespace weft::daemon

@@ -1,7 +1,6 @@
 #include "daemon/campaign/simulation.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -63,8 +62,8 @@ sim::RunSize run_size(const recipes::Plan& plan, const FidelityRequest& requeste
 
 /// The same for every choice of a process, so that a check and the run choose the same.
 double probe_us() {
-  static const double measured_us = sim::measure_probe_us(
-      [] { return std::chrono::duration<double, std::micro>(steady_wall_now()).count(); });
+  static const double measured_us =
+      sim::measure_probe_us([] { return 1e6 * thread_cpu_seconds(); });
   return measured_us;
 }
 
@@ -324,6 +323,7 @@ std::string to_json(const SimulationNote& note) {
   json out{{"setting", note.setting}, {"because", note.because}, {"errors", errors}};
   if (note.promise) out["promise"] = *note.promise;
   if (note.budget) out["budget"] = *note.budget;
+  if (!note.aside.empty()) out["aside"] = note.aside;
   return out.dump();
 }
 

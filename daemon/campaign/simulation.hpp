@@ -52,6 +52,7 @@ struct SimulationNote {
   std::vector<SimulationError> errors;  ///< empty where it was not asked for, or no trial complete
   std::optional<SimulationPromise> promise{};  ///< where an accuracy was asked for
   std::optional<SimulationBudget> budget{};    ///< where a speed was
+  std::vector<std::string> aside{};  ///< folders of a strict run's attempts before this one
 
   [[nodiscard]] bool empty() const { return setting.empty(); }
   [[nodiscard]] bool is_asked() const { return promise.has_value() || budget.has_value(); }

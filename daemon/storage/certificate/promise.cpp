@@ -57,6 +57,7 @@ void from_json(const json& object, SimulationPromise& promise) {
 
 void to_json(json& out, const SimulationBudget& budget) {
   out = {{"asked", budget.requested}, {"forecast", budget.forecast}, {"achieved", budget.achieved}};
+  if (budget.achieved > 0) out["held"] = !budget.is_missed();
 }
 
 void from_json(const json& object, SimulationBudget& budget) {

@@ -38,7 +38,8 @@ struct SimulationPromise {
 struct SimulationBudget {
   double requested = 0;
   double forecast = 0;
-  double achieved = 0;  ///< 0: not yet known
+  double achieved = 0;  ///< wall time; 0: not known
+  [[nodiscard]] bool is_missed() const { return achieved > 0 && achieved < requested; }
   bool operator==(const SimulationBudget&) const = default;
 };
 

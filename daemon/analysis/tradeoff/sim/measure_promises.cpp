@@ -8,6 +8,7 @@
 #include "daemon/analysis/tradeoff/sim/promise_table.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/file/sha256.hpp"
+#include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "recipes/engine/plan.hpp"
 #include "sim/plant/fidelity/choose.hpp"
@@ -73,14 +74,14 @@ class PromiseMeasurement {
     auto request = request_in(folder.path(), scene, seed);
     if (!request) return pass(request.error());
     std::optional<TrialErrors> found;
-    double replays_s = 0;
     CampaignHooks hooks;
     hooks.kept_trials = [&](const sim::Rig& rig, const auto& kept) {
-      const double began_s = cpu_s_();
       if (!kept.empty()) found = replay_all(rig, kept.front());
-      replays_s = cpu_s_() - began_s;
     };
+    const double began_s = cpu_s_(), wall_began_s = steady_wall_seconds();
     const auto summary = run_campaign(*request, hooks);
+    // A campaign's parts are told in wall time.
+    const double cpu_share = (cpu_s_() - began_s) / (steady_wall_seconds() - wall_began_s);
     ++attempted_;
     if (!summary || !found) {  // a trial that failed tells nothing of the error
       if (first_failure_.empty()) first_failure_ = describe(scene, summary);
@@ -90,7 +91,7 @@ class PromiseMeasurement {
     const auto scale_n = scale_of(scene);
     if (!scale_n) return pass(scale_n.error());
     found->scale_n = *scale_n;
-    add_costs(*summary);
+    add_costs(*summary, cpu_share);
     trials_.push_back(std::move(*found));
     scene_of_.push_back(index);
     return {};
@@ -202,13 +203,13 @@ class PromiseMeasurement {
     costs_.fully_checked_s += motion_s(kept.motion);
   }
 
-  void add_costs(const CampaignSummary& summary) {
+  void add_costs(const CampaignSummary& summary, double cpu_share) {
     costs_.bench_s += summary.virtual_s;
-    costs_.emulators_s += summary.time.plant_and_emulators_s;
-    costs_.drivers_s += summary.time.drivers_and_control_s;
-    costs_.recorder_s += summary.time.recorder_s;
-    costs_.export_s += summary.time.export_s;
-    costs_.quick_check_s += summary.time.error_check_s;
+    costs_.emulators_s += cpu_share * summary.time.plant_and_emulators_s;
+    costs_.drivers_s += cpu_share * summary.time.drivers_and_control_s;
+    costs_.recorder_s += cpu_share * summary.time.recorder_s;
+    costs_.export_s += cpu_share * summary.time.export_s;
+    costs_.quick_check_s += cpu_share * summary.time.error_check_s;
     ++costs_.trials;
   }
 

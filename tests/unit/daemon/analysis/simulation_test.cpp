@@ -201,6 +201,22 @@ TEST_CASE("a strict accuracy runs the next settings, and keeps what was missed a
     CHECK(std::filesystem::exists(request.out / name / campaign_file_name));
   }
   CHECK_FALSE(std::filesystem::exists(request.out / "aside-3"));
+  CHECK(s->simulation.aside == std::vector<std::string>{(request.out / "aside-1").string(),
+                                                        (request.out / "aside-2").string()});
+}
+
+TEST_CASE("a budget that was not achieved is missed, in the certificate too") {
+  const auto is_held = [](double achieved) {
+    const json written = SimulationBudget{1000, 1500, achieved};
+    return written.contains("held") ? std::optional(written["held"].get<bool>()) : std::nullopt;
+  };
+  CHECK(is_held(0) == std::nullopt);  // not known
+  CHECK(is_held(930) == false);
+  CHECK(is_held(1430) == true);
+  SimulationNote note{"L1 3.072 ms", "L1", "the scene needs taxel counts", {}};
+  note.budget = SimulationBudget{1000, 1500, 930};
+  CHECK(promise_lines(note) ==
+        std::vector<std::string>{"asked 1000x, forecast 1500x, achieved 930x: missed"});
 }
 
 TEST_CASE("a budget is forecast before the run and achieved after it") {
