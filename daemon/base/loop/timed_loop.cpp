@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "daemon/base/loop/wall_clock.hpp"
+#include "protocols/base/result.hpp"
 
 namespace weft::daemon {
 
