@@ -444,8 +444,8 @@ void ErrorCheck::trial_done(std::size_t trial, bool complete, TimePoint now,
   const recipes::TrialSpec& spec = plan_->trials[trial];
   if (!motion || !complete || !is_wanted(spec)) return;
   seen_.insert({spec.fabric, spec.exploration});
-  auto sampled =
-      recording.sampled().empty() ? recorded_frames(recording.phases(), now) : recording.sampled();
+  sim::SampleTimes sampled{recording.sampled(), recording.wrench_sampled()};
+  if (sampled.pads.empty()) sampled.pads = recorded_frames(recording.phases(), now);
   trials_.push_back({trial, std::move(*motion), std::move(sampled), recording.phases()});
 }
 

@@ -110,7 +110,7 @@ class ErrorCheck {
   struct StoredTrial {
     std::size_t trial;
     sim::BenchMotion motion;
-    std::vector<TimePoint> sampled;
+    sim::SampleTimes sampled;
     std::vector<PhaseStart> phases;
   };
 
@@ -120,7 +120,8 @@ class ErrorCheck {
 
   /// Before every mount.
   void patch_follows();
-  /// Of the recording the taxel samples count, without taxels the time while it was recorded.
+  /// Of the recording the samples of taxels and force count, without taxels the frames while it was
+  /// recorded.
   void trial_done(std::size_t trial, bool complete, TimePoint now, const TrialRecording& recording);
   /// One, or none when no trial was kept and none was looked at `before`: by an earlier process of
   /// the campaign, in trials that this one has not run.

@@ -159,39 +159,37 @@ class PromiseMeasurement {
 
   TrialErrors replay_all(const sim::Rig& rig, const ErrorCheck::StoredTrial& kept) {
     const sim::PlantParams& params = rig.plant_params();
+    const auto points = sim::wrench_points(kept.motion, kept.sampled.wrench);
     double began_s = cpu_s_();
-    const sim::Replayed run = sim::replay(params, rig.seed(), kept.motion);
+    const sim::Replayed run = sim::replay(params, rig.seed(), kept.motion, points);
     const double with_pads_s = cpu_s_() - began_s;
     const std::vector<bool> counted =
-        sim::counted_frames(kept.motion, run.normal_n.size(), kept.sampled);
-    const sim::Replayed reference = led(rig, kept, run, reference_.setting(), false);
+        sim::counted_frames(kept.motion, run.normal_n.size(), kept.sampled.pads);
+    const auto led = [&](const sim::FidelitySetting& setting, bool pads) {
+      sim::PlantParams other = params;
+      apply(setting, other);
+      other.watched.pads = params.watched.pads && pads;
+      return sim::replay_led(other, rig.seed(), kept.motion, run, points);
+    };
+    const sim::Replayed reference = led(reference_.setting(), false);
     TrialErrors out;
     for (std::size_t i = 0; i < options_.settings.size(); ++i) {
       const sim::FidelitySetting& setting = options_.settings[i];
       began_s = cpu_s_();
-      sim::Replayed played = led(rig, kept, run, setting, false);
+      sim::Replayed played = led(setting, false);
       const double contact_s = cpu_s_() - began_s;
       costs_.contact_s[i] += contact_s;
       if (setting == sim::setting_of(params)) {
         played = run;
         costs_.pads_s += std::max(0.0, with_pads_s - contact_s);
       } else if (setting.level == sim::Level::quasistatic) {
-        played = led(rig, kept, run, setting, true);  // pads decide where a long step is balanced
+        played = led(setting, true);  // pads decide where a long step is balanced
       }
       out.error_n.push_back(sim::difference(played, reference, counted).force_max_n);
     }
     costs_.replayed_s += motion_s(kept.motion);
     check_fully(rig, kept);
     return out;
-  }
-
-  sim::Replayed led(const sim::Rig& rig, const ErrorCheck::StoredTrial& kept,
-                    const sim::Replayed& run, const sim::FidelitySetting& setting,
-                    bool pads) const {
-    sim::PlantParams params = rig.plant_params();
-    apply(setting, params);
-    params.watched.pads = params.watched.pads && pads;
-    return sim::replay_led(params, rig.seed(), kept.motion, run);
   }
 
   void check_fully(const sim::Rig& rig, const ErrorCheck::StoredTrial& kept) {
