@@ -121,8 +121,7 @@ Result<ChosenSimulation> choose_fidelity(const CampaignRequest& request, const r
                                          const RigFile& rig) {
   FidelityRequest fidelity = request.fidelity;
   fidelity.is_checked = request.error_check;
-  auto chosen =
-      choose_simulation(rig, request.rig, plan, fidelity, recorded_simulation(request));
+  auto chosen = choose_simulation(rig, request.rig, plan, fidelity, recorded_simulation(request));
   if (!chosen || !chosen->note.promise || request.error_check) return chosen;
   return fail({.code = Errc::invalid_argument,
                .where = "--no-error-check",

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "daemon/campaign/error_check.hpp"
 #include "sim/plant/bounds.hpp"
 #include "sim/plant/fidelity/forecast.hpp"
 
@@ -33,8 +34,7 @@ std::string format_pairs(const SimulationPromise& promise) {
 
 std::string format_missed(const SimulationPromise& promise) {
   const std::string requested = "MISSED: asked " + format_mn(promise.requested_n);
-  const std::string found =
-      ", measured " + format_mn(promise.measured_n) + format_place(promise);
+  const std::string found = ", measured " + format_mn(promise.measured_n) + format_place(promise);
   if (is_measured_miss(promise)) return requested + found + format_next(promise);
   if (promise.checked_pairs < promise.pairs || !promise.is_checked)
     return requested + ", not checked: " + format_pairs(promise) +

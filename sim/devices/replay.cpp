@@ -197,7 +197,8 @@ class Comparison {
     out.setting = to_string(setting_);
     out.reference = to_string(reference.setting());
     out.worst_at = worst_at(led);
-    const RunError unled = difference(run_, replay(with(reference), seed_, motion_, points_), counted_);
+    const RunError unled =
+        difference(run_, replay(with(reference), seed_, motion_, points_), counted_);
     out.unled_max_n = unled.force_max_n;
     out.unled_rms_n = unled.force_rms_n;
     return out;

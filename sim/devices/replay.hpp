@@ -81,7 +81,8 @@ std::vector<std::size_t> wrench_points(const BenchMotion& motion,
                                        const std::vector<TimePoint>& sampled);
 
 /// `run` and `finer` are of one motion; `counted` tells which frames count, all where it is empty.
-/// What both have in `wrench_n` counts too. Counts are compared where both have them. `worst_at` is not set.
+/// What both have in `wrench_n` counts too. Counts are compared where both have them. `worst_at` is
+/// not set.
 RunError difference(const Replayed& run, const Replayed& finer,
                     const std::vector<bool>& counted = {});
 
@@ -89,9 +90,9 @@ RunError difference(const Replayed& run, const Replayed& finer,
 /// (sim/plant/fidelity/reference.hpp), which computes no pads. Level L0, whose force is given,
 /// leads nothing: there both are along the same motion. `sampled`: a sample of the pads is of the
 /// frame that ended last before it, one of the force sensor of the last grid point. No pads: all
-/// frames count. `accuracy_n`: of the force, that the error will be held against. With it two references are played, which are made
-/// finer until they agree within trusted_share of it; without it one, the quick one. A function of
-/// its arguments.
+/// frames count. `accuracy_n`: of the force, that the error will be held against. With it two
+/// references are played, which are made finer until they agree within trusted_share of it; without
+/// it one, the quick one. A function of its arguments.
 RunError run_error(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion,
                    const SampleTimes& sampled = {}, std::optional<double> accuracy_n = {});
 

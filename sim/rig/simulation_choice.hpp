@@ -47,9 +47,9 @@ struct SimulationChoice {
   std::optional<FidelityOffer> next{};   ///< the fastest that promises less than `offer`
 };
 
-/// `table` may be null where neither accuracy nor speed is asked for, or the setting is recorded. A function of its arguments.
-/// Errors: what parse_rig_config and choose refuse, each with a place in the rig file; unsupported
-/// for L0 and a recipe that holds several forces.
+/// `table` may be null where neither accuracy nor speed is asked for, or the setting is recorded. A
+/// function of its arguments. Errors: what parse_rig_config and choose refuse, each with a place in
+/// the rig file; unsupported for L0 and a recipe that holds several forces.
 Result<SimulationChoice> choose_simulation(std::string_view rig_json,
                                            const SimulationRequest& request,
                                            const FidelityTable* table);

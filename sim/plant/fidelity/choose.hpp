@@ -53,8 +53,8 @@ std::string to_string(const FidelityOffer& offer);
 
 /// Settings that a bench can run and that provide the scene; fastest first, of equals the lower
 /// level, then the longer step.
-/// Errors: unsupported, for a force, speed, press or mount outside the table's ranges, with the range;
-/// not_found, for a cloth that has no row and is not in the library.
+/// Errors: unsupported, for a force, speed, press or mount outside the table's ranges, with the
+/// range; not_found, for a cloth that has no row and is not in the library.
 Result<std::vector<FidelityOffer>> offers(const FidelityTable& table, const Scene& scene,
                                           const ForceScene& forces, const FidelityRequest& request);
 

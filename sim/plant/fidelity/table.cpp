@@ -195,10 +195,14 @@ ordered_json setting_json(const MeasuredSetting& measured) {
 }
 
 ordered_json conditions_json(const TableConditions& conditions) {
-  ordered_json out{{"scenes", conditions.scenes},         {"seeds", conditions.seeds},
-                   {"space_seed", conditions.space_seed}, {"reference", conditions.reference},
-                   {"share", conditions.share},           {"margin", conditions.margin},
-                   {"held_share", conditions.held_share}, {"any_margin", conditions.any_margin},
+  ordered_json out{{"scenes", conditions.scenes},
+                   {"seeds", conditions.seeds},
+                   {"space_seed", conditions.space_seed},
+                   {"reference", conditions.reference},
+                   {"share", conditions.share},
+                   {"margin", conditions.margin},
+                   {"held_share", conditions.held_share},
+                   {"any_margin", conditions.any_margin},
                    {"any_held_share", conditions.any_held_share}};
   for (const auto& [key, range] : range_fields)
     out["ranges"][key] = {(conditions.*range).least, (conditions.*range).most};

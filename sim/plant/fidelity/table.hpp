@@ -49,9 +49,9 @@ struct TableConditions {
   MeasuredRange force_n, speed_mps, seat_speed_mps, press_s, mount_stiffness_n_m, slack_m;
 };
 
-/// Processor time beside the contact's [us of a bench second], on the table's machine. All costs and
-/// the probe are processor time: a forecast is of a machine that does nothing else. Evaluation is
-/// not measured: 0.
+/// Processor time beside the contact's [us of a bench second], on the table's machine. All costs
+/// and the probe are processor time: a forecast is of a machine that does nothing else. Evaluation
+/// is not measured: 0.
 struct HostCost {
   double pads_us_per_s = 0, emulators_us_per_s = 0, drivers_us_per_s = 0, recorder_us_per_s = 0;
   double export_us_per_trial = 0, evaluate_us_per_trial = 0;

@@ -4,7 +4,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "protocols/rdt/rdt.hpp"
@@ -343,7 +342,7 @@ TEST_CASE("samples of the force sensor count beside those of the pads, at the gr
   const auto points =
       wrench_points(run.motion, {frame - Duration(1), frame, frame + step, frame + 3 * step / 2,
                                  TimePoint{}, TimePoint{std::chrono::hours(1)}});
-  REQUIRE(points.size() == 4);  // nothing before the first pose, and nothing after the last
+  REQUIRE(points.size() == 4);        // nothing before the first pose, and nothing after the last
   CHECK(points[1] == points[0] + 1);  // the frame ends at its start
   CHECK(points[2] == points[1] + 1);
   CHECK(points[3] == points[2]);

@@ -78,8 +78,8 @@ CampaignRequest scene_request(const TemporaryFolder& folder, const RecipeScene& 
   return request;
 }
 
-/// What a run of the scene said of its promise, and at which setting. No promise: the table has none
-/// for this accuracy, or no trial was complete.
+/// What a run of the scene said of its promise, and at which setting. No promise: the table has
+/// none for this accuracy, or no trial was complete.
 struct SceneRun {
   std::optional<SimulationPromise> promise;
   std::string setting;
@@ -148,8 +148,7 @@ PromiseCount hold_promises(const sim::FidelityTable& table, std::size_t count, s
 /// The table with one setting, which promises `promise_n` on the scene's cloth.
 sim::FidelityTable promising(sim::FidelityTable table, const std::string& setting,
                              const std::string& fabric, double promise_n) {
-  std::erase_if(table.settings,
-                [&](const auto& row) { return to_string(row.setting) != setting; });
+  std::erase_if(table.settings, [&](const auto& row) { return to_string(row.setting) != setting; });
   REQUIRE(table.settings.size() == 1);
   table.conditions.margin = 1;
   table.settings.front().cloths = {{fabric, 1, promise_n, promise_n, promise_n}};
@@ -274,7 +273,7 @@ TEST_CASE("the margin of a cloth without a row is that of each cloth against all
   CHECK(any.factor == 1.5);
   CHECK(any.held_share == 1);
   for (TrialErrors& trial : scenes.trials)
-    if (trial.fabric == "nylon") trial.scale_n = 2;  // it hits harder, and errs no more for it
+    if (trial.fabric == "nylon") trial.scale_n = 2;     // it hits harder, and errs no more for it
   CHECK(find_any_margin(scenes.trials).factor == 1.5);  // denim, against 0.7 of nylon
   CHECK(find_any_margin(denim_scenes(1).trials).held_share == 0);  // nobody to hold it against
 }

@@ -359,7 +359,8 @@ TEST_CASE("a resumed campaign keeps setting, request and promise of its record")
   CHECK(refused() == Errc::invalid_argument);
 }
 
-TEST_CASE("a table of other rules is refused, and of another cloth table its rows are passed over") {
+TEST_CASE(
+    "a table of other rules is refused, and of another cloth table its rows are passed over") {
   const TemporaryFolder folder;
   const auto settled = [&](const json& rig) {
     CampaignRequest request = request_in(folder, short_recipe("denim"), rig);
