@@ -117,7 +117,7 @@ Result<Recorder> created(const std::filesystem::path& file, const SettledRequest
                                     nlohmann::json{{"rules", recipes::engine_rules}}.dump());
       !ok)
     return pass(ok.error());
-  if (settled.simulation.is_asked())
+  if (settled.simulation.has_request())
     if (Status ok =
             recorder->journal(session.loop().now(), "simulation", to_json(settled.simulation));
         !ok)

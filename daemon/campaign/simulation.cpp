@@ -226,8 +226,8 @@ Status same_request(const FidelityRequest& now, const SimulationNote& recorded) 
 }
 
 /// The rig file as it was recorded, where the one at hand is still what that was made of.
-Result<ChosenSimulation> go_on(const RigFile& rig, const RecordedSimulation& recorded,
-                               sim::SimulationRequest request) {
+Result<ChosenSimulation> resumed_choice(const RigFile& rig, const RecordedSimulation& recorded,
+                                        sim::SimulationRequest request) {
   const auto config = sim::parse_rig_config(recorded.rig_json);
   if (!config) return pass(config.error());
   request.recorded = sim::setting_of(config->bench_plant.plant);
@@ -276,7 +276,7 @@ Result<ChosenSimulation> choose_simulation(const RigFile& rig,
   sim::SimulationRequest request = simulation_request(plan, requested);
   if (recorded) {
     if (Status same = same_request(requested, recorded->note); !same) return pass(same.error());
-    if (recorded->note.is_asked()) return go_on(rig, *recorded, std::move(request));
+    if (recorded->note.has_request()) return resumed_choice(rig, *recorded, std::move(request));
   }
   ChoiceFiles files;
   if (knob) {

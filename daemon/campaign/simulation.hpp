@@ -52,7 +52,7 @@ struct SimulationNote {
   std::vector<std::string> aside{};  ///< folders of a strict run's attempts before this one
 
   [[nodiscard]] bool empty() const { return setting.empty(); }
-  [[nodiscard]] bool is_asked() const { return promise.has_value() || budget.has_value(); }
+  [[nodiscard]] bool has_request() const { return promise.has_value() || budget.has_value(); }
 };
 
 /// What the file of a campaign that goes on says.

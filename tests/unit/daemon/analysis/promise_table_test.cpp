@@ -112,7 +112,7 @@ SceneRun run_scene(const RecipeScene& scene, std::uint64_t seed, const sim::Fide
 
 /// Of runs, those whose error was within what the table promised, and within what was asked for.
 struct PromiseCount {
-  std::size_t runs = 0, promises_kept = 0, requests_kept = 0, refused = 0;
+  std::size_t runs = 0, promises_held = 0, requests_held = 0, refused = 0;
 };
 
 /// Runs `count` recipes with `seeds` seeds each. Every run says what it found.
@@ -135,8 +135,8 @@ PromiseCount hold_promises(const sim::FidelityTable& table, std::size_t count, s
     CHECK(promise.held == kept_request);
     CHECK(run.is_missed == !kept_request);
     ++out.runs;
-    out.requests_kept += kept_request ? 1 : 0;
-    out.promises_kept += kept_promise ? 1 : 0;
+    out.requests_held += kept_request ? 1 : 0;
+    out.promises_held += kept_promise ? 1 : 0;
     if (!kept_promise)
       WARN(scene.fabric << ": asked " << promise.requested_n << " N, promised "
                         << promise.promised_n << " N, measured " << promise.measured_n
@@ -348,12 +348,12 @@ TEST_CASE("the shipped table's promises hold for 99 of 100 random runs", "[.][pr
   const auto table = sim::parse_fidelity(test::read_file(test::source / "sim/fidelity.json"));
   if (!table) FAIL(to_string(table.error()));
   const PromiseCount count = hold_promises(*table, 20, 5, 2);
-  WARN("of " << count.runs << " runs " << count.promises_kept << " kept the promise and "
-             << count.requests_kept << " the request; " << count.refused << " refused");
+  WARN("of " << count.runs << " runs " << count.promises_held << " kept the promise and "
+             << count.requests_held << " the request; " << count.refused << " refused");
   CHECK(count.runs >= 90);
   const double least = promised_share * static_cast<double>(count.runs);
-  CHECK(static_cast<double>(count.promises_kept) >= least);
-  CHECK(static_cast<double>(count.requests_kept) >= least);
+  CHECK(static_cast<double>(count.promises_held) >= least);
+  CHECK(static_cast<double>(count.requests_held) >= least);
 }
 
 }  // namespace promise_table_test

@@ -335,8 +335,8 @@ TEST_CASE("a resumed campaign keeps setting, request and promise of its record")
   request.resume = true;
   request.accept_whole = true;
   std::filesystem::remove(folder / "table.json");
-  for (const auto& asked : {std::optional(5e-3), std::optional<double>()}) {
-    request.fidelity.accuracy_n = asked;
+  for (const auto& requested_n : {std::optional(5e-3), std::optional<double>()}) {
+    request.fidelity.accuracy_n = requested_n;
     const auto settled = settled_request(request);
     if (!settled) FAIL(to_string(settled.error()));
     CHECK(settled->simulation.setting == first.simulation.setting);
