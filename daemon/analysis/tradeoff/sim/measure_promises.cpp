@@ -173,12 +173,20 @@ class PromiseMeasurement {
     };
     const sim::Replayed reference = led(reference_.setting(), false);
     TrialErrors out;
+    std::vector<double> contact_of_s;
     for (std::size_t i = 0; i < options_.settings.size(); ++i) {
       const sim::FidelitySetting& setting = options_.settings[i];
+      if (const auto same = same_force(i)) {
+        out.error_n.push_back(out.error_n[*same]);
+        contact_of_s.push_back(contact_of_s[*same]);
+        costs_.contact_s[i] += contact_of_s.back();
+        continue;
+      }
       began_s = cpu_s_();
       sim::Replayed played = led(setting, false);
       const double contact_s = cpu_s_() - began_s;
       costs_.contact_s[i] += contact_s;
+      contact_of_s.push_back(contact_s);
       if (setting == sim::setting_of(params)) {
         played = run;
         costs_.pads_s += std::max(0.0, with_pads_s - contact_s);
@@ -190,6 +198,17 @@ class PromiseMeasurement {
     costs_.replayed_s += motion_s(kept.motion);
     check_fully(rig, kept);
     return out;
+  }
+
+  /// L3 has the force of L2: the setting before that differs in this alone. What its sensors cost
+  /// is not measured, for the table's bench has none.
+  [[nodiscard]] std::optional<std::size_t> same_force(std::size_t setting) const {
+    sim::FidelitySetting wanted = options_.settings[setting];
+    if (wanted.level != sim::Level::modal) return std::nullopt;
+    wanted.level = sim::Level::dynamic;
+    for (std::size_t i = 0; i < setting; ++i)
+      if (options_.settings[i] == wanted) return i;
+    return std::nullopt;
   }
 
   void check_fully(const sim::Rig& rig, const ErrorCheck::StoredTrial& kept) {

@@ -59,7 +59,8 @@ PromiseTableOptions short_options() {
   out.fabrics_json = fabrics_text();
   out.settings = {{Level::quasistatic, Integrator::midpoint, grid_step_s},
                   {Level::dynamic, Integrator::adaptive, grid_step_s / 8},
-                  {Level::dynamic, Integrator::adaptive, grid_step_s / 16}};
+                  {Level::dynamic, Integrator::adaptive, grid_step_s / 16},
+                  {Level::modal, Integrator::adaptive, grid_step_s / 16}};
   return out;
 }
 
@@ -307,7 +308,10 @@ TEST_CASE("a short table is measured and read back, and runs hold their promises
   const auto back = sim::parse_fidelity(text);
   if (!back) FAIL(to_string(back.error()));
   CHECK(sim::to_json(*back) == text);
-  REQUIRE(back->settings.size() == 3);
+  REQUIRE(back->settings.size() == 4);
+  CHECK(back->settings[3].setting.level == sim::Level::modal);  // has the force of L2
+  CHECK(back->settings[3].any_max == back->settings[2].any_max);
+  CHECK(back->settings[3].contact_us_per_s == back->settings[2].contact_us_per_s);
   // the floor of L1 is its model; half the step is a quarter of the error
   CHECK(back->settings[0].any_max > back->settings[1].any_max);
   CHECK(back->settings[1].any_max > back->settings[2].any_max);
