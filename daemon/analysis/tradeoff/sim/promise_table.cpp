@@ -104,10 +104,10 @@ const std::vector<sim::FidelitySetting>& promise_settings() {
       {Level::dynamic, Integrator::adaptive, grid_step_s / 16},
       {Level::dynamic, Integrator::adaptive, grid_step_s / 32},
       {Level::dynamic, Integrator::adaptive, grid_step_s / 64},
+      {Level::dynamic, Integrator::adaptive, grid_step_s / 128},
       {Level::dynamic, Integrator::midpoint, grid_step_s / 16},
       {Level::dynamic, Integrator::midpoint, grid_step_s / 32},
       {Level::dynamic, Integrator::midpoint, grid_step_s / 64},
-      {Level::dynamic, Integrator::midpoint, grid_step_s / 128},
       {Level::modal, Integrator::adaptive, grid_step_s / 16},
       {Level::modal, Integrator::adaptive, grid_step_s / 64}};
   return settings;
