@@ -29,18 +29,22 @@ bool stop_requested(const CampaignHooks& hooks) {
   return signalled(hooks) || (hooks.orders != nullptr && hooks.orders->ends_run());
 }
 
+std::optional<double> requested_accuracy_n(const SimulationNote& note) {
+  return note.promise ? std::optional(note.promise->requested_n) : std::nullopt;
+}
+
 // The parts of a run in progress, and what is told about it.
 class Run {
  public:
-  Run(const CheckedRequest& checked, BenchSession& session, const CampaignHooks& hooks,
-      const CampaignRequest& request)
-      : plan_(&checked.plan),
+  Run(const SettledRequest& settled, BenchSession& session, const CampaignHooks& hooks,
+      bool error_check)
+      : plan_(&settled.checked.plan),
         session_(&session),
         hooks_(&hooks),
         log_(session.bench(), session.loop(), hooks.device_log),
-        errors_(request.error_check ? session.plant() : nullptr, checked.plan,
-                request.fidelity.accuracy_n),
-        live_(checked.plan, checked.models),
+        errors_(error_check ? session.plant() : nullptr, *plan_,
+                requested_accuracy_n(settled.simulation)),
+        live_(*plan_, settled.checked.models),
         keeper_(hooks.pace) {}
 
   Status bring_up() {
@@ -113,7 +117,7 @@ class Run {
   Status estimate_simulation_error(Recorder& recorder, CampaignSummary& summary) const {
     const auto began = steady_wall_now();
     SimulationNote& note = summary.simulation;
-    note.errors = errors_.errors();
+    note.errors = errors_.errors(std::move(note.errors));
     evaluate_promise(note);
     summary.time.error_check_s = seconds_since(began);
     if (hooks_->kept_trials && session_->plant() != nullptr)
@@ -353,14 +357,6 @@ Result<std::optional<ResumePlan>> make_history(const CampaignRequest& request,
   return std::optional<ResumePlan>{};
 }
 
-/// A campaign that died before its error check has kept no motion: an accuracy is not checked.
-CampaignSummary unchecked(CampaignSummary summary, const SimulationNote& chosen) {
-  if (!chosen.promise || summary.simulation.promise) return summary;
-  summary.simulation = chosen;
-  evaluate_promise(summary.simulation);
-  return summary;
-}
-
 /// The end of the campaign's file, which nobody writes to from here on.
 Status finished(Recorder recorder, const Run& run, TimePoint now, CampaignSummary& summary) {
   Status ok = recorder.resume_recording(now);
@@ -381,7 +377,7 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   Result<SettledRequest> settled = settled_request(request);
   if (!settled) return pass(settled.error());
   const CheckedRequest& checked = settled->checked;
-  RigFile& rig = settled->rig;
+  const RigFile& rig = settled->rig;
   if (checked.plan.forecast.prompts > 0 && hooks.orders == nullptr)
     return fail({.code = Errc::unsupported,
                  .where = request.recipe.string(),
@@ -397,21 +393,21 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   const auto history = make_history(request, campaign_file, *settled, hooks);
   if (!history) return pass(history.error());
   if (*history && (*history)->only_concludes)
-    return unchecked(concluded(request.out, checked.plan, rig, (*history)->history),
-                     settled->simulation);
+    return concluded(request.out, checked.plan, rig, (*history)->history);
   if (*history && ((*history)->only_runs_handover || (*history)->only_reports))
     return certified_summary(request.out, checked.plan, rig, (*history)->history);
   if (const std::string advice = (*session)->advice(); !advice.empty() && hooks.device_log)
     hooks.device_log({{}, LogLevel::warning, "bench", advice});
-  Run run(checked, **session, hooks, request);
+  Run run(*settled, **session, hooks, request.error_check);
   if (hooks.rig_acquired)
     if (Status taken = hooks.rig_acquired(); !taken) return pass(taken.error());
   if (Status up = run.bring_up(); !up) return pass(up.error());
   Result<Recorder> recorder = *history ? reopened(campaign_file, **history, **session)
-                                       : created(campaign_file, checked, **session, rig);
+                                       : created(campaign_file, *settled, **session);
   if (!recorder) return pass(recorder.error());
   CampaignSummary summary = run.execute(*recorder, Run::make_history(*history));
   summary.simulation = std::move(settled->simulation);
+  if (*history && (*history)->is_replayed) summary.simulation.errors.clear();  // all were run again
   Status saved = finished(std::move(*recorder), run, (*session)->loop().now(), summary);
   summary.wall_s = seconds_since(began) - summary.time.error_check_s;
   summary.bench = rig.bench;

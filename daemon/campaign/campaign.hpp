@@ -10,6 +10,7 @@
 
 #include "daemon/campaign/bench_pace.hpp"
 #include "daemon/campaign/bench_session.hpp"
+#include "daemon/campaign/error_check.hpp"
 #include "daemon/campaign/live_classifier.hpp"
 #include "daemon/campaign/live_frame_sampler.hpp"
 #include "daemon/campaign/orders/run_orders.hpp"

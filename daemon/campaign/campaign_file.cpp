@@ -94,8 +94,10 @@ Status forget_end(const std::filesystem::path& folder) {
   return sync_folder(folder);  // before the campaign goes on: the old end must not come back
 }
 
-Result<Recorder> created(const std::filesystem::path& file, const CheckedRequest& checked,
-                         BenchSession& session, const RigFile& rig) {
+Result<Recorder> created(const std::filesystem::path& file, const SettledRequest& settled,
+                         BenchSession& session) {
+  const CheckedRequest& checked = settled.checked;
+  const RigFile& rig = settled.rig;
   const auto aside = set_aside(file);
   if (!aside) return pass(aside.error());
   if (!aside->empty())
@@ -115,6 +117,11 @@ Result<Recorder> created(const std::filesystem::path& file, const CheckedRequest
                                     nlohmann::json{{"rules", recipes::engine_rules}}.dump());
       !ok)
     return pass(ok.error());
+  if (settled.simulation.has_request())
+    if (Status ok =
+            recorder->journal(session.loop().now(), "simulation", to_json(settled.simulation));
+        !ok)
+      return pass(ok.error());
   if (const auto models = live_models_json(checked.plan, checked.models); models != "[]")
     if (Status ok = recorder->journal(session.loop().now(), live_models_kind, models); !ok)
       return pass(ok.error());
@@ -181,9 +188,6 @@ CampaignSummary summary_on_record(const std::filesystem::path& folder,
   return summary;
 }
 
-namespace {
-
-/// What the run noted of its simulation at its end; empty where it did not come so far.
 SimulationNote simulation_on_record(const std::filesystem::path& campaign) {
   SimulationNote out;
   const auto journal = load_journal(campaign);
@@ -193,6 +197,8 @@ SimulationNote simulation_on_record(const std::filesystem::path& campaign) {
       if (auto note = simulation_note_from(entry.payload_json)) out = std::move(*note);
   return out;
 }
+
+namespace {
 
 /// Of a campaign whose every trial is on record.
 CampaignSummary make_summary(const std::filesystem::path& folder, const recipes::Plan& plan,

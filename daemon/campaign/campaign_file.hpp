@@ -10,13 +10,18 @@
 
 namespace weft::daemon {
 
-/// A new one, with what the bench is. One that is there, with nothing on record, is set aside.
-Result<Recorder> created(const std::filesystem::path& file, const CheckedRequest& checked,
-                         BenchSession& session, const RigFile& rig);
+/// A new one, with what the bench is. One that is there, with nothing on record, is set aside. What
+/// was asked of the simulation is on record from the first, as not checked: whoever concludes the
+/// campaign says so.
+Result<Recorder> created(const std::filesystem::path& file, const SettledRequest& settled,
+                         BenchSession& session);
 
 /// The one on record, when the bench that came up is its own. Errors: same_devices()'s.
 Result<Recorder> reopened(const std::filesystem::path& file, const ResumePlan& how,
                           BenchSession& session);
+
+/// What the campaign's file says last of its simulation; empty where it says nothing.
+SimulationNote simulation_on_record(const std::filesystem::path& campaign);
 
 /// Takes away what is of an end that is none any more: the certificate, and the data set, which is
 /// set aside. Errors: io.

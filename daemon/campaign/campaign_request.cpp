@@ -4,6 +4,7 @@
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/campaign/bench_check.hpp"
 #include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/campaign_file.hpp"
 #include "daemon/hardware/rig/rig_file.hpp"
 #include "daemon/storage/recorder/campaign_folder.hpp"
 #include "daemon/storage/recorder/campaign_history.hpp"
@@ -40,11 +41,13 @@ Result<std::string> rig_text_of(const CampaignRequest& request) {
   return both;
 }
 
-/// The rig file of the campaign that is to go on; empty where there is none.
-std::string recorded_rig(const CampaignRequest& request) {
-  if (!request.resume || !request.fidelity.uses_table()) return {};
-  const auto history = load_history(request.out / campaign_file_name);
-  return history ? history->info.rig_json : std::string();
+/// Of the campaign that is to go on; nothing where no trial of one has begun.
+std::optional<RecordedSimulation> recorded_simulation(const CampaignRequest& request) {
+  if (!request.resume) return std::nullopt;
+  const std::filesystem::path campaign = request.out / campaign_file_name;
+  auto history = load_history(campaign);
+  if (!history || history->attempts.empty()) return std::nullopt;
+  return RecordedSimulation{std::move(history->info.rig_json), simulation_on_record(campaign)};
 }
 
 /// Level, integrator and step, written into the rig file that is run and recorded.
@@ -116,15 +119,15 @@ Result<CheckedRequest> check_quickly(const CampaignRequest& request) {
 
 Result<ChosenSimulation> choose_fidelity(const CampaignRequest& request, const recipes::Plan& plan,
                                          const RigFile& rig) {
-  if (request.fidelity.accuracy_n && !request.error_check)
-    return fail({.code = Errc::invalid_argument,
-                 .where = "--no-error-check",
-                 .what = "an accuracy is checked by the run itself",
-                 .expected = "--accuracy without --no-error-check",
-                 .hint = "Leave one of the two out"});
   FidelityRequest fidelity = request.fidelity;
   fidelity.is_checked = request.error_check;
-  return choose_simulation(rig, request.rig, plan, fidelity, recorded_rig(request));
+  auto chosen = choose_simulation(rig, request.rig, plan, fidelity, recorded_simulation(request));
+  if (!chosen || !chosen->note.promise || request.error_check) return chosen;
+  return fail({.code = Errc::invalid_argument,
+               .where = "--no-error-check",
+               .what = "an accuracy is checked by the run itself",
+               .expected = "--accuracy without --no-error-check",
+               .hint = "Leave one of the two out"});
 }
 
 std::uint64_t disk_forecast(const recipes::Plan& plan) {

@@ -1,5 +1,8 @@
 #include "daemon/campaign/promise_text.hpp"
 
+#include <cmath>
+
+#include "daemon/campaign/error_check.hpp"
 #include "sim/plant/bounds.hpp"
 #include "sim/plant/fidelity/forecast.hpp"
 
@@ -9,6 +12,7 @@ namespace {
 using sim::printed;
 
 std::string format_mn(double force_n) {
+  if (!std::isfinite(force_n)) return "no finite force";
   return printed("%.3g mN", force_n * 1e3);
 }
 
@@ -23,12 +27,19 @@ std::string format_next(const SimulationPromise& promise) {
          format_mn(promise.next_promise_n) + ", add --accuracy-strict";
 }
 
+std::string format_pairs(const SimulationPromise& promise) {
+  return std::to_string(promise.checked_pairs) + " of " + std::to_string(promise.pairs) +
+         " pairs of fabric and exploration";
+}
+
 std::string format_missed(const SimulationPromise& promise) {
   const std::string requested = "MISSED: asked " + format_mn(promise.requested_n);
-  if (!promise.is_checked) return requested + ", not checked: no trial was replayed";
-  const std::string measured =
-      requested + ", measured " + format_mn(promise.measured_n) + format_place(promise);
-  if (promise.is_resolved) return measured + format_next(promise);
+  const std::string found = ", measured " + format_mn(promise.measured_n) + format_place(promise);
+  if (is_measured_miss(promise)) return requested + found + format_next(promise);
+  if (promise.checked_pairs < promise.pairs || !promise.is_checked)
+    return requested + ", not checked: " + format_pairs(promise) +
+           (promise.is_checked ? found : std::string());
+  const std::string measured = requested + found;
   return measured + ", which is not resolved: two references differ by " +
          format_mn(promise.uncertainty_n) + format_next(promise);
 }
@@ -40,7 +51,11 @@ std::string format_promise(const SimulationNote& note) {
   const SimulationPromise& promise = *note.promise;
   if (!promise.has_run)
     return "Promised: an error of at most " + format_mn(promise.promised_n) + ", asked " +
-           format_mn(promise.requested_n);
+           format_mn(promise.requested_n) +
+           (promise.pairs > ErrorCheck::most_trials
+                ? "; the run will check " + std::to_string(ErrorCheck::most_trials) + " of " +
+                      std::to_string(promise.pairs) + " pairs, and so cannot say that it was kept"
+                : std::string());
   if (!promise.held) return format_missed(promise);
   return "Accuracy kept: asked " + format_mn(promise.requested_n) + ", promised " +
          format_mn(promise.promised_n) + ", measured " + format_mn(promise.measured_n) +
@@ -52,7 +67,16 @@ std::string format_budget(const SimulationNote& note) {
   const SimulationBudget& budget = *note.budget;
   const std::string out = "asked " + sim::format_times(budget.requested) + ", forecast " +
                           sim::format_times(budget.forecast);
-  return budget.achieved > 0 ? out + ", achieved " + sim::format_times(budget.achieved) : out;
+  if (!(budget.achieved > 0)) return out;
+  return out + ", achieved " + sim::format_times(budget.achieved) +
+         (budget.is_missed() ? ": missed" : "");
+}
+
+std::string format_aside(const SimulationNote& note) {
+  std::string out;
+  for (const std::string& folder : note.aside)
+    out += (out.empty() ? "attempts that missed the accuracy: " : ", ") + folder;
+  return out;
 }
 
 }  // namespace weft::daemon

@@ -8,10 +8,13 @@
 namespace weft::daemon {
 
 /// "MISSED: asked 120 mN, measured 512 mN (nylon, M1, phase E at 31.2 s); next setting L2 adaptive
-/// 0.096 ms promises 7 mN, add --accuracy-strict", or that it was kept; before the run what is
-/// promised. Empty where no accuracy was asked for.
+/// 0.096 ms promises 7 mN, add --accuracy-strict", "MISSED: asked 120 mN, not checked: 1 of 2 pairs
+/// of fabric and exploration, measured ...", or that it was kept; before the run what is promised.
+/// Empty where no accuracy was asked for.
 std::string format_promise(const SimulationNote& note);
-/// "asked 1000x, forecast 1500x, achieved 1430x"; empty where no speed was asked for.
+/// "asked 1000x, forecast 1500x, achieved 930x: missed"; empty where no speed was asked for.
 std::string format_budget(const SimulationNote& note);
+/// "attempts that missed the accuracy: out/aside-1"; empty where there are none.
+std::string format_aside(const SimulationNote& note);
 
 }  // namespace weft::daemon

@@ -1,13 +1,16 @@
 #include "daemon/campaign/simulation.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "daemon/base/file/read_file.hpp"
+#include "daemon/base/file/sha256.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/campaign/bench_session.hpp"
+#include "daemon/campaign/error_check.hpp"
+#include "recipes/engine/engine.hpp"
+#include "sim/plant/bounds.hpp"
 #include "sim/rig/rig_config.hpp"
 #include "sim/rig/simulation_choice.hpp"
 
@@ -24,21 +27,30 @@ std::vector<double> set_points_n(const recipes::Plan& plan) {
   return out;
 }
 
+void extend(sim::MeasuredRange& range, double value) {
+  range.least = range.most > 0 ? std::min(range.least, value) : value;
+  range.most = std::max(range.most, value);
+}
+
 sim::MeasuredRange slide_speeds_mps(const recipes::Plan& plan) {
   sim::MeasuredRange out;
-  for (const recipes::Exploration& exploration : plan.explorations) {
-    if (!exploration.slides()) continue;
-    const double mps = exploration.step(Phase::motion).speed_mps;
-    out.least = out.most > 0 ? std::min(out.least, mps) : mps;
-    out.most = std::max(out.most, mps);
-  }
+  for (const recipes::Exploration& exploration : plan.explorations)
+    if (exploration.slides()) extend(out, exploration.step(Phase::motion).speed_mps);
+  return out;
+}
+
+sim::MeasuredRange press_lengths_s(const recipes::Plan& plan) {
+  sim::MeasuredRange out;
+  for (const recipes::Exploration& exploration : plan.explorations)
+    for (const recipes::PhaseStep& step : exploration.phases)
+      if (step.phase == Phase::press) extend(out, step.duration_s);
   return out;
 }
 
 sim::RunSize run_size(const recipes::Plan& plan, const FidelityRequest& requested) {
   const std::size_t fabrics = plan.fabrics.size(), explorations = plan.explorations.size();
   const bool fully = requested.accuracy_n.has_value();
-  const std::size_t checked = std::min({fully ? fabrics * explorations : fabrics + explorations - 1,
+  const std::size_t checked = std::min({fully ? count_pairs(plan) : fabrics + explorations - 1,
                                         plan.trials.size(), ErrorCheck::most_trials});
   const double trial_s =
       plan.forecast.trials_s() / static_cast<double>(std::max<std::size_t>(1, plan.trials.size()));
@@ -51,8 +63,8 @@ sim::RunSize run_size(const recipes::Plan& plan, const FidelityRequest& requeste
 
 /// The same for every choice of a process, so that a check and the run choose the same.
 double probe_us() {
-  static const double measured_us = sim::measure_probe_us(
-      [] { return std::chrono::duration<double, std::micro>(steady_wall_now()).count(); });
+  static const double measured_us =
+      sim::measure_probe_us([] { return 1e6 * thread_cpu_seconds(); });
   return measured_us;
 }
 
@@ -67,6 +79,7 @@ sim::SimulationRequest simulation_request(const recipes::Plan& plan,
   request.fidelity.run = run_size(plan, requested);
   request.fabrics = plan.fabrics;
   request.speed_mps = slide_speeds_mps(plan);
+  request.press_s = press_lengths_s(plan);
   request.seat_speed_mps = plan.approach.seat_speed_mps;
   return request;
 }
@@ -96,6 +109,13 @@ Result<sim::FidelityTable> read_table(const RigFile& rig, const std::filesystem:
                  .expected = table.error().expected,
                  .got = table.error().got + " at " + table.error().where,
                  .hint = table.error().hint});
+  if (table->rules != recipes::engine_rules)
+    return fail({.code = Errc::unsupported,
+                 .where = place,
+                 .what = "the table was measured by a version of Weft with other rules for trials",
+                 .expected = "rules " + std::to_string(recipes::engine_rules),
+                 .got = "rules " + std::to_string(table->rules),
+                 .hint = "Run weft trade sim --table FILE to make a new one"});
   return table;
 }
 
@@ -125,7 +145,14 @@ json error_json(const SimulationError& error) {
   if (!e.is_doubled) return out;
   out["uncertainty_n"] = e.uncertainty_n;
   out["is_resolved"] = e.is_resolved;
+  out["checked"] = error.pairs;
   return out;
+}
+
+/// JSON knows no infinity: it was written as null.
+double figure_at(const json& object, const char* key) {
+  const json& found = object.at(key);
+  return found.is_null() ? HUGE_VAL : found.get<double>();
 }
 
 SimulationError error_from(const json& each) {
@@ -139,10 +166,11 @@ SimulationError error_from(const json& each) {
   out.worst_phase = each.value("worst_phase", std::string());
   out.worst_at_s = each.value("worst_at_s", 0.0);
   out.worst.pads = each.value("pads", true);
-  for (const auto& [key, value] : error_figures) out.worst.*value = each.at(key).get<double>();
+  for (const auto& [key, value] : error_figures) out.worst.*value = figure_at(each, key);
   out.worst.is_doubled = each.contains("uncertainty_n");
-  out.worst.uncertainty_n = each.value("uncertainty_n", 0.0);
+  if (out.worst.is_doubled) out.worst.uncertainty_n = figure_at(each, "uncertainty_n");
   out.worst.is_resolved = each.value("is_resolved", true);
+  if (each.contains("checked")) each.at("checked").get_to(out.pairs);
   return out;
 }
 
@@ -160,6 +188,7 @@ namespace {
 struct ChoiceFiles {
   std::optional<sim::FidelityTable> table;
   std::optional<sim::FabricLibrary> library;
+  bool has_rows = true;  ///< the table was measured with this cloth table
 };
 
 Result<ChoiceFiles> read_choice_files(const RigFile& rig, const std::filesystem::path& rig_path) {
@@ -172,24 +201,51 @@ Result<ChoiceFiles> read_choice_files(const RigFile& rig, const std::filesystem:
   auto library = sim::parse_fabrics(*fabrics);
   if (!library) return pass(library.error(), "/simulation/fabrics");
   out.library = std::move(*library);
+  out.has_rows = out.table->fabrics_sha256 == sha256_hex(*fabrics);
   return out;
 }
 
-Status keep_recorded(const std::string& recorded_rig, sim::SimulationRequest& request) {
-  const auto recorded = sim::parse_rig_config(recorded_rig);
-  if (!recorded) return pass(recorded.error());
-  request.fidelity.only = sim::setting_of(recorded->bench_plant.plant);
-  request.recorded_because = recorded->chosen_because;
-  return {};
+/// What was asked for at the begin may be said again, or left out.
+Status same_request(const char* option, const std::optional<double>& now,
+                    const std::optional<double>& recorded, const char* format) {
+  if (!now || now == recorded) return {};
+  return fail({.code = Errc::wrong_state,
+               .where = option,
+               .what = "the campaign was begun with another request to its simulation",
+               .expected = recorded ? sim::printed(format, *recorded) : "nothing asked",
+               .got = sim::printed(format, *now),
+               .hint = "Leave it out to go on with what was asked, or begin a new campaign"});
 }
 
-SimulationNote make_note(const sim::SimulationChoice& choice, const FidelityRequest& requested) {
+Status same_request(const FidelityRequest& now, const SimulationNote& recorded) {
+  std::optional<double> accuracy_n, times;
+  if (recorded.promise) accuracy_n = recorded.promise->requested_n;
+  if (recorded.budget) times = recorded.budget->requested;
+  Status same = same_request("--accuracy", now.accuracy_n, accuracy_n, "%.6g N");
+  return same ? same_request("--budget", now.times_real_time, times, "%.6gx") : same;
+}
+
+/// The rig file as it was recorded, where the one at hand is still what that was made of.
+Result<ChosenSimulation> resumed_choice(const RigFile& rig, const RecordedSimulation& recorded,
+                                        sim::SimulationRequest request) {
+  const auto config = sim::parse_rig_config(recorded.rig_json);
+  if (!config) return pass(config.error());
+  request.recorded = sim::setting_of(config->bench_plant.plant);
+  request.recorded_because = config->chosen_because;
+  auto chosen = sim::choose_simulation(rig.text, request, nullptr);
+  if (!chosen) return pass(chosen.error());
+  return ChosenSimulation{recorded.note, std::move(chosen->rig_json)};
+}
+
+SimulationNote make_note(const sim::SimulationChoice& choice, const recipes::Plan& plan,
+                         const FidelityRequest& requested) {
   SimulationNote out{
       to_string(choice.setting), std::string(to_string(choice.setting.level)), choice.because, {}};
   if (!choice.offer) return out;
   if (requested.accuracy_n) {
     out.promise = SimulationPromise{.requested_n = *requested.accuracy_n,
-                                    .promised_n = choice.offer->promise_n};
+                                    .promised_n = choice.offer->promise_n,
+                                    .pairs = count_pairs(plan)};
     if (choice.next) {
       out.promise->next_setting = to_string(choice.next->setting);
       out.promise->next_promise_n = choice.next->promise_n;
@@ -207,7 +263,7 @@ Result<ChosenSimulation> choose_simulation(const RigFile& rig,
                                            const std::filesystem::path& rig_path,
                                            const recipes::Plan& plan,
                                            const FidelityRequest& requested,
-                                           const std::string& recorded_rig) {
+                                           const std::optional<RecordedSimulation>& recorded) {
   const bool knob = requested.uses_table();
   if (!simulated_here(rig)) {
     if (!knob) return ChosenSimulation{{}, rig.text};
@@ -218,36 +274,44 @@ Result<ChosenSimulation> choose_simulation(const RigFile& rig,
                  .hint = "Leave --accuracy and --budget out"});
   }
   sim::SimulationRequest request = simulation_request(plan, requested);
+  if (recorded) {
+    if (Status same = same_request(requested, recorded->note); !same) return pass(same.error());
+    if (recorded->note.has_request()) return resumed_choice(rig, *recorded, std::move(request));
+  }
   ChoiceFiles files;
   if (knob) {
     auto read = read_choice_files(rig, rig_path);
     if (!read) return pass(read.error());
     files = std::move(*read);
     request.library = &*files.library;
+    request.has_rows = files.has_rows;
     request.fidelity.probe_us = requested.probe_us ? *requested.probe_us : probe_us();
-    if (!recorded_rig.empty())
-      if (Status ok = keep_recorded(recorded_rig, request); !ok) return pass(ok.error());
   }
   auto chosen = sim::choose_simulation(rig.text, request, files.table ? &*files.table : nullptr);
   if (!chosen) return pass(chosen.error());
-  return ChosenSimulation{make_note(*chosen, requested), std::move(chosen->rig_json)};
+  return ChosenSimulation{make_note(*chosen, plan, requested), std::move(chosen->rig_json)};
 }
 
 void evaluate_promise(SimulationNote& note) {
   if (!note.promise) return;
   SimulationPromise& promise = *note.promise;
   promise.has_run = true;
-  if (note.errors.empty()) return;
-  const SimulationError& error = note.errors.back();
-  promise.is_checked = true;
+  const SimulationError error = note.errors.empty() ? SimulationError{} : note.errors.back();
+  promise.is_checked = error.worst.samples > 0;
+  promise.checked_pairs = error.pairs.size();
   promise.measured_n = error.worst.force_max_n;
   promise.uncertainty_n = error.worst.uncertainty_n;
   promise.is_resolved = error.worst.is_resolved;
-  promise.held = promise.is_resolved && promise.measured_n <= promise.requested_n;
+  promise.held = promise.is_checked && promise.checked_pairs == promise.pairs &&
+                 promise.is_resolved && promise.measured_n <= promise.requested_n;
   promise.fabric = error.worst_fabric;
   promise.exploration = error.worst_exploration;
   promise.phase = error.worst_phase;
   promise.at_s = error.worst_at_s;
+}
+
+bool is_measured_miss(const SimulationPromise& promise) {
+  return promise.is_checked && promise.is_resolved && promise.measured_n > promise.requested_n;
 }
 
 bool is_promise_missed(const SimulationNote& note) {
@@ -260,6 +324,7 @@ std::string to_json(const SimulationNote& note) {
   json out{{"setting", note.setting}, {"because", note.because}, {"errors", errors}};
   if (note.promise) out["promise"] = *note.promise;
   if (note.budget) out["budget"] = *note.budget;
+  if (!note.aside.empty()) out["aside"] = note.aside;
   return out.dump();
 }
 
@@ -282,127 +347,10 @@ Result<SimulationNote> simulation_note_from(std::string_view json_text) {
   }
 }
 
-namespace {
-
-void merge(const SimulationError& one, SimulationError& total) {
-  const sim::RunError& found = one.worst;
-  sim::RunError& worst = total.worst;
-  if (total.trials == 0 || found.force_max_n > worst.force_max_n) {
-    total.worst_fabric = one.worst_fabric;
-    total.worst_exploration = one.worst_exploration;
-    total.worst_phase = one.worst_phase;
-    total.worst_at_s = one.worst_at_s;
-    worst.worst_at = found.worst_at;
-  }
-  const double before = static_cast<double>(worst.samples),
-               more = static_cast<double>(found.samples);
-  const auto largest = [&](double& a, double b) { a = std::max(a, b); };
-  const auto rms = [&](double& a, double b) {
-    if (before + more > 0) a = std::sqrt((before * a * a + more * b * b) / (before + more));
-  };
-  largest(worst.force_max_n, found.force_max_n);
-  largest(worst.friction_max_n, found.friction_max_n);
-  largest(worst.counts_max, found.counts_max);
-  largest(worst.anywhere_max_n, found.anywhere_max_n);
-  largest(worst.unled_max_n, found.unled_max_n);
-  largest(worst.uncertainty_n, found.uncertainty_n);
-  worst.pads = found.pads;
-  worst.is_doubled = found.is_doubled;
-  worst.is_resolved = worst.is_resolved && found.is_resolved;
-  rms(worst.force_rms_n, found.force_rms_n);
-  rms(worst.friction_rms_n, found.friction_rms_n);
-  rms(worst.counts_rms, found.counts_rms);
-  rms(worst.unled_rms_n, found.unled_rms_n);
-  worst.samples += found.samples;
-  worst.setting = found.setting;
-  worst.reference = found.reference;
-  ++total.trials;
-}
-
-}  // namespace
-
-namespace {
-
-/// Of a trial without taxels: the ends of their frames while it was recorded.
-std::vector<TimePoint> recorded_frames(const std::vector<PhaseStart>& phases, TimePoint end) {
-  std::vector<TimePoint> out;
-  for (std::size_t i = 0; i < phases.size(); ++i) {
-    if (phases[i].phase == Phase::none) continue;
-    const TimePoint until = i + 1 < phases.size() ? phases[i + 1].at : end;
-    const auto first = sim::BenchPlant::frame_at_or_after(phases[i].at);
-    for (auto frame = first; sim::BenchPlant::frame_start(frame) < until; ++frame)
-      out.push_back(sim::BenchPlant::frame_start(frame));
-  }
-  return out;
-}
-
-}  // namespace
-
-bool ErrorCheck::has_fabric(std::size_t fabric) const {
-  return std::ranges::any_of(seen_, [&](const Pair& pair) { return pair.first == fabric; });
-}
-
-bool ErrorCheck::has_exploration(std::size_t exploration) const {
-  return std::ranges::any_of(seen_, [&](const Pair& pair) { return pair.second == exploration; });
-}
-
-bool ErrorCheck::is_wanted(const recipes::TrialSpec& spec) const {
-  if (trials_.size() >= most_trials) return false;
-  if (accuracy_n_) return !seen_.contains({spec.fabric, spec.exploration});
-  return !has_fabric(spec.fabric) || !has_exploration(spec.exploration);
-}
-
-bool ErrorCheck::has_all() const {
-  if (trials_.size() >= most_trials) return true;
-  if (accuracy_n_) return seen_.size() >= plan_->fabrics.size() * plan_->explorations.size();
-  for (std::size_t i = 0; i < plan_->fabrics.size(); ++i)
-    if (!has_fabric(i)) return false;
-  for (std::size_t i = 0; i < plan_->explorations.size(); ++i)
-    if (!has_exploration(i)) return false;
-  return true;
-}
-
-void ErrorCheck::patch_follows() {
-  if (rig_ != nullptr) rig_->record_motion(!has_all());
-}
-
-void ErrorCheck::trial_done(std::size_t trial, bool complete, TimePoint now,
-                            const TrialRecording& recording) {
-  if (rig_ == nullptr) return;
-  auto motion = rig_->extract_motion(now);
-  const recipes::TrialSpec& spec = plan_->trials[trial];
-  if (!motion || !complete || !is_wanted(spec)) return;
-  seen_.insert({spec.fabric, spec.exploration});
-  auto sampled =
-      recording.sampled().empty() ? recorded_frames(recording.phases(), now) : recording.sampled();
-  trials_.push_back({trial, std::move(*motion), std::move(sampled), recording.phases()});
-}
-
-SimulationError ErrorCheck::error_of(const StoredTrial& stored) const {
-  const recipes::TrialSpec& spec = plan_->trials[stored.trial];
-  SimulationError out;
-  out.worst = rig_->run_error(stored.motion, stored.sampled, accuracy_n_);
-  out.worst_fabric = plan_->fabrics[spec.fabric];
-  out.worst_exploration = plan_->explorations[spec.exploration].name;
-  // A sample is of a frame that ended before: the first one may be of the time before the phase.
-  std::optional<TimePoint> began;
-  for (const PhaseStart& start : stored.phases) {
-    if (start.phase == Phase::none) continue;
-    if (began && start.at > out.worst.worst_at) break;
-    if (!began) began = start.at;
-    out.worst_phase = to_char(start.phase);
-  }
-  if (began) out.worst_at_s = std::max(0.0, to_seconds(out.worst.worst_at - *began));
-  return out;
-}
-
-std::vector<SimulationError> ErrorCheck::errors() const {
-  std::vector<SimulationError> out;
-  for (const StoredTrial& stored : trials_) {
-    out.resize(1);
-    merge(error_of(stored), out.front());
-  }
-  return out;
+std::size_t count_pairs(const recipes::Plan& plan) {
+  std::set<std::pair<std::size_t, std::size_t>> pairs;
+  for (const recipes::TrialSpec& spec : plan.trials) pairs.insert({spec.fabric, spec.exploration});
+  return pairs.size();
 }
 
 }  // namespace weft::daemon

@@ -24,14 +24,16 @@ Result<fs::path> make_aside(const fs::path& out) {
   }
 }
 
-Status move_aside(const fs::path& out) {
+/// The end first: a campaign without it is concluded anew by who resumes it, should this process
+/// die in between. The database before its log, which is folded in: without the database it is
+/// nothing, while a database without its log might lack its last trials.
+Result<fs::path> move_aside(const fs::path& out) {
   const auto aside = make_aside(out);
-  if (!aside) return pass(aside.error());
-  const std::string log = std::string(campaign_file_name) + "-wal";
-  const std::string index = std::string(campaign_file_name) + "-shm";
+  if (!aside) return aside;
+  const std::string campaign(campaign_file_name);
   for (const std::string& name :
-       {std::string(certificate_file_name), std::string(dataset_file_name), log, index,
-        std::string(campaign_file_name)}) {
+       {std::string(certificate_file_name), std::string(dataset_file_name), campaign,
+        campaign + "-wal", campaign + "-shm"}) {
     std::error_code error;
     if (!fs::exists(out / name, error)) continue;
     fs::rename(out / name, *aside / name, error);
@@ -41,7 +43,10 @@ Status move_aside(const fs::path& out) {
                    .what = "cannot move the campaign that missed its accuracy",
                    .got = error.message()});
   }
-  return sync_folder(out);
+  Status ok = sync_folder(*aside);
+  if (ok) ok = sync_folder(out);
+  if (!ok) return pass(ok.error());
+  return aside;
 }
 
 bool is_run_again(const CampaignRequest& request, const CampaignHooks& hooks,
@@ -49,7 +54,8 @@ bool is_run_again(const CampaignRequest& request, const CampaignHooks& hooks,
   const bool stopped = (hooks.stop != nullptr && hooks.stop->load(std::memory_order_relaxed)) ||
                        (hooks.orders != nullptr && hooks.orders->ends_run());
   return request.fidelity.strict && !request.resume && !stopped && !summary.dataset_error &&
-         summary.outcome == recipes::Outcome::complete && is_promise_missed(summary.simulation) &&
+         summary.outcome == recipes::Outcome::complete && summary.simulation.promise &&
+         is_measured_miss(*summary.simulation.promise) &&
          !summary.simulation.promise->next_setting.empty();
 }
 
@@ -58,17 +64,21 @@ bool is_run_again(const CampaignRequest& request, const CampaignHooks& hooks,
 Result<CampaignSummary> run_until_held(const CampaignRequest& request, const CampaignHooks& hooks) {
   CampaignRequest attempt = request;
   CampaignHooks attempt_hooks = hooks;
+  std::vector<std::string> aside;
   Result<CampaignSummary> summary = run_campaign(attempt, attempt_hooks);
   for (int repeat = 0; repeat < most_strict_repeats; ++repeat) {
     if (!summary || !is_run_again(attempt, hooks, *summary)) break;
     if (hooks.device_log)
       hooks.device_log({{}, LogLevel::warning, "simulation", format_promise(summary->simulation)});
-    if (Status ok = move_aside(request.out); !ok) return pass(ok.error());
+    const auto moved = move_aside(request.out);
+    if (!moved) return pass(moved.error());
+    aside.push_back(moved->string());
     attempt.fidelity.promise_below_n = summary->simulation.promise->promised_n;
     attempt_hooks.rig_acquired = nullptr;  // the rig is this run's already
     attempt_hooks.planned = nullptr;
     summary = run_campaign(attempt, attempt_hooks);
   }
+  if (summary) summary->simulation.aside = std::move(aside);
   return summary;
 }
 

@@ -80,6 +80,7 @@ void TrialRecording::begin(std::size_t trial, TimePoint now) {
   rest_before_ = rest_after_ = {};
   trial_bad_.reset();
   sampled_.clear();
+  wrench_sampled_.clear();
   phases_.clear();
   if (quality_check_) quality_check_->begin();
   const recipes::TrialSpec& planned = plan_->trials[trial];
@@ -109,6 +110,7 @@ void TrialRecording::sensor(const Sample& sample, std::string_view device) {
     sampled_.push_back(sample.host);
     write([&] { return recorder_->taxel(stamp, *taxels, phase_); });
   } else if (const auto* wrench = std::get_if<WrenchSample>(&sample.value)) {
+    wrench_sampled_.push_back(sample.host);
     write([&] { return recorder_->wrench(stamp, *wrench); });
     if (plan_->limits.taxels == 0) {  // phases stand in rows of taxels, which have no counts here
       sampled_.push_back(sample.host);

@@ -82,6 +82,8 @@ class TrialRecording {
   [[nodiscard]] std::optional<double> commit_lag_s();
   /// When the taxel samples of the last trial that are recorded arrived.
   [[nodiscard]] const std::vector<TimePoint>& sampled() const { return sampled_; }
+  /// And its samples of the force.
+  [[nodiscard]] const std::vector<TimePoint>& wrench_sampled() const { return wrench_sampled_; }
   /// Begins of the last trial's phases; `none` where nothing is recorded.
   [[nodiscard]] const std::vector<PhaseStart>& phases() const { return phases_; }
   /// Wall seconds spent in the recorder, estimated as in TimedLoop.
@@ -111,7 +113,7 @@ class TrialRecording {
   std::uint64_t frames_lost_ = 0;
   unsigned writes_ = 0;
   std::chrono::nanoseconds spent_{};
-  std::vector<TimePoint> sampled_;
+  std::vector<TimePoint> sampled_, wrench_sampled_;
   std::vector<PhaseStart> phases_;
 };
 

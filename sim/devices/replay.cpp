@@ -9,14 +9,20 @@ namespace weft::sim {
 
 namespace {
 
+/// A force that is no number is infinitely far from any.
+double distance(double difference) {
+  return std::isfinite(difference) ? std::abs(difference) : HUGE_VAL;
+}
+
 /// Largest and mean square of differences.
 struct Tally {
   double largest = 0, squares = 0;
   std::size_t count = 0;
 
   void add(double difference) {
-    largest = std::max(largest, std::abs(difference));
-    squares += difference * difference;
+    const double size = distance(difference);
+    largest = std::max(largest, size);
+    squares += size * size;
     ++count;
   }
   [[nodiscard]] double rms() const {
@@ -53,8 +59,15 @@ class Lead {
   double mps_per_n_, weight_n_, speed_mps_ = 0, offset_m_ = 0;
 };
 
+constexpr std::int64_t points_per_frame = pad_timing::stages + 1;
+
+/// Since time zero.
+std::int64_t number_of(const GridPoint& point) {
+  return static_cast<std::int64_t>(point.frame) * points_per_frame + point.stage;
+}
+
 Replayed play(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion,
-              const Replayed* run) {
+              const Replayed* run, const std::vector<std::size_t>& points) {
   Plant plant(params, rig_seed);
   plant.mount(motion.patch, motion.mounted, motion.mounted_at,
               motion.memory ? &*motion.memory : nullptr);
@@ -62,11 +75,16 @@ Replayed play(const PlantParams& params, std::uint64_t rig_seed, const BenchMoti
   Replayed out;
   GridPoint point = motion.first;
   TimePoint before = motion.mounted_at;
+  auto wanted = points.begin();
+  std::size_t index = 0;
   for (const Pose& pose : motion.poses) {
     const TimePoint now = point.time();
     const double dt_s = to_seconds(now - before);
     plant.advance(lead.led(pose, dt_s), dt_s);
     before = now;
+    for (; wanted != points.end() && *wanted == index; ++wanted)
+      out.wrench_n.push_back(plant.contact_now().normal_n);
+    ++index;
     if (point.ends_frame()) {
       const ContactState contact = plant.contact_now();
       out.normal_n.push_back(contact.normal_n);
@@ -96,13 +114,29 @@ std::vector<bool> counted_frames(const BenchMotion& motion, std::size_t frames,
   return counted;
 }
 
-Replayed replay(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion) {
-  return play(params, rig_seed, motion, nullptr);
+std::vector<std::size_t> wrench_points(const BenchMotion& motion,
+                                       const std::vector<TimePoint>& sampled) {
+  std::vector<std::size_t> out;
+  const auto poses = static_cast<std::int64_t>(motion.poses.size());
+  for (const TimePoint at : sampled) {
+    const std::int64_t frame = ns_of(at) / pad_timing::frame_ns;
+    const std::int64_t in_frame = (ns_of(at) % pad_timing::frame_ns) / pad_timing::stage_ns;
+    const std::int64_t passed =
+        frame * points_per_frame + std::min<std::int64_t>(in_frame, pad_timing::stages);
+    const std::int64_t last = passed - 1 - number_of(motion.first);
+    if (last >= 0 && last < poses) out.push_back(static_cast<std::size_t>(last));
+  }
+  return out;
+}
+
+Replayed replay(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion,
+                const std::vector<std::size_t>& points) {
+  return play(params, rig_seed, motion, nullptr, points);
 }
 
 Replayed replay_led(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion,
-                    const Replayed& run) {
-  return play(params, rig_seed, motion, &run);
+                    const Replayed& run, const std::vector<std::size_t>& points) {
+  return play(params, rig_seed, motion, &run, points);
 }
 
 RunError difference(const Replayed& run, const Replayed& finer, const std::vector<bool>& counted) {
@@ -110,7 +144,7 @@ RunError difference(const Replayed& run, const Replayed& finer, const std::vecto
   const std::size_t frames = std::min(run.normal_n.size(), finer.normal_n.size());
   const bool pads = frames > 0 && run.counts.size() >= frames && finer.counts.size() >= frames;
   for (std::size_t i = 0; i < frames; ++i) {
-    if (!(run.normal_n[i] > 0 || finer.normal_n[i] > 0)) continue;
+    if (run.normal_n[i] <= 0 && finer.normal_n[i] <= 0) continue;  // one that is no number counts
     anywhere.add(run.normal_n[i] - finer.normal_n[i]);
     if (i < counted.size() && !counted[i]) continue;
     force.add(run.normal_n[i] - finer.normal_n[i]);
@@ -118,6 +152,11 @@ RunError difference(const Replayed& run, const Replayed& finer, const std::vecto
                             run.friction_n[i][1] - finer.friction_n[i][1]));
     for (std::size_t pad = 0; pads && pad < pad_count; ++pad)
       counts.add(static_cast<double>(run.counts[i][pad]) - finer.counts[i][pad]);
+  }
+  for (std::size_t i = 0; i < std::min(run.wrench_n.size(), finer.wrench_n.size()); ++i) {
+    if (run.wrench_n[i] <= 0 && finer.wrench_n[i] <= 0) continue;
+    anywhere.add(run.wrench_n[i] - finer.wrench_n[i]);
+    force.add(run.wrench_n[i] - finer.wrench_n[i]);
   }
   RunError out;
   out.samples = force.count;
@@ -138,25 +177,28 @@ namespace {
 class Comparison {
  public:
   Comparison(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion,
-             const std::vector<TimePoint>& sampled)
+             const SampleTimes& sampled)
       : params_(params),
         seed_(rig_seed),
         motion_(motion),
         setting_(setting_of(params)),
-        run_(replay(params, rig_seed, motion)),
-        counted_(counted_frames(motion, run_.normal_n.size(), sampled)) {}
+        points_(wrench_points(motion, sampled.wrench)),
+        run_(replay(params, rig_seed, motion, points_)),
+        counted_(counted_frames(motion, run_.normal_n.size(), sampled.pads)) {}
 
   [[nodiscard]] const FidelitySetting& setting() const { return setting_; }
   [[nodiscard]] Replayed led(const Reference& reference) const {
-    return setting_.level > Level::algebraic ? replay_led(with(reference), seed_, motion_, run_)
-                                             : replay(with(reference), seed_, motion_);
+    return setting_.level > Level::algebraic
+               ? replay_led(with(reference), seed_, motion_, run_, points_)
+               : replay(with(reference), seed_, motion_, points_);
   }
   [[nodiscard]] RunError against(const Reference& reference, const Replayed& led) const {
     RunError out = difference(run_, led, counted_);
     out.setting = to_string(setting_);
     out.reference = to_string(reference.setting());
     out.worst_at = worst_at(led);
-    const RunError unled = difference(run_, replay(with(reference), seed_, motion_), counted_);
+    const RunError unled =
+        difference(run_, replay(with(reference), seed_, motion_, points_), counted_);
     out.unled_max_n = unled.force_max_n;
     out.unled_rms_n = unled.force_rms_n;
     return out;
@@ -178,20 +220,31 @@ class Comparison {
   }
   [[nodiscard]] TimePoint worst_at(const Replayed& led) const {
     double worst_n = -1;
-    std::size_t worst = 0;
-    for (std::size_t i = 0; i < std::min(run_.normal_n.size(), led.normal_n.size()); ++i) {
-      const double off_n = std::abs(run_.normal_n[i] - led.normal_n[i]);
-      if (!counts(i) || !(off_n > worst_n)) continue;
+    GridPoint worst{motion_.first.frame, pad_timing::stages};
+    const auto see = [&](double off_n, const GridPoint& where) {
+      if (off_n <= worst_n) return;
       worst_n = off_n;
-      worst = i;
-    }
-    return GridPoint{motion_.first.frame + worst, pad_timing::stages}.time();
+      worst = where;
+    };
+    for (std::size_t i = 0; i < std::min(run_.normal_n.size(), led.normal_n.size()); ++i)
+      if (counts(i))
+        see(distance(run_.normal_n[i] - led.normal_n[i]),
+            {motion_.first.frame + i, pad_timing::stages});
+    for (std::size_t i = 0; i < std::min(run_.wrench_n.size(), led.wrench_n.size()); ++i)
+      see(distance(run_.wrench_n[i] - led.wrench_n[i]), point_at(points_[i]));
+    return worst.time();
+  }
+  [[nodiscard]] GridPoint point_at(std::size_t pose) const {
+    const std::int64_t number = number_of(motion_.first) + static_cast<std::int64_t>(pose);
+    return {static_cast<std::uint64_t>(number / points_per_frame),
+            static_cast<int>(number % points_per_frame)};
   }
 
   const PlantParams& params_;
   std::uint64_t seed_;
   const BenchMotion& motion_;
   FidelitySetting setting_;
+  std::vector<std::size_t> points_;  ///< of samples of the force sensor
   Replayed run_;
   std::vector<bool> counted_;
 };
@@ -218,7 +271,7 @@ RunError doubled_error(const Comparison& comparison, double accuracy_n) {
 }  // namespace
 
 RunError run_error(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion,
-                   const std::vector<TimePoint>& sampled, std::optional<double> accuracy_n) {
+                   const SampleTimes& sampled, std::optional<double> accuracy_n) {
   const Comparison comparison(params, rig_seed, motion, sampled);
   if (accuracy_n) return doubled_error(comparison, *accuracy_n);
   const Reference quick = quick_reference(comparison.setting());

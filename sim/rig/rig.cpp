@@ -373,7 +373,7 @@ std::optional<BenchMotion> Rig::extract_motion(TimePoint now) {
   return parts_->bench_plant.extract_motion();
 }
 
-RunError Rig::run_error(const BenchMotion& motion, const std::vector<TimePoint>& sampled,
+RunError Rig::run_error(const BenchMotion& motion, const SampleTimes& sampled,
                         std::optional<double> accuracy_n) const {
   return sim::run_error(parts_->config.bench_plant.plant, parts_->seed, motion, sampled,
                         accuracy_n);

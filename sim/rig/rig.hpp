@@ -100,9 +100,8 @@ class Rig {
   /// The motion since the last mount(), where it was kept, up to `now`; it is kept no longer.
   std::optional<BenchMotion> extract_motion(TimePoint now);
   /// How far this rig's simulation of a motion is from a finer one (sim/devices/replay.hpp).
-  /// `sampled`: when samples arrived that count; empty: all. `accuracy_n`: see run_error() there.
-  [[nodiscard]] RunError run_error(const BenchMotion& motion,
-                                   const std::vector<TimePoint>& sampled = {},
+  /// `sampled` and `accuracy_n`: see run_error() there.
+  [[nodiscard]] RunError run_error(const BenchMotion& motion, const SampleTimes& sampled = {},
                                    std::optional<double> accuracy_n = {}) const;
   /// For replays: of what all levels simulate.
   [[nodiscard]] const PlantParams& plant_params() const;

@@ -1,6 +1,7 @@
 #include "sim/rig/simulation_choice.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "sim/plant/bounds.hpp"
@@ -55,14 +56,19 @@ std::string format_request(const FidelityRequest& request, const FidelityOffer& 
   return "the fastest setting" + error + (speed.empty() ? "" : " and over " + speed) + promised;
 }
 
+constexpr const char* other_cloths =
+    "; the table was measured with another cloth table, so its errors for any cloth are taken";
+
 ForceScene make_force_scene(const RigConfig& config, const SimulationRequest& request) {
   const PlantParams& plant = config.bench_plant.plant;
   ForceScene out{.fabrics = request.fabrics,
                  .speed_mps = request.speed_mps,
+                 .press_s = request.press_s,
                  .seat_speed_mps = request.seat_speed_mps,
                  .face_area_m2 = plant.geometry.face_area_m2(),
                  .mount = plant.mount,
-                 .library = request.library};
+                 .library = request.library,
+                 .has_rows = request.has_rows};
   if (request.set_points_n.empty()) return out;
   const auto [least, most] = std::ranges::minmax(request.set_points_n);
   out.force_n = {least, most};
@@ -81,15 +87,14 @@ Result<SimulationChoice> by_table(const RigConfig& config, const Scene& scene,
   const ForceScene forces = make_force_scene(config, request);
   FidelityRequest fidelity = request.fidelity;
   fidelity.run.has_pads = config.bench_plant.plant.watched.pads;
-  if (config.level_by_hand && !fidelity.only) fidelity.level = config.bench_plant.plant.level;
+  if (config.level_by_hand) fidelity.level = config.bench_plant.plant.level;
   const auto offer = choose(*table, scene, forces, fidelity);
   if (!offer) return fail_at(level_place, offer.error());
   SimulationChoice out{offer->setting,
-                       needs(scene) + ", and this is " + format_request(fidelity, *offer),
+                       needs(scene) + ", and this is " + format_request(fidelity, *offer) +
+                           (request.has_rows ? "" : other_cloths),
                        {},
                        *offer};
-  if (fidelity.only) out.because = request.recorded_because;
-  fidelity.only.reset();
   fidelity.promise_below_n = offer->promise_n;
   if (auto next = choose(*table, scene, forces, fidelity)) out.next = std::move(*next);
   return out;
@@ -126,7 +131,8 @@ Status write_set_point(const RigConfig& config, const SimulationRequest& request
 }
 
 void write_setting(const FidelitySetting& setting, ordered_json& simulation) {
-  if (setting.level >= Level::quasistatic) simulation["step_us"] = setting.step_s * 1e6;
+  if (setting.level >= Level::quasistatic)
+    simulation["step_us"] = std::round(setting.step_s * 1e9) / 1e3;  // reads back as it is written
   if (setting.level >= Level::dynamic)
     simulation["dynamics"]["integrator"] = to_string(setting.integrator);
 }
@@ -138,9 +144,11 @@ Result<SimulationChoice> choose_simulation(std::string_view rig_json,
                                            const FidelityTable* table) {
   const auto config = parse_rig_config(rig_json);
   if (!config) return pass(config.error());
-  const bool knob = request.uses_table();
+  const bool knob = request.uses_table() || request.recorded;
   const Scene scene = make_scene(*config, request);
-  auto choice = knob ? by_table(*config, scene, request, table) : by_scene(*config, scene);
+  auto choice = request.recorded ? SimulationChoice{*request.recorded, request.recorded_because, {}}
+                : knob           ? by_table(*config, scene, request, table)
+                                 : by_scene(*config, scene);
   if (!choice) return choice;
   choice->rig_json = rig_json;
   const bool open = knob || !config->level_by_hand;

@@ -20,12 +20,16 @@ struct SimulationRequest {
   std::vector<double> set_points_n;
   /// What is asked of speed and accuracy. Its `level` and `run.has_pads` are the rig file's.
   FidelityRequest fidelity{};
-  std::string recorded_because{};  ///< with `fidelity.only`: why the record has it
+  /// Of a campaign that goes on, with its reason: it is taken whatever a table says by now.
+  std::optional<FidelitySetting> recorded{};
+  std::string recorded_because{};
   // Of the recipe, for what the table promises.
   std::vector<std::string> fabrics{};
   MeasuredRange speed_mps{};  ///< of its slides
+  MeasuredRange press_s{};    ///< lengths of its phases P
   double seat_speed_mps = 0;
   const FabricLibrary* library = nullptr;
+  bool has_rows = true;  ///< see ForceScene
 
   [[nodiscard]] bool uses_table() const {
     return fidelity.accuracy_n.has_value() || fidelity.times_real_time.has_value();
@@ -43,9 +47,9 @@ struct SimulationChoice {
   std::optional<FidelityOffer> next{};   ///< the fastest that promises less than `offer`
 };
 
-/// `table` may be null where neither accuracy nor speed is asked for. A function of its arguments.
-/// Errors: what parse_rig_config and choose refuse, each with a place in the rig file; unsupported
-/// for L0 and a recipe that holds several forces.
+/// `table` may be null where neither accuracy nor speed is asked for, or the setting is recorded. A
+/// function of its arguments. Errors: what parse_rig_config and choose refuse, each with a place in
+/// the rig file; unsupported for L0 and a recipe that holds several forces.
 Result<SimulationChoice> choose_simulation(std::string_view rig_json,
                                            const SimulationRequest& request,
                                            const FidelityTable* table);

@@ -237,7 +237,7 @@ std::string sentence(const SimulationNote& note) {
 
 std::vector<std::string> promise_lines(const SimulationNote& note) {
   std::vector<std::string> lines;
-  for (std::string line : {format_promise(note), format_budget(note)})
+  for (std::string line : {format_promise(note), format_budget(note), format_aside(note)})
     if (!line.empty()) lines.push_back(std::move(line));
   return lines;
 }

@@ -191,6 +191,8 @@ std::string table_command_text(const TradeSimArgs& args) {
     out += " --table-recipes " + std::to_string(args.table_recipes);
   if (args.table_seeds != defaults.table_seeds)
     out += " --table-seeds " + std::to_string(args.table_seeds);
+  if (args.rig != defaults.rig) out += " --rig " + args.rig.filename().string();
+  if (args.fabrics != defaults.fabrics) out += " --fabrics " + args.fabrics.filename().string();
   return out;
 }
 
@@ -207,6 +209,8 @@ Status write_table(const TradeSimArgs& args, const Progress& progress) {
   options.fabrics_json = *fabrics;
   auto table = measure_promise_table(options, process_cpu_seconds, progress);
   if (!table) return pass(table.error(), "--table");
+  if (Status holds = check_margins(table->conditions); !holds)
+    return pass(holds.error(), "--table");
   table->made_by = table_command_text(args);
   table->commit = software_commit();
   table->machine = machine_text();

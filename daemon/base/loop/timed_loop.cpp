@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "daemon/base/loop/wall_clock.hpp"
+#include "protocols/base/result.hpp"
 
 namespace weft::daemon {
 
@@ -23,6 +24,7 @@ TimerId TimerQueue::add(TimePoint when, Loop::Callback&& callback) {
   }
   const std::size_t slot = free_.back();
   free_.pop_back();
+  WEFT_ASSERT(slot >> slot_bits == 0);  // else an id would name another timer
   const TimerId id = ++last_number_ << slot_bits | slot;
   slots_[slot].id = id;
   slots_[slot].callback.swap(callback);  // a free slot's is empty

@@ -48,6 +48,13 @@ inline double process_cpu_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
+/// Processor time of this thread alone, any origin.
+inline double thread_cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
 /// Since 1970-01-01 UTC; recorded for people, part of no digest.
 inline std::chrono::nanoseconds utc_now() {
   return std::chrono::system_clock::now().time_since_epoch();

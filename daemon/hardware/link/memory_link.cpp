@@ -21,6 +21,7 @@ struct Direction {
 
 struct MemoryLink::Shared : std::enable_shared_from_this<Shared> {
   Shared(Loop& first, Loop& second, Duration d) : loops{&first, &second}, latency(d) {}
+  /// While both loops live, as make_pair() asks: a timer of a dead link would call into nothing.
   ~Shared() {
     for (const int to : {0, 1})
       if (const auto timer = ways[static_cast<std::size_t>(to)].timer) loop(to).cancel(*timer);

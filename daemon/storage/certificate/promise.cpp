@@ -1,15 +1,28 @@
 #include "daemon/storage/certificate/promise.hpp"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 namespace weft::daemon {
 
 using nlohmann::json;
 
+namespace {
+
+/// JSON knows no infinity: it is written as null.
+double force_at(const json& object, const char* key) {
+  const json& found = object.at(key);
+  return found.is_null() ? HUGE_VAL : found.get<double>();
+}
+
+}  // namespace
+
 void to_json(json& out, const SimulationPromise& promise) {
   out = {{"asked_n", promise.requested_n},
          {"promised_n", promise.promised_n},
          {"is_checked", promise.is_checked},
+         {"checked_pairs", promise.checked_pairs},
+         {"pairs", promise.pairs},
          {"measured_n", promise.measured_n},
          {"uncertainty_n", promise.uncertainty_n},
          {"is_resolved", promise.is_resolved},
@@ -27,8 +40,10 @@ void from_json(const json& object, SimulationPromise& promise) {
   object.at("asked_n").get_to(promise.requested_n);
   object.at("promised_n").get_to(promise.promised_n);
   object.at("is_checked").get_to(promise.is_checked);
-  object.at("measured_n").get_to(promise.measured_n);
-  object.at("uncertainty_n").get_to(promise.uncertainty_n);
+  promise.checked_pairs = object.value("checked_pairs", std::size_t{0});  // absent in early files
+  promise.pairs = object.value("pairs", std::size_t{0});
+  promise.measured_n = force_at(object, "measured_n");
+  promise.uncertainty_n = force_at(object, "uncertainty_n");
   object.at("is_resolved").get_to(promise.is_resolved);
   object.at("held").get_to(promise.held);
   object.at("fabric").get_to(promise.fabric);
@@ -42,6 +57,7 @@ void from_json(const json& object, SimulationPromise& promise) {
 
 void to_json(json& out, const SimulationBudget& budget) {
   out = {{"asked", budget.requested}, {"forecast", budget.forecast}, {"achieved", budget.achieved}};
+  if (budget.achieved > 0) out["held"] = !budget.is_missed();
 }
 
 void from_json(const json& object, SimulationBudget& budget) {

@@ -1,23 +1,29 @@
 #pragma once
 // What a simulated campaign was asked to keep (`--accuracy`, `--budget`), and what it did.
 
+#include <cstddef>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
 namespace weft::daemon {
 
-/// Largest error of the recorded normal force [N].
+/// Largest error of the recorded normal force [N]; infinite where a force was no number, which is
+/// null in JSON.
 struct SimulationPromise {
   double requested_n = 0;
   double promised_n = 0;    ///< by the table, for the setting that ran
   bool has_run = false;     ///< the campaign is over; true where it was read from a record
   bool is_checked = false;  ///< some complete trials were compared with references
+  /// Pairs of fabric and exploration: those of the plan, and those of which a trial was compared.
+  /// Fewer are checked where motion was not recorded: before a resume that does not play the past
+  /// again, of slides that ended early, beyond ErrorCheck::most_trials.
+  std::size_t checked_pairs = 0, pairs = 0;
   // Of the check.
   double measured_n = 0;
   double uncertainty_n = 0;  ///< largest difference of the two references
   bool is_resolved = true;   ///< false: the references do not agree well enough to say
-  bool held = false;         ///< checked, resolved, and measured_n is at most requested_n
+  bool held = false;  ///< every pair checked, all resolved, and measured_n at most requested_n
   /// Of the largest error; phase "S", "P", "M" or "E".
   std::string fabric{}, exploration{}, phase{};
   double at_s = 0;  ///< since the trial's phase S began
@@ -32,7 +38,8 @@ struct SimulationPromise {
 struct SimulationBudget {
   double requested = 0;
   double forecast = 0;
-  double achieved = 0;  ///< 0: not yet known
+  double achieved = 0;  ///< wall time; 0: not known
+  [[nodiscard]] bool is_missed() const { return achieved > 0 && achieved < requested; }
   bool operator==(const SimulationBudget&) const = default;
 };
 

@@ -46,6 +46,7 @@ Status check_ranges(const TableConditions& conditions, const ForceScene& forces)
   const RangeCheck checks[]{
       {"force", "N", 1, forces.force_n, conditions.force_n},
       {"speed of a slide", "mm/s", 1e3, forces.speed_mps, conditions.speed_mps},
+      {"length of a press", "s", 1, forces.press_s, conditions.press_s},
       {"seat speed",
        "mm/s",
        1e3,
@@ -85,24 +86,23 @@ Result<double> scale_of(const std::string& fabric, const ForceScene& forces) {
                         forces.face_area_m2);
 }
 
-Result<double> largest_error_n(const MeasuredSetting& measured, const std::string& fabric,
-                               const ForceScene& forces) {
+Result<double> promise_for(const TableConditions& conditions, const MeasuredSetting& measured,
+                           const std::string& fabric, const ForceScene& forces) {
   for (const ClothError& cloth : measured.cloths)
-    if (cloth.fabric == fabric) return cloth.max_n;
+    if (forces.has_rows && cloth.fabric == fabric) return conditions.margin * cloth.max_n;
   const auto scale_n = scale_of(fabric, forces);
   if (!scale_n) return scale_n;
-  return measured.any_max * *scale_n;
+  return conditions.any_margin * measured.any_max * *scale_n;
 }
 
 Result<FidelityOffer> make_offer(const FidelityTable& table, const MeasuredSetting& measured,
                                  const ForceScene& forces, const FidelityRequest& request) {
   FidelityOffer out{.setting = measured.setting, .promise_n = 0, .limiting_fabric = {}};
   for (const std::string& fabric : forces.fabrics) {
-    const auto error_n = largest_error_n(measured, fabric, forces);
-    if (!error_n) return pass(error_n.error());
-    const double promise_n = table.conditions.margin * *error_n;
-    if (!out.limiting_fabric.empty() && promise_n <= out.promise_n) continue;
-    out.promise_n = promise_n;
+    const auto promise_n = promise_for(table.conditions, measured, fabric, forces);
+    if (!promise_n) return pass(promise_n.error());
+    if (!out.limiting_fabric.empty() && *promise_n <= out.promise_n) continue;
+    out.promise_n = *promise_n;
     out.limiting_fabric = fabric;
   }
   out.forecast = forecast(table.host_cost, measured, request.run, request.probe_us);
@@ -114,8 +114,6 @@ double speed_of(const FidelityOffer& offer) {
 }
 
 bool keeps(const FidelityOffer& offer, const FidelityRequest& request) {
-  // A step that went through a file is the same by its name, if not to the last bit.
-  if (request.only) return to_string(offer.setting) == to_string(*request.only);
   return offer.promise_n <= request.accuracy_n.value_or(HUGE_VAL) &&
          offer.promise_n < request.promise_below_n.value_or(HUGE_VAL) &&
          speed_of(offer) >= forecast_reserve * request.times_real_time.value_or(0);
@@ -128,7 +126,6 @@ std::string format_request(const FidelityRequest& request) {
   if (request.times_real_time)
     text += (text.empty() ? "" : " and ") +
             printed("at least %.4g times real time", *request.times_real_time);
-  if (request.only) text += " with " + to_string(*request.only);
   if (request.level) text += " at level " + std::string(to_string(*request.level));
   return text;
 }

@@ -19,7 +19,6 @@ struct FidelityRequest {
   std::optional<double> times_real_time{};  ///< least speed of the whole run
   std::optional<Level> level{};             ///< this one and no other
   std::optional<double> promise_below_n{};  ///< after a promise that was missed
-  std::optional<FidelitySetting> only{};    ///< this one, whatever it promises: that of a record
   RunSize run{};
   double probe_us = 0;  ///< of this machine; 0: as fast as the table's
 };
@@ -29,10 +28,13 @@ struct ForceScene {
   std::vector<std::string> fabrics;
   MeasuredRange force_n{};    ///< set points; both 0: no force is held
   MeasuredRange speed_mps{};  ///< of the slides; both 0: nothing slides
+  MeasuredRange press_s{};    ///< length of phases P; both 0: nothing is pressed
   double seat_speed_mps = 0;
   double face_area_m2 = 0;
   Mount mount;
   const FabricLibrary* library = nullptr;  ///< for cloths without a row; null: there are none
+  /// The table was measured on these cloths: its rows are theirs. False: all are without a row.
+  bool has_rows = true;
 };
 
 /// Force scale of a touch-down: v sqrt(K m) of a mass on a spring, with the stiffness of the cloth
@@ -51,8 +53,8 @@ std::string to_string(const FidelityOffer& offer);
 
 /// Settings that a bench can run and that provide the scene; fastest first, of equals the lower
 /// level, then the longer step.
-/// Errors: unsupported, for a force, speed or slack outside the table's ranges, with the range;
-/// not_found, for a cloth that has no row and is not in the library.
+/// Errors: unsupported, for a force, speed, press or mount outside the table's ranges, with the
+/// range; not_found, for a cloth that has no row and is not in the library.
 Result<std::vector<FidelityOffer>> offers(const FidelityTable& table, const Scene& scene,
                                           const ForceScene& forces, const FidelityRequest& request);
 

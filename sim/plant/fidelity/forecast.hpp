@@ -18,7 +18,7 @@ struct RunSize {
   bool is_evaluated = true;
 };
 
-/// Wall time of the parts of a run [s].
+/// Wall time of the parts of a run [s], on a machine that does nothing else.
 struct SpeedForecast {
   double bench_s = 0;
   double plant_s = 0, emulators_s = 0, drivers_s = 0, recorder_s = 0;
@@ -43,7 +43,7 @@ SpeedForecast forecast(const HostCost& cost, const MeasuredSetting& setting, con
                        double probe_us);
 
 /// Processor time of a fixed piece of the plant's work, the best of some: how fast a machine is.
-/// `now_us` is a clock of this thread.
+/// `now_us` is a clock of this thread's processor time, as the table's costs are.
 double measure_probe_us(const std::function<double()>& now_us);
 
 }  // namespace weft::sim

@@ -117,6 +117,9 @@ Status read_conditions(const json* object, TableConditions& out) {
       .whole("seeds", out.seeds, 1, largest_number);
   reader.whole("space_seed", out.space_seed, 0, largest_number).text("reference", out.reference);
   reader.required("share", out.share, 0, 1).required("margin", out.margin, 1, 1e3);
+  reader.required("held_share", out.held_share, 0, 1);
+  reader.required("any_margin", out.any_margin, 1, 1e3);
+  reader.required("any_held_share", out.any_held_share, 0, 1);
   const json* ranges = reader.child("ranges");
   if (Status s = reader.finish(); !s) return s;
   if (Status s = require_object(ranges, where + "/ranges"); !s) return s;
@@ -192,9 +195,15 @@ ordered_json setting_json(const MeasuredSetting& measured) {
 }
 
 ordered_json conditions_json(const TableConditions& conditions) {
-  ordered_json out{{"scenes", conditions.scenes},         {"seeds", conditions.seeds},
-                   {"space_seed", conditions.space_seed}, {"reference", conditions.reference},
-                   {"share", conditions.share},           {"margin", conditions.margin}};
+  ordered_json out{{"scenes", conditions.scenes},
+                   {"seeds", conditions.seeds},
+                   {"space_seed", conditions.space_seed},
+                   {"reference", conditions.reference},
+                   {"share", conditions.share},
+                   {"margin", conditions.margin},
+                   {"held_share", conditions.held_share},
+                   {"any_margin", conditions.any_margin},
+                   {"any_held_share", conditions.any_held_share}};
   for (const auto& [key, range] : range_fields)
     out["ranges"][key] = {(conditions.*range).least, (conditions.*range).most};
   return out;

@@ -40,12 +40,18 @@ struct TableConditions {
   std::size_t scenes = 0, seeds = 0;
   std::uint64_t space_seed = 0;  ///< of the draw of the scenes
   std::string reference;
-  double share = 0.99;  ///< of seeds, for which a promise holds
-  double margin = 1;    ///< times the largest error: the promise
+  double share = 0.99;  ///< of runs, for which a promise holds
+  /// Times the largest error: the promise. Of cloths with a row, and of those without one.
+  double margin = 1, any_margin = 1;
+  /// Of runs that were held back, those within the margin, at the setting with the fewest. 0: not
+  /// known.
+  double held_share = 0, any_held_share = 0;
   MeasuredRange force_n, speed_mps, seat_speed_mps, press_s, mount_stiffness_n_m, slack_m;
 };
 
-/// Processor time beside the contact's [us of a bench second], on the table's machine.
+/// Processor time beside the contact's [us of a bench second], on the table's machine. All costs
+/// and the probe are processor time: a forecast is of a machine that does nothing else. Evaluation
+/// is not measured: 0.
 struct HostCost {
   double pads_us_per_s = 0, emulators_us_per_s = 0, drivers_us_per_s = 0, recorder_us_per_s = 0;
   double export_us_per_trial = 0, evaluate_us_per_trial = 0;

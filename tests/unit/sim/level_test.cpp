@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "protocols/rdt/rdt.hpp"
@@ -252,10 +253,9 @@ TEST_CASE("an accuracy or a budget chooses from the table, and the rig file says
   CHECK(coarse.next->setting == coarse_l2);
   // a campaign that goes on keeps the setting of its record
   SimulationRequest resumed = request;
-  resumed.fidelity.only = coarse_l2;
-  resumed.recorded_because = "the record has it";
-  CHECK(choice_of(test::bench17_text(), resumed, &table).because == "the record has it");
-  CHECK(choice_of(test::bench17_text(), resumed, &table).setting == coarse_l2);
+  resumed.recorded = coarse_l2;
+  resumed.recorded_because = choice.because;
+  CHECK(choice_of(test::bench17_text(), resumed).rig_json == choice.rig_json);
   request.fidelity.accuracy_n = {};
   request.fidelity.times_real_time = 1e4;
   CHECK(choice_of(test::bench17_text(), request, &table).setting == l1);
@@ -322,8 +322,9 @@ TEST_CASE("a replayed motion is the run itself, bit for bit, at every level") {
     CHECK(none.samples > 200);
     // the frame that ended last before a sample is the one that counts
     const RunError late = run_error(plant_params(setting).plant, 7, run.motion,
-                                    {BenchPlant::frame_start(390) + Duration(1'000'000),
-                                     BenchPlant::frame_start(395), BenchPlant::frame_start(5)});
+                                    {{BenchPlant::frame_start(390) + Duration(1'000'000),
+                                      BenchPlant::frame_start(395), BenchPlant::frame_start(5)},
+                                     {}});
     CHECK(late.samples == 2);  // nothing is touched in the fifth frame
     CHECK(late.anywhere_max_n >= late.force_max_n);
     CHECK((late.worst_at == BenchPlant::frame_start(390) ||
@@ -332,6 +333,36 @@ TEST_CASE("a replayed motion is the run itself, bit for bit, at every level") {
     CHECK((none.force_max_n == 0 && none.friction_max_n == 0 && none.counts_max == 0));
     CHECK(difference(again, replay(plant_params(setting).plant, 8, run.motion)).counts_max > 0);
   }
+}
+
+TEST_CASE("samples of the force sensor count beside those of the pads, at the grid point before") {
+  const KeptRun run = press_and_slide(l1);
+  const TimePoint frame = BenchPlant::frame_start(390);
+  const Duration step(pad_timing::stage_ns);
+  const auto points =
+      wrench_points(run.motion, {frame - Duration(1), frame, frame + step, frame + 3 * step / 2,
+                                 TimePoint{}, TimePoint{std::chrono::hours(1)}});
+  REQUIRE(points.size() == 4);        // nothing before the first pose, and nothing after the last
+  CHECK(points[1] == points[0] + 1);  // the frame ends at its start
+  CHECK(points[2] == points[1] + 1);
+  CHECK(points[3] == points[2]);
+  const PlantParams params = plant_params(l1).plant;
+  const Replayed again = replay(params, 7, run.motion, points);
+  REQUIRE(again.wrench_n.size() == 4);
+  const std::size_t ended = 389 - run.motion.first.frame;
+  CHECK(again.wrench_n[1] == again.normal_n[ended]);
+  CHECK(again.wrench_n[2] == again.wrench_n[3]);
+  Replayed off = again;
+  off.wrench_n[2] += 0.5;
+  const RunError error = difference(again, off, std::vector<bool>(again.normal_n.size(), false));
+  CHECK(error.samples == 4);
+  CHECK(error.force_max_n == Approx(0.5));
+  off.wrench_n[2] = std::numeric_limits<double>::quiet_NaN();
+  CHECK(difference(again, off).force_max_n == HUGE_VAL);
+  // through the whole comparison, which says where the worst was
+  const RunError all = run_error(params, 7, run.motion, {{frame}, {frame + 2 * step}});
+  CHECK(all.samples == 2);
+  CHECK((all.worst_at == frame || all.worst_at == frame + 2 * step));
 }
 
 TEST_CASE("a run's error falls with its step, and L1's is that of its model") {
@@ -354,6 +385,24 @@ TEST_CASE("a run's error falls with its step, and L1's is that of its model") {
   const RunError algebraic = at({.level = Level::algebraic});
   CHECK(algebraic.reference == "L2 tr_bdf2 0.2 ms");
   CHECK(algebraic.force_max_n > 0.5);  // the set point at once
+}
+
+TEST_CASE("a force that is no number is infinitely far from any, and is counted") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const Replayed good{{0, 1, 2}, {}, std::vector<Vector2>(3, Vector2{0, 0})};
+  for (const std::size_t where : {0, 2})  // without contact, and with it
+    for (const double wrong : {nan, std::numeric_limits<double>::infinity()}) {
+      Replayed bad = good;
+      bad.normal_n[where] = wrong;
+      for (const RunError& error :
+           {difference(good, bad), difference(bad, good), difference(bad, bad)}) {
+        CHECK(error.force_max_n == HUGE_VAL);
+        CHECK(error.anywhere_max_n == HUGE_VAL);
+        CHECK(error.force_rms_n == HUGE_VAL);
+        CHECK(error.samples == (where == 0 ? 3 : 2));
+      }
+    }
+  CHECK(difference(good, good).force_max_n == 0);
 }
 
 TEST_CASE("an accuracy is held against two references that agree, or the error is unresolved") {

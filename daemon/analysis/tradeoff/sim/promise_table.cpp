@@ -4,24 +4,28 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <set>
 
+#include "sim/plant/bounds.hpp"
 #include "sim/plant/random.hpp"
 
 namespace weft::daemon {
 namespace {
 
-constexpr std::array margins{1.0, 1.1, 1.25, 1.5, 2.0};
-constexpr std::size_t trials_of_run = 34, resamples = 1000, held_back_every = 3;
+constexpr std::array margins{1.0, 1.1, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0};
+constexpr std::size_t trials_of_run = 34, resamples = 1000, folds = 3;
 
 using Largest = std::map<std::string, std::vector<double>>;  // of each cloth, by setting
+/// For each setting the margins that runs need.
+using Needed = std::vector<std::vector<double>>;
 
-Largest largest_by_cloth(std::span<const TrialErrors> trials) {
+Largest largest_by_cloth(const std::vector<const TrialErrors*>& trials) {
   Largest out;
-  for (const TrialErrors& trial : trials) {
-    auto& largest = out[trial.fabric];
-    largest.resize(trial.error_n.size());
+  for (const TrialErrors* trial : trials) {
+    auto& largest = out[trial->fabric];
+    largest.resize(trial->error_n.size());
     for (std::size_t i = 0; i < largest.size(); ++i)
-      largest[i] = std::max(largest[i], trial.error_n[i]);
+      largest[i] = std::max(largest[i], trial->error_n[i]);
   }
   return out;
 }
@@ -32,17 +36,42 @@ double quantile(const std::vector<double>& sorted, double share) {
   return sorted[std::clamp<std::size_t>(rank, 1, sorted.size()) - 1];
 }
 
-/// For each setting the margin that one run of the given trials needs.
-std::vector<double> needed_margins(const std::vector<const TrialErrors*>& run,
-                                   const Largest& promised) {
-  std::vector<double> out(run.front()->error_n.size(), 0);
-  for (std::size_t i = 0; i < out.size(); ++i) {
+double share_of_scale(const TrialErrors& trial, std::size_t setting) {
+  return trial.scale_n > 0 ? trial.error_n[setting] / trial.scale_n : 0;
+}
+
+double needed_margin(double error, double promised) {
+  return promised > 0 ? error / promised : error > 0 ? HUGE_VAL : 0;
+}
+
+void add_run(std::span<const TrialErrors* const> run, const Largest& promised, Needed& needed) {
+  for (std::size_t i = 0; i < needed.size(); ++i) {
     double error_n = 0, promise_n = 0;
     for (const TrialErrors* trial : run) {
       error_n = std::max(error_n, trial->error_n[i]);
       promise_n = std::max(promise_n, promised.at(trial->fabric)[i]);
     }
-    out[i] = promise_n > 0 ? error_n / promise_n : 0;
+    needed[i].push_back(needed_margin(error_n, promise_n));
+  }
+}
+
+double held_share(const Needed& needed, double margin) {
+  double least = 1;
+  for (const std::vector<double>& of_setting : needed) {
+    if (of_setting.empty()) return 0;
+    const auto held = std::ranges::count_if(of_setting, [&](double m) { return m <= margin; });
+    least = std::min(least, static_cast<double>(held) / static_cast<double>(of_setting.size()));
+  }
+  return needed.empty() ? 0 : least;
+}
+
+Margin least_margin(const std::vector<Needed>& kinds_of_run) {
+  Margin out;
+  for (const double margin : margins) {
+    out = {margin, 1};
+    for (const Needed& needed : kinds_of_run)
+      out.held_share = std::min(out.held_share, held_share(needed, margin));
+    if (out.held_share >= promised_share) break;
   }
   return out;
 }
@@ -74,55 +103,89 @@ const std::vector<sim::FidelitySetting>& promise_settings() {
       {Level::dynamic, Integrator::adaptive, grid_step_s / 8},
       {Level::dynamic, Integrator::adaptive, grid_step_s / 16},
       {Level::dynamic, Integrator::adaptive, grid_step_s / 32},
+      {Level::dynamic, Integrator::adaptive, grid_step_s / 64},
+      {Level::dynamic, Integrator::adaptive, grid_step_s / 128},
       {Level::dynamic, Integrator::midpoint, grid_step_s / 16},
       {Level::dynamic, Integrator::midpoint, grid_step_s / 32},
-      {Level::dynamic, Integrator::midpoint, grid_step_s / 64}};
+      {Level::dynamic, Integrator::midpoint, grid_step_s / 64},
+      {Level::modal, Integrator::adaptive, grid_step_s / 16},
+      {Level::modal, Integrator::adaptive, grid_step_s / 64}};
   return settings;
 }
 
-double find_margin(std::span<const TrialErrors> measured, std::span<const TrialErrors> held_back,
+Margin find_margin(std::span<const TrialErrors> trials, std::span<const std::size_t> scene_of,
                    std::uint64_t seed) {
-  const Largest promised = largest_by_cloth(measured);
-  std::vector<const TrialErrors*> pool;
-  for (const TrialErrors& trial : held_back)
-    if (promised.contains(trial.fabric)) pool.push_back(&trial);
-  if (pool.empty()) return margins.front();
+  if (trials.empty()) return least_margin({Needed{}});
+  const std::size_t settings = trials.front().error_n.size();
+  Needed alone(settings), together(settings);
   sim::Random random(sim::mix(seed, "margin"));
-  std::vector<std::vector<double>> needed(pool.front()->error_n.size());
-  for (std::size_t i = 0; i < resamples; ++i) {
-    std::vector<const TrialErrors*> run(trials_of_run);
-    for (auto& trial : run)
-      trial = pool[static_cast<std::size_t>(random.uniform() * static_cast<double>(pool.size()))];
-    const auto margin = needed_margins(run, promised);
-    for (std::size_t k = 0; k < margin.size(); ++k) needed[k].push_back(margin[k]);
+  for (std::size_t fold = 0; fold < folds; ++fold) {
+    std::vector<const TrialErrors*> measured, held_back;
+    for (std::size_t i = 0; i < trials.size(); ++i)
+      (scene_of[i] % folds == fold ? held_back : measured).push_back(&trials[i]);
+    const Largest promised = largest_by_cloth(measured);
+    std::erase_if(held_back, [&](const auto* t) { return !promised.contains(t->fabric); });
+    if (held_back.empty()) continue;
+    for (const TrialErrors* trial : held_back) add_run({&trial, 1}, promised, alone);
+    for (std::size_t i = 0; i < resamples / folds; ++i) {
+      std::vector<const TrialErrors*> run(trials_of_run);
+      const auto count = static_cast<double>(held_back.size());
+      for (auto& trial : run) trial = held_back[static_cast<std::size_t>(random.uniform() * count)];
+      add_run(run, promised, together);
+    }
   }
-  double most = 0;
-  for (auto& of_setting : needed) {
-    std::ranges::sort(of_setting);
-    most = std::max(most, quantile(of_setting, promised_share));
+  return least_margin({alone, together});
+}
+
+Margin find_any_margin(std::span<const TrialErrors> trials) {
+  if (trials.empty()) return least_margin({Needed{}});
+  Needed needed(trials.front().error_n.size());
+  std::set<std::string> fabrics;
+  for (const TrialErrors& trial : trials) fabrics.insert(trial.fabric);
+  for (const std::string& fabric : fabrics) {
+    std::vector<double> others(needed.size(), 0);
+    for (const TrialErrors& trial : trials)
+      for (std::size_t i = 0; i < others.size() && trial.fabric != fabric; ++i)
+        others[i] = std::max(others[i], share_of_scale(trial, i));
+    for (const TrialErrors& trial : trials)
+      for (std::size_t i = 0; i < others.size() && trial.fabric == fabric; ++i)
+        needed[i].push_back(needed_margin(share_of_scale(trial, i), others[i]));
   }
-  const auto found = std::ranges::find_if(margins, [most](double m) { return m >= most; });
-  return found == margins.end() ? margins.back() : *found;
+  return least_margin({needed});
+}
+
+Status check_margins(const sim::TableConditions& conditions) {
+  const double least = std::min(conditions.held_share, conditions.any_held_share);
+  if (least >= conditions.share) return {};
+  const bool rows = conditions.held_share < conditions.share;
+  return fail({.code = Errc::unsupported,
+               .where = rows ? "/conditions/held_share" : "/conditions/any_held_share",
+               .what = std::string("no margin up to ") + sim::printed("%g", margins.back()) +
+                       " holds for enough of the runs that were held back" +
+                       (rows ? "" : ", of cloths without a row"),
+               .expected = sim::printed("%g %% of them", 100 * conditions.share),
+               .got = sim::printed("%.3g %%", 100 * least),
+               .hint = "Measure more recipes and seeds (--table-recipes, --table-seeds)"});
 }
 
 sim::FidelityTable summarize_errors(const std::vector<sim::FidelitySetting>& settings,
                                     const std::vector<TrialErrors>& trials,
                                     const std::vector<std::size_t>& scene_of,
                                     std::uint64_t space_seed) {
-  std::vector<TrialErrors> measured, held_back;
-  for (std::size_t i = 0; i < trials.size(); ++i)
-    (scene_of[i] % held_back_every == held_back_every - 1 ? held_back : measured)
-        .push_back(trials[i]);
   sim::FidelityTable out;
   out.conditions.share = promised_share;
   out.conditions.space_seed = space_seed;
-  out.conditions.margin = find_margin(measured, held_back, space_seed);
+  const Margin rows = find_margin(trials, scene_of, space_seed), any = find_any_margin(trials);
+  out.conditions.margin = rows.factor;
+  out.conditions.held_share = rows.held_share;
+  out.conditions.any_margin = any.factor;
+  out.conditions.any_held_share = any.held_share;
   write_ranges(out.conditions);
   for (std::size_t i = 0; i < settings.size(); ++i) {
     sim::MeasuredSetting row{.setting = settings[i], .cloths = cloth_errors(trials, i)};
     std::vector<double> shares;
     for (const TrialErrors& trial : trials)
-      if (trial.scale_n > 0) shares.push_back(trial.error_n[i] / trial.scale_n);
+      if (trial.scale_n > 0) shares.push_back(share_of_scale(trial, i));
     std::ranges::sort(shares);
     if (!shares.empty()) {
       row.any_q99 = quantile(shares, promised_share);

@@ -34,25 +34,39 @@ struct TrialErrors {
 
 inline constexpr double promised_share = 0.99;  ///< of runs
 
-/// The least of 1, 1.1, 1.25, 1.5 and 2 such that, of runs of 34 trials that are drawn from
-/// `held_back`, the share promised_share stays below the margin times the largest error of their
-/// cloths in `measured`, at every setting. 2 where none does; 1 without trials held back. Runs
-/// hold trials of cloths that are in `measured` alone.
-double find_margin(std::span<const TrialErrors> measured, std::span<const TrialErrors> held_back,
-                   std::uint64_t seed);
+/// A factor on the largest errors, and what share of runs stayed within it at the setting where the
+/// fewest did: promised_share at least, or no factor is large enough.
+struct Margin {
+  double factor = 1, held_share = 0;
+};
 
-/// Errors of every setting, margin included: a third of the scenes, every third one, is held back
-/// for the margin and then counts like the others. `scene_of[i]`: the scene of trials[i]. Costs
-/// are left zero.
+/// The least of 1, 1.1, 1.25, 1.5, 2, 2.5, 3 and 4 that holds for promised_share of the runs at
+/// every setting, as the table is used. Each third of the scenes is held back once: runs of one of
+/// its trials are held against their own cloth's largest error in the other scenes, and runs of 34
+/// trials, drawn with `seed`, against the largest of their cloths. A cloth that the other scenes
+/// lack has no promise to break. `scene_of[i]`: the scene of trials[i]. Nothing to hold back: the
+/// share is 0.
+Margin find_margin(std::span<const TrialErrors> trials, std::span<const std::size_t> scene_of,
+                   std::uint64_t seed);
+/// The same for cloths without a row: each cloth is held back once, and its trials are held against
+/// the largest error of all others, in units of the impact scale.
+Margin find_any_margin(std::span<const TrialErrors> trials);
+
+/// Errors of every setting, and the margins. Costs are left zero.
 sim::FidelityTable summarize_errors(const std::vector<sim::FidelitySetting>& settings,
                                     const std::vector<TrialErrors>& trials,
                                     const std::vector<std::size_t>& scene_of,
                                     std::uint64_t space_seed);
 
+/// Whether both margins hold. Errors: unsupported.
+Status check_margins(const sim::TableConditions& conditions);
+
 using PromiseProgress = std::function<void(const std::string&)>;
 
 /// `cpu_seconds`: of this process. Provenance (made_by, commit, machine, compiler) is the caller's.
-/// Errors: of rig and cloth table; unsupported, when more than a fifth of the trials fail.
+/// A table whose margins do not hold is none to be used: check_margins().
+/// Errors: of rig and cloth table; unsupported, when more than a fifth of the trials fail, or a
+/// force is no number.
 Result<sim::FidelityTable> measure_promise_table(const PromiseTableOptions& options,
                                                  const std::function<double()>& cpu_seconds,
                                                  const PromiseProgress& progress = {});

@@ -3,10 +3,13 @@
 #include "daemon/campaign/simulation.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "daemon/analysis/report/report.hpp"
+#include "daemon/base/file/sha256.hpp"
 #include "daemon/campaign/strict_run.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 #include "sim/plant/fidelity/table.hpp"
@@ -36,8 +39,14 @@ json recorded_rig(const CampaignSummary& summary) {
 }
 
 /// bench17 with a table of three settings, which is for this test alone. `scale`: of its errors.
-json rig_with_table(const TemporaryFolder& folder, double scale = 1) {
+json rig_with_table(const TemporaryFolder& folder, double scale = 1,
+                    int rules = recipes::engine_rules, const std::string& fabrics_sha256 = {}) {
   sim::FidelityTable table;
+  table.rules = rules;
+  table.fabrics_sha256 = fabrics_sha256;
+  if (fabrics_sha256.empty())
+    table.fabrics_sha256 = sha256_hex(test::read_file(test::source / "sim/fabrics.json"));
+  table.conditions.press_s = {1, 10};
   table.conditions.scenes = table.conditions.seeds = 1;
   table.conditions.force_n = {0.2, 10};
   table.conditions.speed_mps = {0.5e-3, 4e-3};
@@ -55,7 +64,9 @@ json rig_with_table(const TemporaryFolder& folder, double scale = 1) {
     table.settings.push_back(
         {.setting = setting,
          .contact_us_per_s = contact_us,
-         .cloths = {{"denim", 1, scale * error_n / 9, scale * error_n / 5, scale * error_n}}});
+         .cloths = {{"denim", 1, scale * error_n / 9, scale * error_n / 5, scale * error_n}},
+         .any_q99 = scale * error_n,
+         .any_max = 10 * scale * error_n});
   std::ofstream(folder / "table.json") << sim::to_json(table);
   json rig = test::bench17();
   rig["simulation"]["fidelity"] = (folder / "table.json").string();
@@ -126,6 +137,8 @@ TEST_CASE("an accuracy chooses from the rig file's table, and the run says that 
   const SimulationPromise& promise = *s.simulation.promise;
   CHECK(promise.promised_n == Approx(0.2));
   CHECK(promise.is_checked);
+  CHECK(promise.pairs == 2);
+  CHECK(promise.checked_pairs == 2);
   CHECK(promise.is_resolved);
   CHECK(promise.held);
   CHECK(promise.measured_n == s.simulation.errors.front().worst.force_max_n);
@@ -188,6 +201,22 @@ TEST_CASE("a strict accuracy runs the next settings, and keeps what was missed a
     CHECK(std::filesystem::exists(request.out / name / campaign_file_name));
   }
   CHECK_FALSE(std::filesystem::exists(request.out / "aside-3"));
+  CHECK(s->simulation.aside == std::vector<std::string>{(request.out / "aside-1").string(),
+                                                        (request.out / "aside-2").string()});
+}
+
+TEST_CASE("a budget that was not achieved is missed, in the certificate too") {
+  const auto is_held = [](double achieved) {
+    const json written = SimulationBudget{1000, 1500, achieved};
+    return written.contains("held") ? std::optional(written["held"].get<bool>()) : std::nullopt;
+  };
+  CHECK(is_held(0) == std::nullopt);  // not known
+  CHECK(is_held(930) == false);
+  CHECK(is_held(1430) == true);
+  SimulationNote note{"L1 3.072 ms", "L1", "the scene needs taxel counts", {}};
+  note.budget = SimulationBudget{1000, 1500, 930};
+  CHECK(promise_lines(note) ==
+        std::vector<std::string>{"asked 1000x, forecast 1500x, achieved 930x: missed"});
 }
 
 TEST_CASE("a budget is forecast before the run and achieved after it") {
@@ -226,19 +255,129 @@ TEST_CASE("what cannot be had is refused before anything is recorded") {
   CHECK(refused().code == Errc::invalid_argument);
 }
 
-TEST_CASE("a resumed campaign keeps the setting of its record") {
+TEST_CASE("a promise is held only where every pair of fabric and exploration was checked") {
+  SimulationNote note{"L1 3.072 ms", "L1", "the scene needs taxel counts", {}};
+  note.promise = SimulationPromise{.requested_n = 0.1, .pairs = 2};
+  evaluate_promise(note);
+  CHECK(note.promise->has_run);
+  CHECK_FALSE(note.promise->is_checked);
+  CHECK(is_promise_missed(note));
+  note.errors.resize(1);
+  note.errors.front().pairs = {{"denim", "M1"}, {"denim", "M2"}};
+  evaluate_promise(note);  // trials without a sample
+  CHECK_FALSE(note.promise->is_checked);
+  CHECK_FALSE(note.promise->held);
+  note.errors.front().worst.samples = 10;
+  note.errors.front().worst.force_max_n = 0.05;
+  evaluate_promise(note);
+  CHECK(note.promise->held);
+  note.errors.front().pairs.erase({"denim", "M2"});
+  evaluate_promise(note);
+  CHECK(note.promise->checked_pairs == 1);
+  CHECK_FALSE(note.promise->held);
+  CHECK_FALSE(is_measured_miss(*note.promise));
+  note.errors.front().worst.force_max_n = HUGE_VAL;
+  evaluate_promise(note);
+  CHECK(is_measured_miss(*note.promise));
+  const auto back = simulation_note_from(to_json(note));
+  if (!back) FAIL(to_string(back.error()));
+  CHECK(back->promise == note.promise);  // infinity goes through JSON
+  CHECK(back->errors.front().worst.force_max_n == HUGE_VAL);
+  note.errors.front().worst.is_resolved = false;
+  evaluate_promise(note);
+  CHECK_FALSE(note.promise->held);
+  CHECK_FALSE(is_measured_miss(*note.promise));
+}
+
+TEST_CASE("errors of an earlier process count for a campaign that goes on") {
+  const recipes::Plan plan;
+  SimulationError before;
+  before.worst.force_max_n = 0.05;
+  before.pairs = {{"denim", "M1"}};
+  const auto all = ErrorCheck(nullptr, plan, 0.1).errors({before});
+  REQUIRE(all.size() == 1);
+  CHECK(all.front().pairs == before.pairs);
+  CHECK(all.front().worst.force_max_n == 0.05);
+  CHECK(ErrorCheck(nullptr, plan, 0.1).errors().empty());
+}
+
+TEST_CASE("a campaign that was killed during its error check is certified as not checked") {
   const TemporaryFolder folder;
   CampaignRequest request = denim_request(folder);
-  request.fidelity.times_real_time = 1;
+  request.fidelity.accuracy_n = 0.5;
+  CampaignHooks killed;  // after the check, before anything of it is written
+  killed.kept_trials = [](const auto&, const auto&) { throw std::runtime_error("killed"); };
+  CHECK_THROWS_AS(run_campaign(request, killed), std::runtime_error);
+  request.resume = true;
+  request.fidelity.accuracy_n.reset();
+  const CampaignSummary s = ran(request);
+  CHECK(s.trials_complete == 2);
+  CHECK(is_promise_missed(s.simulation));
+  const auto certificate = read_certificate(request.out);
+  REQUIRE(certificate);
+  REQUIRE((*certificate)->simulation);
+  REQUIRE((*certificate)->simulation->promise);
+  const SimulationPromise& promise = *(*certificate)->simulation->promise;
+  CHECK(promise.requested_n == 0.5);
+  CHECK(promise.promised_n == Approx(0.2));
+  CHECK_FALSE(promise.is_checked);
+  CHECK(promise.checked_pairs == 0);
+  CHECK(promise.pairs == 2);
+  CHECK_FALSE(promise.held);
+}
+
+TEST_CASE("a resumed campaign keeps setting, request and promise of its record") {
+  const TemporaryFolder folder;
+  CampaignRequest request = denim_request(folder);
+  request.fidelity.accuracy_n = 5e-3;
   const CampaignSummary first = ran(request);
+  CHECK(first.simulation.setting == "L2 tr_bdf2 1.024 ms");
   request.resume = true;
   request.accept_whole = true;
-  request.fidelity.probe_us = 1e5;  // a machine on which the setting would not be chosen
-  const auto settled = settled_request(request);
-  if (!settled) FAIL(to_string(settled.error()));
-  CHECK(settled->simulation.setting == first.simulation.setting);
-  CHECK(settled->simulation.because == first.simulation.because);
-  CHECK(json::parse(settled->checked.rig_text) == recorded_rig(first));
+  std::filesystem::remove(folder / "table.json");
+  for (const auto& requested_n : {std::optional(5e-3), std::optional<double>()}) {
+    request.fidelity.accuracy_n = requested_n;
+    const auto settled = settled_request(request);
+    if (!settled) FAIL(to_string(settled.error()));
+    CHECK(settled->simulation.setting == first.simulation.setting);
+    CHECK(settled->simulation.because == first.simulation.because);
+    CHECK(settled->simulation.promise == first.simulation.promise);
+    CHECK(json::parse(settled->checked.rig_text) == recorded_rig(first));
+  }
+  const auto refused = [&request] {
+    const auto settled = settled_request(request);
+    REQUIRE_FALSE(settled);
+    return settled.error().code;
+  };
+  request.fidelity.accuracy_n = 6e-3;
+  CHECK(refused() == Errc::wrong_state);
+  request.fidelity.accuracy_n.reset();
+  request.fidelity.times_real_time = 1;
+  CHECK(refused() == Errc::wrong_state);
+  request.fidelity.times_real_time.reset();
+  request.error_check = false;  // the accuracy of the record is to be checked
+  CHECK(refused() == Errc::invalid_argument);
+}
+
+TEST_CASE(
+    "a table of other rules is refused, and of another cloth table its rows are passed over") {
+  const TemporaryFolder folder;
+  const auto settled = [&](const json& rig) {
+    CampaignRequest request = request_in(folder, short_recipe("denim"), rig);
+    request.fidelity.probe_us = 50;
+    request.fidelity.accuracy_n = 100;
+    return settled_request(request);
+  };
+  const auto old = settled(rig_with_table(folder, 1, recipes::engine_rules - 1));
+  REQUIRE_FALSE(old);
+  CHECK(old.error().code == Errc::unsupported);
+  const auto known = settled(rig_with_table(folder));
+  if (!known) FAIL(to_string(known.error()));
+  CHECK(known->simulation.promise->promised_n == Approx(0.2));
+  const auto other = settled(rig_with_table(folder, 1, recipes::engine_rules, "another"));
+  if (!other) FAIL(to_string(other.error()));
+  CHECK(other->simulation.promise->promised_n != Approx(0.2));
+  CHECK(other->simulation.because.size() > known->simulation.because.size());  // and it is said
 }
 
 TEST_CASE("a table that is not there is asked for only by who needs it") {

@@ -6,6 +6,7 @@
 
 #include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/console.hpp"
+#include "daemon/base/file/sha256.hpp"
 #include "sim/plant/fidelity/table.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"
 
@@ -25,6 +26,9 @@ struct Bench {
 
   Bench() {
     sim::FidelityTable table;
+    table.rules = recipes::engine_rules;
+    table.fabrics_sha256 = sha256_hex(test::read_file(test::source / "sim/fabrics.json"));
+    table.conditions.press_s = {1, 10};
     table.conditions.scenes = table.conditions.seeds = 1;
     table.conditions.force_n = {0.2, 10};
     table.conditions.speed_mps = {0.5e-3, 4e-3};
