@@ -212,13 +212,6 @@ Picture modulation_histogram(const CalibrationResult& result) {
   return out;
 }
 
-RecordingView strokes_of(const RecordingView& view, const std::string& cloth) {
-  std::vector<std::size_t> own;
-  for (std::size_t i = 0; i < view.strokes.size(); ++i)
-    if (view.strokes[i].cloth == cloth) own.push_back(i);
-  return subset(view, own);
-}
-
 Picture repetition_picture(const CalibrationResult& result) {
   Picture out{"Correlation of two repetitions of one path", {}, "correlation"};
   for (std::size_t c = 0; c < result.cloths.size(); ++c) {

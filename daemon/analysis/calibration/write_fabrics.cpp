@@ -48,12 +48,6 @@ ordered_json with_standing(const CalibratedParameter& p, const std::string& key,
           ordered_json::array({p.low * factor, p.high * factor})};
 }
 
-std::string name_in_table(const CalibrationSource& source, const std::string& label) {
-  std::string out = source.prefix.empty() ? label : source.prefix + "." + label;
-  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return out;
-}
-
 /// An earlier calibration saw it.
 bool is_fitted_value(const ordered_json& level, std::string_view parameter) {
   const auto at = level.find(std::string(parameter));
@@ -165,6 +159,12 @@ ordered_json parameter_json(const CalibratedParameter& p) {
 
 }  // namespace
 
+std::string name_in_table(const std::string& prefix, const std::string& label) {
+  std::string out = prefix.empty() ? label : prefix + "." + label;
+  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return out;
+}
+
 std::string next_calibration(const ordered_json& table) {
   for (std::size_t i = 1;; ++i) {
     std::string key = "C" + std::to_string(i);
@@ -216,7 +216,7 @@ Result<ordered_json> calibrated_table(std::string_view text, const CalibrationRe
   const std::string key = next_calibration(table);
   std::set<std::string> names;
   for (const BaseCloth& cloth : result.cloths)
-    if (!names.insert(name_in_table(source, cloth.label)).second)
+    if (!names.insert(name_in_table(source.prefix, cloth.label)).second)
       return fail({.code = Errc::invalid_argument,
                    .where = "recordings",
                    .what = "two labels that differ in case alone",
@@ -227,7 +227,7 @@ Result<ordered_json> calibrated_table(std::string_view text, const CalibrationRe
   table["calibrations"][key] = calibration_json(result, source);
   set_common(table, result, key);
   for (const BaseCloth& cloth : result.cloths)
-    add_cloth(table, result, cloth, name_in_table(source, cloth.label), key);
+    add_cloth(table, result, cloth, name_in_table(source.prefix, cloth.label), key);
   return table;
 }
 

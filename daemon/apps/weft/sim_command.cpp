@@ -6,9 +6,9 @@
 #include "daemon/analysis/calibration/minimise.hpp"
 #include "daemon/analysis/calibration/stroke_choice.hpp"
 #include "daemon/analysis/calibration/write_fabrics.hpp"
-#include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/options.hpp"
+#include "daemon/apps/weft/sim_command.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/text/format.hpp"
@@ -182,11 +182,12 @@ Result<int> run_calibrate(const CalibrateArgs& args, Console& console) {
 }  // namespace
 
 void add_sim_commands(const CommandGroup& weft) {
-  weft.group("sim", "the simulated bench: fit it to recordings")
-      .add<CalibrateArgs>("calibrate",
-                          "fit cloths and pads of the simulation to recordings, and say what the "
-                          "recordings do not show",
-                          run_calibrate);
+  const CommandGroup sim = weft.group("sim", "the simulated bench: fit it to recordings");
+  sim.add<CalibrateArgs>("calibrate",
+                         "fit cloths and pads of the simulation to recordings, and say what the "
+                         "recordings do not show",
+                         run_calibrate);
+  add_sim_strokes_command(sim);
 }
 
 }  // namespace weft::daemon::cli
