@@ -62,7 +62,10 @@ Result<Sides> simulate(const Dataset& recordings, const std::string& table,
   if (!model) return pass(model.error(), args.fabrics.string());
   auto scene = Scene::make(*view, *model);
   if (!scene) return pass(scene.error());
-  auto made = scene->simulate(model->start(), static_cast<std::uint64_t>(args.seed),
+  std::vector<double> values = model->start();
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] /= per_count(model->parameters()[i].name, scene->scale());
+  auto made = scene->simulate(values, static_cast<std::uint64_t>(args.seed),
                               static_cast<std::size_t>(args.threads));
   if (!made) return pass(made.error());
   Sides out{std::move(*view), std::move(*made), json::object()};
