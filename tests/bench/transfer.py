@@ -224,7 +224,7 @@ def table(head, rows):
 
 
 def values_text(row, name):
-    return "; ".join("-" if p is None or p[name] is None else number(row["factor"] ** (p["name"] != "noise_exponent") * p[name]) for p in row["parts"])
+    return "; ".join("-" if p is None or p[name] is None else number(row["factor"] * p[name]) for p in row["parts"])
 
 
 def range_text(row):
