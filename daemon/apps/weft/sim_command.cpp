@@ -159,7 +159,8 @@ std::filesystem::path picture_file(const std::filesystem::path& folder, std::str
 Status write_pictures(const std::filesystem::path& folder, const CalibrationResult& result) {
   if (folder.empty()) return {};
   for (const CalibrationPicture& picture : draw_calibration(result))
-    if (Status ok = write_text_file(picture_file(folder, picture.name), standalone_svg(picture.svg));
+    if (Status ok =
+            write_text_file(picture_file(folder, picture.name), standalone_svg(picture.svg));
         !ok)
       return ok;
   return {};

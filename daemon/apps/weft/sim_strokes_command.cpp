@@ -114,9 +114,9 @@ Status write_sides(const Dataset& recordings, const std::string& table, const Si
 }
 
 Result<int> run_strokes(const StrokesArgs& args, Console& console) {
-  if (Status ok = check_outputs(
-          std::vector{args.recordings, args.fabrics},
-          std::vector<Output>{{"output", args.output}, {"beside", args.beside}});
+  if (Status ok =
+          check_outputs(std::vector{args.recordings, args.fabrics},
+                        std::vector<Output>{{"output", args.output}, {"beside", args.beside}});
       !ok)
     return pass(ok.error());
   const auto table = read_text_file(args.fabrics);
@@ -133,9 +133,8 @@ Result<int> run_strokes(const StrokesArgs& args, Console& console) {
                  {"strokes", sides->simulated.strokes.size()},
                  {"remarks", sides->recorded.remarks},
                  {"statistics", json::array()}};
-  for (const SidedStatistic& s :
-       compare_strokes(sides->recorded, sides->simulated, bootstrap_draws,
-                       static_cast<std::uint64_t>(args.seed)))
+  for (const SidedStatistic& s : compare_strokes(sides->recorded, sides->simulated, bootstrap_draws,
+                                                 static_cast<std::uint64_t>(args.seed)))
     object["statistics"].push_back(statistic_json(s));
   std::string text = "SIMULATED: " + std::to_string(sides->simulated.strokes.size()) +
                      " strokes in " + args.output.string() + "\n";
