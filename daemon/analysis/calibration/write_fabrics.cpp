@@ -33,6 +33,13 @@ const CalibratedParameter* find_parameter(const CalibrationResult& result, std::
   return at == result.parameters.end() ? nullptr : &*at;
 }
 
+/// Parameters in counts of the recorded sensor are written in counts of the plant's.
+double per_count(std::string_view name, double scale) {
+  const bool is_in_counts =
+      name == "noise_counts" || name == "noise_per_count" || name == "drift_counts";
+  return is_in_counts ? 1 / scale : 1;
+}
+
 ordered_json with_standing(const CalibratedParameter& p, const std::string& key, double scale) {
   // What was not seen is the table's own estimate, which is in the plant's counts already.
   const double factor = p.standing == Standing::not_seen ? 1 : per_count(p.parameter.name, scale);
@@ -152,18 +159,6 @@ ordered_json parameter_json(const CalibratedParameter& p) {
 
 }  // namespace
 
-double per_count(std::string_view name, double scale) {
-  const bool is_in_counts =
-      name == "noise_counts" || name == "noise_per_count" || name == "drift_counts";
-  return is_in_counts ? 1 / scale : 1;
-}
-
-std::string name_in_table(const std::string& prefix, const std::string& label) {
-  std::string out = prefix.empty() ? label : prefix + "." + label;
-  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return out;
-}
-
 std::string next_calibration(const ordered_json& table) {
   for (std::size_t i = 1;; ++i) {
     std::string key = "C" + std::to_string(i);
@@ -171,6 +166,12 @@ std::string next_calibration(const ordered_json& table) {
                           (table.contains("sources") && table["sources"].contains(key));
     if (!is_taken) return key;
   }
+}
+
+std::string name_in_table(const std::string& prefix, const std::string& label) {
+  std::string out = prefix.empty() ? label : prefix + "." + label;
+  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return out;
 }
 
 ordered_json calibration_json(const CalibrationResult& result, const CalibrationSource& source) {

@@ -22,10 +22,6 @@ struct CalibrationSource {
   std::string software, commit, nlopt, command;
 };
 
-/// Parameters in counts of the recorded sensor are written in counts of the plant's: the factor, 1
-/// for others. `scale`: Scene::scale().
-double per_count(std::string_view parameter, double scale);
-
 /// What the table calls the calibrated cloth of a label: "fabricslide.denim" of "Denim".
 std::string name_in_table(const std::string& prefix, const std::string& label);
 

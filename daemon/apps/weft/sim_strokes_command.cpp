@@ -49,6 +49,25 @@ struct Sides {
   json cloths = json::object();  ///< label, and the table's cloth that stands for it
 };
 
+/// Those of the table; where its newest calibration with these very recordings saw a parameter,
+/// that one's: some are of the recordings and in no cloth table.
+std::vector<double> values_of(const ClothModel& model, const std::string& table,
+                              const Dataset& recordings) {
+  std::vector<double> out = model.start();
+  const auto root = nlohmann::ordered_json::parse(table, nullptr, false);
+  if (!root.contains("calibrations")) return out;
+  const nlohmann::ordered_json digest = {compute_digest(recordings).dataset_sha256};
+  for (const auto& calibration : root["calibrations"]) {
+    if (!calibration.contains("dataset_sha256") || calibration["dataset_sha256"] != digest)
+      continue;
+    for (const auto& p : calibration["parameters"]) {
+      const std::size_t i = model.find(p["name"].get<std::string>(), p["cloth"].get<std::string>());
+      if (i < out.size() && p["standing"] != "not_seen") out[i] = p["value"].get<double>();
+    }
+  }
+  return out;
+}
+
 Result<Sides> simulate(const Dataset& recordings, const std::string& table,
                        const StrokesArgs& args) {
   ViewOptions options;
@@ -62,11 +81,9 @@ Result<Sides> simulate(const Dataset& recordings, const std::string& table,
   if (!model) return pass(model.error(), args.fabrics.string());
   auto scene = Scene::make(*view, *model);
   if (!scene) return pass(scene.error());
-  std::vector<double> values = model->start();
-  for (std::size_t i = 0; i < values.size(); ++i)
-    values[i] /= per_count(model->parameters()[i].name, scene->scale());
-  auto made = scene->simulate(values, static_cast<std::uint64_t>(args.seed),
-                              static_cast<std::size_t>(args.threads));
+  auto made =
+      scene->simulate(values_of(*model, table, recordings), static_cast<std::uint64_t>(args.seed),
+                      static_cast<std::size_t>(args.threads));
   if (!made) return pass(made.error());
   Sides out{std::move(*view), std::move(*made), json::object()};
   for (const BaseCloth& cloth : model->cloths()) {
