@@ -190,7 +190,8 @@ std::string standalone_svg(std::string_view svg) {
   const std::size_t inside = svg.find('>') + 1;
   return std::string(svg.substr(0, inside)) + "\n<style><![CDATA[" + std::string(style_sheet()) +
          std::string(marks_style()) +
-         "svg{background:var(--card);font-family:system-ui,sans-serif}]]></style>\n" +
+         "svg{background:var(--card);font-family:system-ui,sans-serif}svg "
+         ".key{font-size:10px}]]></style>\n" +
          std::string(svg.substr(inside));
 }
 
