@@ -49,6 +49,7 @@ CASES = {
     "windows-no-level": ("repetition", REPETITION, RMS + WINDOW + ["--remove-level", "motion"], 0),
     "windows-10mm/s-no-level": ("slow", REPETITION, RMS + WINDOW + ["--remove-level", "motion"], 0),
     "pressure-out-no-level": ("pressure", LEFT_OUT, RMS + ["--remove-level", "motion"], 0),
+    "strokes-10mm/s-no-level": ("slow", REPETITION, RMS + ["--remove-level", "motion"], 0),
     "speed-out-no-level": ("speed", LEFT_OUT, RMS + ["--remove-level", "motion"], 0),
 }
 
@@ -146,6 +147,8 @@ def figure_of(result):
     everything = ", ".join(f"{k} {r['accuracy']:.4f}" for k, r in sorted(result["ours"].items()))
     sklearn = ", ".join(f"{k} {r['accuracy']:.4f}" for k, r in result["sklearn"].items())
     aim = f"aim {result['aim']}; " if result["aim"] else ""
+    if not result["case"].startswith("icub20"):
+        aim += "label and mounting confounded" + ("; " if result["case"].endswith("-no-level") else ", see the row without level; ")
     mean = mean_text(result)
     aim += f"{mean}; " if mean else ""
     return {"figure": f"{result['case']}: best, share of all test trials", "value": value, "unit": "accuracy",

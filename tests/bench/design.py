@@ -124,7 +124,7 @@ def main(weft, root, *rest):
                     rows += pool.map(lambda s: stroke_forecast(weft, f"{d}/f.h5", whole, *real, "--seed", s),
                                      range(FIRST, FIRST + ORDERS))
                     print(f"fabricslide, grip {grip}: {whole} strokes of each fabric", flush=True)
-            out["fabricslide"] = table(rows, "real strokes of fabricslide, all foretold from half of them")
+            out["fabricslide"] = table(rows, "real strokes of fabricslide (label and mounting confounded), all foretold from half of them")
         if "pilot" in parts:
             told = list(pool.map(lambda s: pilot(weft, root, s), range(FIRST, FIRST + PILOTS)))
             cells = collections.Counter(json.dumps(r["factors"]) for r in told)

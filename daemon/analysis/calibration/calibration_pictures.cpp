@@ -212,13 +212,6 @@ Picture modulation_histogram(const CalibrationResult& result) {
   return out;
 }
 
-RecordingView strokes_of(const RecordingView& view, const std::string& cloth) {
-  std::vector<std::size_t> own;
-  for (std::size_t i = 0; i < view.strokes.size(); ++i)
-    if (view.strokes[i].cloth == cloth) own.push_back(i);
-  return subset(view, own);
-}
-
 Picture repetition_picture(const CalibrationResult& result) {
   Picture out{"Correlation of two repetitions of one path", {}, "correlation"};
   for (std::size_t c = 0; c < result.cloths.size(); ++c) {
@@ -236,21 +229,29 @@ Picture repetition_picture(const CalibrationResult& result) {
 
 }  // namespace
 
-std::string calibration_pictures(const CalibrationResult& result, std::string_view badge_html) {
-  std::string out;
-  const auto add = [&](const Picture& picture, std::string_view caption) {
-    if (!picture.lines[0].empty()) out += figure(svg_of(picture), caption, badge_html);
+std::vector<CalibrationPicture> draw_calibration(const CalibrationResult& result) {
+  std::vector<CalibrationPicture> out;
+  const auto add = [&](const std::string& name, const Picture& picture, std::string_view caption) {
+    if (!picture.lines[0].empty()) out.push_back({name, svg_of(picture), std::string(caption)});
   };
   constexpr std::string_view all_strokes =
       "Recorded: all fitted strokes, the line is the 95 % interval. SIMULATED: a choice of them.";
-  for (const BaseCloth& cloth : result.cloths) add(spectrum_of(result, cloth.label), all_strokes);
-  add(modulation_histogram(result),
+  for (const BaseCloth& cloth : result.cloths)
+    add("spectrum-" + cloth.label, spectrum_of(result, cloth.label), all_strokes);
+  add("modulation", modulation_histogram(result),
       "Strokes by their typical modulation, only those that are simulated.");
-  add(correlation_picture(result), all_strokes);
-  add(repetition_picture(result),
+  add("correlation", correlation_picture(result), all_strokes);
+  add("repetition", repetition_picture(result),
       "Largest correlation over lags of 4 samples, only of strokes that are simulated. No mark: no "
       "second repetition.");
-  add(pattern_picture(result), all_strokes);
+  add("pattern", pattern_picture(result), all_strokes);
+  return out;
+}
+
+std::string calibration_pictures(const CalibrationResult& result, std::string_view badge_html) {
+  std::string out;
+  for (const CalibrationPicture& picture : draw_calibration(result))
+    out += figure(picture.svg, picture.caption, badge_html);
   return out;
 }
 

@@ -4,13 +4,20 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "daemon/analysis/calibration/calibrate.hpp"
 
 namespace weft::daemon::calibration {
 
-/// <figure> elements, each with the badge in its caption. A picture without any recorded value is
-/// left out.
+struct CalibrationPicture {
+  std::string name;  ///< "modulation", "spectrum-Denim": as labels are, so not always a file's
+  std::string svg, caption;
+};
+/// A picture without any recorded value is left out.
+std::vector<CalibrationPicture> draw_calibration(const CalibrationResult& result);
+
+/// The same as <figure> elements, each with the badge in its caption.
 std::string calibration_pictures(const CalibrationResult& result, std::string_view badge_html);
 
 }  // namespace weft::daemon::calibration

@@ -83,6 +83,13 @@ RecordingView subset(const RecordingView& view, const Indices& indices) {
   return out;
 }
 
+RecordingView strokes_of(const RecordingView& view, std::string_view cloth) {
+  Indices own;
+  for (std::size_t i = 0; i < view.strokes.size(); ++i)
+    if (view.strokes[i].cloth == cloth) own.push_back(i);
+  return subset(view, own);
+}
+
 RecordingView choose_strokes(const RecordingView& view, std::size_t windows) {
   std::vector<Indices> orders;
   for (const ClothCells& cloth : list_cells(view)) orders.push_back(order_of(cloth, orders.size()));

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <string_view>
 
 #include "daemon/analysis/calibration/recording_view.hpp"
 
@@ -10,6 +11,8 @@ namespace weft::daemon::calibration {
 
 /// The strokes at `indices`, in that order; remarks stay.
 RecordingView subset(const RecordingView& view, const std::vector<std::size_t>& indices);
+/// Those of one cloth; may be none.
+RecordingView strokes_of(const RecordingView& view, std::string_view cloth);
 
 /// At most `windows` windows of 50 mm (a shorter stroke counts as one), but one stroke of each
 /// cloth in any case. Cloths take turns; each first takes two repetitions of a cell, then the same

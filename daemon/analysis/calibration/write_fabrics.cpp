@@ -62,12 +62,6 @@ ordered_json with_standing(const CalibratedParameter& p, const std::string& key,
           ordered_json::array({rounded(p.low * factor), rounded(p.high * factor)})};
 }
 
-std::string name_in_table(const CalibrationSource& source, const std::string& label) {
-  std::string out = source.prefix.empty() ? label : source.prefix + "." + label;
-  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return out;
-}
-
 /// An earlier calibration saw it.
 bool is_fitted_value(const ordered_json& level, std::string_view parameter) {
   const auto at = level.find(std::string(parameter));
@@ -226,6 +220,12 @@ std::string next_calibration(const ordered_json& table) {
   }
 }
 
+std::string name_in_table(const std::string& prefix, const std::string& label) {
+  std::string out = prefix.empty() ? label : prefix + "." + label;
+  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return out;
+}
+
 ordered_json calibration_json(const CalibrationResult& result, const CalibrationSource& source) {
   ordered_json out = {{"bench", "simulated"},
                       {"passes", result.held_out.passes()},
@@ -268,7 +268,7 @@ Result<ordered_json> calibrated_table(std::string_view text, const CalibrationRe
   const std::string key = next_calibration(table);
   std::set<std::string> names;
   for (const BaseCloth& cloth : result.cloths)
-    if (!names.insert(name_in_table(source, cloth.label)).second)
+    if (!names.insert(name_in_table(source.prefix, cloth.label)).second)
       return fail({.code = Errc::invalid_argument,
                    .where = "recordings",
                    .what = "two labels that differ in case alone",
@@ -279,7 +279,7 @@ Result<ordered_json> calibrated_table(std::string_view text, const CalibrationRe
   table["calibrations"][key] = calibration_json(result, source);
   set_common(table, result, key);
   for (const BaseCloth& cloth : result.cloths)
-    add_cloth(table, result, cloth, name_in_table(source, cloth.label), key);
+    add_cloth(table, result, cloth, name_in_table(source.prefix, cloth.label), key);
   return table;
 }
 

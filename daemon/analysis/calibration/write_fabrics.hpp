@@ -22,6 +22,9 @@ struct CalibrationSource {
   std::string software, commit, nlopt, command;
 };
 
+/// What the table calls the calibrated cloth of a label: "fabricslide.denim" of "Denim".
+std::string name_in_table(const std::string& prefix, const std::string& label);
+
 /// "C1", or the next number that the table does not have.
 std::string next_calibration(const nlohmann::ordered_json& table);
 

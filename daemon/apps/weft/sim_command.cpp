@@ -1,18 +1,21 @@
+#include <cctype>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
 #include "daemon/analysis/calibration/calibrate.hpp"
 #include "daemon/analysis/calibration/calibration_page.hpp"
+#include "daemon/analysis/calibration/calibration_pictures.hpp"
 #include "daemon/analysis/calibration/minimise.hpp"
 #include "daemon/analysis/calibration/stroke_choice.hpp"
 #include "daemon/analysis/calibration/write_fabrics.hpp"
-#include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/options.hpp"
+#include "daemon/apps/weft/sim_command.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/base/version/software_version.hpp"
+#include "daemon/pages/plot/html.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -21,7 +24,7 @@ using namespace weft::daemon::calibration;
 
 struct CalibrateArgs {
   std::vector<std::filesystem::path> recordings;
-  std::filesystem::path output, held_out, page;
+  std::filesystem::path output, held_out, page, pictures;
   std::filesystem::path fabrics = "sim/fabrics.json";
   std::string name;  ///< of the recordings; empty: the first file's
   double speed_mm_s = 0;
@@ -35,6 +38,8 @@ void add_options(CLI::App& command, CalibrateArgs& args) {
                      "data set to check the fit with; without it part of the recordings is kept "
                      "back for that");
   command.add_option("--page", args.page, "page to write (HTML)");
+  command.add_option("--pictures", args.pictures,
+                     "folder, which is there, for the page's pictures (calibration-NAME.svg)");
   command.add_option("--fabrics", args.fabrics, "cloth table to begin from")->capture_default_str();
   command.add_option("--name", args.name,
                      "what the calibrated cloths' names begin with; without it the first file's");
@@ -145,8 +150,34 @@ std::string held_out_text(const HeldOutCheck& check) {
          "(80 % are asked for)\n";
 }
 
+/// Labels are any text; in the name of a file a letter or digit stays.
+std::filesystem::path picture_file(const std::filesystem::path& folder, std::string name) {
+  for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '-';
+  return folder / ("calibration-" + name + ".svg");
+}
+
+Status write_pictures(const std::filesystem::path& folder, const CalibrationResult& result) {
+  if (folder.empty()) return {};
+  for (const CalibrationPicture& picture : draw_calibration(result))
+    if (Status ok =
+            write_text_file(picture_file(folder, picture.name), standalone_svg(picture.svg));
+        !ok)
+      return ok;
+  return {};
+}
+
+Status check_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  if (folder.empty() || std::filesystem::is_directory(folder, error)) return {};
+  return fail({.code = Errc::not_found,
+               .where = "--pictures",
+               .what = "no such folder",
+               .got = folder.string()});
+}
+
 Result<int> run_calibrate(const CalibrateArgs& args, Console& console) {
   if (Status ok = check_files(args); !ok) return pass(ok.error());
+  if (Status ok = check_folder(args.pictures); !ok) return pass(ok.error());
   const auto table = read_text_file(args.fabrics);
   if (!table) return pass(table.error(), "--fabrics");
   const auto library = sim::parse_fabrics(*table);
@@ -170,6 +201,7 @@ Result<int> run_calibrate(const CalibrateArgs& args, Console& console) {
   if (!args.page.empty())
     if (Status ok = write_text_file(args.page, calibration_html(*result, source)); !ok)
       return pass(ok.error());
+  if (Status ok = write_pictures(args.pictures, *result); !ok) return pass(ok.error());
   std::string text = statistics_text(*result) + parameters_text(*result);
   for (const std::string& remark : result->remarks) text += remark + "\n";
   text += held_out_text(result->held_out) + "table: " + args.output.string() + "\n";
@@ -181,11 +213,12 @@ Result<int> run_calibrate(const CalibrateArgs& args, Console& console) {
 }  // namespace
 
 void add_sim_commands(const CommandGroup& weft) {
-  weft.group("sim", "the simulated bench: fit it to recordings")
-      .add<CalibrateArgs>("calibrate",
-                          "fit cloths and pads of the simulation to recordings, and say what the "
-                          "recordings do not show",
-                          run_calibrate);
+  const CommandGroup sim = weft.group("sim", "the simulated bench: fit it to recordings");
+  sim.add<CalibrateArgs>("calibrate",
+                         "fit cloths and pads of the simulation to recordings, and say what the "
+                         "recordings do not show",
+                         run_calibrate);
+  add_sim_strokes_command(sim);
 }
 
 }  // namespace weft::daemon::cli

@@ -186,6 +186,15 @@ std::string page_around(std::string_view title, std::string_view main_html) {
          "</main>\n</body>\n</html>\n";
 }
 
+std::string standalone_svg(std::string_view svg) {
+  const std::size_t inside = svg.find('>') + 1;
+  return std::string(svg.substr(0, inside)) + "\n<style><![CDATA[" + std::string(style_sheet()) +
+         std::string(marks_style()) +
+         "svg{background:var(--card);font-family:system-ui,sans-serif}svg "
+         ".key{font-size:10px}]]></style>\n" +
+         std::string(svg.substr(inside));
+}
+
 std::string mark_class(std::size_t family) {
   return "family-" + std::to_string(family % mark_kinds);
 }

@@ -54,6 +54,9 @@ class HtmlTable {
   std::string out_;
 };
 
+/// A picture as a file of its own: with the page's style and ground.
+std::string standalone_svg(std::string_view svg);
+
 /// <figure> with the bench's badge in its caption: no picture or table can be cut out without it.
 std::string figure(std::string_view body_html, std::string_view caption_html,
                    std::string_view badge_html, std::string_view css_class = {});

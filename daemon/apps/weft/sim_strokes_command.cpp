@@ -1,0 +1,173 @@
+#include <nlohmann/json.hpp>
+
+#include "daemon/analysis/calibration/scene.hpp"
+#include "daemon/analysis/calibration/simulated_strokes.hpp"
+#include "daemon/analysis/calibration/write_fabrics.hpp"
+#include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/options.hpp"
+#include "daemon/apps/weft/sim_command.hpp"
+#include "daemon/base/file/read_file.hpp"
+#include "daemon/base/file/sha256.hpp"
+#include "daemon/base/version/software_version.hpp"
+#include "daemon/storage/dataset/hdf5_file.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using namespace weft::daemon::calibration;
+using nlohmann::json;
+
+constexpr std::size_t bootstrap_draws = 400;
+
+struct StrokesArgs {
+  std::filesystem::path recordings, output, beside;
+  std::filesystem::path fabrics = "sim/fabrics.json";
+  std::string name;  ///< of the recordings; empty: the file's
+  double speed_mm_s = 0;
+  int seed = 1, threads = 2;
+};
+
+void add_options(CLI::App& command, StrokesArgs& args) {
+  command.add_option("recordings", args.recordings, "data set whose strokes to simulate (HDF5)")
+      ->required();
+  command.add_option("-o,--output", args.output, "data set of SIMULATED strokes to write (HDF5)")
+      ->required();
+  command.add_option("--beside", args.beside,
+                     "data set to write with the same stretch of the recorded strokes and the "
+                     "SIMULATED ones, in groups recorded-G and simulated-G (HDF5)");
+  command.add_option("--fabrics", args.fabrics, "cloth table")->capture_default_str();
+  command.add_option("--name", args.name,
+                     "what the calibrated cloths' names begin with; without it the file's name");
+  add_number(command, "--speed-mm-s", args.speed_mm_s, 0.01, 1000,
+             "speed of the strokes, where the recordings do not say");
+  add_count(command, "--seed", args.seed, 0, 1'000'000'000, "of the simulation");
+  add_count(command, "--threads", args.threads, 1, 64, "changes no result");
+}
+
+struct Sides {
+  RecordingView recorded, simulated;
+  json cloths = json::object();  ///< label, and the table's cloth that stands for it
+};
+
+/// Those of the table; where its newest calibration with these very recordings saw a parameter,
+/// that one's: some are of the recordings and in no cloth table.
+std::vector<double> values_of(const ClothModel& model, const std::string& table,
+                              const Dataset& recordings) {
+  std::vector<double> out = model.start();
+  const auto root = nlohmann::ordered_json::parse(table, nullptr, false);
+  if (!root.contains("calibrations")) return out;
+  const nlohmann::ordered_json digest = {compute_digest(recordings).dataset_sha256};
+  for (const auto& calibration : root["calibrations"]) {
+    if (!calibration.contains("dataset_sha256") || calibration["dataset_sha256"] != digest)
+      continue;
+    for (const auto& p : calibration["parameters"]) {
+      const std::size_t i = model.find(p["name"].get<std::string>(), p["cloth"].get<std::string>());
+      if (i < out.size() && p["standing"] != "not_seen") out[i] = p["value"].get<double>();
+    }
+  }
+  return out;
+}
+
+Result<Sides> simulate(const Dataset& recordings, const std::string& table,
+                       const StrokesArgs& args) {
+  ViewOptions options;
+  if (args.speed_mm_s > 0) options.speed_mps = 1e-3 * args.speed_mm_s;
+  auto view = make_recording_view(std::span(&recordings, 1), options);
+  if (!view) return pass(view.error());
+  const auto library = sim::parse_fabrics(table);
+  if (!library) return pass(library.error(), args.fabrics.string());
+  const std::string prefix = args.name.empty() ? args.recordings.stem().string() : args.name;
+  const auto model = ClothModel::make(*view, with_own_cloths(*library, *view, prefix));
+  if (!model) return pass(model.error(), args.fabrics.string());
+  auto scene = Scene::make(*view, *model);
+  if (!scene) return pass(scene.error());
+  auto made =
+      scene->simulate(values_of(*model, table, recordings), static_cast<std::uint64_t>(args.seed),
+                      static_cast<std::size_t>(args.threads));
+  if (!made) return pass(made.error());
+  Sides out{std::move(*view), std::move(*made), json::object()};
+  for (const BaseCloth& cloth : model->cloths()) {
+    const std::string own = name_in_table(prefix, cloth.label);
+    out.cloths[cloth.label] = library->find(own) == nullptr ? cloth.taken : own;
+  }
+  return out;
+}
+
+/// What the strokes were made with, where a data set names its devices.
+DeviceInfo plant_info(const std::string& table, const StrokesArgs& args) {
+  return {"plant", "weft sim strokes",
+          json{{"fabrics_sha256", sha256_hex(table)}, {"seed", args.seed}}.dump()};
+}
+
+json statistic_json(const SidedStatistic& s) {
+  const Scale scale = s.recorded.scale;
+  json out = {{"name", s.recorded.name},
+              {"cloth", s.recorded.cloth},
+              {"strokes_of", s.strokes_of},
+              {"recorded", s.recorded.shown},
+              {"simulated", nullptr}};
+  if (s.interval)
+    out["interval"] = {from_scale(s.interval->first, scale), from_scale(s.interval->second, scale)};
+  if (s.simulated) out["simulated"] = from_scale(*s.simulated, scale);
+  return out;
+}
+
+Status write_sides(const Dataset& recordings, const std::string& table, const Sides& sides,
+                   const StrokesArgs& args) {
+  Dataset simulated = stroke_dataset(recordings, sides.simulated, BenchKind::simulated);
+  simulated.info.name += ", SIMULATED";
+  simulated.info.seed = static_cast<std::uint64_t>(args.seed);
+  simulated.info.software_version = software_version();
+  simulated.info.devices = {plant_info(table, args)};
+  if (const auto written = write_hdf5(simulated, args.output); !written)
+    return pass(written.error());
+  if (args.beside.empty()) return {};
+  Dataset both = both_sides(stroke_dataset(recordings, sides.recorded, recordings.info.kind),
+                            std::move(simulated));
+  both.info.software_version = software_version();
+  both.info.devices = {plant_info(table, args)};
+  if (const auto written = write_hdf5(both, args.beside); !written) return pass(written.error());
+  return {};
+}
+
+Result<int> run_strokes(const StrokesArgs& args, Console& console) {
+  if (Status ok =
+          check_outputs(std::vector{args.recordings, args.fabrics},
+                        std::vector<Output>{{"output", args.output}, {"beside", args.beside}});
+      !ok)
+    return pass(ok.error());
+  const auto table = read_text_file(args.fabrics);
+  if (!table) return pass(table.error(), "--fabrics");
+  const auto recordings = open_dataset(args.recordings);
+  if (!recordings) return pass(recordings.error());
+  const auto sides = simulate(*recordings, *table, args);
+  if (!sides) return pass(sides.error());
+  if (Status ok = write_sides(*recordings, *table, *sides, args); !ok) return pass(ok.error());
+  json object = {{"bench", "simulated"},
+                 {"recordings_bench", std::string(to_string(recordings->info.kind))},
+                 {"file", args.output.string()},
+                 {"cloths", sides->cloths},
+                 {"strokes", sides->simulated.strokes.size()},
+                 {"remarks", sides->recorded.remarks},
+                 {"statistics", json::array()}};
+  for (const SidedStatistic& s : compare_strokes(sides->recorded, sides->simulated, bootstrap_draws,
+                                                 static_cast<std::uint64_t>(args.seed)))
+    object["statistics"].push_back(statistic_json(s));
+  std::string text = "SIMULATED: " + std::to_string(sides->simulated.strokes.size()) +
+                     " strokes in " + args.output.string() + "\n";
+  for (const auto& [label, cloth] : sides->cloths.items())
+    text += "  " + label + "  as " + cloth.get<std::string>() + "\n";
+  for (const std::string& remark : sides->recorded.remarks) text += remark + "\n";
+  print(console, text, object);
+  return exit_ok;
+}
+
+}  // namespace
+
+void add_sim_strokes_command(const CommandGroup& sim) {
+  sim.add<StrokesArgs>("strokes",
+                       "the strokes of recordings, simulated with a cloth table, as a data set",
+                       run_strokes);
+}
+
+}  // namespace weft::daemon::cli
