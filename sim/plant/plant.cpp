@@ -100,6 +100,11 @@ void Plant::mount(const Patch& patch, const Pose& pose, TimePoint now, const Pla
     contact_ = algebraic_ ? algebraic_->probe.step(contact_, pose) : model_.step(contact_, pose, 0);
 }
 
+void Plant::share_tiles(const Plant& other) {
+  bed_ = other.bed_;
+  mounted_ = other.mounted_;
+}
+
 void Plant::listen(const Patch& patch, TimePoint now) {
   VibrationParams vibration_params = params_.vibration;
   vibration_params.rubbing = with_grain(vibration_params.rubbing, patch.grain_m);

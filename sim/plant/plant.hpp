@@ -63,6 +63,9 @@ class Plant {
   /// it is fresh. `now` >= 0 matters to level L3 alone, whose readings are counted from time zero.
   void mount(const Patch& patch, const Pose& pose, TimePoint now = {},
              const PlantMemory* memory = nullptr);
+  /// The next cloth to be mounted is the one that lies in `other`, with the same field and law: its
+  /// tiles of texture need not be made again. Changes no number.
+  void share_tiles(const Plant& other);
   /// As of now, the scan under way not in it.
   [[nodiscard]] PlantMemory memory();
   /// Moves in a straight line to `pose` within `dt_s` >= 0; at L3 whole nanoseconds, at most 1 s.

@@ -55,8 +55,10 @@ struct Press {
 /// One sensor over one mounted piece.
 class Stylus {
  public:
-  Stylus(const sim::PlantParams& params, std::uint64_t seed)
-      : plant_(params, seed), grip_n_m_(params.mount.stiffness_n_m) {}
+  Stylus(const sim::PlantParams& params, std::uint64_t seed, const sim::Plant* textured)
+      : plant_(params, seed), grip_n_m_(params.mount.stiffness_n_m) {
+    if (textured != nullptr) plant_.share_tiles(*textured);
+  }
 
   using Counts = std::array<std::uint16_t, sim::pad_count>;
 
@@ -88,6 +90,7 @@ class Stylus {
     return plant_.pad_counts();
   }
   [[nodiscard]] double force_n() const { return plant_.contact_now().normal_n; }
+  [[nodiscard]] const sim::Plant& plant() const { return plant_; }
 
  private:
   /// The cloth gives way too: each step is too short, never too long.
@@ -230,7 +233,7 @@ Status Scene::make_group(Job& job, std::span<const double> values, std::uint64_t
   if (is_made(job.made[0])) return {};
   std::swap(job.made[0], job.made[1]);
   if (is_made(job.made[0])) return {};
-  auto strokes = slide(job.group, values, seed);
+  auto strokes = slide(job, values, seed);
   if (!strokes) return pass(strokes.error(), job.group.cloth);
   job.made[0] = {std::move(own), seed, std::move(*strokes)};
   return {};
@@ -252,8 +255,21 @@ std::vector<std::size_t> pads_of(const RecordingView& like) {
 
 }  // namespace
 
-Result<std::vector<Stroke>> Scene::slide(const SceneGroup& group, std::span<const double> values,
+Scene::Textured Scene::texture_of(const SceneGroup& group, std::span<const double> values,
+                                  std::uint64_t seed) const {
+  Textured out{{values[model_->find("cover_um")]}, seed, nullptr};
+  for (const std::string_view name : {"height_um", "band_low_per_mm", "line_share"})
+    if (const std::size_t at = model_->find(name, group.cloth); at < values.size())
+      out.values.push_back(values[at]);
+  return out;
+}
+
+Result<std::vector<Stroke>> Scene::slide(Job& job, std::span<const double> values,
                                          std::uint64_t seed) const {
+  const SceneGroup& group = job.group;
+  Textured textured = texture_of(group, values, seed);
+  if (job.textured.values == textured.values && job.textured.seed == seed)
+    textured.plant = job.textured.plant;
   ClothModel::Inputs inputs = model_->inputs(group.cloth, values);
   const Press press = plan_press(like_, group, inputs.pads, scale_);
   scale_times(inputs, group.rate_hz * sample_s);
@@ -277,12 +293,14 @@ Result<std::vector<Stroke>> Scene::slide(const SceneGroup& group, std::span<cons
     if (!patch) return pass(patch.error());
     if (!stylus) {
       if (Status ok = sim::check(params, patch->material); !ok) return pass(ok.error());
-      stylus.emplace(params, rig);
+      stylus.emplace(params, rig, textured.plant.get());
     }
     stylus->rest(*patch, patch_m * like.patch);
     out.push_back(
         slide_once(*stylus, like, pads_of(like_), press.force_n[out.size()], press.rest_n, scale_));
   }
+  textured.plant = std::make_shared<const sim::Plant>(stylus->plant());
+  job.textured = std::move(textured);
   return out;
 }
 

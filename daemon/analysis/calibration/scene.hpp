@@ -17,6 +17,7 @@
 #include <memory>
 
 #include "daemon/analysis/calibration/cloth_model.hpp"
+#include "sim/plant/plant.hpp"
 
 namespace weft::daemon::calibration {
 
@@ -41,7 +42,8 @@ class Scene {
 
   /// Strokes in the order of `like`. Groups are computed apart, so that the number of threads
   /// changes nothing, and a group whose parameters are those of one of its last two calls is not
-  /// computed again. Errors: range, for values that the plant refuses.
+  /// computed again. Tiles of texture are kept while surface and seed stay. Errors: range, for
+  /// values that the plant refuses.
   Result<RecordingView> simulate(std::span<const double> values, std::uint64_t seed,
                                  std::size_t threads);
   /// Counts of the recorded sensor per count of the plant's, at least 1.
@@ -53,15 +55,24 @@ class Scene {
     std::uint64_t seed = 0;
     std::vector<Stroke> strokes;
   };
+  /// Tiles of texture, and what they depend on.
+  struct Textured {
+    std::vector<double> values;
+    std::uint64_t seed = 0;
+    std::shared_ptr<const sim::Plant> plant;
+  };
   struct Job {
     SceneGroup group;
     std::array<Made, 2> made;
+    Textured textured;
   };
   Scene(const RecordingView& like, const ClothModel& model) : like_(like), model_(&model) {}
   [[nodiscard]] std::vector<double> values_of(const SceneGroup& group,
                                               std::span<const double> values) const;
+  [[nodiscard]] Textured texture_of(const SceneGroup& group, std::span<const double> values,
+                                    std::uint64_t seed) const;
   Status make_group(Job& job, std::span<const double> values, std::uint64_t seed) const;
-  Result<std::vector<Stroke>> slide(const SceneGroup& group, std::span<const double> values,
+  Result<std::vector<Stroke>> slide(Job& job, std::span<const double> values,
                                     std::uint64_t seed) const;
 
   RecordingView like_;

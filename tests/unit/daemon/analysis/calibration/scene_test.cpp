@@ -71,6 +71,29 @@ TEST_CASE("Threads and earlier calls change nothing in a scene") {
   }
 }
 
+TEST_CASE("Tiles of texture are kept while another parameter moves, and change nothing") {
+  const RecordingView like = empty_strokes({"denim", "felt"}, 2, 2);
+  const auto model = ClothModel::make(like, table());
+  REQUIRE(model);
+  auto warm = Scene::make(like, *model), cold = Scene::make(like, *model);
+  REQUIRE(warm);
+  REQUIRE(cold);
+  std::vector<double> moved = model->start();
+  moved[model->find("grip_N_mm")] *= 10;
+  moved[model->find("path_mm")] *= 3;
+  moved[model->find("waviness_um", "felt")] *= 2;
+  moved[model->find("tilt_mrad")] *= 2;
+  const auto before = warm->simulate(model->start(), 7, 1);
+  const auto with = warm->simulate(moved, 7, 1), without = cold->simulate(moved, 7, 1);
+  REQUIRE(before);
+  REQUIRE(with);
+  REQUIRE(without);
+  for (std::size_t i = 0; i < like.strokes.size(); ++i) {
+    CHECK(with->strokes[i].counts == without->strokes[i].counts);
+    CHECK(with->strokes[i].counts != before->strokes[i].counts);
+  }
+}
+
 TEST_CASE("A louder sensor has its counts scaled") {
   RecordingView like = empty_strokes({"denim"}, 1);
   for (Stroke& stroke : like.strokes)
