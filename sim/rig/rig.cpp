@@ -25,6 +25,11 @@ class Attachment : public std::enable_shared_from_this<Attachment> {
   /// Starts listening and schedules the first wake-up.
   void connect();
   void meet_new_host();
+  void set_heard(bool heard);
+  /// Nobody hears it, and it has no timer.
+  [[nodiscard]] bool resting() const { return resting_; }
+  /// What it slept through is done.
+  void make_up();
   /// Lets the emulator act now, because something about it has changed.
   void poke() { wake(); }
 
@@ -39,6 +44,7 @@ class Attachment : public std::enable_shared_from_this<Attachment> {
   ByteSink sink_;
   std::optional<TimePoint> scheduled_;
   TimerId timer_ = 0;
+  bool heard_ = true, resting_ = false;
 };
 
 Attachment::Attachment(std::unique_ptr<Emulator> emulator, Link& link, Loop& loop)
@@ -55,6 +61,8 @@ void Attachment::connect() {
 }
 
 void Attachment::receive(ByteView bytes) {
+  make_up();
+  heard_ = true;
   emulator_->receive(bytes, loop_->now(), sink_);
   schedule();
 }
@@ -64,7 +72,19 @@ void Attachment::meet_new_host() {
   schedule();
 }
 
+void Attachment::set_heard(bool heard) {
+  if (heard == heard_) return;
+  make_up();
+  heard_ = heard;
+  schedule();
+}
+
+void Attachment::make_up() {
+  if (resting_) emulator_->skip_to(loop_->now());
+}
+
 void Attachment::wake() {
+  make_up();
   if (scheduled_) loop_->cancel(timer_);
   scheduled_.reset();
   emulator_->wake(loop_->now(), sink_);
@@ -72,7 +92,9 @@ void Attachment::wake() {
 }
 
 void Attachment::schedule() {
-  const std::optional<TimePoint> due = emulator_->next_wakeup();
+  resting_ = !heard_ && emulator_->may_rest();
+  const std::optional<TimePoint> due =
+      resting_ ? std::optional<TimePoint>() : emulator_->next_wakeup();
   if (due == scheduled_) return;
   if (scheduled_) loop_->cancel(timer_);
   scheduled_ = due;
@@ -259,6 +281,19 @@ bool Rig::serves_many(std::string_view device_name) const {
 void Rig::meet_new_host(std::string_view device_name) {
   const auto found = parts_->attached.find(device_name);
   if (found != parts_->attached.end()) found->second->meet_new_host();
+}
+
+void Rig::set_heard(std::string_view device_name, bool heard) {
+  const auto found = parts_->attached.find(device_name);
+  if (found != parts_->attached.end()) found->second->set_heard(heard);
+}
+
+void Rig::keep_up(TimePoint now) {
+  for (const auto& [name, attachment] : parts_->attached) {
+    if (!attachment->resting()) continue;
+    parts_->bench_plant.advance_to(now);
+    attachment->make_up();
+  }
 }
 
 Status Rig::mount(std::string_view fabric, std::uint64_t seed, TimePoint now) {
