@@ -30,9 +30,9 @@ class Emulator {
   virtual void wake(TimePoint now, ByteSink& out) = 0;
 
   /// Whether it can be left alone while nobody hears it: skip_to() then makes up for it.
-  [[nodiscard]] virtual bool may_rest() const { return false; }
+  [[nodiscard]] virtual bool can_rest() const { return false; }
   /// Goes on as if it had done all that was due before `now`, without the work. Only where
-  /// may_rest() has been true since it was last told anything.
+  /// can_rest() has been true since it was last told anything.
   virtual void skip_to(TimePoint) {}
 
   /// Another host has the place: nothing that the one before left half said or switched off is its.
@@ -145,7 +145,7 @@ class FaultyWire final : public Emulator {
   void wake(TimePoint now, ByteSink& out) override;
   void meet_new_host() override { inner_->meet_new_host(); }
   /// Faults fall by chance on what is sent: with one on the board nothing is skipped.
-  [[nodiscard]] bool may_rest() const override { return is_sound() && inner_->may_rest(); }
+  [[nodiscard]] bool can_rest() const override { return is_sound() && inner_->can_rest(); }
   void skip_to(TimePoint now) override { inner_->skip_to(now); }
 
  private:

@@ -29,7 +29,7 @@ class TaxelEmulator final : public FrameEmulator {
   TaxelEmulator(const TaxelEmulatorParams& params, BenchPlant& bench_plant, TimePoint now);
 
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
-  [[nodiscard]] bool may_rest() const override { return true; }
+  [[nodiscard]] bool can_rest() const override { return true; }
   void skip_to(TimePoint now) override;
 
  private:

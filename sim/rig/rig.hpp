@@ -67,7 +67,7 @@ class Rig {
   /// frames; once heard, by this or by bytes that arrive, they go on as if they had sent all along.
   /// An imprint array goes on: its cover remembers every scan. Nothing happens for a device that is
   /// not attached.
-  void set_heard(std::string_view device_name, bool heard);
+  void set_connected(std::string_view device_name, bool connected);
   /// While nobody hears a device the plant moves by this alone: called now and then, it keeps short
   /// what has to be made up for when a host comes.
   void keep_up(TimePoint now);

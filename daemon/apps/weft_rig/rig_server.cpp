@@ -134,7 +134,7 @@ Status RigServer::serve(const DeviceEntry& device) {
   }
   devices_.push_back({device.name, join_links(std::move(ends)), {}});
   devices_.back().place->on_new_host([rig = rig_.get(), name = device.name] {
-    rig->set_heard(name, true);
+    rig->set_connected(name, true);
     rig->meet_new_host(name);
   });
   lines_.push_back(device.name + where);
@@ -183,7 +183,7 @@ void RigServer::apply_plugs() {
   for (const Served& device : devices_) {
     const bool in = rig_->plugged(device.name, loop_->now());
     static_cast<void>(device.place->set_plugged(in));
-    rig_->set_heard(device.name, device.place->has_host());
+    rig_->set_connected(device.name, device.place->has_host());
     for (const auto& port : device.ports) static_cast<void>(port->set_plugged(in));
   }
   rig_->keep_up(loop_->now());

@@ -4,7 +4,7 @@
 
 #include "tests/unit/sim/support.hpp"
 
-namespace unheard_test {
+namespace unconnected_test {
 
 using namespace weft;
 using namespace weft::sim;
@@ -43,7 +43,7 @@ struct Bench {
   std::vector<Bytes> pieces_between(TimePoint from, TimePoint to) {
     loop.run_to(from);
     const auto before = static_cast<std::ptrdiff_t>(link.pieces.size());
-    rig->set_heard(name, true);
+    rig->set_connected(name, true);
     loop.run_to(to);
     return {link.pieces.begin() + before, link.pieces.end()};
   }
@@ -54,7 +54,7 @@ struct Bench {
   test::TestLink link;
 };
 
-constexpr TimePoint mounted{1'234'567'891ns}, heard{2'345'678'901ns}, end{3'500ms};
+constexpr TimePoint mounted{1'234'567'891ns}, connected{2'345'678'901ns}, end{3'500ms};
 
 }  // namespace
 
@@ -66,7 +66,7 @@ TEST_CASE("devices that nobody hears have no timers and say nothing") {
   for (const json& device : rig_json["devices"]) {
     links.push_back(std::make_unique<test::TestLink>(loop));
     REQUIRE(rig->attach(device["name"].get<std::string>(), *links.back(), loop));
-    rig->set_heard(device["name"].get<std::string>(), false);
+    rig->set_connected(device["name"].get<std::string>(), false);
   }
   CHECK(loop.timers() == 0);
   loop.run_for(2);
@@ -80,16 +80,16 @@ TEST_CASE("what is heard late goes on with the bytes that it would have had") {
     CAPTURE(device);
     Bench always(sensing_bench(), device), late(sensing_bench(), device),
         kept_up(sensing_bench(), device);
-    for (Bench* bench : {&late, &kept_up}) bench->rig->set_heard(device, false);
+    for (Bench* bench : {&late, &kept_up}) bench->rig->set_connected(device, false);
     for (Bench* bench : {&always, &late, &kept_up}) bench->mount_at(mounted);
     for (const auto at : {1'300ms, 1'301ms, 2'345ms}) {
       kept_up.loop.run_to(TimePoint(at));
       kept_up.rig->keep_up(TimePoint(at));
     }
-    const auto pieces = always.pieces_between(heard, end);
+    const auto pieces = always.pieces_between(connected, end);
     REQUIRE(pieces.size() > 100);
-    CHECK(late.pieces_between(heard, end) == pieces);
-    CHECK(kept_up.pieces_between(heard, end) == pieces);
+    CHECK(late.pieces_between(connected, end) == pieces);
+    CHECK(kept_up.pieces_between(connected, end) == pieces);
   }
 }
 
@@ -97,7 +97,7 @@ TEST_CASE("a fault finds an unheard device as it would have been") {
   for (const auto& [fault, amount] : {std::pair{"sequence_jump", 5.0}, {"frozen_frame", 0.0}}) {
     CAPTURE(fault);
     Bench always(sensing_bench(), "taxels"), late(sensing_bench(), "taxels");
-    late.rig->set_heard("taxels", false);
+    late.rig->set_connected("taxels", false);
     for (Bench* bench : {&always, &late}) {
       bench->mount_at(mounted);
       bench->inject_at(TimePoint(1'500ms), fault, amount);
@@ -110,7 +110,7 @@ TEST_CASE("a fault finds an unheard device as it would have been") {
 
 TEST_CASE("bytes from a host are a sign that it hears") {
   Bench bench(sensing_bench(), "taxels");
-  bench.rig->set_heard("taxels", false);
+  bench.rig->set_connected("taxels", false);
   bench.loop.run_for(1);
   bench.link.send(test::hex("01"));
   CHECK(bench.loop.timers() == 1);
@@ -118,4 +118,4 @@ TEST_CASE("bytes from a host are a sign that it hears") {
   CHECK_FALSE(bench.link.pieces.empty());
 }
 
-}  // namespace unheard_test
+}  // namespace unconnected_test
