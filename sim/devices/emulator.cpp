@@ -40,11 +40,14 @@ void FrameEmulator::send_buffer(TimePoint at, ByteSink& out) {
   ByteView bytes = buffer_;
   if (largest_chunk_bytes_ == 0) return out(bytes);
   while (!bytes.empty()) {
-    const std::size_t wanted = 1 + chunks_.bits() % largest_chunk_bytes_;
-    const ByteView chunk = bytes.first(std::min(wanted, bytes.size()));
+    const ByteView chunk = bytes.first(std::min(next_piece(), bytes.size()));
     bytes = bytes.subspan(chunk.size());
     out(chunk);
   }
+}
+
+void FrameEmulator::pass_over(std::size_t bytes) {
+  while (largest_chunk_bytes_ > 0 && bytes > 0) bytes -= std::min(next_piece(), bytes);
 }
 
 namespace {

@@ -29,6 +29,12 @@ class Emulator {
   /// Lets it act; early or late calls do no harm.
   virtual void wake(TimePoint now, ByteSink& out) = 0;
 
+  /// Whether it can be left alone while nobody hears it: skip_to() then makes up for it.
+  [[nodiscard]] virtual bool can_rest() const { return false; }
+  /// Goes on as if it had done all that was due before `now`, without the work. Only where
+  /// can_rest() has been true since it was last told anything.
+  virtual void skip_to(TimePoint) {}
+
   /// Another host has the place: nothing that the one before left half said or switched off is its.
   virtual void meet_new_host() {}
 
@@ -103,6 +109,9 @@ class FrameEmulator : public Emulator {
     send_buffer(at, out);
   }
 
+  /// A frame of `bytes` is not sent; what chance has its pieces be is drawn all the same.
+  void pass_over(std::size_t bytes);
+
   /// A fault keeps the frame back that would be the `number`th since power-on.
   [[nodiscard]] bool withheld(std::uint64_t number, TimePoint at) const;
   /// What faults that begin at `at` add to the numbers of frames.
@@ -114,6 +123,7 @@ class FrameEmulator : public Emulator {
 
  private:
   void send_buffer(TimePoint at, ByteSink& out);
+  [[nodiscard]] std::size_t next_piece() { return 1 + chunks_.bits() % largest_chunk_bytes_; }
 
   TimePoint power_on_;
   std::size_t largest_chunk_bytes_;
@@ -134,6 +144,9 @@ class FaultyWire final : public Emulator {
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
   void wake(TimePoint now, ByteSink& out) override;
   void meet_new_host() override { inner_->meet_new_host(); }
+  /// Faults fall by chance on what is sent: with one on the board nothing is skipped.
+  [[nodiscard]] bool can_rest() const override { return is_sound() && inner_->can_rest(); }
+  void skip_to(TimePoint now) override { inner_->skip_to(now); }
 
  private:
   struct Held {

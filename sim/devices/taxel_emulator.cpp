@@ -40,6 +40,13 @@ std::optional<TimePoint> TaxelEmulator::next_wakeup() const {
   return BenchPlant::frame_start(next_frame_ + 1);
 }
 
+void TaxelEmulator::skip_to(TimePoint now) {
+  dead_counts_.reset();
+  frozen_.reset();
+  for (; *next_wakeup() < now; ++next_frame_, ++sequence_)
+    if (params_.wire == TaxelWire::weft) pass_over(protocols::taxel::frame_size(pad_count));
+}
+
 void TaxelEmulator::act(TimePoint at, ByteSink& out) {
   if (withheld(next_frame_++, at)) return;
   apply_number_faults(at);

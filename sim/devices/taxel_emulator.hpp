@@ -29,6 +29,8 @@ class TaxelEmulator final : public FrameEmulator {
   TaxelEmulator(const TaxelEmulatorParams& params, BenchPlant& bench_plant, TimePoint now);
 
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
+  [[nodiscard]] bool can_rest() const override { return true; }
+  void skip_to(TimePoint now) override;
 
  private:
   void act(TimePoint at, ByteSink& out) override;

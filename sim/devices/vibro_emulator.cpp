@@ -25,6 +25,10 @@ vibro::ChannelDescription description_of(const VibroChannelParams& channel) {
       .block_readings = channel.block_readings};
 }
 
+constexpr std::size_t frame_bytes(std::size_t body_bytes) {
+  return FrameHead::size + body_bytes + FrameHead::tail_size;
+}
+
 std::int16_t counts_of(double value, double quantum) {
   using Counts = std::numeric_limits<std::int16_t>;
   return static_cast<std::int16_t>(
@@ -36,6 +40,10 @@ std::int16_t counts_of(double value, double quantum) {
 TimePoint VibroEmulator::Channel::due() const {
   const std::uint64_t last = (next_block + 1) * params.block_readings - 1;
   return TimePoint(Duration(static_cast<std::int64_t>(last) * params.period_ns)) + block_latency;
+}
+
+void VibroEmulator::Channel::drop_old() {
+  for (; !waiting.empty() && first_index < first_of_next(); ++first_index) waiting.pop_front();
 }
 
 VibroEmulator::VibroEmulator(const VibroEmulatorParams& params, BenchPlant& bench_plant,
@@ -60,6 +68,28 @@ std::optional<TimePoint> VibroEmulator::next_wakeup() const {
   for (const Channel& channel : channels_)
     if (channel.on()) next = std::min(next, channel.due());
   return next;
+}
+
+void VibroEmulator::skip_to(TimePoint now) {
+  for (TimePoint at = *next_wakeup(); at < now; at = *next_wakeup()) {
+    if (next_description_ == at) {
+      next_description_ += description_period;
+      ++descriptions_;
+      pass_over(frame_bytes(vibro::description_size));
+    }
+    for (Channel& channel : channels_) {
+      if (!channel.on() || channel.due() != at) continue;
+      ++channel.next_block;
+      ++channel.sequence;
+      pass_over(frame_bytes(sizeof(std::int16_t) * vibro::values_per_reading(channel.kind) *
+                            channel.params.block_readings));
+    }
+  }
+  listen(now);
+  for (Channel& channel : channels_) {
+    channel.frozen.reset();
+    channel.drop_old();
+  }
 }
 
 void VibroEmulator::act(TimePoint at, ByteSink& out) {
@@ -100,10 +130,9 @@ void VibroEmulator::listen(TimePoint now) {
 
 void VibroEmulator::send_block(Channel& channel, TimePoint at, ByteSink& out) {
   listen(at);
-  const std::uint64_t number = channel.next_block++, size = channel.params.block_readings;
-  const std::uint64_t first = number * size;
-  for (; !channel.waiting.empty() && channel.first_index < first; ++channel.first_index)
-    channel.waiting.pop_front();
+  channel.drop_old();
+  const std::uint64_t first = channel.first_of_next(), size = channel.params.block_readings;
+  const std::uint64_t number = channel.next_block++;
   if (channel.first_index != first || channel.waiting.size() < size) return;
   vibro::Frame frame;
   frame.kind = channel.kind;

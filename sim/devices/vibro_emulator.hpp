@@ -37,6 +37,8 @@ class VibroEmulator final : public FrameEmulator {
   VibroEmulator(const VibroEmulatorParams& params, BenchPlant& bench_plant, TimePoint now);
 
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
+  [[nodiscard]] bool can_rest() const override { return true; }
+  void skip_to(TimePoint now) override;
 
  private:
   using Reading = std::array<double, protocols::vibro::axes>;  ///< sound: the first
@@ -51,6 +53,9 @@ class VibroEmulator final : public FrameEmulator {
 
     [[nodiscard]] bool on() const { return params.period_ns > 0; }
     [[nodiscard]] TimePoint due() const;
+    [[nodiscard]] std::uint64_t first_of_next() const { return next_block * params.block_readings; }
+    /// Readings before the next block are not needed.
+    void drop_old();
   };
 
   void listen(TimePoint now);

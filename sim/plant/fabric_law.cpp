@@ -43,6 +43,18 @@ Result<FabricLaw> law_from_kes(const KesCompression& kes) {
                    .hysteresis = (1 - kes.resilience) / (1 + kes.resilience)};
 }
 
+void RelaxationStep::weigh(const Relaxation& relaxation, double dt_s) {
+  for (std::size_t i = 0; i < Relaxation::terms; ++i) {
+    const double x = dt_s / relaxation.time_s[i];
+    const double decayed = -std::expm1(-x);
+    const double average = x > 0 ? decayed / x : 1;  // mean of e^{-s} over the step
+    decay[i] = 1 - decayed;
+    at_end[i] = relaxation.share[i] * (1 - average);
+    at_begin[i] = relaxation.share[i] * (average - decay[i]);
+    gain -= at_end[i];
+  }
+}
+
 FabricLaw compose(const FabricLaw& cloth, const Cover& cover) {
   if (!(cover.lambda_m > 0)) return cloth;
   FabricLaw both = cloth;

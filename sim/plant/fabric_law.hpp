@@ -39,6 +39,8 @@ struct Relaxation {
   static constexpr std::size_t terms = 2;
   std::array<double, terms> share{};       ///< g_i, sum below 1; 0 switches a term off
   std::array<double, terms> time_s{1, 1};  ///< tau_i > 0
+
+  [[nodiscard]] bool on() const { return share != std::array<double, terms>{}; }
 };
 
 /// The memory of a series: relaxed force and the elastic force it was last told.
@@ -58,15 +60,7 @@ struct RelaxationStep {
 
   /// `dt_s` = 0 is a jump of F_e: nothing relaxes.
   RelaxationStep(const Relaxation& relaxation, double dt_s) {
-    for (std::size_t i = 0; i < Relaxation::terms; ++i) {
-      const double x = dt_s / relaxation.time_s[i];
-      const double decayed = -std::expm1(-x);
-      const double average = x > 0 ? decayed / x : 1;  // mean of e^{-s} over the step
-      decay[i] = 1 - decayed;
-      at_end[i] = relaxation.share[i] * (1 - average);
-      at_begin[i] = relaxation.share[i] * (average - decay[i]);
-      gain -= at_end[i];
-    }
+    if (relaxation.on()) weigh(relaxation, dt_s);
   }
 
   [[nodiscard]] double offset_n(const RelaxationState& state) const {
@@ -85,6 +79,9 @@ struct RelaxationStep {
     }
     state.elastic_n = elastic_n;
   }
+
+ private:
+  void weigh(const Relaxation& relaxation, double dt_s);
 };
 
 /// In the plane of the cloth.

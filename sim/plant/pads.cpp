@@ -248,6 +248,16 @@ WEFT_SIM_CLONES void PadArray::draw_noise(std::uint64_t seed, Draw& draw) {
   }
 }
 
+/// Pads without noise and drift throw no dice.
+PadArray::Draw PadArray::draw_for(std::uint64_t frame) const {
+  Draw draw;
+  if (law_.is_random())
+    draw_noise(mix(noise_seed_, frame), draw);
+  else
+    draw = {};
+  return draw;
+}
+
 double PadArray::neighbours_f(std::size_t pad) const {
   const std::size_t column = pad % 4, row = pad / 4;
   double sum = 0;
@@ -308,8 +318,7 @@ void PadArray::convert(std::size_t pad, double pressure_pa, std::uint64_t frame)
   const std::size_t first = pad / simd::width * simd::width, last = first + simd::width;
   Values pressures{};
   pressures[pad] = pressure_pa;
-  Draw draw;
-  draw_noise(mix(noise_seed_, frame), draw);
+  const Draw draw = draw_for(frame);
   warm(frame);
   State next = state_;
   compute(law_, sensor_, state_, pressures, draw, first, last, next);
@@ -318,8 +327,7 @@ void PadArray::convert(std::size_t pad, double pressure_pa, std::uint64_t frame)
 
 void PadArray::convert_stages(const std::array<double, pad_count>& pressure_pa, std::uint64_t frame,
                               int first, int last) {
-  Draw draw;
-  draw_noise(mix(noise_seed_, frame), draw);
+  const Draw draw = draw_for(frame);
   warm(frame);
   State next = state_;
   compute(law_, sensor_, state_, pressure_pa, draw, 0, pad_count, next);

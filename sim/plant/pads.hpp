@@ -126,9 +126,13 @@ class PadArray {
     double noise_per_count = 0, noise_per_square = 0;
     double common_retained = 0, common_kick = 0, temperature_retained = 0, temperature_kick_k = 0;
     double gain_per_k = 0;
+    [[nodiscard]] bool is_random() const {
+      return noise_counts > 0 || drift_kick_counts > 0 || noise_grows();
+    }
     [[nodiscard]] bool noise_grows() const { return noise_per_count > 0 || noise_per_square > 0; }
   };
   static Law law_of(const PadParams& params);
+  [[nodiscard]] Draw draw_for(std::uint64_t frame) const;
   static void draw_noise(std::uint64_t seed, Draw& draw);
   static void compute(const Law& law, const Sensor& sensor, const State& from,
                       const Values& pressure_pa, const Draw& draw, std::size_t first,

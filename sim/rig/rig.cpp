@@ -13,77 +13,10 @@
 #include "sim/plant/fabric.hpp"
 #include "sim/plant/imprint/objects.hpp"
 #include "sim/plant/random.hpp"
+#include "sim/rig/attachment.hpp"
 #include "sim/rig/rig_config.hpp"
 
 namespace weft::sim {
-
-/// One emulator on one link and one loop: bytes are fed, answers written, wake-ups kept scheduled.
-/// Callbacks hold it weakly: when its owner drops it, what is still queued does nothing.
-class Attachment : public std::enable_shared_from_this<Attachment> {
- public:
-  Attachment(std::unique_ptr<Emulator> emulator, Link& link, Loop& loop);
-  /// Starts listening and schedules the first wake-up.
-  void connect();
-  void meet_new_host();
-  /// Lets the emulator act now, because something about it has changed.
-  void poke() { wake(); }
-
- private:
-  void receive(ByteView bytes);
-  void wake();
-  void schedule();
-
-  std::unique_ptr<Emulator> emulator_;
-  Link* link_;
-  Loop* loop_;
-  ByteSink sink_;
-  std::optional<TimePoint> scheduled_;
-  TimerId timer_ = 0;
-};
-
-Attachment::Attachment(std::unique_ptr<Emulator> emulator, Link& link, Loop& loop)
-    : emulator_(std::move(emulator)), link_(&link), loop_(&loop) {
-  // A host that has gone is no concern of a device: it sends into the void.
-  sink_ = [this](ByteView bytes) { static_cast<void>(link_->write(bytes)); };
-}
-
-void Attachment::connect() {
-  link_->on_receive([weak = weak_from_this()](ByteView bytes, TimePoint) {
-    if (const auto self = weak.lock()) self->receive(bytes);
-  });
-  schedule();
-}
-
-void Attachment::receive(ByteView bytes) {
-  emulator_->receive(bytes, loop_->now(), sink_);
-  schedule();
-}
-
-void Attachment::meet_new_host() {
-  emulator_->meet_new_host();
-  schedule();
-}
-
-void Attachment::wake() {
-  if (scheduled_) loop_->cancel(timer_);
-  scheduled_.reset();
-  emulator_->wake(loop_->now(), sink_);
-  schedule();
-}
-
-void Attachment::schedule() {
-  const std::optional<TimePoint> due = emulator_->next_wakeup();
-  if (due == scheduled_) return;
-  if (scheduled_) loop_->cancel(timer_);
-  scheduled_ = due;
-  if (!due) return;
-  timer_ = loop_->at(std::max(*due, loop_->now()), [weak = weak_from_this()] {
-    const auto self = weak.lock();
-    if (!self) return;
-    self->scheduled_.reset();
-    self->wake();
-  });
-}
 
 struct Rig::Parts {
   Parts(RigConfig read_config, FabricLibrary read_library, std::uint64_t rig_seed)
@@ -259,6 +192,19 @@ bool Rig::serves_many(std::string_view device_name) const {
 void Rig::meet_new_host(std::string_view device_name) {
   const auto found = parts_->attached.find(device_name);
   if (found != parts_->attached.end()) found->second->meet_new_host();
+}
+
+void Rig::set_connected(std::string_view device_name, bool connected) {
+  const auto found = parts_->attached.find(device_name);
+  if (found != parts_->attached.end()) found->second->set_connected(connected);
+}
+
+void Rig::keep_up(TimePoint now) {
+  for (const auto& [name, attachment] : parts_->attached) {
+    if (!attachment->resting()) continue;
+    parts_->bench_plant.advance_to(now);
+    attachment->catch_up();
+  }
 }
 
 Status Rig::mount(std::string_view fabric, std::uint64_t seed, TimePoint now) {

@@ -62,6 +62,15 @@ class Rig {
   /// by transaction and connection (MODBUS Messaging on TCP/IP 1.0b, 4.2.2); an APT stage has one
   /// host.
   [[nodiscard]] bool serves_many(std::string_view device_name) const;
+  /// Whether anybody can hear what the device sends; from attach() on it is so. Taxels and a
+  /// vibration sensor that nobody hears, and that no fault befalls, schedule nothing and make no
+  /// frames; once heard, by this or by bytes that arrive, they go on as if they had sent all along.
+  /// An imprint array goes on: its cover remembers every scan. Nothing happens for a device that is
+  /// not attached.
+  void set_connected(std::string_view device_name, bool connected);
+  /// While nobody hears a device the plant moves by this alone: called now and then, it keeps short
+  /// what has to be made up for when a host comes.
+  void keep_up(TimePoint now);
   /// Another host has the device's place. Nothing happens for a device that is not attached.
   void meet_new_host(std::string_view device_name);
 

@@ -234,6 +234,8 @@ Status read_simulation(const json& object, RigConfig& config) {
   }
   if (switches != nullptr)
     if (Status s = read_switches(*switches, config.switches); !s) return s;
+  // Pads see the texture, and what rubs on it is heard at level L3.
+  if (!plant.watched.pads && plant.level < Level::modal) config.switches.texture = false;
   if (faults != nullptr) return read_faults(*faults, config);
   return {};
 }

@@ -1,8 +1,9 @@
 // What a scene costs and what it does not: one second of sliding at 2 mm/s under 5 N, on denim,
-// with nothing computed that the scene does not need; and one static press.
+// with nothing computed that the scene does not need; one static press; and whole runs, whose names
+// begin with "run-" (run_scenes.hpp).
 //
-//   bench_scene_costs          processor time of every scene
-//   bench_scene_costs --list   their names
+//   bench_scene_costs          processor time of every scene but the whole runs
+//   bench_scene_costs --list   the names of all
 //   bench_scene_costs NAME     prepares the scene, then runs measured_part() once:
 //                              tests/bench/scene_costs.py counts its instructions
 
@@ -22,6 +23,7 @@
 #include "sim/plant/imprint/height_map.hpp"
 #include "sim/plant/imprint/objects.hpp"
 #include "tests/bench/figures.hpp"
+#include "tests/bench/run_scenes.hpp"
 
 namespace {
 
@@ -116,6 +118,7 @@ class Sliding {
 };
 
 std::function<void()> prepared(const std::string& name) {
+  if (name.starts_with("run-")) return [name] { bench::run_scene(name); };
   for (const MovingScene& scene : moving_scenes) {
     if (name != scene.name) continue;
     auto sliding = std::make_shared<Sliding>(scene);
@@ -177,6 +180,7 @@ int main(int argc, char** argv) {
   if (argc < 2) return processor_times();
   if (std::strcmp(argv[1], "--list") == 0) {
     for (const std::string& name : names()) std::printf("%s\n", name.c_str());
+    for (const std::string& name : bench::run_scene_names()) std::printf("%s\n", name.c_str());
     return 0;
   }
   measured_part(prepared(argv[1]));

@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
 """Counts the instructions of every mechanism in every scene with callgrind, and fails where a scene computes what it
-does not need.
+does not need, or does not compute what it needs.
 
-    scene_costs.py PROGRAM      PROGRAM is bench_scene_costs; prints a table, writes out/bench/scene_instructions.json
+    scene_costs.py PROGRAM [--only SCENE ...] [--write-docs]
 
+PROGRAM is bench_scene_costs. Prints a table for the plant alone and one for whole runs, and writes
+out/bench/scene_instructions.json; with --write-docs also the table of docs/fidelity.md.
 Optional: needs valgrind (Debian package of that name); exit status 77 without it. Instructions do not depend on the
 machine's load, and on the machine itself only through its C library."""
+import argparse
 import json
 import pathlib
 import re
@@ -14,35 +17,74 @@ import subprocess
 import sys
 import tempfile
 
-# What a mechanism costs is what its entry functions and all below them cost. A mechanism inside another one is counted
-# on its own and taken off the outer one.
+# What a mechanism costs is what its entry functions and all below them cost: the callee, and where a caller is given
+# before it, only what that one calls. A mechanism that the compiler puts into its caller is seen by what it calls of
+# the C library alone. A mechanism inside another one is counted in both.
 ENTRIES = {
-    "texture": r"weft::sim::(TextureMap::(response|TextureMap)|LinearTexture::height_m)\(",
-    "pads": r"weft::sim::PadArray::convert(_stages)?\(",
-    "pressure": r"weft::sim::(ContactModel|AlgebraicContact|AlgebraicProbe)::pressures?_pa\(",
     "contact": r"weft::sim::(ContactModel::(step|advance)|(AlgebraicProbe|DynamicContact)::step)\(",
+    "relaxation": r"weft::sim::RelaxationStep::weigh\(",
+    "friction": (r"weft::sim::(ContactModel|DynamicContact|Algebraic\w+|NearPower)::", r"_*pow\b"),
     "lugre": r"weft::sim::glide_(midpoint|tr_bdf2)\(",
     "modal": r"weft::sim::Vibration::advance\(",
+    "cover": (r"weft::sim::(compose|cut_patch|bare_plate)\(", r"_*exp\b"),
+    "wear": r"weft::sim::(Plant::rub|PadBed::flatten)\(",
+    "texture": r"weft::sim::(HeightField::HeightField\(weft::sim::SurfaceSpec|TextureMap::(tile|strip|synthesise|average)\()",
+    "pressure": r"weft::sim::(PadBed::press|Algebraic(Probe|Contact)::pressure_pa)\(",
+    "pads": r"weft::sim::PadArray::convert(_stages)?\(",
+    "pad noise": r"weft::sim::PadArray::draw_noise\(",
+    "taxel frames": r"weft::protocols::taxel::(append|Splitter::next)\(",
     "force sensor": r"weft::sim::FtSensor::read\(",
+    "force noise": (r"weft::sim::FtSensor::", r"_*(log|cos)\b"),
+    "vibration frames": r"weft::protocols::vibro::(append|Splitter::next)\(",
     "imprint": r"weft::sim::(press_winkler|HalfSpace::press)\(",
 }
-INSIDE = {"lugre": "contact"}  # the friction of levels L2 and L3 is a part of their contact
-WRENCH = {"contact", "force sensor"}
-TAXELS = {"texture", "pads", "pressure"}
+ANYBODY = r"(?!_dl_)"  # the loader asks which of a function's clones this machine can run
+OUTERMOST = {"contact", "modal", "pressure", "pads", "force sensor", "imprint"}  # none inside another of them
+IN_RUNS = {"friction", "cover", "wear", "taxel frames", "vibration frames"}  # not in a steady slide of the plant alone
+
+CONTACT = {"contact", "relaxation"}
+FORCE = {"force sensor", "force noise"}
+TAXELS = {"texture", "pressure", "pads", "pad noise"}
+DYNAMIC = {"lugre"}
+RUN = CONTACT | FORCE | TAXELS | {"friction", "taxel frames"}
+VIBRATION = DYNAMIC | {"modal"}
 NEEDED = {
     "stages": set(),
-    "wrench-means": WRENCH,
-    "taxel-means": WRENCH | TAXELS,
-    "wrench": WRENCH,
-    "taxels": WRENCH | TAXELS,
-    "wrench-overshoot": WRENCH | {"lugre"},
-    "taxels-overshoot": WRENCH | TAXELS | {"lugre"},
-    "accelerometer": WRENCH | TAXELS | {"lugre", "modal"},
-    "microphone": WRENCH | TAXELS | {"lugre", "modal"},
-    "accelerometer-microphone": WRENCH | TAXELS | {"lugre", "modal"},
+    "wrench-means": {"contact"} | FORCE,
+    "taxel-means": {"contact"} | FORCE | TAXELS,
+    "wrench": CONTACT | FORCE,
+    "taxels": CONTACT | FORCE | TAXELS,
+    "wrench-overshoot": CONTACT | FORCE | DYNAMIC,
+    "taxels-overshoot": CONTACT | FORCE | TAXELS | DYNAMIC,
+    "accelerometer": CONTACT | FORCE | TAXELS | VIBRATION,
+    "microphone": CONTACT | FORCE | TAXELS | VIBRATION,
+    "accelerometer-microphone": CONTACT | FORCE | TAXELS | VIBRATION,
     "imprint-Z": {"imprint"},
     "imprint-Z+": {"imprint"},
+    "run-press": RUN,
+    "run-M1": RUN,
+    "run-M2": RUN,
+    "run-no-taxels": RUN - TAXELS - {"taxel frames"},
+    "run-no-noise": RUN - {"pad noise", "force noise"},
+    "run-no-friction": RUN - {"friction"},
+    "run-no-texture": RUN - {"texture"},
+    "run-no-relaxation": RUN - {"relaxation"},
+    "run-soft-cover": RUN | {"cover"},
+    "run-wear": RUN | {"wear"},
+    "run-L0": RUN - {"relaxation"},
+    "run-L3": RUN | VIBRATION | {"vibration frames"},
 }
+DOCS = pathlib.Path("docs/fidelity.md")
+DOCS_BEGIN = "<!-- scene costs: written by tests/bench/scene_costs.py --write-docs -->\n"
+DOCS_END = "<!-- end of scene costs -->\n"
+
+
+def is_run(scene):
+    return scene.startswith("run-")
+
+
+def mechanisms_of(scene):
+    return [m for m in ENTRIES if is_run(scene) or m not in IN_RUNS]
 
 
 def calls(text):
@@ -68,62 +110,108 @@ def calls(text):
 
 
 def count(text):
+    patterns = {}
+    for mechanism, entry in ENTRIES.items():
+        caller, callee = (ANYBODY, entry) if isinstance(entry, str) else entry
+        patterns[mechanism] = re.compile(caller), re.compile(callee)
     found = {mechanism: 0 for mechanism in ENTRIES}
-    patterns = {mechanism: re.compile(pattern) for mechanism, pattern in ENTRIES.items()}
-
-    def of(function):
-        return next((m for m, pattern in patterns.items() if pattern.search(function)), None)
-
     for caller, callee, cost in calls(text):
-        mechanism = of(callee)
-        if mechanism is None or of(caller) == mechanism:  # an entry that calls another of its own is counted once
-            continue
-        found[mechanism] += cost
-    for inner, outer in INSIDE.items():
-        found[outer] -= found[inner]
-    totals = re.search(r"^(?:totals|summary): (\d+)", text, re.M)
-    found["all"] = int(totals.group(1))
+        for mechanism, (from_whom, entry) in patterns.items():
+            # An entry that calls another of its own is counted once.
+            if entry.match(callee) and from_whom.match(caller) and not entry.match(caller):
+                found[mechanism] += cost
+    found["all"] = int(re.search(r"^(?:totals|summary): (\d+)", text, re.M).group(1))
     return found
 
 
 def measured(program, scene, folder):
+    """Of a whole run everything counts, also what is done before and beside it."""
     out = pathlib.Path(folder) / "callgrind.out"
-    ran = subprocess.run(["valgrind", "--tool=callgrind", "--toggle-collect=measured_part*", f"--callgrind-out-file={out}",
-                          program, scene], capture_output=True, text=True)
+    part = [] if is_run(scene) else ["--toggle-collect=measured_part*"]
+    ran = subprocess.run(["valgrind", "--tool=callgrind", *part, f"--callgrind-out-file={out}", program, scene],
+                         capture_output=True, text=True)
     if ran.returncode != 0:
         sys.exit(f"{scene}: {ran.stderr}")
     return count(out.read_text())
 
 
+def problems_of(scene, row):
+    if scene not in NEEDED:
+        yield f"{scene}: what it needs is not known"
+        return
+    if sum(row[mechanism] for mechanism in OUTERMOST) > row["all"]:
+        yield f"{scene}: mechanisms cost more than all together: one is counted twice"
+    for mechanism in mechanisms_of(scene):
+        if mechanism in NEEDED[scene] and row[mechanism] == 0:
+            yield f"{scene}: {mechanism} is needed, and costs nothing"
+        if mechanism not in NEEDED[scene] and row[mechanism] > 0:
+            yield f"{scene}: {mechanism} costs {row[mechanism]} instructions, and is not needed"
+
+
+def print_row(scene, row):
+    unit, name = (1e6, "M") if is_run(scene) else (1e3, "k")
+    paid = ", ".join(f"{m} {row[m] / unit:,.1f}" for m in [*mechanisms_of(scene), "all"] if row[m] > 0)
+    print(f"{scene:26}{paid} {name}", flush=True)
+
+
+def cell(scene, mechanism, paid):
+    needed = mechanism in NEEDED[scene]
+    if paid == 0:
+        return "needed, 0" if needed else ""
+    figure = f"{paid / 1e6:.2f}" if paid >= 1e4 else "< 0.01"
+    return figure if needed else f"**{figure}**"
+
+
+def docs_table(table):
+    """Whole runs; a column for each mechanism of which any of them knows."""
+    mechanisms = [m for m in ENTRIES if any(m in NEEDED[s] or row[m] > 0 for s, row in table.items())]
+    lines = ["| scene | " + " | ".join(mechanisms) + " | all |", "|---|" + "---:|" * (len(mechanisms) + 1)]
+    for scene, row in table.items():
+        cells = [cell(scene, m, row[m]) for m in mechanisms]
+        lines.append(f"| {scene.removeprefix('run-')} | " + " | ".join(cells) + f" | {row['all'] / 1e6:.0f} |")
+    return "\n".join(lines) + "\n"
+
+
+def write_docs(table):
+    text = DOCS.read_text()
+    before, begin, rest = text.partition(DOCS_BEGIN)
+    _, end, after = rest.partition(DOCS_END)
+    if not begin or not end:
+        sys.exit(f"{DOCS}: no place for the table")
+    DOCS.write_text(before + begin + docs_table(table) + end + after)
+
+
 def main():
-    program = sys.argv[1]
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program")
+    parser.add_argument("--only", nargs="+", default=[], metavar="SCENE")
+    parser.add_argument("--write-docs", action="store_true")
+    asked = parser.parse_args()
+    if asked.write_docs and asked.only:
+        parser.error("the table of the docs has all scenes")
     if shutil.which("valgrind") is None:
         print("valgrind is not installed: no instructions counted")
         sys.exit(77)
-    scenes = subprocess.run([program, "--list"], capture_output=True, text=True, check=True).stdout.split()
-    problems = [f"{s}: what it needs is not known" for s in scenes if s not in NEEDED]
+    listed = subprocess.run([asked.program, "--list"], capture_output=True, text=True, check=True).stdout.split()
+    problems = [f"{scene}: no such scene" for scene in asked.only if scene not in listed]
     table = {}
-    columns = [*ENTRIES, "all"]
-    print("SIMULATED bench, instructions for one second of sliding (imprints: for one press)")
-    print(f"{'scene':26}" + "".join(f"{c:>13}" for c in columns))
+    print("SIMULATED bench, instructions for one second of sliding, one press (imprints) or a whole run of one trial")
     with tempfile.TemporaryDirectory() as folder:
-        for scene in scenes:
-            table[scene] = row = measured(program, scene, folder)
-            print(f"{scene:26}" + "".join(f"{row[c]:13,}" for c in columns), flush=True)
-            if sum(row[mechanism] for mechanism in ENTRIES) > row["all"]:
-                problems.append(f"{scene}: mechanisms cost more than all together: one is counted twice")
-            for mechanism in ENTRIES:
-                needed = mechanism in NEEDED.get(scene, set())
-                if (row[mechanism] > 0) != needed:
-                    problems.append(f"{scene}: {mechanism} costs {row[mechanism]} instructions, "
-                                    f"and is {'' if needed else 'not '}needed")
+        for scene in listed:
+            if asked.only and scene not in asked.only:
+                continue
+            table[scene] = measured(asked.program, scene, folder)
+            print_row(scene, table[scene])
+            problems += problems_of(scene, table[scene])
     out = pathlib.Path("out/bench")
     out.mkdir(parents=True, exist_ok=True)
     (out / "scene_instructions.json").write_text(
-        json.dumps({"bench": "simulated", "unit": "instructions a simulated second, imprints a press", "scenes": table},
-                   indent=1) + "\n")
+        json.dumps({"bench": "simulated", "unit": "instructions a simulated second, imprints a press, runs a run",
+                    "scenes": table}, indent=1) + "\n")
     for problem in problems:
         print("NOT AS IT SHOULD BE:", problem)
+    if asked.write_docs:
+        write_docs({scene: row for scene, row in table.items() if is_run(scene)})
     sys.exit(1 if problems else 0)
 
 

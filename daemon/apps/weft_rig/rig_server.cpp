@@ -133,8 +133,10 @@ Status RigServer::serve(const DeviceEntry& device) {
     where += (where.empty() ? " on " : " and ") + std::visit(OrderReader{}, place);
   }
   devices_.push_back({device.name, join_links(std::move(ends)), {}});
-  devices_.back().place->on_new_host(
-      [rig = rig_.get(), name = device.name] { rig->meet_new_host(name); });
+  devices_.back().place->on_new_host([rig = rig_.get(), name = device.name] {
+    rig->set_connected(name, true);
+    rig->meet_new_host(name);
+  });
   lines_.push_back(device.name + where);
   if (Status s = rig_->attach(device.name, *devices_.back().place, *loop_); !s) return s;
   if (Status s = serve_pages(device); !s) return s;
@@ -176,13 +178,15 @@ Status RigServer::serve_clients(const Endpoint& at, ServedClients::Make make,
   return {};
 }
 
-// A place that cannot be had again yet is asked for again.
+// A place that cannot be had again yet is asked for again. What nobody hears rests.
 void RigServer::apply_plugs() {
   for (const Served& device : devices_) {
     const bool in = rig_->plugged(device.name, loop_->now());
     static_cast<void>(device.place->set_plugged(in));
+    rig_->set_connected(device.name, device.place->has_host());
     for (const auto& port : device.ports) static_cast<void>(port->set_plugged(in));
   }
+  rig_->keep_up(loop_->now());
   loop_->after(plug_period, [this, alive = std::weak_ptr(alive_)] {
     if (alive.lock()) apply_plugs();
   });

@@ -1,5 +1,7 @@
 #include "daemon/apps/weft_rig/served_link.hpp"
 
+#include <algorithm>
+
 #include "daemon/apps/weft_rig/served_terminal.hpp"
 
 namespace weft::daemon {
@@ -15,6 +17,7 @@ class ManyHosts final : public TcpPlace {
   ManyHosts(RealLoop& loop, Endpoint at, WholeMessages whole)
       : TcpPlace(loop, std::move(at)), whole_(std::move(whole)) {}
 
+  [[nodiscard]] bool has_host() const override { return !hosts_.empty(); }
   // Nobody there: lost, as on a wire.
   Status write(ByteView bytes) override {
     const auto host = hosts_.find(polled_last_);
@@ -104,6 +107,9 @@ class JoinedLinks final : public ServedPlace {
       });
   }
   void on_closed(Closed) override {}  // a device outlives its hosts
+  [[nodiscard]] bool has_host() const override {
+    return std::ranges::any_of(places_, [](const auto& place) { return place->has_host(); });
+  }
   /// Where another place has spoken since, its conversation goes on.
   void on_new_host(std::function<void()> came) override {
     for (const auto& place : places_)

@@ -21,6 +21,8 @@ class ServedPlace : public Link {
   /// Out: what a host sees when the plug is pulled. In: the same place again, for hosts to open
   /// anew. Nothing is done when it is so already. Errors: io, when the place cannot be had again.
   virtual Status set_plugged(bool in) = 0;
+  /// Whether a host may be there. On a datagram port it stays one that was there once.
+  [[nodiscard]] virtual bool has_host() const = 0;
   /// Called when another host has the place. On a datagram port hosts come and go unseen.
   virtual void on_new_host(std::function<void()>) {}
 };

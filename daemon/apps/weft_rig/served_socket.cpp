@@ -40,6 +40,7 @@ class NewestHost final : public TcpPlace {
  public:
   using TcpPlace::TcpPlace;
 
+  [[nodiscard]] bool has_host() const override { return host_ && !gone_; }
   // Nobody there: lost, as on a wire.
   Status write(ByteView bytes) override {
     if (host_) static_cast<void>(host_->write(bytes));
@@ -50,13 +51,16 @@ class NewestHost final : public TcpPlace {
  private:
   void welcome(std::unique_ptr<Link> host) override {
     host_ = std::move(host);
+    gone_ = false;
     if (came_) came_();
     host_->on_receive([this](ByteView bytes, TimePoint at) { on_bytes(bytes, at); });
+    host_->on_closed([this](const Error&) { gone_ = true; });
   }
   void part_with_hosts() override { host_.reset(); }
 
   std::function<void()> came_;
   std::unique_ptr<Link> host_;
+  bool gone_ = false;  ///< the link stays until another host comes
 };
 
 class UdpPlace final : public ServedPlace {
@@ -71,6 +75,7 @@ class UdpPlace final : public ServedPlace {
     asio::error_code ignored;
     parts_->socket.close(ignored);
   }
+  [[nodiscard]] bool has_host() const override { return parts_->last.port() != 0; }
   // UDP may lose anything; so may this.
   Status write(ByteView bytes) override {
     asio::error_code ignored;

@@ -25,6 +25,7 @@ class ServedTerminal final : public ServedPlace {
   Status write(ByteView bytes) override;
   void on_receive(Receiver receiver) override { receiver_ = std::move(receiver); }
   void on_closed(Closed) override {}  // a device outlives its hosts
+  [[nodiscard]] bool has_host() const override { return occupied_; }
   void on_new_host(std::function<void()> came) override { came_ = std::move(came); }
   Status set_plugged(bool in) override;
 

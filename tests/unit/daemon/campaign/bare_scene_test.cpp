@@ -100,6 +100,7 @@ TEST_CASE("pads that nobody reads are not converted") {
     REQUIRE(config);
     CHECK(config->bench_plant.plant.watched.pads == reads);
     CHECK(config->bench_plant.plant.watched.contact);
+    CHECK(config->switches.texture == reads);
     sim::BenchPlant bench(config->bench_plant, 1);
     const auto before = bench.frame(TimePoint(1s)).counts;
     // Every conversion draws noise, so frames of converted pads differ.
