@@ -206,7 +206,7 @@ Result<Scene> Scene::make(const RecordingView& like, const ClothModel& model) {
     };
     auto job = std::ranges::find_if(out.jobs_, same);
     if (job == out.jobs_.end())
-      job = out.jobs_.insert(job, Job{{stroke.cloth, stroke.mounting, stroke.rate_hz, {}}, {}});
+      job = out.jobs_.insert(job, Job{{stroke.cloth, stroke.mounting, stroke.rate_hz, {}}, {}, {}});
     job->group.strokes.push_back(i);
   }
   const sim::PadParams pads = model.inputs(like.strokes.front().cloth, model.start()).pads;

@@ -18,7 +18,7 @@ CalibrationOptions small_options(std::size_t threads) {
   out.windows = 4;
   out.starts = 1;
   out.evaluations = 6;
-  out.joint_evaluations = 8;
+  out.common_evaluations = 8;
   out.bootstrap_draws = 20;
   out.replicates = 3;
   out.held_out_replicates = 3;

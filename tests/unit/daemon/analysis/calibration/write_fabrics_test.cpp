@@ -31,7 +31,7 @@ TEST_CASE("The calibrated table is read back with the values of the result") {
   const auto value = [&](std::string_view name, std::string_view of = {}) {
     return model->start()[model->find(name, of)];
   };
-  CHECK(cloth->height_rms_m == Approx(1e-6 * value("height_um", "DenimFlex")));
+  CHECK(cloth->height_rms_m == Approx(1e-6 * value("height_um", "DenimFlex")).epsilon(1e-3));
   CHECK(cloth->waviness_rms_m == Approx(1e-6 * value("waviness_um", "DenimFlex")));
   CHECK(cloth->thickness_m == before.find("denim")->thickness_m);
   CHECK(line_share(cloth->structure) == Approx(value("line_share", "DenimFlex")));
