@@ -101,8 +101,10 @@ TEST_CASE("blocks are the plant's own readings, without a gap when the cloth is 
   bench.loop.run_to(end);
 
   // the same world, moved by hand
-  const auto config = parse_rig_config(rig_json).value();
   const auto library = parse_fabrics(test::fabrics_text()).value();
+  const auto config =
+      parse_rig_config(rig_json, {library.params.cover, library.pads.value_or(PadParams{})})
+          .value();
   BenchPlant bench_plant(config.bench_plant, 9);
   const auto patch =
       cut_patch(*library.find("denim"), library.params, library.spread, config.switches, 4);

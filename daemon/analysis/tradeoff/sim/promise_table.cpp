@@ -12,7 +12,7 @@
 namespace weft::daemon {
 namespace {
 
-constexpr std::array margins{1.0, 1.1, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0};
+constexpr std::array margins{1.0, 1.1, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0};
 constexpr std::size_t trials_of_run = 34, resamples = 1000, folds = 3;
 
 using Largest = std::map<std::string, std::vector<double>>;  // of each cloth, by setting
