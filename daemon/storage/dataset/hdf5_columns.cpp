@@ -51,8 +51,8 @@ bool write_chunks(const Handle& column, ByteView rows, const std::array<hsize_t,
   for (; !rows.empty(); rows = rows.subspan(std::min(rows.size(), packed_at_once * bytes))) {
     const ByteView some = rows.first(std::min(rows.size(), packed_at_once * bytes));
     for (const Bytes& chunk : pack_chunks(some, {bytes, item_bytes, deflate_level})) {
-      if (chunk.empty() || H5Dwrite_chunk(column.id(), H5P_DEFAULT, 0, at.data(), chunk.size(),
-                                          chunk.data()) < 0)
+      if (chunk.empty() ||
+          H5Dwrite_chunk(column.id(), H5P_DEFAULT, 0, at.data(), chunk.size(), chunk.data()) < 0)
         return false;
       at[0] += size[0];
     }

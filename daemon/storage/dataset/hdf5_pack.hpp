@@ -17,7 +17,8 @@ struct ChunkLayout {
   int deflate_level = 0;
 };
 
-/// Each chunk of `column`, packed; the last is filled up with zero bytes. An empty one: zlib failed.
+/// Each chunk of `column`, packed; the last is filled up with zero bytes. An empty one: zlib
+/// failed.
 std::vector<Bytes> pack_chunks(ByteView column, const ChunkLayout& layout);
 
 }  // namespace weft::daemon::hdf5

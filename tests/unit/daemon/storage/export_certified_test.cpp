@@ -77,7 +77,8 @@ TEST_CASE("an export that fails is an error, and leaves neither data set nor cer
   CHECK(std::filesystem::is_directory(dataset));
 }
 
-TEST_CASE("damage of a trial that is not for training keeps the certificate away, not the data set") {
+TEST_CASE(
+    "damage of a trial that is not for training keeps the certificate away, not the data set") {
   const TemporaryFolder folder;
   const auto campaign = recorded(folder);
   const auto dataset = folder / dataset_file_name;
@@ -93,8 +94,7 @@ TEST_CASE("damage of a trial that is not for training keeps the certificate away
 TEST_CASE("of a discarded campaign no data set is made") {
   const TemporaryFolder folder;
   const auto campaign = recorded(folder);
-  execute(campaign,
-          "INSERT INTO journal (t_ns, kind, payload_json) VALUES (0, 'discarded', '{}')");
+  execute(campaign, "INSERT INTO journal (t_ns, kind, payload_json) VALUES (0, 'discarded', '{}')");
   const auto refused = export_certified(campaign, folder / dataset_file_name);
   REQUIRE_FALSE(refused);
   CHECK(refused.error().code == Errc::wrong_state);

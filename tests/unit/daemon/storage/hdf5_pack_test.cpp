@@ -1,5 +1,5 @@
-// Chunks that are packed on all cores lie where HDF5 would have put them, with the bytes that its own
-// filters make.
+// Chunks that are packed on all cores lie where HDF5 would have put them, with the bytes that its
+// own filters make.
 
 #include <hdf5.h>
 
@@ -59,9 +59,9 @@ void write_by_library(const std::filesystem::path& path, const std::filesystem::
   H5Pset_libver_bounds(access.id(), H5F_LIBVER_V110, H5F_LIBVER_V110);
   const Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose);
   const hid_t type = hdf5::native_type<Number>();
-  const Handle column(H5Dcreate2(file.id(), "/column", type, space.id(), H5P_DEFAULT,
-                                 properties.id(), H5P_DEFAULT),
-                      H5Dclose);
+  const Handle column(
+      H5Dcreate2(file.id(), "/column", type, space.id(), H5P_DEFAULT, properties.id(), H5P_DEFAULT),
+      H5Dclose);
   REQUIRE(H5Dwrite(column.id(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) >= 0);
 }
 
