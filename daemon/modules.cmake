@@ -13,7 +13,7 @@ weft_module(daemon/hardware/rig USES daemon/base/file daemon/base/text daemon/ha
 
 # storage: files
 weft_module(daemon/storage/dataset USES daemon/base/file daemon/base/text daemon/base/version drivers/api classifier/features
-            SYSTEM PkgConfig::HDF5 nlohmann_json::nlohmann_json)
+            SYSTEM PkgConfig::HDF5 nlohmann_json::nlohmann_json PRIVATE_SYSTEM ZLIB::ZLIB)
 weft_module(daemon/storage/recorder USES daemon/base/loop daemon/storage/dataset SYSTEM PkgConfig::SQLITE)
 weft_module(daemon/storage/recordings USES daemon/storage/dataset classifier/vibro)
 weft_module(daemon/storage/certificate USES daemon/storage/recorder daemon/storage/recordings)

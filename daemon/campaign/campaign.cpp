@@ -21,7 +21,7 @@ double seconds_since(std::chrono::nanoseconds begin) {
   return std::chrono::duration<double>(steady_wall_now() - begin).count();
 }
 
-bool signalled(const CampaignHooks& hooks) {
+inline bool signalled(const CampaignHooks& hooks) {
   return hooks.stop != nullptr && hooks.stop->load(std::memory_order_relaxed);
 }
 
@@ -172,6 +172,7 @@ class Run {
     if (is_waiting && session_->plant() != nullptr)
       while (!signalled(*hooks_) && !hooks_->orders->wait(poll_interval))
         apply_pending_faults(supervisor, recording, replayed);
+    if (hooks_->orders->is_idle()) return;  // as a rule, and asked at every event
     while (const auto given = hooks_->orders->take()) {
       apply_order(*given, supervisor, recording);
       supervisor.request(event_of(*given));
@@ -181,7 +182,8 @@ class Run {
   // While the past is played again they wait: it had none.
   void apply_pending_faults(const Supervisor& supervisor, TrialRecording& recording,
                             std::size_t replayed) {
-    while (hooks_->orders != nullptr && supervisor.state().trial >= replayed) {
+    if (hooks_->orders == nullptr || hooks_->orders->is_idle()) return;
+    while (supervisor.state().trial >= replayed) {
       auto given = hooks_->orders->next_fault();
       if (!given) return;
       const auto notify = given->callback;

@@ -8,7 +8,6 @@
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/version/software_version.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
-#include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/recorder/campaign_folder.hpp"
 #include "daemon/storage/recorder/campaign_writer.hpp"
 
@@ -69,13 +68,6 @@ CampaignHeader make_header(const CheckedRequest& checked, const RigFile& rig) {
   header.trials_planned = static_cast<std::uint32_t>(plan.trials.size());
   header.created_utc_ns = utc_now().count();
   return header;
-}
-
-Result<std::string> export_dataset(const std::filesystem::path& campaign,
-                                   const std::filesystem::path& dataset) {
-  const Result<Dataset> loaded = load_campaign(campaign);
-  if (!loaded) return pass(loaded.error());
-  return write_hdf5(*loaded, dataset);
 }
 
 }  // namespace
@@ -145,13 +137,15 @@ Result<Recorder> reopened(const std::filesystem::path& file, const ResumePlan& h
 
 Status conclude(const std::filesystem::path& folder, CampaignSummary& summary) {
   const auto began = steady_wall_now();
+  Status ok;
   if (summary.trials_complete > summary.trials_ended_early) {
     summary.dataset_file = folder / dataset_file_name;
-    Result<std::string> digest = export_dataset(summary.campaign_file, summary.dataset_file);
+    auto digest = export_certified(summary.campaign_file, summary.dataset_file);
     if (!digest) return pass(digest.error());
-    summary.dataset_sha256 = *digest;
+    summary.dataset_sha256 = std::move(*digest);
+  } else {
+    ok = write_certificate(summary.campaign_file, {});
   }
-  Status ok = write_certificate(summary.campaign_file, summary.dataset_file);
   summary.time.export_s = std::chrono::duration<double>(steady_wall_now() - began).count();
   return ok;
 }

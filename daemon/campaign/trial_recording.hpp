@@ -109,7 +109,8 @@ class TrialRecording {
   std::optional<Error> error_;
   std::optional<std::uint64_t> free_bytes_;
   std::chrono::nanoseconds space_seen_{};
-  std::chrono::nanoseconds wall_{};  ///< monotonic, when commit_if_due() was last called
+  std::chrono::nanoseconds wall_{};  ///< monotonic, when commit_if_due() last looked
+  unsigned unlooked_ = 0;            ///< calls of it that are left without a look
   std::uint64_t frames_lost_ = 0;
   unsigned writes_ = 0;
   std::chrono::nanoseconds spent_{};

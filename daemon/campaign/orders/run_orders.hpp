@@ -84,6 +84,10 @@ class RunOrders {
  public:
   void give(GivenOrder order);
   void give(FaultOrder order);
+  /// Whether there is neither order nor fault. Costs two loads of atomics.
+  [[nodiscard]] bool is_idle() const {
+    return !any_.load(std::memory_order_relaxed) && !any_fault_.load(std::memory_order_relaxed);
+  }
   /// The next one. Costs one load of an atomic when there is none.
   std::optional<GivenOrder> take();
   std::optional<FaultOrder> next_fault();

@@ -1,14 +1,13 @@
 #include "daemon/storage/certificate/certificate.hpp"
 
-#include <array>
+#include <future>
 #include <nlohmann/json.hpp>
 
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/file/sha256.hpp"
-#include "daemon/storage/recorder/chunk.hpp"
+#include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
-#include "daemon/storage/recorder/schema.hpp"
 #include "daemon/storage/recorder/sqlite.hpp"
 #include "protocols/base/json_text.hpp"
 
@@ -34,82 +33,6 @@ using nlohmann::json;
 constexpr const char* own_digest = "certificate_sha256";
 constexpr int certificate_version = 2;
 constexpr int oldest_version = 1;  ///< with checksums of blocks, which are passed over
-
-/// Every value with its length in front, NULL apart from the empty text. Numbers as SQLite prints
-/// them: 17 digits, so that two are the same text exactly when they are the same number.
-void add_row(Sha256& hash, const sqlite::Statement& row, int columns) {
-  for (int i = 0; i < columns; ++i) {
-    const std::string text = row.text(i);
-    hash.number(static_cast<std::uint8_t>(row.is_null(i) ? 0 : 1));
-    hash.number(static_cast<std::uint64_t>(text.size())).text(text);
-  }
-}
-
-struct TableQuery {
-  const char* name;
-  int columns;
-  const char* sql;
-  bool is_optional = false;  ///< only in campaigns with vibrations, or of a sweep
-};
-
-// Reals as their 17 digits: SQLite's own text of them has 15.
-constexpr std::array table_queries{
-    TableQuery{"campaign", 17,
-               "SELECT id, bench_kind, name, source, recipe_json, recipe_sha256, rig_json, "
-               "rig_sha256, seed, software_version, taxels, printf('%!.17g', taxel_rate_hz), "
-               "printf('%!.17g', wrench_rate_hz), printf('%!.17g', stage_rate_hz), trials_planned, "
-               "created_utc_ns, finished FROM campaign ORDER BY id"},
-    TableQuery{"axis", 3, "SELECT position, name, rotary FROM axis ORDER BY position"},
-    TableQuery{"device", 3, "SELECT name, driver, identity_json FROM device ORDER BY rowid"},
-    TableQuery{"journal", 4,
-               "SELECT sequence, t_ns, kind, payload_json FROM journal ORDER BY sequence"},
-    TableQuery{"block_stream", 6,
-               "SELECT stream, printf('%!.17g', rate_hz), readings, axes, unit, "
-               "printf('%!.17g', per_unit) FROM block_stream ORDER BY stream",
-               true},
-    TableQuery{"factor", 2, "SELECT position, name FROM factor ORDER BY position", true},
-    TableQuery{"trial_factor", 3,
-               "SELECT trial, position, printf('%!.17g', value) FROM trial_factor ORDER BY trial, "
-               "position",
-               true},
-    TableQuery{"trial_place", 4,
-               "SELECT trial, piece, mounting, patch FROM trial_place ORDER BY trial", true},
-    TableQuery{"trial_rest", 4,
-               "SELECT trial, printf('%!.17g', weight_n), printf('%!.17g', before_n), "
-               "printf('%!.17g', after_n) FROM trial_rest ORDER BY trial",
-               true}};
-
-constexpr int trial_columns = 13;
-constexpr const char* trial_sql =
-    "SELECT id, plan_index, attempt, label, trial_group, exploration, repetition, patch_seed, "
-    "began_ns, ended_ns, outcome, printf('%!.17g', force_rms_error_n), "
-    "printf('%!.17g', force_in_band_fraction) FROM trial ORDER BY plan_index, attempt";
-constexpr int chunk_columns = 7;
-constexpr const char* chunk_sql =
-    "SELECT stream, number, first_sequence, rows, lost_before, t0_ns, crc32 FROM chunk "
-    "WHERE trial = ? ORDER BY stream, number";
-
-Result<std::string> digest_of_table(sqlite::Database& campaign, const TableQuery& table) {
-  Sha256 hash;
-  const Status done = campaign.each(
-      table.sql, [&](const sqlite::Statement& row) { add_row(hash, row, table.columns); });
-  if (!done) return pass(done.error(), table.name);
-  return to_hex(hash.finish());
-}
-
-Status add_chunk_rows(sqlite::Statement& chunks, Sha256& hash, CataloguedTrial& trial) {
-  const Status done = chunks.bind_all(trial.id).each([&](const sqlite::Statement& row) {
-    add_row(hash, row, chunk_columns);
-    const std::int64_t stream = row.integer(0);
-    const bool known = stream >= 0 && stream < std::int64_t{stream_count};
-    if (row.integer(4) > 0)
-      trial.gaps.push_back(
-          {known ? std::string(to_string(static_cast<Stream>(stream))) : std::to_string(stream),
-           static_cast<std::uint32_t>(row.integer(2)), static_cast<std::uint32_t>(row.integer(4))});
-  });
-  if (!done) return pass(done.error(), "chunk");
-  return {};
-}
 
 void describe(const DatasetInfo& info, Certificate& out) {
   out.bench_kind = to_string(info.kind);
@@ -167,8 +90,8 @@ Result<std::optional<CertifiedSimulation>> simulation_on_record(
   return out;
 }
 
-/// Keeps what is for training, as the data set does.
-Dataset select_complete(Dataset&& all) {
+/// Moves out what is for training, as the data set has it.
+Dataset take_complete(Dataset& all) {
   Dataset out;
   out.info = std::move(all.info);
   for (std::size_t i = 0; i < all.trials.size(); ++i) {
@@ -179,6 +102,7 @@ Dataset select_complete(Dataset&& all) {
   return out;
 }
 
+/// Names, outcomes and what the file says of them; digests of their content are left to do.
 Status add_trials(const std::filesystem::path& campaign, const Dataset& all, Certificate& out) {
   auto database = sqlite::Database::open(campaign, sqlite::Mode::read_only);
   if (!database) return pass(database.error());
@@ -193,49 +117,63 @@ Status add_trials(const std::filesystem::path& campaign, const Dataset& all, Cer
                  .where = campaign.string(),
                  .what = "the campaign file changes while it is read"});
   for (std::size_t i = 0; i < all.trials.size(); ++i)
-    out.trials.push_back({all.trials[i].file, std::string(to_string(all.records[i].outcome)),
-                          trial_sha256(all.trials[i], all.records[i]), (*catalogue)[i].sha256,
+    out.trials.push_back({all.trials[i].file,
+                          std::string(to_string(all.records[i].outcome)),
+                          {},
+                          (*catalogue)[i].sha256,
                           (*catalogue)[i].gaps});
   return {};
 }
 
+/// A campaign as it was read, once for both its data set and its certificate.
+struct Contents {
+  Certificate certificate;  ///< without `files` and `dataset_sha256`
+  bool is_discarded = false;
+  Dataset complete;
+  DatasetDigest digest;  ///< of `complete`
+};
+
+Result<Contents> read_contents(const std::filesystem::path& campaign) {
+  const auto progress = load_progress(campaign);
+  if (!progress) return pass(progress.error());
+  auto loaded = load_campaign(campaign, {.all_outcomes = true});
+  if (!loaded) return pass(loaded.error());
+  Dataset& all = *loaded;
+  Contents out;
+  out.is_discarded = progress->discarded;
+  describe(all.info, out.certificate);
+  out.certificate.trials_planned = progress->planned;
+  auto simulation = simulation_on_record(campaign);
+  if (!simulation) return pass(simulation.error());
+  out.certificate.simulation = std::move(*simulation);
+  if (Status ok = add_trials(campaign, all, out.certificate); !ok) return pass(ok.error());
+  out.complete = take_complete(all);
+  out.digest = compute_digest(out.complete);
+  auto digest = out.digest.trial_sha256.begin();
+  for (std::size_t i = 0; i < all.trials.size(); ++i)
+    out.certificate.trials[i].sha256 = all.records[i].outcome == TrialOutcome::complete
+                                           ? *digest++
+                                           : trial_sha256(all.trials[i], all.records[i]);
+  return out;
+}
+
+/// A campaign that cannot be certified is exported all the same where its complete trials can be
+/// read.
+Result<std::string> export_uncertified(const std::filesystem::path& campaign,
+                                       const std::filesystem::path& dataset, const Error& why) {
+  const auto complete = load_campaign(campaign);
+  if (!complete) return pass(complete.error());
+  if (const auto written = write_hdf5(*complete, dataset); !written) return written;
+  return pass(why, "certificate");
+}
+
+Status add_file(Result<FileChecksums> checksums, Certificate& out) {
+  if (!checksums) return pass(checksums.error());
+  out.files.push_back(std::move(*checksums));
+  return {};
+}
+
 }  // namespace
-
-Result<std::vector<CertifiedTable>> table_digests(sqlite::Database& campaign) {
-  std::vector<CertifiedTable> out;
-  for (const TableQuery& table : table_queries) {
-    if (table.is_optional) {
-      const auto has_table = campaign.integer(has_table_sql, table.name);
-      if (!has_table) return pass(has_table.error());
-      if (!*has_table) continue;
-    }
-    auto digest = digest_of_table(campaign, table);
-    if (!digest) return pass(digest.error());
-    out.push_back({table.name, std::move(*digest)});
-  }
-  return out;
-}
-
-Result<std::vector<CataloguedTrial>> catalogued_trials(sqlite::Database& campaign) {
-  auto trials = campaign.prepare(trial_sql);
-  if (!trials) return pass(trials.error());
-  auto chunks = campaign.prepare(chunk_sql);
-  if (!chunks) return pass(chunks.error());
-  std::vector<CataloguedTrial> out;
-  Status chunks_read;
-  const Status done = trials->each([&](const sqlite::Statement& row) -> Status {
-    CataloguedTrial trial;
-    trial.id = row.integer(0);
-    Sha256 hash;
-    add_row(hash, row, trial_columns);
-    chunks_read = add_chunk_rows(*chunks, hash, trial);
-    trial.sha256 = to_hex(hash.finish());
-    out.push_back(std::move(trial));
-    return chunks_read;
-  });
-  if (!done) return pass(done.error(), chunks_read ? "trial" : "");
-  return out;
-}
 
 std::string to_json(const Certificate& certificate) {
   json out = certificate;
@@ -305,26 +243,14 @@ Result<FileChecksums> file_checksums(const std::filesystem::path& file,
 
 Result<Certificate> certify(const std::filesystem::path& campaign,
                             const std::filesystem::path& dataset) {
-  const auto progress = load_progress(campaign);
-  if (!progress) return pass(progress.error());
-  auto all = load_campaign(campaign, {.all_outcomes = true});
-  if (!all) return pass(all.error());
-  Certificate out;
-  describe(all->info, out);
-  out.trials_planned = progress->planned;
-  auto simulation = simulation_on_record(campaign);
-  if (!simulation) return pass(simulation.error());
-  out.simulation = std::move(*simulation);
-  if (Status ok = add_trials(campaign, *all, out); !ok) return pass(ok.error());
-  auto checksums = file_checksums(campaign);
-  if (!checksums) return pass(checksums.error());
-  out.files.push_back(std::move(*checksums));
-  if (dataset.empty()) return out;
-  out.dataset_sha256 = dataset_sha256(select_complete(std::move(*all)));
-  auto exported = file_checksums(dataset);
-  if (!exported) return pass(exported.error());
-  out.files.push_back(std::move(*exported));
-  return out;
+  auto contents = read_contents(campaign);
+  if (!contents) return pass(contents.error());
+  Certificate& out = contents->certificate;
+  if (Status ok = add_file(file_checksums(campaign), out); !ok) return pass(ok.error());
+  if (dataset.empty()) return std::move(out);
+  out.dataset_sha256 = contents->digest.dataset_sha256;
+  if (Status ok = add_file(file_checksums(dataset), out); !ok) return pass(ok.error());
+  return std::move(out);
 }
 
 Status write_certificate(const std::filesystem::path& campaign,
@@ -332,6 +258,24 @@ Status write_certificate(const std::filesystem::path& campaign,
   const auto certificate = certify(campaign, dataset);
   if (!certificate) return pass(certificate.error(), "certificate");
   return write_text_file(campaign.parent_path() / certificate_file_name, to_json(*certificate));
+}
+
+Result<std::string> export_certified(const std::filesystem::path& campaign,
+                                     const std::filesystem::path& dataset) {
+  auto checksums = std::async(std::launch::async, [&] { return file_checksums(campaign); });
+  auto contents = read_contents(campaign);
+  if (!contents) return export_uncertified(campaign, dataset, contents.error());
+  if (contents->is_discarded) return export_uncertified(campaign, dataset, {});  // refused there
+  auto written = write_hdf5(contents->complete, contents->digest, dataset);
+  if (!written) return pass(written.error());
+  Certificate& certificate = contents->certificate;
+  certificate.dataset_sha256 = contents->digest.dataset_sha256;
+  Status ok = add_file(checksums.get(), certificate);
+  if (ok) ok = add_file(file_checksums(dataset), certificate);
+  if (!ok) return pass(ok.error(), "certificate");
+  ok = write_text_file(campaign.parent_path() / certificate_file_name, to_json(certificate));
+  if (!ok) return pass(ok.error());
+  return certificate.dataset_sha256;
 }
 
 Result<std::optional<Certificate>> read_certificate(const std::filesystem::path& folder) {

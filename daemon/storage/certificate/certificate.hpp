@@ -104,6 +104,12 @@ Result<Certificate> certify(const std::filesystem::path& campaign,
 /// certify(), written beside the campaign file.
 Status write_certificate(const std::filesystem::path& campaign,
                          const std::filesystem::path& dataset);
+/// The data set of a finished campaign, and write_certificate() of both. The campaign is read once
+/// and each trial hashed once, while another thread hashes the campaign's file. Returns the data
+/// set's digest. Errors: load_campaign()'s, write_hdf5()'s; of a campaign that cannot be certified
+/// the data set is written before the error is returned.
+Result<std::string> export_certified(const std::filesystem::path& campaign,
+                                     const std::filesystem::path& dataset);
 /// Nothing when there is none in the folder.
 Result<std::optional<Certificate>> read_certificate(const std::filesystem::path& folder);
 

@@ -4,13 +4,17 @@
 #include <array>
 #include <string_view>
 
+#include "daemon/storage/dataset/hdf5_pack.hpp"
+
 namespace weft::daemon::hdf5 {
 namespace {
 
 /// Large enough for deflate to find repetitions, small enough for partial reads.
 constexpr std::size_t chunk_bytes = std::size_t{256} << 10;
 /// Finds most of what shuffled counts have to give already.
-constexpr unsigned deflate_level = 1;
+constexpr int deflate_level = 1;
+/// Chunks that are packed at once: of a column of hours no second copy is in memory.
+constexpr std::size_t packed_at_once = 64;
 
 Handle text_type(std::size_t bytes) {
   Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
@@ -20,18 +24,40 @@ Handle text_type(std::size_t bytes) {
   return type;
 }
 
+/// Rows of a chunk, then its columns.
+std::array<hsize_t, 2> chunk_size(hsize_t rows, hsize_t width, std::size_t item_bytes) {
+  const hsize_t columns = std::max<hsize_t>(width, 1);
+  const hsize_t fitting = std::max<hsize_t>(1, chunk_bytes / (columns * item_bytes));
+  return {std::min(rows, fitting), columns};
+}
+
 /// Creation properties: no time stamps, so that equal content makes equal bytes.
 Handle column_properties(hsize_t rows, hsize_t width, std::size_t item_bytes) {
   Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   H5Pset_obj_track_times(properties.id(), 0);
   if (rows == 0) return properties;
-  const hsize_t columns = std::max<hsize_t>(width, 1);
-  const hsize_t fitting = std::max<hsize_t>(1, chunk_bytes / (columns * item_bytes));
-  const std::array<hsize_t, 2> chunk{std::min(rows, fitting), columns};
+  const auto chunk = chunk_size(rows, width, item_bytes);
   H5Pset_chunk(properties.id(), width == 0 ? 1 : 2, chunk.data());
   H5Pset_shuffle(properties.id());
   H5Pset_deflate(properties.id(), deflate_level);
   return properties;
+}
+
+/// Writes chunks that are packed already: the library would pack them one after the other.
+bool write_chunks(const Handle& column, ByteView rows, const std::array<hsize_t, 2>& size,
+                  std::size_t item_bytes) {
+  const std::size_t bytes = size[0] * size[1] * item_bytes;
+  std::array<hsize_t, 2> at{0, 0};
+  for (; !rows.empty(); rows = rows.subspan(std::min(rows.size(), packed_at_once * bytes))) {
+    const ByteView some = rows.first(std::min(rows.size(), packed_at_once * bytes));
+    for (const Bytes& chunk : pack_chunks(some, {bytes, item_bytes, deflate_level})) {
+      if (chunk.empty() ||
+          H5Dwrite_chunk(column.id(), H5P_DEFAULT, 0, at.data(), chunk.size(), chunk.data()) < 0)
+        return false;
+      at[0] += size[0];
+    }
+  }
+  return true;
 }
 
 /// Deflate cannot shrink more than about 1032 to 1: a column that claims more than that of what is
@@ -122,7 +148,8 @@ void Writer::write_column(const std::string& name, hid_t type, const void* value
                                  properties.id(), H5P_DEFAULT),
                       H5Dclose);
   if (!require(column.ok(), "cannot create a column") || count == 0) return;
-  require(H5Dwrite(column.id(), type, whole_column, whole_column, H5P_DEFAULT, values) >= 0,
+  const ByteView rows(static_cast<const std::uint8_t*>(values), count * item_bytes);
+  require(write_chunks(column, rows, chunk_size(size[0], width, item_bytes), item_bytes),
           "cannot write a column");
 }
 

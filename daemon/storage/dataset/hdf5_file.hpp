@@ -17,6 +17,10 @@ namespace weft::daemon {
 Result<std::string> write_hdf5(const Dataset& dataset, const std::filesystem::path& path,
                                const StopRequested& stop_requested = {});
 
+/// The same of a data set whose digest is known.
+Status write_hdf5(const Dataset& dataset, const DatasetDigest& digest,
+                  const std::filesystem::path& path, const StopRequested& stop_requested = {});
+
 /// Errors: not_found; parse (not HDF5, or not a Weft data set); unsupported (a later layout);
 /// corrupt (cut short, altered, or a digest that disagrees: names the trial). Without
 /// `verify_digest` neither digests nor /phases, which follows from what they cover, are compared.

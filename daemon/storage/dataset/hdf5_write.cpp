@@ -276,15 +276,22 @@ Status write_columns(const Dataset& dataset, const DatasetDigest& digest,
 
 }  // namespace
 
+Status write_hdf5(const Dataset& dataset, const DatasetDigest& digest,
+                  const std::filesystem::path& path, const StopRequested& stop_requested) {
+  if (auto fine = check(dataset); !fine) return pass(std::move(fine).error(), path.string());
+  AtomicFile atomic(path);
+  if (auto done = write_columns(dataset, digest, atomic.temporary(), stop_requested); !done)
+    return pass(std::move(done).error(), path.string());
+  return atomic.publish();
+}
+
 Result<std::string> write_hdf5(const Dataset& dataset, const std::filesystem::path& path,
                                const StopRequested& stop_requested) {
   if (auto fine = check(dataset); !fine) return pass(std::move(fine).error(), path.string());
   auto digest = compute_digest(dataset, stop_requested);
   if (!digest) return pass(std::move(digest).error(), path.string());
-  AtomicFile atomic(path);
-  if (auto done = write_columns(dataset, *digest, atomic.temporary(), stop_requested); !done)
-    return pass(std::move(done).error(), path.string());
-  if (auto done = atomic.publish(); !done) return pass(std::move(done).error());
+  if (auto done = write_hdf5(dataset, *digest, path, stop_requested); !done)
+    return pass(std::move(done).error());
   return std::move(digest->dataset_sha256);
 }
 

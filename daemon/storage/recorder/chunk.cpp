@@ -16,8 +16,10 @@ class RowWriter {
   template <class Int>
   RowWriter& put(Int value) {
     const auto bits = static_cast<std::make_unsigned_t<Int>>(value);
+    std::uint8_t* const to = at_;  // no member: a byte may be any object's, and would be read again
     for (std::size_t i = 0; i < sizeof(Int); ++i)
-      *at_++ = static_cast<std::uint8_t>(static_cast<std::uint64_t>(bits) >> (8 * i));
+      to[i] = static_cast<std::uint8_t>(static_cast<std::uint64_t>(bits) >> (8 * i));
+    at_ = to + sizeof(Int);
     return *this;
   }
 
@@ -25,20 +27,27 @@ class RowWriter {
   std::uint8_t* at_;
 };
 
+/// std::round() of what the result can hold, without its call: half away from zero.
+std::int32_t nearest(double quanta) {
+  const auto whole = static_cast<std::int32_t>(quanta);
+  const double rest = quanta - whole;
+  return whole + (rest >= 0.5 ? 1 : 0) - (rest <= -0.5 ? 1 : 0);
+}
+
 /// `what`: one of the values, for the error.
 Status put_quanta(RowWriter& out, std::span<const double> values, double per_unit,
                   const char* what) {
   constexpr double limit = std::numeric_limits<std::int32_t>::max();
   for (const double value : values) {
-    const double quanta = std::round(value * per_unit);
-    if (!(std::abs(quanta) <= limit))
+    const double quanta = value * per_unit;
+    if (!(std::abs(quanta) < limit + 0.5))
       return fail({.code = Errc::range,
                    .what = std::string(what) + " cannot be recorded",
                    .expected = "at most " + std::to_string(limit / per_unit),
                    .got = std::to_string(value),
                    .hint = "No bench has such a value: look at the device's status and cable, and "
                            "at its scale in the rig file"});
-    out.put(static_cast<std::int32_t>(quanta));
+    out.put(nearest(quanta));
   }
   return {};
 }

@@ -286,6 +286,10 @@ void Recorder::write_behind() {
   impl_->thread = std::make_unique<WriterThread>();
 }
 
+bool Recorder::writes_behind() const {
+  return impl_->thread != nullptr;
+}
+
 Status Recorder::device(const DeviceInfo& device) {
   if (impl_->verifier) return {};
   return impl_->write([device](CampaignWriter& w) { return w.device(device); });

@@ -80,6 +80,7 @@ class Recorder {
   /// the disk: a power cut costs no more than a kill. Errors come with a later call. finish() waits
   /// for all.
   void write_behind();
+  [[nodiscard]] bool writes_behind() const;
 
   Status device(const DeviceInfo& device);
 
