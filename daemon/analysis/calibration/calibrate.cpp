@@ -219,6 +219,8 @@ Status Calibration::make_objective() {
     replicates.push_back(std::move(*set));
   }
   objective_.emplace(*scene_, make_targets(real_, replicates), options_.seed, options_.threads);
+  objective_->report_to(
+      [this](std::size_t done) { say(std::to_string(done) + " evaluations so far"); });
   if (objective_->targets().empty())
     return fail({.code = Errc::measurement,
                  .where = "recordings",
@@ -399,6 +401,22 @@ Result<CalibrationResult> Calibration::run(const std::optional<RecordingView>& h
   return out;
 }
 
+RecordingView usable_strokes(const RecordingView& view, const CalibrationOptions& options) {
+  return strokes_on_cloth(cut_long_strokes(thin_dense_strokes(view), options.windows));
+}
+
+/// Each cloth is simulated in every evaluation.
+Status check_cloths(const ClothModel& model, const CalibrationOptions& options) {
+  if (model.cloths().size() <= options.windows) return {};
+  return fail({.code = Errc::invalid_argument,
+               .where = "recordings",
+               .what = "too many cloths for one fit",
+               .expected = "at most " + std::to_string(options.windows),
+               .got = std::to_string(model.cloths().size()),
+               .hint = "Fit part of the recordings, and the others with the table that this writes "
+                       "(--fabrics)"});
+}
+
 }  // namespace
 
 double round_to_interval(double value, double low, double high) {
@@ -416,7 +434,7 @@ Result<CalibrationResult> calibrate(const RecordingView& fitted,
                                     const CalibrationOptions& options,
                                     const CalibrationProgress& progress) {
   if (!has_nlopt()) return pass(minimise({}, {}, 0).error());
-  const RecordingView loaded = strokes_on_cloth(cut_long_strokes(fitted));
+  const RecordingView loaded = usable_strokes(fitted, options);
   if (loaded.strokes.empty())
     return fail({.code = Errc::measurement,
                  .where = "recordings",
@@ -424,8 +442,9 @@ Result<CalibrationResult> calibrate(const RecordingView& fitted,
                  .expected = "at least 1 count more in phase M"});
   const auto model = ClothModel::make(loaded, library);
   if (!model) return pass(model.error());
+  if (Status ok = check_cloths(*model, options); !ok) return pass(ok.error());
   std::optional<RecordingView> checked;
-  if (held_out) checked = strokes_on_cloth(cut_long_strokes(*held_out));
+  if (held_out) checked = usable_strokes(*held_out, options);
   if (checked && checked->strokes.empty()) checked.reset();
   if (held_out)
     for (const Stroke& stroke : held_out->strokes)

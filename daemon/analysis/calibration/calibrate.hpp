@@ -20,7 +20,7 @@ namespace weft::daemon::calibration {
 struct CalibrationOptions {
   std::uint64_t seed = 1;
   std::size_t threads = 2;              ///< changes no result
-  std::size_t windows = 144;            ///< of 50 mm, simulated in one evaluation
+  std::size_t windows = 144;            ///< simulated in one evaluation (choose_strokes())
   std::size_t starts = 5;               ///< of a block's search
   std::size_t evaluations = 25;         ///< from each start
   std::size_t common_evaluations = 60;  ///< the same, of what all cloths share
@@ -75,7 +75,8 @@ struct CalibrationResult {
 using CalibrationProgress = std::function<void(const std::string& what)>;
 
 /// `held_out`: nothing: no check. Errors: unsupported (without NLopt; more channels than the
-/// plant's), measurement (no statistic that a parameter could move), those of ClothModel::make().
+/// plant's), invalid_argument (more cloths than windows), measurement (no statistic that a parameter
+/// could move), those of ClothModel::make().
 Result<CalibrationResult> calibrate(const RecordingView& fitted,
                                     const std::optional<RecordingView>& held_out,
                                     const sim::FabricLibrary& library,

@@ -162,6 +162,17 @@ TEST_CASE("One stroke is answered with what it shows") {
   }
 }
 
+TEST_CASE("More cloths than windows are refused") {
+  if (lacks_nlopt()) return;
+  CalibrationOptions options = small_options();
+  options.windows = 1;
+  const auto result =
+      calibrate(empty_strokes({"denim", "felt"}, 1), std::nullopt, table(), options);
+  REQUIRE_FALSE(result);
+  CHECK(result.error().code == Errc::invalid_argument);
+  CHECK(result.error().got == "2");
+}
+
 TEST_CASE("A cloth that is held out alone is refused") {
   if (lacks_nlopt()) return;
   const auto result =

@@ -45,8 +45,8 @@ TEST_CASE("The calibrated table is read back with the values of the result") {
 
   const auto again = calibrated_table(written->dump(), result, source);
   REQUIRE(again);
-  CHECK((*again)["calibrations"].size() == 2);
-  CHECK((*again)["calibrations"].contains("C2"));
+  CHECK((*again)["calibrations"].size() == (*written)["calibrations"].size() + 1);
+  CHECK((*again)["calibrations"].contains(next_calibration(*written)));
   const auto twice = sim::parse_fabrics(again->dump());
   REQUIRE(twice);
   CHECK(twice->fabrics.size() == library->fabrics.size());
