@@ -245,8 +245,9 @@ std::string conditions_of(const Source& source) {
   return joined(parts, " ");
 }
 
-/// Mean normal force while the rows were recorded.
+/// Mean normal force while the rows were recorded; NaN without rows or wrench.
 double mean_force_n(const Source& source, const Rows& rows) {
+  if (rows.empty()) return std::numeric_limits<double>::quiet_NaN();
   const WrenchStream& wrench = source.record->wrench;
   const auto first = std::ranges::lower_bound(wrench.t_ns, source.record->t_ns[rows.front()]);
   const auto last = std::ranges::upper_bound(wrench.t_ns, source.record->t_ns[rows.back()]);
@@ -255,6 +256,16 @@ double mean_force_n(const Source& source, const Rows& rows) {
   for (auto i = first; i < last; ++i)
     force_n.push_back(wrench.force_n(static_cast<std::size_t>(i - wrench.t_ns.begin()), 2));
   return mean(force_n);
+}
+
+/// Of the stroke and of phase S before it. A wrench that shows no load there is none.
+void add_forces(const Source& source, const Rows& rows, Stroke& stroke) {
+  const double force_n = mean_force_n(source, rows);
+  if (!(force_n > 0)) return;
+  Rows rest = samples_of(Phase::rest, *source.trial);
+  std::erase_if(rest, [&](std::size_t i) { return i > rows.front(); });
+  stroke.force_n = force_n;
+  stroke.rest_force_n = mean_force_n(source, rest);
 }
 
 /// 0 without phase S.
@@ -301,6 +312,14 @@ class Numbering {
 
 void add_remarks(const std::vector<Source>& sources, RecordingView& view) {
   const auto any = [&](auto&& holds) { return std::ranges::any_of(sources, holds); };
+  std::size_t unloaded = 0;
+  for (std::size_t s = 0; s < sources.size(); ++s)
+    unloaded +=
+        !sources[s].record->wrench.t_ns.empty() && std::isnan(view.strokes[s].force_n) ? 1 : 0;
+  if (unloaded > 0)
+    view.remarks.push_back("The wrench reads no force above 0 in " + std::to_string(unloaded) +
+                           (unloaded == 1 ? " stroke" : " strokes") +
+                           ": taken for strokes without a wrench. Load has to be positive.");
   if (any([](const Source& s) { return samples_of(Phase::rest, *s.trial).empty(); }))
     view.remarks.emplace_back(
         "Trials without phase S: their counts are taken for counts above the unloaded level.");
@@ -334,7 +353,7 @@ Result<RecordingView> make_recording_view(std::span<const Dataset> datasets,
     stroke.conditions = conditions_of(source);
     stroke.speed_mps = *speed;
     stroke.rate_hz = source.dataset->info.taxel_rate_hz;
-    stroke.force_n = mean_force_n(source, rows[s]);
+    add_forces(source, rows[s], stroke);
     numbering.apply(source, stroke);
     add_counts(source, rows[s], out, stroke);
   }

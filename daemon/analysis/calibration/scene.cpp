@@ -5,6 +5,7 @@
 #include <cmath>
 #include <thread>
 
+#include "daemon/analysis/calibration/press.hpp"
 #include "protocols/base/time.hpp"
 #include "sim/plant/plant.hpp"
 #include "sim/plant/random.hpp"
@@ -14,22 +15,11 @@ namespace {
 
 constexpr double sample_s = 1e-9 * static_cast<double>(sim::pad_timing::frame_ns);
 constexpr double conversion_s = 1e-9 * static_cast<double>(sim::pad_timing::stage_ns);
-constexpr double settling_s = 10;      // under load, before a stroke
-constexpr double slack_m = 20e-3;      // the probe rests in the middle of it
-constexpr double least_rest_n = 0.01;  // 40 Pa: nothing beside a pad's 20 kPa
-constexpr double most_rest = 0.9;      // of the force
-constexpr double most_of_range = 0.7;  // of a closed pad's counts, for the largest level
-constexpr double mean_neighbours = 3;  // of a pad in a square of 16
-constexpr double closed_pa = 1e12, almost_closed = 0.999;
+constexpr double settling_s = 10;  // under load, before a stroke
+constexpr double slack_m = 20e-3;  // the probe rests in the middle of it
 constexpr double patch_m = 20e-3;  // between paths of one mounting: wider than the face
 constexpr std::size_t rest_scans = 15, press_scans = 20;
 constexpr double lead_s = 0.5;  // of the stroke, which a view leaves out
-
-double mean_level(const Stroke& stroke) {
-  double sum = 0;
-  for (const double level : stroke.level) sum += level;
-  return sum / static_cast<double>(stroke.level.size());
-}
 
 /// The times of the plant in samples of the recording.
 void scale_times(ClothModel::Inputs& inputs, double ratio) {
@@ -45,12 +35,6 @@ void scale_counts(sim::PadParams& pads, double scale) {
   pads.noise_per_count /= scale;
   pads.drift_counts /= scale;
 }
-
-/// Forces of one mounting, from recorded forces or levels.
-struct Press {
-  double rest_n;
-  std::vector<double> force_n;  ///< of each stroke
-};
 
 /// One sensor over one mounted piece.
 class Stylus {
@@ -135,29 +119,6 @@ Stroke slide_once(Stylus& stylus, const Stroke& like, const std::vector<std::siz
   return out;
 }
 
-/// With known forces the load at rest is what the level lacks; else the level decides the force.
-Press plan_press(const RecordingView& view, const SceneGroup& group, const sim::PadParams& pads,
-                 double scale) {
-  const double area_m2 = sim::ContactGeometry{}.face_area_m2();
-  Press out{least_rest_n, {}};
-  double rest_n = 0;
-  for (const std::size_t i : group.strokes) {
-    const Stroke& stroke = view.strokes[i];
-    const double level = std::max(1.0, mean_level(stroke) / scale);
-    if (std::isnan(stroke.force_n)) {
-      out.force_n.push_back(area_m2 * pressure_for(pads, level));
-      continue;
-    }
-    out.force_n.push_back(std::max(stroke.force_n, 2 * least_rest_n));
-    const double idle = counts_under(pads, out.force_n.back() / area_m2) - level;
-    rest_n +=
-        std::min(most_rest * out.force_n.back(), idle > 0 ? area_m2 * pressure_for(pads, idle) : 0);
-  }
-  out.rest_n = std::max(least_rest_n, rest_n / static_cast<double>(group.strokes.size()));
-  for (double& force_n : out.force_n) force_n = std::max(force_n, out.rest_n);
-  return out;
-}
-
 /// Runs work(0) to work(count - 1), each once.
 template <class Work>
 void run_all(std::size_t count, std::size_t threads, const Work& work) {
@@ -172,22 +133,6 @@ void run_all(std::size_t count, std::size_t threads, const Work& work) {
 
 }  // namespace
 
-double counts_under(const sim::PadParams& pads, double pressure_pa) {
-  const double gap_m = pads.gap_m * pads.gap_pressure_pa / (pads.gap_pressure_pa + pressure_pa);
-  const double change_f = sim::capacitance_f(pads, gap_m) - sim::capacitance_f(pads, pads.gap_m);
-  return (1 + mean_neighbours * pads.crosstalk) * change_f / pads.lsb_f;
-}
-
-double pressure_for(const sim::PadParams& pads, double counts) {
-  const double held = std::clamp(counts, 0.0, almost_closed * counts_under(pads, closed_pa));
-  double low_pa = 0, high_pa = closed_pa;
-  for (int i = 0; i < 100; ++i) {  // in the root: small pressures need their digits
-    const double root = 0.5 * (std::sqrt(low_pa) + std::sqrt(high_pa)), middle_pa = root * root;
-    (counts_under(pads, middle_pa) < held ? low_pa : high_pa) = middle_pa;
-  }
-  return high_pa;
-}
-
 Result<Scene> Scene::make(const RecordingView& like, const ClothModel& model) {
   if (like.recorded.empty() || like.recorded.back() >= sim::pad_count)
     return fail({.code = Errc::unsupported,
@@ -196,10 +141,8 @@ Result<Scene> Scene::make(const RecordingView& like, const ClothModel& model) {
                  .expected = "at most " + std::to_string(sim::pad_count),
                  .got = std::to_string(like.recorded_channels)});
   Scene out(like, model);
-  double level = 0;
   for (std::size_t i = 0; i < like.strokes.size(); ++i) {
     const Stroke& stroke = like.strokes[i];
-    level = std::max(level, mean_level(stroke));
     const auto same = [&](const Job& job) {
       return job.group.cloth == stroke.cloth && job.group.mounting == stroke.mounting &&
              job.group.rate_hz == stroke.rate_hz;
@@ -210,7 +153,7 @@ Result<Scene> Scene::make(const RecordingView& like, const ClothModel& model) {
     job->group.strokes.push_back(i);
   }
   const sim::PadParams pads = model.inputs(like.strokes.front().cloth, model.start()).pads;
-  out.scale_ = std::max(1.0, level / (most_of_range * counts_under(pads, closed_pa)));
+  out.scale_ = count_scale(like, pads);
   return out;
 }
 
@@ -271,7 +214,9 @@ Result<std::vector<Stroke>> Scene::slide(Job& job, std::span<const double> value
   if (job.textured.values == textured.values && job.textured.seed == seed)
     textured.plant = job.textured.plant;
   ClothModel::Inputs inputs = model_->inputs(group.cloth, values);
-  const Press press = plan_press(like_, group, inputs.pads, scale_);
+  std::vector<const Stroke*> strokes;
+  for (const std::size_t i : group.strokes) strokes.push_back(&like_.strokes[i]);
+  const Press press = plan_press(strokes, inputs.pads, scale_);
   scale_times(inputs, group.rate_hz * sample_s);
   scale_counts(inputs.pads, scale_);
   sim::PlantParams params;

@@ -129,7 +129,25 @@ TEST_CASE("The force is the mean of Fz during the stroke") {
   const auto view = viewed(set);
   REQUIRE(view);
   CHECK(view->strokes[0].force_n == Approx(5));
+  CHECK(view->strokes[0].rest_force_n == Approx(2));
   CHECK(std::isnan(view->strokes[1].force_n));
+  CHECK(std::isnan(view->strokes[1].rest_force_n));
+  CHECK(view->remarks.empty());
+}
+
+TEST_CASE("A wrench that shows no load is none, and that is said") {
+  Dataset set = campaign();
+  WrenchStream& wrench = set.records[0].wrench;
+  for (int i = 0; i < 240; ++i) {
+    wrench.t_ns.push_back(i * 25'000'000LL);
+    for (const int n : {0, 0, -3, 0, 0, 0})
+      wrench.quanta.push_back(static_cast<std::int32_t>(n * force_quanta_per_n));
+  }
+  const auto view = viewed(set);
+  REQUIRE(view);
+  CHECK(std::isnan(view->strokes[0].force_n));
+  CHECK(std::isnan(view->strokes[0].rest_force_n));
+  CHECK(view->remarks.size() == 1);
 }
 
 TEST_CASE("Speed: as stated, of the sweep, of the stages, of the name, in this order") {
