@@ -185,7 +185,7 @@ Status Calibration::take_off_texture() {
   const std::size_t s0 = model_.find("noise_counts"), k1 = model_.find("noise_per_count"),
                     k2 = model_.find("noise_per_square");
   std::vector<double> quiet = values_;
-  const double known = known_noise_counts * scene_->scale();
+  const double known = known_noise_counts * model_.scale();
   quiet[s0] = known;
   quiet[k1] = quiet[k2] = 0;
   const auto view = scene->simulate(quiet, options_.seed, options_.threads);
@@ -365,7 +365,7 @@ void Calibration::fill(CalibrationResult& out) {
     if (!cloth.is_named)
       out.remarks.push_back("The table has no cloth named as " + cloth.label + ": it begins as " +
                             cloth.taken + ", the one of median stiffness.");
-  if (scene_->scale() > 1)
+  if (model_.scale() > 1)
     out.remarks.push_back(
         "The recorded sensor reads more counts than the simulated one can: its "
         "counts are scaled down.");
@@ -373,7 +373,7 @@ void Calibration::fill(CalibrationResult& out) {
   out.cost_after = cost_after_;
   out.targets = objective_->targets().size();
   out.evaluations = objective_->evaluations();
-  out.scale = scene_->scale();
+  out.scale = model_.scale();
   out.seed = options_.seed;
   out.fitted_strokes = fitted_.strokes.size();
   out.simulated_strokes = chosen_.strokes.size();

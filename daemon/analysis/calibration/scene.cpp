@@ -29,13 +29,6 @@ void scale_times(ClothModel::Inputs& inputs, double ratio) {
   for (double& time_s : inputs.params.relaxation_time_s) time_s *= ratio;
 }
 
-/// Counts of the recorded sensor become counts of the plant's.
-void scale_counts(sim::PadParams& pads, double scale) {
-  pads.noise_counts /= scale;
-  pads.noise_per_count /= scale;
-  pads.drift_counts /= scale;
-}
-
 /// One sensor over one mounted piece.
 class Stylus {
  public:
@@ -152,8 +145,6 @@ Result<Scene> Scene::make(const RecordingView& like, const ClothModel& model) {
       job = out.jobs_.insert(job, Job{{stroke.cloth, stroke.mounting, stroke.rate_hz, {}}, {}, {}});
     job->group.strokes.push_back(i);
   }
-  const sim::PadParams pads = model.inputs(like.strokes.front().cloth, model.start()).pads;
-  out.scale_ = count_scale(like, pads);
   return out;
 }
 
@@ -216,9 +207,8 @@ Result<std::vector<Stroke>> Scene::slide(Job& job, std::span<const double> value
   ClothModel::Inputs inputs = model_->inputs(group.cloth, values);
   std::vector<const Stroke*> strokes;
   for (const std::size_t i : group.strokes) strokes.push_back(&like_.strokes[i]);
-  const Press press = plan_press(strokes, inputs.pads, scale_);
+  const Press press = plan_press(strokes, inputs.pads, model_->scale());
   scale_times(inputs, group.rate_hz * sample_s);
-  scale_counts(inputs.pads, scale_);
   sim::PlantParams params;
   params.quasistatic_step_s = sample_s;
   params.pads = inputs.pads;
@@ -242,7 +232,7 @@ Result<std::vector<Stroke>> Scene::slide(Job& job, std::span<const double> value
     }
     stylus->rest(*patch, patch_m * like.patch);
     out.push_back(
-        slide_once(*stylus, like, pads_of(like_), press.force_n[out.size()], press.rest_n, scale_));
+        slide_once(*stylus, like, pads_of(like_), press.force_n[out.size()], press.rest_n, model_->scale()));
   }
   textured.plant = std::make_shared<const sim::Plant>(stylus->plant());
   job.textured = std::move(textured);

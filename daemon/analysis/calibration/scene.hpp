@@ -7,7 +7,7 @@
 // stroke begins. Force there: that which gives the recorded level (a nuisance: the recorded sensor
 // has another gain than the plant's). Where phase S was recorded with the probe on the cloth, counts
 // are above that load: a wrench gives its share of the force (press.hpp). A sensor that reads more
-// counts than the plant's can has its counts scaled down (`scale`).
+// counts than the plant's can has its counts scaled down (ClothModel::scale()).
 //
 // Frames of the plant are taken for samples of the recording, whatever its rate: path and noise are
 // per sample, and all times of the plant are scaled by the ratio of the rates.
@@ -40,8 +40,6 @@ class Scene {
   /// values that the plant refuses.
   Result<RecordingView> simulate(std::span<const double> values, std::uint64_t seed,
                                  std::size_t threads);
-  /// Counts of the recorded sensor per count of the plant's, at least 1.
-  [[nodiscard]] double scale() const { return scale_; }
 
  private:
   struct Made {
@@ -71,7 +69,6 @@ class Scene {
 
   RecordingView like_;
   const ClothModel* model_;
-  double scale_ = 1;
   std::vector<Job> jobs_;
 };
 

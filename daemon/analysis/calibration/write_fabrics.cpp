@@ -54,8 +54,7 @@ double per_count(std::string_view name, double scale) {
 }
 
 ordered_json with_standing(const CalibratedParameter& p, const std::string& key, double scale) {
-  // What was not seen is the table's own estimate, which is in the plant's counts already.
-  const double factor = p.standing == Standing::not_seen ? 1 : per_count(p.parameter.name, scale);
+  const double factor = per_count(p.parameter.name, scale);
   const double value = rounded(p.value * factor);
   if (p.standing == Standing::estimated) return {value, "estimated"};
   return {value, std::string(to_string(p.standing)), key,

@@ -17,7 +17,7 @@ TEST_CASE("A scene has the level that was recorded without a wrench") {
   REQUIRE(model);
   auto scene = Scene::make(like, *model);
   REQUIRE(scene);
-  CHECK(scene->scale() == 1);
+  CHECK(model->scale() == 1);
   const auto made = scene->simulate(model->start(), 7, 1);
   REQUIRE(made);
   REQUIRE(made->strokes.size() == like.strokes.size());
@@ -99,10 +99,24 @@ TEST_CASE("A louder sensor has its counts scaled") {
   REQUIRE(model);
   auto scene = Scene::make(like, *model);
   REQUIRE(scene);
-  CHECK(scene->scale() > 1);
+  CHECK(model->scale() > 1);
   const auto made = scene->simulate(model->start(), 7, 1);
   REQUIRE(made);
   CHECK(mean_of(made->strokes[0].level) == Approx(20 * recorded_level).epsilon(0.15));
+}
+
+TEST_CASE("A scene of weaker strokes has the scale of the model") {
+  RecordingView like = empty_strokes({"denim"}, 2);
+  for (double& level : like.strokes[0].level) level = 20 * recorded_level;
+  const auto model = ClothModel::make(like, table());
+  REQUIRE(model);
+  auto whole = Scene::make(like, *model), part = Scene::make(subset(like, {1}), *model);
+  REQUIRE(whole);
+  REQUIRE(part);
+  const auto all = whole->simulate(model->start(), 7, 1), one = part->simulate(model->start(), 7, 1);
+  REQUIRE(all);
+  REQUIRE(one);
+  CHECK(one->strokes[0].counts == all->strokes[1].counts);
 }
 
 TEST_CASE("More channels than the simulated array has are refused") {
