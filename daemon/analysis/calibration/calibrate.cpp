@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <set>
 
 #include "daemon/analysis/calibration/held_out.hpp"
 #include "daemon/analysis/calibration/minimise.hpp"
@@ -37,6 +39,11 @@ bool is_seen(std::string_view parameter, const std::vector<Target>& targets) {
   return at == std::end(seen_by) || std::ranges::any_of(targets, [&](const Target& target) {
            return std::ranges::find(at->statistics, target.real.name) != at->statistics.end();
          });
+}
+
+template <class Range, class Value, class Projection = std::identity>
+bool has(const Range& range, const Value& value, Projection projection = {}) {
+  return std::ranges::find(range, value, projection) != std::ranges::end(range);
 }
 
 /// One run from strokes to parameters.
@@ -74,6 +81,7 @@ class Calibration {
   Status find_intervals();
   void round_values();
   Status keep_unseen();
+  Status check_others(const std::optional<RecordingView>& held_out, CalibrationResult& out) const;
   void fill(CalibrationResult& out);
   void compare(CalibrationResult& out) const;
   [[nodiscard]] std::vector<std::size_t> seen_common() const;
@@ -382,6 +390,22 @@ void Calibration::fill(CalibrationResult& out) {
   out.after = std::move(view_after_);
 }
 
+Status Calibration::check_others(const std::optional<RecordingView>& held_out,
+                                 CalibrationResult& out) const {
+  if (!held_out || held_out->strokes.empty()) {
+    out.held_out.why_not = held_out ? "No held-out stroke was on the cloth."
+                                    : "Too little is recorded to keep a part back. Name another "
+                                      "data set with --held-out.";
+    return {};
+  }
+  say("held-out check of " + std::to_string(held_out->strokes.size()) + " strokes");
+  auto check = check_held_out(*held_out, model_, values_, options_);
+  if (!check) return pass(check.error());
+  out.held_out = std::move(*check);
+  out.held_out_strokes = held_out->strokes.size();
+  return {};
+}
+
 Result<CalibrationResult> Calibration::run(const std::optional<RecordingView>& held_out) {
   if (Status ok = prepare(); !ok) return pass(ok.error());
   estimate_gains();
@@ -390,19 +414,50 @@ Result<CalibrationResult> Calibration::run(const std::optional<RecordingView>& h
        {&Calibration::make_objective, &Calibration::fit_blocks, &Calibration::find_intervals})
     if (Status ok = (this->*step)(); !ok) return pass(ok.error());
   CalibrationResult out;
-  if (held_out) {
-    say("held-out check of " + std::to_string(held_out->strokes.size()) + " strokes");
-    auto check = check_held_out(*held_out, model_, values_, options_);
-    if (!check) return pass(check.error());
-    out.held_out = std::move(*check);
-    out.held_out_strokes = held_out->strokes.size();
-  }
+  if (Status ok = check_others(held_out, out); !ok) return pass(ok.error());
   fill(out);
+  if (held_out)
+    for (const std::string& remark : held_out->remarks)
+      if (!has(fitted_.remarks, remark))
+        out.remarks.push_back("Held out: " + remark);
   return out;
 }
 
 RecordingView usable_strokes(const RecordingView& view, const CalibrationOptions& options) {
   return strokes_on_cloth(cut_long_strokes(thin_dense_strokes(view), options.windows));
+}
+
+Status check_held_out_view(const RecordingView& fitted, const RecordingView& held_out) {
+  if (held_out.recorded_channels != fitted.recorded_channels)
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--held-out",
+                 .what = "has another number of channels than the recordings",
+                 .expected = std::to_string(fitted.recorded_channels),
+                 .got = std::to_string(held_out.recorded_channels)});
+  for (const Stroke& stroke : held_out.strokes)
+    if (!has(fitted.strokes, stroke.cloth, &Stroke::cloth))
+      return fail({.code = Errc::invalid_argument,
+                   .where = "--held-out",
+                   .what = "has a cloth that is not fitted",
+                   .expected = "cloths of the recordings",
+                   .got = stroke.cloth});
+  return {};
+}
+
+/// Without those of cloths that were not fitted, as all their strokes were off the cloth.
+RecordingView strokes_of_fitted(const RecordingView& view, const ClothModel& model) {
+  std::vector<std::size_t> kept;
+  std::set<std::string> dropped;
+  for (std::size_t i = 0; i < view.strokes.size(); ++i)
+    if (has(model.cloths(), view.strokes[i].cloth, &BaseCloth::label))
+      kept.push_back(i);
+    else
+      dropped.insert(view.strokes[i].cloth);
+  RecordingView out = subset(view, kept);
+  for (const std::string& cloth : dropped)
+    out.remarks.push_back("All fitted strokes of " + cloth +
+                          " are off the cloth: it is not checked.");
+  return out;
 }
 
 /// Each cloth is simulated in every evaluation.
@@ -434,6 +489,8 @@ Result<CalibrationResult> calibrate(const RecordingView& fitted,
                                     const CalibrationOptions& options,
                                     const CalibrationProgress& progress) {
   if (!has_nlopt()) return pass(minimise({}, {}, 0).error());
+  if (held_out)
+    if (Status ok = check_held_out_view(fitted, *held_out); !ok) return pass(ok.error());
   const RecordingView loaded = usable_strokes(fitted, options);
   if (loaded.strokes.empty())
     return fail({.code = Errc::measurement,
@@ -444,17 +501,7 @@ Result<CalibrationResult> calibrate(const RecordingView& fitted,
   if (!model) return pass(model.error());
   if (Status ok = check_cloths(*model, options); !ok) return pass(ok.error());
   std::optional<RecordingView> checked;
-  if (held_out) checked = usable_strokes(*held_out, options);
-  if (checked && checked->strokes.empty()) checked.reset();
-  if (held_out)
-    for (const Stroke& stroke : held_out->strokes)
-      if (std::ranges::find(model->cloths(), stroke.cloth, &BaseCloth::label) ==
-          model->cloths().end())
-        return fail({.code = Errc::invalid_argument,
-                     .where = "--held-out",
-                     .what = "has a cloth that is not fitted",
-                     .expected = "cloths of the recordings",
-                     .got = stroke.cloth});
+  if (held_out) checked = strokes_of_fitted(usable_strokes(*held_out, options), *model);
   return Calibration(loaded, *model, options, progress).run(checked);
 }
 

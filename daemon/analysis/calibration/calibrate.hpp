@@ -53,6 +53,7 @@ struct HeldOutStatistic {
 struct HeldOutCheck {
   std::vector<HeldOutStatistic> statistics;  ///< none: not checked
   std::size_t inside = 0;
+  std::string why_not;  ///< not checked: a sentence
   [[nodiscard]] bool is_checked() const { return !statistics.empty(); }
   /// At least 80 % lie inside. What was not checked has not passed.
   [[nodiscard]] bool passes() const;
@@ -74,8 +75,10 @@ struct CalibrationResult {
 
 using CalibrationProgress = std::function<void(const std::string& what)>;
 
-/// `held_out`: nothing: no check. Errors: unsupported (without NLopt; more channels than the
-/// plant's), invalid_argument (more cloths than windows), measurement (no statistic that a parameter
+/// `held_out`: nothing: no check. Its cloths whose fitted strokes are all off the cloth are left
+/// out with a remark. Errors: unsupported (without NLopt; more channels than the plant's),
+/// invalid_argument (more cloths than windows; a held-out cloth that `fitted` does not have, or
+/// another number of channels), measurement (no stroke on the cloth; no statistic that a parameter
 /// could move), those of ClothModel::make().
 Result<CalibrationResult> calibrate(const RecordingView& fitted,
                                     const std::optional<RecordingView>& held_out,

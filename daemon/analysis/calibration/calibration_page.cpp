@@ -125,8 +125,7 @@ std::string list_of(std::string_view title, const std::vector<std::string>& sent
 
 std::string verdict_html(const HeldOutCheck& check) {
   if (!check.is_checked())
-    return "<div class=\"note alarm\"><p>Not checked: too little is recorded to keep a part back. "
-           "Name another data set with --held-out.</p></div>\n";
+    return "<div class=\"note alarm\"><p>Not checked. " + escape(check.why_not) + "</p></div>\n";
   return "<div class=\"note" + std::string(check.passes() ? "" : " alarm") + "\"><p>" +
          (check.passes() ? "Passes" : "Does not pass") + ": " + std::to_string(check.inside) +
          " of " + std::to_string(check.statistics.size()) +

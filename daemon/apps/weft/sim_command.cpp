@@ -141,9 +141,7 @@ std::string parameters_text(const CalibrationResult& result) {
 }
 
 std::string held_out_text(const HeldOutCheck& check) {
-  if (!check.is_checked())
-    return "not checked: too little is recorded to keep a part back; name another with "
-           "--held-out\n";
+  if (!check.is_checked()) return "not checked. " + check.why_not + "\n";
   return std::string(check.passes() ? "passes" : "DOES NOT PASS") + ": " +
          std::to_string(check.inside) + " of " + std::to_string(check.statistics.size()) +
          " statistics of recordings that were not fitted lie where 95 % of the simulated ones do "

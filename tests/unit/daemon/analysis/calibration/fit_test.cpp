@@ -179,6 +179,35 @@ TEST_CASE("A cloth that is held out alone is refused") {
       calibrate(empty_strokes({"denim"}, 1), empty_strokes({"felt"}, 1), table(), small_options());
   REQUIRE_FALSE(result);
   CHECK(result.error().code == Errc::invalid_argument);
+  CHECK(result.error().got == "felt");
+}
+
+TEST_CASE("Held-out strokes of another number of channels are refused") {
+  if (lacks_nlopt()) return;
+  const auto result = calibrate(empty_strokes({"denim"}, 1), empty_strokes({"denim"}, 1, 1, 9),
+                                table(), small_options());
+  REQUIRE_FALSE(result);
+  CHECK(result.error().code == Errc::invalid_argument);
+  CHECK(result.error().got == "9");
+}
+
+TEST_CASE("A cloth whose strokes are all off the cloth is neither fitted nor checked") {
+  if (lacks_nlopt()) return;
+  const Recorded recorded = record(empty_strokes({"denim", "felt"}, 1));
+  RecordingView lifted = recorded.view;
+  lifted.strokes[1].level.assign(lifted.channels, 0);
+  for (std::vector<double>& counts : lifted.strokes[1].counts) counts.assign(counts.size(), 0);
+  const auto result = calibrate(lifted, recorded.view, table(), small_options());
+  REQUIRE(result);
+  CHECK(result->cloths.size() == 1);
+  CHECK(result->held_out.is_checked());
+  CHECK(result->held_out_strokes == 1);
+  lifted.strokes[0] = lifted.strokes[1];
+  lifted.strokes[0].cloth = "denim";
+  const auto unchecked = calibrate(recorded.view, lifted, table(), small_options());
+  REQUIRE(unchecked);
+  CHECK_FALSE(unchecked->held_out.is_checked());
+  CHECK_FALSE(unchecked->held_out.why_not.empty());
 }
 
 }  // namespace weft::daemon::calibration::fit_test
