@@ -9,6 +9,7 @@
 #include "daemon/analysis/calibration/held_out.hpp"
 #include "daemon/analysis/calibration/minimise.hpp"
 #include "daemon/analysis/calibration/stroke_choice.hpp"
+#include "daemon/base/text/format.hpp"
 #include "sim/plant/random.hpp"
 
 namespace weft::daemon::calibration {
@@ -79,6 +80,7 @@ class Calibration {
   Status improve(const std::vector<std::size_t>& searched, std::size_t starts,
                  std::size_t evaluations);
   Status find_intervals();
+  void name_unknown_intervals();
   void round_values();
   Status keep_unseen();
   Status check_others(const std::optional<RecordingView>& held_out, CalibrationResult& out) const;
@@ -98,7 +100,7 @@ class Calibration {
   BootstrapSet real_;
   std::optional<Scene> scene_;
   std::optional<Objective> objective_;
-  std::vector<std::string> blind_;
+  std::vector<std::string> blind_, no_interval_;
   StatisticSet before_, after_;
   RecordingView view_before_, view_after_;
   double cost_before_ = 0, cost_after_ = 0;
@@ -155,7 +157,8 @@ void Calibration::estimate_one(std::string_view parameter, std::string_view stat
   };
   values_[i] = natural(at->statistic.value);
   intervals_[i] = {Standing::calibrated, natural(at->low), natural(at->high)};
-  if (!(intervals_[i].low > p.low)) intervals_[i].standing = Standing::bounded;
+  if (!(intervals_[i].low > p.low) || !(intervals_[i].high < p.high))
+    intervals_[i].standing = Standing::bounded;
 }
 
 void Calibration::estimate_gains() {
@@ -320,6 +323,16 @@ Status Calibration::keep_unseen() {
   return {};
 }
 
+/// One stroke, or draws that are all alike, leave an interval without width: that is no interval.
+void Calibration::name_unknown_intervals() {
+  for (std::size_t i = 0; i < values_.size(); ++i) {
+    ParameterInterval& interval = intervals_[i];
+    if (interval.standing == Standing::estimated || interval.low < interval.high) continue;
+    interval = {Standing::estimated, values_[i], values_[i]};
+    no_interval_.push_back(model_.parameters()[i].label());
+  }
+}
+
 void Calibration::round_values() {
   for (std::size_t i = 0; i < values_.size(); ++i) {
     ParameterInterval& interval = intervals_[i];
@@ -340,6 +353,7 @@ Status Calibration::find_intervals() {
   for (const std::size_t i : searched()) intervals_[i] = found->intervals[i];
   blind_ = found->blind_directions;
   if (Status ok = keep_unseen(); !ok) return ok;
+  name_unknown_intervals();
   round_values();
   const auto cost = objective_->cost_at(values_);
   if (!cost) return pass(cost.error());
@@ -373,6 +387,10 @@ void Calibration::fill(CalibrationResult& out) {
     if (!cloth.is_named)
       out.remarks.push_back("The table has no cloth named as " + cloth.label + ": it begins as " +
                             cloth.taken + ", the one of median stiffness.");
+  if (!no_interval_.empty())
+    out.remarks.push_back("The recordings give a value without an interval, which takes more "
+                          "strokes or values that differ: " +
+                          joined(no_interval_) + ".");
   if (model_.scale() > 1)
     out.remarks.push_back(
         "The recorded sensor reads more counts than the simulated one can: its "

@@ -34,14 +34,17 @@ struct CalibratedParameter {
   Parameter parameter;
   Standing standing = Standing::estimated;
   double value = 0, low = 0, high = 0;  ///< natural scale, rounded to a tenth of the interval
+  /// No: `low` and `high` are the value, and say nothing.
+  [[nodiscard]] bool has_interval() const { return low < high; }
 };
 
 /// One statistic of all that is fitted: recorded, and simulated with estimates and with the result.
 struct ComparedStatistic {
   Statistic real;
-  double low = 0, high = 0;             ///< 95 % interval of the recorded one, on its scale
+  double low = 0, high = 0;  ///< 95 % interval of the recorded one, on its scale; equal: not known
   std::optional<double> before, after;  ///< on its scale; none: the simulated choice lacks it
   bool is_fitted = false;
+  [[nodiscard]] bool has_interval() const { return low < high; }
 };
 
 struct HeldOutStatistic {

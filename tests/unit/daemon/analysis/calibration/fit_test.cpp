@@ -153,6 +153,11 @@ TEST_CASE("One stroke is answered with what it shows") {
   CHECK(one->held_out.is_checked());
   CHECK_FALSE(one->remarks.empty());
   check_finite(*one);
+  for (const CalibratedParameter& p : one->parameters) {
+    CAPTURE(p.parameter.label());
+    CHECK(p.has_interval() == (p.standing != Standing::estimated));
+  }
+  CHECK(parameter(*one, "noise_counts").standing != Standing::calibrated);
   options.threads = 2;
   const auto two = calibrate(recorded.view, recorded.view, table(), options);
   REQUIRE(two);
