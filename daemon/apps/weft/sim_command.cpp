@@ -2,6 +2,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <ostream>
+#include <set>
 
 #include "daemon/analysis/calibration/calibrate.hpp"
 #include "daemon/analysis/calibration/calibration_page.hpp"
@@ -181,11 +182,14 @@ std::filesystem::path picture_file(const std::filesystem::path& folder, std::str
 
 Status write_pictures(const std::filesystem::path& folder, const CalibrationResult& result) {
   if (folder.empty()) return {};
-  for (const CalibrationPicture& picture : draw_calibration(result))
-    if (Status ok =
-            write_text_file(picture_file(folder, picture.name), standalone_svg(picture.svg));
-        !ok)
-      return ok;
+  std::set<std::filesystem::path> files;
+  for (const CalibrationPicture& picture : draw_calibration(result)) {
+    std::filesystem::path file = picture_file(folder, picture.name);
+    // Labels "a b" and "a-b": the second gets a number.
+    for (std::size_t again = 2; !files.insert(file).second; ++again)
+      file = picture_file(folder, picture.name + "-" + std::to_string(again));
+    if (Status ok = write_text_file(file, standalone_svg(picture.svg)); !ok) return ok;
+  }
   return {};
 }
 
