@@ -15,6 +15,7 @@ namespace {
 
 constexpr double sample_s = 1e-9 * static_cast<double>(sim::pad_timing::frame_ns);
 constexpr double conversion_s = 1e-9 * static_cast<double>(sim::pad_timing::stage_ns);
+constexpr double most_settling = 8;  // times that: work is by samples
 constexpr double settling_s = 10;  // under load, before a stroke
 constexpr double slack_m = 20e-3;  // the probe rests in the middle of it
 constexpr double patch_m = 20e-3;  // between paths of one mounting: wider than the face
@@ -32,8 +33,11 @@ void scale_times(ClothModel::Inputs& inputs, double ratio) {
 /// One sensor over one mounted piece.
 class Stylus {
  public:
-  Stylus(const sim::PlantParams& params, std::uint64_t seed, const sim::Plant* textured)
-      : plant_(params, seed), grip_n_m_(params.mount.stiffness_n_m) {
+  Stylus(const sim::PlantParams& params, std::uint64_t seed, const sim::Plant* textured,
+         double time_ratio)
+      : plant_(params, seed),
+        grip_n_m_(params.mount.stiffness_n_m),
+        settling_s_(settling_s * std::clamp(time_ratio, 1.0, most_settling)) {
     if (textured != nullptr) plant_.share_tiles(*textured);
   }
 
@@ -50,7 +54,7 @@ class Stylus {
   void press_to(double force_n, double rest_n) {
     pose_.z_m = plant_.contact_now().probe_z_m() + (force_n - rest_n) / grip_n_m_;
     approach(force_n);
-    plant_.advance(pose_, settling_s);
+    plant_.advance(pose_, settling_s_);
     approach(force_n);
   }
   /// One sample, after the probe has moved by `dy_m`.
@@ -79,7 +83,7 @@ class Stylus {
   }
 
   sim::Plant plant_;
-  double grip_n_m_;
+  double grip_n_m_, settling_s_;
   sim::Pose pose_;
   std::uint64_t frame_ = 0;
   bool touched_ = false;
@@ -228,7 +232,7 @@ Result<std::vector<Stroke>> Scene::slide(Job& job, std::span<const double> value
     if (!patch) return pass(patch.error());
     if (!stylus) {
       if (Status ok = sim::check(params, patch->material); !ok) return pass(ok.error());
-      stylus.emplace(params, rig, textured.plant.get());
+      stylus.emplace(params, rig, textured.plant.get(), group.rate_hz * sample_s);
     }
     stylus->rest(*patch, patch_m * like.patch);
     out.push_back(
