@@ -4,11 +4,14 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <set>
 
 #include "daemon/analysis/calibration/held_out.hpp"
 #include "daemon/analysis/calibration/minimise.hpp"
+#include "daemon/analysis/calibration/signal.hpp"
 #include "daemon/analysis/calibration/stroke_choice.hpp"
+#include "daemon/analysis/calibration/write_fabrics.hpp"
 #include "daemon/base/text/format.hpp"
 #include "sim/plant/random.hpp"
 
@@ -445,6 +448,29 @@ RecordingView usable_strokes(const RecordingView& view, const CalibrationOptions
   return strokes_on_cloth(cut_long_strokes(thin_dense_strokes(view), options.windows));
 }
 
+/// Mean over the channels.
+double largest_level(const RecordingView& view) {
+  double out = mean(view.strokes.front().level);
+  for (const Stroke& stroke : view.strokes) out = std::max(out, mean(stroke.level));
+  return out;
+}
+
+/// The names of a table are of lower case.
+Status check_labels(const RecordingView& view) {
+  std::map<std::string, std::string> labels;
+  for (const Stroke& stroke : view.strokes) {
+    const auto [at, is_new] = labels.try_emplace(name_in_table({}, stroke.cloth), stroke.cloth);
+    if (is_new || at->second == stroke.cloth) continue;
+    return fail({.code = Errc::invalid_argument,
+                 .where = "recordings",
+                 .what = "two labels that differ in case alone",
+                 .expected = "a name for each cloth",
+                 .got = stroke.cloth,
+                 .hint = "Rename one of them, or give both the same label"});
+  }
+  return {};
+}
+
 Status check_held_out_view(const RecordingView& fitted, const RecordingView& held_out) {
   if (held_out.recorded_channels != fitted.recorded_channels)
     return fail({.code = Errc::invalid_argument,
@@ -513,8 +539,11 @@ Result<CalibrationResult> calibrate(const RecordingView& fitted,
   if (loaded.strokes.empty())
     return fail({.code = Errc::measurement,
                  .where = "recordings",
-                 .what = "no stroke was on the cloth: most channels read no more than in phase S",
-                 .expected = "at least 1 count more in phase M"});
+                 .what = "no stroke was on the cloth",
+                 .expected = "a level of at least 1 count in half of the channels",
+                 .got = general(largest_level(fitted)),
+                 .hint = level_advice(fitted)});
+  if (Status ok = check_labels(loaded); !ok) return pass(ok.error());
   const auto model = ClothModel::make(loaded, library);
   if (!model) return pass(model.error());
   if (Status ok = check_cloths(*model, options); !ok) return pass(ok.error());

@@ -15,6 +15,7 @@ namespace {
 constexpr double ns_per_s = 1e9;
 constexpr double trimmed_s = 0.5;            // at both ends: the stages accelerate
 constexpr std::size_t held_samples = 4;      // at a limit: shorter stays are noise
+constexpr std::size_t samples_a_glitch = 1000;
 constexpr double most_clipped_share = 0.01;  // of a channel's samples
 constexpr double least_speed_mps = 1e-5;     // below: the stages stand
 
@@ -183,17 +184,19 @@ std::size_t count_held(const std::vector<double>& values, double limit) {
 
 Channel examine(const std::vector<Source>& sources, const std::vector<Rows>& rows,
                 std::size_t channel) {
-  double low = sources[0].trial->row(rows[0][0])[channel], high = low;
+  std::vector<double> all;
   each_stroke(sources, rows, channel, [&](const std::vector<double>& values) {
-    low = std::min(low, std::ranges::min(values));
-    high = std::max(high, std::ranges::max(values));
+    all.insert(all.end(), values.begin(), values.end());
   });
-  std::size_t held = 0, all = 0;
+  std::ranges::sort(all);
+  const std::size_t glitches = std::max(held_samples - 1, all.size() / samples_a_glitch);
+  const double low = all[glitches], high = all[all.size() - 1 - glitches];
+  std::size_t held = 0;
   each_stroke(sources, rows, channel, [&](const std::vector<double>& values) {
-    held += count_held(values, low) + count_held(values, high);
-    all += values.size();
+    held += count_held(values, low) + (low < high ? count_held(values, high) : 0);
   });
-  return {low == high, static_cast<double>(held) / static_cast<double>(all)};
+  return {all.front() == all.back(),
+          static_cast<double>(held) / static_cast<double>(all.size())};
 }
 
 std::string channel_names(const std::vector<std::size_t>& channels) {
@@ -239,8 +242,7 @@ Status choose_channels(const std::vector<Source>& sources, const std::vector<Row
 std::string conditions_of(const Source& source) {
   std::vector<std::string> parts{source.record->spec.exploration};
   for (const double factor : source.record->spec.factors) parts.push_back(general(factor));
-  if (source.dataset->info.source == "fabricslide")
-    parts.push_back(direction_and_speed(source.trial->file));
+  if (name_speed(source.trial->file)) parts.push_back(direction_and_speed(source.trial->file));
   std::erase(parts, "");
   return joined(parts, " ");
 }
@@ -277,6 +279,7 @@ double unloaded_level(const classifier::Trial& trial, const Rows& rest, std::siz
 
 void add_counts(const Source& source, const Rows& rows, const RecordingView& view, Stroke& stroke) {
   const Rows rest = samples_of(Phase::rest, *source.trial);
+  stroke.has_rest = !rest.empty();
   for (const std::size_t channel : view.recorded) {
     const double unloaded = unloaded_level(*source.trial, rest, channel);
     std::vector<double>& counts = stroke.counts.emplace_back();
@@ -326,6 +329,10 @@ void add_remarks(const std::vector<Source>& sources, RecordingView& view) {
   if (any([](const Source& s) { return s.record->spec.place.mounting == 0; }))
     view.remarks.emplace_back(
         "Mountings are not recorded: the strokes of a cloth in one file count as one mounting.");
+  if (any([](const Source& s) { return s.record->spec.place.patch == 0; }))
+    view.remarks.emplace_back(
+        "Places on the cloth are not recorded: strokes of one mounting under the same conditions "
+        "count as repetitions of one path.");
 }
 
 }  // namespace

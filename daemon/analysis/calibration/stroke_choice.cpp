@@ -1,6 +1,7 @@
 #include "daemon/analysis/calibration/stroke_choice.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -13,6 +14,7 @@ namespace {
 constexpr double longest_stroke_mm = 200;
 constexpr double dense_pitch_mm = 0.2;       // bands end at 1.75 /mm
 constexpr std::size_t window_samples = 200;  // of 50 mm at 0.25 mm
+constexpr double normalised_count = 1;
 constexpr std::size_t pair_of_strokes = 2;
 constexpr std::size_t cell_stride = 5;  // to other conditions; no factor of usual numbers of them
 
@@ -188,9 +190,26 @@ RecordingView strokes_on_cloth(const RecordingView& view) {
   }
   RecordingView chosen = subset(view, out);
   if (const std::size_t left = view.strokes.size() - out.size(); left > 0)
-    chosen.remarks.push_back("Left out because most channels read no more than in phase S: " +
-                             std::to_string(left) + (left == 1 ? " stroke." : " strokes."));
+    chosen.remarks.push_back(
+        std::string("Left out because most channels have less than 1 count of level") +
+        (std::ranges::any_of(view.strokes, &Stroke::has_rest) ? " above phase S: " : ": ") +
+        std::to_string(left) + (left == 1 ? " stroke." : " strokes."));
   return chosen;
+}
+
+std::string level_advice(const RecordingView& view) {
+  std::vector<double> levels;
+  double largest = 0;
+  for (const Stroke& stroke : view.strokes) {
+    levels.insert(levels.end(), stroke.level.begin(), stroke.level.end());
+    for (const std::vector<double>& counts : stroke.counts)
+      for (const double count : counts) largest = std::max(largest, std::abs(count));
+  }
+  if (median(std::move(levels)).value_or(0) <= -least_level)
+    return "Counts fall under load: change their sign";
+  if (largest <= normalised_count)
+    return "Counts are between 0 and 1: multiply normalised counts, for example by 10000";
+  return {};
 }
 
 RecordingView finest_strokes(const RecordingView& view) {

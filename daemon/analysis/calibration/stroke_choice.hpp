@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "daemon/analysis/calibration/recording_view.hpp"
@@ -34,6 +35,8 @@ RecordingView thin_dense_strokes(RecordingView view);
 /// Without the strokes in which most channels have no level, and a remark that says how many: one
 /// of them would take its channels from all statistics.
 RecordingView strokes_on_cloth(const RecordingView& view);
+/// What to do where recordings have no level: another sign or other units, where that would help.
+std::string level_advice(const RecordingView& view);
 
 /// The strokes with the finest pitch, within 5 %: of those the noise law is.
 RecordingView finest_strokes(const RecordingView& view);

@@ -5,7 +5,6 @@
 #include <cctype>
 #include <charconv>
 #include <nlohmann/json.hpp>
-#include <set>
 
 namespace weft::daemon::calibration {
 namespace {
@@ -265,15 +264,6 @@ Result<ordered_json> calibrated_table(std::string_view text, const CalibrationRe
                  .what = "not a table of fabrics",
                  .expected = "weft-fabrics-1 or weft-fabrics-2"});
   const std::string key = next_calibration(table);
-  std::set<std::string> names;
-  for (const BaseCloth& cloth : result.cloths)
-    if (!names.insert(name_in_table(source.prefix, cloth.label)).second)
-      return fail({.code = Errc::invalid_argument,
-                   .where = "recordings",
-                   .what = "two labels that differ in case alone",
-                   .expected = "a name for each cloth",
-                   .got = cloth.label,
-                   .hint = "Rename one of them, or give both the same label"});
   table["format"] = std::string(table_format);
   table["calibrations"][key] = calibration_json(result, source);
   set_common(table, result, key);

@@ -167,6 +167,32 @@ TEST_CASE("One stroke is answered with what it shows") {
   }
 }
 
+TEST_CASE("Labels that differ in case alone are refused before the fit") {
+  if (lacks_nlopt()) return;
+  const auto result =
+      calibrate(empty_strokes({"Denim", "denim"}, 1), std::nullopt, table(), small_options());
+  REQUIRE_FALSE(result);
+  CHECK(result.error().code == Errc::invalid_argument);
+}
+
+TEST_CASE("Recordings without a level are refused with it and what helps") {
+  if (lacks_nlopt()) return;
+  std::vector<std::string> hints;
+  for (const double level : {0.5, -300.0}) {
+    RecordingView view = empty_strokes({"denim"}, 1);
+    view.strokes[0].level.assign(view.channels, level);
+    for (std::vector<double>& counts : view.strokes[0].counts) counts.assign(92, level);
+    const auto result = calibrate(view, std::nullopt, table(), small_options());
+    REQUIRE_FALSE(result);
+    CHECK(result.error().code == Errc::measurement);
+    CHECK(std::stod(result.error().got) == level);
+    hints.push_back(result.error().hint);
+  }
+  CHECK_FALSE(hints[0].empty());
+  CHECK_FALSE(hints[1].empty());
+  CHECK(hints[0] != hints[1]);
+}
+
 TEST_CASE("More cloths than windows are refused") {
   if (lacks_nlopt()) return;
   CalibrationOptions options = small_options();

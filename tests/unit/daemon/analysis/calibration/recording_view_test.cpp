@@ -113,6 +113,7 @@ TEST_CASE("Without phase S counts are above the unloaded level, and that is said
   const auto view = viewed(set);
   REQUIRE(view);
   CHECK(view->strokes[0].level[0] == Approx(1000).margin(5));
+  CHECK_FALSE(view->strokes[0].has_rest);
   CHECK(view->remarks.size() == 1);
 }
 
@@ -210,6 +211,14 @@ TEST_CASE("Clipped channels are left out; more than half of them are refused") {
   CHECK(refused(set).code == Errc::measurement);
 }
 
+TEST_CASE("A glitch beyond the limit does not hide it") {
+  Dataset set = campaign();
+  set_channel(set, 0, [](double value, std::size_t i) { return i == 120 ? 1e5 : limited(value, i); });
+  const auto view = viewed(set);
+  REQUIRE(view);
+  CHECK(view->recorded == std::vector<std::size_t>{1, 2, 3});
+}
+
 TEST_CASE("An extreme value that is met now and then is no limit") {
   Dataset set = campaign();
   set_channel(set, 0, [](double value, std::size_t i) { return i % 20 < 3 ? 2000 : value; });
@@ -273,7 +282,12 @@ TEST_CASE("Imported strokes count their repetitions, and say that mountings are 
   REQUIRE(view);
   CHECK(view->strokes[2].repetition == 2);
   CHECK(view->strokes[2].cell == view->strokes[0].cell);
-  CHECK(view->remarks.size() == 1);
+  CHECK(view->remarks.size() == 2);  // nor places
+  set.trials[2].file = "denim_V-20mmps_0.csv";
+  const auto other = viewed(set);
+  REQUIRE(other);
+  CHECK(other->strokes[2].cell != other->strokes[0].cell);
+  CHECK(other->strokes[2].repetition == 0);
 }
 
 TEST_CASE("Direction and speed in a name are conditions, the grip is the mounting's") {
