@@ -67,6 +67,18 @@ def answered(t, d, data, absent):
     (d / "table.json").unlink()
 
 
+def refuses_repeated_data(t, d):
+    """Fitted twice, or fitted and held out; another sensor held out."""
+    one = recorded(t, d, "one", loaded)
+    (d / "copy.h5").write_bytes((d / one).read_bytes())
+    t.refuses(*calibrate(one), "copy.h5", cwd=d, says=["copy.h5", "same data set"])
+    t.refuses(*calibrate(one), "--held-out", "copy.h5", cwd=d, says=["copy.h5", "same data set"])
+    other = recorded(t, d, "other", loaded, channels=3)
+    ran = t.run(*calibrate(one), "--held-out", other, cwd=d)
+    if "NLopt" not in ran.stderr:
+        t.expect(ran.returncode == 1 and "number of channels" in ran.stderr, f"other channels: {ran.returncode} {ran.stderr}")
+
+
 def main():
     t = Checks(sys.argv[1])
     with tempfile.TemporaryDirectory() as folder:
@@ -74,6 +86,7 @@ def main():
         t.refuses(*calibrate(recorded(t, d, "constant", lambda wave, c: 500)), cwd=d, says=["no variation", "constant"])
         clipped = recorded(t, d, "clipped", lambda wave, c: min(max(loaded(wave, c), 1900 + 100 * c), 2100 + 100 * c))
         t.refuses(*calibrate(clipped), cwd=d, says=["clipped", "channels 1, 2, 3, 4", "less force or gain"])
+        refuses_repeated_data(t, d)
         answered(t, d, recorded(t, d, "channel", loaded, channels=1), ["pad_ratio", "gain_spread", "common_mode"])
         answered(t, d, recorded(t, d, "stroke", loaded, strokes=1), ["path_mm", "tilt_mrad"])
     t.finish()

@@ -3,10 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <map>
+#include <set>
 
 #include "daemon/analysis/calibration/held_out.hpp"
 #include "daemon/analysis/calibration/minimise.hpp"
+#include "daemon/analysis/calibration/signal.hpp"
 #include "daemon/analysis/calibration/stroke_choice.hpp"
+#include "daemon/analysis/calibration/write_fabrics.hpp"
+#include "daemon/base/text/format.hpp"
 #include "sim/plant/random.hpp"
 
 namespace weft::daemon::calibration {
@@ -37,6 +43,11 @@ bool is_seen(std::string_view parameter, const std::vector<Target>& targets) {
   return at == std::end(seen_by) || std::ranges::any_of(targets, [&](const Target& target) {
            return std::ranges::find(at->statistics, target.real.name) != at->statistics.end();
          });
+}
+
+template <class Range, class Value, class Projection = std::identity>
+bool has(const Range& range, const Value& value, Projection projection = {}) {
+  return std::ranges::find(range, value, projection) != std::ranges::end(range);
 }
 
 /// One run from strokes to parameters.
@@ -72,8 +83,10 @@ class Calibration {
   Status improve(const std::vector<std::size_t>& searched, std::size_t starts,
                  std::size_t evaluations);
   Status find_intervals();
+  void name_unknown_intervals();
   void round_values();
   Status keep_unseen();
+  Status check_others(const std::optional<RecordingView>& held_out, CalibrationResult& out) const;
   void fill(CalibrationResult& out);
   void compare(CalibrationResult& out) const;
   [[nodiscard]] std::vector<std::size_t> seen_common() const;
@@ -90,7 +103,7 @@ class Calibration {
   BootstrapSet real_;
   std::optional<Scene> scene_;
   std::optional<Objective> objective_;
-  std::vector<std::string> blind_;
+  std::vector<std::string> blind_, no_interval_;
   StatisticSet before_, after_;
   RecordingView view_before_, view_after_;
   double cost_before_ = 0, cost_after_ = 0;
@@ -147,7 +160,8 @@ void Calibration::estimate_one(std::string_view parameter, std::string_view stat
   };
   values_[i] = natural(at->statistic.value);
   intervals_[i] = {Standing::calibrated, natural(at->low), natural(at->high)};
-  if (!(intervals_[i].low > p.low)) intervals_[i].standing = Standing::bounded;
+  if (!(intervals_[i].low > p.low) || !(intervals_[i].high < p.high))
+    intervals_[i].standing = Standing::bounded;
 }
 
 void Calibration::estimate_gains() {
@@ -185,7 +199,7 @@ Status Calibration::take_off_texture() {
   const std::size_t s0 = model_.find("noise_counts"), k1 = model_.find("noise_per_count"),
                     k2 = model_.find("noise_per_square");
   std::vector<double> quiet = values_;
-  const double known = known_noise_counts * scene_->scale();
+  const double known = known_noise_counts * model_.scale();
   quiet[s0] = known;
   quiet[k1] = quiet[k2] = 0;
   const auto view = scene->simulate(quiet, options_.seed, options_.threads);
@@ -219,6 +233,8 @@ Status Calibration::make_objective() {
     replicates.push_back(std::move(*set));
   }
   objective_.emplace(*scene_, make_targets(real_, replicates), options_.seed, options_.threads);
+  objective_->report_to(
+      [this](std::size_t done) { say(std::to_string(done) + " evaluations so far"); });
   if (objective_->targets().empty())
     return fail({.code = Errc::measurement,
                  .where = "recordings",
@@ -310,6 +326,16 @@ Status Calibration::keep_unseen() {
   return {};
 }
 
+/// One stroke, or draws that are all alike, leave an interval without width: that is no interval.
+void Calibration::name_unknown_intervals() {
+  for (std::size_t i = 0; i < values_.size(); ++i) {
+    ParameterInterval& interval = intervals_[i];
+    if (interval.standing == Standing::estimated || interval.low < interval.high) continue;
+    interval = {Standing::estimated, values_[i], values_[i]};
+    no_interval_.push_back(model_.parameters()[i].label());
+  }
+}
+
 void Calibration::round_values() {
   for (std::size_t i = 0; i < values_.size(); ++i) {
     ParameterInterval& interval = intervals_[i];
@@ -330,6 +356,7 @@ Status Calibration::find_intervals() {
   for (const std::size_t i : searched()) intervals_[i] = found->intervals[i];
   blind_ = found->blind_directions;
   if (Status ok = keep_unseen(); !ok) return ok;
+  name_unknown_intervals();
   round_values();
   const auto cost = objective_->cost_at(values_);
   if (!cost) return pass(cost.error());
@@ -363,7 +390,11 @@ void Calibration::fill(CalibrationResult& out) {
     if (!cloth.is_named)
       out.remarks.push_back("The table has no cloth named as " + cloth.label + ": it begins as " +
                             cloth.taken + ", the one of median stiffness.");
-  if (scene_->scale() > 1)
+  if (!no_interval_.empty())
+    out.remarks.push_back("The recordings give a value without an interval, which takes more "
+                          "strokes or values that differ: " +
+                          joined(no_interval_) + ".");
+  if (model_.scale() > 1)
     out.remarks.push_back(
         "The recorded sensor reads more counts than the simulated one can: its "
         "counts are scaled down.");
@@ -371,13 +402,29 @@ void Calibration::fill(CalibrationResult& out) {
   out.cost_after = cost_after_;
   out.targets = objective_->targets().size();
   out.evaluations = objective_->evaluations();
-  out.scale = scene_->scale();
+  out.scale = model_.scale();
   out.seed = options_.seed;
   out.fitted_strokes = fitted_.strokes.size();
   out.simulated_strokes = chosen_.strokes.size();
   out.real = std::move(chosen_);
   out.before = std::move(view_before_);
   out.after = std::move(view_after_);
+}
+
+Status Calibration::check_others(const std::optional<RecordingView>& held_out,
+                                 CalibrationResult& out) const {
+  if (!held_out || held_out->strokes.empty()) {
+    out.held_out.why_not = held_out ? "No held-out stroke was on the cloth."
+                                    : "Too little is recorded to keep a part back. Name another "
+                                      "data set with --held-out.";
+    return {};
+  }
+  say("held-out check of " + std::to_string(held_out->strokes.size()) + " strokes");
+  auto check = check_held_out(*held_out, model_, values_, options_);
+  if (!check) return pass(check.error());
+  out.held_out = std::move(*check);
+  out.held_out_strokes = held_out->strokes.size();
+  return {};
 }
 
 Result<CalibrationResult> Calibration::run(const std::optional<RecordingView>& held_out) {
@@ -388,15 +435,85 @@ Result<CalibrationResult> Calibration::run(const std::optional<RecordingView>& h
        {&Calibration::make_objective, &Calibration::fit_blocks, &Calibration::find_intervals})
     if (Status ok = (this->*step)(); !ok) return pass(ok.error());
   CalibrationResult out;
-  if (held_out) {
-    say("held-out check of " + std::to_string(held_out->strokes.size()) + " strokes");
-    auto check = check_held_out(*held_out, model_, values_, options_);
-    if (!check) return pass(check.error());
-    out.held_out = std::move(*check);
-    out.held_out_strokes = held_out->strokes.size();
-  }
+  if (Status ok = check_others(held_out, out); !ok) return pass(ok.error());
   fill(out);
+  if (held_out)
+    for (const std::string& remark : held_out->remarks)
+      if (!has(fitted_.remarks, remark))
+        out.remarks.push_back("Held out: " + remark);
   return out;
+}
+
+RecordingView usable_strokes(const RecordingView& view, const CalibrationOptions& options) {
+  return strokes_on_cloth(cut_long_strokes(thin_dense_strokes(view), options.windows));
+}
+
+/// Mean over the channels.
+double largest_level(const RecordingView& view) {
+  double out = mean(view.strokes.front().level);
+  for (const Stroke& stroke : view.strokes) out = std::max(out, mean(stroke.level));
+  return out;
+}
+
+/// The names of a table are of lower case.
+Status check_labels(const RecordingView& view) {
+  std::map<std::string, std::string> labels;
+  for (const Stroke& stroke : view.strokes) {
+    const auto [at, is_new] = labels.try_emplace(name_in_table({}, stroke.cloth), stroke.cloth);
+    if (is_new || at->second == stroke.cloth) continue;
+    return fail({.code = Errc::invalid_argument,
+                 .where = "recordings",
+                 .what = "two labels that differ in case alone",
+                 .expected = "a name for each cloth",
+                 .got = stroke.cloth,
+                 .hint = "Rename one of them, or give both the same label"});
+  }
+  return {};
+}
+
+Status check_held_out_view(const RecordingView& fitted, const RecordingView& held_out) {
+  if (held_out.recorded_channels != fitted.recorded_channels)
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--held-out",
+                 .what = "has another number of channels than the recordings",
+                 .expected = std::to_string(fitted.recorded_channels),
+                 .got = std::to_string(held_out.recorded_channels)});
+  for (const Stroke& stroke : held_out.strokes)
+    if (!has(fitted.strokes, stroke.cloth, &Stroke::cloth))
+      return fail({.code = Errc::invalid_argument,
+                   .where = "--held-out",
+                   .what = "has a cloth that is not fitted",
+                   .expected = "cloths of the recordings",
+                   .got = stroke.cloth});
+  return {};
+}
+
+/// Without those of cloths that were not fitted, as all their strokes were off the cloth.
+RecordingView strokes_of_fitted(const RecordingView& view, const ClothModel& model) {
+  std::vector<std::size_t> kept;
+  std::set<std::string> dropped;
+  for (std::size_t i = 0; i < view.strokes.size(); ++i)
+    if (has(model.cloths(), view.strokes[i].cloth, &BaseCloth::label))
+      kept.push_back(i);
+    else
+      dropped.insert(view.strokes[i].cloth);
+  RecordingView out = subset(view, kept);
+  for (const std::string& cloth : dropped)
+    out.remarks.push_back("All fitted strokes of " + cloth +
+                          " are off the cloth: it is not checked.");
+  return out;
+}
+
+/// Each cloth is simulated in every evaluation.
+Status check_cloths(const ClothModel& model, const CalibrationOptions& options) {
+  if (model.cloths().size() <= options.windows) return {};
+  return fail({.code = Errc::invalid_argument,
+               .where = "recordings",
+               .what = "too many cloths for one fit",
+               .expected = "at most " + std::to_string(options.windows),
+               .got = std::to_string(model.cloths().size()),
+               .hint = "Fit part of the recordings, and the others with the table that this writes "
+                       "(--fabrics)"});
 }
 
 }  // namespace
@@ -416,26 +533,22 @@ Result<CalibrationResult> calibrate(const RecordingView& fitted,
                                     const CalibrationOptions& options,
                                     const CalibrationProgress& progress) {
   if (!has_nlopt()) return pass(minimise({}, {}, 0).error());
-  const RecordingView loaded = strokes_on_cloth(cut_long_strokes(fitted));
+  if (held_out)
+    if (Status ok = check_held_out_view(fitted, *held_out); !ok) return pass(ok.error());
+  const RecordingView loaded = usable_strokes(fitted, options);
   if (loaded.strokes.empty())
     return fail({.code = Errc::measurement,
                  .where = "recordings",
-                 .what = "no stroke was on the cloth: most channels read no more than in phase S",
-                 .expected = "at least 1 count more in phase M"});
+                 .what = "no stroke was on the cloth",
+                 .expected = "a level of at least 1 count in half of the channels",
+                 .got = general(largest_level(fitted)),
+                 .hint = level_advice(fitted)});
+  if (Status ok = check_labels(loaded); !ok) return pass(ok.error());
   const auto model = ClothModel::make(loaded, library);
   if (!model) return pass(model.error());
+  if (Status ok = check_cloths(*model, options); !ok) return pass(ok.error());
   std::optional<RecordingView> checked;
-  if (held_out) checked = strokes_on_cloth(cut_long_strokes(*held_out));
-  if (checked && checked->strokes.empty()) checked.reset();
-  if (held_out)
-    for (const Stroke& stroke : held_out->strokes)
-      if (std::ranges::find(model->cloths(), stroke.cloth, &BaseCloth::label) ==
-          model->cloths().end())
-        return fail({.code = Errc::invalid_argument,
-                     .where = "--held-out",
-                     .what = "has a cloth that is not fitted",
-                     .expected = "cloths of the recordings",
-                     .got = stroke.cloth});
+  if (held_out) checked = strokes_of_fitted(usable_strokes(*held_out, options), *model);
   return Calibration(loaded, *model, options, progress).run(checked);
 }
 

@@ -20,7 +20,7 @@ namespace weft::daemon::calibration {
 struct CalibrationOptions {
   std::uint64_t seed = 1;
   std::size_t threads = 2;              ///< changes no result
-  std::size_t windows = 144;            ///< of 50 mm, simulated in one evaluation
+  std::size_t windows = 144;            ///< simulated in one evaluation (choose_strokes())
   std::size_t starts = 5;               ///< of a block's search
   std::size_t evaluations = 25;         ///< from each start
   std::size_t common_evaluations = 60;  ///< the same, of what all cloths share
@@ -34,14 +34,17 @@ struct CalibratedParameter {
   Parameter parameter;
   Standing standing = Standing::estimated;
   double value = 0, low = 0, high = 0;  ///< natural scale, rounded to a tenth of the interval
+  /// No: `low` and `high` are the value, and say nothing.
+  [[nodiscard]] bool has_interval() const { return low < high; }
 };
 
 /// One statistic of all that is fitted: recorded, and simulated with estimates and with the result.
 struct ComparedStatistic {
   Statistic real;
-  double low = 0, high = 0;             ///< 95 % interval of the recorded one, on its scale
+  double low = 0, high = 0;  ///< 95 % interval of the recorded one, on its scale; equal: not known
   std::optional<double> before, after;  ///< on its scale; none: the simulated choice lacks it
   bool is_fitted = false;
+  [[nodiscard]] bool has_interval() const { return low < high; }
 };
 
 struct HeldOutStatistic {
@@ -53,6 +56,7 @@ struct HeldOutStatistic {
 struct HeldOutCheck {
   std::vector<HeldOutStatistic> statistics;  ///< none: not checked
   std::size_t inside = 0;
+  std::string why_not;  ///< not checked: a sentence
   [[nodiscard]] bool is_checked() const { return !statistics.empty(); }
   /// At least 80 % lie inside. What was not checked has not passed.
   [[nodiscard]] bool passes() const;
@@ -74,8 +78,11 @@ struct CalibrationResult {
 
 using CalibrationProgress = std::function<void(const std::string& what)>;
 
-/// `held_out`: nothing: no check. Errors: unsupported (without NLopt; more channels than the
-/// plant's), measurement (no statistic that a parameter could move), those of ClothModel::make().
+/// `held_out`: nothing: no check. Its cloths whose fitted strokes are all off the cloth are left
+/// out with a remark. Errors: unsupported (without NLopt; more channels than the plant's),
+/// invalid_argument (more cloths than windows; labels that differ in case alone; a held-out cloth
+/// that `fitted` does not have, or another number of channels), measurement (no stroke on the cloth; no statistic that a parameter
+/// could move), those of ClothModel::make().
 Result<CalibrationResult> calibrate(const RecordingView& fitted,
                                     const std::optional<RecordingView>& held_out,
                                     const sim::FabricLibrary& library,

@@ -22,6 +22,7 @@ std::string section_html(std::string_view title, const std::string& html) {
 }
 
 std::string interval_html(double low, double high) {
+  if (!(low < high)) return {};
   return "<span class=\"interval-text\">" + general(low) + " to " + general(high) + "</span>";
 }
 
@@ -45,7 +46,7 @@ std::string_view explanation_of(Standing standing) {
     case Standing::not_seen:
       return "The recordings limit the value on no side. The estimate stays.";
     case Standing::estimated:
-      return "The value was not fitted. It is no measurement.";
+      return "The value was not fitted, or the recordings give no interval. It is no measurement.";
   }
   return {};
 }
@@ -75,7 +76,7 @@ std::string parameter_table(const CalibrationResult& result) {
 }
 
 std::string inside_text(const ComparedStatistic& s) {
-  if (!s.after) return std::string(no_value);
+  if (!s.after || !s.has_interval()) return std::string(no_value);
   return *s.after >= s.low && *s.after <= s.high ? "inside" : "OUTSIDE";
 }
 
@@ -125,8 +126,7 @@ std::string list_of(std::string_view title, const std::vector<std::string>& sent
 
 std::string verdict_html(const HeldOutCheck& check) {
   if (!check.is_checked())
-    return "<div class=\"note alarm\"><p>Not checked: too little is recorded to keep a part back. "
-           "Name another data set with --held-out.</p></div>\n";
+    return "<div class=\"note alarm\"><p>Not checked. " + escape(check.why_not) + "</p></div>\n";
   return "<div class=\"note" + std::string(check.passes() ? "" : " alarm") + "\"><p>" +
          (check.passes() ? "Passes" : "Does not pass") + ": " + std::to_string(check.inside) +
          " of " + std::to_string(check.statistics.size()) +

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <set>
 
+#include "daemon/analysis/calibration/press.hpp"
+
 namespace weft::daemon::calibration {
 namespace {
 
@@ -167,19 +169,22 @@ void ClothModel::add_common(const sim::FabricLibrary& library) {
       "of the signal: above 0.05 it would exceed the modulation of cloths");
   add("common_mode_time_s", Block::common, 0.1, 30, pads_.common_mode_time_s,
       "from a few samples to a whole stroke");
-  add("drift_counts", Block::common, 0.01, 500, pads_.drift_counts,
+  add("drift_counts", Block::common, 0.01 * scale_, 500 * scale_, pads_.drift_counts * scale_,
       "at drift_time_s as it is: only drift over the root of the time shows in a stroke");
   add("grip_N_mm", Block::common, 0.1, 100, 0.2,
       "from a force that is held to a grip that is as stiff as the probe's guide");
   add("gain_spread", Block::estimator, 0, 2, pads_.gain_spread, "estimator: level_spread");
-  add("noise_counts", Block::estimator, 0, 1e3, pads_.noise_counts, "estimator: noise_s0");
-  add("noise_per_count", Block::estimator, 0, 1e3, pads_.noise_per_count, "estimator: noise_k1");
+  add("noise_counts", Block::estimator, 0, 1e3 * scale_, pads_.noise_counts * scale_,
+      "estimator: noise_s0");
+  add("noise_per_count", Block::estimator, 0, 1e3 * scale_, pads_.noise_per_count * scale_,
+      "estimator: noise_k1");
   add("noise_per_square", Block::estimator, 0, 1, pads_.noise_per_square, "estimator: noise_k2");
   add("cover_um", Block::fixed, 10, 200, params_.cover.lambda_m / m_per_um,
       "30 to 100 um give recorded modulations with the table's heights");
 }
 
-Result<ClothModel> ClothModel::make(const RecordingView& view, const sim::FabricLibrary& library) {
+Result<ClothModel> ClothModel::make(const RecordingView& view, const sim::FabricLibrary& library,
+                                    std::optional<double> scale) {
   if (library.fabrics.empty())
     return fail({.code = Errc::not_found,
                  .where = "fabrics",
@@ -192,6 +197,7 @@ Result<ClothModel> ClothModel::make(const RecordingView& view, const sim::Fabric
   out.spread_.piece = {0, 0, 0, 0, 0, 0};
   if (library.pads) out.pads_ = *library.pads;
   out.pads_.temperature_k = 0;
+  out.scale_ = scale.value_or(count_scale(view, out.pads_));
   std::set<std::string> seen;
   for (const Stroke& stroke : view.strokes)
     if (seen.insert(stroke.cloth).second)
@@ -239,10 +245,10 @@ ClothModel::Inputs ClothModel::inputs(std::string_view cloth,
   out.spread.mounting.pad_height_m = at("pad_height_um") * m_per_um;
   out.pads.common_mode = at("common_mode");
   out.pads.common_mode_time_s = at("common_mode_time_s");
-  out.pads.drift_counts = at("drift_counts");
+  out.pads.drift_counts = at("drift_counts") / scale_;
   out.pads.gain_spread = at("gain_spread");
-  out.pads.noise_counts = at("noise_counts");
-  out.pads.noise_per_count = at("noise_per_count");
+  out.pads.noise_counts = at("noise_counts") / scale_;
+  out.pads.noise_per_count = at("noise_per_count") / scale_;
   out.pads.noise_per_square = at("noise_per_square");
   return out;
 }

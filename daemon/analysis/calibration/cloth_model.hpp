@@ -2,6 +2,7 @@
 // What is fitted: parameters with bounds, and what the plant makes of their values.
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -44,17 +45,22 @@ struct BaseCloth {
   bool is_named = false;  ///< found by its name; else the table's cloth of median stiffness
 };
 
-/// Values are in the order of parameters(), on the natural scale.
+/// Values are in the order of parameters(), on the natural scale; counts are those of the recorded
+/// sensor, `scale()` times the plant's and the table's.
 class ClothModel {
  public:
   /// A cloth per label of the view. A label takes the longest name of the table that is in it,
   /// whatever its case: "BrownCotton" is cotton. Errors: not_found (a table without cloths), range
-  /// (a cloth that no law fits).
-  static Result<ClothModel> make(const RecordingView& view, const sim::FabricLibrary& library);
+  /// (a cloth that no law fits). `scale`: nothing: that of the view (press.hpp). One model, so one
+  /// scale, is for all strokes of a calibration.
+  static Result<ClothModel> make(const RecordingView& view, const sim::FabricLibrary& library,
+                                 std::optional<double> scale = {});
 
   [[nodiscard]] const std::vector<Parameter>& parameters() const { return parameters_; }
   [[nodiscard]] const std::vector<BaseCloth>& cloths() const { return cloths_; }
   [[nodiscard]] std::vector<double> start() const;
+  /// Counts of the recorded sensor per count of the plant's, at least 1.
+  [[nodiscard]] double scale() const { return scale_; }
   /// Its number; parameters().size(): there is none.
   [[nodiscard]] std::size_t find(std::string_view name, std::string_view cloth = {}) const;
   /// Numbers of the parameters of one block, of one cloth where it is named.
@@ -64,7 +70,7 @@ class ClothModel {
     sim::Fabric fabric;
     sim::MaterialParams params;
     sim::Spread spread;  ///< none between pieces: the recorded piece is what is calibrated
-    sim::PadParams pads;
+    sim::PadParams pads;  ///< in the plant's counts
     double grip_n_m = 0;  ///< stiffness of what pressed in the recordings; of no table
   };
   /// `cloth`: a label of the view.
@@ -77,6 +83,7 @@ class ClothModel {
   sim::MaterialParams params_;
   sim::Spread spread_;
   sim::PadParams pads_;
+  double scale_ = 1;
   std::vector<BaseCloth> cloths_;
   std::vector<Parameter> parameters_;
 };

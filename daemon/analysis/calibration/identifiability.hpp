@@ -21,7 +21,7 @@
 namespace weft::daemon::calibration {
 
 enum class Standing {
-  estimated,   ///< not looked at
+  estimated,   ///< not looked at, or a value without an interval
   calibrated,  ///< the interval is closed within the bounds
   bounded,     ///< on one side
   not_seen     ///< on none: the estimate stays

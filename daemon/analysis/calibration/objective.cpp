@@ -9,6 +9,7 @@ namespace {
 
 constexpr double least_target_sd = 0.02;  // 2 %: no model of this kind is better
 constexpr double missing_residual = 5;
+constexpr std::size_t reported_evaluations = 100;
 
 /// Over the replicates that have it; 0 where fewer than two do.
 double sd_over(std::span<const StatisticSet> sets, const Statistic& like) {
@@ -66,7 +67,7 @@ double sum_of_squares(std::span<const double> residuals) {
 Result<std::vector<double>> Objective::residuals_at(std::span<const double> values) {
   const auto view = scene_->simulate(values, seed_, threads_);
   if (!view) return pass(view.error());
-  ++evaluations_;
+  if (++evaluations_ % reported_evaluations == 0 && progress_) progress_(evaluations_);
   return residuals(targets_, compute_statistics(*view));
 }
 

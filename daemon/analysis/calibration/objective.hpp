@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -36,6 +37,10 @@ class Objective {
   Objective(Scene& scene, std::vector<Target> targets, std::uint64_t seed, std::size_t threads)
       : scene_(&scene), targets_(std::move(targets)), seed_(seed), threads_(threads) {}
 
+  /// `progress` is told the number of evaluations from time to time.
+  void report_to(std::function<void(std::size_t evaluations)> progress) {
+    progress_ = std::move(progress);
+  }
   /// Errors: the scene's.
   Result<std::vector<double>> residuals_at(std::span<const double> values);
   Result<double> cost_at(std::span<const double> values);
@@ -47,6 +52,7 @@ class Objective {
   std::vector<Target> targets_;
   std::uint64_t seed_;
   std::size_t threads_, evaluations_ = 0;
+  std::function<void(std::size_t)> progress_;
 };
 
 }  // namespace weft::daemon::calibration

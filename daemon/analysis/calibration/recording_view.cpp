@@ -15,6 +15,7 @@ namespace {
 constexpr double ns_per_s = 1e9;
 constexpr double trimmed_s = 0.5;            // at both ends: the stages accelerate
 constexpr std::size_t held_samples = 4;      // at a limit: shorter stays are noise
+constexpr std::size_t samples_a_glitch = 1000;
 constexpr double most_clipped_share = 0.01;  // of a channel's samples
 constexpr double least_speed_mps = 1e-5;     // below: the stages stand
 
@@ -183,17 +184,19 @@ std::size_t count_held(const std::vector<double>& values, double limit) {
 
 Channel examine(const std::vector<Source>& sources, const std::vector<Rows>& rows,
                 std::size_t channel) {
-  double low = sources[0].trial->row(rows[0][0])[channel], high = low;
+  std::vector<double> all;
   each_stroke(sources, rows, channel, [&](const std::vector<double>& values) {
-    low = std::min(low, std::ranges::min(values));
-    high = std::max(high, std::ranges::max(values));
+    all.insert(all.end(), values.begin(), values.end());
   });
-  std::size_t held = 0, all = 0;
+  std::ranges::sort(all);
+  const std::size_t glitches = std::max(held_samples - 1, all.size() / samples_a_glitch);
+  const double low = all[glitches], high = all[all.size() - 1 - glitches];
+  std::size_t held = 0;
   each_stroke(sources, rows, channel, [&](const std::vector<double>& values) {
-    held += count_held(values, low) + count_held(values, high);
-    all += values.size();
+    held += count_held(values, low) + (low < high ? count_held(values, high) : 0);
   });
-  return {low == high, static_cast<double>(held) / static_cast<double>(all)};
+  return {all.front() == all.back(),
+          static_cast<double>(held) / static_cast<double>(all.size())};
 }
 
 std::string channel_names(const std::vector<std::size_t>& channels) {
@@ -239,14 +242,14 @@ Status choose_channels(const std::vector<Source>& sources, const std::vector<Row
 std::string conditions_of(const Source& source) {
   std::vector<std::string> parts{source.record->spec.exploration};
   for (const double factor : source.record->spec.factors) parts.push_back(general(factor));
-  if (source.dataset->info.source == "fabricslide")
-    parts.push_back(direction_and_speed(source.trial->file));
+  if (name_speed(source.trial->file)) parts.push_back(direction_and_speed(source.trial->file));
   std::erase(parts, "");
   return joined(parts, " ");
 }
 
-/// Mean normal force while the rows were recorded.
+/// Mean normal force while the rows were recorded; NaN without rows or wrench.
 double mean_force_n(const Source& source, const Rows& rows) {
+  if (rows.empty()) return std::numeric_limits<double>::quiet_NaN();
   const WrenchStream& wrench = source.record->wrench;
   const auto first = std::ranges::lower_bound(wrench.t_ns, source.record->t_ns[rows.front()]);
   const auto last = std::ranges::upper_bound(wrench.t_ns, source.record->t_ns[rows.back()]);
@@ -255,6 +258,16 @@ double mean_force_n(const Source& source, const Rows& rows) {
   for (auto i = first; i < last; ++i)
     force_n.push_back(wrench.force_n(static_cast<std::size_t>(i - wrench.t_ns.begin()), 2));
   return mean(force_n);
+}
+
+/// Of the stroke and of phase S before it. A wrench that shows no load there is none.
+void add_forces(const Source& source, const Rows& rows, Stroke& stroke) {
+  const double force_n = mean_force_n(source, rows);
+  if (!(force_n > 0)) return;
+  Rows rest = samples_of(Phase::rest, *source.trial);
+  std::erase_if(rest, [&](std::size_t i) { return i > rows.front(); });
+  stroke.force_n = force_n;
+  stroke.rest_force_n = mean_force_n(source, rest);
 }
 
 /// 0 without phase S.
@@ -266,6 +279,7 @@ double unloaded_level(const classifier::Trial& trial, const Rows& rest, std::siz
 
 void add_counts(const Source& source, const Rows& rows, const RecordingView& view, Stroke& stroke) {
   const Rows rest = samples_of(Phase::rest, *source.trial);
+  stroke.has_rest = !rest.empty();
   for (const std::size_t channel : view.recorded) {
     const double unloaded = unloaded_level(*source.trial, rest, channel);
     std::vector<double>& counts = stroke.counts.emplace_back();
@@ -301,12 +315,24 @@ class Numbering {
 
 void add_remarks(const std::vector<Source>& sources, RecordingView& view) {
   const auto any = [&](auto&& holds) { return std::ranges::any_of(sources, holds); };
+  std::size_t unloaded = 0;
+  for (std::size_t s = 0; s < sources.size(); ++s)
+    unloaded +=
+        !sources[s].record->wrench.t_ns.empty() && std::isnan(view.strokes[s].force_n) ? 1 : 0;
+  if (unloaded > 0)
+    view.remarks.push_back("The wrench reads no force above 0 in " + std::to_string(unloaded) +
+                           (unloaded == 1 ? " stroke" : " strokes") +
+                           ": taken for strokes without a wrench. Load has to be positive.");
   if (any([](const Source& s) { return samples_of(Phase::rest, *s.trial).empty(); }))
     view.remarks.emplace_back(
         "Trials without phase S: their counts are taken for counts above the unloaded level.");
   if (any([](const Source& s) { return s.record->spec.place.mounting == 0; }))
     view.remarks.emplace_back(
         "Mountings are not recorded: the strokes of a cloth in one file count as one mounting.");
+  if (any([](const Source& s) { return s.record->spec.place.patch == 0; }))
+    view.remarks.emplace_back(
+        "Places on the cloth are not recorded: strokes of one mounting under the same conditions "
+        "count as repetitions of one path.");
 }
 
 }  // namespace
@@ -334,7 +360,7 @@ Result<RecordingView> make_recording_view(std::span<const Dataset> datasets,
     stroke.conditions = conditions_of(source);
     stroke.speed_mps = *speed;
     stroke.rate_hz = source.dataset->info.taxel_rate_hz;
-    stroke.force_n = mean_force_n(source, rows[s]);
+    add_forces(source, rows[s], stroke);
     numbering.apply(source, stroke);
     add_counts(source, rows[s], out, stroke);
   }

@@ -17,14 +17,16 @@ namespace weft::daemon::calibration {
 /// One trial's phase M without 0.5 s at both ends (without an eighth where that is less).
 struct Stroke {
   std::string cloth;
-  std::string conditions;  ///< exploration and factors, or direction and speed; never the cloth
+  std::string conditions;  ///< exploration, factors, direction and speed of the name; not the cloth
   std::string cell;        ///< cloth, conditions, mounting, patch: strokes of one path
   std::uint32_t repetition = 0;  ///< as recorded; imported without one: counted within the cell
   std::uint32_t mounting = 0;    ///< from 1 within the cloth; other pieces and files have others
   std::uint32_t patch = 0;       ///< as recorded; 0: not known
   double speed_mps = 0;          ///< > 0
   double rate_hz = 0;            ///< > 0
-  double force_n = std::numeric_limits<double>::quiet_NaN();  ///< mean; NaN: not recorded
+  double force_n = std::numeric_limits<double>::quiet_NaN();  ///< mean, > 0; NaN: not recorded
+  double rest_force_n = std::numeric_limits<double>::quiet_NaN();  ///< mean of phase S before it
+  bool has_rest = false;  ///< phase S was recorded: counts are above what was read there
   std::vector<std::vector<double>> counts;  ///< [channel][sample] above the unloaded level
   std::vector<double> level;                ///< [channel] mean of counts
   [[nodiscard]] std::size_t samples() const { return counts.empty() ? 0 : counts[0].size(); }
@@ -56,7 +58,8 @@ struct ViewOptions {
 /// value of a recording that never leaves the cloth is a loaded one: on fabricslide taking it for
 /// unloaded makes all modulations four times as large.)
 /// Left out with a remark: a constant channel; a channel of which more than 1 % of the samples
-/// stay at its largest or smallest value for 4 samples or longer.
+/// stay at its limit for 4 samples or longer. Limits: the largest and smallest values but for one
+/// sample in a thousand, or three, so that a glitch hides none.
 /// Errors: invalid_argument (no complete trial; a trial without phase M or with a short one; rate
 /// or speed unknown; other numbers of channels); measurement (all channels constant; more than half
 /// of them clipped).

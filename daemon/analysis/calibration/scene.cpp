@@ -5,6 +5,7 @@
 #include <cmath>
 #include <thread>
 
+#include "daemon/analysis/calibration/press.hpp"
 #include "protocols/base/time.hpp"
 #include "sim/plant/plant.hpp"
 #include "sim/plant/random.hpp"
@@ -14,22 +15,12 @@ namespace {
 
 constexpr double sample_s = 1e-9 * static_cast<double>(sim::pad_timing::frame_ns);
 constexpr double conversion_s = 1e-9 * static_cast<double>(sim::pad_timing::stage_ns);
-constexpr double settling_s = 10;      // under load, before a stroke
-constexpr double slack_m = 20e-3;      // the probe rests in the middle of it
-constexpr double least_rest_n = 0.01;  // 40 Pa: nothing beside a pad's 20 kPa
-constexpr double most_rest = 0.9;      // of the force
-constexpr double most_of_range = 0.7;  // of a closed pad's counts, for the largest level
-constexpr double mean_neighbours = 3;  // of a pad in a square of 16
-constexpr double closed_pa = 1e12, almost_closed = 0.999;
+constexpr double most_settling = 8;  // times that: work is by samples
+constexpr double settling_s = 10;  // under load, before a stroke
+constexpr double slack_m = 20e-3;  // the probe rests in the middle of it
 constexpr double patch_m = 20e-3;  // between paths of one mounting: wider than the face
 constexpr std::size_t rest_scans = 15, press_scans = 20;
 constexpr double lead_s = 0.5;  // of the stroke, which a view leaves out
-
-double mean_level(const Stroke& stroke) {
-  double sum = 0;
-  for (const double level : stroke.level) sum += level;
-  return sum / static_cast<double>(stroke.level.size());
-}
 
 /// The times of the plant in samples of the recording.
 void scale_times(ClothModel::Inputs& inputs, double ratio) {
@@ -39,24 +30,14 @@ void scale_times(ClothModel::Inputs& inputs, double ratio) {
   for (double& time_s : inputs.params.relaxation_time_s) time_s *= ratio;
 }
 
-/// Counts of the recorded sensor become counts of the plant's.
-void scale_counts(sim::PadParams& pads, double scale) {
-  pads.noise_counts /= scale;
-  pads.noise_per_count /= scale;
-  pads.drift_counts /= scale;
-}
-
-/// Forces of one mounting, from recorded forces or levels.
-struct Press {
-  double rest_n;
-  std::vector<double> force_n;  ///< of each stroke
-};
-
 /// One sensor over one mounted piece.
 class Stylus {
  public:
-  Stylus(const sim::PlantParams& params, std::uint64_t seed, const sim::Plant* textured)
-      : plant_(params, seed), grip_n_m_(params.mount.stiffness_n_m) {
+  Stylus(const sim::PlantParams& params, std::uint64_t seed, const sim::Plant* textured,
+         double time_ratio)
+      : plant_(params, seed),
+        grip_n_m_(params.mount.stiffness_n_m),
+        settling_s_(settling_s * std::clamp(time_ratio, 1.0, most_settling)) {
     if (textured != nullptr) plant_.share_tiles(*textured);
   }
 
@@ -73,7 +54,7 @@ class Stylus {
   void press_to(double force_n, double rest_n) {
     pose_.z_m = plant_.contact_now().probe_z_m() + (force_n - rest_n) / grip_n_m_;
     approach(force_n);
-    plant_.advance(pose_, settling_s);
+    plant_.advance(pose_, settling_s_);
     approach(force_n);
   }
   /// One sample, after the probe has moved by `dy_m`.
@@ -102,7 +83,7 @@ class Stylus {
   }
 
   sim::Plant plant_;
-  double grip_n_m_;
+  double grip_n_m_, settling_s_;
   sim::Pose pose_;
   std::uint64_t frame_ = 0;
   bool touched_ = false;
@@ -135,29 +116,6 @@ Stroke slide_once(Stylus& stylus, const Stroke& like, const std::vector<std::siz
   return out;
 }
 
-/// With known forces the load at rest is what the level lacks; else the level decides the force.
-Press plan_press(const RecordingView& view, const SceneGroup& group, const sim::PadParams& pads,
-                 double scale) {
-  const double area_m2 = sim::ContactGeometry{}.face_area_m2();
-  Press out{least_rest_n, {}};
-  double rest_n = 0;
-  for (const std::size_t i : group.strokes) {
-    const Stroke& stroke = view.strokes[i];
-    const double level = std::max(1.0, mean_level(stroke) / scale);
-    if (std::isnan(stroke.force_n)) {
-      out.force_n.push_back(area_m2 * pressure_for(pads, level));
-      continue;
-    }
-    out.force_n.push_back(std::max(stroke.force_n, 2 * least_rest_n));
-    const double idle = counts_under(pads, out.force_n.back() / area_m2) - level;
-    rest_n +=
-        std::min(most_rest * out.force_n.back(), idle > 0 ? area_m2 * pressure_for(pads, idle) : 0);
-  }
-  out.rest_n = std::max(least_rest_n, rest_n / static_cast<double>(group.strokes.size()));
-  for (double& force_n : out.force_n) force_n = std::max(force_n, out.rest_n);
-  return out;
-}
-
 /// Runs work(0) to work(count - 1), each once.
 template <class Work>
 void run_all(std::size_t count, std::size_t threads, const Work& work) {
@@ -172,22 +130,6 @@ void run_all(std::size_t count, std::size_t threads, const Work& work) {
 
 }  // namespace
 
-double counts_under(const sim::PadParams& pads, double pressure_pa) {
-  const double gap_m = pads.gap_m * pads.gap_pressure_pa / (pads.gap_pressure_pa + pressure_pa);
-  const double change_f = sim::capacitance_f(pads, gap_m) - sim::capacitance_f(pads, pads.gap_m);
-  return (1 + mean_neighbours * pads.crosstalk) * change_f / pads.lsb_f;
-}
-
-double pressure_for(const sim::PadParams& pads, double counts) {
-  const double held = std::clamp(counts, 0.0, almost_closed * counts_under(pads, closed_pa));
-  double low_pa = 0, high_pa = closed_pa;
-  for (int i = 0; i < 100; ++i) {  // in the root: small pressures need their digits
-    const double root = 0.5 * (std::sqrt(low_pa) + std::sqrt(high_pa)), middle_pa = root * root;
-    (counts_under(pads, middle_pa) < held ? low_pa : high_pa) = middle_pa;
-  }
-  return high_pa;
-}
-
 Result<Scene> Scene::make(const RecordingView& like, const ClothModel& model) {
   if (like.recorded.empty() || like.recorded.back() >= sim::pad_count)
     return fail({.code = Errc::unsupported,
@@ -196,10 +138,8 @@ Result<Scene> Scene::make(const RecordingView& like, const ClothModel& model) {
                  .expected = "at most " + std::to_string(sim::pad_count),
                  .got = std::to_string(like.recorded_channels)});
   Scene out(like, model);
-  double level = 0;
   for (std::size_t i = 0; i < like.strokes.size(); ++i) {
     const Stroke& stroke = like.strokes[i];
-    level = std::max(level, mean_level(stroke));
     const auto same = [&](const Job& job) {
       return job.group.cloth == stroke.cloth && job.group.mounting == stroke.mounting &&
              job.group.rate_hz == stroke.rate_hz;
@@ -209,8 +149,6 @@ Result<Scene> Scene::make(const RecordingView& like, const ClothModel& model) {
       job = out.jobs_.insert(job, Job{{stroke.cloth, stroke.mounting, stroke.rate_hz, {}}, {}, {}});
     job->group.strokes.push_back(i);
   }
-  const sim::PadParams pads = model.inputs(like.strokes.front().cloth, model.start()).pads;
-  out.scale_ = std::max(1.0, level / (most_of_range * counts_under(pads, closed_pa)));
   return out;
 }
 
@@ -271,9 +209,10 @@ Result<std::vector<Stroke>> Scene::slide(Job& job, std::span<const double> value
   if (job.textured.values == textured.values && job.textured.seed == seed)
     textured.plant = job.textured.plant;
   ClothModel::Inputs inputs = model_->inputs(group.cloth, values);
-  const Press press = plan_press(like_, group, inputs.pads, scale_);
+  std::vector<const Stroke*> strokes;
+  for (const std::size_t i : group.strokes) strokes.push_back(&like_.strokes[i]);
+  const Press press = plan_press(strokes, inputs.pads, model_->scale());
   scale_times(inputs, group.rate_hz * sample_s);
-  scale_counts(inputs.pads, scale_);
   sim::PlantParams params;
   params.quasistatic_step_s = sample_s;
   params.pads = inputs.pads;
@@ -293,11 +232,11 @@ Result<std::vector<Stroke>> Scene::slide(Job& job, std::span<const double> value
     if (!patch) return pass(patch.error());
     if (!stylus) {
       if (Status ok = sim::check(params, patch->material); !ok) return pass(ok.error());
-      stylus.emplace(params, rig, textured.plant.get());
+      stylus.emplace(params, rig, textured.plant.get(), group.rate_hz * sample_s);
     }
     stylus->rest(*patch, patch_m * like.patch);
     out.push_back(
-        slide_once(*stylus, like, pads_of(like_), press.force_n[out.size()], press.rest_n, scale_));
+        slide_once(*stylus, like, pads_of(like_), press.force_n[out.size()], press.rest_n, model_->scale()));
   }
   textured.plant = std::make_shared<const sim::Plant>(stylus->plant());
   job.textured = std::move(textured);

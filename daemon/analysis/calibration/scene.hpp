@@ -4,10 +4,10 @@
 //
 // The probe is pressed by a spring, whose stiffness is a parameter: a soft one holds the force, a
 // stiff one the height, and then long waves are common to all pads. The cloth has relaxed before a
-// stroke begins. Force there: as recorded; without a wrench that which gives the recorded level (a
-// nuisance). Where phase S was recorded with the probe on the cloth, counts are above that load:
-// with a known force the load at rest follows from the level. A sensor that reads more counts than
-// the plant's can has its counts scaled down (`scale`).
+// stroke begins. Force there: that which gives the recorded level (a nuisance: the recorded sensor
+// has another gain than the plant's). Where phase S was recorded with the probe on the cloth, counts
+// are above that load: a wrench gives its share of the force (press.hpp). A sensor that reads more
+// counts than the plant's can has its counts scaled down (ClothModel::scale()).
 //
 // Frames of the plant are taken for samples of the recording, whatever its rate: path and noise are
 // per sample, and all times of the plant are scaled by the ratio of the rates.
@@ -29,12 +29,6 @@ struct SceneGroup {
   std::vector<std::size_t> strokes;  ///< of the view, in its order
 };
 
-/// Counts above idle under even pressure, mean of the plant's pads without their spreads: closed
-/// form.
-double counts_under(const sim::PadParams& pads, double pressure_pa);
-/// Its inverse; the pressure is at most that of 99.9 % of the counts of a closed pad.
-double pressure_for(const sim::PadParams& pads, double counts);
-
 class Scene {
  public:
   /// `model` must outlive it. Errors: unsupported, for an array of more channels than the plant's.
@@ -46,8 +40,6 @@ class Scene {
   /// values that the plant refuses.
   Result<RecordingView> simulate(std::span<const double> values, std::uint64_t seed,
                                  std::size_t threads);
-  /// Counts of the recorded sensor per count of the plant's, at least 1.
-  [[nodiscard]] double scale() const { return scale_; }
 
  private:
   struct Made {
@@ -77,7 +69,6 @@ class Scene {
 
   RecordingView like_;
   const ClothModel* model_;
-  double scale_ = 1;
   std::vector<Job> jobs_;
 };
 

@@ -1,6 +1,7 @@
 #include "daemon/analysis/calibration/stroke_choice.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -11,6 +12,9 @@ namespace weft::daemon::calibration {
 namespace {
 
 constexpr double longest_stroke_mm = 200;
+constexpr double dense_pitch_mm = 0.2;       // bands end at 1.75 /mm
+constexpr std::size_t window_samples = 200;  // of 50 mm at 0.25 mm
+constexpr double normalised_count = 1;
 constexpr std::size_t pair_of_strokes = 2;
 constexpr std::size_t cell_stride = 5;  // to other conditions; no factor of usual numbers of them
 
@@ -48,7 +52,8 @@ std::vector<ClothCells> list_cells(const RecordingView& view) {
 
 std::size_t count_windows(const Stroke& stroke) {
   const double length_mm = static_cast<double>(stroke.samples()) * stroke.pitch_mm();
-  return std::max<std::size_t>(1, static_cast<std::size_t>(length_mm / window_mm));
+  return std::max({std::size_t{1}, static_cast<std::size_t>(length_mm / window_mm),
+                   stroke.samples() / window_samples});
 }
 
 /// Mountings in turn, each time at other conditions.
@@ -68,6 +73,36 @@ Indices order_of(const ClothCells& cloth, std::size_t number) {
       --left;
     }
   return out;
+}
+
+/// Strokes that keep one pitch.
+using Sampling = std::pair<std::string, double>;  // conditions, rate [Hz]
+
+Sampling sampling_of(const Stroke& stroke) {
+  return {stroke.conditions, stroke.rate_hz};
+}
+
+std::map<Sampling, std::size_t> find_strides(const RecordingView& view) {
+  std::map<Sampling, std::size_t> out;
+  for (const Stroke& stroke : view.strokes) {
+    const auto stride =
+        std::max<std::size_t>(1, static_cast<std::size_t>(dense_pitch_mm / stroke.pitch_mm()));
+    const auto held = std::min(stride, std::max<std::size_t>(1, stroke.samples() / least_samples));
+    const auto [at, is_new] = out.try_emplace(sampling_of(stroke), held);
+    at->second = std::min(at->second, held);
+  }
+  return out;
+}
+
+void take_every(std::size_t stride, Stroke& stroke) {
+  for (std::size_t c = 0; c < stroke.counts.size(); ++c) {
+    std::vector<double> taken;
+    for (std::size_t i = 0; i < stroke.counts[c].size(); i += stride)
+      taken.push_back(stroke.counts[c][i]);
+    stroke.counts[c] = std::move(taken);
+    stroke.level[c] = mean(stroke.counts[c]);
+  }
+  stroke.rate_hz /= static_cast<double>(stride);
 }
 
 /// Every third cell; none where nothing would be left.
@@ -111,15 +146,38 @@ RecordingView choose_strokes(const RecordingView& view, std::size_t windows) {
   return subset(view, chosen);
 }
 
-RecordingView cut_long_strokes(RecordingView view) {
+RecordingView cut_long_strokes(RecordingView view, std::size_t windows) {
+  std::set<std::string_view> cloths;
+  for (const Stroke& stroke : view.strokes) cloths.insert(stroke.cloth);
+  const std::size_t share =
+      window_samples * std::max<std::size_t>(1, windows / std::max<std::size_t>(1, cloths.size()));
   for (Stroke& stroke : view.strokes) {
-    const auto most = static_cast<std::size_t>(longest_stroke_mm / stroke.pitch_mm());
+    const auto most =
+        std::min(share, static_cast<std::size_t>(longest_stroke_mm / stroke.pitch_mm()));
     if (stroke.samples() <= std::max(most, least_samples)) continue;
     for (std::size_t c = 0; c < stroke.counts.size(); ++c) {
       stroke.counts[c].resize(std::max(most, least_samples));
       stroke.level[c] = mean(stroke.counts[c]);
     }
   }
+  return view;
+}
+
+RecordingView thin_dense_strokes(RecordingView view) {
+  const auto strides = find_strides(view);
+  std::size_t thinned = 0, largest = 1;
+  for (Stroke& stroke : view.strokes) {
+    const std::size_t stride = strides.at(sampling_of(stroke));
+    if (stride == 1) continue;
+    take_every(stride, stroke);
+    ++thinned;
+    largest = std::max(largest, stride);
+  }
+  if (thinned > 0)
+    view.remarks.push_back(
+        "Strokes with samples closer than 0.1 mm: " + std::to_string(thinned) +
+        ". Of them one sample in " + std::to_string(largest) +
+        " is used, or more, so that samples are up to 0.2 mm apart.");
   return view;
 }
 
@@ -132,9 +190,26 @@ RecordingView strokes_on_cloth(const RecordingView& view) {
   }
   RecordingView chosen = subset(view, out);
   if (const std::size_t left = view.strokes.size() - out.size(); left > 0)
-    chosen.remarks.push_back("Left out because most channels read no more than in phase S: " +
-                             std::to_string(left) + (left == 1 ? " stroke." : " strokes."));
+    chosen.remarks.push_back(
+        std::string("Left out because most channels have less than 1 count of level") +
+        (std::ranges::any_of(view.strokes, &Stroke::has_rest) ? " above phase S: " : ": ") +
+        std::to_string(left) + (left == 1 ? " stroke." : " strokes."));
   return chosen;
+}
+
+std::string level_advice(const RecordingView& view) {
+  std::vector<double> levels;
+  double largest = 0;
+  for (const Stroke& stroke : view.strokes) {
+    levels.insert(levels.end(), stroke.level.begin(), stroke.level.end());
+    for (const std::vector<double>& counts : stroke.counts)
+      for (const double count : counts) largest = std::max(largest, std::abs(count));
+  }
+  if (median(std::move(levels)).value_or(0) <= -least_level)
+    return "Counts fall under load: change their sign";
+  if (largest <= normalised_count)
+    return "Counts are between 0 and 1: multiply normalised counts, for example by 10000";
+  return {};
 }
 
 RecordingView finest_strokes(const RecordingView& view) {

@@ -5,7 +5,6 @@
 #include <cctype>
 #include <charconv>
 #include <nlohmann/json.hpp>
-#include <set>
 
 namespace weft::daemon::calibration {
 namespace {
@@ -54,8 +53,7 @@ double per_count(std::string_view name, double scale) {
 }
 
 ordered_json with_standing(const CalibratedParameter& p, const std::string& key, double scale) {
-  // What was not seen is the table's own estimate, which is in the plant's counts already.
-  const double factor = p.standing == Standing::not_seen ? 1 : per_count(p.parameter.name, scale);
+  const double factor = per_count(p.parameter.name, scale);
   const double value = rounded(p.value * factor);
   if (p.standing == Standing::estimated) return {value, "estimated"};
   return {value, std::string(to_string(p.standing)), key,
@@ -266,15 +264,6 @@ Result<ordered_json> calibrated_table(std::string_view text, const CalibrationRe
                  .what = "not a table of fabrics",
                  .expected = "weft-fabrics-1 or weft-fabrics-2"});
   const std::string key = next_calibration(table);
-  std::set<std::string> names;
-  for (const BaseCloth& cloth : result.cloths)
-    if (!names.insert(name_in_table(source.prefix, cloth.label)).second)
-      return fail({.code = Errc::invalid_argument,
-                   .where = "recordings",
-                   .what = "two labels that differ in case alone",
-                   .expected = "a name for each cloth",
-                   .got = cloth.label,
-                   .hint = "Rename one of them, or give both the same label"});
   table["format"] = std::string(table_format);
   table["calibrations"][key] = calibration_json(result, source);
   set_common(table, result, key);

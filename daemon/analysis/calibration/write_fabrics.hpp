@@ -30,7 +30,7 @@ std::string next_calibration(const nlohmann::ordered_json& table);
 
 /// `table`: text that sim::parse_fabrics() accepts. An earlier cloth of the same name is replaced;
 /// a parameter that an earlier calibration saw and this one did not is left. Errors: parse, for
-/// other text; invalid_argument, for labels that differ in case alone.
+/// other text.
 Result<nlohmann::ordered_json> calibrated_table(std::string_view table,
                                                 const CalibrationResult& result,
                                                 const CalibrationSource& source);

@@ -1,6 +1,8 @@
 #include <cctype>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <ostream>
+#include <set>
 
 #include "daemon/analysis/calibration/calibrate.hpp"
 #include "daemon/analysis/calibration/calibration_page.hpp"
@@ -72,6 +74,24 @@ Status check_files(const CalibrateArgs& args) {
   return check_outputs(inputs, std::vector<Output>{{"output", args.output}, {"page", args.page}});
 }
 
+/// Strokes that count twice make intervals too short, and held out they check nothing.
+Status check_distinct(const std::vector<Dataset>& datasets, const CalibrateArgs& args,
+                      const Dataset* held_out) {
+  std::map<std::string, std::string> files;  // by digest
+  const auto add = [&](const Dataset& dataset, const std::filesystem::path& file) -> Status {
+    const auto [at, is_new] =
+        files.try_emplace(compute_digest(dataset).dataset_sha256, file.string());
+    if (is_new) return {};
+    return fail({.code = Errc::invalid_argument,
+                 .where = file.string(),
+                 .what = "the same data set as " + at->second,
+                 .expected = "each data set once, fitted or held out"});
+  };
+  for (std::size_t i = 0; i < datasets.size(); ++i)
+    if (Status ok = add(datasets[i], args.recordings[i]); !ok) return ok;
+  return held_out != nullptr ? add(*held_out, args.held_out) : Status{};
+}
+
 CalibrationSource make_source(const CalibrateArgs& args, const std::vector<Dataset>& datasets) {
   CalibrationSource source;
   source.prefix = args.name.empty() ? args.recordings.front().stem().string() : args.name;
@@ -102,6 +122,7 @@ struct Views {
 };
 
 Result<Views> read_views(const std::vector<Dataset>& datasets, const CalibrateArgs& args) {
+  if (Status ok = check_distinct(datasets, args, nullptr); !ok) return pass(ok.error());
   auto fitted = make_view(datasets, args);
   if (!fitted) return pass(fitted.error());
   if (args.held_out.empty()) {
@@ -110,6 +131,7 @@ Result<Views> read_views(const std::vector<Dataset>& datasets, const CalibrateAr
   }
   const auto others = read_datasets({args.held_out});
   if (!others) return pass(others.error(), "--held-out");
+  if (Status ok = check_distinct(datasets, args, &others->front()); !ok) return pass(ok.error());
   auto held_out = make_view(*others, args);
   if (!held_out) return pass(held_out.error(), "--held-out");
   return Views{std::move(*fitted), std::move(*held_out)};
@@ -119,13 +141,17 @@ std::string natural_text(const std::optional<double>& value, Scale scale) {
   return value ? general(from_scale(*value, scale)) : "-";
 }
 
+std::string interval_text(double low, double high) {
+  return low < high ? " [" + general(low) + ", " + general(high) + "]" : "";
+}
+
 std::string statistics_text(const CalibrationResult& result) {
   std::string out = "SIMULATED beside recorded   real [95 % interval]   before   after\n";
   for (const ComparedStatistic& s : result.statistics) {
     if (!s.real.cloth.empty()) continue;
     const Scale scale = s.real.scale;
-    out += "  " + s.real.name + "  " + general(s.real.shown) + " [" +
-           general(from_scale(s.low, scale)) + ", " + general(from_scale(s.high, scale)) + "]  " +
+    out += "  " + s.real.name + "  " + general(s.real.shown) +
+           interval_text(from_scale(s.low, scale), from_scale(s.high, scale)) + "  " +
            natural_text(s.before, scale) + "  " + natural_text(s.after, scale) + "\n";
   }
   return out;
@@ -134,16 +160,14 @@ std::string statistics_text(const CalibrationResult& result) {
 std::string parameters_text(const CalibrationResult& result) {
   std::string out = "parameters\n";
   for (const CalibratedParameter& p : result.parameters)
-    out += "  " + p.parameter.label() + "  " + general(p.value) + " [" + general(p.low) + ", " +
-           general(p.high) + "]  " + std::string(to_string(p.standing)) + "\n";
+    out += "  " + p.parameter.label() + "  " + general(p.value) + interval_text(p.low, p.high) +
+           "  " + std::string(to_string(p.standing)) + "\n";
   for (const std::string& direction : result.blind_directions) out += "  " + direction + "\n";
   return out;
 }
 
 std::string held_out_text(const HeldOutCheck& check) {
-  if (!check.is_checked())
-    return "not checked: too little is recorded to keep a part back; name another with "
-           "--held-out\n";
+  if (!check.is_checked()) return "not checked. " + check.why_not + "\n";
   return std::string(check.passes() ? "passes" : "DOES NOT PASS") + ": " +
          std::to_string(check.inside) + " of " + std::to_string(check.statistics.size()) +
          " statistics of recordings that were not fitted lie where 95 % of the simulated ones do "
@@ -158,11 +182,14 @@ std::filesystem::path picture_file(const std::filesystem::path& folder, std::str
 
 Status write_pictures(const std::filesystem::path& folder, const CalibrationResult& result) {
   if (folder.empty()) return {};
-  for (const CalibrationPicture& picture : draw_calibration(result))
-    if (Status ok =
-            write_text_file(picture_file(folder, picture.name), standalone_svg(picture.svg));
-        !ok)
-      return ok;
+  std::set<std::filesystem::path> files;
+  for (const CalibrationPicture& picture : draw_calibration(result)) {
+    std::filesystem::path file = picture_file(folder, picture.name);
+    // Labels "a b" and "a-b": the second gets a number.
+    for (std::size_t again = 2; !files.insert(file).second; ++again)
+      file = picture_file(folder, picture.name + "-" + std::to_string(again));
+    if (Status ok = write_text_file(file, standalone_svg(picture.svg)); !ok) return ok;
+  }
   return {};
 }
 

@@ -49,22 +49,35 @@ struct Sides {
   json cloths = json::object();  ///< label, and the table's cloth that stands for it
 };
 
-/// Those of the table; where its newest calibration with these very recordings saw a parameter,
-/// that one's: some are of the recordings and in no cloth table.
-std::vector<double> values_of(const ClothModel& model, const std::string& table,
-                              const Dataset& recordings) {
-  std::vector<double> out = model.start();
+/// The table's calibrations with these very recordings, oldest first.
+std::vector<nlohmann::ordered_json> own_calibrations(const std::string& table,
+                                                     const Dataset& recordings) {
+  std::vector<nlohmann::ordered_json> out;
   const auto root = nlohmann::ordered_json::parse(table, nullptr, false);
   if (!root.contains("calibrations")) return out;
   const nlohmann::ordered_json digest = {compute_digest(recordings).dataset_sha256};
-  for (const auto& calibration : root["calibrations"]) {
-    if (!calibration.contains("dataset_sha256") || calibration["dataset_sha256"] != digest)
-      continue;
+  for (const auto& calibration : root["calibrations"])
+    if (calibration.contains("dataset_sha256") && calibration["dataset_sha256"] == digest)
+      out.push_back(calibration);
+  return out;
+}
+
+/// Of the newest calibration: its values are in counts of that scale.
+std::optional<double> scale_of(const std::vector<nlohmann::ordered_json>& calibrations) {
+  if (calibrations.empty() || !calibrations.back().contains("counts_scale")) return {};
+  return calibrations.back()["counts_scale"].get<double>();
+}
+
+/// Those of the table; where its newest calibration with these very recordings saw a parameter,
+/// that one's: some are of the recordings and in no cloth table.
+std::vector<double> values_of(const ClothModel& model,
+                              const std::vector<nlohmann::ordered_json>& calibrations) {
+  std::vector<double> out = model.start();
+  for (const auto& calibration : calibrations)
     for (const auto& p : calibration["parameters"]) {
       const std::size_t i = model.find(p["name"].get<std::string>(), p["cloth"].get<std::string>());
       if (i < out.size() && p["standing"] != "not_seen") out[i] = p["value"].get<double>();
     }
-  }
   return out;
 }
 
@@ -77,12 +90,14 @@ Result<Sides> simulate(const Dataset& recordings, const std::string& table,
   const auto library = sim::parse_fabrics(table);
   if (!library) return pass(library.error(), args.fabrics.string());
   const std::string prefix = args.name.empty() ? args.recordings.stem().string() : args.name;
-  const auto model = ClothModel::make(*view, with_own_cloths(*library, *view, prefix));
+  const auto calibrations = own_calibrations(table, recordings);
+  const auto model = ClothModel::make(*view, with_own_cloths(*library, *view, prefix),
+                                      scale_of(calibrations));
   if (!model) return pass(model.error(), args.fabrics.string());
   auto scene = Scene::make(*view, *model);
   if (!scene) return pass(scene.error());
   auto made =
-      scene->simulate(values_of(*model, table, recordings), static_cast<std::uint64_t>(args.seed),
+      scene->simulate(values_of(*model, calibrations), static_cast<std::uint64_t>(args.seed),
                       static_cast<std::size_t>(args.threads));
   if (!made) return pass(made.error());
   Sides out{std::move(*view), std::move(*made), json::object()};

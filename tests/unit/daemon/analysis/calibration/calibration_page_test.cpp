@@ -132,6 +132,21 @@ TEST_CASE("Each parameter is shown with its standing in words") {
   CHECK(count_of(page, "not_seen") == 0);
 }
 
+TEST_CASE("An interval without width is not shown as one") {
+  const RecordingView view = waves({"denim"});
+  const auto model = ClothModel::make(view, table());
+  REQUIRE(model);
+  CalibrationResult result = shown_result(*model, view);
+  result.parameters.resize(1);
+  result.parameters[0].value = result.parameters[0].low = result.parameters[0].high = 0.4375;
+  result.statistics.resize(1);
+  result.statistics[0].low = result.statistics[0].high = result.statistics[0].real.value;
+  const std::string page = calibration_html(result, real_source());
+  CHECK(count_of(page, "0.4375") == 1);
+  CHECK(count_of(page, "interval-text\">") == 0);
+  CHECK(count_of(page, "OUTSIDE") == 0);
+}
+
 TEST_CASE("Without strokes there is a page without pictures, and text is escaped") {
   const auto model = ClothModel::make(empty_strokes({"<b>"}, 1), table());
   REQUIRE(model);

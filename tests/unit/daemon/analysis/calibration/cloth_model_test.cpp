@@ -81,4 +81,23 @@ TEST_CASE("A block has its own parameters, and an unknown name has no number") {
   CHECK(model->find("height_um", "silk") == model->parameters().size());
 }
 
+TEST_CASE("Counts are those of the recorded sensor in values and bounds, the plant's in inputs") {
+  const RecordingView view = empty_strokes({"denim"}, 1);
+  const auto same = ClothModel::make(view, table()), louder = ClothModel::make(view, table(), 5);
+  REQUIRE(same);
+  REQUIRE(louder);
+  CHECK(same->scale() == 1);
+  for (std::size_t i = 0; i < same->parameters().size(); ++i) {
+    const Parameter &p = same->parameters()[i], &q = louder->parameters()[i];
+    CAPTURE(p.name);
+    const bool is_in_counts =
+        p.name == "noise_counts" || p.name == "noise_per_count" || p.name == "drift_counts";
+    CHECK(q.start == Approx(p.start * (is_in_counts ? 5 : 1)));
+    CHECK(q.high == Approx(p.high * (is_in_counts ? 5 : 1)));
+  }
+  const sim::PadParams pads = louder->inputs("denim", louder->start()).pads;
+  CHECK(pads.noise_counts == Approx(same->inputs("denim", same->start()).pads.noise_counts));
+  CHECK(pads.drift_counts == Approx(same->inputs("denim", same->start()).pads.drift_counts));
+}
+
 }  // namespace weft::daemon::calibration::cloth_model_test

@@ -153,6 +153,11 @@ TEST_CASE("One stroke is answered with what it shows") {
   CHECK(one->held_out.is_checked());
   CHECK_FALSE(one->remarks.empty());
   check_finite(*one);
+  for (const CalibratedParameter& p : one->parameters) {
+    CAPTURE(p.parameter.label());
+    CHECK(p.has_interval() == (p.standing != Standing::estimated));
+  }
+  CHECK(parameter(*one, "noise_counts").standing != Standing::calibrated);
   options.threads = 2;
   const auto two = calibrate(recorded.view, recorded.view, table(), options);
   REQUIRE(two);
@@ -162,12 +167,78 @@ TEST_CASE("One stroke is answered with what it shows") {
   }
 }
 
+TEST_CASE("Labels that differ in case alone are refused before the fit") {
+  if (lacks_nlopt()) return;
+  const auto result =
+      calibrate(empty_strokes({"Denim", "denim"}, 1), std::nullopt, table(), small_options());
+  REQUIRE_FALSE(result);
+  CHECK(result.error().code == Errc::invalid_argument);
+}
+
+TEST_CASE("Recordings without a level are refused with it and what helps") {
+  if (lacks_nlopt()) return;
+  std::vector<std::string> hints;
+  for (const double level : {0.5, -300.0}) {
+    RecordingView view = empty_strokes({"denim"}, 1);
+    view.strokes[0].level.assign(view.channels, level);
+    for (std::vector<double>& counts : view.strokes[0].counts) counts.assign(92, level);
+    const auto result = calibrate(view, std::nullopt, table(), small_options());
+    REQUIRE_FALSE(result);
+    CHECK(result.error().code == Errc::measurement);
+    CHECK(std::stod(result.error().got) == level);
+    hints.push_back(result.error().hint);
+  }
+  CHECK_FALSE(hints[0].empty());
+  CHECK_FALSE(hints[1].empty());
+  CHECK(hints[0] != hints[1]);
+}
+
+TEST_CASE("More cloths than windows are refused") {
+  if (lacks_nlopt()) return;
+  CalibrationOptions options = small_options();
+  options.windows = 1;
+  const auto result =
+      calibrate(empty_strokes({"denim", "felt"}, 1), std::nullopt, table(), options);
+  REQUIRE_FALSE(result);
+  CHECK(result.error().code == Errc::invalid_argument);
+  CHECK(result.error().got == "2");
+}
+
 TEST_CASE("A cloth that is held out alone is refused") {
   if (lacks_nlopt()) return;
   const auto result =
       calibrate(empty_strokes({"denim"}, 1), empty_strokes({"felt"}, 1), table(), small_options());
   REQUIRE_FALSE(result);
   CHECK(result.error().code == Errc::invalid_argument);
+  CHECK(result.error().got == "felt");
+}
+
+TEST_CASE("Held-out strokes of another number of channels are refused") {
+  if (lacks_nlopt()) return;
+  const auto result = calibrate(empty_strokes({"denim"}, 1), empty_strokes({"denim"}, 1, 1, 9),
+                                table(), small_options());
+  REQUIRE_FALSE(result);
+  CHECK(result.error().code == Errc::invalid_argument);
+  CHECK(result.error().got == "9");
+}
+
+TEST_CASE("A cloth whose strokes are all off the cloth is neither fitted nor checked") {
+  if (lacks_nlopt()) return;
+  const Recorded recorded = record(empty_strokes({"denim", "felt"}, 1));
+  RecordingView lifted = recorded.view;
+  lifted.strokes[1].level.assign(lifted.channels, 0);
+  for (std::vector<double>& counts : lifted.strokes[1].counts) counts.assign(counts.size(), 0);
+  const auto result = calibrate(lifted, recorded.view, table(), small_options());
+  REQUIRE(result);
+  CHECK(result->cloths.size() == 1);
+  CHECK(result->held_out.is_checked());
+  CHECK(result->held_out_strokes == 1);
+  lifted.strokes[0] = lifted.strokes[1];
+  lifted.strokes[0].cloth = "denim";
+  const auto unchecked = calibrate(recorded.view, lifted, table(), small_options());
+  REQUIRE(unchecked);
+  CHECK_FALSE(unchecked->held_out.is_checked());
+  CHECK_FALSE(unchecked->held_out.why_not.empty());
 }
 
 }  // namespace weft::daemon::calibration::fit_test

@@ -113,6 +113,7 @@ TEST_CASE("Without phase S counts are above the unloaded level, and that is said
   const auto view = viewed(set);
   REQUIRE(view);
   CHECK(view->strokes[0].level[0] == Approx(1000).margin(5));
+  CHECK_FALSE(view->strokes[0].has_rest);
   CHECK(view->remarks.size() == 1);
 }
 
@@ -129,7 +130,25 @@ TEST_CASE("The force is the mean of Fz during the stroke") {
   const auto view = viewed(set);
   REQUIRE(view);
   CHECK(view->strokes[0].force_n == Approx(5));
+  CHECK(view->strokes[0].rest_force_n == Approx(2));
   CHECK(std::isnan(view->strokes[1].force_n));
+  CHECK(std::isnan(view->strokes[1].rest_force_n));
+  CHECK(view->remarks.empty());
+}
+
+TEST_CASE("A wrench that shows no load is none, and that is said") {
+  Dataset set = campaign();
+  WrenchStream& wrench = set.records[0].wrench;
+  for (int i = 0; i < 240; ++i) {
+    wrench.t_ns.push_back(i * 25'000'000LL);
+    for (const int n : {0, 0, -3, 0, 0, 0})
+      wrench.quanta.push_back(static_cast<std::int32_t>(n * force_quanta_per_n));
+  }
+  const auto view = viewed(set);
+  REQUIRE(view);
+  CHECK(std::isnan(view->strokes[0].force_n));
+  CHECK(std::isnan(view->strokes[0].rest_force_n));
+  CHECK(view->remarks.size() == 1);
 }
 
 TEST_CASE("Speed: as stated, of the sweep, of the stages, of the name, in this order") {
@@ -190,6 +209,14 @@ TEST_CASE("Clipped channels are left out; more than half of them are refused") {
   CHECK(view->recorded == std::vector<std::size_t>{1, 2});
   set_channel(set, 1, limited);
   CHECK(refused(set).code == Errc::measurement);
+}
+
+TEST_CASE("A glitch beyond the limit does not hide it") {
+  Dataset set = campaign();
+  set_channel(set, 0, [](double value, std::size_t i) { return i == 120 ? 1e5 : limited(value, i); });
+  const auto view = viewed(set);
+  REQUIRE(view);
+  CHECK(view->recorded == std::vector<std::size_t>{1, 2, 3});
 }
 
 TEST_CASE("An extreme value that is met now and then is no limit") {
@@ -255,7 +282,12 @@ TEST_CASE("Imported strokes count their repetitions, and say that mountings are 
   REQUIRE(view);
   CHECK(view->strokes[2].repetition == 2);
   CHECK(view->strokes[2].cell == view->strokes[0].cell);
-  CHECK(view->remarks.size() == 1);
+  CHECK(view->remarks.size() == 2);  // nor places
+  set.trials[2].file = "denim_V-20mmps_0.csv";
+  const auto other = viewed(set);
+  REQUIRE(other);
+  CHECK(other->strokes[2].cell != other->strokes[0].cell);
+  CHECK(other->strokes[2].repetition == 0);
 }
 
 TEST_CASE("Direction and speed in a name are conditions, the grip is the mounting's") {
