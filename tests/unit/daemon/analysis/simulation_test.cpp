@@ -46,6 +46,7 @@ json rig_with_table(const TemporaryFolder& folder, double scale = 1,
   table.fabrics_sha256 = fabrics_sha256;
   if (fabrics_sha256.empty())
     table.fabrics_sha256 = sha256_hex(test::read_file(test::source / "sim/fabrics.json"));
+  table.conditions.held_share = table.conditions.any_held_share = table.conditions.share;
   table.conditions.press_s = {1, 10};
   table.conditions.scenes = table.conditions.seeds = 1;
   table.conditions.force_n = {0.2, 10};
