@@ -427,4 +427,36 @@ TEST_CASE("an accuracy is held against two references that agree, or the error i
   CHECK(hopeless.force_max_n > 1e-3 * loose.uncertainty_n);
 }
 
+TEST_CASE("the place of an error is that against the reference which is further") {
+  const FidelitySetting setting{Level::dynamic, Integrator::midpoint, 1e-3};
+  const PlantParams params = plant_params(setting).plant;
+  const BenchMotion motion = press_and_slide(l1).motion;
+  const Replayed run = replay(params, 7, motion);
+  const auto errors_by = [&](const Reference& reference) {
+    PlantParams finer = params;
+    apply(reference.setting(), finer);
+    finer.watched.pads = false;
+    const Replayed led = replay_led(finer, 7, motion, run);
+    std::vector<double> out;
+    for (std::size_t i = 0; i < led.normal_n.size(); ++i)
+      out.push_back(led.normal_n[i] > 0 ? std::abs(run.normal_n[i] - led.normal_n[i]) : 0);
+    return out;
+  };
+  const Reference first = first_reference(setting);
+  const std::vector<double> one = errors_by(first), other = errors_by(second_reference(first));
+  const auto sampled = [&](std::size_t frame) {
+    return BenchPlant::frame_start(motion.first.frame + frame + 1);
+  };
+  std::size_t found = 0;  // pairs of frames which the two references rank otherwise
+  for (std::size_t i = 0; i < one.size() && found == 0; ++i)
+    for (std::size_t j = 0; j < one.size() && found == 0; ++j) {
+      if (!(one[i] > one[j] && other[j] > other[i] && other[j] > one[i])) continue;
+      ++found;
+      const RunError error = run_error(params, 7, motion, {{sampled(i), sampled(j)}, {}}, 1.0);
+      CHECK(error.force_max_n == other[j]);
+      CHECK(error.worst_at == sampled(j));
+    }
+  CHECK(found == 1);
+}
+
 }  // namespace level_test
