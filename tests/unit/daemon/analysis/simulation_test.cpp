@@ -4,23 +4,23 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <stdexcept>
 
 #include "daemon/analysis/report/report.hpp"
-#include "daemon/base/file/sha256.hpp"
 #include "daemon/campaign/strict_run.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
-#include "sim/plant/fidelity/table.hpp"
-#include "tests/unit/daemon/benches/trial_bench.hpp"
+#include "tests/unit/daemon/benches/promise_bench.hpp"
 
 namespace simulation_test {
 
 using namespace weft;
 using namespace weft::daemon;
 using nlohmann::json;
+using test::denim_request;
 using test::request_in;
+using test::rig_with_table;
 using test::short_recipe;
 using test::TemporaryFolder;
 
@@ -36,49 +36,6 @@ json recorded_rig(const CampaignSummary& summary) {
   const auto data = load_campaign(summary.campaign_file);
   REQUIRE(data);
   return json::parse(data->info.rig_json);
-}
-
-/// bench17 with a table of three settings, which is for this test alone. `scale`: of its errors.
-json rig_with_table(const TemporaryFolder& folder, double scale = 1,
-                    int rules = recipes::engine_rules, const std::string& fabrics_sha256 = {}) {
-  sim::FidelityTable table;
-  table.rules = rules;
-  table.fabrics_sha256 = fabrics_sha256;
-  if (fabrics_sha256.empty())
-    table.fabrics_sha256 = sha256_hex(test::read_file(test::source / "sim/fabrics.json"));
-  table.conditions.held_share = table.conditions.any_held_share = table.conditions.share;
-  table.conditions.press_s = {1, 10};
-  table.conditions.scenes = table.conditions.seeds = 1;
-  table.conditions.force_n = {0.2, 10};
-  table.conditions.speed_mps = {0.5e-3, 4e-3};
-  table.conditions.seat_speed_mps = {1e-4, 1e-3};
-  table.conditions.mount_stiffness_n_m = {1e4, 5e4};
-  table.conditions.slack_m = {0.6e-3, 3e-3};
-  table.host_cost.emulators_us_per_s = 500;
-  table.host_cost.probe_us = 50;
-  using sim::Integrator, sim::Level;
-  for (const auto& [setting, error_n, contact_us] :
-       {std::tuple{sim::FidelitySetting{Level::quasistatic, Integrator::midpoint, 3072e-6}, 200e-3,
-                   25.0},
-        {sim::FidelitySetting{Level::dynamic, Integrator::tr_bdf2, 1024e-6}, 4e-3, 200.0},
-        {sim::FidelitySetting{Level::dynamic, Integrator::midpoint, 96e-6}, 0.1e-3, 2000.0}})
-    table.settings.push_back(
-        {.setting = setting,
-         .contact_us_per_s = contact_us,
-         .cloths = {{"denim", 1, scale * error_n / 9, scale * error_n / 5, scale * error_n}},
-         .any_q99 = scale * error_n,
-         .any_max = 10 * scale * error_n});
-  std::ofstream(folder / "table.json") << sim::to_json(table);
-  json rig = test::bench17();
-  rig["simulation"]["fidelity"] = (folder / "table.json").string();
-  return rig;
-}
-
-CampaignRequest denim_request(const TemporaryFolder& folder, double scale = 1) {
-  CampaignRequest request =
-      request_in(folder, short_recipe("denim"), rig_with_table(folder, scale));
-  request.fidelity.probe_us = 50;
-  return request;
 }
 
 }  // namespace
@@ -204,6 +161,19 @@ TEST_CASE("a strict accuracy runs the next settings, and keeps what was missed a
   CHECK_FALSE(std::filesystem::exists(request.out / "aside-3"));
   CHECK(s->simulation.aside == std::vector<std::string>{(request.out / "aside-1").string(),
                                                         (request.out / "aside-2").string()});
+}
+
+TEST_CASE("where a strict run's next attempt fails, its error names what was set aside") {
+  const TemporaryFolder folder;
+  CampaignRequest request = denim_request(folder, 1e-6);
+  request.fidelity.accuracy_n = 1e-5;
+  request.fidelity.strict = true;
+  CampaignHooks hooks;  // after the first attempt its rig file is gone
+  hooks.kept_trials = [&](const auto&, const auto&) { std::filesystem::remove(request.rig); };
+  const auto failed = run_until_held(request, hooks);
+  REQUIRE_FALSE(failed);
+  CHECK(failed.error().hint.find((request.out / "aside-1").string()) != std::string::npos);
+  CHECK(std::filesystem::exists(request.out / "aside-1" / campaign_file_name));
 }
 
 TEST_CASE("a budget that was not achieved is missed, in the certificate too") {
