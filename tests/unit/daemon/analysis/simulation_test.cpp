@@ -260,6 +260,47 @@ TEST_CASE("a promise is held only where every pair of fabric and exploration was
   CHECK_FALSE(is_measured_miss(*note.promise));
 }
 
+TEST_CASE("an error that is known to be too large is said, whatever another trial leaves open") {
+  const auto error_of = [](const std::string& exploration, double force_n, bool is_resolved) {
+    SimulationError out;
+    out.worst.force_max_n = force_n;
+    out.worst.uncertainty_n = is_resolved ? 1e-3 : 0.5;
+    out.worst.samples = 10;
+    out.worst.is_doubled = true;
+    out.worst.is_resolved = is_resolved;
+    out.worst_fabric = "nylon";
+    out.worst_exploration = exploration;
+    out.trials = 1;
+    out.pairs = {{"nylon", exploration}};
+    if (is_resolved) out.resolved = out.largest();
+    return out;
+  };
+  const SimulationError known = error_of("M1", 0.2, true), open = error_of("M2", 0.3, false);
+  SimulationNote note{"L1 3.072 ms", "L1", "the scene needs taxel counts", {}};
+  note.promise = SimulationPromise{.requested_n = 0.1, .pairs = 2};
+  for (const auto& [first, second] : {std::pair{known, open}, {open, known}}) {
+    note.errors.assign(1, {});
+    merge(first, note.errors.front());
+    merge(second, note.errors.front());
+    const auto back = simulation_note_from(to_json(note));
+    if (!back) FAIL(to_string(back.error()));
+    for (SimulationNote each : {note, *back}) {
+      evaluate_promise(each);
+      CHECK(is_measured_miss(*each.promise));
+      CHECK_FALSE(each.promise->held);
+      CHECK(each.promise->measured_n == 0.2);
+      CHECK(each.promise->exploration == "M1");
+      CHECK_FALSE(each.errors.front().worst.is_resolved);
+      each.promise->requested_n = 0.25;  // what is known keeps that: the other decides
+      evaluate_promise(each);
+      CHECK_FALSE(is_measured_miss(*each.promise));
+      CHECK_FALSE(each.promise->held);
+      CHECK(each.promise->measured_n == 0.3);
+      CHECK(each.promise->exploration == "M2");
+    }
+  }
+}
+
 TEST_CASE("errors of an earlier process count for a campaign that goes on") {
   const recipes::Plan plan;
   SimulationError before;
