@@ -229,8 +229,10 @@ TEST_CASE("level L0 is given the recipe's one force, and refused for several") {
 }
 
 TEST_CASE("an accuracy or a budget chooses from the table, and the rig file says what was chosen") {
-  const FidelityTable table = table_of({measured(l1, 20e-3, 25), measured(coarse_l2, 5e-3, 400)});
+  FidelityTable table = table_of({measured(l1, 20e-3, 25), measured(coarse_l2, 5e-3, 400)});
+  table.host_cost.probe_us = 50;
   SimulationRequest request{{Trait::regulated_force}, {5}};
+  request.fidelity.probe_us = 50;
   request.fabrics = {"denim"};
   request.seat_speed_mps = 0.5e-3;
   request.fidelity.accuracy_n = 10e-3;
@@ -238,7 +240,12 @@ TEST_CASE("an accuracy or a budget chooses from the table, and the rig file says
   CHECK(choice.setting == coarse_l2);
   CHECK(choice.because ==
         "the scene needs a wrench, taxel counts, relaxation and a regulated force, and this is the "
-        "fastest setting within 10 mN (promises 5 mN on denim, about 2.5e+03 times real time)");
+        "fastest setting within 10 mN (promises 5 mN on denim)");
+  SimulationRequest slower = request;  // the same on a machine that is busier just now
+  slower.fidelity.probe_us = 75;
+  const SimulationChoice again = choice_of(test::bench17_text(), slower, &table);
+  CHECK(again.offer->forecast.times_real_time() != choice.offer->forecast.times_real_time());
+  CHECK(again.rig_json == choice.rig_json);
   REQUIRE(choice.offer);
   CHECK(choice.offer->promise_n == Approx(5e-3));
   CHECK_FALSE(choice.next);

@@ -3,10 +3,10 @@
 
 #include <atomic>
 #include <catch2/catch.hpp>
-#include <stdexcept>
+#include <nlohmann/json.hpp>
+#include <optional>
 
-#include "daemon/campaign/promise_text.hpp"
-#include "daemon/storage/certificate/certificate.hpp"
+#include "daemon/campaign/campaign_file.hpp"
 #include "daemon/storage/recorder/campaign_history.hpp"
 #include "tests/unit/daemon/benches/kill_points.hpp"
 #include "tests/unit/daemon/benches/promise_bench.hpp"
@@ -15,7 +15,6 @@ namespace promise_on_record_test {
 
 using namespace weft;
 using namespace weft::daemon;
-using test::denim_request;
 using test::TemporaryFolder;
 
 namespace {
@@ -46,6 +45,18 @@ CampaignSummary stopped_after_one(const CampaignRequest& request) {
   return ran(request, hooks);
 }
 
+/// The campaign's process dies at the first write after which what was asked is on record.
+std::optional<CampaignHistory> killed_before_first_trial(const CampaignRequest& request) {
+  for (std::uint64_t write = 1; write < 60; ++write) {
+    std::filesystem::remove_all(request.out);
+    REQUIRE(test::killed_at(request, {write}) == true);
+    const auto history = load_history(request.out / campaign_file_name);
+    if (!history || !simulation_on_record(request.out / campaign_file_name).has_request()) continue;
+    return history->attempts.empty() ? std::optional(*history) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 TEST_CASE("a resume that ends while the past is played again does not say what the record said") {
@@ -67,6 +78,29 @@ TEST_CASE("a resume that ends while the past is played again does not say what t
   CHECK_FALSE(second.simulation.promise->is_checked);
   CHECK(second.simulation.promise->checked_pairs == 0);
   CHECK(is_promise_missed(second.simulation));
+}
+
+TEST_CASE("a campaign killed before its first trial is gone on with as it was asked") {
+  const bool says_again = GENERATE(true, false);
+  CAPTURE(says_again);
+  const TemporaryFolder folder;
+  CampaignRequest request = one_pair_request(folder);
+  const auto history = killed_before_first_trial(request);
+  REQUIRE(history);
+  std::filesystem::remove(folder / "table.json");
+  request.resume = true;
+  request.fidelity.probe_us = 75;  // another process finds another speed
+  if (!says_again) request.fidelity.accuracy_n.reset();
+  const CampaignSummary s = ran(request);
+  CHECK(s.trials_complete == 2);
+  CHECK(s.simulation.setting == "L1 3.072 ms");
+  REQUIRE(s.simulation.promise);
+  CHECK(s.simulation.promise->requested_n == 0.5);
+  CHECK(s.simulation.promise->held);
+  const auto data = load_campaign(s.campaign_file);
+  REQUIRE(data);
+  CHECK(data->info.rig_json == history->info.rig_json);
+  CHECK(data->info.rig_sha256 == history->info.rig_sha256);
 }
 
 }  // namespace promise_on_record_test
