@@ -359,8 +359,10 @@ Result<std::optional<ResumePlan>> make_history(const CampaignRequest& request,
   return std::optional<ResumePlan>{};
 }
 
-/// The end of the campaign's file, which nobody writes to from here on.
+/// The end of the campaign's file, which nobody writes to from here on. Where nothing can be
+/// written nothing is checked, and the promise is judged by what was found before.
 Status finished(Recorder recorder, const Run& run, TimePoint now, CampaignSummary& summary) {
+  evaluate_promise(summary.simulation);
   Status ok = recorder.resume_recording(now);
   if (ok) ok = run.estimate_simulation_error(recorder, summary);
   if (ok) ok = recorder.finish();

@@ -94,7 +94,11 @@ Result<Recorder> created(const std::filesystem::path& file, const SettledRequest
   if (!aside) return pass(aside.error());
   if (!aside->empty())
     if (Status ok = forget_end(file.parent_path()); !ok) return pass(ok.error());
-  Result<Recorder> recorder = Recorder::create(file, make_header(checked, rig));
+  CampaignHeader header = make_header(checked, rig);
+  // With the rig file, which was chosen for it: a campaign that dies before its first trial has
+  // both.
+  if (settled.simulation.has_request()) header.simulation_json = to_json(settled.simulation);
+  Result<Recorder> recorder = Recorder::create(file, header);
   if (!recorder) return recorder;
   if (session.real_time()) recorder->write_behind();
   if (Status ok = record_clock(*recorder, session.loop()); !ok) return pass(ok.error());
@@ -109,11 +113,6 @@ Result<Recorder> created(const std::filesystem::path& file, const SettledRequest
                                     nlohmann::json{{"rules", recipes::engine_rules}}.dump());
       !ok)
     return pass(ok.error());
-  if (settled.simulation.has_request())
-    if (Status ok =
-            recorder->journal(session.loop().now(), "simulation", to_json(settled.simulation));
-        !ok)
-      return pass(ok.error());
   if (const auto models = live_models_json(checked.plan, checked.models); models != "[]")
     if (Status ok = recorder->journal(session.loop().now(), live_models_kind, models); !ok)
       return pass(ok.error());

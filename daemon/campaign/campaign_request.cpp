@@ -41,13 +41,16 @@ Result<std::string> rig_text_of(const CampaignRequest& request) {
   return both;
 }
 
-/// Of the campaign that is to go on; nothing where no trial of one has begun.
+/// Of the campaign that is to go on; nothing where no trial of one has begun, and nothing was
+/// asked.
 std::optional<RecordedSimulation> recorded_simulation(const CampaignRequest& request) {
   if (!request.resume) return std::nullopt;
   const std::filesystem::path campaign = request.out / campaign_file_name;
   auto history = load_history(campaign);
-  if (!history || history->attempts.empty()) return std::nullopt;
-  return RecordedSimulation{std::move(history->info.rig_json), simulation_on_record(campaign)};
+  if (!history) return std::nullopt;
+  SimulationNote note = simulation_on_record(campaign);
+  if (history->attempts.empty() && !note.has_request()) return std::nullopt;
+  return RecordedSimulation{std::move(history->info.rig_json), std::move(note)};
 }
 
 /// Level, integrator and step, written into the rig file that is run and recorded.

@@ -4,7 +4,6 @@
 #include <cmath>
 
 namespace weft::daemon {
-namespace {
 
 void merge(const SimulationError& one, SimulationError& total) {
   const sim::RunError& found = one.worst;
@@ -40,7 +39,10 @@ void merge(const SimulationError& one, SimulationError& total) {
   worst.reference = found.reference;
   total.trials += one.trials;
   total.pairs.insert(one.pairs.begin(), one.pairs.end());
+  if (one.resolved.force_n > total.resolved.force_n) total.resolved = one.resolved;
 }
+
+namespace {
 
 /// Of a trial without taxels: the ends of their frames while it was recorded.
 std::vector<TimePoint> recorded_frames(const std::vector<PhaseStart>& phases, TimePoint end) {
@@ -114,6 +116,7 @@ SimulationError ErrorCheck::error_of(const StoredTrial& stored) const {
     out.worst_phase = to_char(start.phase);
   }
   if (began) out.worst_at_s = std::max(0.0, to_seconds(out.worst.worst_at - *began));
+  if (out.worst.is_resolved) out.resolved = out.largest();
   return out;
 }
 

@@ -15,6 +15,10 @@
 
 namespace weft::daemon {
 
+/// Adds what some trials showed to `total`: largest differences, and root mean squares over all
+/// samples. `total` is resolved only where all are; the largest error that is known stays apart.
+void merge(const SimulationError& one, SimulationError& total);
+
 /// Keeps the stages' motion in the first complete trial of every exploration and of every fabric,
 /// and simulates those again more finely when the campaign is over. Where an accuracy was asked for
 /// it keeps one of every pair of the two and plays two references. Changes nothing about a run.

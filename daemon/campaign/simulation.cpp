@@ -146,6 +146,12 @@ json error_json(const SimulationError& error) {
   out["uncertainty_n"] = e.uncertainty_n;
   out["is_resolved"] = e.is_resolved;
   out["checked"] = error.pairs;
+  const ForceError& known = error.resolved;
+  out["resolved"] = {{"force_max_n", known.force_n},
+                     {"fabric", known.fabric},
+                     {"exploration", known.exploration},
+                     {"phase", known.phase},
+                     {"at_s", known.at_s}};
   return out;
 }
 
@@ -153,6 +159,14 @@ json error_json(const SimulationError& error) {
 double figure_at(const json& object, const char* key) {
   const json& found = object.at(key);
   return found.is_null() ? HUGE_VAL : found.get<double>();
+}
+
+ForceError force_error_from(const json& each) {
+  return {.force_n = figure_at(each, "force_max_n"),
+          .fabric = each.at("fabric").get<std::string>(),
+          .exploration = each.at("exploration").get<std::string>(),
+          .phase = each.at("phase").get<std::string>(),
+          .at_s = each.at("at_s").get<double>()};
 }
 
 SimulationError error_from(const json& each) {
@@ -171,6 +185,10 @@ SimulationError error_from(const json& each) {
   if (out.worst.is_doubled) out.worst.uncertainty_n = figure_at(each, "uncertainty_n");
   out.worst.is_resolved = each.value("is_resolved", true);
   if (each.contains("checked")) each.at("checked").get_to(out.pairs);
+  if (each.contains("resolved"))
+    out.resolved = force_error_from(each.at("resolved"));
+  else if (out.worst.is_resolved)  // an early file
+    out.resolved = out.largest();
   return out;
 }
 
@@ -299,15 +317,17 @@ void evaluate_promise(SimulationNote& note) {
   const SimulationError error = note.errors.empty() ? SimulationError{} : note.errors.back();
   promise.is_checked = error.worst.samples > 0;
   promise.checked_pairs = error.pairs.size();
-  promise.measured_n = error.worst.force_max_n;
+  const bool is_known_miss = error.resolved.force_n > promise.requested_n;
+  const ForceError largest = is_known_miss ? error.resolved : error.largest();
+  promise.measured_n = largest.force_n;
   promise.uncertainty_n = error.worst.uncertainty_n;
-  promise.is_resolved = error.worst.is_resolved;
+  promise.is_resolved = is_known_miss || error.worst.is_resolved;
   promise.held = promise.is_checked && promise.checked_pairs == promise.pairs &&
                  promise.is_resolved && promise.measured_n <= promise.requested_n;
-  promise.fabric = error.worst_fabric;
-  promise.exploration = error.worst_exploration;
-  promise.phase = error.worst_phase;
-  promise.at_s = error.worst_at_s;
+  promise.fabric = largest.fabric;
+  promise.exploration = largest.exploration;
+  promise.phase = largest.phase;
+  promise.at_s = largest.at_s;
 }
 
 bool is_measured_miss(const SimulationPromise& promise) {

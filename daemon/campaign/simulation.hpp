@@ -30,6 +30,13 @@ struct FidelityRequest {
   }
 };
 
+/// Of the normal force, and where it was.
+struct ForceError {
+  double force_n = 0;
+  std::string fabric{}, exploration{}, phase{};
+  double at_s = 0;
+};
+
 /// Of a campaign's recorded trials, against a finer simulation.
 struct SimulationError {
   sim::RunError worst;       ///< largest differences of all, root mean squares over all samples
@@ -39,6 +46,13 @@ struct SimulationError {
   double worst_at_s = 0;  ///< since that trial's phase S began
   /// Fabric and exploration of those in which samples were compared.
   std::set<std::pair<std::string, std::string>> pairs{};
+  /// The largest of those trials whose references agree well enough to say, whatever others leave
+  /// open; 0: of none.
+  ForceError resolved{};
+
+  [[nodiscard]] ForceError largest() const {
+    return {worst.force_max_n, worst_fabric, worst_exploration, worst_phase, worst_at_s};
+  }
 };
 
 /// Empty on a bench that is not simulated by this process.
@@ -79,7 +93,8 @@ Result<ChosenSimulation> choose_simulation(const RigFile& rig,
                                            const FidelityRequest& requested,
                                            const std::optional<RecordedSimulation>& recorded = {});
 
-/// Fills the promise of `note` from its errors; unless those are of every pair it is not held.
+/// Fills the promise of `note` from its errors; unless those are of every pair it is not held. An
+/// error that is known to be above what was asked for stands for the largest, which may be open.
 void evaluate_promise(SimulationNote& note);
 /// Whether the error is known to be above what was asked for: not whether it was checked.
 bool is_measured_miss(const SimulationPromise& promise);

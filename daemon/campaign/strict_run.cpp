@@ -59,6 +59,15 @@ bool is_run_again(const CampaignRequest& request, const CampaignHooks& hooks,
          !summary.simulation.promise->next_setting.empty();
 }
 
+/// What an attempt ended with, and where those before it are: no summary names them.
+Error naming(Error error, std::vector<std::string> aside) {
+  if (aside.empty()) return error;
+  SimulationNote note;
+  note.aside = std::move(aside);
+  error.hint += (error.hint.empty() ? "" : "; ") + format_aside(note);
+  return error;
+}
+
 }  // namespace
 
 Result<CampaignSummary> run_until_held(const CampaignRequest& request, const CampaignHooks& hooks) {
@@ -71,14 +80,15 @@ Result<CampaignSummary> run_until_held(const CampaignRequest& request, const Cam
     if (hooks.device_log)
       hooks.device_log({{}, LogLevel::warning, "simulation", format_promise(summary->simulation)});
     const auto moved = move_aside(request.out);
-    if (!moved) return pass(moved.error());
+    if (!moved) return pass(naming(moved.error(), std::move(aside)));
     aside.push_back(moved->string());
     attempt.fidelity.promise_below_n = summary->simulation.promise->promised_n;
     attempt_hooks.rig_acquired = nullptr;  // the rig is this run's already
     attempt_hooks.planned = nullptr;
     summary = run_campaign(attempt, attempt_hooks);
   }
-  if (summary) summary->simulation.aside = std::move(aside);
+  if (!summary) return pass(naming(summary.error(), std::move(aside)));
+  summary->simulation.aside = std::move(aside);
   return summary;
 }
 

@@ -12,8 +12,9 @@ inline constexpr int most_strict_repeats = 3;
 /// accuracy asked for (what was not checked, or is not resolved, says nothing against the setting),
 /// its files move to OUT/aside-N, with the certificate that says so, and the next setting of the
 /// table runs, at most most_strict_repeats times. The last run stays in OUT whether it kept the
-/// accuracy or not; its summary names the folders. A resumed campaign keeps its setting: it is
-/// never run again. Errors: run_campaign()'s; io, when files cannot be moved.
+/// accuracy or not; its summary names the folders, as does the error of a run that has none. A
+/// resumed campaign keeps its setting: it is never run again. Errors: run_campaign()'s; io, when
+/// files cannot be moved.
 Result<CampaignSummary> run_until_held(const CampaignRequest& request, const CampaignHooks& hooks);
 
 }  // namespace weft::daemon

@@ -207,17 +207,7 @@ class Comparison {
     return difference(a, b, counted_).force_max_n;
   }
   [[nodiscard]] double largest_n(const Replayed& led) const { return largest_n(run_, led); }
-
- private:
-  [[nodiscard]] PlantParams with(const Reference& reference) const {
-    PlantParams out = params_;
-    apply(reference.setting(), out);
-    out.watched.pads = false;
-    return out;
-  }
-  [[nodiscard]] bool counts(std::size_t frame) const {
-    return frame >= counted_.size() || counted_[frame];
-  }
+  /// Where that is.
   [[nodiscard]] TimePoint worst_at(const Replayed& led) const {
     double worst_n = -1;
     GridPoint worst{motion_.first.frame, pad_timing::stages};
@@ -233,6 +223,17 @@ class Comparison {
     for (std::size_t i = 0; i < std::min(run_.wrench_n.size(), led.wrench_n.size()); ++i)
       see(distance(run_.wrench_n[i] - led.wrench_n[i]), point_at(points_[i]));
     return worst.time();
+  }
+
+ private:
+  [[nodiscard]] PlantParams with(const Reference& reference) const {
+    PlantParams out = params_;
+    apply(reference.setting(), out);
+    out.watched.pads = false;
+    return out;
+  }
+  [[nodiscard]] bool counts(std::size_t frame) const {
+    return frame >= counted_.size() || counted_[frame];
   }
   [[nodiscard]] GridPoint point_at(std::size_t pose) const {
     const std::int64_t number = number_of(motion_.first) + static_cast<std::int64_t>(pose);
@@ -261,7 +262,10 @@ RunError doubled_error(const Comparison& comparison, double accuracy_n) {
     RunError out = comparison.against(first, by_first);
     out.is_doubled = true;
     // Each reference may be right: the error is that against the further one.
-    out.force_max_n = std::max(out.force_max_n, comparison.largest_n(by_second));
+    if (const double second_n = comparison.largest_n(by_second); second_n > out.force_max_n) {
+      out.force_max_n = second_n;
+      out.worst_at = comparison.worst_at(by_second);
+    }
     out.uncertainty_n = uncertainty_n;
     out.is_resolved = agree || surely_above;
     return out;

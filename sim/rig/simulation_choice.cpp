@@ -43,10 +43,11 @@ Result<SimulationChoice> by_scene(const RigConfig& config, const Scene& scene) {
   return choice;
 }
 
+/// Without the forecast's speed, which each process measures anew: this is in the recorded rig
+/// file.
 std::string format_request(const FidelityRequest& request, const FidelityOffer& offer) {
   const std::string promised =
-      printed(" (promises %.3g mN", offer.promise_n * 1e3) + " on " + offer.limiting_fabric +
-      printed(", about %.3g times real time)", offer.forecast.times_real_time());
+      printed(" (promises %.3g mN", offer.promise_n * 1e3) + " on " + offer.limiting_fabric + ")";
   const std::string error =
       request.accuracy_n ? printed(" within %.4g mN", *request.accuracy_n * 1e3) : std::string();
   const std::string speed = request.times_real_time

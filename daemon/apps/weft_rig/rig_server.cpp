@@ -133,9 +133,9 @@ Status RigServer::serve(const DeviceEntry& device) {
     where += (where.empty() ? " on " : " and ") + std::visit(OrderReader{}, place);
   }
   devices_.push_back({device.name, join_links(std::move(ends)), {}});
-  devices_.back().place->on_new_host([rig = rig_.get(), name = device.name] {
+  devices_.back().place->on_host_came([rig = rig_.get(), name = device.name](bool is_new) {
     rig->set_connected(name, true);
-    rig->meet_new_host(name);
+    if (is_new) rig->meet_new_host(name);
   });
   lines_.push_back(device.name + where);
   if (Status s = rig_->attach(device.name, *devices_.back().place, *loop_); !s) return s;

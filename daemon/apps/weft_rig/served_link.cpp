@@ -111,11 +111,10 @@ class JoinedLinks final : public ServedPlace {
     return std::ranges::any_of(places_, [](const auto& place) { return place->has_host(); });
   }
   /// Where another place has spoken since, its conversation goes on.
-  void on_new_host(std::function<void()> came) override {
+  void on_host_came(HostCame came) override {
     for (const auto& place : places_)
-      place->on_new_host([this, came, from = place.get()] {
-        if (spoke_last_ == from) came();
-      });
+      place->on_host_came(
+          [this, came, from = place.get()](bool is_new) { came(is_new && spoke_last_ == from); });
   }
   Status set_plugged(bool in) override {
     Status first;

@@ -23,8 +23,11 @@ class ServedPlace : public Link {
   virtual Status set_plugged(bool in) = 0;
   /// Whether a host may be there. On a datagram port it stays one that was there once.
   [[nodiscard]] virtual bool has_host() const = 0;
-  /// Called when another host has the place. On a datagram port hosts come and go unseen.
-  virtual void on_new_host(std::function<void()>) {}
+  /// Told at once when a host has come. `is_new`: it is another one for the device; false where the
+  /// device's conversation at another place goes on.
+  using HostCame = std::function<void(bool is_new)>;
+  /// On a datagram port hosts come and go unseen.
+  virtual void on_host_came(HostCame) {}
 };
 
 /// Hands every host that connects to `accepted`. Errors: not_found (address), io (port taken).

@@ -46,19 +46,19 @@ class NewestHost final : public TcpPlace {
     if (host_) static_cast<void>(host_->write(bytes));
     return {};
   }
-  void on_new_host(std::function<void()> came) override { came_ = std::move(came); }
+  void on_host_came(HostCame came) override { came_ = std::move(came); }
 
  private:
   void welcome(std::unique_ptr<Link> host) override {
     host_ = std::move(host);
     gone_ = false;
-    if (came_) came_();
+    if (came_) came_(true);
     host_->on_receive([this](ByteView bytes, TimePoint at) { on_bytes(bytes, at); });
     host_->on_closed([this](const Error&) { gone_ = true; });
   }
   void part_with_hosts() override { host_.reset(); }
 
-  std::function<void()> came_;
+  HostCame came_;
   std::unique_ptr<Link> host_;
   bool gone_ = false;  ///< the link stays until another host comes
 };

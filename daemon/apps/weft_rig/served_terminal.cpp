@@ -62,7 +62,7 @@ Status ServedTerminal::write(ByteView bytes) {
 }
 
 void ServedTerminal::have_host() {
-  if (!std::exchange(occupied_, true) && came_) came_();
+  if (!std::exchange(occupied_, true) && came_) came_(true);
 }
 
 // What was not read and who may open the port ends with the last host, as on a port; settings of

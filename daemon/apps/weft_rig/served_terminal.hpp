@@ -26,7 +26,7 @@ class ServedTerminal final : public ServedPlace {
   void on_receive(Receiver receiver) override { receiver_ = std::move(receiver); }
   void on_closed(Closed) override {}  // a device outlives its hosts
   [[nodiscard]] bool has_host() const override { return occupied_; }
-  void on_new_host(std::function<void()> came) override { came_ = std::move(came); }
+  void on_host_came(HostCame came) override { came_ = std::move(came); }
   Status set_plugged(bool in) override;
 
  private:
@@ -41,7 +41,7 @@ class ServedTerminal final : public ServedPlace {
   RealLoop* loop_;
   std::string path_;  ///< of the symbolic link
   Receiver receiver_;
-  std::function<void()> came_;
+  HostCame came_;
   std::unique_ptr<DescriptorLink> master_;
   int master_port_ = -1;  ///< owned by master_
   std::string terminal_;

@@ -10,7 +10,7 @@ namespace {
 
 std::string format_promise_fact(const SimulationNote& simulation) {
   if (!simulation.promise) return {};
-  return is_promise_missed(simulation) ? "missed" : "held";
+  return simulation.promise->held ? "held" : "missed";
 }
 
 /// As its thread has found them.

@@ -20,11 +20,11 @@ struct SimulationPromise {
   /// again, of slides that ended early, beyond ErrorCheck::most_trials.
   std::size_t checked_pairs = 0, pairs = 0;
   // Of the check.
-  double measured_n = 0;
+  double measured_n = 0;     ///< the largest; where some are known to miss, the largest of those
   double uncertainty_n = 0;  ///< largest difference of the two references
   bool is_resolved = true;   ///< false: the references do not agree well enough to say
   bool held = false;  ///< every pair checked, all resolved, and measured_n at most requested_n
-  /// Of the largest error; phase "S", "P", "M" or "E".
+  /// Of measured_n; phase "S", "P", "M" or "E".
   std::string fabric{}, exploration{}, phase{};
   double at_s = 0;  ///< since the trial's phase S began
   // The fastest setting that promises less.

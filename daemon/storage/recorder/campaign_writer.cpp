@@ -94,6 +94,9 @@ Result<std::unique_ptr<CampaignWriter>> CampaignWriter::create(const std::filesy
   if (done) done = write_header(*database, header);
   if (done) done = write_axes(*database, header.info.axes);
   if (done) done = write_factors(*database, header.info.factors);
+  if (done && !header.simulation_json.empty())
+    done = database->run("INSERT INTO journal (t_ns, kind, payload_json) VALUES (0, ?, ?)",
+                         "simulation", header.simulation_json);
   if (done) done = database->execute("COMMIT");
   std::unique_ptr<CampaignWriter> writer(new CampaignWriter(std::move(*database)));
   if (done) done = writer->fold_log();

@@ -27,6 +27,9 @@ struct CampaignHeader {
   std::size_t taxels = 16;
   std::uint32_t trials_planned = 0;
   std::int64_t created_utc_ns = 0;  ///< wall clock at the start, for people; never part of a digest
+  /// The journal's first line, of kind "simulation", there as soon as the file is; empty: none. It
+  /// is not read back with the header.
+  std::string simulation_json = {};
 };
 
 /// When and in which order a sample arrived (the first three members of weft::Sample), and from

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "protocols/base/json_text.hpp"
+#include "sim/plant/bounds.hpp"
 #include "sim/plant/field_reader.hpp"
 
 namespace weft::sim {
@@ -109,6 +110,21 @@ Result<MeasuredSetting> read_setting(const json& object, const std::string& wher
   return out;
 }
 
+/// A margin that was never held against runs that were held back promises nothing.
+Status require_held(const TableConditions& conditions) {
+  for (const auto& [held, where] : {std::pair{conditions.held_share, "/conditions/held_share"},
+                                    {conditions.any_held_share, "/conditions/any_held_share"}})
+    if (held < conditions.share)
+      return fail(
+          {.code = Errc::unsupported,
+           .where = where,
+           .what = "the margin was not shown to hold for enough of the runs that were held back",
+           .expected = printed("%g or more", conditions.share),
+           .got = printed("%g", held),
+           .hint = "Run weft trade sim --table FILE to make a new one"});
+  return {};
+}
+
 Status read_conditions(const json* object, TableConditions& out) {
   const std::string where = "/conditions";
   if (Status s = require_object(object, where); !s) return s;
@@ -126,7 +142,8 @@ Status read_conditions(const json* object, TableConditions& out) {
   FieldReader range_reader(*ranges, where + "/ranges");
   for (const auto& [key, range] : range_fields)
     range_reader.interval(key, (out.*range).least, (out.*range).most, 0, largest_number);
-  return range_reader.finish();
+  if (Status s = range_reader.finish(); !s) return s;
+  return require_held(out);
 }
 
 Status read_costs(const json* object, HostCost& out) {

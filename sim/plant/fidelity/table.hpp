@@ -68,7 +68,8 @@ struct FidelityTable {
 };
 
 /// All data of the table are of a simulated bench. Errors: parse, range, with a JSON pointer;
-/// unsupported, of a table of an earlier version.
+/// unsupported, of a table of an earlier version, and of one whose margins were not shown to hold
+/// for its share of runs.
 Result<FidelityTable> parse_fidelity(std::string_view json);
 /// As the file has it.
 std::string to_json(const FidelityTable& table);

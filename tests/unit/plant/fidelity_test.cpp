@@ -301,6 +301,12 @@ TEST_CASE("the table reads back from JSON, and faults are refused with their pla
   CHECK(refused_at("/conditions/ranges/slack_m", 3).where == "/conditions/ranges/slack_m");
   CHECK(refused_at("/conditions/margin", 0.5).where == "/conditions/margin");
   CHECK(refused_at("/conditions/held_share", 1.5).where == "/conditions/held_share");
+  for (const char* pointer : {"/conditions/held_share", "/conditions/any_held_share"})
+    for (const double held_share : {0.0, 0.989}) {
+      const Error unheld = refused_at(pointer, held_share);
+      CHECK(unheld.code == Errc::unsupported);
+      CHECK(unheld.where == pointer);
+    }
   for (const char* key : {"held_share", "any_margin", "any_held_share"}) {
     nlohmann::json root = nlohmann::json::parse(text);
     root["conditions"].erase(key);

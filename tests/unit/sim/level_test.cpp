@@ -229,8 +229,10 @@ TEST_CASE("level L0 is given the recipe's one force, and refused for several") {
 }
 
 TEST_CASE("an accuracy or a budget chooses from the table, and the rig file says what was chosen") {
-  const FidelityTable table = table_of({measured(l1, 20e-3, 25), measured(coarse_l2, 5e-3, 400)});
+  FidelityTable table = table_of({measured(l1, 20e-3, 25), measured(coarse_l2, 5e-3, 400)});
+  table.host_cost.probe_us = 50;
   SimulationRequest request{{Trait::regulated_force}, {5}};
+  request.fidelity.probe_us = 50;
   request.fabrics = {"denim"};
   request.seat_speed_mps = 0.5e-3;
   request.fidelity.accuracy_n = 10e-3;
@@ -238,7 +240,12 @@ TEST_CASE("an accuracy or a budget chooses from the table, and the rig file says
   CHECK(choice.setting == coarse_l2);
   CHECK(choice.because ==
         "the scene needs a wrench, taxel counts, relaxation and a regulated force, and this is the "
-        "fastest setting within 10 mN (promises 5 mN on denim, about 2.5e+03 times real time)");
+        "fastest setting within 10 mN (promises 5 mN on denim)");
+  SimulationRequest slower = request;  // the same on a machine that is busier just now
+  slower.fidelity.probe_us = 75;
+  const SimulationChoice again = choice_of(test::bench17_text(), slower, &table);
+  CHECK(again.offer->forecast.times_real_time() != choice.offer->forecast.times_real_time());
+  CHECK(again.rig_json == choice.rig_json);
   REQUIRE(choice.offer);
   CHECK(choice.offer->promise_n == Approx(5e-3));
   CHECK_FALSE(choice.next);
@@ -425,6 +432,38 @@ TEST_CASE("an accuracy is held against two references that agree, or the error i
   CHECK(hopeless.is_resolved);
   CHECK(hopeless.reference == loose.reference);
   CHECK(hopeless.force_max_n > 1e-3 * loose.uncertainty_n);
+}
+
+TEST_CASE("the place of an error is that against the reference which is further") {
+  const FidelitySetting setting{Level::dynamic, Integrator::midpoint, 1e-3};
+  const PlantParams params = plant_params(setting).plant;
+  const BenchMotion motion = press_and_slide(l1).motion;
+  const Replayed run = replay(params, 7, motion);
+  const auto errors_by = [&](const Reference& reference) {
+    PlantParams finer = params;
+    apply(reference.setting(), finer);
+    finer.watched.pads = false;
+    const Replayed led = replay_led(finer, 7, motion, run);
+    std::vector<double> out;
+    for (std::size_t i = 0; i < led.normal_n.size(); ++i)
+      out.push_back(led.normal_n[i] > 0 ? std::abs(run.normal_n[i] - led.normal_n[i]) : 0);
+    return out;
+  };
+  const Reference first = first_reference(setting);
+  const std::vector<double> one = errors_by(first), other = errors_by(second_reference(first));
+  const auto sampled = [&](std::size_t frame) {
+    return BenchPlant::frame_start(motion.first.frame + frame + 1);
+  };
+  std::size_t found = 0;  // pairs of frames which the two references rank otherwise
+  for (std::size_t i = 0; i < one.size() && found == 0; ++i)
+    for (std::size_t j = 0; j < one.size() && found == 0; ++j) {
+      if (!(one[i] > one[j] && other[j] > other[i] && other[j] > one[i])) continue;
+      ++found;
+      const RunError error = run_error(params, 7, motion, {{sampled(i), sampled(j)}, {}}, 1.0);
+      CHECK(error.force_max_n == other[j]);
+      CHECK(error.worst_at == sampled(j));
+    }
+  CHECK(found == 1);
 }
 
 }  // namespace level_test

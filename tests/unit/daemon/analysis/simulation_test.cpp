@@ -4,23 +4,23 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <stdexcept>
 
 #include "daemon/analysis/report/report.hpp"
-#include "daemon/base/file/sha256.hpp"
 #include "daemon/campaign/strict_run.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
-#include "sim/plant/fidelity/table.hpp"
-#include "tests/unit/daemon/benches/trial_bench.hpp"
+#include "tests/unit/daemon/benches/promise_bench.hpp"
 
 namespace simulation_test {
 
 using namespace weft;
 using namespace weft::daemon;
 using nlohmann::json;
+using test::denim_request;
 using test::request_in;
+using test::rig_with_table;
 using test::short_recipe;
 using test::TemporaryFolder;
 
@@ -36,48 +36,6 @@ json recorded_rig(const CampaignSummary& summary) {
   const auto data = load_campaign(summary.campaign_file);
   REQUIRE(data);
   return json::parse(data->info.rig_json);
-}
-
-/// bench17 with a table of three settings, which is for this test alone. `scale`: of its errors.
-json rig_with_table(const TemporaryFolder& folder, double scale = 1,
-                    int rules = recipes::engine_rules, const std::string& fabrics_sha256 = {}) {
-  sim::FidelityTable table;
-  table.rules = rules;
-  table.fabrics_sha256 = fabrics_sha256;
-  if (fabrics_sha256.empty())
-    table.fabrics_sha256 = sha256_hex(test::read_file(test::source / "sim/fabrics.json"));
-  table.conditions.press_s = {1, 10};
-  table.conditions.scenes = table.conditions.seeds = 1;
-  table.conditions.force_n = {0.2, 10};
-  table.conditions.speed_mps = {0.5e-3, 4e-3};
-  table.conditions.seat_speed_mps = {1e-4, 1e-3};
-  table.conditions.mount_stiffness_n_m = {1e4, 5e4};
-  table.conditions.slack_m = {0.6e-3, 3e-3};
-  table.host_cost.emulators_us_per_s = 500;
-  table.host_cost.probe_us = 50;
-  using sim::Integrator, sim::Level;
-  for (const auto& [setting, error_n, contact_us] :
-       {std::tuple{sim::FidelitySetting{Level::quasistatic, Integrator::midpoint, 3072e-6}, 200e-3,
-                   25.0},
-        {sim::FidelitySetting{Level::dynamic, Integrator::tr_bdf2, 1024e-6}, 4e-3, 200.0},
-        {sim::FidelitySetting{Level::dynamic, Integrator::midpoint, 96e-6}, 0.1e-3, 2000.0}})
-    table.settings.push_back(
-        {.setting = setting,
-         .contact_us_per_s = contact_us,
-         .cloths = {{"denim", 1, scale * error_n / 9, scale * error_n / 5, scale * error_n}},
-         .any_q99 = scale * error_n,
-         .any_max = 10 * scale * error_n});
-  std::ofstream(folder / "table.json") << sim::to_json(table);
-  json rig = test::bench17();
-  rig["simulation"]["fidelity"] = (folder / "table.json").string();
-  return rig;
-}
-
-CampaignRequest denim_request(const TemporaryFolder& folder, double scale = 1) {
-  CampaignRequest request =
-      request_in(folder, short_recipe("denim"), rig_with_table(folder, scale));
-  request.fidelity.probe_us = 50;
-  return request;
 }
 
 }  // namespace
@@ -205,6 +163,19 @@ TEST_CASE("a strict accuracy runs the next settings, and keeps what was missed a
                                                         (request.out / "aside-2").string()});
 }
 
+TEST_CASE("where a strict run's next attempt fails, its error names what was set aside") {
+  const TemporaryFolder folder;
+  CampaignRequest request = denim_request(folder, 1e-6);
+  request.fidelity.accuracy_n = 1e-5;
+  request.fidelity.strict = true;
+  CampaignHooks hooks;  // after the first attempt its rig file is gone
+  hooks.kept_trials = [&](const auto&, const auto&) { std::filesystem::remove(request.rig); };
+  const auto failed = run_until_held(request, hooks);
+  REQUIRE_FALSE(failed);
+  CHECK(failed.error().hint.find((request.out / "aside-1").string()) != std::string::npos);
+  CHECK(std::filesystem::exists(request.out / "aside-1" / campaign_file_name));
+}
+
 TEST_CASE("a budget that was not achieved is missed, in the certificate too") {
   const auto is_held = [](double achieved) {
     const json written = SimulationBudget{1000, 1500, achieved};
@@ -287,6 +258,47 @@ TEST_CASE("a promise is held only where every pair of fabric and exploration was
   evaluate_promise(note);
   CHECK_FALSE(note.promise->held);
   CHECK_FALSE(is_measured_miss(*note.promise));
+}
+
+TEST_CASE("an error that is known to be too large is said, whatever another trial leaves open") {
+  const auto error_of = [](const std::string& exploration, double force_n, bool is_resolved) {
+    SimulationError out;
+    out.worst.force_max_n = force_n;
+    out.worst.uncertainty_n = is_resolved ? 1e-3 : 0.5;
+    out.worst.samples = 10;
+    out.worst.is_doubled = true;
+    out.worst.is_resolved = is_resolved;
+    out.worst_fabric = "nylon";
+    out.worst_exploration = exploration;
+    out.trials = 1;
+    out.pairs = {{"nylon", exploration}};
+    if (is_resolved) out.resolved = out.largest();
+    return out;
+  };
+  const SimulationError known = error_of("M1", 0.2, true), open = error_of("M2", 0.3, false);
+  SimulationNote note{"L1 3.072 ms", "L1", "the scene needs taxel counts", {}};
+  note.promise = SimulationPromise{.requested_n = 0.1, .pairs = 2};
+  for (const auto& [first, second] : {std::pair{known, open}, {open, known}}) {
+    note.errors.assign(1, {});
+    merge(first, note.errors.front());
+    merge(second, note.errors.front());
+    const auto back = simulation_note_from(to_json(note));
+    if (!back) FAIL(to_string(back.error()));
+    for (SimulationNote each : {note, *back}) {
+      evaluate_promise(each);
+      CHECK(is_measured_miss(*each.promise));
+      CHECK_FALSE(each.promise->held);
+      CHECK(each.promise->measured_n == 0.2);
+      CHECK(each.promise->exploration == "M1");
+      CHECK_FALSE(each.errors.front().worst.is_resolved);
+      each.promise->requested_n = 0.25;  // what is known keeps that: the other decides
+      evaluate_promise(each);
+      CHECK_FALSE(is_measured_miss(*each.promise));
+      CHECK_FALSE(each.promise->held);
+      CHECK(each.promise->measured_n == 0.3);
+      CHECK(each.promise->exploration == "M2");
+    }
+  }
 }
 
 TEST_CASE("errors of an earlier process count for a campaign that goes on") {

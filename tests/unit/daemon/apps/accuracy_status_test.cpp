@@ -28,6 +28,7 @@ struct Bench {
     sim::FidelityTable table;
     table.rules = recipes::engine_rules;
     table.fabrics_sha256 = sha256_hex(test::read_file(test::source / "sim/fabrics.json"));
+    table.conditions.held_share = table.conditions.any_held_share = table.conditions.share;
     table.conditions.press_s = {1, 10};
     table.conditions.scenes = table.conditions.seeds = 1;
     table.conditions.force_n = {0.2, 10};

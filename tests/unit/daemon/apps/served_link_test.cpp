@@ -117,7 +117,7 @@ struct PlainHost {
 /// A device on a terminal that sends back what it hears and counts new hosts.
 struct Terminal {
   Terminal() {
-    device->on_new_host([this] { ++hosts; });
+    device->on_host_came([this](bool) { ++hosts; });
   }
   void wait(Duration time) {
     bool later = false;
@@ -268,6 +268,33 @@ TEST_CASE("a UDP device that nobody asked sends to the host's own port, then to 
   REQUIRE((*other.opened)->write(Bytes{8}));
   run(loop, [&] { return other.received == Bytes{8}; });
   CHECK(host.received == Bytes{7});
+}
+
+TEST_CASE("whoever comes to a device at two places is told of, and new where it spoke last") {
+  RealLoop loop;
+  const LinkSettings one = TcpPort{{"127.0.0.1", free_port(loop)}};
+  const LinkSettings two = TcpPort{{"127.0.0.1", free_port(loop)}};
+  std::vector<std::unique_ptr<ServedPlace>> places;
+  places.push_back(serve_link(loop, one, {}).value());
+  places.push_back(serve_link(loop, two, {}).value());
+  const auto both = join_links(std::move(places));
+  std::vector<bool> came;
+  Bytes received;
+  both->on_host_came([&](bool is_new) { came.push_back(is_new); });
+  both->on_receive([&](ByteView bytes, TimePoint) {
+    received.insert(received.end(), bytes.begin(), bytes.end());
+  });
+  const Host listener(loop, two);  // says nothing
+  run(loop, [&] { return came.size() == 1; });
+  const Host talker(loop, one);
+  run(loop, [&] { return came.size() == 2; });
+  REQUIRE((*talker.opened)->write(Bytes{1}));
+  run(loop, [&] { return !received.empty(); });
+  const Host second_listener(loop, two);
+  run(loop, [&] { return came.size() == 3; });
+  const Host after_talker(loop, one);
+  run(loop, [&] { return came.size() == 4; });
+  CHECK(came == std::vector<bool>{false, false, false, true});
 }
 
 TEST_CASE("a device at two places is gone from both") {

@@ -47,6 +47,18 @@ std::size_t address_space_mb() {
 
 }  // namespace
 
+TEST_CASE("an accuracy is held only where the run's own check says so") {
+  for (const bool held : {false, true}) {
+    const TemporaryFolder folder;
+    RunManagerBench bench(folder, test::tiny_recipe(1));
+    bench.bench_ends = [held](CampaignSummary& summary) {  // the run's end was not written
+      summary.simulation.promise = SimulationPromise{.requested_n = 0.1, .held = held};
+    };
+    const std::string id = bench.submit().stored.id();
+    CHECK(bench.ended(id).stored.promise == (held ? "held" : "missed"));
+  }
+}
+
 TEST_CASE("a run that goes on is told of without an end, and withdrawn it has its own again") {
   const TemporaryFolder folder;
   leave_interrupted(folder, 4);
