@@ -3,15 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
-#include <map>
-#include <set>
 
 #include "daemon/analysis/calibration/held_out.hpp"
 #include "daemon/analysis/calibration/minimise.hpp"
-#include "daemon/analysis/calibration/signal.hpp"
 #include "daemon/analysis/calibration/stroke_choice.hpp"
-#include "daemon/analysis/calibration/write_fabrics.hpp"
+#include "daemon/analysis/calibration/usable_views.hpp"
 #include "daemon/base/text/format.hpp"
 #include "sim/plant/random.hpp"
 
@@ -43,11 +39,6 @@ bool is_seen(std::string_view parameter, const std::vector<Target>& targets) {
   return at == std::end(seen_by) || std::ranges::any_of(targets, [&](const Target& target) {
            return std::ranges::find(at->statistics, target.real.name) != at->statistics.end();
          });
-}
-
-template <class Range, class Value, class Projection = std::identity>
-bool has(const Range& range, const Value& value, Projection projection = {}) {
-  return std::ranges::find(range, value, projection) != std::ranges::end(range);
 }
 
 /// One run from strokes to parameters.
@@ -391,9 +382,10 @@ void Calibration::fill(CalibrationResult& out) {
       out.remarks.push_back("The table has no cloth named as " + cloth.label + ": it begins as " +
                             cloth.taken + ", the one of median stiffness.");
   if (!no_interval_.empty())
-    out.remarks.push_back("The recordings give a value without an interval, which takes more "
-                          "strokes or values that differ: " +
-                          joined(no_interval_) + ".");
+    out.remarks.push_back(
+        "The recordings give a value without an interval, which takes more "
+        "strokes or values that differ: " +
+        joined(no_interval_) + ".");
   if (model_.scale() > 1)
     out.remarks.push_back(
         "The recorded sensor reads more counts than the simulated one can: its "
@@ -439,81 +431,9 @@ Result<CalibrationResult> Calibration::run(const std::optional<RecordingView>& h
   fill(out);
   if (held_out)
     for (const std::string& remark : held_out->remarks)
-      if (!has(fitted_.remarks, remark))
+      if (std::ranges::find(fitted_.remarks, remark) == fitted_.remarks.end())
         out.remarks.push_back("Held out: " + remark);
   return out;
-}
-
-RecordingView usable_strokes(const RecordingView& view, const CalibrationOptions& options) {
-  return strokes_on_cloth(cut_long_strokes(thin_dense_strokes(view), options.windows));
-}
-
-/// Mean over the channels.
-double largest_level(const RecordingView& view) {
-  double out = mean(view.strokes.front().level);
-  for (const Stroke& stroke : view.strokes) out = std::max(out, mean(stroke.level));
-  return out;
-}
-
-/// The names of a table are of lower case.
-Status check_labels(const RecordingView& view) {
-  std::map<std::string, std::string> labels;
-  for (const Stroke& stroke : view.strokes) {
-    const auto [at, is_new] = labels.try_emplace(name_in_table({}, stroke.cloth), stroke.cloth);
-    if (is_new || at->second == stroke.cloth) continue;
-    return fail({.code = Errc::invalid_argument,
-                 .where = "recordings",
-                 .what = "two labels that differ in case alone",
-                 .expected = "a name for each cloth",
-                 .got = stroke.cloth,
-                 .hint = "Rename one of them, or give both the same label"});
-  }
-  return {};
-}
-
-Status check_held_out_view(const RecordingView& fitted, const RecordingView& held_out) {
-  if (held_out.recorded_channels != fitted.recorded_channels)
-    return fail({.code = Errc::invalid_argument,
-                 .where = "--held-out",
-                 .what = "has another number of channels than the recordings",
-                 .expected = std::to_string(fitted.recorded_channels),
-                 .got = std::to_string(held_out.recorded_channels)});
-  for (const Stroke& stroke : held_out.strokes)
-    if (!has(fitted.strokes, stroke.cloth, &Stroke::cloth))
-      return fail({.code = Errc::invalid_argument,
-                   .where = "--held-out",
-                   .what = "has a cloth that is not fitted",
-                   .expected = "cloths of the recordings",
-                   .got = stroke.cloth});
-  return {};
-}
-
-/// Without those of cloths that were not fitted, as all their strokes were off the cloth.
-RecordingView strokes_of_fitted(const RecordingView& view, const ClothModel& model) {
-  std::vector<std::size_t> kept;
-  std::set<std::string> dropped;
-  for (std::size_t i = 0; i < view.strokes.size(); ++i)
-    if (has(model.cloths(), view.strokes[i].cloth, &BaseCloth::label))
-      kept.push_back(i);
-    else
-      dropped.insert(view.strokes[i].cloth);
-  RecordingView out = subset(view, kept);
-  for (const std::string& cloth : dropped)
-    out.remarks.push_back("All fitted strokes of " + cloth +
-                          " are off the cloth: it is not checked.");
-  return out;
-}
-
-/// Each cloth is simulated in every evaluation.
-Status check_cloths(const ClothModel& model, const CalibrationOptions& options) {
-  if (model.cloths().size() <= options.windows) return {};
-  return fail({.code = Errc::invalid_argument,
-               .where = "recordings",
-               .what = "too many cloths for one fit",
-               .expected = "at most " + std::to_string(options.windows),
-               .got = std::to_string(model.cloths().size()),
-               .hint = "Fit part of the recordings, and the others with the table that this writes "
-                       "(--fabrics)"});
 }
 
 }  // namespace
@@ -533,23 +453,11 @@ Result<CalibrationResult> calibrate(const RecordingView& fitted,
                                     const CalibrationOptions& options,
                                     const CalibrationProgress& progress) {
   if (!has_nlopt()) return pass(minimise({}, {}, 0).error());
-  if (held_out)
-    if (Status ok = check_held_out_view(fitted, *held_out); !ok) return pass(ok.error());
-  const RecordingView loaded = usable_strokes(fitted, options);
-  if (loaded.strokes.empty())
-    return fail({.code = Errc::measurement,
-                 .where = "recordings",
-                 .what = "no stroke was on the cloth",
-                 .expected = "a level of at least 1 count in half of the channels",
-                 .got = general(largest_level(fitted)),
-                 .hint = level_advice(fitted)});
-  if (Status ok = check_labels(loaded); !ok) return pass(ok.error());
-  const auto model = ClothModel::make(loaded, library);
+  const auto views = usable_views(fitted, held_out, options.windows);
+  if (!views) return pass(views.error());
+  const auto model = ClothModel::make(views->fitted, library);
   if (!model) return pass(model.error());
-  if (Status ok = check_cloths(*model, options); !ok) return pass(ok.error());
-  std::optional<RecordingView> checked;
-  if (held_out) checked = strokes_of_fitted(usable_strokes(*held_out, options), *model);
-  return Calibration(loaded, *model, options, progress).run(checked);
+  return Calibration(views->fitted, *model, options, progress).run(views->held_out);
 }
 
 }  // namespace weft::daemon::calibration

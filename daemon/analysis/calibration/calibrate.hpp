@@ -81,8 +81,8 @@ using CalibrationProgress = std::function<void(const std::string& what)>;
 /// `held_out`: nothing: no check. Its cloths whose fitted strokes are all off the cloth are left
 /// out with a remark. Errors: unsupported (without NLopt; more channels than the plant's),
 /// invalid_argument (more cloths than windows; labels that differ in case alone; a held-out cloth
-/// that `fitted` does not have, or another number of channels), measurement (no stroke on the cloth; no statistic that a parameter
-/// could move), those of ClothModel::make().
+/// that `fitted` does not have, or another number of channels), measurement (no stroke on the
+/// cloth; no statistic that a parameter could move), those of ClothModel::make().
 Result<CalibrationResult> calibrate(const RecordingView& fitted,
                                     const std::optional<RecordingView>& held_out,
                                     const sim::FabricLibrary& library,

@@ -69,7 +69,7 @@ class ClothModel {
   struct Inputs {
     sim::Fabric fabric;
     sim::MaterialParams params;
-    sim::Spread spread;  ///< none between pieces: the recorded piece is what is calibrated
+    sim::Spread spread;   ///< none between pieces: the recorded piece is what is calibrated
     sim::PadParams pads;  ///< in the plant's counts
     double grip_n_m = 0;  ///< stiffness of what pressed in the recordings; of no table
   };

@@ -87,8 +87,8 @@ Press plan_press(std::span<const Stroke* const> strokes, const sim::PadParams& p
   Press out{std::max(least_rest_n, rest_n), {}};
   const double idle = rest_n > 0 ? counts_under(pads, rest_n / area_m2) : 0;
   for (const Stroke* stroke : strokes)
-    out.force_n.push_back(std::max(
-        out.rest_n, area_m2 * pressure_for(pads, plant_level(*stroke, scale) + idle)));
+    out.force_n.push_back(
+        std::max(out.rest_n, area_m2 * pressure_for(pads, plant_level(*stroke, scale) + idle)));
   return out;
 }
 

@@ -25,7 +25,7 @@ double count_scale(const RecordingView& view, const sim::PadParams& pads);
 
 /// Forces of one mounting.
 struct Press {
-  double rest_n = 0;  ///< > 0
+  double rest_n = 0;            ///< > 0
   std::vector<double> force_n;  ///< of each stroke, at least rest_n
 };
 /// At force_n[k] the pads read the level of strokes[k] more than at rest: exactly, where all of

@@ -13,8 +13,8 @@ namespace weft::daemon::calibration {
 namespace {
 
 constexpr double ns_per_s = 1e9;
-constexpr double trimmed_s = 0.5;            // at both ends: the stages accelerate
-constexpr std::size_t held_samples = 4;      // at a limit: shorter stays are noise
+constexpr double trimmed_s = 0.5;        // at both ends: the stages accelerate
+constexpr std::size_t held_samples = 4;  // at a limit: shorter stays are noise
 constexpr std::size_t samples_a_glitch = 1000;
 constexpr double most_clipped_share = 0.01;  // of a channel's samples
 constexpr double least_speed_mps = 1e-5;     // below: the stages stand
@@ -195,8 +195,7 @@ Channel examine(const std::vector<Source>& sources, const std::vector<Rows>& row
   each_stroke(sources, rows, channel, [&](const std::vector<double>& values) {
     held += count_held(values, low) + (low < high ? count_held(values, high) : 0);
   });
-  return {all.front() == all.back(),
-          static_cast<double>(held) / static_cast<double>(all.size())};
+  return {all.front() == all.back(), static_cast<double>(held) / static_cast<double>(all.size())};
 }
 
 std::string channel_names(const std::vector<std::size_t>& channels) {

@@ -24,7 +24,7 @@ struct Stroke {
   std::uint32_t patch = 0;       ///< as recorded; 0: not known
   double speed_mps = 0;          ///< > 0
   double rate_hz = 0;            ///< > 0
-  double force_n = std::numeric_limits<double>::quiet_NaN();  ///< mean, > 0; NaN: not recorded
+  double force_n = std::numeric_limits<double>::quiet_NaN();       ///< mean, > 0; NaN: not recorded
   double rest_force_n = std::numeric_limits<double>::quiet_NaN();  ///< mean of phase S before it
   bool has_rest = false;  ///< phase S was recorded: counts are above what was read there
   std::vector<std::vector<double>> counts;  ///< [channel][sample] above the unloaded level

@@ -16,9 +16,9 @@ namespace {
 constexpr double sample_s = 1e-9 * static_cast<double>(sim::pad_timing::frame_ns);
 constexpr double conversion_s = 1e-9 * static_cast<double>(sim::pad_timing::stage_ns);
 constexpr double most_settling = 8;  // times that: work is by samples
-constexpr double settling_s = 10;  // under load, before a stroke
-constexpr double slack_m = 20e-3;  // the probe rests in the middle of it
-constexpr double patch_m = 20e-3;  // between paths of one mounting: wider than the face
+constexpr double settling_s = 10;    // under load, before a stroke
+constexpr double slack_m = 20e-3;    // the probe rests in the middle of it
+constexpr double patch_m = 20e-3;    // between paths of one mounting: wider than the face
 constexpr std::size_t rest_scans = 15, press_scans = 20;
 constexpr double lead_s = 0.5;  // of the stroke, which a view leaves out
 
@@ -235,8 +235,8 @@ Result<std::vector<Stroke>> Scene::slide(Job& job, std::span<const double> value
       stylus.emplace(params, rig, textured.plant.get(), group.rate_hz * sample_s);
     }
     stylus->rest(*patch, patch_m * like.patch);
-    out.push_back(
-        slide_once(*stylus, like, pads_of(like_), press.force_n[out.size()], press.rest_n, model_->scale()));
+    out.push_back(slide_once(*stylus, like, pads_of(like_), press.force_n[out.size()], press.rest_n,
+                             model_->scale()));
   }
   textured.plant = std::make_shared<const sim::Plant>(stylus->plant());
   job.textured = std::move(textured);

@@ -5,9 +5,9 @@
 // The probe is pressed by a spring, whose stiffness is a parameter: a soft one holds the force, a
 // stiff one the height, and then long waves are common to all pads. The cloth has relaxed before a
 // stroke begins. Force there: that which gives the recorded level (a nuisance: the recorded sensor
-// has another gain than the plant's). Where phase S was recorded with the probe on the cloth, counts
-// are above that load: a wrench gives its share of the force (press.hpp). A sensor that reads more
-// counts than the plant's can has its counts scaled down (ClothModel::scale()).
+// has another gain than the plant's). Where phase S was recorded with the probe on the cloth,
+// counts are above that load: a wrench gives its share of the force (press.hpp). A sensor that
+// reads more counts than the plant's can has its counts scaled down (ClothModel::scale()).
 //
 // Frames of the plant are taken for samples of the recording, whatever its rate: path and noise are
 // per sample, and all times of the plant are scaled by the ratio of the rates.

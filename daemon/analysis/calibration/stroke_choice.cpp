@@ -174,10 +174,9 @@ RecordingView thin_dense_strokes(RecordingView view) {
     largest = std::max(largest, stride);
   }
   if (thinned > 0)
-    view.remarks.push_back(
-        "Strokes with samples closer than 0.1 mm: " + std::to_string(thinned) +
-        ". Of them one sample in " + std::to_string(largest) +
-        " is used, or more, so that samples are up to 0.2 mm apart.");
+    view.remarks.push_back("Strokes with samples closer than 0.1 mm: " + std::to_string(thinned) +
+                           ". Of them one sample in " + std::to_string(largest) +
+                           " is used, or more, so that samples are up to 0.2 mm apart.");
   return view;
 }
 

@@ -16,9 +16,9 @@ RecordingView subset(const RecordingView& view, const std::vector<std::size_t>& 
 RecordingView strokes_of(const RecordingView& view, std::string_view cloth);
 
 /// At most `windows` windows, but one stroke of each cloth in any case. A window is 50 mm or 200
-/// samples, whichever there are more of; a shorter stroke counts as one. Cloths take turns; each first takes two repetitions of a cell, then the same
-/// of another mounting or place, at conditions that differ from cloth to cloth: a level, a speed
-/// and a pair of each as far as there is room.
+/// samples, whichever there are more of; a shorter stroke counts as one. Cloths take turns; each
+/// first takes two repetitions of a cell, then the same of another mounting or place, at conditions
+/// that differ from cloth to cloth: a level, a speed and a pair of each as far as there is room.
 RecordingView choose_strokes(const RecordingView& view, std::size_t windows);
 
 /// Strokes longer than 200 mm are cut there: four windows and a wave of .01 /mm are in them, and

@@ -223,8 +223,7 @@ Result<int> run_calibrate(const CalibrateArgs& args, Console& console) {
   if (!result) return pass(result.error());
   const auto written = calibrated_table(*table, *result, source);
   if (!written) return pass(written.error());
-  if (Status ok = write_text_file(args.output, table_text(*written)); !ok)
-    return pass(ok.error());
+  if (Status ok = write_text_file(args.output, table_text(*written)); !ok) return pass(ok.error());
   if (!args.page.empty())
     if (Status ok = write_text_file(args.page, calibration_html(*result, source)); !ok)
       return pass(ok.error());

@@ -91,8 +91,8 @@ Result<Sides> simulate(const Dataset& recordings, const std::string& table,
   if (!library) return pass(library.error(), args.fabrics.string());
   const std::string prefix = args.name.empty() ? args.recordings.stem().string() : args.name;
   const auto calibrations = own_calibrations(table, recordings);
-  const auto model = ClothModel::make(*view, with_own_cloths(*library, *view, prefix),
-                                      scale_of(calibrations));
+  const auto model =
+      ClothModel::make(*view, with_own_cloths(*library, *view, prefix), scale_of(calibrations));
   if (!model) return pass(model.error(), args.fabrics.string());
   auto scene = Scene::make(*view, *model);
   if (!scene) return pass(scene.error());

@@ -213,7 +213,8 @@ TEST_CASE("Clipped channels are left out; more than half of them are refused") {
 
 TEST_CASE("A glitch beyond the limit does not hide it") {
   Dataset set = campaign();
-  set_channel(set, 0, [](double value, std::size_t i) { return i == 120 ? 1e5 : limited(value, i); });
+  set_channel(set, 0,
+              [](double value, std::size_t i) { return i == 120 ? 1e5 : limited(value, i); });
   const auto view = viewed(set);
   REQUIRE(view);
   CHECK(view->recorded == std::vector<std::size_t>{1, 2, 3});

@@ -113,7 +113,8 @@ TEST_CASE("A scene of weaker strokes has the scale of the model") {
   auto whole = Scene::make(like, *model), part = Scene::make(subset(like, {1}), *model);
   REQUIRE(whole);
   REQUIRE(part);
-  const auto all = whole->simulate(model->start(), 7, 1), one = part->simulate(model->start(), 7, 1);
+  const auto all = whole->simulate(model->start(), 7, 1),
+             one = part->simulate(model->start(), 7, 1);
   REQUIRE(all);
   REQUIRE(one);
   CHECK(one->strokes[0].counts == all->strokes[1].counts);
