@@ -11,7 +11,7 @@ import sys
 import tempfile
 import xml.etree.ElementTree
 
-from cli_support import Checks, write_held_table
+from cli_support import Checks
 
 SECTIONS = ["Which fabric was it?", "What tells two fabrics apart", "How long it takes", "Speed against accuracy", "How well the force was held",
             "What the plant\u2019s fidelity costs", "Whether it is what was recorded", "Where this came from"]
@@ -29,7 +29,7 @@ def campaign(t, d, root):
 
 def made_afterwards(t, d, root, ran):
     told = t.succeeds("report", "small", "-o", "page.html", "--trade-splits", "2", "--vary", "features,slide", "--fidelity",
-                      write_held_table(root, d / "held.json"), cwd=d)
+                      root / "sim/fidelity.json", cwd=d)
     t.expect(told["bench"] == "simulated" and told["verified"]["holds"] and told["verified"]["certified"], f"told: {told}")
     page = (d / "page.html").read_text()
     for section in SECTIONS:

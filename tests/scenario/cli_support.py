@@ -56,15 +56,6 @@ class Checks:
         sys.exit(1 if self.failures else 0)
 
 
-def write_held_table(root, file):
-    """The shipped table, also where its margins were not yet shown to hold: such a one is refused."""
-    table = json.loads((root / "sim/fidelity.json").read_text())
-    for key in "held_share", "any_held_share":
-        table["conditions"][key] = max(table["conditions"][key], table["conditions"]["share"])
-    file.write_text(json.dumps(table))
-    return file
-
-
 def contents(folder):
     """Name, size and time of every file: what must not change when a command fails."""
     files = [p for p in pathlib.Path(folder).rglob("*") if p.is_file()]

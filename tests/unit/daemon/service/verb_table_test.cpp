@@ -177,6 +177,7 @@ std::string verb_row(VerbRow row) {
     const bool taken = reply.has_value();
     out += taken ? " " + std::string(to_string(at->now())) + " |" : " - |";
     if (taken) {
+      at.reset();  // its threads first: the next case may fork, and a lock they hold stays locked
       at = std::make_unique<VerbCase>(row);
     } else {
       CHECK(at->now() == row.state);
