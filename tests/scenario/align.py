@@ -16,7 +16,8 @@ from emulated_support import ServedRig, near_home, rig_file, tried
 
 def simulated_rig(root, d, name, tilt_deg, **changes):
     rig = json.loads((root / "sim/rigs/bench17.json").read_text())
-    rig["simulation"].update(fabrics=str(root / "sim/fabrics.json"), plate_tilt_deg=tilt_deg, **changes)
+    # a rigid face: a soft cover blurs the height at which a touch is felt
+    rig["simulation"].update(cover_um=0, fabrics=str(root / "sim/fabrics.json"), plate_tilt_deg=tilt_deg, **changes)
     (d / name).write_text(json.dumps(rig))
     return name
 

@@ -19,12 +19,14 @@ namespace {
 
 using nlohmann::json;
 
-/// bench17 with its plate askew, in a file of its own.
+/// bench17 with its plate askew, in a file of its own. The face is rigid: a soft cover blurs the
+/// height at which a touch is felt.
 std::filesystem::path askew_rig(const TemporaryFolder& folder, double x_deg, double y_deg,
                                 const json& faults = json::array()) {
   json rig = test::bench17();
   rig["simulation"]["plate_tilt_deg"] = {x_deg, y_deg};
   rig["simulation"]["faults"] = faults;
+  rig["simulation"]["cover_um"] = 0;
   test::write_file(folder / "askew.json", rig.dump());
   return folder / "askew.json";
 }
