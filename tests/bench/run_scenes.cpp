@@ -56,7 +56,9 @@ void take_away_taxels(RunFiles& files) {
 
 void take_away_noise(RunFiles& files) {
   nlohmann::json& pads = files.rig["simulation"]["pads"];
-  pads["noise_counts"] = pads["drift_counts"] = 0;
+  for (const char* noise : {"noise_counts", "noise_per_count", "noise_per_square", "drift_counts",
+                            "common_mode", "temperature_K"})
+    pads[noise] = 0;
   files.device("wrench")["emulator"]["noise_scale"] = 0;
 }
 
@@ -108,6 +110,7 @@ RunFiles common_files() {
   files.rig["plate"]["surface_z_mm"] = 16;
   files.rig["plate"]["size_mm"] = {34, 34};
   for (const char* role : {"x", "y", "z"}) files.device(role)["emulator"]["start_mm"] = 4;
+  files.rig["simulation"]["cover_um"] = 0;  // run-soft-cover has one
   files.rig["simulation"]["fabrics"] = "fabrics.json";
   files.rig["simulation"]["fidelity"] = std::filesystem::absolute("sim/fidelity.json");
   return files;

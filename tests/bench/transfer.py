@@ -304,7 +304,7 @@ def held_out_block(calibration):
     if not held_out["checked"]:
         return "Not checked."
     counts = collections.Counter((s["name"], bool(s["cloth"])) for s in held_out["statistics"] if not s["inside"])
-    outside = [name + (f" ({count} cloths)" if of_cloth else "") for (name, of_cloth), count in counts.items()]
+    outside = [name + (f" ({count} cloth{'s' if count > 1 else ''})" if of_cloth else "") for (name, of_cloth), count in counts.items()]
     text = f"{'Passes' if held_out['passes'] else '**Does not pass**'}: {held_out['inside']} of {len(held_out['statistics'])} statistics of " \
            f"{held_out['strokes']} strokes that were not fitted lie where 95 % of the SIMULATED ones do (80 % are asked for)."
     return text + (f" Outside: {', '.join(outside)}." if outside else "")
