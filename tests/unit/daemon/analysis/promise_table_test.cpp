@@ -119,7 +119,7 @@ SceneRun run_scene(const RecipeScene& scene, std::uint64_t seed, const sim::Fide
 
 /// Of runs, those whose error was within what the table promised, and within what was asked for.
 struct PromiseCount {
-  std::size_t runs = 0, promises_held = 0, requests_held = 0, refused = 0;
+  std::size_t runs = 0, promises_held = 0, requests_held = 0, refused = 0, incomplete = 0;
 };
 
 /// Runs `count` recipes with `seeds` seeds each. Every run says what it found.
@@ -135,6 +135,7 @@ PromiseCount hold_promises(const sim::FidelityTable& table, std::size_t count, s
     const SceneRun run =
         run_scene(scene, 1 + i % seeds, table, std::span(accuracies_n).subspan(i % 3));
     out.refused += run.is_refused ? 1 : 0;
+    out.incomplete += !run.promise && !run.is_refused ? 1 : 0;
     if (!run.promise) continue;
     const SimulationPromise& promise = *run.promise;
     const bool kept_request = promise.is_resolved && promise.measured_n <= promise.requested_n;
@@ -325,7 +326,7 @@ TEST_CASE("a short table is measured and read back, and runs hold their promises
   CHECK(back->host_cost.emulators_us_per_s > 0);
   CHECK(back->host_cost.full_check_us_per_s > back->host_cost.quick_check_us_per_s);
   const PromiseCount count = hold_promises(*table, 4, 1, 11);
-  CHECK(count.runs + count.refused <= 4);
+  CHECK(count.runs + count.refused + count.incomplete == 4);
   CHECK(count.runs > 0);
 }
 
@@ -359,7 +360,8 @@ TEST_CASE("the shipped table's promises hold for 99 of 100 random runs", "[.][pr
   if (!table) FAIL(to_string(table.error()));
   const PromiseCount count = hold_promises(*table, 20, 5, 2);
   WARN("of " << count.runs << " runs " << count.promises_held << " kept the promise and "
-             << count.requests_held << " the request; " << count.refused << " refused");
+             << count.requests_held << " the request; " << count.refused << " refused, "
+             << count.incomplete << " without a complete trial");
   CHECK(count.runs >= 90);
   const double least = promised_share * static_cast<double>(count.runs);
   CHECK(static_cast<double>(count.promises_held) >= least);

@@ -3,12 +3,11 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "daemon/analysis/tradeoff/sim/sim_page.hpp"
+#include "tests/unit/plant/support.hpp"
 
 namespace trade_downstream_test {
 
@@ -17,20 +16,9 @@ using namespace weft::daemon;
 
 namespace {
 
+/// Under a rigid face cloths differ most.
 const sim::FabricLibrary& library() {
-  static const sim::FabricLibrary one = [] {
-    std::ifstream file(WEFT_SOURCE_DIR "/sim/fabrics.json");
-    std::stringstream text;
-    text << file.rdbuf();
-    sim::FabricLibrary table = *sim::parse_fabrics(text.str());
-    const sim::MaterialParams rigid;  // under a rigid face cloths differ most
-    table.params.cover = rigid.cover;
-    table.params.height_per_roughness = rigid.height_per_roughness;
-    table.params.roughness_exponent = rigid.roughness_exponent;
-    table.spread = {};
-    table.pads.reset();
-    return table;
-  }();
+  static const sim::FabricLibrary one = sim::test::library();
   return one;
 }
 

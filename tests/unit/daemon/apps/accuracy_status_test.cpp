@@ -6,9 +6,7 @@
 
 #include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/console.hpp"
-#include "daemon/base/file/sha256.hpp"
-#include "sim/plant/fidelity/table.hpp"
-#include "tests/unit/daemon/benches/trial_bench.hpp"
+#include "tests/unit/daemon/benches/promise_bench.hpp"
 
 namespace accuracy_status_test {
 
@@ -25,17 +23,7 @@ struct Bench {
   CampaignRequest request;
 
   Bench() {
-    sim::FidelityTable table;
-    table.rules = recipes::engine_rules;
-    table.fabrics_sha256 = sha256_hex(test::read_file(test::source / "sim/fabrics.json"));
-    table.conditions.held_share = table.conditions.any_held_share = table.conditions.share;
-    table.conditions.press_s = {1, 10};
-    table.conditions.scenes = table.conditions.seeds = 1;
-    table.conditions.force_n = {0.2, 10};
-    table.conditions.speed_mps = {0.5e-3, 4e-3};
-    table.conditions.seat_speed_mps = {1e-4, 1e-3};
-    table.conditions.mount_stiffness_n_m = {1e4, 5e4};
-    table.conditions.slack_m = {0.6e-3, 3e-3};
+    sim::FidelityTable table = test::empty_table();
     table.settings.push_back(
         {.setting = {sim::Level::quasistatic, sim::Integrator::midpoint, sim::grid_step_s},
          .contact_us_per_s = 25,

@@ -4,17 +4,13 @@
 #include <tuple>
 
 #include "daemon/base/file/sha256.hpp"
-#include "sim/plant/fidelity/table.hpp"
 
 namespace weft::daemon::test {
 
-nlohmann::json rig_with_table(const TemporaryFolder& folder, double scale, int rules,
-                              const std::string& fabrics_sha256) {
+sim::FidelityTable empty_table() {
   sim::FidelityTable table;
-  table.rules = rules;
-  table.fabrics_sha256 = fabrics_sha256;
-  if (fabrics_sha256.empty())
-    table.fabrics_sha256 = sha256_hex(read_file(source / "sim/fabrics.json"));
+  table.rules = recipes::engine_rules;
+  table.fabrics_sha256 = sha256_hex(read_file(source / "sim/fabrics.json"));
   table.conditions.held_share = table.conditions.any_held_share = table.conditions.share;
   table.conditions.press_s = {1, 10};
   table.conditions.scenes = table.conditions.seeds = 1;
@@ -23,6 +19,14 @@ nlohmann::json rig_with_table(const TemporaryFolder& folder, double scale, int r
   table.conditions.seat_speed_mps = {1e-4, 1e-3};
   table.conditions.mount_stiffness_n_m = {1e4, 5e4};
   table.conditions.slack_m = {0.6e-3, 3e-3};
+  return table;
+}
+
+nlohmann::json rig_with_table(const TemporaryFolder& folder, double scale, int rules,
+                              const std::string& fabrics_sha256) {
+  sim::FidelityTable table = empty_table();
+  table.rules = rules;
+  if (!fabrics_sha256.empty()) table.fabrics_sha256 = fabrics_sha256;
   table.host_cost.emulators_us_per_s = 500;
   table.host_cost.probe_us = 50;
   using sim::Integrator, sim::Level;

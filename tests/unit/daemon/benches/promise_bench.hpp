@@ -5,10 +5,14 @@
 #include <string>
 
 #include "recipes/engine/engine.hpp"
+#include "sim/plant/fidelity/table.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"
 
 namespace weft::daemon::test {
 
+/// Without settings: of this version's rules and the shipped cloths, with ranges of usual recipes
+/// and margins that hold.
+sim::FidelityTable empty_table();
 /// bench17 with a table of three settings, which is for tests alone. `scale`: of its errors.
 nlohmann::json rig_with_table(const TemporaryFolder& folder, double scale = 1,
                               int rules = recipes::engine_rules,
