@@ -41,7 +41,7 @@ void add_options(CLI::App& command, CalibrateArgs& args) {
                      "back for that");
   command.add_option("--page", args.page, "page to write (HTML)");
   command.add_option("--pictures", args.pictures,
-                     "folder, which is there, for the page's pictures (calibration-NAME.svg)");
+                     "existing folder, for the page's pictures (calibration-NAME.svg)");
   command.add_option("--fabrics", args.fabrics, "cloth table to begin from")->capture_default_str();
   command.add_option("--name", args.name,
                      "what the calibrated cloths' names begin with; without it the first file's");
