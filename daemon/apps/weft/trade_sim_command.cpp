@@ -209,8 +209,7 @@ Status write_table(const TradeSimArgs& args, const Progress& progress) {
   options.fabrics_json = *fabrics;
   auto table = measure_promise_table(options, process_cpu_seconds, progress);
   if (!table) return pass(table.error(), "--table");
-  if (Status holds = check_margins(table->conditions); !holds)
-    return pass(holds.error(), "--table");
+  if (Status holds = check_margins(*table); !holds) return pass(holds.error(), "--table");
   table->made_by = table_command_text(args);
   table->commit = software_commit();
   table->machine = machine_text();

@@ -86,20 +86,20 @@ Result<double> scale_of(const std::string& fabric, const ForceScene& forces) {
                         forces.face_area_m2);
 }
 
-Result<double> promise_for(const TableConditions& conditions, const MeasuredSetting& measured,
-                           const std::string& fabric, const ForceScene& forces) {
+Result<double> promise_for(const MeasuredSetting& measured, const std::string& fabric,
+                           const ForceScene& forces) {
   for (const ClothError& cloth : measured.cloths)
-    if (forces.has_rows && cloth.fabric == fabric) return conditions.margin * cloth.max_n;
+    if (forces.has_rows && cloth.fabric == fabric) return measured.margin.factor * cloth.max_n;
   const auto scale_n = scale_of(fabric, forces);
   if (!scale_n) return scale_n;
-  return conditions.any_margin * measured.any_max * *scale_n;
+  return measured.any_margin.factor * measured.any_max * *scale_n;
 }
 
 Result<FidelityOffer> make_offer(const FidelityTable& table, const MeasuredSetting& measured,
                                  const ForceScene& forces, const FidelityRequest& request) {
   FidelityOffer out{.setting = measured.setting, .promise_n = 0, .limiting_fabric = {}};
   for (const std::string& fabric : forces.fabrics) {
-    const auto promise_n = promise_for(table.conditions, measured, fabric, forces);
+    const auto promise_n = promise_for(measured, fabric, forces);
     if (!promise_n) return pass(promise_n.error());
     if (!out.limiting_fabric.empty() && *promise_n <= out.promise_n) continue;
     out.promise_n = *promise_n;

@@ -77,15 +77,31 @@ Result<FidelitySetting> make_setting(const std::string& level, const std::string
   return out;
 }
 
+FieldReader& read_margin(FieldReader& reader, Margin& out) {
+  return reader.required("margin", out.factor, 1, 1e3).required("held_share", out.held_share, 0, 1);
+}
+
 Status read_any(const json* any, const std::string& where, MeasuredSetting& out) {
   if (Status s = require_object(any, where); !s) return s;
   FieldReader reader(*any, where);
   reader.required("q99", out.any_q99, 0, largest_number)
       .required("max", out.any_max, 0, largest_number);
-  return reader.finish();
+  return read_margin(reader, out.any_margin).finish();
 }
 
-Result<MeasuredSetting> read_setting(const json& object, const std::string& where) {
+/// A margin that was never held against runs that were held back promises nothing.
+Status require_held(const Margin& margin, double share, const std::string& where) {
+  if (margin.held_share >= share) return {};
+  return fail(
+      {.code = Errc::unsupported,
+       .where = where + "/held_share",
+       .what = "the margin was not shown to hold for enough of the runs that were held back",
+       .expected = printed("%g or more", share),
+       .got = printed("%g", margin.held_share),
+       .hint = "Run weft trade sim --table FILE to make a new one"});
+}
+
+Result<MeasuredSetting> read_setting(const json& object, double share, const std::string& where) {
   if (Status s = require_object(&object, where); !s) return pass(s.error());
   MeasuredSetting out;
   std::string level, integrator = "none";
@@ -94,6 +110,7 @@ Result<MeasuredSetting> read_setting(const json& object, const std::string& wher
   reader.text("level", level).text("integrator", integrator);
   reader.required("step_us", step_us, 0, 1e6);
   reader.required("contact_us_per_s", out.contact_us_per_s, 1e-9, largest_number);
+  read_margin(reader, out.margin);
   const auto cloths = list_at(reader.child("cloths"), where + "/cloths");
   const json* any = reader.child("any");
   if (Status s = reader.finish(); !s) return pass(s.error());
@@ -107,22 +124,10 @@ Result<MeasuredSetting> read_setting(const json& object, const std::string& wher
     out.cloths.push_back(std::move(*cloth));
   }
   if (Status s = read_any(any, where + "/any", out); !s) return pass(s.error());
+  for (const auto& [margin, place] :
+       {std::pair{out.margin, where}, {out.any_margin, where + "/any"}})
+    if (Status s = require_held(margin, share, place); !s) return pass(s.error());
   return out;
-}
-
-/// A margin that was never held against runs that were held back promises nothing.
-Status require_held(const TableConditions& conditions) {
-  for (const auto& [held, where] : {std::pair{conditions.held_share, "/conditions/held_share"},
-                                    {conditions.any_held_share, "/conditions/any_held_share"}})
-    if (held < conditions.share)
-      return fail(
-          {.code = Errc::unsupported,
-           .where = where,
-           .what = "the margin was not shown to hold for enough of the runs that were held back",
-           .expected = printed("%g or more", conditions.share),
-           .got = printed("%g", held),
-           .hint = "Run weft trade sim --table FILE to make a new one"});
-  return {};
 }
 
 Status read_conditions(const json* object, TableConditions& out) {
@@ -132,18 +137,14 @@ Status read_conditions(const json* object, TableConditions& out) {
   reader.whole("scenes", out.scenes, 1, largest_number)
       .whole("seeds", out.seeds, 1, largest_number);
   reader.whole("space_seed", out.space_seed, 0, largest_number).text("reference", out.reference);
-  reader.required("share", out.share, 0, 1).required("margin", out.margin, 1, 1e3);
-  reader.required("held_share", out.held_share, 0, 1);
-  reader.required("any_margin", out.any_margin, 1, 1e3);
-  reader.required("any_held_share", out.any_held_share, 0, 1);
+  reader.required("share", out.share, 0, 1);
   const json* ranges = reader.child("ranges");
   if (Status s = reader.finish(); !s) return s;
   if (Status s = require_object(ranges, where + "/ranges"); !s) return s;
   FieldReader range_reader(*ranges, where + "/ranges");
   for (const auto& [key, range] : range_fields)
     range_reader.interval(key, (out.*range).least, (out.*range).most, 0, largest_number);
-  if (Status s = range_reader.finish(); !s) return s;
-  return require_held(out);
+  return range_reader.finish();
 }
 
 Status read_costs(const json* object, HostCost& out) {
@@ -186,7 +187,8 @@ Result<FidelityTable> read_table(const json& root) {
   if (Status s = read_costs(costs, table.host_cost); !s) return pass(s.error());
   if (!settings) return pass(settings.error());
   for (std::size_t i = 0; i < (*settings)->size(); ++i) {
-    auto setting = read_setting((**settings)[i], "/settings/" + std::to_string(i));
+    auto setting =
+        read_setting((**settings)[i], table.conditions.share, "/settings/" + std::to_string(i));
     if (!setting) return pass(setting.error());
     table.settings.push_back(std::move(*setting));
   }
@@ -200,6 +202,8 @@ ordered_json setting_json(const MeasuredSetting& measured) {
     out["integrator"] = std::string(to_string(setting.integrator));
   out["step_us"] = std::round(setting.step_s * 1e9) * 1e-3;  // to a nanosecond
   out["contact_us_per_s"] = measured.contact_us_per_s;
+  out["margin"] = measured.margin.factor;
+  out["held_share"] = measured.margin.held_share;
   out["cloths"] = ordered_json::array();
   for (const ClothError& cloth : measured.cloths)
     out["cloths"].push_back({{"fabric", cloth.fabric},
@@ -207,7 +211,10 @@ ordered_json setting_json(const MeasuredSetting& measured) {
                              {"q50_n", cloth.q50_n},
                              {"q99_n", cloth.q99_n},
                              {"max_n", cloth.max_n}});
-  out["any"] = {{"q99", measured.any_q99}, {"max", measured.any_max}};
+  out["any"] = {{"q99", measured.any_q99},
+                {"max", measured.any_max},
+                {"margin", measured.any_margin.factor},
+                {"held_share", measured.any_margin.held_share}};
   return out;
 }
 
@@ -216,11 +223,7 @@ ordered_json conditions_json(const TableConditions& conditions) {
                    {"seeds", conditions.seeds},
                    {"space_seed", conditions.space_seed},
                    {"reference", conditions.reference},
-                   {"share", conditions.share},
-                   {"margin", conditions.margin},
-                   {"held_share", conditions.held_share},
-                   {"any_margin", conditions.any_margin},
-                   {"any_held_share", conditions.any_held_share}};
+                   {"share", conditions.share}};
   for (const auto& [key, range] : range_fields)
     out["ranges"][key] = {(conditions.*range).least, (conditions.*range).most};
   return out;

@@ -12,7 +12,7 @@
 
 namespace weft::sim {
 
-inline constexpr int fidelity_table_version = 2;
+inline constexpr int fidelity_table_version = 3;
 
 /// Largest errors of the normal force [N], over the recorded samples of S, P, M and E of a trial,
 /// as quantiles over the trials.
@@ -22,12 +22,20 @@ struct ClothError {
   double q50_n = 0, q99_n = 0, max_n = 0;
 };
 
+/// Times the largest measured error: what a setting promises.
+struct Margin {
+  double factor = 1;
+  double held_share = 0;  ///< of runs that were held back, those within it; 0: not known
+};
+
 struct MeasuredSetting {
   FidelitySetting setting;
   double contact_us_per_s = 0;  ///< processor time of a bench second, on the table's machine
   std::vector<ClothError> cloths;
+  Margin margin = {};
   /// Of all cloths, as shares of impact_scale_n(): for a cloth without a row.
   double any_q99 = 0, any_max = 0;
+  Margin any_margin = {};
 };
 
 struct MeasuredRange {
@@ -41,11 +49,6 @@ struct TableConditions {
   std::uint64_t space_seed = 0;  ///< of the draw of the scenes
   std::string reference;
   double share = 0.99;  ///< of runs, for which a promise holds
-  /// Times the largest error: the promise. Of cloths with a row, and of those without one.
-  double margin = 1, any_margin = 1;
-  /// Of runs that were held back, those within the margin, at the setting with the fewest. 0: not
-  /// known.
-  double held_share = 0, any_held_share = 0;
   MeasuredRange force_n, speed_mps, seat_speed_mps, press_s, mount_stiffness_n_m, slack_m;
 };
 
@@ -68,8 +71,8 @@ struct FidelityTable {
 };
 
 /// All data of the table are of a simulated bench. Errors: parse, range, with a JSON pointer;
-/// unsupported, of a table of an earlier version, and of one whose margins were not shown to hold
-/// for its share of runs.
+/// unsupported, of a table of an earlier version, and of one with a margin that was not shown to
+/// hold for its share of runs.
 Result<FidelityTable> parse_fidelity(std::string_view json);
 /// As the file has it.
 std::string to_json(const FidelityTable& table);

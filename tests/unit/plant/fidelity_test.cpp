@@ -30,14 +30,14 @@ MeasuredSetting measured(const FidelitySetting& setting, double error_n, double 
           .contact_us_per_s = contact_us,
           .cloths = {{"denim", 10, error_n / 4, error_n / 2, error_n},
                      {"nylon", 10, error_n, 2 * error_n, 3 * error_n}},
+          .margin = {2, 0.995},
           .any_q99 = error_n / 2,
-          .any_max = error_n};
+          .any_max = error_n,
+          .any_margin = {3, 0.991}};
 }
 
 FidelityTable small_table() {
   FidelityTable table;
-  table.conditions.margin = 2;
-  table.conditions.any_margin = 3;
   table.conditions.force_n = {0.2, 10};
   table.conditions.speed_mps = {0.5e-3, 4e-3};
   table.conditions.seat_speed_mps = {0.2e-3, 1e-3};
@@ -269,8 +269,7 @@ TEST_CASE("the table reads back from JSON, and faults are refused with their pla
   made.machine = "m";
   made.rules = 2;
   made.conditions.scenes = 600;
-  made.conditions.held_share = 0.995;
-  made.conditions.any_held_share = 0.991;
+  made.settings[1].margin = {1.5, 0.999};
   made.conditions.seeds = 5;
   const std::string text = to_json(made);
   const auto table = parse_fidelity(text);
@@ -278,9 +277,11 @@ TEST_CASE("the table reads back from JSON, and faults are refused with their pla
   CHECK(to_json(*table) == text);
   CHECK(table->machine == "m");
   CHECK(table->conditions.scenes == 600);
-  CHECK(table->conditions.held_share == 0.995);
-  CHECK(table->conditions.any_held_share == 0.991);
-  CHECK(table->conditions.any_margin == 3);
+  CHECK(table->settings[1].margin.factor == 1.5);
+  CHECK(table->settings[1].margin.held_share == 0.999);
+  CHECK(table->settings[2].margin.factor == 2);
+  CHECK(table->settings[2].any_margin.factor == 3);
+  CHECK(table->settings[2].any_margin.held_share == 0.991);
   CHECK(table->conditions.slack_m.most == Approx(3e-3));
   CHECK(table->settings[4].setting.integrator == Integrator::tr_bdf2);
   CHECK(table->settings[1].cloths[1].max_n == Approx(30e-3));
@@ -299,21 +300,22 @@ TEST_CASE("the table reads back from JSON, and faults are refused with their pla
   CHECK(refused_at("/settings/1/any", 3).where == "/settings/1/any");
   CHECK(refused_at("/host_cost/probe_us", "fast").where == "/host_cost/probe_us");
   CHECK(refused_at("/conditions/ranges/slack_m", 3).where == "/conditions/ranges/slack_m");
-  CHECK(refused_at("/conditions/margin", 0.5).where == "/conditions/margin");
-  CHECK(refused_at("/conditions/held_share", 1.5).where == "/conditions/held_share");
-  for (const char* pointer : {"/conditions/held_share", "/conditions/any_held_share"})
+  CHECK(refused_at("/settings/0/margin", 0.5).where == "/settings/0/margin");
+  CHECK(refused_at("/settings/0/held_share", 1.5).where == "/settings/0/held_share");
+  for (const char* pointer : {"/settings/2/held_share", "/settings/0/any/held_share"})
     for (const double held_share : {0.0, 0.989}) {
       const Error unheld = refused_at(pointer, held_share);
       CHECK(unheld.code == Errc::unsupported);
       CHECK(unheld.where == pointer);
     }
-  for (const char* key : {"held_share", "any_margin", "any_held_share"}) {
-    nlohmann::json root = nlohmann::json::parse(text);
-    root["conditions"].erase(key);
-    const auto read = parse_fidelity(root.dump());
-    REQUIRE_FALSE(read);
-    CHECK(read.error().code == Errc::parse);
-  }
+  for (const char* place : {"/settings/1", "/settings/1/any"})
+    for (const char* key : {"margin", "held_share"}) {
+      nlohmann::json root = nlohmann::json::parse(text);
+      root[nlohmann::json::json_pointer(place)].erase(key);
+      const auto read = parse_fidelity(root.dump());
+      REQUIRE_FALSE(read);
+      CHECK(read.error().code == Errc::parse);
+    }
   CHECK(refused_at("/settings", "none").where == "/settings");
   CHECK(refused_at("/rows", 1).code == Errc::parse);
   CHECK(refused_at("/bench", "real").where == "/bench");

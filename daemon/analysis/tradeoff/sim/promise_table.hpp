@@ -34,32 +34,28 @@ struct TrialErrors {
 
 inline constexpr double promised_share = 0.99;  ///< of runs
 
-/// A factor on the largest errors, and what share of runs stayed within it at the setting where the
-/// fewest did: promised_share at least, or no factor is large enough.
-struct Margin {
-  double factor = 1, held_share = 0;
-};
-
-/// The least of 1, 1.1, 1.25, 1.5, 2, 2.5, 3 and 4 that holds for promised_share of the runs at
-/// every setting, as the table is used. Each third of the scenes is held back once: runs of one of
-/// its trials are held against their own cloth's largest error in the other scenes, and runs of 34
-/// trials, drawn with `seed`, against the largest of their cloths. A cloth that the other scenes
-/// lack has no promise to break. `scene_of[i]`: the scene of trials[i]. Nothing to hold back: the
-/// share is 0.
-Margin find_margin(std::span<const TrialErrors> trials, std::span<const std::size_t> scene_of,
-                   std::uint64_t seed);
+/// For each of `settings` the least of 1, 1.1, 1.25, 1.5, 2, 2.5, 3, 4, 6, 8, 12 and 16 that holds
+/// for promised_share of the runs as the table is used; where none does, the largest, with the
+/// share that it holds for. Each third of the scenes is held back once: runs of one of its trials
+/// are held against their own cloth's largest error in the other scenes, and runs of 34 trials,
+/// drawn with `seed`, against the largest of their cloths. A cloth that the other scenes lack has
+/// no promise to break. `scene_of[i]`: the scene of trials[i]. Nothing to hold back: the share is
+/// 0.
+std::vector<sim::Margin> find_margins(std::size_t settings, std::span<const TrialErrors> trials,
+                                      std::span<const std::size_t> scene_of, std::uint64_t seed);
 /// The same for cloths without a row: each cloth is held back once, and its trials are held against
 /// the largest error of all others, in units of the impact scale.
-Margin find_any_margin(std::span<const TrialErrors> trials);
+std::vector<sim::Margin> find_any_margins(std::size_t settings,
+                                          std::span<const TrialErrors> trials);
 
-/// Errors of every setting, and the margins. Costs are left zero.
+/// Errors of every setting, and its margins. Costs are left zero.
 sim::FidelityTable summarize_errors(const std::vector<sim::FidelitySetting>& settings,
                                     const std::vector<TrialErrors>& trials,
                                     const std::vector<std::size_t>& scene_of,
                                     std::uint64_t space_seed);
 
-/// Whether both margins hold. Errors: unsupported.
-Status check_margins(const sim::TableConditions& conditions);
+/// Whether all margins hold. Errors: unsupported, of the first setting with one that does not.
+Status check_margins(const sim::FidelityTable& table);
 
 using PromiseProgress = std::function<void(const std::string&)>;
 

@@ -38,7 +38,7 @@ struct ThreeScenes {
     trials.insert(trials.end(), count, {fabric, 1, {error_n, 2 * error_n}});
     scene_of.insert(scene_of.end(), count, scene);
   }
-  [[nodiscard]] Margin margin() const { return find_margin(trials, scene_of, 1); }
+  [[nodiscard]] sim::Margin margin() const { return find_margins(2, trials, scene_of, 1).front(); }
 };
 
 /// The last scene errs by `error_n`, the others by 1 N.
@@ -66,7 +66,8 @@ PromiseTableOptions short_options() {
 
 /// As of a table whose margins hold, so that it is read: whether they do is found by its runs.
 sim::FidelityTable called_held(sim::FidelityTable table) {
-  table.conditions.held_share = table.conditions.any_held_share = table.conditions.share;
+  for (sim::MeasuredSetting& row : table.settings)
+    row.margin.held_share = row.any_margin.held_share = table.conditions.share;
   return table;
 }
 
@@ -108,7 +109,11 @@ SceneRun run_scene(const RecipeScene& scene, std::uint64_t seed, const sim::Fide
   const auto summary = run_campaign(request, {});
   if (!summary) FAIL(to_string(summary.error()));
   SceneRun out{{}, summary->simulation.setting};
-  if (summary->trials_complete == 0) return out;
+  if (summary->trials_complete == 0) {
+    REQUIRE(summary->error);
+    WARN(scene_recipe(scene, seed) << ": " << to_string(*summary->error));
+    return out;
+  }
   out.promise = summary->simulation.promise;
   out.is_missed = is_promise_missed(summary->simulation);
   REQUIRE(out.promise);
@@ -158,7 +163,7 @@ sim::FidelityTable promising(sim::FidelityTable table, const std::string& settin
                              const std::string& fabric, double promise_n) {
   std::erase_if(table.settings, [&](const auto& row) { return to_string(row.setting) != setting; });
   REQUIRE(table.settings.size() == 1);
-  table.conditions.margin = 1;
+  table.settings.front().margin.factor = 1;
   table.settings.front().cloths = {{fabric, 1, promise_n, promise_n, promise_n}};
   return table;
 }
@@ -258,32 +263,50 @@ TEST_CASE("the margin is the least that keeps 99 of 100 runs that were held back
   CHECK(two.margin().factor == 3);
 }
 
+TEST_CASE("each setting has the margin that it needs itself") {
+  ThreeScenes scenes = denim_scenes(0.9);
+  for (TrialErrors& trial : scenes.trials) trial.error_n[1] = trial.error_n[0] < 1 ? 2.8 : 1;
+  const auto margins = find_margins(2, scenes.trials, scenes.scene_of, 1);
+  CHECK(margins[0].factor == 1);
+  CHECK(margins[1].factor == 3);
+  for (TrialErrors& trial : scenes.trials) trial.fabric = trial.error_n[0] < 1 ? "nylon" : "denim";
+  const auto any = find_any_margins(2, scenes.trials);
+  CHECK(any[0].factor == 1.25);  // denim errs 1 N where nylon errs .9 N
+  CHECK(any[1].factor == 3);
+  const auto table = summarize_errors({{}, {}}, scenes.trials, scenes.scene_of, 1);
+  CHECK(table.settings[0].any_margin.factor == any[0].factor);
+  CHECK(table.settings[1].any_margin.factor == any[1].factor);
+}
+
 TEST_CASE("a margin that does not hold is said, and its table is refused") {
-  const Margin none = denim_scenes(40).margin();
+  const sim::Margin none = denim_scenes(40).margin();
   CHECK(none.factor == 16);
   CHECK(none.held_share == Approx(2.0 / 3).margin(1e-3));
-  CHECK(find_margin({}, {}, 1).held_share == 0);
+  CHECK(find_margins(1, {}, {}, 1).front().held_share == 0);
   CHECK(denim_scenes(HUGE_VAL).margin().held_share < promised_share);
-  sim::TableConditions conditions;
-  CHECK(check_margins(conditions).error().code == Errc::unsupported);
-  conditions.held_share = promised_share;
-  CHECK(check_margins(conditions).error().where == "/conditions/any_held_share");
-  conditions.any_held_share = promised_share;
-  CHECK(check_margins(conditions));
-  conditions.held_share = none.held_share;
-  CHECK(check_margins(conditions).error().where == "/conditions/held_share");
+  sim::FidelityTable table;
+  table.settings.resize(2);
+  CHECK(check_margins(table).error().code == Errc::unsupported);
+  table.settings[0].margin.held_share = table.settings[0].any_margin.held_share = promised_share;
+  table.settings[1].margin.held_share = promised_share;
+  CHECK(check_margins(table).error().where == "/settings/1/any/held_share");
+  table.settings[1].any_margin.held_share = promised_share;
+  CHECK(check_margins(table));
+  table.settings[0].margin = none;
+  CHECK(check_margins(table).error().where == "/settings/0/held_share");
 }
 
 TEST_CASE("the margin of a cloth without a row is that of each cloth against all others") {
   ThreeScenes scenes = denim_scenes(1);
   scenes.add(0, "nylon", 1.4, 20);
-  const Margin any = find_any_margin(scenes.trials);
+  const sim::Margin any = find_any_margins(2, scenes.trials).front();
   CHECK(any.factor == 1.5);
   CHECK(any.held_share == 1);
   for (TrialErrors& trial : scenes.trials)
-    if (trial.fabric == "nylon") trial.scale_n = 2;     // it hits harder, and errs no more for it
-  CHECK(find_any_margin(scenes.trials).factor == 1.5);  // denim, against 0.7 of nylon
-  CHECK(find_any_margin(denim_scenes(1).trials).held_share == 0);  // nobody to hold it against
+    if (trial.fabric == "nylon") trial.scale_n = 2;  // it hits harder, and errs no more for it
+  CHECK(find_any_margins(2, scenes.trials).front().factor == 1.5);  // denim, against .7 of nylon
+  // nobody to hold it against
+  CHECK(find_any_margins(2, denim_scenes(1).trials).front().held_share == 0);
 }
 
 TEST_CASE("errors become quantiles of each cloth, and shares of the impact scale") {

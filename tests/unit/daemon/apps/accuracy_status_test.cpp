@@ -27,7 +27,9 @@ struct Bench {
     table.settings.push_back(
         {.setting = {sim::Level::quasistatic, sim::Integrator::midpoint, sim::grid_step_s},
          .contact_us_per_s = 25,
-         .cloths = {{"denim", 1, 1e-6, 1e-6, 1e-6}}});
+         .cloths = {{"denim", 1, 1e-6, 1e-6, 1e-6}},
+         .margin = {1, 1},
+         .any_margin = {1, 1}});
     test::write_file(folder / "table.json", sim::to_json(table));
     json rig = test::bench17_near_home();
     rig["simulation"]["fidelity"] = (folder / "table.json").string();

@@ -11,7 +11,6 @@ sim::FidelityTable empty_table() {
   sim::FidelityTable table;
   table.rules = recipes::engine_rules;
   table.fabrics_sha256 = sha256_hex(read_file(source / "sim/fabrics.json"));
-  table.conditions.held_share = table.conditions.any_held_share = table.conditions.share;
   table.conditions.press_s = {1, 10};
   table.conditions.scenes = table.conditions.seeds = 1;
   table.conditions.force_n = {0.2, 10};
@@ -39,8 +38,10 @@ nlohmann::json rig_with_table(const TemporaryFolder& folder, double scale, int r
         {.setting = setting,
          .contact_us_per_s = contact_us,
          .cloths = {{"denim", 1, scale * error_n / 9, scale * error_n / 5, scale * error_n}},
+         .margin = {1, 1},
          .any_q99 = scale * error_n,
-         .any_max = 10 * scale * error_n});
+         .any_max = 10 * scale * error_n,
+         .any_margin = {1, 1}});
   write_file(folder / "table.json", sim::to_json(table));
   nlohmann::json rig = bench17();
   rig["simulation"]["fidelity"] = (folder / "table.json").string();
