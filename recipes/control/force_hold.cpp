@@ -14,7 +14,7 @@ constexpr double middle_share = 0.25;
 void begin(ForceHoldState& state, const ForceHoldInput& input, double z_m) {
   state.active = true;
   state.force_n = input.force_n;
-  state.age_s = state.uncorrected_s = 0;
+  state.age_s = state.uncorrected_s = state.still_s = 0;
   state.z_m = state.target_m = z_m;
 }
 
@@ -38,6 +38,28 @@ void correct(const ForceHoldConfig& config, ForceHoldState& state, const ForceHo
                             1 / dt_s);
   state.force_n += off_n * -std::expm1(-std::numbers::sqrt2 * w * dt_s);
   state.drift_nps += off_n * w * w * dt_s;
+}
+
+/// Whether one quantum more could bring it nearer than is believed: not where the last one that was
+/// tried has led here from the other side.
+bool is_worth_trying(const ForceHoldConfig& config, const ForceHoldState& state, double off_n) {
+  return state.still_s >= config.patience_s && std::abs(off_n) > config.offset_n &&
+         state.tried * off_n >= 0;
+}
+
+/// Where the stage is to stand when the force will be `off_n` below the set point.
+void choose_target(const ForceHoldConfig& config, ForceHoldState& state,
+                   const ForceHoldInput& input, double off_n) {
+  const double way_m = off_n / input.stiffness_npm;
+  state.still_s += input.dt_s;
+  if (std::abs(way_m) > input.quantum_m / 2) {
+    state.target_m = state.z_m + input.quantum_m * std::round(way_m / input.quantum_m);
+    state.tried = state.still_s = 0;
+  } else if (is_worth_trying(config, state, off_n)) {
+    state.tried = std::copysign(1, off_n);
+    state.target_m = state.z_m + state.tried * input.quantum_m;
+    state.still_s = 0;
+  }
 }
 
 /// False where a reading is far from the set point or from what was expected.
@@ -64,10 +86,8 @@ std::optional<double> hold_force(const ForceHoldConfig& config, ForceHoldState& 
     else
       begin(state, input, z_m);
   }
-  const double ahead_n = state.force_n + state.drift_nps * config.lead_s;
-  const double way_m = (input.setpoint_n - ahead_n) / input.stiffness_npm;
-  if (std::abs(way_m) > quantum_m / 2)
-    state.target_m = z_m + quantum_m * std::round(way_m / quantum_m);
+  choose_target(config, state, input,
+                input.setpoint_n - (state.force_n + state.drift_nps * config.lead_s));
   const double left_m = state.target_m - input.z_m;
   return std::abs(left_m) < middle_share * quantum_m ? 0 : left_m / config.step_s;
 }

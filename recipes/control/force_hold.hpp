@@ -13,6 +13,11 @@
 // The observer has the poles of a steady Kalman filter for a drift that wanders, two at w (1 +- i)
 // / sqrt 2. A cloth's waves weigh by its stiffness, hence w ~ sqrt K; until it has learnt the drift
 // it is quicker, w = learning / age.
+//
+// Where the contact is softer than believed (a probe that hangs by its stop has moved too little to
+// measure it), the set point is more quanta away than it seems. A force that stays off is therefore
+// answered by one quantum. Where that brings it to the other side the belief was right, and the
+// stage is left there.
 
 #include <optional>
 
@@ -25,8 +30,10 @@ struct ForceHoldConfig {
   double pole_stiffness_npm = 15e3;
   double learning = 6;  ///< w of a hold that began 1 s ago
   double slowest_radps = 1, fastest_radps = 20;
-  double lead_s = 0.05;  ///< from a reading's instant to the middle of the stage's answer
-  double step_s = 0.1;   ///< in which the stage makes its way, by a velocity that ends by itself
+  double lead_s = 0.05;     ///< from a reading's instant to the middle of the stage's answer
+  double step_s = 0.1;      ///< in which the stage makes its way, by a velocity that ends by itself
+  double offset_n = 0.03;   ///< more than noise: a stage that stands this far off for
+  double patience_s = 0.5;  ///< this long tries one quantum more
 };
 
 struct ForceHoldState {
@@ -37,6 +44,8 @@ struct ForceHoldState {
   double uncorrected_s = 0;  ///< since a reading came
   double z_m = 0;            ///< quantum on which the stage stood at the last step
   double target_m = 0;       ///< and the one on which it shall stand
+  double still_s = 0;        ///< since the target changed
+  double tried = 0;          ///< sign of the last quantum that was tried; 0: none
 };
 
 struct ForceHoldInput {

@@ -72,8 +72,8 @@ def fidelity(t, root, rig, d):
     recipe = root / "recipes/library/m1.json"
     plan = t.succeeds("check", recipe, "--rig", rig, cwd=d)["simulation"]
     t.expect(plan["setting"] == "L1 3.072 ms" and "a regulated force" in plan["because"], f"by scene: {plan}")
-    plan = t.succeeds("check", recipe, "--rig", rig, "--accuracy", "60mN", cwd=d)["simulation"]
-    t.expect(plan["setting"].startswith("L2 ") and "within 60 mN" in plan["because"], f"accuracy: {plan}")
+    plan = t.succeeds("check", recipe, "--rig", rig, "--accuracy", "25mN", cwd=d)["simulation"]
+    t.expect(plan["setting"].startswith("L2 ") and "within 25 mN" in plan["because"], f"accuracy: {plan}")
     plan = t.succeeds("check", recipe, "--rig", rig, "--budget", "100x", cwd=d)["simulation"]
     t.expect(plan["setting"].startswith(("L2 ", "L3 ")) and "100 times real time" in plan["because"], f"budget: {plan}")
     t.refuses("check", recipe, "--rig", rig, "--accuracy", "1uN", cwd=d, says=["--accuracy", "10mN"], status=2)

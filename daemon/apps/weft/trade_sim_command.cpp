@@ -27,7 +27,7 @@ struct TradeSimArgs {
   std::filesystem::path reference;  ///< trajectories of another solver; empty: the finest run
   std::filesystem::path fabrics = "sim/fabrics.json";
   std::filesystem::path rig = "sim/rigs/bench17.json";  ///< of the table
-  std::size_t table_recipes = 600, table_seeds = 5;
+  std::size_t table_recipes = 800, table_seeds = 1;
   std::vector<std::string> scenes;  ///< empty: all; "none"
   bool quick = false;
   std::size_t timings = 7;

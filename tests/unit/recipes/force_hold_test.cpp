@@ -88,6 +88,35 @@ TEST_CASE("A hold that believes another stiffness does not run away") {
   }
 }
 
+TEST_CASE("A hold that believes a contact far too stiff still comes near") {
+  for (const double side : {-1, 1}) {
+    Stand stand{2e4, 0, side * 3.5e-6};  // 70 mN off: less than half a quantum of what is believed
+    ForceHoldState state;
+    for (int i = 0; i < 1500; ++i) {
+      ForceHoldInput seen = stand.seen();
+      seen.stiffness_npm = 2e5;
+      // a step that moves the force by less than believed ends a hold; the loop stands until the
+      // next
+      if (const auto mps = hold_force({}, state, seen)) stand.motor_m += *mps * cycle_s;
+    }
+    CHECK(std::abs(stand.force_n() - 5) <= 0.03);
+  }
+}
+
+TEST_CASE("A quantum that was tried in vain is not tried again") {
+  Stand stand{2e5, 0, 0.45e-6};  // 90 mN off, and a quantum is 200 mN
+  ForceHoldState state;
+  std::vector<double> moved_s;
+  double was_m = 0;
+  for (int i = 0; i < 5000; ++i) {
+    const auto mps = hold_force({}, state, stand.seen());
+    if (mps) stand.motor_m += *mps * cycle_s;
+    const double stands_m = std::round(stand.motor_m / quantum_m);
+    if (std::exchange(was_m, stands_m) != stands_m) moved_s.push_back(i * cycle_s);
+  }
+  CHECK(moved_s.size() <= 2);
+}
+
 TEST_CASE("A step of the stage's own is foretold and not taken for news") {
   Stand stand{15e3, 0, 1e-6};
   ForceHoldState state;

@@ -18,7 +18,7 @@ namespace weft::daemon {
 const std::vector<sim::FidelitySetting>& promise_settings();
 
 struct PromiseTableOptions {
-  std::size_t scenes = 600, seeds = 5;
+  std::size_t scenes = 800, seeds = 1;
   std::uint64_t space_seed = 1;
   std::string rig_json;      ///< of a simulated bench: sim/rigs/bench17.json
   std::string fabrics_json;  ///< sim/fabrics.json
