@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace weft::classifier {
 namespace {
@@ -18,8 +19,12 @@ constexpr std::size_t taxels = TaxelBlock::taxels;
 template <class V>
 inline constexpr std::size_t row_of = 2 * lanes_of<V>;
 
-// A relative variance that is only rounding: 0.1 repeated has 2e-34.
-constexpr double constant_tolerance = 1e-24;
+// A variance below this share of the largest square is only rounding of the mean.
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+constexpr double constant_tolerance = 4 * epsilon * epsilon;
+// A mean that is further off than this share of the deviation is corrected: a plain sum of many
+// large values loses digits that the moments need.
+constexpr double largest_mean_error = 1e-6;
 constexpr double fewest_peaks = 3.0;        // for a skewness
 constexpr double fewest_samples = 4.0;      // for a kurtosis
 constexpr double kurtosis_of_normal = 3.0;  // and of what does not vary
@@ -74,32 +79,36 @@ void start(const double* row, std::size_t width, TaxelBlock::Running& running) {
     std::copy(row, row + width, first->begin());
 }
 
-// Sums of powers about the mean: of the signal, and of its peaks about theirs.
+// Sums of powers about the mean: of the signal, and of its peaks about theirs. The first ones are 0
+// but for the error of the mean.
 struct Powers {
-  alignas(64) PerTaxel mean{}, second{}, third{}, fourth{}, fifth{};
-  alignas(64) PerTaxel peak_mean{}, peak_second{}, peak_third{};
+  alignas(64) PerTaxel mean{}, first{}, second{}, third{}, fourth{}, fifth{};
+  alignas(64) PerTaxel peak_mean{}, peak_first{}, peak_second{}, peak_third{};
 };
 
 template <class V>
 WEFT_INLINE void add_powers_with(const double* rows, std::size_t count, Powers& out) {
   for (std::size_t k = 0; k < row_of<V>; k += lanes_of<V>) {
     const V mean = load<V>(&out.mean[k]), peak_mean = load<V>(&out.peak_mean[k]);
-    V s2 = all<V>(0.0), s3 = s2, s4 = s2, s5 = s2, p2 = s2, p3 = s2, rising = s2;
+    V s2 = all<V>(0.0), s1 = s2, s3 = s2, s4 = s2, s5 = s2, p1 = s2, p2 = s2, p3 = s2, rising = s2;
     V last = load<V>(rows + k);
     const double* row = rows + k;
     for (std::size_t i = 0; i < count; ++i, row += row_of<V>) {
       const V v = load<V>(row), c = v - mean, c2 = c * c;
+      s1 += c;
       s2 += c2;
       s3 += c2 * c;
       s4 += c2 * c2;
       s5 += c2 * c2 * c;
       const V p = is_peak(v, last, rising) > 0.0 ? last - peak_mean : all<V>(0.0);
+      p1 += p;
       p2 += p * p;
       p3 += p * p * p;
       last = v;
     }
-    store(&out.second[k], s2), store(&out.third[k], s3), store(&out.fourth[k], s4);
-    store(&out.fifth[k], s5), store(&out.peak_second[k], p2), store(&out.peak_third[k], p3);
+    store(&out.first[k], s1), store(&out.second[k], s2), store(&out.third[k], s3);
+    store(&out.fourth[k], s4), store(&out.fifth[k], s5), store(&out.peak_first[k], p1);
+    store(&out.peak_second[k], p2), store(&out.peak_third[k], p3);
   }
 }
 
@@ -126,17 +135,30 @@ void set_means_sixteen(const TaxelBlock::Running& running, double n, Powers& out
   set_means_with<Lanes>(running, n, out);
 }
 
+// Takes the error off those means that are too far off. True: some were.
+bool correct_means(const TaxelBlock::Running& running, double n, std::size_t width, Powers& of) {
+  const auto corrects = [](double first, double second, double count, double& mean) {
+    if (!(count > 0 && std::abs(first) > largest_mean_error * std::sqrt(second * count)))
+      return false;
+    mean += first / count;
+    return true;
+  };
+  bool any = false;
+  for (std::size_t k = 0; k < width; ++k) {
+    any |= corrects(of.first[k], of.second[k], n, of.mean[k]);
+    any |= corrects(of.peak_first[k], of.peak_second[k], running.peaks[k], of.peak_mean[k]);
+  }
+  return any;
+}
+
 Powers powers_of(const double* rows, std::size_t width, std::size_t samples,
                  const TaxelBlock::Running& running) {
   Powers out;
   const auto n = static_cast<double>(samples);
-  if (width == taxels) {
-    set_means_sixteen(running, n, out);
-    add_powers_sixteen(rows, samples, out);
-  } else {
-    set_means_with<double>(running, n, out);
-    add_powers_two(rows, samples, out);
-  }
+  const auto add_powers = width == taxels ? add_powers_sixteen : add_powers_two;
+  width == taxels ? set_means_sixteen(running, n, out) : set_means_with<double>(running, n, out);
+  add_powers(rows, samples, out);
+  if (correct_means(running, n, width, out)) add_powers(rows, samples, out);
   return out;
 }
 
@@ -146,18 +168,18 @@ PerTaxel& at(TaxelBlock::Features& features) {
   return features[static_cast<std::size_t>(found - taxel_blocks.begin())];
 }
 
-// The largest of 1 and the squared mean says how much of a variance is only rounding.
+// Whether a variance is more than rounding, of values with this largest square.
 template <class V>
-WEFT_INLINE auto varies(V variance, V mean) {
-  return variance > constant_tolerance * simd::larger(all<V>(1.0), mean * mean);
+WEFT_INLINE auto varies(V variance, V largest_square) {
+  return variance > constant_tolerance * largest_square;
 }
 
 // Biased m3 / m2^1.5 of what `count` values sum to; 0 for a constant and for fewer than three.
 // `root` of m2.
 template <class V>
-WEFT_INLINE V skewness(V second, V third, V count, V mean, V root) {
+WEFT_INLINE V skewness(V second, V third, V count, V largest_square, V root) {
   const V m2 = second / count, ratio = third / count / (m2 * root);
-  const V moving = varies(m2, mean) ? ratio : all<V>(0.0);
+  const V moving = varies(m2, largest_square) ? ratio : all<V>(0.0);
   return count >= fewest_peaks ? moving : all<V>(0.0);
 }
 
@@ -197,19 +219,21 @@ WEFT_INLINE void shape_with(const Shape& of, TaxelBlock::Features& out) {
   compute_roots_with<V>(of, at<Block::norm>(out), skew);
   const V zero = all<V>(0.0), three = all<V>(kurtosis_of_normal);
   for (std::size_t k = 0; k < row_of<V>; k += lanes_of<V>) {
-    const V mean = load<V>(&p.mean[k]), second = load<V>(&p.second[k]), m2 = second / n;
-    const auto moves = varies(m2, mean);
+    const V low = load<V>(&of.running.low[k]), high = load<V>(&of.running.high[k]);
+    const V second = load<V>(&p.second[k]), m2 = second / n;
+    const V largest_square = simd::larger(low * low, high * high);
+    const auto moves = varies(m2, largest_square);
     const V variance = m2 * n / (n - 1.0);
     const V kurtosis = n >= fewest_samples ? load<V>(&p.fourth[k]) / n / (m2 * m2) : three;
-    store(&range[k], load<V>(&of.running.high[k]) - load<V>(&of.running.low[k]));
+    store(&range[k], high - low);
     store(&var[k], moves ? variance : zero);
     store(&kurt[k], moves ? kurtosis : three);
     store(&m5[k], moves ? load<V>(&p.fifth[k]) / n : zero);
     const V root = load<V>(&skew[k]);
     store(&skew[k], of_signal
-                        ? skewness(second, load<V>(&p.third[k]), all<V>(n), mean, root)
+                        ? skewness(second, load<V>(&p.third[k]), all<V>(n), largest_square, root)
                         : skewness(load<V>(&p.peak_second[k]), load<V>(&p.peak_third[k]),
-                                   load<V>(&of.running.peaks[k]), load<V>(&p.peak_mean[k]), root));
+                                   load<V>(&of.running.peaks[k]), largest_square, root));
     store(&hfrq[k], moves ? load<V>(&hfrq[k]) : zero);  // rounding is no spectrum
     store(&sh[k], moves ? load<V>(&sh[k]) : zero);
   }

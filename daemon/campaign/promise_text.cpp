@@ -72,6 +72,15 @@ std::string format_budget(const SimulationNote& note) {
          (budget.is_missed() ? ": missed" : "");
 }
 
+std::string format_whole_run(const SimulationNote& note, double bench_s, double wall_s) {
+  if (!note.budget || !(wall_s > 0)) return {};
+  SimulationNote whole;
+  whole.budget = SimulationBudget{.requested = note.budget->requested,
+                                  .forecast = note.budget->whole_run_forecast,
+                                  .achieved = bench_s / wall_s};
+  return "whole run, with export and evaluation: " + format_budget(whole);
+}
+
 std::string format_aside(const SimulationNote& note) {
   std::string out;
   for (const std::string& folder : note.aside)

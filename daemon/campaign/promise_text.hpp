@@ -14,6 +14,9 @@ namespace weft::daemon {
 std::string format_promise(const SimulationNote& note);
 /// "asked 1000x, forecast 1500x, achieved 930x: missed"; empty where no speed was asked for.
 std::string format_budget(const SimulationNote& note);
+/// "whole run, with export and evaluation: asked 650x, forecast 690x, achieved 640x: missed";
+/// nothing where no speed was asked for. `wall_s`: of the whole run.
+std::string format_whole_run(const SimulationNote& note, double bench_s, double wall_s);
 /// "attempts that missed the accuracy: out/aside-1"; empty where there are none.
 std::string format_aside(const SimulationNote& note);
 

@@ -270,8 +270,10 @@ SimulationNote make_note(const sim::SimulationChoice& choice, const recipes::Pla
     }
   }
   if (requested.times_real_time)
-    out.budget = SimulationBudget{*requested.times_real_time,
-                                  choice.offer->forecast.campaign_times_real_time()};
+    out.budget =
+        SimulationBudget{.requested = *requested.times_real_time,
+                         .forecast = choice.offer->forecast.campaign_times_real_time(),
+                         .whole_run_forecast = choice.offer->forecast.times_real_time()};
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include "protocols/base/json_text.hpp"
 #include "protocols/base/time.hpp"
 #include "sim/plant/bounds.hpp"
+#include "sim/plant/calibrations.hpp"
 #include "sim/plant/field_reader.hpp"
 #include "sim/plant/random.hpp"
 
@@ -299,8 +300,7 @@ Status parse_table(const json& table, const Structures& structures, const json& 
 /// What a standing may name: sources that print a number, and calibrations that found one.
 json joined(const json& sources, const json& calibrations) {
   json out = sources.is_object() ? sources : json::object();
-  if (calibrations.is_object())
-    for (const auto& [key, value] : calibrations.items()) out[key] = value;
+  for (const auto& [key, value] : calibrations.items()) out[key] = value;
   return out;
 }
 
@@ -313,7 +313,9 @@ Result<FabricLibrary> parse_document(const json& document) {
     const json* found = reader.child(key);
     return found == nullptr ? none : *found;
   };
-  const json sources = joined(child_or_none("sources"), child_or_none("calibrations"));
+  const json& calibrations = child_or_none("calibrations");
+  if (const Status s = check_calibrations(calibrations); !s) return pass(s.error());
+  const json sources = joined(child_or_none("sources"), calibrations);
   const json* sensor = reader.child("sensor");
   const json& structures_json = child_or_none("structures");
   const json& parameters = child_or_none("parameters");

@@ -16,6 +16,7 @@
 #include "daemon/apps/weft/train_command.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
 #include "daemon/base/loop/threads.hpp"
+#include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/campaign/promise_text.hpp"
 #include "daemon/campaign/resume.hpp"
@@ -278,7 +279,9 @@ int status_of(const CampaignSummary& summary) {
 }
 
 /// Classifies and reports what is complete. What is missing costs the exit status, not the data.
-Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, Console& console) {
+/// `began_s`: of the run, on the wall's clock.
+Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, double began_s,
+                     Console& console) {
   const int recorded = status_of(summary);
   if (is_promise_missed(summary.simulation))
     console.err << "weft: " << format_promise(summary.simulation) << '\n';
@@ -308,6 +311,11 @@ Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, Consol
                 << summary.dataset_file.string() << ": " << to_string(*result->failed) << '\n';
   json out = report_json(summary, *report);
   if (result) out["handover"] = json_of(*result);
+  const double wall_s = steady_wall_seconds() - began_s;
+  out["whole_run_wall_s"] = wall_s;
+  if (const std::string whole = format_whole_run(summary.simulation, summary.virtual_s, wall_s);
+      !whole.empty())
+    console.err << "weft: " << whole << '\n';
   print(console, report_text(*report) + (result ? format_text(*result) : ""), out);
   return report->not_classified || (result && result->failed) ? exit_failure : recorded;
 }
@@ -357,6 +365,11 @@ Result<int> run_run(const RunArgs& args, Console& console) {
                  .where = "--preview",
                  .what = "only a resume is previewed",
                  .hint = "Give --resume too; weft check looks at a recipe"});
+  if (args.resume && args.fidelity.strict)
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--accuracy-strict",
+                 .what = "a campaign that is gone on with is not run again",
+                 .hint = "Leave it out, or begin anew in another folder"});
   if (args.resume) {
     const auto preview = preview_resume(request_of(args, console));
     if (!preview) return pass(preview.error());
@@ -376,6 +389,7 @@ Result<int> run_run(const RunArgs& args, Console& console) {
          .got = std::to_string(found->plan->forecast.prompts) + " requests",
          .hint =
              "With weftd people confirm by weft confirm; --yes is for a bench that needs nobody"});
+  const double began_s = steady_wall_seconds();
   const auto [summary, signal] = run_until_stopped(args, prompts, console);
   if (!summary && signal == 0) return pass(summary.error());
   if (!summary) {
@@ -390,7 +404,7 @@ Result<int> run_run(const RunArgs& args, Console& console) {
                 << "\nweft: weft run --resume goes on from there" << std::endl;
   if (signal != 0) return interrupted(*summary, signal, console);
   if (summary->dataset_error) return unconcluded(*summary, console);
-  return conclude(args, *summary, console);
+  return conclude(args, *summary, began_s, console);
 }
 
 }  // namespace

@@ -74,7 +74,7 @@ std::vector<double> values_of(const ClothModel& model,
                               const std::vector<nlohmann::ordered_json>& calibrations) {
   std::vector<double> out = model.start();
   for (const auto& calibration : calibrations)
-    for (const auto& p : calibration["parameters"]) {
+    for (const auto& p : calibration.value("parameters", nlohmann::ordered_json::array())) {
       const std::size_t i = model.find(p["name"].get<std::string>(), p["cloth"].get<std::string>());
       if (i < out.size() && p["standing"] != "not_seen") out[i] = p["value"].get<double>();
     }

@@ -58,12 +58,14 @@ void from_json(const json& object, SimulationPromise& promise) {
 void to_json(json& out, const SimulationBudget& budget) {
   out = {{"asked", budget.requested}, {"forecast", budget.forecast}, {"achieved", budget.achieved}};
   if (budget.achieved > 0) out["held"] = !budget.is_missed();
+  if (budget.whole_run_forecast > 0) out["whole_run_forecast"] = budget.whole_run_forecast;
 }
 
 void from_json(const json& object, SimulationBudget& budget) {
   object.at("asked").get_to(budget.requested);
   object.at("forecast").get_to(budget.forecast);
   object.at("achieved").get_to(budget.achieved);
+  budget.whole_run_forecast = object.value("whole_run_forecast", 0.0);
 }
 
 void to_json(json& out, const CertifiedSimulation& simulation) {

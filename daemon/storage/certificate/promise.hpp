@@ -38,7 +38,8 @@ struct SimulationPromise {
 struct SimulationBudget {
   double requested = 0;
   double forecast = 0;
-  double achieved = 0;  ///< wall time; 0: not known
+  double achieved = 0;            ///< wall time; 0: not known
+  double whole_run_forecast = 0;  ///< with export and evaluation, which the others leave out
   [[nodiscard]] bool is_missed() const { return achieved > 0 && achieved < requested; }
   bool operator==(const SimulationBudget&) const = default;
 };

@@ -105,7 +105,9 @@ Writer Writer::create(const std::filesystem::path& path) {
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   // The 1.10 layout carries checksums on its own structures; h5py 2.7 of 2017 and later read it.
   H5Pset_libver_bounds(access.id(), H5F_LIBVER_V110, H5F_LIBVER_V110);
-  writer.file_ = Handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose);
+  const Handle root(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
+  H5Pset_obj_track_times(root.id(), 0);  // equal content makes equal files
+  writer.file_ = Handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, root.id(), access.id()), H5Fclose);
   writer.require(writer.file_.ok(), "cannot create the file");
   return writer;
 }
@@ -117,8 +119,10 @@ bool Writer::require(bool fine, const char* what) {
 
 void Writer::group(const std::string& name) {
   if (failed()) return;
-  const Handle group(H5Gcreate2(file_.id(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
-                     H5Gclose);
+  const Handle properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
+  H5Pset_obj_track_times(properties.id(), 0);
+  const Handle group(
+      H5Gcreate2(file_.id(), name.c_str(), H5P_DEFAULT, properties.id(), H5P_DEFAULT), H5Gclose);
   require(group.ok(), "cannot create a group");
 }
 

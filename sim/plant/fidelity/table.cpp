@@ -135,7 +135,8 @@ Status read_conditions(const json* object, TableConditions& out) {
   if (Status s = require_object(object, where); !s) return s;
   FieldReader reader(*object, where);
   reader.whole("scenes", out.scenes, 1, largest_number)
-      .whole("seeds", out.seeds, 1, largest_number);
+      .whole("seeds", out.seeds, 1, largest_number)
+      .whole("trials", out.trials, 1, largest_number);
   reader.whole("space_seed", out.space_seed, 0, largest_number).text("reference", out.reference);
   reader.required("share", out.share, 0, 1);
   const json* ranges = reader.child("ranges");
@@ -221,6 +222,7 @@ ordered_json setting_json(const MeasuredSetting& measured) {
 ordered_json conditions_json(const TableConditions& conditions) {
   ordered_json out{{"scenes", conditions.scenes},
                    {"seeds", conditions.seeds},
+                   {"trials", conditions.trials},
                    {"space_seed", conditions.space_seed},
                    {"reference", conditions.reference},
                    {"share", conditions.share}};

@@ -46,6 +46,7 @@ struct MeasuredRange {
 /// Under what the errors were measured.
 struct TableConditions {
   std::size_t scenes = 0, seeds = 0;
+  std::size_t trials = 0;  ///< of scenes x seeds, those that were complete: only they count
   std::uint64_t space_seed = 0;  ///< of the draw of the scenes
   std::string reference;
   double share = 0.99;  ///< of runs, for which a promise holds
@@ -54,7 +55,7 @@ struct TableConditions {
 
 /// Processor time beside the contact's [us of a bench second], on the table's machine. All costs
 /// and the probe are processor time: a forecast is of a machine that does nothing else. Evaluation
-/// is not measured: 0.
+/// is that of a campaign of 17 cloths and 6 repetitions.
 struct HostCost {
   double pads_us_per_s = 0, emulators_us_per_s = 0, drivers_us_per_s = 0, recorder_us_per_s = 0;
   double export_us_per_trial = 0, evaluate_us_per_trial = 0;

@@ -296,4 +296,29 @@ TEST_CASE("a table may carry the sensor it was calibrated with") {
     CHECK(parse_fabrics(document(wrong)).error().where == "/sensor/gain_spread");
 }
 
+TEST_CASE("a table's calibrations are looked at before anything is made of them") {
+  const auto refused_at = [](const std::string& pointer, const char* value) {
+    auto table = nlohmann::json::parse(test::fabrics_text());
+    table["calibrations"]["C1"] = {{"parameters", nlohmann::json::array()}};
+    table[nlohmann::json::json_pointer(pointer)] = nlohmann::json::parse(value);
+    const auto read = parse_fabrics(table.dump());
+    REQUIRE_FALSE(read);
+    CHECK(read.error().code == Errc::parse);
+    return read.error().where;
+  };
+  for (const auto& [pointer, value] :
+       {std::pair{"/calibrations", "[]"},
+        {"/calibrations", "3"},
+        {"/calibrations/C9", "3"},
+        {"/calibrations/C1/dataset_sha256", R"("e3b0")"},
+        {"/calibrations/C1/dataset_sha256", "[3]"},
+        {"/calibrations/C1/counts_scale", "0"},
+        {"/calibrations/C1/counts_scale", R"("1")"},
+        {"/calibrations/C1/parameters", "{}"},
+        {"/calibrations/C1/parameters", R"([{"cloth": "", "standing": "bounded", "value": 1}])"},
+        {"/calibrations/C1/parameters",
+         R"([{"name": "a", "cloth": "", "standing": "bounded", "value": "1"}])"}})
+    CHECK(refused_at(pointer, value) == pointer);
+}
+
 }  // namespace sensor_and_wear_test

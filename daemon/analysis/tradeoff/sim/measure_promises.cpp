@@ -5,11 +5,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "daemon/analysis/report/evaluate_campaign.hpp"
 #include "daemon/analysis/tradeoff/sim/promise_table.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/file/sha256.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/campaign/campaign.hpp"
+#include "daemon/storage/dataset/hdf5_file.hpp"
 #include "recipes/engine/plan.hpp"
 #include "sim/plant/fidelity/choose.hpp"
 #include "sim/plant/fidelity/reference.hpp"
@@ -21,6 +23,8 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t fully_checked_trials = 10;  // for the price of a full check
 constexpr double largest_failed_share = 0.2;
+constexpr std::size_t evaluated_fabrics = 17,
+                      evaluated_repetitions = 6;  // for an evaluation's price
 
 /// Removed with all that is in it.
 class ScratchFolder {
@@ -71,7 +75,7 @@ class PromiseMeasurement {
 
   Status measure(std::size_t index, const RecipeScene& scene, std::uint64_t seed) {
     const ScratchFolder folder;
-    auto request = request_in(folder.path(), scene, seed);
+    const auto request = request_in(folder.path(), scene, scene_recipe(scene, seed));
     if (!request) return pass(request.error());
     std::optional<TrialErrors> found;
     CampaignHooks hooks;
@@ -97,6 +101,28 @@ class PromiseMeasurement {
     return {};
   }
 
+  /// What the report of a campaign of several cloths costs.
+  Status measure_evaluation(const std::vector<std::string>& fabrics) {
+    const ScratchFolder folder;
+    const RecipeScene scene{.fabric = fabrics.front()};
+    nlohmann::json recipe = nlohmann::json::parse(scene_recipe(scene, 1));
+    const auto end =
+        fabrics.begin() + static_cast<std::ptrdiff_t>(std::min(fabrics.size(), evaluated_fabrics));
+    recipe["fabrics"] = std::vector<std::string>(fabrics.begin(), end);
+    recipe["repetitions"] = evaluated_repetitions;
+    const auto request = request_in(folder.path(), scene, recipe.dump());
+    if (!request) return pass(request.error());
+    const auto summary = run_campaign(*request, {});
+    if (!summary) return pass(summary.error());
+    const auto dataset = read_hdf5(summary->dataset_file);
+    if (!dataset) return pass(dataset.error());
+    const double began_s = cpu_s_();
+    const auto results = evaluate_campaign(*dataset, {.threads = 1}, {});
+    if (!results) return pass(results.error(), "evaluation");
+    evaluate_s_ = (cpu_s_() - began_s) / static_cast<double>(summary->trials_complete);
+    return {};
+  }
+
   Result<sim::FidelityTable> finish() const {
     const std::size_t failed = attempted_ - trials_.size();
     if (trials_.empty() ||
@@ -114,6 +140,7 @@ class PromiseMeasurement {
     out.fabrics_sha256 = sha256_hex(options_.fabrics_json);
     out.conditions.scenes = options_.scenes;
     out.conditions.seeds = options_.seeds;
+    out.conditions.trials = trials_.size();
     out.conditions.reference = to_string(reference_.setting());
     for (std::size_t i = 0; i < out.settings.size(); ++i)
       out.settings[i].contact_us_per_s = std::max(1e-3, per_s_us(costs_.contact_s[i]));
@@ -143,16 +170,15 @@ class PromiseMeasurement {
 
   /// An error without a folder, a file or the scene's rig.
   Result<CampaignRequest> request_in(const fs::path& folder, const RecipeScene& scene,
-                                     std::uint64_t seed) const {
+                                     const std::string& recipe) const {
     if (folder.empty())
       return fail({.code = Errc::io, .where = "/tmp", .what = "cannot make a folder"});
     const auto rig = scene_rig(options_.rig_json, scene);
     if (!rig) return pass(rig.error());
     const auto fabrics = scene_fabrics(options_.fabrics_json, scene);
     if (!fabrics) return pass(fabrics.error());
-    for (const auto& [name, text] : {std::pair{"recipe.json", scene_recipe(scene, seed)},
-                                     {"rig.json", *rig},
-                                     {"fabrics.json", *fabrics}})
+    for (const auto& [name, text] :
+         {std::pair{"recipe.json", recipe}, {"rig.json", *rig}, {"fabrics.json", *fabrics}})
       if (Status ok = write_text_file(folder / name, text); !ok) return pass(ok.error());
     return CampaignRequest{folder / "recipe.json", folder / "rig.json", folder / "out", {}};
   }
@@ -242,6 +268,7 @@ class PromiseMeasurement {
     out.drivers_us_per_s = per_bench_s_us(costs_.drivers_s);
     out.recorder_us_per_s = per_bench_s_us(costs_.recorder_s);
     out.export_us_per_trial = 1e6 * costs_.export_s / static_cast<double>(costs_.trials);
+    out.evaluate_us_per_trial = 1e6 * evaluate_s_;
     out.quick_check_us_per_s = per_s_us(costs_.quick_check_s);
     out.full_check_us_per_s = 1e6 * costs_.full_check_s / costs_.fully_checked_s;
     out.probe_us = sim::measure_probe_us([this] { return 1e6 * cpu_s_(); });
@@ -270,6 +297,7 @@ class PromiseMeasurement {
   const std::function<double()>& cpu_s_;
   sim::Reference reference_;
   CostTally costs_;
+  double evaluate_s_ = 0;  ///< of a trial
   std::vector<TrialErrors> trials_;
   std::vector<std::size_t> scene_of_;
   std::size_t attempted_ = 0;
@@ -296,6 +324,7 @@ Result<sim::FidelityTable> measure_promise_table(const PromiseTableOptions& opti
     for (std::size_t seed = 1; seed <= options.seeds; ++seed)
       if (Status ok = measurement.measure(i, scenes[i], seed); !ok) return pass(ok.error());
   }
+  if (Status ok = measurement.measure_evaluation(library->names()); !ok) return pass(ok.error());
   return measurement.finish();
 }
 

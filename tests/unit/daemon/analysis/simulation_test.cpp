@@ -185,7 +185,12 @@ TEST_CASE("a budget that was not achieved is missed, in the certificate too") {
   CHECK(is_held(930) == false);
   CHECK(is_held(1430) == true);
   SimulationNote note{"L1 3.072 ms", "L1", "the scene needs taxel counts", {}};
-  note.budget = SimulationBudget{1000, 1500, 930};
+  CHECK(format_whole_run(note, 60, 1).empty());
+  note.budget = SimulationBudget{1000, 1500, 930, 1200};
+  const std::string whole = format_whole_run(note, 1100, 1);
+  CHECK(whole.find("forecast 1200x, achieved 1100x") != std::string::npos);
+  CHECK(whole.find("missed") == std::string::npos);
+  CHECK(format_whole_run(note, 990, 1).find("missed") != std::string::npos);
   CHECK(promise_lines(note) ==
         std::vector<std::string>{"asked 1000x, forecast 1500x, achieved 930x: missed"});
 }
