@@ -2,7 +2,7 @@
 
 # base: time, text, files
 weft_module(daemon/base/file USES protocols/base PRIVATE_SYSTEM OpenSSL::Crypto)
-weft_module(daemon/base/text USES protocols/base)
+weft_module(daemon/base/text USES daemon/base/file protocols/base)
 weft_module(daemon/base/version)
 weft_module(daemon/base/loop USES drivers/api SYSTEM Threads::Threads)
 

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "protocols/base/closest.hpp"
 #include "protocols/base/json_text.hpp"
 
 namespace weft::recipes {
@@ -42,9 +43,7 @@ std::string child(std::string_view parent, std::size_t index);
 /// Text from outside, cut to a length fit for a message.
 std::string clipped(std::string_view text);
 
-/// The candidate that `word` probably meant: letter case ignored, at most a third of the letters
-/// wrong, missing, extra or swapped. Empty when none comes near.
-std::string_view closest(std::string_view word, const std::vector<std::string_view>& candidates);
+using weft::closest;
 
 /// "a", "b" or "c".
 std::string one_of(const std::vector<std::string_view>& words);

@@ -104,6 +104,9 @@ void write_tables(const std::filesystem::path& folder) {
         "0,16,0,0,0.8,0,2.3,2.5,45.4,105.6,38.7,1.6,0,0.6\n0,16,0,1,1.4,1.3,0,0,5,52.5,0,0,0,0\n"
         "1,3,2,0,0,0,0,1,2,3,4,5,6,7\n1,3,2,1,0,0,0,1,2,3,4,5,6,7\n");
   write(folder / "manifest", "file,label,group\nno.csv,denim,1\n\"a \"\"b\"\".csv\",silk,2\n");
+  write(folder / "imprints",
+        "# of today\n# label,group,0,1,2,3\n\"a, b\",o1,+1,2,3,4\n#c,o2,5,6,7,8");
+  write(folder / "tabs", "1.5\t\t3\r\n4.5 5\t6\r\n");
 }
 
 /// Each form of an imprint, small.

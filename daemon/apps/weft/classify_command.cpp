@@ -14,7 +14,8 @@
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/options.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
-#include "daemon/base/text/csv.hpp"
+#include "daemon/base/file/file_kind.hpp"
+#include "daemon/base/text/csv_table.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/storage/dataset/import.hpp"
 #include "daemon/storage/imprints/image_file.hpp"
@@ -194,6 +195,8 @@ Result<StoredModel> open_model(const std::filesystem::path& path) {
                  .expected = "a model file",
                  .got = in ? "a folder" : ""});
   auto model = classifier::load_model(in);
+  if (!model && model.error().code == Errc::parse)
+    return pass(with_file_kind(model.error(), path), path.string());
   if (!model) return pass(model.error(), path.string());
   return model;
 }

@@ -10,20 +10,13 @@ namespace weft::daemon::cli {
 namespace ci = classifier::imprint;
 
 Result<std::vector<double>> scales_from(std::string_view text) {
-  NumberLines lines("scales", text);
-  if (!lines.next())
-    return fail({.code = Errc::parse, .what = "no scale", .expected = "such as 1,2,4"});
-  std::vector<double> out;
-  for (std::size_t i = 0; i < lines.fields().size(); ++i) {
-    const auto sigma = lines.number(i);
-    if (!sigma)
-      return fail({.code = Errc::parse,
-                   .what = "a scale is not a number",
-                   .expected = "such as 1,2,4",
-                   .got = std::string(text)});
-    out.push_back(*sigma);
-  }
-  return out;
+  const auto list = parse_image_csv("scales", std::string(text) + "\n");
+  if (!list)
+    return fail({.code = Errc::parse,
+                 .what = "scales are not numbers",
+                 .expected = "such as 1,2,4",
+                 .got = std::string(text)});
+  return list->data();
 }
 
 Result<ci::FeaturePlan> feature_plan_from(const std::string& scales, const std::string& kinds) {

@@ -56,6 +56,18 @@ static_assert(kind_texts.size() == static_cast<std::size_t>(BenchKind::real) + 1
 
 }  // namespace
 
+std::string lower_case(std::string_view text) {
+  std::string out(text);
+  for (char& c : out)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return out;
+}
+
+std::string shortened(std::string_view text) {
+  constexpr std::size_t enough = 40;
+  return text.size() <= enough ? std::string(text) : std::string(text.substr(0, enough)) + "...";
+}
+
 std::string_view trimmed(std::string_view text, std::string_view blanks) {
   const std::size_t first = text.find_first_not_of(blanks);
   if (first == std::string_view::npos) return {};

@@ -33,6 +33,12 @@ std::optional<BenchKind> bench_kind_from(std::string_view word);
 /// "SIMULATED", "REAL DATA" or "ORIGIN UNKNOWN".
 std::string_view bench_text(BenchKind kind);
 
+/// Something odd that is no failure.
+struct Warning {
+  std::string code;  ///< for programs: "repeated_samples"
+  std::string text;  ///< for people: a sentence, with its place
+};
+
 // Text from outside: is it UTF-8 (RFC 3629)?
 
 /// Bytes of the UTF-8 sequence at the start of `text`, which is not empty; 0 when it is not one.
@@ -48,6 +54,11 @@ std::string escape(std::string_view text);
 
 /// Without blanks at both ends; empty where there is nothing else.
 std::string_view trimmed(std::string_view text, std::string_view blanks = " \t");
+
+/// ASCII letters alone; others stay.
+std::string lower_case(std::string_view text);
+/// For messages: what a person needs to recognise it, whatever somebody put into a file.
+std::string shortened(std::string_view text);
 
 /// "a, b, c".
 template <class Words>

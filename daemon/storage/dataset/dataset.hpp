@@ -191,6 +191,7 @@ struct Dataset {
   DatasetInfo info;
   std::vector<classifier::Trial> trials;
   std::vector<TrialRecord> records;
+  std::vector<Warning> warnings = {};  ///< of an import; in no file and no digest
 };
 
 /// The first broken promise of `dataset`, if any: sizes that disagree, two trials of the same file

@@ -4,6 +4,8 @@
 #include <array>
 #include <string_view>
 
+#include "daemon/base/file/file_kind.hpp"
+
 #include "daemon/storage/dataset/hdf5_pack.hpp"
 
 namespace weft::daemon::hdf5 {
@@ -194,9 +196,10 @@ Result<Reader> Reader::open(const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(path, ignored))
     return fail({.code = Errc::not_found, .where = path.string(), .what = "no such data set file"});
   if (H5Fis_hdf5(path.c_str()) <= 0)
-    return fail({.code = Errc::parse,
-                 .where = path.string(),
-                 .what = "not an HDF5 file, or cut short within its first bytes"});
+    return fail(with_file_kind({.code = Errc::parse,
+                                .where = path.string(),
+                                .what = "not an HDF5 file, or cut short within its first bytes"},
+                               path));
   Reader reader;
   reader.file_ = Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (!reader.file_.ok())

@@ -21,22 +21,26 @@ namespace {
 
 constexpr std::size_t fabricslide_taxels = 16;
 
-Status read_stroke(const std::filesystem::path& path, classifier::Trial& trial,
-                   TrialRecord& record) {
-  auto csv = CsvReader::open(path);
+Status read_stroke(const std::filesystem::path& path, bool is_rate_stated, classifier::Trial& trial,
+                   TrialRecord& record, std::vector<Warning>& warnings) {
+  auto csv = CsvTable::open(path);
   if (!csv) return pass(std::move(csv).error());
-  std::vector<bool> taken(csv->header().size(), false);
-  // The two proximity channels look past the cloth at the gripper: not tactile, and not used.
-  for (const std::string_view name : {"timestamp", "proximity1", "proximity2"})
-    if (const auto column = take_column(*csv, name, taken); !column) return pass(column.error());
   TrialColumns columns;
-  columns.time = *find_column(*csv, "timestamp");
+  // The two proximity channels look past the cloth at the gripper: not tactile, and not used.
+  for (const std::string_view name : {"proximity1", "proximity2", "timestamp"}) {
+    const auto column = csv->take_column(name);
+    if (!column) return pass(column.error());
+    columns.time = *column;
+  }
   columns.ns_per_time_unit = 1e6;  // milliseconds
-  if (auto done = find_channels(*csv, "channel", taken, columns.channels); !done) return done;
+  columns.is_rate_stated = is_rate_stated;
+  auto channels = csv->take_series("channel");
+  if (!channels) return pass(channels.error());
+  columns.channels = std::move(*channels);
   if (columns.channels.size() != fabricslide_taxels)
     return csv->complaint("wrong number of channels", std::to_string(fabricslide_taxels),
                           std::to_string(columns.channels.size()));
-  return read_samples(*csv, columns, trial, record);
+  return read_samples(*csv, columns, trial, record, warnings);
 }
 
 /// Grips of each fabric so far. Fabric and grip are one unattended run, so one mounting of the only
@@ -111,15 +115,16 @@ struct Columns {
   std::vector<std::size_t> taxels;
 };
 
-Result<Columns> find_columns(const CsvReader& csv) {
+Result<Columns> find_columns(CsvTable& csv) {
   Columns out;
-  std::vector<bool> taken(csv.header().size(), false);
   for (std::size_t k = 0; k < named.size(); ++k) {
-    const auto column = take_column(csv, named[k], taken);
+    const auto column = csv.take_column(named[k]);
     if (!column) return pass(column.error());
     out.of[k] = *column;
   }
-  if (auto done = find_channels(csv, "tx", taken, out.taxels); !done) return pass(done.error());
+  auto taxels = csv.take_series("tx");
+  if (!taxels) return pass(taxels.error());
+  out.taxels = std::move(*taxels);
   if (out.taxels.size() % triangle_taxels != 0)
     return csv.complaint("taxels do not make whole triangles", "a multiple of 10",
                          std::to_string(out.taxels.size()));
@@ -132,7 +137,7 @@ struct Slide {
 };
 
 // The step of the current line, which belongs to `slide`.
-Status read_step(const CsvReader& csv, const Columns& columns, Slide& slide) {
+Status read_step(const CsvTable& csv, const Columns& columns, Slide& slide) {
   const auto& [sample, label, fold, t] = columns.of;
   classifier::Trial& trial = slide.trial;
   if (csv.fields()[label] != trial.label || csv.fields()[fold] != trial.group)
@@ -142,11 +147,7 @@ Status read_step(const CsvReader& csv, const Columns& columns, Slide& slide) {
   const std::string step = std::to_string(trial.samples());
   if (csv.fields()[t] != step)
     return csv.complaint("steps of a slide count up from 0", step, csv.fields()[t]);
-  for (const std::size_t column : columns.taxels) {
-    const auto value = csv.number(column);
-    if (!value) return pass(value.error());
-    trial.counts.push_back(*value);
-  }
+  if (auto done = csv.append_numbers(columns.taxels, trial.counts); !done) return done;
   slide.record.t_ns.push_back(static_cast<std::int64_t>(trial.samples()) * step_ns);
   trial.phase.push_back(Phase::motion);
   return {};
@@ -167,7 +168,7 @@ void put_in_order_of_time(classifier::Trial& trial) {
 }
 
 // The slide that the current line begins.
-Result<Slide> begun(const CsvReader& csv, const Columns& columns, std::set<std::string>& seen) {
+Result<Slide> begun(const CsvTable& csv, const Columns& columns, std::set<std::string>& seen) {
   const auto& [sample, label, fold, t] = columns.of;
   const std::vector<std::string>& line = csv.fields();
   for (const std::size_t column : {sample, label, fold}) {
@@ -185,7 +186,7 @@ Result<Slide> begun(const CsvReader& csv, const Columns& columns, std::set<std::
 }
 
 // A step that is missing would move all values behind it to other taxels.
-Status check_steps(const CsvReader& csv, const std::vector<Slide>& slides, Icub20Order order) {
+Status check_steps(const CsvTable& csv, const std::vector<Slide>& slides, Icub20Order order) {
   if (order == Icub20Order::filed || slides.empty()) return {};
   const classifier::Trial& last = slides.back().trial;
   const std::size_t steps = slides.front().trial.samples();
@@ -194,7 +195,7 @@ Status check_steps(const CsvReader& csv, const std::vector<Slide>& slides, Icub2
                        std::to_string(steps), std::to_string(last.samples()));
 }
 
-Result<std::vector<Slide>> read_slides(CsvReader& csv, Icub20Order order) {
+Result<std::vector<Slide>> read_slides(CsvTable& csv, Icub20Order order) {
   const auto columns = find_columns(csv);
   if (!columns) return pass(columns.error());
   std::vector<Slide> out;
@@ -215,42 +216,43 @@ Result<std::vector<Slide>> read_slides(CsvReader& csv, Icub20Order order) {
   return out;
 }
 
-Status read_trial(Result<CsvReader> csv, classifier::Trial& trial, TrialRecord& record) {
+// Of the file `trial.file`, added to the set.
+Status read_trial(Result<CsvTable> csv, classifier::Trial trial, TrialRecord record,
+                  bool is_rate_stated, Dataset& dataset) {
   if (!csv) return pass(std::move(csv).error());
-  std::vector<bool> taken(csv->header().size(), false);
   TrialColumns columns;
-  const auto time = take_column(*csv, "t_s", taken);
+  const auto time = csv->take_column("t_s");
   if (!time) return pass(time.error());
   columns.time = *time;
-  columns.phase = find_column(*csv, "phase");
-  if (columns.phase) taken[*columns.phase] = true;
-  if (auto done = find_channels(*csv, "ch", taken, columns.channels); !done) return done;
-  return read_samples(*csv, columns, trial, record);
+  columns.phase = csv->find_column("phase");
+  columns.is_rate_stated = is_rate_stated;
+  auto channels = csv->take_series("ch");
+  if (!channels) return pass(channels.error());
+  columns.channels = std::move(*channels);
+  if (auto done = read_samples(*csv, columns, trial, record, dataset.warnings); !done) return done;
+  return append(dataset, std::move(trial), std::move(record));
 }
 
-Status import_entry(const ManifestEntry& entry, Dataset& dataset) {
+Status import_entry(const ManifestEntry& entry, bool is_rate_stated, Dataset& dataset) {
   classifier::Trial trial;
   TrialRecord record;
   trial.file = entry.file;
   trial.label = entry.label;
   trial.group = entry.group;
   record.spec.place = entry.place;
-  auto done = read_trial(CsvReader::open(entry.path), trial, record);
-  if (done) done = append(dataset, std::move(trial), std::move(record));
+  auto done = read_trial(CsvTable::open(entry.path), std::move(trial), std::move(record),
+                         is_rate_stated, dataset);
   if (!done) return pass(std::move(done).error(), entry.where);
   return {};
 }
 
-Result<Dataset> one_trial(const std::filesystem::path& name, Result<CsvReader> csv) {
+Result<Dataset> one_trial(const std::filesystem::path& name, Result<CsvTable> csv) {
   Dataset dataset;
   dataset.info.name = name.stem().string();
   dataset.info.source = "trial";
   classifier::Trial trial;
-  TrialRecord record;
   trial.file = name.string();
-  if (auto done = read_trial(std::move(csv), trial, record); !done)
-    return pass(std::move(done).error());
-  if (auto done = append(dataset, std::move(trial), std::move(record)); !done)
+  if (auto done = read_trial(std::move(csv), std::move(trial), {}, false, dataset); !done)
     return pass(std::move(done).error());
   dataset.info.taxel_rate_hz = common_rate_hz(dataset);
   return dataset;
@@ -285,7 +287,7 @@ Result<Dataset> import_fabricslide(const std::filesystem::path& folder, std::str
     classifier::Trial trial;
     TrialRecord record;
     auto done = read_name(path.filename().string(), group, mountings, trial, record);
-    if (done) done = read_stroke(path, trial, record);
+    if (done) done = read_stroke(path, rate_hz > 0, trial, record, dataset.warnings);
     if (done) done = append(dataset, std::move(trial), std::move(record));
     if (!done) return pass(std::move(done).error());
   }
@@ -294,7 +296,7 @@ Result<Dataset> import_fabricslide(const std::filesystem::path& folder, std::str
 }
 
 Result<Dataset> import_icub20(const std::filesystem::path& path, Icub20Order order) {
-  auto csv = CsvReader::open(path);
+  auto csv = CsvTable::open(path);
   if (!csv) return pass(csv.error());
   auto slides = read_slides(*csv, order);
   if (!slides) return pass(slides.error());
@@ -314,17 +316,19 @@ Result<Dataset> import_manifest(const std::filesystem::path& path, double rate_h
   if (!entries) return pass(entries.error());
   Dataset dataset = imported_set(path.stem().string(), "manifest");
   for (const ManifestEntry& entry : *entries)
-    if (auto done = import_entry(entry, dataset); !done) return pass(std::move(done).error());
+    if (auto done = import_entry(entry, rate_hz > 0, dataset); !done)
+      return pass(std::move(done).error());
   if (auto done = settle_rate(dataset, rate_hz); !done) return pass(done.error(), path.string());
+  warn_of_similar_names(dataset);
   return dataset;
 }
 
 Result<Dataset> import_trial(const std::filesystem::path& path) {
-  return one_trial(path, CsvReader::open(path));
+  return one_trial(path, CsvTable::open(path));
 }
 
 Result<Dataset> import_trial_text(std::string name, std::string text) {
-  return one_trial(name, CsvReader::from_text(name, std::move(text)));
+  return one_trial(name, CsvTable::from_text(name, std::move(text)));
 }
 
 FactorColumns factor_columns(const Dataset& dataset, const classifier::FeatureMatrix& features) {

@@ -1,31 +1,20 @@
 #include "daemon/storage/dataset/trial_csv.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "daemon/base/text/format.hpp"
+#include "daemon/base/text/similar_names.hpp"
 #include "daemon/base/version/software_version.hpp"
 #include "daemon/storage/dataset/sample_times.hpp"
 
 namespace weft::daemon {
 namespace {
 
-/// `ch12` with prefix `ch` gives 12; nothing for anything else, `ch012` included.
-std::optional<std::size_t> channel_number(std::string_view name, std::string_view prefix) {
-  if (!name.starts_with(prefix)) return std::nullopt;
-  name.remove_prefix(prefix.size());
-  std::size_t number = 0;
-  const char* end = name.data() + name.size();
-  const auto [stopped, error] = std::from_chars(name.data(), end, number);
-  if (error != std::errc() || stopped != end || number == 0 || name.front() == '0')
-    return std::nullopt;
-  return number;
-}
-
-Result<Phase> read_phase(const CsvReader& csv, const TrialColumns& columns) {
+Result<Phase> read_phase(const CsvTable& csv, const TrialColumns& columns) {
   if (!columns.phase) return Phase::motion;
   const std::string& word = csv.fields()[*columns.phase];
   const auto phase = word.size() == 1 ? phase_from_char(word.front()) : std::nullopt;
@@ -34,7 +23,7 @@ Result<Phase> read_phase(const CsvReader& csv, const TrialColumns& columns) {
   return *phase;
 }
 
-Result<std::int64_t> read_time(const CsvReader& csv, const TrialColumns& columns) {
+Result<std::int64_t> read_time(const CsvTable& csv, const TrialColumns& columns) {
   const auto time = csv.time(columns.time, columns.ns_per_time_unit);
   if (!time) return pass(time.error());
   return std::llround(*time * columns.ns_per_time_unit);
@@ -47,31 +36,25 @@ struct ManifestColumns {
   std::optional<std::size_t> piece, mounting, patch;
 };
 
-constexpr std::array<std::string_view, 3> name_columns{"file", "label", "group"},
-    place_columns{"piece", "mounting", "patch"};
-
-Result<ManifestColumns> read_columns(const CsvReader& manifest, bool places) {
-  for (const std::string& name : manifest.header())
-    if (std::ranges::find(name_columns, name) == name_columns.end() &&
-        (!places || std::ranges::find(place_columns, name) == place_columns.end()))
-      return manifest.complaint("unknown column '" + name.substr(0, 40) + "'",
-                                std::string("file, label and perhaps group") +
-                                    (places ? ", piece, mounting or patch" : ""));
-  std::vector<bool> taken(manifest.header().size(), false);
-  const auto file = take_column(manifest, "file", taken);
+Result<ManifestColumns> read_columns(CsvTable& manifest, bool places) {
+  const auto file = manifest.take_column("file");
   if (!file) return pass(file.error());
-  const auto label = take_column(manifest, "label", taken);
+  const auto label = manifest.take_column("label");
   if (!label) return pass(label.error());
-  return ManifestColumns{*file,
-                         *label,
-                         find_column(manifest, "group"),
-                         find_column(manifest, "piece"),
-                         find_column(manifest, "mounting"),
-                         find_column(manifest, "patch")};
+  ManifestColumns out{*file, *label, manifest.find_column("group"), {}, {}, {}};
+  std::vector<std::string_view> known{"file", "label", "group"};
+  if (places) {
+    out.piece = manifest.find_column("piece");
+    out.mounting = manifest.find_column("mounting");
+    out.patch = manifest.find_column("patch");
+    known.insert(known.end(), {"piece", "mounting", "patch"});
+  }
+  if (auto done = manifest.check_rest(known); !done) return pass(done.error());
+  return out;
 }
 
 /// Counted from 1; 0 where there is no such column.
-Result<std::uint32_t> read_count(const CsvReader& manifest, std::optional<std::size_t> column) {
+Result<std::uint32_t> read_count(const CsvTable& manifest, std::optional<std::size_t> column) {
   if (!column) return 0U;
   const std::string& text = manifest.fields()[*column];
   std::uint32_t out = 0;
@@ -97,7 +80,7 @@ std::filesystem::path one_name(const std::filesystem::path& path) {
 using SeenFiles = std::map<std::filesystem::path, std::string>;
 
 /// The manifest's current line.
-Result<ManifestEntry> read_entry(const CsvReader& manifest, const ManifestColumns& columns,
+Result<ManifestEntry> read_entry(const CsvTable& manifest, const ManifestColumns& columns,
                                  const std::filesystem::path& folder, SeenFiles& seen) {
   ManifestEntry out;
   out.file = manifest.fields()[columns.file];
@@ -115,6 +98,13 @@ Result<ManifestEntry> read_entry(const CsvReader& manifest, const ManifestColumn
     if (!is_utf8(*name)) return manifest.complaint("a name is not UTF-8", "UTF-8 text");
   out.path = (folder / out.file).lexically_normal();
   out.where = manifest.where();
+  std::error_code unseen;
+  if (out.file.find('\\') != std::string::npos && !std::filesystem::exists(out.path, unseen))
+    return fail({.code = Errc::not_found,
+                 .where = out.where,
+                 .what = "no such file",
+                 .got = out.file,
+                 .hint = "Write / between folders and file, relative to the manifest"});
   const auto [first, is_new] =
       seen.emplace(one_name(out.path), out.where + " as '" + out.file + "'");
   if (is_new) return out;
@@ -127,9 +117,10 @@ Result<ManifestEntry> read_entry(const CsvReader& manifest, const ManifestColumn
 
 }  // namespace
 
-Status read_samples(CsvReader& csv, const TrialColumns& columns, classifier::Trial& trial,
-                    TrialRecord& record) {
+Status read_samples(CsvTable& csv, const TrialColumns& columns, classifier::Trial& trial,
+                    TrialRecord& record, std::vector<Warning>& warnings) {
   trial.taxels = columns.channels.size();
+  RepeatedSamples repeated;
   auto more = csv.next();
   for (; more && *more; more = csv.next()) {
     const auto t_ns = read_time(csv, columns);
@@ -138,49 +129,38 @@ Status read_samples(CsvReader& csv, const TrialColumns& columns, classifier::Tri
       return csv.complaint("time runs backwards");
     const auto phase = read_phase(csv, columns);
     if (!phase) return pass(phase.error());
-    for (const std::size_t column : columns.channels) {
-      const auto count = csv.number(column);
-      if (!count) return pass(count.error());
-      trial.counts.push_back(*count);
-    }
+    if (auto done = csv.append_numbers(columns.channels, trial.counts); !done) return done;
     record.t_ns.push_back(*t_ns);
     trial.phase.push_back(*phase);
+    const std::size_t i = trial.samples() - 1;
+    repeated.add(csv, i > 0 && record.t_ns[i - 1] == *t_ns && trial.phase[i - 1] == *phase &&
+                          std::ranges::equal(trial.row(i - 1), trial.row(i)));
   }
   if (!more) return pass(std::move(more).error());
   if (trial.phase.empty()) return csv.complaint("a header but no samples");
-  return {};
+  return repeated.check(columns.is_rate_stated, warnings);
 }
 
-std::optional<std::size_t> find_column(const CsvReader& csv, std::string_view name) {
-  const auto at = std::ranges::find(csv.header(), name);
-  if (at == csv.header().end()) return std::nullopt;
-  return static_cast<std::size_t>(at - csv.header().begin());
+void RepeatedSamples::add(const CsvTable& csv, bool is_repeated) {
+  ++samples_;
+  if (is_repeated && repeated_++ == 0) first_ = csv.where();
 }
 
-Result<std::size_t> take_column(const CsvReader& csv, std::string_view name,
-                                std::vector<bool>& taken) {
-  const auto column = find_column(csv, name);
-  if (!column) return csv.complaint("the column " + std::string(name) + " is missing");
-  taken[*column] = true;
-  return *column;
-}
-
-Status find_channels(const CsvReader& csv, std::string_view prefix, std::vector<bool>& taken,
-                     std::vector<std::size_t>& channels) {
-  std::size_t highest = 0;
-  for (std::size_t i = 0; i < csv.header().size(); ++i) {
-    if (taken[i]) continue;
-    const auto number = channel_number(csv.header()[i], prefix);
-    if (!number)
-      return csv.complaint("unknown column '" + csv.header()[i].substr(0, 40) + "'",
-                           std::string(prefix) + "1 to " + std::string(prefix) + "N");
-    highest = std::max(highest, *number);
-  }
-  for (std::size_t k = 1; k <= std::max<std::size_t>(highest, 1); ++k) {
-    const auto column = take_column(csv, std::string(prefix) + std::to_string(k), taken);
-    if (!column) return pass(column.error());
-    channels.push_back(*column);
-  }
+Status RepeatedSamples::check(bool is_rate_stated, std::vector<Warning>& warnings) const {
+  constexpr std::size_t tolerated_share = 100;  // of so many samples one
+  if (repeated_ == 0) return {};
+  const std::string count = std::to_string(repeated_) + " of " + std::to_string(samples_);
+  if (!is_rate_stated && repeated_ > samples_ / tolerated_share)
+    return fail({.code = Errc::parse,
+                 .where = first_,
+                 .what = "samples stand twice, with equal times and equal values",
+                 .expected = "each sample once",
+                 .got = count,
+                 .hint = "Leave the copies out; where the sensor was read so often, state its "
+                         "rate: --rate-hz"});
+  warnings.push_back({"repeated_samples", first_ + ": " + count +
+                                              " samples have the time and the values of the "
+                                              "sample before"});
   return {};
 }
 
@@ -202,7 +182,25 @@ Status settle_rate(Dataset& dataset, double stated_hz) {
                    .expected = "intervals within 1 % of each other, pauses left out",
                    .hint = "State the rate of the sensor: --rate-hz"});
   dataset.info.taxel_rate_hz = stated_hz == 0 ? common_rate_hz(dataset) : stated_hz;
+  if (stated_hz == 0) warn_of_slow_rate(dataset.info.taxel_rate_hz, 1.5, dataset.warnings);
   return {};
+}
+
+void warn_of_slow_rate(double rate_hz, double usual_hz, std::vector<Warning>& warnings) {
+  if (rate_hz <= 0 || rate_hz >= usual_hz) return;
+  warnings.push_back({"slow_rate", "the times tell a rate of " + general(rate_hz) +
+                                       " Hz: are they milliseconds? t_s is in seconds"});
+}
+
+void warn_of_similar_names(Dataset& dataset) {
+  std::set<std::string> labels, groups;
+  for (const classifier::Trial& trial : dataset.trials) {
+    labels.insert(trial.label);
+    groups.insert(trial.group);
+  }
+  for (const auto& [names, what] : {std::pair{&labels, "labels"}, {&groups, "groups"}})
+    for (Warning& one : find_similar_names(*names, what))
+      dataset.warnings.push_back(std::move(one));
 }
 
 Dataset imported_set(std::string name, std::string source, BenchKind kind) {
@@ -230,7 +228,7 @@ Status append(Dataset& dataset, classifier::Trial trial, TrialRecord record) {
 }
 
 Result<std::vector<ManifestEntry>> read_manifest(const std::filesystem::path& path, bool places) {
-  auto manifest = CsvReader::open(path);
+  auto manifest = CsvTable::open(path);
   if (!manifest) return pass(std::move(manifest).error());
   const auto columns = read_columns(*manifest, places);
   if (!columns) return pass(columns.error());

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/base/text/csv.hpp"
+#include "daemon/base/text/csv_table.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 #include "protocols/base/result.hpp"
 
@@ -36,20 +36,31 @@ struct TrialColumns {
   double ns_per_time_unit = 1e9;
   std::optional<std::size_t> phase;   ///< nothing: all samples are phase M
   std::vector<std::size_t> channels;  ///< in the order of the taxels
+  bool is_rate_stated = false;
 };
 
-/// Reads all lines that are left. Times must not run backwards. Refuses a file without samples.
-Status read_samples(CsvReader& csv, const TrialColumns& columns, classifier::Trial& trial,
-                    TrialRecord& record);
+/// Reads all lines that are left. Times must not run backwards. Refuses a file without samples, and
+/// what RepeatedSamples refuses.
+Status read_samples(CsvTable& csv, const TrialColumns& columns, classifier::Trial& trial,
+                    TrialRecord& record, std::vector<Warning>& warnings);
 
-/// Columns named `prefix`1 to `prefix`N, each once; fills `channels`. `taken` marks columns that
-/// are accounted for; any other is an error.
-Status find_channels(const CsvReader& csv, std::string_view prefix, std::vector<bool>& taken,
-                     std::vector<std::size_t>& channels);
-std::optional<std::size_t> find_column(const CsvReader& csv, std::string_view name);
-/// The same of a column that there must be, marked as taken. Errors: parse.
-Result<std::size_t> take_column(const CsvReader& csv, std::string_view name,
-                                std::vector<bool>& taken);
+/// Counts the samples that have the time and all values of the one before. The rate of their times
+/// is not the sensor's.
+class RepeatedSamples {
+ public:
+  /// The sample of the table's current line.
+  void add(const CsvTable& csv, bool is_repeated);
+  /// Refuses more than one in a hundred where no rate is stated, by the first one's line. Others
+  /// are a warning.
+  Status check(bool is_rate_stated, std::vector<Warning>& warnings) const;
+
+ private:
+  std::size_t samples_ = 0, repeated_ = 0;
+  std::string first_;
+};
+
+/// Of a rate that is below what is usual of such data, 0 where it is not known.
+void warn_of_slow_rate(double rate_hz, double usual_hz, std::vector<Warning>& warnings);
 
 /// The sample rate that the phases M of all trials have in common, as common_period_s() tells it; 0
 /// when their times do not tell.
@@ -57,6 +68,9 @@ double common_rate_hz(const Dataset& dataset);
 /// Puts the rate into the set: `stated_hz`, or with 0 common_rate_hz().
 /// Errors: parse, where none is stated and the times of a trial are not regular.
 Status settle_rate(Dataset& dataset, double stated_hz);
+
+/// Labels, and groups, that look alike.
+void warn_of_similar_names(Dataset& dataset);
 
 /// An imported set without trials, with the version of this program.
 Dataset imported_set(std::string name, std::string source, BenchKind kind = BenchKind::unknown);

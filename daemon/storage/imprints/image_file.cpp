@@ -8,16 +8,15 @@
 #include <optional>
 #include <vector>
 
+#include "daemon/base/file/file_kind.hpp"
 #include "daemon/base/file/read_file.hpp"
-#include "daemon/base/text/format.hpp"
+#include "daemon/base/text/csv_table.hpp"
 #include "protocols/base/bytes.hpp"
 
 namespace weft::daemon {
 namespace {
 
 using classifier::imprint::Image;
-
-constexpr std::string_view gaps = " \t\r";
 
 constexpr std::string_view map_blanks = " \t\r\n\v\f";
 constexpr std::size_t largest_map_value = 65535;
@@ -186,38 +185,88 @@ void read_numbers(ByteView bytes, bool big, std::vector<double>& out) {
   }
 }
 
-/// False for a type that is not read.
-bool read_type(std::string_view type, ByteView bytes, std::vector<double>& out) {
-  using Read = void (*)(ByteView bytes, bool big, std::vector<double>& out);
-  constexpr std::array<std::pair<std::string_view, Read>, 8> kinds{{
-      {"u1", read_numbers<std::uint8_t, std::uint8_t>},
-      {"i1", read_numbers<std::uint8_t, std::int8_t>},
-      {"u2", read_numbers<std::uint16_t, std::uint16_t>},
-      {"i2", read_numbers<std::uint16_t, std::int16_t>},
-      {"u4", read_numbers<std::uint32_t, std::uint32_t>},
-      {"i4", read_numbers<std::uint32_t, std::int32_t>},
-      {"f4", read_numbers<std::uint32_t, float>},
-      {"f8", read_numbers<std::uint64_t, double>},
-  }};
-  const std::string_view kind = type.substr(std::min<std::size_t>(1, type.size()));
-  const auto* const known =
-      std::ranges::find(kinds, kind, [](const auto& entry) { return entry.first; });
-  if (known == kinds.end() || std::string_view("<>|").find(type.front()) == std::string_view::npos)
-    return false;
-  known->second(bytes, type.front() == '>', out);
-  return true;
+// IEEE 754 binary16.
+struct Half {
+  std::uint16_t bits;
+  explicit operator double() const {
+    constexpr int fraction_bits = 10, bias = 15, special = 31;
+    const int exponent = (bits >> fraction_bits) & special;
+    const int fraction = bits & 0x3FF;
+    const double size = exponent == special ? (fraction == 0 ? HUGE_VAL : NAN)
+                        : exponent == 0
+                            ? std::ldexp(fraction, 1 - bias - fraction_bits)
+                            : std::ldexp(fraction + 0x400, exponent - bias - fraction_bits);
+    return (bits >> 15) != 0 ? -size : size;
+  }
+};
+
+struct ArrayType {
+  std::string_view name;
+  std::size_t width;
+  void (*read)(ByteView bytes, bool big, std::vector<double>& out);
+};
+constexpr std::array<ArrayType, 12> array_types{{
+    {"b1", 1, read_numbers<std::uint8_t, std::uint8_t>},
+    {"u1", 1, read_numbers<std::uint8_t, std::uint8_t>},
+    {"i1", 1, read_numbers<std::uint8_t, std::int8_t>},
+    {"u2", 2, read_numbers<std::uint16_t, std::uint16_t>},
+    {"i2", 2, read_numbers<std::uint16_t, std::int16_t>},
+    {"f2", 2, read_numbers<std::uint16_t, Half>},
+    {"u4", 4, read_numbers<std::uint32_t, std::uint32_t>},
+    {"i4", 4, read_numbers<std::uint32_t, std::int32_t>},
+    {"f4", 4, read_numbers<std::uint32_t, float>},
+    {"u8", 8, read_numbers<std::uint64_t, std::uint64_t>},
+    {"i8", 8, read_numbers<std::uint64_t, std::int64_t>},
+    {"f8", 8, read_numbers<std::uint64_t, double>},
+}};
+
+/// The values of an array whose file holds `bytes` of them.
+Result<std::vector<double>> read_values(const std::string& name, const ArrayHeader& header,
+                                        std::string_view bytes) {
+  const std::string_view kind = std::string_view(header.type).substr(header.type.empty() ? 0 : 1);
+  const auto* const type = std::ranges::find(array_types, kind, &ArrayType::name);
+  if (type == array_types.end() ||
+      std::string_view("<>|=").find(header.type.front()) == std::string_view::npos)
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "values of this type are not read",
+                 .expected = "b1, u1, i1, u2, i2, f2, u4, i4, f4, u8, i8 or f8 with its byte order",
+                 .got = header.type.substr(0, 80),
+                 .hint = "Save it with .astype('f4') or .astype('f8')"});
+  std::vector<double> out(header.rows * header.cols);
+  if (bytes.size() != out.size() * type->width)
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "the array has another number of bytes",
+                 .expected = std::to_string(out.size() * type->width),
+                 .got = std::to_string(bytes.size())});
+  type->read(std::vector<std::uint8_t>(bytes.begin(), bytes.end()), header.type.front() == '>',
+             out);
+  // Of whole numbers beyond a double holds each second, fourth ... only.
+  constexpr double most_exact = 0x1p53;
+  const auto far = std::ranges::find_if(out, [](double v) { return std::abs(v) >= most_exact; });
+  if (kind.back() == '8' && kind.front() != 'f' && far != out.end())
+    return fail({.code = Errc::range,
+                 .where = name,
+                 .what = "a whole number that no double holds exactly",
+                 .expected = "less than 2^53 of either sign",
+                 .hint = "Save it with .astype('f8') if its last digits do not matter"});
+  return out;
 }
 
 }  // namespace
 
 Result<Image> read_image(const std::filesystem::path& path) {
-  const std::string kind = path.extension().string(), name = path.string();
+  const std::string name = path.string();
+  std::string kind = path.extension().string();
+  std::ranges::transform(kind, kind.begin(), [](char c) { return std::tolower(c); });
   if (kind != ".csv" && kind != ".txt" && kind != ".pgm" && kind != ".npy")
-    return fail({.code = Errc::unsupported,
-                 .where = name,
-                 .what = "imprints are not read from such files",
-                 .expected = ".csv, .txt, .pgm or .npy",
-                 .got = kind});
+    return fail(with_file_kind({.code = Errc::unsupported,
+                                .where = name,
+                                .what = "imprints are not read from such files",
+                                .expected = ".csv, .txt, .pgm or .npy",
+                                .got = kind},
+                               path));
   const auto text = read_file(path, most_image_bytes);
   if (!text) return pass(text.error());
   auto image = kind == ".pgm"   ? parse_image_pgm(name, *text)
@@ -229,98 +278,30 @@ Result<Image> read_image(const std::filesystem::path& path) {
 }
 
 Result<Image> parse_image_csv(const std::string& name, std::string_view text) {
-  NumberLines lines(name, text);
+  auto csv = CsvTable::from_text(name, std::string(text),
+                                 {.heading = CsvRules::Heading::never,
+                                  .hash = CsvRules::Hash::comment,
+                                  .tabs_or_blanks = true,
+                                  .most_columns = classifier::imprint::most_taxels,
+                                  .most_line_bytes = most_image_bytes});
+  if (!csv) return pass(csv.error());
   std::vector<double> values;
-  std::size_t rows = 0, cols = 0;
-  while (lines.next()) {
-    if (rows == 0) cols = lines.fields().size();
-    if (lines.fields().size() != cols)
-      return lines.complaint("rows of different length", std::to_string(cols),
-                             std::to_string(lines.fields().size()));
+  auto more = csv->next();
+  for (; more && *more; more = csv->next()) {
+    const std::size_t cols = csv->fields().size();
     if (values.size() + cols > classifier::imprint::most_taxels)
-      return fail({.code = Errc::range, .where = lines.where(), .what = "too many taxels"});
-    for (std::size_t c = 0; c < cols; ++c) {
-      const auto value = lines.number(c);
-      if (!value) return pass(value.error());
-      values.push_back(*value);
-    }
-    ++rows;
+      return fail({.code = Errc::range, .where = csv->where(), .what = "too many taxels"});
+    if (auto done = csv->append_numbers(values); !done) return pass(done.error());
   }
-  if (auto ok = lines.check_end(); !ok) return pass(ok.error());
-  if (rows == 0)
+  if (!more) return pass(more.error());
+  if (values.empty())
     return fail({.code = Errc::parse,
                  .where = name,
                  .what = "the file holds no imprint",
                  .expected = "rows of numbers"});
-  Image out(rows, cols);
-  std::copy(values.begin(), values.end(), out.data().begin());
+  Image out(values.size() / csv->fields().size(), csv->fields().size());
+  std::ranges::copy(values, out.data().begin());
   return out;
-}
-
-bool NumberLines::next() {
-  while (at_ < text_.size()) {
-    const std::size_t end = std::min(text_.find('\n', at_), text_.size());
-    broken_off_ = end == text_.size();
-    const std::string_view line = trimmed(text_.substr(at_, end - at_), gaps);
-    at_ = end + 1;
-    ++line_;
-    if (line.empty() || line.front() == '#') continue;
-    split(line);
-    return true;
-  }
-  return false;
-}
-
-Status NumberLines::check_end() const {
-  if (!broken_off_) return {};
-  return fail({.code = Errc::parse,
-               .where = where(),
-               .what = "the last line has no line break: the file may be cut short",
-               .expected = "a line break at the end",
-               .hint = "Add a newline if the file is whole"});
-}
-
-void NumberLines::split(std::string_view line) {
-  fields_.clear();
-  const bool commas = line.find(',') != std::string_view::npos;
-  while (!line.empty()) {
-    const std::size_t end =
-        std::min(commas ? line.find(',') : line.find_first_of(gaps), line.size());
-    fields_.push_back(trimmed(line.substr(0, end), gaps));
-    if (commas && end + 1 == line.size()) fields_.emplace_back();  // a comma at the end
-    line = end < line.size() ? line.substr(end + 1) : std::string_view{};
-    if (!commas) line = trimmed(line, gaps);
-  }
-}
-
-std::optional<double> NumberLines::value(std::size_t at) const {
-  if (at >= fields_.size()) return std::nullopt;
-  const std::string_view text = fields_[at];
-  double out = 0.0;
-  const auto [stopped, error] = std::from_chars(text.data(), text.data() + text.size(), out);
-  if (error != std::errc() || stopped != text.data() + text.size() || !std::isfinite(out))
-    return std::nullopt;
-  return out;
-}
-
-tl::unexpected<Error> NumberLines::complaint(std::string what, std::string expected,
-                                             std::string got) const {
-  return fail({.code = Errc::parse,
-               .where = where(),
-               .what = std::move(what),
-               .expected = std::move(expected),
-               .got = std::move(got)});
-}
-
-bool NumberLines::is_number(std::size_t at) const {
-  return value(at).has_value();
-}
-
-Result<double> NumberLines::number(std::size_t at) const {
-  if (const auto out = value(at)) return *out;
-  return complaint(
-      "no finite number in field " + std::to_string(at + 1), "a finite number",
-      at < fields_.size() ? "'" + std::string(fields_[at].substr(0, 40)) + "'" : "nothing");
 }
 
 Result<Image> parse_image_pgm(const std::string& name, std::string_view text) {
@@ -373,27 +354,12 @@ Result<Image> parse_image_npy(const std::string& name, std::string_view text) {
   const auto header = read_array_header(name, text.substr(start, length));
   if (!header) return pass(header.error());
   const std::string_view body = text.substr(start + length);
-  const std::size_t taxels = header->rows * header->cols;
-  const std::size_t width =
-      header->type.empty() ? 0 : static_cast<std::size_t>(header->type.back() - '0');
-  if (body.size() != taxels * width)
-    return fail({.code = Errc::parse,
-                 .where = name,
-                 .what = "the array has another number of bytes",
-                 .expected = std::to_string(taxels * width),
-                 .got = std::to_string(body.size())});
-  std::vector<double> values(taxels);
-  const std::vector<std::uint8_t> bytes(body.begin(), body.end());
-  if (!read_type(header->type, bytes, values))
-    return fail({.code = Errc::parse,
-                 .where = name,
-                 .what = "values of this type are not read",
-                 .expected = "u1, i1, u2, i2, u4, i4, f4 or f8 with its byte order",
-                 .got = header->type.substr(0, 80)});
+  const auto values = read_values(name, *header, body);
+  if (!values) return pass(values.error());
   Image out(header->rows, header->cols);
   for (std::size_t r = 0; r < header->rows; ++r)
     for (std::size_t c = 0; c < header->cols; ++c)
-      out(r, c) = values[header->columns_first ? c * header->rows + r : r * header->cols + c];
+      out(r, c) = (*values)[header->columns_first ? c * header->rows + r : r * header->cols + c];
   return out;
 }
 

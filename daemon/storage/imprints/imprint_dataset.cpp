@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "daemon/base/file/read_file.hpp"
-#include "daemon/base/text/csv.hpp"
+#include "daemon/base/text/csv_table.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/storage/dataset/trial_csv.hpp"
 #include "daemon/storage/imprints/image_file.hpp"
@@ -129,27 +129,103 @@ Result<std::vector<Imprint>> imprints_of_scans(const Dataset& dataset, const Tax
   return out;
 }
 
-Status import_table_line(NumberLines& lines, std::size_t rows, std::size_t cols, Dataset& dataset) {
-  constexpr std::size_t words = 2;
-  if (lines.fields().size() != words + rows * cols)
-    return lines.complaint("wrong number of fields",
-                           "label, group and " + std::to_string(rows * cols) + " values",
-                           std::to_string(lines.fields().size()));
-  const std::string label(lines.fields()[0]), group(lines.fields()[1]);
-  if (label.empty()) return lines.complaint("the label is empty");
-  if (!is_utf8(label) || !is_utf8(group))
-    return lines.complaint("a name is not UTF-8", "UTF-8 text");
-  Image image(rows, cols);
-  for (std::size_t i = 0; i < rows * cols; ++i) {
-    const auto value = lines.number(words + i);
-    if (!value) return pass(value.error());
-    image.data()[i] = *value;
+/// Which field of a table's line is what.
+struct TableColumns {
+  std::size_t label = 0, group = 1;
+  std::vector<std::size_t> values;  ///< row by row
+};
+
+/// Whether names that are one prefix and a number each do not count up: as text 10 comes before 2.
+bool is_out_of_order(const std::vector<std::string>& header,
+                     const std::vector<std::size_t>& columns) {
+  std::string_view prefix;
+  double before = -1;
+  bool out = false;
+  for (const std::size_t c : columns) {
+    const std::string_view name = header[c];
+    const std::size_t digits = name.find_last_not_of("0123456789") + 1;
+    double number = 0;
+    const auto [end, error] =
+        std::from_chars(name.data() + digits, name.data() + name.size(), number);
+    if (error != std::errc() || (before >= 0 && name.substr(0, digits) != prefix)) return false;
+    out |= number <= before;
+    prefix = name.substr(0, digits);
+    before = number;
   }
+  return out;
+}
+
+/// By the names of the heading, whose lines have `width` fields: `label`, `group` or else the first
+/// other column, and the values in the order of the rest. Without a heading by their place.
+Result<TableColumns> find_table_columns(CsvTable& csv, std::size_t width) {
+  TableColumns out;
+  const std::vector<std::string>& header = csv.header();
+  if (!header.empty()) {
+    const auto label = csv.take_column("label");
+    if (!label) return pass(label.error());
+    for (const char* name : {"label", "group"})
+      if (std::ranges::count(header, name) > 1)
+        return csv.complaint("two columns of the same name", {}, name);
+    out.label = *label;
+    out.group = csv.find_column("group").value_or(*label == 0 ? 1 : 0);
+    const bool is_whole = header.size() == width;
+    if (!is_whole && (header.size() > width || out.label + out.group != 1))
+      return csv.complaint("the heading has another number of names than an imprint's line",
+                           std::to_string(width), std::to_string(header.size()),
+                           "Name every column, or label and group alone, which are first then");
+  }
+  for (std::size_t i = 0; i < width; ++i)
+    if (i != out.label && i != out.group) out.values.push_back(i);
+  if (header.size() == width && is_out_of_order(header, out.values))
+    return csv.complaint("the columns of the values are out of order", "numbers that count up", {},
+                         "Sort them by number, not as text");
+  return out;
+}
+
+Status import_table_line(CsvTable& csv, const TableColumns& columns, std::size_t rows,
+                         std::size_t cols, Dataset& dataset) {
+  const std::string &label = csv.fields()[columns.label], &group = csv.fields()[columns.group];
+  if (label.empty()) return csv.complaint("the label is empty");
+  if (!is_utf8(label) || !is_utf8(group)) return csv.complaint("a name is not UTF-8", "UTF-8 text");
+  std::vector<double> values;
+  if (auto done = csv.append_numbers(columns.values, values); !done) return done;
+  Image image(rows, cols);
+  std::ranges::copy(values, image.data().begin());
   auto done = append_imprint(dataset, image,
                              label + "/" + group + "#" + std::to_string(dataset.trials.size()),
                              label, group);
-  if (!done) return pass(std::move(done).error(), lines.where());
+  if (!done) return pass(std::move(done).error(), csv.where());
   return {};
+}
+
+/// Whether values are 0, 1, 2, ... or 1, 2, 3, ...: the numbers of columns, as a program writes
+/// that has no names for them.
+bool count_up(std::span<const double> values) {
+  constexpr std::size_t fewest = 3;
+  if (values.size() < fewest || (values.front() != 0 && values.front() != 1)) return false;
+  for (std::size_t i = 1; i < values.size(); ++i)
+    if (values[i] != values[i - 1] + 1) return false;
+  return true;
+}
+
+/// A first row that is a heading by all but its names: its values count up, and no other row has
+/// its label. Refused where they count from 0, as programs number columns that have no names.
+Status check_first_row(const std::string& table, Dataset& dataset) {
+  const classifier::Trial& first = dataset.trials.front();
+  const auto is_alike = [&](const classifier::Trial& t) { return t.label == first.label; };
+  if (dataset.trials.size() == 1 || !count_up(first.counts) ||
+      std::ranges::count_if(dataset.trials, is_alike) > 1)
+    return {};
+  if (first.counts.front() != 0) {
+    dataset.warnings.push_back({"numbered_row", table + ": the values of the first row count up: "
+                                                        "where it is a heading, leave it out"});
+    return {};
+  }
+  return fail({.code = Errc::parse,
+               .where = table,
+               .what = "the first row may be a heading: its values count up from 0",
+               .got = first.label + ", " + first.group + ", ...",
+               .hint = "Leave it out, or call its first two columns label and group"});
 }
 
 }  // namespace
@@ -235,10 +311,14 @@ Result<Dataset> import_imprints(const std::filesystem::path& manifest) {
   for (const ManifestEntry& entry : *entries) {
     const auto image = read_image(entry.path);
     if (!image) return pass(image.error(), entry.where);
+    if (image->rows() > 1 && entry.path.extension() != ".pgm" && count_up(image->row(0)))
+      out.warnings.push_back({"numbered_row", entry.file + ": the first row counts up: where it is "
+                                                           "a heading, leave it out"});
     auto done = append_imprint(out, *image, entry.file, entry.label, entry.group);
     if (!done) return pass(std::move(done).error(), entry.where);
   }
   if (auto ok = check(out); !ok) return pass(ok.error(), manifest.string());
+  warn_of_similar_names(out);
   return out;
 }
 
@@ -250,21 +330,30 @@ Result<Dataset> import_imprint_table(const std::filesystem::path& table, std::si
                  .what = "no imprint has this size",
                  .expected = "28x50",
                  .got = std::to_string(rows) + "x" + std::to_string(cols)});
-  const auto text = read_text_file(table, most_image_bytes);
-  if (!text) return pass(text.error());
-  NumberLines lines(table.string(), *text);
+  const std::size_t width = 2 + rows * cols;
+  auto csv = CsvTable::open(
+      table, {.heading = CsvRules::Heading::if_label,
+              .hash = CsvRules::Hash::text_in_width,
+              .tabs_or_blanks = true,
+              .width = width,
+              .layout = "label, group and " + std::to_string(rows * cols) + " values",
+              .most_columns = 2 + classifier::imprint::most_taxels,
+              .most_line_bytes = CsvTable::max_file_bytes});
+  if (!csv) return pass(csv.error());
+  const auto columns = find_table_columns(*csv, width);
+  if (!columns) return pass(columns.error());
   Dataset out = imported_set(table.stem().string(), "imprint-table");
-  bool first = true;
-  while (lines.next()) {
-    const bool heading = first && !lines.is_number(2);
-    first = false;
-    if (heading) continue;
-    if (auto done = import_table_line(lines, rows, cols, out); !done) return pass(done.error());
-  }
-  if (auto ok = lines.check_end(); !ok) return pass(ok.error());
+  auto more = csv->next();
+  for (; more && *more; more = csv->next())
+    if (auto done = import_table_line(*csv, *columns, rows, cols, out); !done)
+      return pass(done.error());
+  if (!more) return pass(more.error());
   if (out.trials.empty())
     return fail({.code = Errc::parse, .where = table.string(), .what = "no imprint in the table"});
+  if (auto ok = check_first_row(table.string(), out); !ok) return pass(ok.error());
   if (auto ok = check(out); !ok) return pass(ok.error(), table.string());
+  for (Warning& one : csv->warnings()) out.warnings.push_back(std::move(one));
+  warn_of_similar_names(out);
   return out;
 }
 

@@ -21,9 +21,10 @@ namespace weft::daemon {
 /// or the number of the press.
 Result<Dataset> import_imprints(const std::filesystem::path& manifest);
 
-/// One file, one imprint a line: label, group, then rows x cols values, row by row. Lines that
-/// begin with # are skipped, and so is a first line that has a word where a value should be. Errors
-/// carry file:line.
+/// One file, one imprint a line: label, group, then rows x cols values, row by row. A first line
+/// that names a column `label` is a heading, and columns go by its names. A line that begins with #
+/// is an imprint where it has all fields; others are left out with a warning. Errors carry
+/// file:line.
 Result<Dataset> import_imprint_table(const std::filesystem::path& table, std::size_t rows,
                                      std::size_t cols);
 

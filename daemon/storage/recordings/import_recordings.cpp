@@ -1,12 +1,12 @@
 #include "daemon/storage/recordings/import_recordings.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <fstream>
 #include <regex>
+#include <set>
 
-#include "daemon/base/text/csv.hpp"
+#include "daemon/base/text/csv_table.hpp"
+#include "daemon/base/text/similar_names.hpp"
 #include "daemon/storage/dataset/trial_csv.hpp"
 
 namespace weft::daemon {
@@ -14,6 +14,9 @@ namespace {
 
 using classifier::vibro::Channel;
 using classifier::vibro::Recording;
+
+constexpr double usual_hz = 20;                             // below it nothing vibrates
+constexpr std::size_t most_samples = std::size_t{1} << 24;  // a line
 
 std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> out;
@@ -109,30 +112,36 @@ class TableRates {
 
 // Evenly sampled columns beside a column of times; the rate of its channels is settled later.
 Result<TimedRate> read_table(const std::filesystem::path& path, const std::string& time,
-                             double stated_hz, Recording& out) {
-  auto csv = CsvReader::open(path);
+                             double stated_hz, Recording& out, std::vector<Warning>& warnings) {
+  auto csv = CsvTable::open(path);
   if (!csv) return pass(csv.error());
-  const auto& header = csv->header();
-  std::vector<bool> taken(header.size(), false);
-  const auto time_column = take_column(*csv, time, taken);
+  const auto time_column = csv->take_column(time);
   if (!time_column) return pass(time_column.error());
-  for (std::size_t c = 0; c < header.size(); ++c)
-    if (!taken[c]) out.channels.push_back({header[c], 0.0, "1"});
+  const std::vector<std::size_t> columns = csv->take_rest();
+  for (const std::size_t c : columns) out.channels.push_back({csv->header()[c], 0.0, "1"});
   if (out.channels.empty()) return csv->complaint("a table without a channel");
-  out.samples.resize(out.channels.size());
+  out.samples.resize(columns.size());
   std::vector<double> times;
   LongestInterval longest;
+  RepeatedSamples repeated;
   auto more = csv->next();
   for (; more && *more; more = csv->next()) {
-    for (std::size_t c = 0, channel = 0; c < header.size(); ++c) {
-      const auto value = taken[c] ? csv->time(c) : csv->number(c);
+    const auto t_s = csv->time(*time_column);
+    if (!t_s) return pass(t_s.error());
+    bool is_repeated = !times.empty() && times.back() == *t_s;
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      const auto value = csv->number(columns[k]);
       if (!value) return pass(value.error());
-      (taken[c] ? times : out.samples[channel++]).push_back(*value);
+      is_repeated = is_repeated && out.samples[k].back() == *value;
+      out.samples[k].push_back(*value);
     }
-    const double since_s = times.size() > 1 ? times.back() - times[times.size() - 2] : 0.0;
+    repeated.add(*csv, is_repeated);
+    const double since_s = times.empty() ? 0.0 : *t_s - times.back();
     if (since_s > longest.s) longest = {since_s, csv->where()};
+    times.push_back(*t_s);
   }
   if (!more) return pass(more.error());
+  if (auto done = repeated.check(stated_hz > 0, warnings); !done) return pass(done.error());
   if (stated_hz > 0) return TimedRate{stated_hz, stated_hz, 0.0};
   if (times.size() < 2 || !(times.back() > times.front()))
     return csv->complaint("the times do not tell the sampling rate");
@@ -151,32 +160,18 @@ Status read_sound(const std::filesystem::path& path, Recording& out) {
 
 // Lines of numbers, of any length, without a header.
 Result<std::vector<std::vector<double>>> read_lines(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return fail({.code = Errc::not_found, .where = path.string(), .what = "no such file"});
+  auto csv = CsvTable::open(path, {.heading = CsvRules::Heading::never,
+                                   .equal_lines = false,
+                                   .most_columns = most_samples,
+                                   .most_line_bytes = CsvTable::max_file_bytes});
+  if (!csv) return pass(csv.error());
   std::vector<std::vector<double>> out;
-  std::size_t number = 0;
-  for (std::string line; std::getline(in, line);) {
-    ++number;
-    if (line.ends_with('\r')) line.pop_back();
-    if (line.empty()) continue;
+  auto more = csv->next();
+  for (; more && *more; more = csv->next()) {
     out.emplace_back();
-    const char* at = line.data();
-    const char* const end = at + line.size();
-    for (;;) {
-      double value = 0.0;
-      const auto [next, problem] = std::from_chars(at, end, value);
-      if (problem != std::errc() || !std::isfinite(value) || (next != end && *next != ','))
-        return fail({.code = Errc::parse,
-                     .where = path.string() + ":" + std::to_string(number) + ": field " +
-                              std::to_string(out.back().size() + 1),
-                     .what = "not a finite number",
-                     .expected = "a number",
-                     .got = std::string(at, end).substr(0, 20)});
-      out.back().push_back(value);
-      if (next == end) break;
-      at = next + 1;
-    }
+    if (auto done = csv->append_numbers(out.back()); !done) return pass(done.error());
   }
+  if (!more) return pass(more.error());
   return out;
 }
 
@@ -218,6 +213,9 @@ Result<std::vector<std::vector<double>>> vibtac_channel(const std::filesystem::p
 }
 
 Result<RecordingSet> finished(RecordingSet set, const std::filesystem::path& from) {
+  std::set<std::string> labels;
+  for (const Recording& one : set.recordings) labels.insert(one.label);
+  for (Warning& one : find_similar_names(labels, "labels")) set.warnings.push_back(std::move(one));
   if (auto fine = check(set); !fine) return pass(fine.error(), from.string());
   return set;
 }
@@ -232,7 +230,7 @@ Result<RecordingSet> import_recordings(const std::filesystem::path& path, double
   for (const ManifestEntry& entry : *entries) {
     Recording own{entry.file, entry.label, entry.group, {}, {}};
     if (is_csv_name(entry.path)) {
-      const auto timed = read_table(entry.path, "t_s", rate_hz, own);
+      const auto timed = read_table(entry.path, "t_s", rate_hz, own, set.warnings);
       if (!timed) return pass(timed.error(), entry.where);
       rates.add(set.recordings.size(), *timed);
     } else if (const Status done = read_sound(entry.path, own); !done) {
@@ -241,6 +239,8 @@ Result<RecordingSet> import_recordings(const std::filesystem::path& path, double
     set.recordings.push_back(std::move(own));
   }
   rates.settle(set.recordings);
+  if (rate_hz == 0 && !set.recordings.empty())
+    warn_of_slow_rate(set.recordings.front().channels.front().rate_hz, usual_hz, set.warnings);
   return finished(std::move(set), path);
 }
 
@@ -300,12 +300,14 @@ Result<RecordingSet> import_hapmat(const std::filesystem::path& folder, double r
   for (const auto& path : files_in(folder)) {
     if (!is_csv_name(path)) continue;
     Recording own{path.filename().string(), path.stem().string(), "1", {}, {}};
-    const auto timed = read_table(path, "time", rate_hz, own);
+    const auto timed = read_table(path, "time", rate_hz, own, set.warnings);
     if (!timed) return pass(timed.error());
     rates.add(set.recordings.size(), *timed);
     set.recordings.push_back(std::move(own));
   }
   rates.settle(set.recordings);
+  if (rate_hz == 0 && !set.recordings.empty())
+    warn_of_slow_rate(set.recordings.front().channels.front().rate_hz, usual_hz, set.warnings);
   return finished(std::move(set), folder);
 }
 

@@ -18,6 +18,7 @@ struct RecordingSet {
   std::string source;  ///< "vibtac12", "lmt_sound", "hapmat", "recordings", "campaign"
   BenchKind kind = BenchKind::unknown;
   std::vector<classifier::vibro::Recording> recordings;  ///< all with the same channels
+  std::vector<Warning> warnings = {};                    ///< of an import; in no file
 };
 
 /// The first broken promise, if any: no recordings, names that are missing or not unique, a missing

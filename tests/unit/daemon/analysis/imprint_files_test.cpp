@@ -54,7 +54,7 @@ TEST_CASE("a matrix of text: commas or blanks, comments, complaints with a line"
                                     {"1,2\n3,4", "a.csv:2"},  // of 3,45 perhaps
                                     {"1,2\n\n3,4 ", "a.csv:3"},
                                     {"", "a.csv"}})
-    CHECK(parse_image_csv("a.csv", text).error().where == where);
+    CHECK(parse_image_csv("a.csv", text).error().where.starts_with(where));
 }
 
 TEST_CASE("grey maps: plain and binary, 8 and 16 bits, comments, cut short") {
@@ -236,7 +236,7 @@ TEST_CASE("a table of imprints: an object of its own where groups mix labels") {
   CHECK(!import_imprint_table(folder / "t.csv", 2, 3));
   CHECK(!import_imprint_table(folder / "t.csv", 0, 3));
   write_file(folder / "t.csv", "label,index,a,b\nx,1,2,3\nx,2,2,?\n");
-  CHECK(import_imprint_table(folder / "t.csv", 1, 2).error().where.ends_with(":3"));
+  CHECK(import_imprint_table(folder / "t.csv", 1, 2).error().where.ends_with(":3 column b"));
   write_file(folder / "t.csv", "label,index,a,b\nx,1,2,3\nx,2,2,1");
   CHECK(import_imprint_table(folder / "t.csv", 1, 2).error().where.ends_with(":3"));
 }

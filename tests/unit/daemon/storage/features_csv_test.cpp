@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "daemon/base/text/csv.hpp"
+#include "daemon/base/text/csv_table.hpp"
 #include "daemon/storage/dataset/import.hpp"
 #include "tests/unit/daemon/storage/support.hpp"
 
@@ -27,7 +27,7 @@ TEST_CASE("a feature table has its names in order and gives every double back") 
   CHECK(read_file(folder / "f.csv")
             .starts_with("file,label,group,mean.P,max.M.1\na.csv,Silk,0,0.10000000000000001,"));
 
-  auto csv = CsvReader::open(folder / "f.csv");
+  auto csv = CsvTable::open(folder / "f.csv");
   REQUIRE(csv);
   for (std::size_t i = 0; i < 2; ++i) {
     REQUIRE(csv->next());

@@ -1,0 +1,75 @@
+#include "daemon/base/file/file_kind.hpp"
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+
+namespace weft::daemon {
+namespace {
+
+using namespace std::string_view_literals;
+
+constexpr std::string_view sound_advice =
+    "List sound files in a manifest (file,label) for `weft dataset import --format recordings`";
+constexpr std::string_view image_advice =
+    "List imprints in a manifest (file,label) for `weft dataset import --format imprints`";
+constexpr std::string_view table_advice = "Export the table as CSV text, separated by commas";
+
+struct Signature {
+  std::string_view bytes;
+  FileKind kind;
+  bool letters = false;  // text may begin so too; the file has zero bytes besides
+};
+constexpr std::array<Signature, 18> signatures{{
+    {"\x89HDF\r\n\x1a\n"sv,
+     {"an HDF5 file", "`weft dataset info`, `train`, `evaluate` and `classify` take data sets"}},
+    {"RIFF"sv, {"a sound file (WAV)", sound_advice}, true},
+    {"RF64"sv, {"a sound file (WAV)", sound_advice}, true},
+    {"fLaC"sv, {"a sound file (FLAC)", sound_advice}, true},
+    {"OggS"sv, {"a sound file (Ogg)", sound_advice}, true},
+    {"FORM"sv, {"a sound file (AIFF)", sound_advice}, true},
+    {"ID3"sv, {"a sound file (MP3)", sound_advice}, true},
+    {"SQLite format 3\0"sv,
+     {"an SQLite file", "`weft dataset export` makes a data set of a campaign"}},
+    {"\x93NUMPY"sv, {"a NumPy array", image_advice}},
+    {"P2\n"sv, {"a grey map (PGM)", image_advice}},
+    {"P5\n"sv, {"a grey map (PGM)", image_advice}},
+    {"\x89PNG"sv, {"a picture (PNG)", "Imprints are read as .csv, .txt, .pgm or .npy"}},
+    {"PK\x03\x04"sv, {"a spreadsheet (.xlsx), .npz or another ZIP archive", table_advice}},
+    {"\xD0\xCF\x11\xE0"sv, {"a spreadsheet (.xls)", table_advice}},
+    {"MATLAB 5.0"sv, {"a MATLAB file", table_advice}, true},
+    {"\x1f\x8b"sv, {"a gzip archive", "Unpack it with gunzip"}},
+    {"\xFF\xFE"sv, {"text in UTF-16", "Save it again as UTF-8"}},
+    {"\xFE\xFF"sv, {"text in UTF-16", "Save it again as UTF-8"}},
+}};
+
+bool is_text(std::string_view bytes) {
+  return !bytes.empty() && bytes.find('\0') == std::string_view::npos;
+}
+
+}  // namespace
+
+FileKind file_kind(std::string_view bytes) {
+  if (bytes.starts_with("weft-") && bytes.substr(0, bytes.find('\n')).find("-model ") != bytes.npos)
+    return {"a model of Weft", "`weft classify MODEL DATA` takes it as MODEL"};
+  const auto* const found = std::ranges::find_if(signatures, [&](const Signature& one) {
+    return bytes.starts_with(one.bytes) && !(one.letters && is_text(bytes));
+  });
+  return found == signatures.end() ? FileKind{} : found->kind;
+}
+
+Error with_file_kind(Error error, const std::filesystem::path& path) {
+  std::string bytes(file_kind_bytes, '\0');
+  std::ifstream in(path, std::ios::binary);
+  in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(in.gcount()));
+  FileKind kind = file_kind(bytes);
+  if (kind.name.empty() && is_text(bytes))
+    kind = {"text", "`weft dataset import` makes a data set of tables: weft dataset import --help"};
+  if (kind.name.empty()) return error;
+  error.got = kind.name;
+  error.hint = kind.advice;
+  return error;
+}
+
+}  // namespace weft::daemon

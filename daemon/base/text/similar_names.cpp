@@ -1,0 +1,133 @@
+#include "daemon/base/text/similar_names.hpp"
+
+#include <array>
+#include <cstdio>
+#include <map>
+
+namespace weft::daemon {
+namespace {
+
+struct Range {
+  std::uint32_t first, last;
+};
+constexpr std::array<Range, 12> blanks{{{0x09, 0x0D},
+                                        {0x20, 0x20},
+                                        {0x85, 0x85},
+                                        {0xA0, 0xA0},
+                                        {0x1680, 0x1680},
+                                        {0x2000, 0x200A},
+                                        {0x2028, 0x2029},
+                                        {0x202F, 0x202F},
+                                        {0x205F, 0x205F},
+                                        {0x3000, 0x3000},
+                                        {0x2800, 0x2800},
+                                        {0x3164, 0x3164}}};
+constexpr std::array<Range, 11> unseen{{{0x00, 0x08},
+                                        {0x0E, 0x1F},
+                                        {0x7F, 0x84},
+                                        {0x86, 0x9F},
+                                        {0xAD, 0xAD},
+                                        {0x61C, 0x61C},
+                                        {0x180B, 0x180F},
+                                        {0x200B, 0x200F},
+                                        {0x202A, 0x202E},
+                                        {0x2060, 0x206F},
+                                        {0xFEFF, 0xFEFF}}};
+constexpr std::array<Range, 3> dashes{{{0x2010, 0x2015}, {0x2212, 0x2212}, {0xFE63, 0xFE63}}};
+// Marks that stand behind their letter, vowels and ends of Hangul syllables among them.
+constexpr std::array<Range, 6> marks{{{0x300, 0x36F},
+                                      {0x1160, 0x11FF},
+                                      {0x1AB0, 0x1AFF},
+                                      {0x1DC0, 0x1DFF},
+                                      {0x20D0, 0x20FF},
+                                      {0x3099, 0x309A}}};
+constexpr std::array<Range, 2> variants{{{0xFE00, 0xFE0F}, {0xE0000, 0xE01EF}}};
+
+template <class Ranges>
+bool is_in(const Ranges& ranges, std::uint32_t c) {
+  return std::ranges::any_of(ranges, [c](Range r) { return r.first <= c && c <= r.last; });
+}
+
+// The character at the front of `text`, which is UTF-8, taken off.
+std::uint32_t take_character(std::string_view& text) {
+  const std::size_t length = std::max<std::size_t>(utf8_length(text), 1);
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  std::uint32_t out = length == 1 ? byte(0) : byte(0) & (0xFFU >> (length + 1));
+  for (std::size_t i = 1; i < length; ++i) out = out << 6U | (byte(i) & 0x3FU);
+  text.remove_prefix(length);
+  return out;
+}
+
+using Letters = std::vector<std::u32string>;  // each with its marks
+
+// Without what cannot be seen; one blank for a run of them, none at the ends.
+Letters letters_of(std::string_view text) {
+  Letters out;
+  bool is_behind_blank = false;
+  while (!text.empty()) {
+    std::uint32_t c = take_character(text);
+    if (is_in(unseen, c) || is_in(variants, c)) continue;
+    if (is_in(blanks, c)) {
+      is_behind_blank = !out.empty();
+      continue;
+    }
+    if (std::exchange(is_behind_blank, false)) out.emplace_back(U" ");
+    if (is_in(dashes, c)) c = U'-';
+    if (is_in(marks, c) && !out.empty())
+      out.back() += static_cast<char32_t>(c);
+    else
+      out.emplace_back(1, static_cast<char32_t>(c));
+  }
+  return out;
+}
+
+// Whether both may be one letter: one composed with its mark, the other followed by it.
+bool can_be_equal(const std::u32string& a, const std::u32string& b) {
+  constexpr char32_t last_ascii = 0x7F;
+  if (a == b) return true;
+  return (a.size() == 1 && a.front() > last_ascii && b.size() > 1) ||
+         (b.size() == 1 && b.front() > last_ascii && a.size() > 1);
+}
+
+// Equal for all names that may look alike.
+std::u32string key_of(const Letters& letters) {
+  constexpr char32_t last_ascii = 0x7F;
+  std::u32string out;
+  for (const std::u32string& one : letters)
+    out += one.size() > 1 || one.front() > last_ascii ? U'\uFFFD' : one.front();
+  return out;
+}
+
+// With a code in place of what cannot be told apart by eye.
+std::string visible(std::string_view text) {
+  std::string out = "'";
+  while (!text.empty()) {
+    const std::string_view before = text;
+    const std::uint32_t c = take_character(text);
+    const bool is_shown = c == ' ' || !(is_in(blanks, c) || is_in(unseen, c) ||
+                                        is_in(variants, c) || is_in(marks, c) || is_in(dashes, c));
+    std::array<char, 16> code{};
+    if (!is_shown) std::snprintf(code.data(), code.size(), "<U+%04X>", c);
+    out += is_shown ? before.substr(0, before.size() - text.size()) : std::string_view(code.data());
+  }
+  return out + "'";
+}
+
+}  // namespace
+
+std::vector<Warning> find_similar_names(const std::set<std::string>& names, std::string_view what) {
+  std::vector<Warning> out;
+  std::map<std::u32string, std::vector<std::pair<Letters, std::string>>> by_key;
+  for (const std::string& name : names) {
+    Letters letters = letters_of(name);
+    auto& others = by_key[key_of(letters)];
+    for (const auto& [own, other] : others)
+      if (std::ranges::equal(own, letters, can_be_equal))
+        out.push_back({"similar_names", std::string(what) + " that look alike are different: " +
+                                            visible(other) + " and " + visible(name)});
+    others.emplace_back(std::move(letters), name);
+  }
+  return out;
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,18 @@
+#pragma once
+// Names that look alike and are not equal.
+
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/base/text/format.hpp"
+
+namespace weft::daemon {
+
+/// A warning for each two of `names` (UTF-8) that differ only in blanks, in characters that cannot
+/// be seen, in the kind of a dash, or in how a letter with marks is written (composed or not).
+/// `what` they are: "labels".
+std::vector<Warning> find_similar_names(const std::set<std::string>& names, std::string_view what);
+
+}  // namespace weft::daemon

@@ -1,0 +1,182 @@
+// The reader of all tables: fields, headings, numbers, last lines.
+
+#include "daemon/base/text/csv_table.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "daemon/base/text/similar_names.hpp"
+#include "tests/unit/daemon/storage/support.hpp"
+
+namespace weft::daemon::csv_table_test {
+namespace {
+
+using Rows = std::vector<std::vector<std::string>>;
+
+const CsvRules matrix{
+    .heading = CsvRules::Heading::never, .hash = CsvRules::Hash::comment, .tabs_or_blanks = true};
+
+Result<Rows> read(const std::string& text, const CsvRules& rules = {}) {
+  auto csv = CsvTable::from_text("a.csv", text, rules);
+  if (!csv) return pass(csv.error());
+  Rows out;
+  auto more = csv->next();
+  for (; more && *more; more = csv->next()) out.push_back(csv->fields());
+  if (!more) return pass(more.error());
+  return out;
+}
+
+/// "where: what" of the complaint about a text; nothing where it is read.
+std::string complaint(const std::string& text, const CsvRules& rules = {}) {
+  const auto rows = read(text, rules);
+  return rows ? "" : rows.error().where + ": " + rows.error().what;
+}
+
+Result<double> number(const std::string& field) {
+  auto csv = CsvTable::from_text("a.csv", "x,y\n1," + field + "\n");
+  REQUIRE(csv);
+  REQUIRE(csv->next());
+  return csv->number(1);
+}
+
+TEST_CASE("fields: quotes, blanks, order mark and line ends of every system") {
+  const Rows expected{{"a, \"b\"", "1"}, {"c d", "2"}};
+  for (const std::string& text :
+       {std::string("x,y\n\"a, \"\"b\"\"\",1\nc d, 2 \n"),
+        std::string("\xEF\xBB\xBF\"x\" , \"y\"\r\n \"a, \"\"b\"\"\" ,1\r\n\r\n\t c d,2\r\n"),
+        std::string("x,y\r\"a, \"\"b\"\"\",1\rc d,2\r"),
+        std::string("x,y\r\r\n\"a, \"\"b\"\"\",1\r\r\nc d,2\r\r\n")}) {
+    CAPTURE(text);
+    const auto rows = read(text);
+    REQUIRE(rows);
+    CHECK(*rows == expected);
+  }
+  CHECK(read(std::string("x,y\nc\0d,2\n", 10)).error().code == Errc::parse);
+  CHECK(complaint("x,y\n\"a\nb\",1\n").starts_with("a.csv:2: a quote"));
+  CHECK(complaint("x,y\n\"a\"b,1\n").starts_with("a.csv:2: a quote"));
+  CHECK(complaint("") == "a.csv: the file is empty");
+  CHECK(complaint("\xEF\xBB\xBF\n\n") == "a.csv: the file is empty");
+}
+
+TEST_CASE("numbers: a plus sign, all of the field, points as decimal marks") {
+  CHECK(number("+1.5e+03") == 1500.0);
+  CHECK(number("\"+2\"") == 2.0);
+  CHECK(number("-.5") == -0.5);
+  for (const char* bad : {"+-1", "++1", "+", "\"1,5\"", "1;5", "+nan", "inf", "1e999", "", "0x10"})
+    CHECK(number(bad).error().where == "a.csv:2 column y");
+  CHECK(number("\"1,5\"").error().hint.find("decimal marks") != std::string::npos);
+}
+
+TEST_CASE("matrices: a tab separates two fields, of which one may be empty, blanks are runs") {
+  CHECK(read("1\t2\n3\t4\n", matrix).value() == Rows{{"1", "2"}, {"3", "4"}});
+  CHECK(read("1\t\t2\n3\t4\t5\n", matrix).value() == Rows{{"1", "", "2"}, {"3", "4", "5"}});
+  CHECK(read("1\t2\t\n3\t4\t5\n", matrix).value() == Rows{{"1", "2", ""}, {"3", "4", "5"}});
+  CHECK(read("\t2\n3\t4\n", matrix).value() == Rows{{"", "2"}, {"3", "4"}});
+  CHECK(read("  1   2 \n 3 \t 4\n", matrix).value() == Rows{{"1", "2"}, {"3", "4"}});
+  CHECK(read("1 2 3\n4\t\t5\n", matrix).value() == Rows{{"1", "2", "3"}, {"4", "", "5"}});
+  CHECK(read("# 1\n1,2\n\n#\n3,4\n", matrix).value() == Rows{{"1", "2"}, {"3", "4"}});
+  CHECK(complaint("1,2\n3 4\n", matrix) == "a.csv:2: wrong number of fields");
+  CHECK(complaint("1 2\n3\n", matrix) == "a.csv:2: wrong number of fields");
+}
+
+TEST_CASE("a last line without a line break is read where it looks like those before") {
+  const std::string cut = "the last line has no line break: the file may be cut short";
+  for (const char* whole : {"x,y\n0,1.25\n1,12.50\n2,3.75", "x,y\n0,8000\n1,7999\n12,8015",
+                            "x,y\n0,1\n1,12\n2,3\r", "x,y\n0,-1e+3\n1,-2e+3\n2,-9e+3"}) {
+    CAPTURE(whole);
+    CHECK(complaint(whole).empty());
+  }
+  for (const char* text :
+       {"x,y\n0,1.25\n1,2.50\n2,3.7", "x,y\n0,8000\n1,7999\n2,801", "x,y\n0,8000\n1,7999\n2",
+        "x,y\n0,8000\n1,7999\n2,", "x,y\n0,9\n1,10\n2,11", "x,y\n0,8000\n1,8001"})
+    CHECK(complaint(text).ends_with(cut));
+  CHECK(complaint("x,y") == "a.csv:1: " + cut);
+}
+
+TEST_CASE("a heading is one of names: what is odd is named, with what to do") {
+  CHECK(complaint("x,x\n") == "a.csv:1: two columns of the same name");
+  CHECK(complaint("x,y,\n1,2,\n") == "a.csv:1: column 3 has no name");
+  CHECK(complaint(",x\n0,1\n") == "a.csv:1: column 1 has no name");
+  CHECK(complaint("x;y\n1,5;2\n") == "a.csv:1: not separated by commas");
+  CHECK(complaint("x\ty\n1\t2\n") == "a.csv:1: not separated by commas");
+  CHECK(read("sep=,\nx,y\n1,2\n").error().hint.find("sep=") != std::string::npos);
+}
+
+TEST_CASE("a missing column: those that are there, and the one that was meant") {
+  const auto error = [](const std::string& text, std::string_view name = "t_s") {
+    auto csv = CsvTable::from_text("a.csv", text);
+    REQUIRE(csv);
+    const auto column = csv->take_column(name);
+    REQUIRE_FALSE(column);
+    CHECK(column.error().code == Errc::parse);
+    CHECK(column.error().where == "a.csv:1");
+    return column.error();
+  };
+  CHECK(error("T_S,CH1\n").hint.starts_with("Did you mean 'T_S'?"));
+  CHECK(error("time,X,Y,Z\n").hint.starts_with("Did you mean 'time'?"));
+  CHECK(error("Timestamp (ms),X\n").hint.starts_with("Did you mean 'Timestamp (ms)'?"));
+  CHECK(error("t_s [s],ch1 [V]\n").hint.starts_with("Did you mean 't_s [s]'?"));
+  CHECK(error("t_s ch1 ch2\n").hint.find("commas") != std::string::npos);
+  CHECK(error("time,X,Y\n").got == "'time', 'X', 'Y'");
+  CHECK(error("file,lable\n", "label").hint.starts_with("Did you mean 'lable'?"));
+  CHECK(error("# t_s,ch1\n0,1\n").hint.find('#') != std::string::npos);
+  CHECK(error("# sensor A\n# 50 Hz\nt_s,ch1\n").hint.starts_with("Line 3 has it"));
+  CHECK(error("Device 7\nRate,50\n\nt_s,ch1\n0,1\n").hint.starts_with("Line 4 has it"));
+  CHECK(error("0,1,2\n0.1,2,3\n").hint.starts_with("Line 1 has numbers alone"));
+}
+
+TEST_CASE("columns are taken once, by name; the rest is refused or taken") {
+  auto csv = CsvTable::from_text("a.csv", "ch2,lable,t_s,ch1\n");
+  REQUIRE(csv);
+  CHECK(csv->take_column("t_s") == 2U);
+  CHECK_FALSE(csv->find_column("phase"));
+  CHECK(csv->check_rest({"label"}).error().what == "unknown column 'ch2'");
+  CHECK(csv->take_series("ch").error().what == "unknown column 'lable'");
+  CHECK(csv->take_column("lable") == 1U);
+  CHECK(csv->take_series("ch") == std::vector<std::size_t>{3, 0});
+  CHECK(csv->check_rest({}));
+  CHECK(csv->take_rest().empty());
+  auto series = CsvTable::from_text("a.csv", "Ch1\n");
+  CHECK(series->take_series("ch").error().hint == "Did you mean 'ch1'?");
+}
+
+TEST_CASE("files that are no tables are told by name, and labels that look like them are not") {
+  using namespace std::string_literals;
+  for (const auto& [text, kind] : {std::pair{"\x89HDF\r\n\x1a\n\0"s, "HDF5"},
+                                   {"RIFF\x24\0\0\0WAVEfmt "s, "WAV"},
+                                   {"PK\x03\x04\x14\0"s, "spreadsheet"},
+                                   {"\xFF\xFEx\0"s, "UTF-16"},
+                                   {"\x93NUMPY\x01\0"s, "NumPy"},
+                                   {"SQLite format 3\0"s, "SQLite"},
+                                   {"weft-fabric-model 6\n"s, "model"},
+                                   {"\x1f\x8b\x08"s, "gzip"}}) {
+    const auto error = CsvTable::from_text("a.csv", text).error();
+    CHECK(error.what == "not a table");
+    CHECK(error.got.find(kind) != std::string::npos);
+    CHECK_FALSE(error.hint.empty());
+  }
+  for (const char* text : {"FORMICA,o1\n", "RIFF,o1\n", "weft-knit,1\n", "ID3,2\n"})
+    CHECK(complaint(text).empty());
+}
+
+TEST_CASE("names that differ in what cannot be seen are told, others are not") {
+  const auto count = [](std::set<std::string> names) {
+    return find_similar_names(names, "labels").size();
+  };
+  CHECK(count({"denim", "denim\u00A0"}) == 1);
+  CHECK(count({"denim", " denim"}) == 1);
+  CHECK(count({"raw  silk", "raw silk", "raw\u2003silk"}) == 3);
+  CHECK(count({"denim", "denim\u200B", "silk"}) == 1);
+  CHECK(count({"\uFEFFfelt", "felt"}) == 1);
+  CHECK(count({"velour cr\u00E8me", "velour cre\u0300me"}) == 1);
+  CHECK(count({"\u0439\u043E\u0434", "\u0438\u0306\u043E\u0434"}) == 1);
+  CHECK(count({"\uAC00", "\u1100\u1161"}) == 1);
+  CHECK(count({"a-b", "a\u2011b"}) == 1);
+  CHECK(count({"cr\u00E8me", "creme", "cr\u00EAme", "Creme"}) == 0);
+  CHECK(count({"\u68C9", "\u9EBB", "a", "b", ""}) == 0);
+  const auto one = find_similar_names({"denim", "denim\u00A0"}, "labels");
+  CHECK(one.front().code == "similar_names");
+  CHECK(one.front().text.ends_with("'denim' and 'denim<U+00A0>'"));
+}
+
+}  // namespace
+}  // namespace weft::daemon::csv_table_test
