@@ -33,16 +33,6 @@ void write_setup(LineWriter& out, const RecordingSetup& setup) {
   out.number("step_s", setup.step_s);
 }
 
-// A word of an enumeration.
-template <class Value>
-Value read_name(LineReader& in, std::string_view keyword, Result<Value> (*from)(std::string_view),
-                Value otherwise) {
-  const std::string text = in.text(keyword);
-  const Result<Value> value = from(text);
-  if (!value) in.refuse("unknown " + std::string(keyword), value.error().expected, text);
-  return value.value_or(otherwise);
-}
-
 RecordingSetup read_setup(LineReader& in) {
   RecordingSetup out;
   for (std::size_t left = in.count("channels", 1, most_channels); in.ok() && left > 0; --left) {
