@@ -91,7 +91,9 @@ Result<RecordingModel> train_recording_model(std::span<const Recording> recordin
                    .what = "no recording of the label is as long as a window",
                    .expected = std::to_string(setup.window_s) + " s",
                    .hint = "Take a shorter --window-s"});
-  auto pipeline = Pipeline::train({&matrix.values, classes.of_row, classes.labels.size()}, options);
+  const std::vector<std::size_t> unit = fold_units(*windows, numbers_below(matrix.size()));
+  auto pipeline =
+      Pipeline::train({&matrix.values, classes.of_row, classes.labels.size(), unit}, options);
   if (!pipeline) return pass(pipeline.error());
   RecordingSetup own = setup;
   own.channels = recordings.front().channels;
