@@ -16,6 +16,7 @@ constexpr std::size_t kinds_of_version_3 = 3;
 constexpr std::size_t kinds_of_version_5 = 5;
 
 constexpr std::size_t most_errors = 1'000'000'000;
+constexpr std::size_t most_folds = 1'000'000'000;
 
 Learner read_kind(LineReader& in, std::string_view keyword, std::size_t known) {
   const std::string word = in.text(keyword);
@@ -152,10 +153,7 @@ LearnerHead read_head(LineReader& in, int version) {
   const Learner kind = read_kind(in, "learner", version < 6 ? kinds_of_version_5 : kinds.size());
   if (version == 4)
     return {kind, in.count("compressed", 0, 1) == 1 ? View::compressed : View::plain};
-  const std::string word = in.text("view");
-  const auto view = view_from(word);
-  if (!view) in.refuse(view.error().what, view.error().expected, word);
-  return {kind, view.value_or(View::plain)};
+  return {kind, read_name(in, "view", view_from, View::plain)};
 }
 
 void write_learner(LineWriter& out, const TrainedLearner& learner) {
@@ -175,6 +173,25 @@ std::optional<TrainedLearner> read_learner(LineReader& in, const LearnerHead& he
   if (!in.ok() || !machine) return std::nullopt;
   return TrainedLearner(std::move(labels), std::move(features), std::move(view),
                         std::move(*machine));
+}
+
+std::string task_text(const CoreTask& task) {
+  LineWriter out;
+  out.text("reduction", to_string(task.reduction));
+  out.text("view", to_string(task.view));
+  out.count("folds", task.fold ? 1 : 0);
+  if (task.fold) out.count("fold", *task.fold);
+  return out.str();
+}
+
+Result<CoreTask> task_from_text(std::string_view text) {
+  LineReader in(text);
+  CoreTask task{read_name(in, "reduction", reduction_from, Reduction::pvalue),
+                read_name(in, "view", view_from, View::plain)};
+  if (in.count("folds", 0, 1) == 1) task.fold = in.count("fold", 0, most_folds);
+  in.finish();
+  if (!in.ok()) return pass(in.status().error(), "training task");
+  return task;
 }
 
 }  // namespace weft::classifier

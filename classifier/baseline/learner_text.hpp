@@ -1,7 +1,8 @@
 #pragma once
-// A trained learner as lines of a stored model, bit for bit.
+// A trained learner as lines of a stored model, bit for bit; a training task as lines.
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "classifier/base/line_io.hpp"
@@ -25,5 +26,10 @@ void write_learner(LineWriter& out, const TrainedLearner& learner);
 std::optional<TrainedLearner> read_learner(LineReader& in, const LearnerHead& head,
                                            std::vector<std::string> labels,
                                            std::vector<std::string> features);
+
+/// For trainings that several processes share.
+std::string task_text(const CoreTask& task);
+/// What task_text() wrote. Errors: corrupt.
+Result<CoreTask> task_from_text(std::string_view text);
 
 }  // namespace weft::classifier

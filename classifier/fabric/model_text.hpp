@@ -43,6 +43,17 @@ std::size_t word(LineReader& in, std::string_view keyword,
   return 0;
 }
 
+/// A value by its name under `keyword`; `otherwise` where `in` has a problem, as with a name that
+/// `from` does not know.
+template <class Value>
+Value read_name(LineReader& in, std::string_view keyword, Result<Value> (*from)(std::string_view),
+                Value otherwise) {
+  const std::string text = in.text(keyword);
+  const Result<Value> value = from(text);
+  if (!value) in.refuse("unknown " + std::string(keyword), value.error().expected, text);
+  return value.value_or(otherwise);
+}
+
 void write_provenance(LineWriter& out, const Provenance& provenance);
 /// Refuses a bench that is not known.
 Provenance read_provenance(LineReader& in);

@@ -32,6 +32,10 @@ std::string_view to_string(Reduction reduction) {
   return name_in(reduction_names, reduction);
 }
 
+Result<Reduction> reduction_from(std::string_view text) {
+  return value_from(reduction_names, text, "unknown reduction", name_list(reduction_names));
+}
+
 std::string_view to_string(Tie tie) {
   return name_in(tie_names, tie);
 }

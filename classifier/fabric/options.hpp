@@ -21,6 +21,7 @@ enum class Reduction {
 };
 
 std::string_view to_string(Reduction reduction);
+Result<Reduction> reduction_from(std::string_view text);
 
 /// Which two-sample test finds the features that tell two fabrics apart.
 enum class TTest {

@@ -27,7 +27,8 @@ class CrossValidator {
     const Matrix values = windows_.matrix.values.take(rows);
     std::vector<std::size_t> of_row;
     for (const std::size_t r : rows) of_row.push_back(classes_.of_row[r]);
-    return Pipeline::train({&values, of_row, classes_.labels.size()}, options);
+    const std::vector<std::size_t> unit = fold_units(windows_, rows);
+    return Pipeline::train({&values, of_row, classes_.labels.size(), unit}, options);
   }
 
   // Share of right answers alone.

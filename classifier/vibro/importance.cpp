@@ -26,9 +26,9 @@ Result<double> measure_accuracy(const Pipeline& pipeline, const Matrix& rows,
 // The windows of one split with their classes.
 struct Parted {
   Matrix train, test;
-  std::vector<std::size_t> of_train, of_test;
+  std::vector<std::size_t> of_train, of_test, unit_of_train;
   std::size_t classes = 0;
-  [[nodiscard]] Training training() const { return {&train, of_train, classes}; }
+  [[nodiscard]] Training training() const { return {&train, of_train, classes, unit_of_train}; }
 };
 
 Parted parted(const WindowSet& windows, const Split& split) {
@@ -37,6 +37,7 @@ Parted parted(const WindowSet& windows, const Split& split) {
              windows.matrix.values.take(split.test),
              {},
              {},
+             fold_units(windows, split.train),
              classes.labels.size()};
   for (const std::size_t r : split.train) out.of_train.push_back(classes.of_row[r]);
   for (const std::size_t r : split.test) out.of_test.push_back(classes.of_row[r]);

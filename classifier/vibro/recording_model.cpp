@@ -33,16 +33,6 @@ void write_setup(LineWriter& out, const RecordingSetup& setup) {
   out.number("step_s", setup.step_s);
 }
 
-// A word of an enumeration.
-template <class Value>
-Value read_name(LineReader& in, std::string_view keyword, Result<Value> (*from)(std::string_view),
-                Value otherwise) {
-  const std::string text = in.text(keyword);
-  const Result<Value> value = from(text);
-  if (!value) in.refuse("unknown " + std::string(keyword), value.error().expected, text);
-  return value.value_or(otherwise);
-}
-
 RecordingSetup read_setup(LineReader& in) {
   RecordingSetup out;
   for (std::size_t left = in.count("channels", 1, most_channels); in.ok() && left > 0; --left) {
@@ -101,7 +91,9 @@ Result<RecordingModel> train_recording_model(std::span<const Recording> recordin
                    .what = "no recording of the label is as long as a window",
                    .expected = std::to_string(setup.window_s) + " s",
                    .hint = "Take a shorter --window-s"});
-  auto pipeline = Pipeline::train({&matrix.values, classes.of_row, classes.labels.size()}, options);
+  const std::vector<std::size_t> unit = fold_units(*windows, numbers_below(matrix.size()));
+  auto pipeline =
+      Pipeline::train({&matrix.values, classes.of_row, classes.labels.size(), unit}, options);
   if (!pipeline) return pass(pipeline.error());
   RecordingSetup own = setup;
   own.channels = recordings.front().channels;

@@ -4,6 +4,8 @@
 
 Where Slurm's controller answers, the same bytes under srun too; elsewhere that part says that it was skipped.
 """
+import json
+import math
 import os
 import pathlib
 import random
@@ -17,16 +19,26 @@ import time
 from cli_support import Checks, contents
 
 
-def make_dataset(checks, folder, labels, trials):
-    """A made-up data set of two taxels: levels differ by label, the rest is noise of a fixed seed."""
+def level_rows(noise, label):
+    """Levels of two taxels that differ by label; the rest is noise."""
+    return [(int(1000 + 5 * label + noise.gauss(0, 9)), int(900 + noise.gauss(0, 5 + label))) for _ in range(40)]
+
+
+def tail_rows(noise, label):
+    """Deviations of two taxels, log-normal over the trials, of which one grows with the label."""
+    deviation, other = math.exp(noise.gauss(0, 0.5) + 0.5 * label), math.exp(noise.gauss(0, 0.5))
+    return [(round(1e5 + 1000 * deviation * noise.gauss(0, 1)), round(1e5 + 1000 * other * noise.gauss(0, 1))) for _ in range(40)]
+
+
+def make_dataset(checks, folder, labels, trials, rows_of=level_rows):
+    """A made-up data set of two taxels, of a fixed seed."""
     noise = random.Random(5)
     lines = ["file,label,group"]
     for label in range(labels):
         for trial in range(trials):
             name = f"l{label}_{trial}.csv"
             lines.append(f"{name},fabric{label:02},{trial}")
-            rows = [f"{i / 37},{int(1000 + 5 * label + noise.gauss(0, 9))},{int(900 + noise.gauss(0, 5 + label))}"
-                    for i in range(40)]
+            rows = [f"{i / 37},{one},{other}" for i, (one, other) in enumerate(rows_of(noise, label))]
             (folder / name).write_text("t_s,ch1,ch2\n" + "\n".join(rows) + "\n")
     (folder / "manifest.csv").write_text("\n".join(lines) + "\n")
     ran = checks.run("dataset", "import", "manifest.csv", "-o", "set.h5", cwd=folder)
@@ -59,6 +71,14 @@ def compare(checks, folder, options, command):
                   f"{command}: the model differs from the single-process one")
     for name in ("alone", "shared"):
         (folder / name).unlink(missing_ok=True)
+
+
+def normal_scores_win(checks, program, folder):
+    """The last view of the features and all rows reach other ranks as such."""
+    alone = checks.run("train", "set.h5", "-o", "alone", "--learner", "cores-best", "--json", cwd=folder)
+    checks.expect(alone.returncode == 0 and json.loads(alone.stdout)["view"] == "normal-scores", f"normal scores do not win: {alone.stdout} {alone.stderr}")
+    options = ["--learner", "cores-best"]
+    compare(checks, folder, options, launch(2, program, "set.h5", "-o", "shared", *options))
 
 
 def controller_answers():
@@ -133,11 +153,13 @@ def main():
         print("skipped: MPI was not there when Weft was built, or mpirun is not there now")
         sys.exit(77)
     checks = Checks(sys.argv[1])
-    with tempfile.TemporaryDirectory() as small, tempfile.TemporaryDirectory() as large:
+    with tempfile.TemporaryDirectory() as small, tempfile.TemporaryDirectory() as tails, tempfile.TemporaryDirectory() as large:
         make_dataset(checks, pathlib.Path(small), labels=7, trials=5)
         same_bytes(checks, program, pathlib.Path(small))
         same_bytes_under_slurm(checks, program, pathlib.Path(small))
         refusals(checks, program, pathlib.Path(small))
+        make_dataset(checks, pathlib.Path(tails), labels=3, trials=8, rows_of=tail_rows)
+        normal_scores_win(checks, program, pathlib.Path(tails))
         make_dataset(checks, pathlib.Path(large), labels=80, trials=6)
         death_of_a_rank(checks, program, pathlib.Path(large).resolve(), 1, "no model was written")
         death_of_a_rank(checks, program, pathlib.Path(large).resolve(), 0)  # who would say so

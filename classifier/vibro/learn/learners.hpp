@@ -58,7 +58,8 @@ ClassifierPtr read_network(LineReader& in, std::size_t features, std::size_t cla
 Result<ClassifierPtr> fit_logistic(const Training& training, const MethodOptions& options);
 ClassifierPtr read_logistic(LineReader& in, std::size_t features, std::size_t classes);
 
-/// train_recipe() of a learner that tells fabrics apart, on any rows, with its own defaults.
+/// train_recipe() of a learner that tells fabrics apart, on any rows, with its own defaults; a unit
+/// is a recording.
 Result<ClassifierPtr> fit_fabric(const Training& training, Learner learner,
                                  const MethodOptions& options);
 ClassifierPtr read_fabric(LineReader& in, std::size_t features, std::size_t classes);

@@ -73,6 +73,11 @@ Status check_training(const Training& training) {
                  .what = "every row needs a class and a feature",
                  .expected = std::to_string(rows.rows()) + " classes",
                  .got = std::to_string(training.of_row.size())});
+  if (!training.unit.empty() && training.unit.size() != rows.rows())
+    return fail({.code = Errc::invalid_argument,
+                 .what = "every row needs a unit, or none has one",
+                 .expected = std::to_string(rows.rows()) + " units",
+                 .got = std::to_string(training.unit.size())});
   std::vector<bool> seen(training.classes, false);
   for (const std::size_t c : training.of_row) {
     if (c >= training.classes)

@@ -60,11 +60,14 @@ class Classifier {
 std::unique_ptr<Classifier> read_classifier(Method method, LineReader& in, std::size_t features,
                                             std::size_t classes);
 
-/// Rows with a class each, below `classes`; every class at least once.
+/// Rows with a class each, below `classes`; every class at least once. Rows of an equal `unit`,
+/// such as windows of one recording, stay together in the folds on which a learner tunes its
+/// parameters; without units each row is its own.
 struct Training {
   const Matrix* rows = nullptr;
   std::span<const std::size_t> of_row;
   std::size_t classes = 0;
+  std::span<const std::size_t> unit = {};
 };
 
 struct MethodOptions {

@@ -41,7 +41,8 @@ Result<Pipeline> Pipeline::train(const Training& training, const PipelineOptions
     const auto own = out.prepared(training.rows->row(r));
     std::copy(own.begin(), own.end(), rows.row(r).begin());
   }
-  auto made = fit(options.method, {&rows, training.of_row, training.classes}, options.learner);
+  auto made = fit(options.method, {&rows, training.of_row, training.classes, training.unit},
+                  options.learner);
   if (!made) return pass(made.error());
   out.classifier_ = std::move(*made);
   return out;

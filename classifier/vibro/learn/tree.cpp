@@ -127,7 +127,7 @@ Result<ClassifierPtr> fit_fabric(const Training& training, Learner learner,
   for (std::size_t r = 0; r < matrix.values.rows(); ++r) {
     matrix.labels.push_back(name_of(training.of_row[r]));
     matrix.groups.emplace_back();
-    matrix.files.push_back(name_of(r));
+    matrix.files.push_back(name_of(training.unit.empty() ? r : training.unit[r]));
   }
   TrainOptions own;
   own.threads = options.threads;

@@ -9,13 +9,14 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace weft::daemon::cluster {
 
 /// What the root tells everybody to do next.
 enum class Order : int {
   report,  ///< say whether the data could be read, and their SHA-256
-  train,   ///< a share of the cores of one task; `detail` as packed()
+  train,   ///< a share of the cores of the task that `text` is: task_text()
   end
 };
 
@@ -39,10 +40,10 @@ class Ranks {
 
   struct Command {
     Order order = Order::end;
-    int detail = 0;
+    std::string text = {};
   };
-  /// Of the root to all.
-  static void give(Command command) { broadcast(command); }
+  /// Of the root to all. Texts of at most 2 GiB.
+  static void give(Command command) { broadcast(std::move(command)); }
   /// Waits for the root's next.
   static Command take() { return broadcast({}); }
 
@@ -65,9 +66,12 @@ class Ranks {
   static constexpr int text_tag = 1;
 
   static Command broadcast(Command command) {
-    int words[2]{static_cast<int>(command.order), command.detail};
-    MPI_Bcast(words, 2, MPI_INT, 0, MPI_COMM_WORLD);
-    return {static_cast<Order>(words[0]), words[1]};
+    int head[2]{static_cast<int>(command.order), static_cast<int>(command.text.size())};
+    MPI_Bcast(head, 2, MPI_INT, 0, MPI_COMM_WORLD);
+    command.order = static_cast<Order>(head[0]);
+    command.text.resize(static_cast<std::size_t>(head[1]));
+    MPI_Bcast(command.text.data(), head[1], MPI_CHAR, 0, MPI_COMM_WORLD);
+    return command;
   }
 
   int rank_ = 0;

@@ -10,6 +10,7 @@
 #include <optional>
 #include <set>
 
+#include "classifier/baseline/learner_text.hpp"
 #include "classifier/fabric/model_text.hpp"
 #include "daemon/apps/weft/console.hpp"
 #include "daemon/apps/weft/train_command.hpp"
@@ -28,25 +29,6 @@ constexpr std::string_view complaint = "!";
 
 std::string complaint_of(const Error& error) {
   return std::string(complaint) + to_string(error);
-}
-
-constexpr int views = 3;
-constexpr int reductions = 4;
-
-/// A task as one number: reduction, view, and the fold counted from 1 (0: all rows).
-int packed(const CoreTask& task) {
-  const int fold = task.fold ? static_cast<int>(*task.fold) + 1 : 0;
-  return (fold * views + static_cast<int>(task.view)) * reductions +
-         static_cast<int>(task.reduction);
-}
-
-CoreTask unpacked(int detail) {
-  CoreTask task{static_cast<classifier::Reduction>(detail % reductions),
-                static_cast<classifier::View>(detail / reductions % views),
-                {}};
-  const int fold = detail / (reductions * views);
-  if (fold > 0) task.fold = static_cast<std::size_t>(fold - 1);
-  return task;
 }
 
 /// MPI's launcher ends all ranks when one dies; its own message names that one.
@@ -70,7 +52,7 @@ Result<std::string> from_rank(std::size_t rank) {
 
 /// Refuses ranks that cannot read the data set, or read another one under the same name.
 Status agree(const Ranks& ranks, const std::string& sha256) {
-  Ranks::give({Order::report, 0});
+  Ranks::give({Order::report});
   Status status;
   for (std::size_t rank = 1; rank < ranks.size(); ++rank) {
     const auto theirs = from_rank(rank);
@@ -106,7 +88,7 @@ Status collect(std::size_t rank, std::size_t ranks, std::size_t features,
 
 Result<Cores> train_shared(const Ranks& ranks, const classifier::FeatureMatrix& matrix,
                            std::size_t pairs, const TrainOptions& options, const CoreTask& task) {
-  Ranks::give({Order::train, packed(task)});
+  Ranks::give({Order::train, classifier::task_text(task)});
   auto own = classifier::train_task(matrix, task, options, 0, ranks.size());
   Status status;
   if (!own) status = pass(own.error(), "rank 0");
@@ -142,16 +124,18 @@ int lead(const Ranks& ranks, const cli::TrainArgs& args, cli::Console& console) 
     return train_on_all(ranks, chosen, learner, options);
   };
   const Result<int> status = cli::run_train_with(trainer, args, console);
-  Ranks::give({Order::end, 0});
+  Ranks::give({Order::end});
   return status ? *status : cli::report(console, status.error());
 }
 
 // ---- every other rank ----
 
 void train_share(const Ranks& ranks, const cli::ChosenTrials& chosen, const TrainOptions& options,
-                 const CoreTask& task) {
+                 std::string_view text) {
+  const auto task = classifier::task_from_text(text);
+  if (!task) return Ranks::send_to_root(complaint_of(task.error()));
   const auto cores =
-      classifier::train_task(chosen.features, task, options, ranks.rank(), ranks.size());
+      classifier::train_task(chosen.features, *task, options, ranks.rank(), ranks.size());
   if (!cores) return Ranks::send_to_root(complaint_of(cores.error()));
   Ranks::send_to_root(std::to_string(cores->size()));
   for (const FabricCore& core : *cores) Ranks::send_to_root(classifier::core_text(core));
@@ -161,7 +145,7 @@ int follow(const Ranks& ranks, const cli::TrainArgs& args) {
   const auto chosen = cli::load_trials(args.dataset, args.trials, true);
   for (Ranks::Command next = Ranks::take(); next.order != Order::end; next = Ranks::take()) {
     if (next.order == Order::train)
-      train_share(ranks, *chosen, cli::train_options(args.training), unpacked(next.detail));
+      train_share(ranks, *chosen, cli::train_options(args.training), next.text);
     else
       Ranks::send_to_root(chosen ? chosen->sha256 : complaint_of(chosen.error()));
   }

@@ -1,11 +1,14 @@
 // What the parser of a model file says to a wrong line behind a right checksum.
 
 #include <catch2/catch.hpp>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "classifier/base/line_io.hpp"
 #include "classifier/baseline/decision_tree.hpp"
+#include "classifier/baseline/learner_text.hpp"
 #include "classifier/model/model_file.hpp"
 #include "tests/unit/classifier/stored_model.hpp"
 
@@ -204,6 +207,45 @@ TEST_CASE("knots that fall are refused") {
   const auto stored = loaded(with_checksum(swapped));
   REQUIRE_FALSE(stored);
   CHECK(to_string(stored.error()).find("fall") != std::string::npos);
+}
+
+TEST_CASE("a training task reads back as it was written") {
+  using Folds = std::vector<std::optional<std::size_t>>;
+  std::set<std::string> texts;
+  for (const Reduction reduction : {Reduction::pvalue, Reduction::pca, Reduction::all})
+    for (const View view : all_views())
+      for (const auto& fold : Folds{std::nullopt, 0, 1, 2, 24, 1000}) {
+        const std::string text = task_text({reduction, view, fold});
+        CAPTURE(text);
+        texts.insert(text);
+        const auto task = task_from_text(text);
+        REQUIRE(task);
+        CHECK(task->reduction == reduction);
+        CHECK(task->view == view);
+        CHECK(task->fold == fold);
+      }
+  CHECK(texts.size() == 3 * all_views().size() * 6);
+}
+
+TEST_CASE("an unreadable training task is refused") {
+  const std::string text = task_text({Reduction::all, View::normal_scores, 3});
+  const auto [from, to] = GENERATE(table<std::string, std::string>({
+      {"reduction all", "reduction some"},
+      {"reduction all\n", ""},
+      {"view normal-scores", "view oblique"},
+      {"folds 1", "folds 2"},
+      {"folds 1", "folds 0"},
+      {"fold 3", "fold -1"},
+      {"fold 3\n", ""},
+      {"fold 3\n", "fold 3\nfold 3\n"},
+  }));
+  CAPTURE(from, to);
+  std::string altered = text;
+  altered.replace(text.find(from), from.size(), to);
+  const auto task = task_from_text(altered);
+  REQUIRE_FALSE(task);
+  CHECK(task.error().code == Errc::corrupt);
+  CHECK(task.error().where.find("line ") != std::string::npos);
 }
 
 }  // namespace

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <iterator>
+#include <map>
 #include <set>
+#include <utility>
 
 #include "classifier/vibro/cross_validation.hpp"
 #include "tests/unit/classifier/noise_levels.hpp"
@@ -235,6 +237,59 @@ TEST_CASE("The learner is chosen by parts of the training windows alone") {
       cross_validate_chosen(c.windows, c.splits, Protocol::blocks, candidates, options);
   REQUIRE_FALSE(stopped);
   CHECK(stopped.error().code == Errc::wrong_state);
+}
+
+// Whether units are equal where `part` is.
+template <class Part>
+bool follow(const std::vector<std::size_t>& unit, const Part& part) {
+  for (std::size_t i = 0; i < unit.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k)
+      if ((unit[i] == unit[k]) != (part(i) == part(k))) return false;
+  return true;
+}
+
+TEST_CASE("Units of folds are recordings, then blocks, then fifths in the order of time") {
+  const auto recordings_of = [](const WindowSet& windows) {
+    return [&](std::size_t i) { return windows.recording[i]; };
+  };
+  for (const Protocol protocol : {Protocol::random, Protocol::blocks, Protocol::groups}) {
+    INFO(to_string(protocol));
+    const WindowSet several = cut(levels(2, 3), with(protocol)).windows;
+    const auto unit = fold_units(several, numbers_below(several.matrix.size()));
+    CHECK(follow(unit, recordings_of(several)));
+  }
+  const WindowSet blocks = cut(levels(2, 1), with(Protocol::blocks)).windows;
+  CHECK(follow(fold_units(blocks, numbers_below(blocks.matrix.size())), [&](std::size_t i) {
+    return std::pair(blocks.recording[i], blocks.places[i].block);
+  }));
+
+  ProtocolOptions random = with(Protocol::random);
+  random.per_recording = 50;
+  const WindowSet one = cut(levels(2, 1), random).windows;
+  std::map<std::size_t, std::vector<double>> starts_s;
+  const auto unit = fold_units(one, numbers_below(one.matrix.size()));
+  for (std::size_t i = 0; i < unit.size(); ++i)
+    if (one.recording[i] == 0) starts_s[unit[i]].push_back(one.places[i].start_s);
+  REQUIRE(starts_s.size() == 5);
+  std::vector<std::pair<double, double>> spans;
+  for (const auto& [own, starts] : starts_s) {
+    CHECK(starts.size() == 10);
+    const auto [first, last] = std::minmax_element(starts.begin(), starts.end());
+    spans.emplace_back(*first, *last);
+  }
+  std::sort(spans.begin(), spans.end());
+  for (std::size_t k = 1; k < spans.size(); ++k) CHECK(spans[k - 1].second <= spans[k].first);
+}
+
+TEST_CASE("Units of folds depend on the rows that train alone") {
+  const WindowSet windows = cut(levels(2, 2), with(Protocol::blocks)).windows;
+  std::vector<std::size_t> rows;  // both recordings of the first label, one of the second
+  for (std::size_t r = 0; r < windows.matrix.size(); ++r)
+    if (windows.recording[r] < 3) rows.push_back(r);
+  CHECK(follow(fold_units(windows, rows), [&](std::size_t i) {
+    const std::size_t recording = windows.recording[rows[i]];
+    return std::pair(recording, recording < 2 ? 0 : windows.places[rows[i]].block);
+  }));
 }
 
 }  // namespace

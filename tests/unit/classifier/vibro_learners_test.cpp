@@ -93,6 +93,8 @@ TEST_CASE("What cannot be learnt from rows is refused by every method") {
     bad.of_row.assign(10, 0);
     bad.classes = 1;
     CHECK_FALSE(fit(method, bad.training(), quick()));
+    const std::vector<std::size_t> unit(9, 0);
+    CHECK_FALSE(fit(method, {&good.rows, good.of_row, good.classes, unit}, quick()));
   }
 }
 

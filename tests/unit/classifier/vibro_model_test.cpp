@@ -4,6 +4,7 @@
 
 #include <iterator>
 #include <sstream>
+#include <string>
 
 #include "classifier/base/line_io.hpp"
 #include "classifier/vibro/recording_model.hpp"
@@ -108,6 +109,34 @@ std::vector<std::string> words_after(const std::string& text, const std::string&
   const std::size_t at = text.find("\n" + keyword + " ") + 1;
   std::istringstream line(text.substr(at, text.find('\n', at) - at));
   return {std::istream_iterator<std::string>(line), {}};
+}
+
+TEST_CASE("Cores are tuned on recordings that they have not seen") {
+  // The level is the recording's own and between those of two recordings of the other label: single
+  // windows are told by their neighbours, a recording held out is not.
+  std::vector<Recording> recordings;
+  for (std::size_t r = 0; r < 8; ++r) {
+    Recording own;
+    own.label = r % 2 == 0 ? "a" : "b";
+    own.file = std::to_string(r);
+    own.channels = {{"X", 200.0, "count"}};
+    own.samples = {noise(2000, r)};
+    for (double& v : own.samples[0]) v += 100.0 * static_cast<double>(r);
+    recordings.push_back(std::move(own));
+  }
+  RecordingSetup setup;
+  setup.features = {Family::smmrp10, Combine::concat};
+  setup.window_s = 1.0;
+  setup.step_s = 0.25;
+  PipelineOptions options;
+  options.method = Method::cores;
+  const auto model = train_recording_model(recordings, setup, options, {});
+  REQUIRE(model);
+  const auto counts = words_after(saved(*model), "cv_errors,train_rows,fits,folds");
+  REQUIRE(counts.size() == 5);
+  const std::size_t errors = std::stoul(counts[1]), rows = std::stoul(counts[2]);
+  CHECK(rows == 8 * 37);
+  CHECK(errors > rows / 4);
 }
 
 TEST_CASE(
