@@ -303,7 +303,7 @@ TEST_CASE("a table's calibrations are looked at before anything is made of them"
     table[nlohmann::json::json_pointer(pointer)] = nlohmann::json::parse(value);
     const auto read = parse_fabrics(table.dump());
     REQUIRE_FALSE(read);
-    CHECK(read.error().code == Errc::parse);
+    CHECK(read.error().code == weft::Errc::parse);
     return read.error().where;
   };
   for (const auto& [pointer, value] :

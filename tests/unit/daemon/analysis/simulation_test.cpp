@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "daemon/analysis/report/report.hpp"
+#include "daemon/campaign/promise_text.hpp"
 #include "daemon/campaign/strict_run.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 #include "tests/unit/daemon/benches/promise_bench.hpp"
