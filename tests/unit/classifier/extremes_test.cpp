@@ -3,7 +3,10 @@
 #include <array>
 #include <bit>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
+#include <tuple>
+#include <vector>
 
 #include "classifier/fabric/model.hpp"
 #include "classifier/features/feature_matrix.hpp"
@@ -163,6 +166,34 @@ TEST_CASE("Extremes: constant and saturated signals have no spread, exactly") {
     CHECK(out[at_mean] == Approx(level));
     CHECK(out[at_kurt] == 3.0);
     for (const At k : {at_var, at_skew, at_range, at_m5, at_hfrq, at_sh}) CHECK(out[k] == 0.0);
+  }
+}
+
+TEST_CASE("Extremes: moments do not depend on the level or the unit of a signal") {
+  // whole numbers up to 10, more low ones than high ones
+  const auto ripple = [](std::size_t i) {
+    const auto k = static_cast<double>(i * i % 21);
+    return k * k / 20 - 10;
+  };
+  const auto moved = [&](std::size_t count, double level, double unit) {
+    std::vector<double> out(count);
+    for (std::size_t i = 0; i < count; ++i) out[i] = level + unit * std::round(ripple(i));
+    return out;
+  };
+  for (const std::size_t count : {925U, 30'000U}) {
+    const auto plain = compute_features(moved(count, 0, 1));
+    REQUIRE(plain[at_var] > 10);
+    for (const auto& [level, unit, within] : {std::tuple{1e12, 1.0, 1e-4},
+                                              {-1e12, 1.0, 1e-4},
+                                              {1e15, 1.0, 0.05},
+                                              {0.8e-12, 1e-15, 1e-9}}) {
+      INFO(count << " samples at " << level);
+      const auto out = compute_features(moved(count, level, unit));
+      // of the peaks, which spread by two: a mean at 1e15 is exact to a sixteenth
+      CHECK(out[at_skew] == Approx(plain[at_skew]).margin(2 * within));
+      CHECK(out[at_kurt] == Approx(plain[at_kurt]).margin(within));
+      CHECK(out[at_var] / unit / unit == Approx(plain[at_var]).epsilon(within));
+    }
   }
 }
 
