@@ -46,7 +46,7 @@ struct MeasuredRange {
 /// Under what the errors were measured.
 struct TableConditions {
   std::size_t scenes = 0, seeds = 0;
-  std::size_t trials = 0;  ///< of scenes x seeds, those that were complete: only they count
+  std::size_t trials = 0;        ///< of scenes x seeds, those that were complete: only they count
   std::uint64_t space_seed = 0;  ///< of the draw of the scenes
   std::string reference;
   double share = 0.99;  ///< of runs, for which a promise holds
