@@ -269,6 +269,7 @@ TEST_CASE("the table reads back from JSON, and faults are refused with their pla
   made.machine = "m";
   made.rules = 2;
   made.conditions.scenes = 600;
+  made.conditions.trials = 2990;
   made.settings[1].margin = {1.5, 0.999};
   made.conditions.seeds = 5;
   const std::string text = to_json(made);
@@ -277,6 +278,7 @@ TEST_CASE("the table reads back from JSON, and faults are refused with their pla
   CHECK(to_json(*table) == text);
   CHECK(table->machine == "m");
   CHECK(table->conditions.scenes == 600);
+  CHECK(table->conditions.trials == 2990);
   CHECK(table->settings[1].margin.factor == 1.5);
   CHECK(table->settings[1].margin.held_share == 0.999);
   CHECK(table->settings[2].margin.factor == 2);

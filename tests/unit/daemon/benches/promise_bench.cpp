@@ -12,7 +12,7 @@ sim::FidelityTable empty_table() {
   table.rules = recipes::engine_rules;
   table.fabrics_sha256 = sha256_hex(read_file(source / "sim/fabrics.json"));
   table.conditions.press_s = {1, 10};
-  table.conditions.scenes = table.conditions.seeds = 1;
+  table.conditions.scenes = table.conditions.seeds = table.conditions.trials = 1;
   table.conditions.force_n = {0.2, 10};
   table.conditions.speed_mps = {0.5e-3, 4e-3};
   table.conditions.seat_speed_mps = {1e-4, 1e-3};
