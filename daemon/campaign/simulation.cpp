@@ -270,10 +270,9 @@ SimulationNote make_note(const sim::SimulationChoice& choice, const recipes::Pla
     }
   }
   if (requested.times_real_time)
-    out.budget =
-        SimulationBudget{.requested = *requested.times_real_time,
-                         .forecast = choice.offer->forecast.campaign_times_real_time(),
-                         .whole_run_forecast = choice.offer->forecast.times_real_time()};
+    out.budget = SimulationBudget{.requested = *requested.times_real_time,
+                                  .forecast = choice.offer->forecast.campaign_times_real_time(),
+                                  .whole_run_forecast = choice.offer->forecast.times_real_time()};
   return out;
 }
 

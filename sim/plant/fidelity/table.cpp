@@ -220,12 +220,9 @@ ordered_json setting_json(const MeasuredSetting& measured) {
 }
 
 ordered_json conditions_json(const TableConditions& conditions) {
-  ordered_json out{{"scenes", conditions.scenes},
-                   {"seeds", conditions.seeds},
-                   {"trials", conditions.trials},
-                   {"space_seed", conditions.space_seed},
-                   {"reference", conditions.reference},
-                   {"share", conditions.share}};
+  ordered_json out{{"scenes", conditions.scenes},       {"seeds", conditions.seeds},
+                   {"trials", conditions.trials},       {"space_seed", conditions.space_seed},
+                   {"reference", conditions.reference}, {"share", conditions.share}};
   for (const auto& [key, range] : range_fields)
     out["ranges"][key] = {(conditions.*range).least, (conditions.*range).most};
   return out;
