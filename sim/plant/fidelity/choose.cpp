@@ -210,7 +210,7 @@ Result<double> parse_accuracy_n(std::string_view text) {
         {.code = Errc::invalid_argument,
          .where = "--accuracy",
          .what = "not an accuracy",
-         .expected = "an error of the force over 0 and up to 1000 N, such as 25mN, 0.1N or 0.5%",
+         .expected = "an error of the force over 0 and up to 1000 N, such as 10mN, 0.01N or 0.5%",
          .got = std::string(text)});
   };
   const auto read = amount(text);
