@@ -40,11 +40,11 @@ void correct(const ForceHoldConfig& config, ForceHoldState& state, const ForceHo
   state.drift_nps += off_n * w * w * dt_s;
 }
 
-/// Whether one quantum more could bring it nearer than is believed: not where the last one that was
-/// tried has led here from the other side.
+/// Whether one quantum more could bring it nearer than is believed: not where the last move has led
+/// here from the other side.
 bool is_worth_trying(const ForceHoldConfig& config, const ForceHoldState& state, double off_n) {
   return state.still_s >= config.patience_s && std::abs(off_n) > config.offset_n &&
-         state.tried * off_n >= 0;
+         state.moved * off_n >= 0;
 }
 
 /// Where the stage is to stand when the force will be `off_n` below the set point.
@@ -52,14 +52,15 @@ void choose_target(const ForceHoldConfig& config, ForceHoldState& state,
                    const ForceHoldInput& input, double off_n) {
   const double way_m = off_n / input.stiffness_npm;
   state.still_s += input.dt_s;
-  if (std::abs(way_m) > input.quantum_m / 2) {
-    state.target_m = state.z_m + input.quantum_m * std::round(way_m / input.quantum_m);
-    state.tried = state.still_s = 0;
-  } else if (is_worth_trying(config, state, off_n)) {
-    state.tried = std::copysign(1, off_n);
-    state.target_m = state.z_m + state.tried * input.quantum_m;
-    state.still_s = 0;
-  }
+  double quanta = 0;
+  if (std::abs(way_m) > input.quantum_m / 2)
+    quanta = std::round(way_m / input.quantum_m);
+  else if (is_worth_trying(config, state, off_n))
+    quanta = std::copysign(1, off_n);
+  if (quanta == 0) return;
+  state.target_m = state.z_m + input.quantum_m * quanta;
+  state.moved = std::copysign(1, off_n);
+  state.still_s = 0;
 }
 
 /// False where a reading is far from the set point or from what was expected.

@@ -16,8 +16,8 @@
 //
 // Where the contact is softer than believed (a probe that hangs by its stop has moved too little to
 // measure it), the set point is more quanta away than it seems. A force that stays off is therefore
-// answered by one quantum. Where that brings it to the other side the belief was right, and the
-// stage is left there.
+// answered by one quantum. Where that brings it further off on the other side the belief was right:
+// the stage goes back, and stays.
 
 #include <optional>
 
@@ -45,7 +45,7 @@ struct ForceHoldState {
   double z_m = 0;            ///< quantum on which the stage stood at the last step
   double target_m = 0;       ///< and the one on which it shall stand
   double still_s = 0;        ///< since the target changed
-  double tried = 0;          ///< sign of the last quantum that was tried; 0: none
+  double moved = 0;          ///< sign of the last move; 0: none
 };
 
 struct ForceHoldInput {

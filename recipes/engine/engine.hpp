@@ -38,8 +38,8 @@ namespace weft::recipes {
 
 /// Version of how a trial is carried out and simulated. A campaign is gone on with by the rules
 /// that it was begun with, or not at all: its trials would not be comparable (docs/adr/0021).
-inline constexpr int engine_rules = 4;
-/// The journal's line with it, {"rules": 4}, once a campaign; a campaign without one has 1.
+inline constexpr int engine_rules = 5;
+/// The journal's line with it, {"rules": 5}, once a campaign; a campaign without one has 1.
 inline constexpr std::string_view rules_kind = "rules";
 
 using Ticket = std::uint32_t;
