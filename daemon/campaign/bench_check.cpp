@@ -11,6 +11,7 @@
 #include "daemon/hardware/link/memory_link.hpp"
 #include "daemon/hardware/rig/device.hpp"
 #include "drivers/thorlabs_apt/settings.hpp"
+#include "protocols/base/closest.hpp"
 #include "protocols/base/time.hpp"
 #include "sim/rig/rig.hpp"
 
@@ -126,7 +127,7 @@ void mount_fabrics(const Plan& plan, sim::Rig& bench, std::vector<Diagnostic>& p
     const std::string& name = plan.fabrics[i];
     const std::string pointer = "/fabrics/" + std::to_string(i);
     if (std::ranges::find(known, name) == known.end()) {
-      const std::string_view meant = recipes::closest(name, known);
+      const std::string_view meant = closest(name, known);
       problems.push_back({pointer, "the cloth table of the rig has no such fabric", "", name,
                           meant.empty() ? "Its fabrics are " + recipes::one_of(known)
                                         : "Did you mean " + std::string(meant)});

@@ -1,5 +1,6 @@
 // Reads a recipe's operator steps and its last steps; declared in recipe_reader.hpp.
 
+#include "protocols/base/closest.hpp"
 #include "recipes/engine/recipe_reader.hpp"
 
 #include <algorithm>

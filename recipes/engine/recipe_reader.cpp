@@ -4,6 +4,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "protocols/base/closest.hpp"
 #include "recipes/schema/object_reader.hpp"
 #include "recipes/schema/parameters.hpp"
 #include "recipes/schema/quantities.hpp"

@@ -1,5 +1,6 @@
 // Reads the sweep of a recipe; declared in recipe_reader.hpp.
 
+#include "protocols/base/closest.hpp"
 #include "recipes/engine/recipe_reader.hpp"
 
 #include <algorithm>

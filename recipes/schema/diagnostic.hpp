@@ -5,7 +5,6 @@
 #include <string_view>
 #include <vector>
 
-#include "protocols/base/closest.hpp"
 #include "protocols/base/json_text.hpp"
 
 namespace weft::recipes {
@@ -42,8 +41,6 @@ std::string child(std::string_view parent, std::size_t index);
 
 /// Text from outside, cut to a length fit for a message.
 std::string clipped(std::string_view text);
-
-using weft::closest;
 
 /// "a", "b" or "c".
 std::string one_of(const std::vector<std::string_view>& words);

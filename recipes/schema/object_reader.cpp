@@ -1,5 +1,7 @@
 #include "recipes/schema/object_reader.hpp"
 
+#include "protocols/base/closest.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>

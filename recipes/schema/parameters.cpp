@@ -1,5 +1,7 @@
 #include "recipes/schema/parameters.hpp"
 
+#include "protocols/base/closest.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>

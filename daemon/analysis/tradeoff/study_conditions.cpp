@@ -1,4 +1,5 @@
 #include "daemon/analysis/tradeoff/measure_classifier.hpp"
+#include "protocols/base/closest.hpp"
 
 #include <algorithm>
 #include <array>
@@ -156,7 +157,7 @@ Result<TradeoffFamily> tradeoff_family_from(std::string_view word) {
   for (const TradeoffFamily family : all_tradeoff_families())
     if (to_string(family) == word) return family;
   const std::string_view meant =
-      recipes::closest(word, std::vector(family_names.begin(), family_names.end()));
+      closest(word, std::vector(family_names.begin(), family_names.end()));
   return fail({.code = Errc::invalid_argument,
                .what = "no such thing to vary",
                .expected = joined(family_names),

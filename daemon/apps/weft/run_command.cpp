@@ -368,7 +368,7 @@ Result<int> run_run(const RunArgs& args, Console& console) {
   if (args.resume && args.fidelity.strict)
     return fail({.code = Errc::invalid_argument,
                  .where = "--accuracy-strict",
-                 .what = "a campaign that is gone on with is not run again",
+                 .what = "a resumed campaign is not run again",
                  .hint = "Leave it out, or begin anew in another folder"});
   if (args.resume) {
     const auto preview = preview_resume(request_of(args, console));

@@ -8,6 +8,7 @@
 
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/text/format.hpp"
+#include "protocols/base/closest.hpp"
 #include "recipes/schema/object_reader.hpp"
 
 namespace weft::daemon::notify {
@@ -119,7 +120,7 @@ std::vector<EventKind> SettingsReader::read_events(ObjectReader& reader) {
       events.push_back(*kind);
       continue;
     }
-    const std::string_view meant = recipes::closest(name, known);
+    const std::string_view meant = closest(name, known);
     problems_.add({recipes::child(reader.at("events"), i), "no such event", recipes::one_of(known),
                    recipes::brief(wanted[i]),
                    meant.empty() ? "" : "did you mean " + std::string(meant)});
@@ -244,7 +245,7 @@ void SettingsReader::check_template(const std::string& place, const json& value)
   known.assign(names.begin(), names.end());
   const auto check = [&](const std::string& name) {
     if (placeholder_example().contains(name)) return;
-    const std::string_view meant = recipes::closest(name, known);
+    const std::string_view meant = closest(name, known);
     problems_.add({place, "no such placeholder", recipes::one_of(known), "{" + name + "}",
                    meant.empty() ? "" : "did you mean {" + std::string(meant) + "}"});
   };

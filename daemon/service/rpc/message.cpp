@@ -4,6 +4,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "protocols/base/closest.hpp"
 #include "protocols/base/json_text.hpp"
 #include "recipes/schema/diagnostic.hpp"
 
@@ -103,7 +104,7 @@ std::string format_text(const json& value) {
 
 std::string did_you_mean(std::string_view word, const std::vector<std::string_view>& known,
                          std::string otherwise) {
-  const std::string_view meant = recipes::closest(word, known);
+  const std::string_view meant = closest(word, known);
   return meant.empty() ? std::move(otherwise) : "Did you mean " + std::string(meant) + "?";
 }
 

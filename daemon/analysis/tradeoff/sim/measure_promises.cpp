@@ -101,8 +101,9 @@ class PromiseMeasurement {
     return {};
   }
 
-  /// What the report of a campaign of several cloths costs.
+  /// What the report of a campaign costs: one of a single cloth is not evaluated.
   Status measure_evaluation(const std::vector<std::string>& fabrics) {
+    if (fabrics.size() < 2) return {};
     const ScratchFolder folder;
     const RecipeScene scene{.fabric = fabrics.front()};
     nlohmann::json recipe = nlohmann::json::parse(scene_recipe(scene, 1));
@@ -316,6 +317,7 @@ Result<sim::FidelityTable> measure_promise_table(const PromiseTableOptions& opti
   const auto scenes = draw_recipe_scenes(library->names(), limits->probe_weight_n, options.scenes,
                                          options.space_seed);
   PromiseMeasurement measurement(options, cpu_seconds);
+  if (Status ok = measurement.measure_evaluation(library->names()); !ok) return pass(ok.error());
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     if (progress && i % 20 == 0)
       progress("random recipes " + std::to_string(i + 1) + " to " +
@@ -324,7 +326,6 @@ Result<sim::FidelityTable> measure_promise_table(const PromiseTableOptions& opti
     for (std::size_t seed = 1; seed <= options.seeds; ++seed)
       if (Status ok = measurement.measure(i, scenes[i], seed); !ok) return pass(ok.error());
   }
-  if (Status ok = measurement.measure_evaluation(library->names()); !ok) return pass(ok.error());
   return measurement.finish();
 }
 

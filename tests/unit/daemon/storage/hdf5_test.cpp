@@ -45,6 +45,21 @@ Error read_error(const std::filesystem::path& path) {
   return dataset.error();
 }
 
+/// Of every object of the file, the largest time that it carries [s].
+std::int64_t latest_object_time(const std::filesystem::path& path) {
+  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  REQUIRE(file >= 0);
+  std::int64_t latest = 0;
+  const auto look = [](hid_t, const char*, const H5O_info_t* info, void* out) -> herr_t {
+    auto& last = *static_cast<std::int64_t*>(out);
+    last = std::max({last, std::int64_t{info->ctime}, std::int64_t{info->mtime}});
+    return 0;
+  };
+  CHECK(H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_NATIVE, look, &latest, H5O_INFO_TIME) >= 0);
+  H5Fclose(file);
+  return latest;
+}
+
 bool python_has_h5py() {
   return std::system("/usr/bin/python3 -c 'import h5py' 2>/dev/null") == 0;
 }
@@ -97,6 +112,7 @@ TEST_CASE("equal content makes equal files") {
   REQUIRE(write_hdf5(dataset, folder / "a.h5"));
   REQUIRE(write_hdf5(dataset, folder / "b.h5"));
   CHECK(read_file(folder / "a.h5") == read_file(folder / "b.h5"));
+  CHECK(latest_object_time(folder / "a.h5") == 0);  // nor would they differ a second later
 }
 
 TEST_CASE("an altered number is found, and the trial it is in is named") {
