@@ -7,6 +7,7 @@
 
 #include "classifier/base/random.hpp"
 #include "classifier/vibro/level_features.hpp"
+#include "protocols/base/hash.hpp"
 #include "protocols/base/names.hpp"
 
 namespace weft::classifier::vibro {
@@ -97,8 +98,8 @@ PlacesOf places_of(const ProtocolOptions& options) {
                           options.step_s);
     // Another draw for every recording of one seed.
     const auto copied = options.drawn_as.find(recording.file);
-    const std::size_t own = std::hash<std::string>()(
-        copied == options.drawn_as.end() ? recording.file : copied->second);
+    const std::uint64_t own =
+        seed_of(copied == options.drawn_as.end() ? recording.file : copied->second);
     return random_places(recording, options.window_s, options.per_recording, options.seed ^ own);
   };
 }

@@ -7,14 +7,13 @@
 #include <numbers>
 #include <string_view>
 
+#include "protocols/base/hash.hpp"
+
 namespace weft::sim {
 
-/// SplitMix64's finaliser (Steele, Lea, Flood 2014): every bit of the input moves every bit.
+/// A step of SplitMix64: every bit of the input moves every bit.
 constexpr std::uint64_t scramble(std::uint64_t x) {
-  x += 0x9E3779B97F4A7C15ULL;
-  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ULL;
-  x = (x ^ (x >> 27)) * 0x94D049BB133111EBULL;
-  return x ^ (x >> 31);
+  return splitmix64_finish(x + splitmix64_gamma);
 }
 
 /// The seed of a part of something: order matters.
@@ -24,9 +23,7 @@ constexpr std::uint64_t mix(std::uint64_t whole, std::uint64_t part) {
 
 /// FNV-1a, for streams that are named in words.
 constexpr std::uint64_t mix(std::uint64_t whole, std::string_view part) {
-  std::uint64_t hash = 0xCBF29CE484222325ULL;
-  for (const char c : part) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3ULL;
-  return mix(whole, hash);
+  return mix(whole, fnv1a(part));
 }
 
 /// A sequence of numbers from one seed.
@@ -35,7 +32,7 @@ class Random {
   explicit constexpr Random(std::uint64_t seed) : state_(seed) {}
 
   constexpr std::uint64_t bits() {
-    state_ += 0x9E3779B97F4A7C15ULL;
+    state_ += splitmix64_gamma;
     return scramble(state_);
   }
   /// In [0, 1).

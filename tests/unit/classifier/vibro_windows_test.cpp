@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "classifier/vibro/protocol.hpp"
+#include "protocols/base/hash.hpp"
 #include "tests/unit/classifier/features_support.hpp"
 
 namespace weft::classifier::vibro::vibro_windows_test {
@@ -44,6 +45,27 @@ TEST_CASE("Windows that are no whole number of samples stay in their part and in
       }
     }
   }
+}
+
+TEST_CASE("Random windows depend on seed and file, by a hash of our own") {
+  Recording own = of_samples(1000, 100.0);
+  ProtocolOptions options;
+  options.protocol = Protocol::random;
+  options.window_s = 1.0;
+  options.per_recording = 20;
+  options.seed = 7;
+  const auto starts_s = [](const std::vector<Place>& places) {
+    std::vector<double> out;
+    for (const Place& place : places) out.push_back(place.start_s);
+    return out;
+  };
+  const auto drawn = starts_s(places_of(options)(own));
+  // std::hash differs between standard libraries.
+  CHECK(drawn == starts_s(random_places(own, 1.0, 20, 7 ^ seed_of("1000"))));
+  own.file = "other";
+  CHECK(drawn != starts_s(places_of(options)(own)));
+  options.drawn_as = {{"other", "1000"}};
+  CHECK(drawn == starts_s(places_of(options)(own)));
 }
 
 TEST_CASE("A leak is a share of samples: what touches in time may share one") {
