@@ -249,7 +249,7 @@ Result<std::vector<Trial>> prepared(const classifier::FeatureSetup& setup, const
   if (!exploration) return pass(exploration.error());
   if (auto ok = check_rate(dataset, *exploration, setup.sample_period_s); !ok)
     return pass(ok.error());
-  return in_windows(complete_trials(dataset, *exploration),
+  return in_windows(dataset, *exploration,
                     {setup.window_s, setup.window_step_s, setup.sample_period_s});
 }
 
