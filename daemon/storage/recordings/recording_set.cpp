@@ -184,6 +184,19 @@ Copies copies_in(const RecordingSet& set) {
   return copies_among(names, contents);
 }
 
+std::vector<DataWarning> find_data_warnings(const RecordingSet& set) {
+  std::vector<CheckedSignal> signals;
+  std::vector<std::string> names;
+  for (const Channel& channel : set.recordings.front().channels)
+    signals.push_back({channel.name, {}});
+  for (const Recording& r : set.recordings) {
+    names.push_back(r.file);
+    for (std::size_t c = 0; c < signals.size(); ++c)
+      signals[c].states.push_back(classifier::check_signal(r.samples[c]));
+  }
+  return describe_signals(signals, names, "channel", "recording");
+}
+
 Result<RecordingSet> extract_recordings(const Dataset& dataset,
                                         std::optional<std::string_view> exploration) {
   const DatasetInfo& info = dataset.info;
