@@ -12,10 +12,23 @@ namespace {
 struct CriticalValues {
   const char* of_one;  ///< "split"
   const char* method;
+  bool whole_groups = false;
 };
 
-// Share and t times the deviation times `widening`, cut to [0, 1]; of shares without a deviation,
-// Wilson's interval of one of them.
+// Wilson's interval of one of the shares, or of as many answers as there are groups.
+Interval compute_floor(double share, double answers, std::size_t splits,
+                       const CriticalValues& words) {
+  const auto count = static_cast<double>(splits);
+  Interval out =
+      wilson_of_share(share, words.whole_groups ? std::min(count, answers) : answers / count);
+  out.method =
+      std::string("Wilson score of ") + (words.whole_groups ? std::to_string(splits) + " groups"
+                                                            : std::string("one ") + words.of_one);
+  return out;
+}
+
+// Share and t times the deviation times `widening`, cut to [0, 1]; of groups at least as wide as
+// the floor, of shares without a deviation the floor itself.
 Interval t_interval(std::span<const SplitShare> shares, double widening,
                     const CriticalValues& words) {
   constexpr double rounding = 1e-12;  // of shares that are computed alike
@@ -31,14 +44,20 @@ Interval t_interval(std::span<const SplitShare> shares, double widening,
   for (const SplitShare& one : shares)
     residual.push_back((one.part - share * one.whole) * count / whole);
   const double deviation = compute_deviation(residual);
+  Interval floor = compute_floor(share, whole, shares.size(), words);
   if (!(deviation > rounding)) {
-    Interval one = wilson_of_share(share, whole / count);
-    one.method =
-        std::string("Wilson score of one ") + words.of_one + ", all " + words.of_one + "s agree";
-    return one;
+    floor.method +=
+        std::string(", all ") + (words.whole_groups ? "group" : words.of_one) + "s agree";
+    return floor;
   }
   const double half = critical_t(0.05, count - 1.0) * deviation * widening;
-  return {std::max(0.0, share - half), std::min(1.0, share + half), words.method};
+  Interval out{std::max(0.0, share - half), std::min(1.0, share + half), words.method};
+  if (words.whole_groups && (floor.low < out.low || floor.high > out.high)) {
+    out.low = std::min(out.low, floor.low);
+    out.high = std::max(out.high, floor.high);
+    out.method += std::string(widened_to) + floor.method;
+  }
+  return out;
 }
 
 // Of figures that weigh alike.
@@ -56,6 +75,7 @@ SplitSizes mean_sizes(std::span<const SplitSizes> splits) {
     out.train += one.train;
     out.test += one.test;
   }
+  out.whole_groups = std::ranges::all_of(splits, &SplitSizes::whole_groups);
   out.train /= static_cast<double>(splits.size());
   out.test /= static_cast<double>(splits.size());
   return out;
@@ -86,7 +106,8 @@ Interval split_interval(std::span<const SplitShare> shares, const SplitSizes& si
   return t_interval(
       shares, std::sqrt(inflation),
       {"split",
-       "Student t with the Nadeau-Bengio variance, mean over random splits of the same data"});
+       "Student t with the Nadeau-Bengio variance, mean over random splits of the same data",
+       sizes.whole_groups});
 }
 
 Interval split_interval(std::span<const double> accuracy, const SplitSizes& sizes) {

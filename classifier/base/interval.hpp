@@ -4,11 +4,15 @@
 #include <cstddef>
 #include <span>
 #include <string>
+#include <string_view>
 
 namespace weft::classifier {
 
 /// Normal quantile of 0.975.
 inline constexpr double z95 = 1.959963984540054;
+
+/// What precedes the floor in the name of a method whose interval it widened.
+inline constexpr std::string_view widened_to = ", widened to ";
 
 /// A 95 % interval and how it was computed, for the reader of a report.
 struct Interval {
@@ -27,6 +31,7 @@ Interval wilson_of_share(double share, double total);
 struct SplitSizes {
   double train = 0.0;
   double test = 0.0;
+  bool whole_groups = false;  ///< each split tests a group that no other one tests
 };
 /// Means over at least one split.
 SplitSizes mean_sizes(std::span<const SplitSizes> splits);
@@ -46,7 +51,10 @@ struct SplitShare {
 /// the corrected resampled t). sd is of (part - share whole) / mean whole: of the splits' own
 /// shares where they are of one size, else as of a ratio estimate (Cochran 1977, Sampling
 /// Techniques, section 6.4). Splits that all agree have no sd to go by: Wilson's interval of the
-/// mean whole of a split. The order of the splits does not matter. Without answers 0 to 1.
+/// mean whole of a split. Over whole groups, whose trials may all be right or wrong together, never
+/// narrower than Wilson's of as many trials as there are groups: few errors tell no sd either
+/// (docs/explanation/statistics.md has the coverage). The order of the splits does not matter.
+/// Without answers 0 to 1.
 Interval split_interval(std::span<const SplitShare> shares, const SplitSizes& sizes);
 
 /// The same of the mean of a figure from 0 to 1, such as an accuracy: all splits weigh alike, and

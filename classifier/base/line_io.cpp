@@ -229,6 +229,15 @@ bool is_of_kind(std::string_view beginning, std::string_view header) {
   return beginning.starts_with(header.substr(0, header.rfind(' ') + 1));
 }
 
+Status check_line_ends(std::string_view beginning) {
+  if (!beginning.substr(0, beginning.find('\n')).ends_with('\r')) return {};
+  return fail({.code = Errc::corrupt,
+               .what = "line ends were changed on the way",
+               .expected = "lines that end in a line feed",
+               .got = "a carriage return before it",
+               .hint = "Copy the model file again as binary (scp, git with -text, ftp binary)"});
+}
+
 Status write_checksummed(std::string_view header, std::string_view body, std::ostream& out) {
   const std::string first = std::string(header) + "\n";
   out << first << body << crc_line(compute_crc(body, compute_crc(first)));
@@ -246,6 +255,7 @@ Result<std::string> read_checksummed(std::string_view header, std::string_view n
                  .what = std::string(not_this),
                  .expected = std::string(header),
                  .got = first.substr(0, 40)});
+  if (auto ok = check_line_ends(text); !ok) return pass(ok.error());
   if (first != header)
     return fail({.code = Errc::unsupported,
                  .what = "a model file of another version",

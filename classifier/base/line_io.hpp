@@ -26,6 +26,8 @@ Result<std::string_view> check_checksum(std::string_view text, std::size_t begin
 /// Whether a text that begins so is of the kind that `header`, "weft-imprint-model 1", names: of
 /// whatever version.
 bool is_of_kind(std::string_view beginning, std::string_view header);
+/// Refuses a first line that ends in a carriage return: a transfer as text changed the file.
+Status check_line_ends(std::string_view beginning);
 
 /// with_checksum() to a stream. Errc::io when it fails.
 Status write_checksummed(std::string_view header, std::string_view body, std::ostream& out);

@@ -53,7 +53,8 @@ Status check_groups(std::span<const std::string> groups, std::span<const std::st
                  .where = side,
                  .what = "no trial has this group",
                  .got = group,
-                 .hint = "The manifest's column group lists them"});
+                 .hint = "The manifest's column group lists them; a name with a comma needs quotes "
+                         "(\"g0, left\")"});
   }
   return {};
 }
@@ -174,7 +175,8 @@ std::set<std::string> labels_in(const FeatureMatrix& matrix, std::span<const std
 }
 
 SplitSizes size_of(const Split& split) {
-  return {static_cast<double>(split.train.size()), static_cast<double>(split.test.size())};
+  return {static_cast<double>(split.train.size()), static_cast<double>(split.test.size()),
+          split.whole_group};
 }
 
 SplitSizes mean_sizes(std::span<const Split> splits) {
@@ -222,6 +224,18 @@ Result<std::vector<Split>> stratified_splits(std::span<const std::string> labels
   return out;
 }
 
+std::vector<std::string> groups_on_both_sides(std::span<const Split> splits,
+                                              std::span<const std::string> groups) {
+  std::set<std::string> out;
+  for (const Split& split : splits) {
+    std::set<std::string> trained;
+    for (const std::size_t r : split.train) trained.insert(groups[r]);
+    for (const std::size_t r : split.test)
+      if (!groups[r].empty() && trained.contains(groups[r])) out.insert(groups[r]);
+  }
+  return {out.begin(), out.end()};
+}
+
 Result<Split> grouped_split(std::span<const std::string> groups,
                             std::span<const std::string> train_groups,
                             std::span<const std::string> test_groups) {
@@ -257,6 +271,7 @@ Result<std::vector<Split>> leave_one_group_out(std::span<const std::string> grou
   std::vector<Split> out;
   for (const std::string& left_out : distinct) {
     Split split;
+    split.whole_group = true;
     for (std::size_t r = 0; r < groups.size(); ++r) {
       if (groups[r] != left_out)
         split.train.push_back(r);
@@ -311,7 +326,7 @@ Result<std::vector<Split>> thinned(std::span<const Split> splits,
     for (std::size_t d = 0; d < draws; ++d) {
       auto drawn = draw(rows, recordings, engine);
       if (!drawn) return pass(drawn.error());
-      out.push_back({std::move(*drawn), split.test});
+      out.push_back({std::move(*drawn), split.test, split.whole_group});
     }
   }
   return out;

@@ -42,6 +42,7 @@ struct Confusion {
 struct Split {
   std::vector<std::size_t> train;
   std::vector<std::size_t> test;
+  bool whole_group = false;  ///< what tests is one group that no other split tests
 };
 
 /// The different labels of these rows.
@@ -50,6 +51,11 @@ std::set<std::string> labels_in(const FeatureMatrix& matrix, std::span<const std
 SplitSizes size_of(const Split& split);
 /// Means over at least one split.
 SplitSizes mean_sizes(std::span<const Split> splits);
+
+/// Groups of which any split has rows on both sides, sorted; rows without a group have none. What
+/// the trials of a group have in common besides their label helps to recognise them.
+std::vector<std::string> groups_on_both_sides(std::span<const Split> splits,
+                                              std::span<const std::string> groups);
 
 /// `repeats` random splits: of every label round(fraction x n) trials train, at least 2 and, where
 /// there are three or more, at most n - 1; the rest tests. Random within labels, so only for data

@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 #include <string>
 
 namespace weft::classifier {
@@ -15,6 +14,14 @@ std::vector<TaxelBlock> blocks_of(std::size_t taxels) {
   for (std::size_t first = 0; first < taxels; first += TaxelBlock::taxels)
     out.emplace_back(std::min(taxels - first, TaxelBlock::taxels));
   return out;
+}
+
+// Adds `v`; returns what rounding took from the sum (Knuth's two-sum).
+double add_exactly(double v, double& sum) {
+  const double next = sum + v, part = next - sum;
+  const double lost = (sum - (next - part)) + (v - part);
+  sum = next;
+  return lost;
 }
 
 // Looks at the exponents of all values at once: the usual case has nothing to find.
@@ -71,11 +78,25 @@ FeatureStream::FeatureStream(std::size_t taxels, FeatureOptions options)
   restart();
 }
 
-void FeatureStream::restart() {
-  for (PadSum* phase : {&rest_, &press_, &end_}) {
-    if (phase->frames > 0 || phase->sum.size() != taxels_) phase->sum.assign(taxels_, 0.0);
-    phase->frames = 0;
+void FeatureStream::PadSum::restart(std::size_t taxels) {
+  if (frames > 0 || sum.size() != taxels) {
+    sum.assign(taxels, 0.0);
+    lost.assign(taxels, 0.0);
   }
+  frames = 0;
+}
+
+void FeatureStream::PadSum::add(const double* counts, std::size_t more) {
+  const std::size_t taxels = sum.size();
+  double* const __restrict sums = sum.data();
+  double* const __restrict rest = lost.data();
+  for (const double* const end = counts + more * taxels; counts != end; counts += taxels)
+    for (std::size_t k = 0; k < taxels; ++k) rest[k] += add_exactly(counts[k], sums[k]);
+  frames += more;
+}
+
+void FeatureStream::restart() {
+  for (PadSum* phase : {&rest_, &press_, &end_}) phase->restart(taxels_);
   for (TaxelBlock& block : blocks_) block.clear();
 }
 
@@ -113,9 +134,7 @@ void FeatureStream::add_checked(Phase phase, std::span<const double> counts) {
   }
   if (phase == Phase::none) return;
   PadSum& sums = phase == Phase::rest ? rest_ : phase == Phase::press ? press_ : end_;
-  for (std::size_t i = 0; i < frames; ++i)
-    for (std::size_t k = 0; k < taxels_; ++k) sums.sum[k] += counts[i * taxels_ + k];
-  sums.frames += frames;
+  sums.add(counts.data(), frames);
 }
 
 PhaseSet FeatureStream::phases() const {
@@ -125,8 +144,10 @@ PhaseSet FeatureStream::phases() const {
 // Over all taxels and all frames; absent when the phase is.
 std::optional<double> FeatureStream::compute_mean(const PadSum& phase) const {
   if (phase.frames == 0) return std::nullopt;
-  return std::accumulate(phase.sum.begin(), phase.sum.end(), 0.0) /
-         static_cast<double>(phase.frames * taxels_);
+  double sum = 0.0, lost = 0.0;
+  for (const double v : phase.sum) lost += add_exactly(v, sum);
+  for (const double v : phase.lost) lost += v;
+  return (sum + lost) / static_cast<double>(phase.frames * taxels_);
 }
 
 FeatureStream::Lead FeatureStream::lead() const {

@@ -56,8 +56,11 @@ class FeatureStream {
 
   // Sums over all frames of a phase, per taxel.
   struct PadSum {
-    std::vector<double> sum;
+    std::vector<double> sum, lost;  // of each taxel, and what rounding took from it
     std::size_t frames = 0;
+
+    void restart(std::size_t taxels);
+    void add(const double* counts, std::size_t more);  // frames
   };
 
   void add_checked(Phase phase, std::span<const double> counts);

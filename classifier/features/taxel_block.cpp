@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "classifier/features/powers.hpp"
+
 namespace weft::classifier {
 namespace {
 
@@ -19,25 +21,13 @@ constexpr std::size_t taxels = TaxelBlock::taxels;
 template <class V>
 inline constexpr std::size_t row_of = 2 * lanes_of<V>;
 
-// A variance below this share of the largest square is only rounding of the mean.
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
-constexpr double constant_tolerance = 4 * epsilon * epsilon;
-// A mean that is further off than this share of the deviation is corrected: a plain sum of many
-// large values loses digits that the moments need.
-constexpr double largest_mean_error = 1e-6;
-constexpr double fewest_peaks = 3.0;        // for a skewness
+// A variance relative to the square of the largest value that is only rounding: deviations of less
+// than two units in the last place.
+constexpr double constant_tolerance = 4.0 * 0x1p-52 * 0x1p-52;
+// Powers of deviations between these limits are normal numbers once the signal is scaled.
+constexpr double tiny_range = 0x1p-200, least_range = 0x1p-960;
 constexpr double fewest_samples = 4.0;      // for a kurtosis
 constexpr double kurtosis_of_normal = 3.0;  // and of what does not vary
-
-// Whether the signal falls here after it last rose, so that the value before was a strict local
-// maximum: a flat top counts once, end points never (as MATLAB's findpeaks). Updates `rising`, 1 or
-// 0.
-template <class V>
-WEFT_INLINE V is_peak(V value, V last, V& rising) {
-  const V peak = value < last ? rising : all<V>(0.0);
-  rising = value > last ? all<V>(1.0) : rising - peak;
-  return peak;
-}
 
 template <class V>
 WEFT_INLINE void update_with(const double* rows, std::size_t count, TaxelBlock::Running& running) {
@@ -79,36 +69,26 @@ void start(const double* row, std::size_t width, TaxelBlock::Running& running) {
     std::copy(row, row + width, first->begin());
 }
 
-// Sums of powers about the mean: of the signal, and of its peaks about theirs. The first ones are 0
-// but for the error of the mean.
-struct Powers {
-  alignas(64) PerTaxel mean{}, first{}, second{}, third{}, fourth{}, fifth{};
-  alignas(64) PerTaxel peak_mean{}, peak_first{}, peak_second{}, peak_third{};
-};
-
 template <class V>
 WEFT_INLINE void add_powers_with(const double* rows, std::size_t count, Powers& out) {
   for (std::size_t k = 0; k < row_of<V>; k += lanes_of<V>) {
     const V mean = load<V>(&out.mean[k]), peak_mean = load<V>(&out.peak_mean[k]);
-    V s2 = all<V>(0.0), s1 = s2, s3 = s2, s4 = s2, s5 = s2, p1 = s2, p2 = s2, p3 = s2, rising = s2;
+    V s2 = all<V>(0.0), s3 = s2, s4 = s2, s5 = s2, p2 = s2, p3 = s2, rising = s2;
     V last = load<V>(rows + k);
     const double* row = rows + k;
     for (std::size_t i = 0; i < count; ++i, row += row_of<V>) {
       const V v = load<V>(row), c = v - mean, c2 = c * c;
-      s1 += c;
       s2 += c2;
       s3 += c2 * c;
       s4 += c2 * c2;
       s5 += c2 * c2 * c;
       const V p = is_peak(v, last, rising) > 0.0 ? last - peak_mean : all<V>(0.0);
-      p1 += p;
       p2 += p * p;
       p3 += p * p * p;
       last = v;
     }
-    store(&out.first[k], s1), store(&out.second[k], s2), store(&out.third[k], s3);
-    store(&out.fourth[k], s4), store(&out.fifth[k], s5), store(&out.peak_first[k], p1);
-    store(&out.peak_second[k], p2), store(&out.peak_third[k], p3);
+    store(&out.second[k], s2), store(&out.third[k], s3), store(&out.fourth[k], s4);
+    store(&out.fifth[k], s5), store(&out.peak_second[k], p2), store(&out.peak_third[k], p3);
   }
 }
 
@@ -135,30 +115,18 @@ void set_means_sixteen(const TaxelBlock::Running& running, double n, Powers& out
   set_means_with<Lanes>(running, n, out);
 }
 
-// Takes the error off those means that are too far off. True: some were.
-bool correct_means(const TaxelBlock::Running& running, double n, std::size_t width, Powers& of) {
-  const auto corrects = [](double first, double second, double count, double& mean) {
-    if (!(count > 0 && std::abs(first) > largest_mean_error * std::sqrt(second * count)))
-      return false;
-    mean += first / count;
-    return true;
-  };
-  bool any = false;
-  for (std::size_t k = 0; k < width; ++k) {
-    any |= corrects(of.first[k], of.second[k], n, of.mean[k]);
-    any |= corrects(of.peak_first[k], of.peak_second[k], running.peaks[k], of.peak_mean[k]);
-  }
-  return any;
-}
-
 Powers powers_of(const double* rows, std::size_t width, std::size_t samples,
                  const TaxelBlock::Running& running) {
   Powers out;
   const auto n = static_cast<double>(samples);
-  const auto add_powers = width == taxels ? add_powers_sixteen : add_powers_two;
-  width == taxels ? set_means_sixteen(running, n, out) : set_means_with<double>(running, n, out);
-  add_powers(rows, samples, out);
-  if (correct_means(running, n, width, out)) add_powers(rows, samples, out);
+  if (width == taxels) {
+    set_means_sixteen(running, n, out);
+    add_powers_sixteen(rows, samples, out);
+  } else {
+    set_means_with<double>(running, n, out);
+    add_powers_two(rows, samples, out);
+  }
+  refine_where_needed(rows, width, samples, running, out);
   return out;
 }
 
@@ -168,18 +136,21 @@ PerTaxel& at(TaxelBlock::Features& features) {
   return features[static_cast<std::size_t>(found - taxel_blocks.begin())];
 }
 
-// Whether a variance is more than rounding, of values with this largest square.
+// What a variance has to exceed: rounding is no spread. Infinite for a constant, whose mean may be
+// rounded.
 template <class V>
-WEFT_INLINE auto varies(V variance, V largest_square) {
-  return variance > constant_tolerance * largest_square;
+WEFT_INLINE V rounding_of(V low, V high) {
+  const V largest = simd::larger(simd::magnitude(low), simd::magnitude(high));
+  const V limit = constant_tolerance * largest * largest;
+  return high > low ? limit : all<V>(std::numeric_limits<double>::infinity());
 }
 
 // Biased m3 / m2^1.5 of what `count` values sum to; 0 for a constant and for fewer than three.
 // `root` of m2.
 template <class V>
-WEFT_INLINE V skewness(V second, V third, V count, V largest_square, V root) {
+WEFT_INLINE V skewness(V second, V third, V count, V rounding, V root) {
   const V m2 = second / count, ratio = third / count / (m2 * root);
-  const V moving = varies(m2, largest_square) ? ratio : all<V>(0.0);
+  const V moving = m2 > rounding ? ratio : all<V>(0.0);
   return count >= fewest_peaks ? moving : all<V>(0.0);
 }
 
@@ -220,9 +191,8 @@ WEFT_INLINE void shape_with(const Shape& of, TaxelBlock::Features& out) {
   const V zero = all<V>(0.0), three = all<V>(kurtosis_of_normal);
   for (std::size_t k = 0; k < row_of<V>; k += lanes_of<V>) {
     const V low = load<V>(&of.running.low[k]), high = load<V>(&of.running.high[k]);
-    const V second = load<V>(&p.second[k]), m2 = second / n;
-    const V largest_square = simd::larger(low * low, high * high);
-    const auto moves = varies(m2, largest_square);
+    const V second = load<V>(&p.second[k]), m2 = second / n, rounding = rounding_of(low, high);
+    const auto moves = m2 > rounding;
     const V variance = m2 * n / (n - 1.0);
     const V kurtosis = n >= fewest_samples ? load<V>(&p.fourth[k]) / n / (m2 * m2) : three;
     store(&range[k], high - low);
@@ -230,10 +200,9 @@ WEFT_INLINE void shape_with(const Shape& of, TaxelBlock::Features& out) {
     store(&kurt[k], moves ? kurtosis : three);
     store(&m5[k], moves ? load<V>(&p.fifth[k]) / n : zero);
     const V root = load<V>(&skew[k]);
-    store(&skew[k], of_signal
-                        ? skewness(second, load<V>(&p.third[k]), all<V>(n), largest_square, root)
-                        : skewness(load<V>(&p.peak_second[k]), load<V>(&p.peak_third[k]),
-                                   load<V>(&of.running.peaks[k]), largest_square, root));
+    store(&skew[k], of_signal ? skewness(second, load<V>(&p.third[k]), all<V>(n), rounding, root)
+                              : skewness(load<V>(&p.peak_second[k]), load<V>(&p.peak_third[k]),
+                                         load<V>(&of.running.peaks[k]), rounding, root));
     store(&hfrq[k], moves ? load<V>(&hfrq[k]) : zero);  // rounding is no spectrum
     store(&sh[k], moves ? load<V>(&sh[k]) : zero);
   }
@@ -280,6 +249,27 @@ PerTaxel largest_deviation(const TaxelBlock::Running& running, const PerTaxel& m
   for (std::size_t k = 0; k < taxels; ++k)
     out[k] = std::max(std::abs(running.low[k] - mean[k]), std::abs(running.high[k] - mean[k]));
   return out;
+}
+
+// Whether the fifth power of a deviation would be no normal number.
+bool is_tiny(const TaxelBlock::Running& running, std::size_t k) {
+  const double range = running.high[k] - running.low[k];
+  return range < tiny_range && range > least_range;
+}
+
+// Exponent of the unit of a feature whose signal's unit is 2^exponent.
+constexpr int exponent_of(Block block) {
+  switch (block) {
+    case Block::kurt:
+    case Block::skew:
+      return 0;
+    case Block::var:
+      return 2;
+    case Block::m5:
+      return 5;
+    default:
+      return 1;
+  }
 }
 
 }  // namespace
@@ -342,7 +332,29 @@ void TaxelBlock::shape_of_one(Features& out) const {
   for (std::size_t k = 0; k < taxels; ++k) norm[k] = std::sqrt(running_.square[k]);
 }
 
+// Features of signals scaled to about 1, scaled back; the mode has a grid of its own.
+TaxelBlock::Features TaxelBlock::features_of_tiny(const FeatureOptions& options,
+                                                  BlockTools& tools) const {
+  std::array<int, taxels> exponent{};
+  for (std::size_t k = 0; k < width_; ++k)
+    if (is_tiny(running_, k)) exponent[k] = std::ilogb(largest_value(running_, k));
+  simd::AlignedDoubles scaled(samples_ * width_);
+  for (std::size_t i = 0; i < scaled.size(); ++i)
+    scaled[i] = std::ldexp(rows_[i], -exponent[i % width_]);
+  TaxelBlock block(used_);
+  block.add(scaled.data(), width_, samples_);
+  Features out = block.features(options, tools);
+  for (std::size_t f = 0; f < out.size(); ++f)
+    for (std::size_t k = 0; k < width_; ++k)
+      out[f][k] = std::ldexp(out[f][k], exponent_of(taxel_blocks[f]) * exponent[k]);
+  at<Block::mode>(out) = tools.modes.find(rows_.data(), width_, samples_, running_.low,
+                                          running_.high, options.mode_bin_counts);
+  return out;
+}
+
 TaxelBlock::Features TaxelBlock::features(const FeatureOptions& options, BlockTools& tools) const {
+  for (std::size_t k = 0; k < used_; ++k)
+    if (is_tiny(running_, k)) return features_of_tiny(options, tools);
   Features out{};
   at<Block::max>(out) = running_.high;
   at<Block::min>(out) = running_.low;

@@ -75,6 +75,7 @@ class TaxelBlock {
   void add_spectrum(const PerTaxel& mean, const FeatureOptions& options, BlockTools& tools,
                     Features& out) const;
   void shape_of_one(Features& out) const;
+  [[nodiscard]] Features features_of_tiny(const FeatureOptions& options, BlockTools& tools) const;
   [[nodiscard]] bool narrow() const { return width_ < taxels; }
 
   std::size_t used_;

@@ -14,26 +14,32 @@ std::size_t samples_in(double duration_s, double period_s) {
   return samples >= 1.0 && samples < 1e15 ? static_cast<std::size_t>(samples) : 0;
 }
 
-std::vector<std::size_t> motion_samples(const Trial& trial) {
-  std::vector<std::size_t> out;
+struct Run {
+  std::size_t first, samples;
+};
+
+// Samples of phase M that follow each other without a pause.
+std::vector<Run> motion_runs(const Trial& trial, std::span<const std::size_t> after_pause) {
+  std::vector<Run> out;
+  bool in_run = false;
   for (std::size_t i = 0; i < trial.samples(); ++i) {
-    if (trial.phase[i] == Phase::motion) out.push_back(i);
+    const bool moves = trial.phase[i] == Phase::motion;
+    if (moves && (!in_run || std::ranges::binary_search(after_pause, i))) out.push_back({i, 0});
+    if (moves) ++out.back().samples;
+    in_run = moves;
   }
   return out;
 }
 
-Trial one_window(const Trial& trial, std::span<const std::size_t> samples, std::size_t number) {
+Trial one_window(const Trial& trial, Run samples, std::size_t number) {
   Trial out;
   out.file = window_name(trial.file, number);
   out.label = trial.label;
   out.group = trial.group;
   out.taxels = trial.taxels;
-  out.phase.assign(samples.size(), Phase::motion);
-  out.counts.reserve(samples.size() * trial.taxels);
-  for (const std::size_t i : samples) {
-    const auto row = trial.row(i);
-    out.counts.insert(out.counts.end(), row.begin(), row.end());
-  }
+  out.phase.assign(samples.samples, Phase::motion);
+  const double* const first = trial.row(samples.first).data();
+  out.counts.assign(first, first + samples.samples * trial.taxels);
   return out;
 }
 
@@ -77,7 +83,8 @@ Status without_level(Trial& trial, Phase of) {
   return {};
 }
 
-Result<std::vector<Trial>> cut_windows(const Trial& trial, const WindowOptions& options) {
+Result<std::vector<Trial>> cut_windows(const Trial& trial, const WindowOptions& options,
+                                       std::span<const std::size_t> after_pause) {
   if (trial.counts.size() != trial.samples() * trial.taxels) {
     return fail({.code = Errc::invalid_argument,
                  .where = trial.file,
@@ -94,20 +101,19 @@ Result<std::vector<Trial>> cut_windows(const Trial& trial, const WindowOptions& 
                  .got = std::to_string(options.window_s) + " s, step " + std::to_string(step_s) +
                         " s at a period of " + std::to_string(options.sample_period_s) + " s"});
   }
-  const std::vector<std::size_t> motion = motion_samples(trial);
-  if (motion.size() < length) {
-    return fail({.code = Errc::range,
-                 .where = trial.file,
-                 .what = "motion is shorter than one window",
-                 .expected = std::to_string(length) + " samples",
-                 .got = std::to_string(motion.size())});
-  }
   std::vector<Trial> out;
-  for (std::size_t from = 0; from + length <= motion.size(); from += step) {
-    out.push_back(
-        one_window(trial, std::span<const std::size_t>(motion).subspan(from, length), out.size()));
+  std::size_t longest = 0;
+  for (const Run& run : motion_runs(trial, after_pause)) {
+    longest = std::max(longest, run.samples);
+    for (std::size_t from = 0; from + length <= run.samples; from += step)
+      out.push_back(one_window(trial, {run.first + from, length}, out.size()));
   }
-  return out;
+  if (!out.empty()) return out;
+  return fail({.code = Errc::range,
+               .where = trial.file,
+               .what = "motion without a pause is shorter than one window",
+               .expected = std::to_string(length) + " samples",
+               .got = std::to_string(longest)});
 }
 
 }  // namespace weft::classifier

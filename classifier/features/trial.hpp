@@ -52,10 +52,13 @@ std::string_view recording_of(std::string_view file);
 /// The same; a row without a name is a recording of its own.
 std::string recording_of(const std::string& file, std::size_t row);
 
-/// Windows of phase M, in order; what is left over at the end is dropped. Each inherits label and
-/// group, so that a split by group never puts windows of one recording on both sides, and is called
-/// window_name(). Only phase M is kept: rests and pressure belong to the whole stroke. Refuses
-/// durations that are not positive, and a motion shorter than one window.
-Result<std::vector<Trial>> cut_windows(const Trial& trial, const WindowOptions& options);
+/// Windows of phase M, in order. No window lies across samples of another phase or across a pause,
+/// which the samples of `after_pause` (ascending) follow: each run between them has windows of its
+/// own, and what is left over at its end is dropped. Each window inherits label and group, so that
+/// a split by group never puts windows of one recording on both sides, and is called window_name().
+/// Only phase M is kept: rests and pressure belong to the whole stroke. Refuses durations that are
+/// not positive, and a motion of which no run is as long as one window.
+Result<std::vector<Trial>> cut_windows(const Trial& trial, const WindowOptions& options,
+                                       std::span<const std::size_t> after_pause = {});
 
 }  // namespace weft::classifier

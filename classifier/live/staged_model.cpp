@@ -115,6 +115,7 @@ Status is_live_model(std::string_view text) {
                  .expected = staged_file_header,
                  .got = std::string(first.substr(0, 40)),
                  .hint = "weft train --live makes one"});
+  if (auto ok = check_line_ends(text); !ok) return ok;
   if (first == staged_file_header) return {};
   return fail({.code = Errc::unsupported,
                .what = "a live model of another version",

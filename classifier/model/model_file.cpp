@@ -117,6 +117,7 @@ Result<Body> after_header(std::string_view text) {
                  .what = "not a model file",
                  .expected = model_file_header,
                  .got = std::string(text.substr(0, std::min(text.find('\n'), std::size_t{40})))});
+  if (auto ok = check_line_ends(text); !ok) return pass(ok.error());
   const std::string_view first = text.substr(0, text.find('\n'));
   const int version = version_of(first);
   if (version == 0)

@@ -108,10 +108,9 @@ ChannelExtractor::Tools& ChannelExtractor::tools_for(FrameSize size) {
 }
 
 void ChannelExtractor::moments(std::span<const double> samples, ChannelFeatures& out) {
-  const auto n = static_cast<double>(samples.size());
-  const double mean = sum_of(samples) / n;
-  at(out, FrameFeature::mean) = mean;
-  at(out, FrameFeature::std) = std::sqrt(sum_of_squares(samples, mean) / n);
+  const Level level = level_of(samples);
+  at(out, FrameFeature::mean) = level.mean;
+  at(out, FrameFeature::std) = level.deviation;
   deviation_.resize(samples.size());
   deviations(samples, median_.median(samples), deviation_.data());
   at(out, FrameFeature::mad) = median_.median(deviation_);

@@ -42,6 +42,14 @@ double add_up(const double* values, std::size_t count) {
 }
 
 WEFT_CLONES("arch=x86-64-v4", "avx2")
+double add_deviations(const double* values, std::size_t count, double middle) {
+  return sum_over(
+      values, count, [=](auto v) __attribute__((always_inline)) {
+        return v - simd::all<decltype(v)>(middle);
+      });
+}
+
+WEFT_CLONES("arch=x86-64-v4", "avx2")
 double add_squares(const double* values, std::size_t count, double middle) {
   return sum_over(
       values, count, [=](auto v) __attribute__((always_inline)) {
@@ -301,6 +309,21 @@ double sum_of(std::span<const double> values) {
 
 double sum_of_squares(std::span<const double> values, double middle) {
   return add_squares(values.data(), values.size(), middle);
+}
+
+Level level_of(std::span<const double> values) {
+  constexpr double epsilon = 0x1p-52, sum_tolerance = 1e-6;  // as of taxels
+  const auto n = static_cast<double>(values.size());
+  const double mean = sum_of(values) / n;
+  const double deviation = std::sqrt(sum_of_squares(values, mean) / n);
+  if (n * epsilon * (std::abs(mean) + deviation) <= sum_tolerance * deviation)
+    return {mean, deviation};
+  const auto rest_of = [&](double middle) {
+    return add_deviations(values.data(), values.size(), middle) / n;
+  };
+  const double near = mean + rest_of(mean), rest = rest_of(near);
+  const double variance = sum_of_squares(values, near) / n - rest * rest;
+  return {near + rest, std::sqrt(std::max(variance, 0.0))};
 }
 
 std::size_t changes_of_sign(std::span<const double> values) {

@@ -16,6 +16,14 @@ inline constexpr double zero_level = 1e-10;
 double sum_of(std::span<const double> values);
 /// Of (value - middle)^2, likewise.
 double sum_of_squares(std::span<const double> values, double middle = 0.0);
+
+/// Mean, and the root of the mean square of the deviations from it.
+struct Level {
+  double mean = 0.0, deviation = 0.0;
+};
+/// Of at least one value; in two passes where one would lose digits of the deviation.
+Level level_of(std::span<const double> values);
+
 /// How many values are negative, below -zero_level, where the one before is not, or the other way
 /// round. The first has none before it.
 std::size_t changes_of_sign(std::span<const double> values);

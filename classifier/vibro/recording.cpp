@@ -40,6 +40,27 @@ bool lies_before(const Recording& recording, double start_s, double window_s,
   return true;
 }
 
+// Windows that begin before the end of a gap and end behind its begin.
+bool lies_in_gap(const Recording& recording, double start_s, double window_s) {
+  for (const Channel& channel : recording.channels) {
+    const std::size_t first = first_sample(start_s, channel.rate_hz);
+    const std::size_t end = first + samples_in(window_s, channel.rate_hz);
+    for (const Gap& gap : recording.gaps)
+      if (first < first_sample(gap.to_s, channel.rate_hz) &&
+          end > first_sample(gap.from_s, channel.rate_hz))
+        return true;
+  }
+  return false;
+}
+
+// Where windows of a part begin anew: at its begin, and behind each gap inside.
+std::vector<double> compute_begins(const Recording& recording, double begin_s, double end_s) {
+  std::vector<double> out{begin_s};
+  for (const Gap& gap : recording.gaps)
+    if (gap.to_s > begin_s && gap.to_s < end_s) out.push_back(gap.to_s);
+  return out;
+}
+
 constexpr NameTable<Family, 7> families = {{
     {Family::smmrp, "SMMRP"},
     {Family::smmrp10, "SMMRP10"},
@@ -120,7 +141,9 @@ std::vector<Place> random_places(const Recording& recording, double window_s, st
   const std::vector<std::size_t> ends = compute_block_ends(recording, 0, 1);
   for (std::size_t t = 0; t <= last; ++t) {
     const double start_s = static_cast<double>(t) * window_tick_s;
-    if (lies_before(recording, start_s, window_s, ends)) all.push_back({start_s, 0});
+    if (lies_before(recording, start_s, window_s, ends) &&
+        !lies_in_gap(recording, start_s, window_s))
+      all.push_back({start_s, 0});
   }
   RandomEngine engine(seed);
   shuffle(all, engine);
@@ -133,12 +156,18 @@ std::vector<Place> block_places(const Recording& recording, double window_s, std
   std::vector<Place> out;
   const double length = recording.duration_s() / static_cast<double>(blocks);
   for (std::size_t b = 0; b < blocks; ++b) {
-    const double begin = length * static_cast<double>(b);
+    const double begin = length * static_cast<double>(b), end = begin + length;
     const std::vector<std::size_t> ends = compute_block_ends(recording, b, blocks);
-    for (std::size_t i = 0;; ++i) {
-      const double start = begin + static_cast<double>(i) * step_s;
-      if (start + window_s > begin + length + 1e-9) break;
-      if (lies_before(recording, start, window_s, ends)) out.push_back({start, b});
+    const std::vector<double> begins = compute_begins(recording, begin, end);
+    for (std::size_t r = 0; r < begins.size(); ++r) {
+      const double next = r + 1 < begins.size() ? begins[r + 1] : end;
+      for (std::size_t i = 0;; ++i) {
+        const double start = begins[r] + static_cast<double>(i) * step_s;
+        if (start + window_s > next + 1e-9) break;
+        if (lies_before(recording, start, window_s, ends) &&
+            !lies_in_gap(recording, start, window_s))
+          out.push_back({start, b});
+      }
     }
   }
   return out;

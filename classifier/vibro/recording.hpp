@@ -70,12 +70,20 @@ bool has_bands(Family family);
 /// Figures (channel by channel with concat), then FFT channel by channel, then bands as figures.
 std::vector<Column> columns_of(const std::vector<Channel>& channels, FeatureChoice choice);
 
+/// Seconds from the begin of a recording that no window may hold a sample of: another phase, or (of
+/// no duration) a pause between two samples.
+struct Gap {
+  double from_s = 0.0, to_s = 0.0;
+  friend bool operator==(const Gap&, const Gap&) = default;
+};
+
 struct Recording {
   std::string file;   ///< unique in its data set
   std::string label;  ///< texture
   std::string group;  ///< what must not be split between training and test
   std::vector<Channel> channels;
   std::vector<std::vector<double>> samples;  ///< per channel, from the same instant on
+  std::vector<Gap> gaps = {};                ///< ascending, apart from each other
 
   /// Of the shortest channel.
   [[nodiscard]] double duration_s() const;
@@ -104,12 +112,13 @@ inline constexpr double window_tick_s = 0.005;
 
 /// Up to `count` different places at random on the tick, in the order drawn: the paper's "100
 /// random samples without replacement", read as windows (S7). They overlap, so a split of them puts
-/// the same instants on both sides. All samples of each lie in the recording.
+/// the same instants on both sides. All samples of each lie in the recording, none in a gap.
 std::vector<Place> random_places(const Recording& recording, double window_s, std::size_t count,
                                  std::uint64_t seed);
 
 /// Places every `step_s` inside each of `blocks` equal parts of the recording, which begin at a
-/// sample of each channel: windows of two blocks never share a sample.
+/// sample of each channel: windows of two blocks never share a sample. Behind a gap they begin
+/// anew.
 std::vector<Place> block_places(const Recording& recording, double window_s, std::size_t blocks,
                                 double step_s);
 

@@ -19,7 +19,7 @@ namespace {
 constexpr double least_probability = 1e-12;  // one trial must not decide the sharpness alone
 
 Sigmoid core_sigmoid(const CrossDecisions& held_out, const std::vector<std::size_t>& rows_a,
-                     const std::vector<std::size_t>& rows_b, Pair pair) {
+                     const std::vector<std::size_t>& rows_b, Pair pair, bool offset) {
   std::vector<double> f;
   std::vector<int> sign;
   for (const std::size_t r : rows_a) {
@@ -30,7 +30,7 @@ Sigmoid core_sigmoid(const CrossDecisions& held_out, const std::vector<std::size
     f.push_back(-held_out.against(r, pair.a));
     sign.push_back(-1);
   }
-  return fit_sigmoid(f, sign);
+  return fit_sigmoid(f, sign, offset);
 }
 
 double log_loss(const std::vector<std::vector<double>>& coupled,
@@ -71,6 +71,7 @@ constexpr double gradient_ok = 1e-9;  // of a sum over decision values scaled to
 struct Problem {
   std::vector<double> f;       // scaled to at most 1
   std::vector<double> target;  // Platt's
+  bool offset = true;          // or it stays 0
 };
 
 // -log likelihood, written so that exp() never overflows (section 3 of the paper).
@@ -102,6 +103,7 @@ Derivatives derivatives(const Problem& problem, const Sigmoid& s) {
     out.mixed += f * d2;
     out.offset2 += d2;
   }
+  if (!problem.offset) out.offset = out.mixed = 0.0;
   return out;
 }
 
@@ -254,7 +256,7 @@ std::vector<Sigmoid> fit_sigmoids(const FabricModel& model, const CrossDecisions
   std::vector<Sigmoid> out(model.pairs().size());
   parallel_for(out.size(), threads, [&](std::size_t i) {
     const Pair pair = model.pairs()[i];
-    out[i] = core_sigmoid(held_out, rows[pair.a], rows[pair.b], pair);
+    out[i] = core_sigmoid(held_out, rows[pair.a], rows[pair.b], pair, out.size() > 1);
   });
   return out;
 }
@@ -285,7 +287,7 @@ double Sigmoid::operator()(double f) const {
   return x >= 0.0 ? std::exp(-x) / (1.0 + std::exp(-x)) : 1.0 / (1.0 + std::exp(x));
 }
 
-Sigmoid fit_sigmoid(std::span<const double> f, std::span<const int> sign) {
+Sigmoid fit_sigmoid(std::span<const double> f, std::span<const int> sign, bool offset) {
   double top = 0.0, positive = 0.0, negative = 0.0;
   for (std::size_t i = 0; i < f.size(); ++i) {
     top = std::max(top, std::abs(f[i]));
@@ -293,9 +295,10 @@ Sigmoid fit_sigmoid(std::span<const double> f, std::span<const int> sign) {
   }
   const double high = (positive + 1.0) / (positive + 2.0), low = 1.0 / (negative + 2.0);
   const double mean = (positive * high + negative * low) / std::max(1.0, positive + negative);
-  const Sigmoid flat{0.0, f.empty() ? 0.0 : std::log((1.0 - mean) / mean)};
+  const Sigmoid flat{0.0, f.empty() || !offset ? 0.0 : std::log((1.0 - mean) / mean)};
   if (!(top > std::numeric_limits<double>::min())) return flat;
   Problem problem;
+  problem.offset = offset;
   for (std::size_t i = 0; i < f.size(); ++i) {
     problem.f.push_back(f[i] / top);
     problem.target.push_back(sign[i] > 0 ? high : low);

@@ -51,8 +51,9 @@ struct Sigmoid {
 
 /// Maximum likelihood on decision values that cross-validation held out, with Platt's targets
 /// (n+ + 1) / (n+ + 2) and 1 / (n- + 2). Where decision values say the opposite of the signs, the
-/// best sigmoid that does not fall is a constant. `f` finite; `sign` > 0 is class a.
-Sigmoid fit_sigmoid(std::span<const double> f, std::span<const int> sign);
+/// best sigmoid that does not fall is a constant. `f` finite; `sign` > 0 is class a. Without
+/// `offset` p(0) is 1/2, so that the class that f is in favour of is the likelier one.
+Sigmoid fit_sigmoid(std::span<const double> f, std::span<const int> sign, bool offset = true);
 
 /// `first_wins` per pair in the order of all_pairs(classes): probability that it is the first of
 /// the two, if it is one of the two; NaN is not allowed, values are clipped to [1e-7, 1 - 1e-7].
@@ -78,7 +79,8 @@ std::vector<double> probabilities(const Calibration& calibration, std::size_t al
 /// where the ballot has no decisions to couple (VoteKind::dag, a short-list of one).
 std::vector<double> probabilities(const Calibration& calibration, const Ballot& ballot);
 
-/// One per core, from its held-out rows.
+/// One per core, from its held-out rows. A single core has none but its own decision to agree with:
+/// its sigmoid has no offset.
 std::vector<Sigmoid> fit_sigmoids(const FabricModel& model, const CrossDecisions& held_out,
                                   std::size_t threads = 0);
 

@@ -44,6 +44,7 @@ add_test(NAME scenario_cli_calibrate COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_cal
 add_test(NAME scenario_cli_few_trials COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_few_trials.py $<TARGET_FILE:weft>)
 add_test(NAME scenario_cli_own_recordings COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_own_recordings.py $<TARGET_FILE:weft>)
 add_test(NAME scenario_cli_own_vibrations COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_own_vibrations.py $<TARGET_FILE:weft>)
+add_test(NAME scenario_cli_edges COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_edges.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/../shared)
 add_test(NAME scenario_cli_output COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_output.py $<TARGET_FILE:weft>)
 add_test(NAME scenario_cli_check
          COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_check.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
@@ -61,12 +62,12 @@ add_test(NAME scenario_full_disk COMMAND ${WEFT_PYTHON} ${cli_tests}/full_disk.p
 set_tests_properties(scenario_full_disk PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 add_test(NAME scenario_cli_real_fabrics
          COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_real_fabrics.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
-set_tests_properties(scenario_cli_data scenario_cli_calibrate scenario_cli_few_trials scenario_cli_own_recordings scenario_cli_own_vibrations scenario_cli_output scenario_cli_check scenario_cli_run scenario_cli_interrupt scenario_cli_watched scenario_cli_resume PROPERTIES TIMEOUT 300)
+set_tests_properties(scenario_cli_data scenario_cli_calibrate scenario_cli_few_trials scenario_cli_own_recordings scenario_cli_own_vibrations scenario_cli_edges scenario_cli_output scenario_cli_check scenario_cli_run scenario_cli_interrupt scenario_cli_watched scenario_cli_resume PROPERTIES TIMEOUT 300)
 # What takes minutes of it runs in the nightly preset alone.
 add_test(NAME nightly_cli_real_fabrics CONFIGURATIONS Nightly
          COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_real_fabrics.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared --longer)
 set_tests_properties(scenario_cli_real_fabrics nightly_cli_real_fabrics PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 900)
-set_tests_properties(scenario_cli_data scenario_cli_calibrate scenario_cli_few_trials scenario_cli_own_recordings scenario_cli_own_vibrations scenario_cli_output scenario_cli_check scenario_cli_run scenario_cli_interrupt scenario_cli_watched scenario_cli_resume
+set_tests_properties(scenario_cli_data scenario_cli_calibrate scenario_cli_few_trials scenario_cli_own_recordings scenario_cli_own_vibrations scenario_cli_edges scenario_cli_output scenario_cli_check scenario_cli_run scenario_cli_interrupt scenario_cli_watched scenario_cli_resume
                      scenario_cli_real_fabrics nightly_cli_real_fabrics
                      PROPERTIES ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 

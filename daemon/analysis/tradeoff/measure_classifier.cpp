@@ -44,7 +44,8 @@ void score(const SplitPlan& plan, const std::vector<Count>& counts, TradeoffPoin
   for (std::size_t s = 0; s < counts.size(); ++s) {
     if (counts[s].tested == 0) continue;
     const auto tested = static_cast<double>(counts[s].tested);
-    sizes.push_back({static_cast<double>(plan.splits[s].train.size()), tested});
+    sizes.push_back(
+        {static_cast<double>(plan.splits[s].train.size()), tested, plan.groups_left_out});
     point.tested += counts[s].tested;
     accuracy.push_back(static_cast<double>(counts[s].right) / tested);
   }

@@ -67,13 +67,28 @@ std::string votes_text(const Labels& labels, const classifier::Ballot& ballot) {
   return out + ")";
 }
 
+// The fabric that has a larger probability than the winner of the vote, if any.
+std::optional<std::size_t> find_likelier(const classifier::Prediction& answer) {
+  const std::vector<double>& p = answer.probability;
+  if (p.empty()) return std::nullopt;
+  const auto likeliest = static_cast<std::size_t>(std::ranges::max_element(p) - p.begin());
+  return p[likeliest] > p[answer.ballot.winner] ? std::optional(likeliest) : std::nullopt;
+}
+
+std::string disagreement_text(const Labels& labels, const classifier::Prediction& answer) {
+  const auto likelier = find_likelier(answer);
+  if (!likelier) return {};
+  return "  (vote and probability disagree: " + labels[*likelier] + " " +
+         percent(answer.probability[*likelier], 0) + " %)";
+}
+
 /// A line that says so where the model learnt from simulated data; nothing otherwise.
 std::string trained_banner(const classifier::Provenance& provenance) {
   return provenance.bench == "simulated" ? "The model was trained on SIMULATED data.\n" : "";
 }
 
-/// [{file, label, votes, cores_asked, probability, none_of_these, true_label}], what there is of
-/// it.
+/// [{file, label, votes, cores_asked, probability, likelier, none_of_these, true_label}], what
+/// there is of it.
 json answers_json(const classifier::TrainedLearner& learner, bool has_postprocessing,
                   const std::vector<PredictedTrial>& answered) {
   const Labels& labels = learner.labels();
@@ -84,6 +99,7 @@ json answers_json(const classifier::TrainedLearner& learner, bool has_postproces
     if (!ballot.votes.empty()) one["votes"] = by_label(labels, ballot.votes);
     if (learner.cores() != nullptr) one["cores_asked"] = ballot.cores;
     if (!a.answer.probability.empty()) one["probability"] = by_label(labels, a.answer.probability);
+    if (const auto likelier = find_likelier(a.answer)) one["likelier"] = labels[*likelier];
     if (has_postprocessing) one["none_of_these"] = a.answer.none_of_these;
     if (!a.true_label.empty()) one["true_label"] = a.true_label;
     out.push_back(std::move(one));
@@ -236,7 +252,7 @@ Result<std::vector<Trial>> prepared(const classifier::FeatureSetup& setup, const
   if (!exploration) return pass(exploration.error());
   if (auto ok = check_rate(dataset, *exploration, setup.sample_period_s); !ok)
     return pass(ok.error());
-  return in_windows(complete_trials(dataset, *exploration),
+  return in_windows(dataset, *exploration,
                     {setup.window_s, setup.window_step_s, setup.sample_period_s});
 }
 
@@ -317,7 +333,7 @@ std::string answer_line(const classifier::TrainedLearner& learner, const Predict
   if (!answered.answer.probability.empty())
     out += " " + percent(answered.answer.probability[ballot.winner], 0) + " %";
   if (answered.answer.none_of_these) out += ", or none of these";
-  return out + votes_text(labels, ballot) + "\n";
+  return out + votes_text(labels, ballot) + disagreement_text(labels, answered.answer) + "\n";
 }
 
 void add_classify_command(const CommandGroup& weft) {

@@ -87,6 +87,7 @@ json info_json(const char* command, const std::filesystem::path& file, const Dat
           {"explorations", counts.explorations},
           {"outcomes", counts.outcome},
           {"copies", copies_in(dataset)},
+          {"warnings", warnings_of(dataset)},
           {"ended_early", json(ended_early_json(info))}};
 }
 
@@ -113,7 +114,7 @@ std::string info_text(const std::filesystem::path& file, const Dataset& dataset,
   Table labels;
   for (const auto& [label, trials] : counts.label) labels.row({label, std::to_string(trials)});
   return bench_banner(dataset.info) + facts.text() + "Trials per label:\n" + labels.text() +
-         copies_text(copies_in(dataset));
+         copies_text(copies_in(dataset)) + warnings_text(warnings_of(dataset));
 }
 
 json warnings_json(const std::vector<Warning>& warnings) {
@@ -213,12 +214,19 @@ json recordings_json(const char* command, const std::filesystem::path& file,
   json channels = json::array();
   for (const auto& c : set.recordings.front().channels)
     channels.push_back({{"name", c.name}, {"rate_hz", c.rate_hz}, {"unit", c.unit}});
-  return {{"command", command},       {"file", file.string()},
-          {"kind", "recordings"},     {"name", set.name},
-          {"source", set.source},     {"bench", to_string(set.kind)},
-          {"dataset_sha256", sha256}, {"recordings", set.recordings.size()},
-          {"channels", channels},     {"labels", labels},
-          {"groups", groups},         {"copies", copies_in(set)}};
+  return {{"command", command},
+          {"file", file.string()},
+          {"kind", "recordings"},
+          {"name", set.name},
+          {"source", set.source},
+          {"bench", to_string(set.kind)},
+          {"dataset_sha256", sha256},
+          {"recordings", set.recordings.size()},
+          {"channels", channels},
+          {"labels", labels},
+          {"groups", groups},
+          {"copies", copies_in(set)},
+          {"warnings", find_data_warnings(set)}};
 }
 
 std::string recordings_text(const std::filesystem::path& file, const RecordingSet& set,
@@ -241,7 +249,8 @@ std::string recordings_text(const std::filesystem::path& file, const RecordingSe
     facts.row({"channel", c.name + " at " + fixed(c.rate_hz, 2) + " Hz [" + c.unit + "]"});
   facts.row({"groups", joined(groups)});
   facts.row({"sha256", sha256});
-  return bench_banner(set.kind) + facts.text() + copies_text(copies_in(set));
+  return bench_banner(set.kind) + facts.text() + copies_text(copies_in(set)) +
+         warnings_text(find_data_warnings(set));
 }
 
 bool makes_recordings(const std::string& format) {

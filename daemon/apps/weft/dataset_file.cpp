@@ -14,6 +14,7 @@
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/dataset/import.hpp"
+#include "daemon/storage/imprints/imprint_dataset.hpp"
 #include "daemon/storage/recorder/log_check.hpp"
 #include "daemon/storage/recordings/recording_set.hpp"
 
@@ -37,6 +38,12 @@ bool is_certificate(const std::filesystem::path& path) {
 }
 
 }  // namespace
+
+std::vector<DataWarning> warnings_of(const Dataset& dataset, const std::string& exploration) {
+  if (holds_imprints(dataset)) return {};
+  const bool is_sum = exploration.find('+') != std::string::npos;
+  return find_data_warnings(dataset, is_sum ? std::string_view() : std::string_view(exploration));
+}
 
 Result<Dataset> open_dataset(const std::filesystem::path& path) {
   if (is_campaign_file(path))

@@ -164,8 +164,10 @@ void add_options(CLI::App& command, EvaluateArgs& args) {
 
 void add_split_options(CLI::App& command, SplitChoice& choice, const std::string& fraction,
                        const std::string& leave_out) {
-  auto* train = add_list(command, "--train-groups", choice.train_groups, "groups that train: A,B");
-  auto* test = add_list(command, "--test-groups", choice.test_groups, "groups that test: C");
+  auto* train =
+      add_name_list(command, "--train-groups", choice.train_groups,
+                    "groups that train: A,B; a name with a comma in quotes: '\"A, left\",B'");
+  auto* test = add_name_list(command, "--test-groups", choice.test_groups, "groups that test: C");
   train->needs(test);
   test->needs(train);
   auto* random = command.add_option("--train-fraction", choice.train_fraction, fraction);

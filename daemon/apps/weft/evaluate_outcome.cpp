@@ -7,6 +7,7 @@
 #include "classifier/baseline/class_folds.hpp"
 #include "classifier/evaluate/open_set_check.hpp"
 #include "daemon/analysis/report/confounding.hpp"
+#include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/interval_text.hpp"
@@ -182,6 +183,9 @@ Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen) {
   out.never_tested = classifier::never_tested(out.splits, chosen.features.labels,
                                               chosen.features.groups, chosen.features.files);
   out.duplicates = classifier::find_duplicates(chosen.features, out.splits);
+  if (args.train_fraction != 0.0)
+    out.groups_on_both_sides = classifier::groups_on_both_sides(out.splits, chosen.features.groups);
+  out.warnings = warnings_of(chosen.dataset, chosen.setup.exploration);
   const bool calibration = args.calibration || !args.report.empty();
   auto outcomes = evaluate_all(args, *learners, chosen.features, out.splits, calibration);
   if (!outcomes) return pass(outcomes.error());

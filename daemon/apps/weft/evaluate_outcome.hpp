@@ -13,6 +13,7 @@
 #include "daemon/apps/weft/evaluate_recordings.hpp"
 #include "daemon/apps/weft/train_command.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
+#include "daemon/storage/dataset/data_warnings.hpp"
 
 namespace weft::daemon::cli {
 
@@ -68,6 +69,8 @@ struct Measured {
   std::vector<CurvePoint> curve;     ///< with --learning-curve, by rising number of trials
   std::vector<classifier::NeverTested> never_tested;  ///< labels that no split tests
   classifier::DuplicateRows duplicates;  ///< test trials that are copies of training trials
+  std::vector<std::string> groups_on_both_sides;  ///< of a random split
+  std::vector<DataWarning> warnings;              ///< of the samples
   /// Label and mounting, see shares_mountings(); of slides alone. Outcomes then have level_removed,
   /// unless the level was removed anyway; of choices, which train often, only where nothing else
   /// was asked for.

@@ -139,6 +139,15 @@ std::string format_motion(const MotionLengths& motion) {
          "long";
 }
 
+std::string format_groups(const std::vector<std::string>& groups) {
+  constexpr std::size_t most = 10;
+  const std::span<const std::string> named(groups.data(), std::min(most, groups.size()));
+  return joined(named) +
+         (groups.size() > most ? " and " + std::to_string(groups.size() - most) + " more" : "") +
+         ": trials of one group train and test, and may be recognised by what they share besides "
+         "their label; compare --leave-one-group-out";
+}
+
 // How the trials were split, in words.
 std::string split_text(const EvaluateArgs& args, const std::vector<classifier::Split>& splits) {
   const std::string sizes = std::to_string(splits.front().train.size()) + " train, " +
@@ -299,6 +308,9 @@ std::vector<std::pair<std::string, std::string>> list_facts(const EvaluateArgs& 
                        std::to_string(chosen.setup.taxels) + " taxels" +
                        (args.trials.remove_level.empty() ? "" : ", level removed")},
       {"split", split_text(args, measured.splits)}};
+  if (!measured.groups_on_both_sides.empty())
+    out.emplace_back("groups on both sides", format_groups(measured.groups_on_both_sides));
+  for (const DataWarning& warning : measured.warnings) out.emplace_back("WARNING", warning.text);
   if (measured.confounded) out.emplace_back("CONFOUNDED", std::string(confounded_with_mounting));
   if (const std::string words = format_motion(chosen.motion); !words.empty())
     out.emplace_back("motion", words);
@@ -397,6 +409,8 @@ json report_json(const EvaluateArgs& args, const ChosenTrials& chosen, const Mea
            {"test_rows", splits.front().test.size()},
            {"never_tested", never_tested_json(measured.never_tested)},
            {"twins", duplicates_json(measured.duplicates)},
+           {"groups_on_both_sides", measured.groups_on_both_sides},
+           {"warnings", measured.warnings},
            {"motion_samples", {chosen.motion.shortest, chosen.motion.longest}},
            {"training", describe(args.training)},
            {"results", results}};

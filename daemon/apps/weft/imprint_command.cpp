@@ -219,9 +219,10 @@ Result<ci::ScaleSearchOptions> search_options(const ImprintSearchArgs& args) {
 
 void add_options(CLI::App& command, ImprintSearchArgs& args) {
   command.add_option("DATASET", args.dataset, "imprints (HDF5)")->required();
-  add_list(command, "--groups", args.groups,
-           "search on these groups alone, those that train: what is found on imprints says nothing "
-           "about the accuracy on the same ones");
+  add_name_list(
+      command, "--groups", args.groups,
+      "search on these groups alone, those that train: what is found on imprints says nothing "
+      "about the accuracy on the same ones");
   command.add_option("--scales", args.scales, "scales to choose from [taxels]")
       ->capture_default_str();
   add_count(command, "--most-scales", args.most_scales, 1, 5, "largest number of scales in a set");

@@ -89,6 +89,38 @@ std::string_view describe_kind(DataKind kind) {
 
 }  // namespace
 
+std::optional<std::vector<std::string>> split_names(std::string_view list) {
+  std::vector<std::string> out(1);
+  bool quoted = false;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const char c = list[i];
+    if (quoted && c == '"' && i + 1 < list.size() && list[i + 1] == '"') {
+      out.back() += list[++i];
+    } else if (c == '"' && (quoted || out.back().empty())) {
+      quoted = !quoted;
+    } else if (c == ',' && !quoted) {
+      out.emplace_back();
+    } else {
+      out.back() += c;
+    }
+  }
+  return quoted ? std::nullopt : std::optional(out);
+}
+
+CLI::Option* add_name_list(CLI::App& command, const std::string& name,
+                           std::vector<std::string>& names, const std::string& text) {
+  const auto take = [&names, name](const std::vector<std::string>& lists) {
+    names.clear();
+    for (const std::string& list : lists) {
+      const auto split = split_names(list);
+      if (!split) throw CLI::ValidationError(name, "a quote has no end: " + list);
+      names.insert(names.end(), split->begin(), split->end());
+    }
+  };
+  return command.add_option_function<std::vector<std::string>>(name, take, text)
+      ->allow_extra_args(false);
+}
+
 CLI::Validator number_range(double least, double most) {
   const CLI::Range range(least, most);
   const auto problem = [range](std::string& text) -> std::string {

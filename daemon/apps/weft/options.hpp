@@ -3,8 +3,10 @@
 // files: it brings CLI11.
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "protocols/base/result.hpp"
@@ -34,6 +36,14 @@ CLI::Option* add_list(CLI::App& command, const std::string& name, std::vector<Va
                       const std::string& text) {
   return command.add_option(name, values, text)->delimiter(',')->allow_extra_args(false);
 }
+
+/// Names between commas: "a,b". A name that has commas itself stands in quotes ("g0, left",g1), in
+/// which two quotes are one. Nothing where a quote has no end.
+std::optional<std::vector<std::string>> split_names(std::string_view list);
+
+/// An option of such a list.
+CLI::Option* add_name_list(CLI::App& command, const std::string& name,
+                           std::vector<std::string>& names, const std::string& text);
 
 // Options of `weft evaluate`, `train`, `features` and `design repetitions`: the kind of the data is
 // known only when the file is looked at, and no option that was typed may go without effect.

@@ -218,10 +218,15 @@ Result<int> run_train_live(const TrainArgs& args, classifier::Learner learner, C
   if (auto ok = check_live_model_size(text.view().size()); !ok)
     return pass(ok.error(), args.out.string());
   if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());
+  const std::vector<DataWarning> warnings = warnings_of(*dataset, chosen->exploration);
+  json out =
+      stages_json(args, dataset->info, *model, chosen->trials.size(), options.training, train_s);
+  out["warnings"] = warnings;
   print(console,
-        bench_banner(dataset->info) + stages_text(args, *model, chosen->trials.size(), train_s) +
+        bench_banner(dataset->info) + warnings_text(warnings) +
+            stages_text(args, *model, chosen->trials.size(), train_s) +
             unconverged_text(options.training),
-        stages_json(args, dataset->info, *model, chosen->trials.size(), options.training, train_s));
+        out);
   return exit_ok;
 }
 
@@ -311,9 +316,14 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
   const auto written =
       write_streamed_file(args.out, [&](std::ostream& out) { return write_model(done, out); });
   if (!written) return pass(written.error());
+  const std::vector<DataWarning> warnings =
+      warnings_of(chosen->dataset, done.model.setup.exploration);
+  json out = summary_json(args, chosen->dataset.info, done);
+  out["warnings"] = warnings;
   print(console,
-        bench_banner(chosen->dataset.info) + summary_text(args, done) + unconverged_text(options),
-        summary_json(args, chosen->dataset.info, done));
+        bench_banner(chosen->dataset.info) + warnings_text(warnings) + summary_text(args, done) +
+            unconverged_text(options),
+        out);
   return exit_ok;
 }
 

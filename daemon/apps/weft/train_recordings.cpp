@@ -83,9 +83,11 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   std::ostringstream text;
   if (auto ok = vibro::save_recording_model(*model, text); !ok) return pass(ok.error());
   if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());
+  const std::vector<DataWarning> warnings = find_data_warnings(*set);
   print(console,
-        bench_banner(set->kind) + args.out.string() + ": " + std::to_string(model->labels.size()) +
-            " textures, " + format_plan(*plan, args.trials.exploration) + ", trained on " +
+        bench_banner(set->kind) + warnings_text(warnings) + args.out.string() + ": " +
+            std::to_string(model->labels.size()) + " textures, " +
+            format_plan(*plan, args.trials.exploration) + ", trained on " +
             std::to_string(trained) + " recordings in " + duration(train_s) + "\n" +
             (too_short.empty() ? "" : "  " + format_too_short(too_short) + "\n"),
         {{"command", "train"},
@@ -99,6 +101,7 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
          {"labels", model->labels},
          {"recordings", trained},
          {"too_short", too_short_json(too_short)},
+         {"warnings", warnings},
          {"window_s", model->setup.window_s},
          {"step_s", model->setup.step_s},
          {"train_s", train_s}});

@@ -216,26 +216,27 @@ Result<TrialSelection> choose_trials(const Dataset& dataset, const TrialChoice& 
   if (!exploration) return pass(exploration.error());
   if (one_exploration || choice.window_s != 0.0)
     if (Status same = one_rate(dataset, *exploration); !same) return pass(same.error());
-  std::vector<Trial> strokes = complete_trials(dataset, *exploration);
-  TrialSelection out{exploration->value_or(""), strokes.size(), {}};
-  auto trials = in_windows(std::move(strokes),
+  TrialSelection out{exploration->value_or(""), select_chosen(dataset, *exploration).size(), {}};
+  auto trials = in_windows(dataset, *exploration,
                            {choice.window_s, choice.window_step_s, sample_period_s(dataset)});
   if (!trials) return pass(trials.error());
   out.trials = std::move(*trials);
   return out;
 }
 
-Result<std::vector<Trial>> in_windows(std::vector<Trial> strokes,
+Result<std::vector<Trial>> in_windows(const Dataset& dataset,
+                                      const std::optional<std::string>& exploration,
                                       const classifier::WindowOptions& options) {
-  if (options.window_s == 0.0) return strokes;
+  if (options.window_s == 0.0) return complete_trials(dataset, exploration);
   if (!(options.sample_period_s > 0.0))
     return fail(
         {.code = Errc::invalid_argument,
          .what = "the sample rate is not known, so no window can be cut",
          .hint = "State the rate of the sensor when importing: weft dataset import --rate-hz"});
   std::vector<Trial> out;
-  for (const Trial& stroke : strokes) {
-    auto windows = classifier::cut_windows(stroke, options);
+  for (const std::size_t i : select_chosen(dataset, exploration)) {
+    auto windows = classifier::cut_windows(dataset.trials[i], options,
+                                           samples_after_pause(dataset.records[i].t_ns));
     if (!windows) return pass(windows.error());
     std::move(windows->begin(), windows->end(), std::back_inserter(out));
   }

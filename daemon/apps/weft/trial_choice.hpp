@@ -73,9 +73,11 @@ Result<std::optional<std::string>> find_exploration(const Dataset& dataset,
 Result<TrialSelection> choose_trials(const Dataset& dataset, const TrialChoice& choice,
                                      bool one_exploration);
 
-/// Each stroke's windows in turn; the strokes as they are when `options.window_s` is 0. Refuses
-/// windows of recordings whose sample period is not known.
-Result<std::vector<classifier::Trial>> in_windows(std::vector<classifier::Trial> strokes,
+/// The windows of each complete trial of an exploration in turn (none across a pause); the trials
+/// as they are when `options.window_s` is 0. Refuses windows of recordings whose sample period is
+/// not known.
+Result<std::vector<classifier::Trial>> in_windows(const Dataset& dataset,
+                                                  const std::optional<std::string>& exploration,
                                                   const classifier::WindowOptions& options);
 
 /// What `choice` says of it: classifier::without_level(), or nothing.

@@ -44,6 +44,8 @@ struct Warning {
 /// Bytes of the UTF-8 sequence at the start of `text`, which is not empty; 0 when it is not one.
 std::size_t utf8_length(std::string_view text);
 bool is_utf8(std::string_view text);
+/// With U+FFFD in place of each byte that is not UTF-8.
+std::string as_utf8(std::string_view text);
 
 /// Shown in place of a value that does not exist.
 inline constexpr std::string_view no_value = "\u2013";

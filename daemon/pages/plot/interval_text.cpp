@@ -8,8 +8,10 @@ namespace {
 namespace vibro = classifier::vibro;
 
 void name_left_out(classifier::Interval& interval, const std::string& what) {
-  if (interval.method.starts_with("Student"))
-    interval.method = "Student t with the Nadeau-Bengio variance, over the " + what + " left out";
+  if (!interval.method.starts_with("Student")) return;
+  const std::size_t widened = interval.method.find(classifier::widened_to);
+  interval.method = "Student t with the Nadeau-Bengio variance, over the " + what + " left out" +
+                    (widened == std::string::npos ? "" : interval.method.substr(widened));
 }
 
 }  // namespace

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <string_view>
 
 #include "daemon/base/file/file_kind.hpp"
-
+#include "daemon/base/text/format.hpp"
 #include "daemon/storage/dataset/hdf5_pack.hpp"
 
 namespace weft::daemon::hdf5 {
@@ -33,10 +34,16 @@ std::array<hsize_t, 2> chunk_size(hsize_t rows, hsize_t width, std::size_t item_
   return {std::min(rows, fitting), columns};
 }
 
-/// Creation properties: no time stamps, so that equal content makes equal bytes.
-Handle column_properties(hsize_t rows, hsize_t width, std::size_t item_bytes) {
-  Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+/// Creation properties of a file (its root group), a group or a column: no time stamps, so that
+/// equal content makes equal bytes.
+Handle timeless_properties(hid_t kind) {
+  Handle properties(H5Pcreate(kind), H5Pclose);
   H5Pset_obj_track_times(properties.id(), 0);
+  return properties;
+}
+
+Handle column_properties(hsize_t rows, hsize_t width, std::size_t item_bytes) {
+  Handle properties = timeless_properties(H5P_DATASET_CREATE);
   if (rows == 0) return properties;
   const auto chunk = chunk_size(rows, width, item_bytes);
   H5Pset_chunk(properties.id(), width == 0 ? 1 : 2, chunk.data());
@@ -107,9 +114,9 @@ Writer Writer::create(const std::filesystem::path& path) {
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   // The 1.10 layout carries checksums on its own structures; h5py 2.7 of 2017 and later read it.
   H5Pset_libver_bounds(access.id(), H5F_LIBVER_V110, H5F_LIBVER_V110);
-  const Handle root(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
-  H5Pset_obj_track_times(root.id(), 0);  // equal content makes equal files
-  writer.file_ = Handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, root.id(), access.id()), H5Fclose);
+  const Handle properties = timeless_properties(H5P_FILE_CREATE);
+  writer.file_ =
+      Handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, properties.id(), access.id()), H5Fclose);
   writer.require(writer.file_.ok(), "cannot create the file");
   return writer;
 }
@@ -121,8 +128,7 @@ bool Writer::require(bool fine, const char* what) {
 
 void Writer::group(const std::string& name) {
   if (failed()) return;
-  const Handle properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
-  H5Pset_obj_track_times(properties.id(), 0);
+  const Handle properties = timeless_properties(H5P_GROUP_CREATE);
   const Handle group(
       H5Gcreate2(file_.id(), name.c_str(), H5P_DEFAULT, properties.id(), H5P_DEFAULT), H5Gclose);
   require(group.ok(), "cannot create a group");
@@ -140,7 +146,7 @@ void Writer::write_attribute(const std::string& object, const std::string& name,
 }
 
 void Writer::attribute(const std::string& object, const std::string& name, std::string_view text) {
-  const std::string padded(text.empty() ? std::string_view("\0", 1) : text);
+  const std::string padded = text.empty() ? std::string(1, '\0') : as_utf8(text);
   write_attribute(object, name, text_type(padded.size()).id(), padded.data());
 }
 
@@ -257,11 +263,35 @@ std::uint64_t Reader::integer_attribute(const std::string& object, const std::st
   return value;
 }
 
+void Reader::require_filters(const Handle& column, const std::string& name) {
+  const Handle properties(H5Dget_create_plist(column.id()), H5Pclose);
+  const int filters = H5Pget_nfilters(properties.id());
+  for (int i = 0; status_ && i < filters; ++i) {
+    std::array<char, 64> text{};
+    std::size_t values = 0;
+    unsigned flags = 0, config = 0;
+    const H5Z_filter_t filter = H5Pget_filter2(properties.id(), static_cast<unsigned>(i), &flags,
+                                               &values, nullptr, text.size(), text.data(), &config);
+    if (filter < 0 || H5Zfilter_avail(filter) > 0) continue;
+    const std::string called(text.data(), strnlen(text.data(), text.size()));
+    status_ = fail({.code = Errc::unsupported,
+                    .where = name,
+                    .what = "compressed with a filter that this build does not read",
+                    .expected = "gzip (deflate) or no compression",
+                    .got = (called.empty() ? "" : as_utf8(called) + ", ") + "HDF5 filter " +
+                           std::to_string(filter),
+                    .hint = "Where the filter is installed: h5repack -f SHUF -f GZIP=1 IN.h5 "
+                            "OUT.h5"});
+  }
+}
+
 std::optional<Reader::Column> Reader::open_column(const std::string& name, H5T_class_t type_class,
                                                   std::size_t width) {
   if (!status_) return std::nullopt;
   OpenColumn found(file_, name);
   if (!require(found.handle.ok(), name, "the column is missing or damaged")) return std::nullopt;
+  require_filters(found.handle, name);
+  if (!status_) return std::nullopt;
   std::array<hsize_t, 2> size{0, 0};
   const bool shaped = found.read_size(size) == (width == 0 ? 1 : 2) && size[1] == width;
   if (!require(shaped && H5Tget_class(found.type.id()) == type_class, name,
@@ -302,6 +332,8 @@ std::string Reader::document(const std::string& name) {
   if (!status_) return {};
   const OpenColumn document(file_, name);
   if (!require(document.handle.ok(), name, "the document is missing or damaged")) return {};
+  require_filters(document.handle, name);
+  if (!status_) return {};
   if (!require(is_text(document.type, document.space, max_document_bytes), name, "not a text"))
     return {};
   std::string text(H5Tget_size(document.type.id()), '\0');

@@ -240,6 +240,8 @@ class Reader {
     std::size_t items = 0;
     std::size_t item_bytes = 0;
   };
+  /// Notes Errc::unsupported where this build cannot unpack the column.
+  void require_filters(const Handle& column, const std::string& name);
   std::optional<Column> open_column(const std::string& name, H5T_class_t type_class,
                                     std::size_t width);
   void read_number(const std::string& object, const std::string& name, hid_t type, void* value,

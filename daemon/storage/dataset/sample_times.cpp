@@ -24,6 +24,22 @@ double compute_median(std::vector<double> values) {
   return *at;
 }
 
+std::vector<double> intervals_of(const std::vector<std::int64_t>& t_ns) {
+  std::vector<double> out;
+  for (std::size_t i = 1; i < t_ns.size(); ++i) out.push_back(since_ns(t_ns[i - 1], t_ns[i]));
+  return out;
+}
+
+/// Whether the intervals after number `at` make up for it: samples that were held back come closer
+/// together.
+bool is_made_up_for(const std::vector<double>& intervals_ns, std::size_t at, double usual_ns) {
+  const auto held_back = static_cast<std::size_t>(intervals_ns[at] / usual_ns);
+  const std::size_t end = std::min(at + 1 + held_back, intervals_ns.size());
+  double ns = 0;
+  for (std::size_t i = at + 1; i < end; ++i) ns += intervals_ns[i];
+  return ns < usual_ns * static_cast<double>(end - at - 1) / 2;
+}
+
 /// The step of the stamps' clock, which all intervals are whole multiples of. None where it is no
 /// finer than half of an interval: regular times are multiples of their period.
 double stamp_step_ns(const std::vector<double>& intervals_ns, double usual_ns) {
@@ -42,9 +58,7 @@ SampledTime& SampledTime::operator+=(const SampledTime& other) {
 }
 
 SampledTime sampled_time(const std::vector<std::int64_t>& t_ns) {
-  std::vector<double> intervals_ns;
-  for (std::size_t i = 1; i < t_ns.size(); ++i)
-    intervals_ns.push_back(since_ns(t_ns[i - 1], t_ns[i]));
+  const std::vector<double> intervals_ns = intervals_of(t_ns);
   const double usual_ns = intervals_ns.empty() ? 0 : compute_median(intervals_ns);
   if (usual_ns <= 0) return {};
   const double most_ns = std::max(pause_ns, pause_intervals * usual_ns);
@@ -63,6 +77,20 @@ SampledTime sampled_time(const std::vector<std::int64_t>& t_ns) {
   if (others > std::max<std::size_t>(1, intervals_ns.size() / rest_share) ||
       (short_runs && usual_ns < slow_ns))
     return {};
+  return out;
+}
+
+std::vector<std::size_t> samples_after_pause(const std::vector<std::int64_t>& t_ns) {
+  const std::vector<double> intervals_ns = intervals_of(t_ns);
+  std::vector<std::size_t> out;
+  if (intervals_ns.empty()) return out;
+  const double usual_ns = compute_median(intervals_ns);
+  const bool regular = sampled_time(t_ns).intervals > 0;
+  for (std::size_t i = 0; i < intervals_ns.size(); ++i) {
+    if (intervals_ns[i] <= pause_intervals * usual_ns) continue;
+    if (intervals_ns[i] > pause_ns || (regular && !is_made_up_for(intervals_ns, i, usual_ns)))
+      out.push_back(i + 1);
+  }
   return out;
 }
 

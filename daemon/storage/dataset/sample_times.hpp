@@ -27,6 +27,11 @@ struct SampledTime {
 /// second on average, or be of 200 Hz or less: else it may be batches of a slow reader.
 SampledTime sampled_time(const std::vector<std::int64_t>& t_ns);
 
+/// Samples that follow a pause, ascending: where at least half a second and five usual intervals
+/// went by; of regular times also where more than five usual intervals did, unless the samples
+/// after it come closer together, as those that an adapter held back do.
+std::vector<std::size_t> samples_after_pause(const std::vector<std::int64_t>& t_ns);
+
 /// Times of trial `i` in phase M, which windows and the spectrum are of; of all its samples where
 /// it has fewer than two there. Phases before and after may be recorded at another rate.
 std::vector<std::int64_t> motion_times(const Dataset& dataset, std::size_t i);

@@ -7,6 +7,7 @@
 
 #include "daemon/base/text/csv_table.hpp"
 #include "daemon/base/text/similar_names.hpp"
+#include "daemon/storage/dataset/sample_times.hpp"
 #include "daemon/storage/dataset/trial_csv.hpp"
 
 namespace weft::daemon {
@@ -69,6 +70,18 @@ Result<TimedRate> even_rate(const std::vector<double>& times, const LongestInter
                  .hint = "Cut the recording where samples are missing; where none are, state the "
                          "rate of the sensor: --rate-hz"});
   return timed_rate(1 / step_s, 2 * worst_s / step_s / duration_s);
+}
+
+// Where samples are missing between two that follow each other, at the stated rate.
+std::vector<classifier::vibro::Gap> find_pauses(const std::vector<double>& times, double rate_hz) {
+  std::vector<std::int64_t> t_ns;
+  for (const double s : times) t_ns.push_back(std::llround(1e9 * (s - times.front())));
+  std::vector<classifier::vibro::Gap> out;
+  for (const std::size_t i : samples_after_pause(t_ns)) {
+    const double at_s = static_cast<double>(i) / rate_hz;
+    out.push_back({at_s, at_s});
+  }
+  return out;
 }
 
 // The tables of one set are of one rate where their times do not tell otherwise: that of the first,
@@ -142,7 +155,10 @@ Result<TimedRate> read_table(const std::filesystem::path& path, const std::strin
   }
   if (!more) return pass(more.error());
   if (auto done = repeated.check(stated_hz > 0, warnings); !done) return pass(done.error());
-  if (stated_hz > 0) return TimedRate{stated_hz, stated_hz, 0.0};
+  if (stated_hz > 0) {
+    out.gaps = find_pauses(times, stated_hz);
+    return TimedRate{stated_hz, stated_hz, 0.0};
+  }
   if (times.size() < 2 || !(times.back() > times.front()))
     return csv->complaint("the times do not tell the sampling rate");
   return even_rate(times, longest);

@@ -10,6 +10,7 @@ namespace weft::daemon {
 namespace {
 
 using classifier::vibro::Channel;
+using classifier::vibro::Gap;
 using classifier::vibro::Recording;
 
 constexpr const char* format_name = "weft-recordings";
@@ -39,6 +40,35 @@ void write_samples(hdf5::Writer& out, const RecordingSet& set, std::size_t chann
   const auto count = [&](const Recording& r) { return std::uint64_t{samples(r).size()}; };
   out.column(column_of(channel, "count"), hdf5::gather(set.recordings, count));
   out.column(column_of(channel, "samples"), hdf5::concatenate(set.recordings, samples));
+}
+
+/// A set without gaps has no group for them.
+void write_gaps(hdf5::Writer& out, const RecordingSet& set) {
+  std::vector<std::uint64_t> recording;
+  std::vector<Gap> gaps;
+  for (std::size_t r = 0; r < set.recordings.size(); ++r)
+    for (const Gap& gap : set.recordings[r].gaps) {
+      recording.push_back(r);
+      gaps.push_back(gap);
+    }
+  if (gaps.empty()) return;
+  out.group("/gaps");
+  out.column("/gaps/recording", recording);
+  out.column("/gaps/from_s", hdf5::gather(gaps, &Gap::from_s));
+  out.column("/gaps/to_s", hdf5::gather(gaps, &Gap::to_s));
+}
+
+Status read_gaps(hdf5::Reader& in, RecordingSet& set) {
+  if (!in.has("/gaps")) return {};
+  const auto recording = in.column<std::uint64_t>("/gaps/recording");
+  const auto from_s = in.column<double>("/gaps/from_s"), to_s = in.column<double>("/gaps/to_s");
+  in.require(from_s.size() == recording.size() && to_s.size() == recording.size(), "/gaps",
+             "columns of different length");
+  if (!in.status()) return in.status();
+  for (std::size_t g = 0; g < recording.size(); ++g)
+    if (in.require(recording[g] < set.recordings.size(), "/gaps/recording", "no such recording"))
+      set.recordings[recording[g]].gaps.push_back({from_s[g], to_s[g]});
+  return in.status();
 }
 
 Status read_root(hdf5::Reader& in, RecordingSet& set, std::string& digest) {
@@ -104,6 +134,7 @@ Result<RecordingSet> read_checked(hdf5::Reader& in) {
   std::string digest;
   if (auto done = read_root(in, set, digest); !done) return pass(done.error());
   if (auto done = read_table(in, set); !done) return pass(done.error());
+  if (auto done = read_gaps(in, set); !done) return pass(done.error());
   const std::size_t channels = set.recordings.empty() ? 0 : set.recordings.front().channels.size();
   for (std::size_t c = 0; c < channels; ++c)
     if (auto done = read_samples(in, set, c); !done) return pass(done.error());
@@ -135,6 +166,7 @@ Result<std::string> write_recordings(const RecordingSet& set, const std::filesys
   out.attribute("/", "software_version", software_version());
   out.attribute("/", "sha256", digest);
   write_table(out, set);
+  write_gaps(out, set);
   for (std::size_t c = 0; c < set.recordings.front().channels.size(); ++c)
     write_samples(out, set, c);
   if (auto done = out.close(); !done) return pass(done.error(), path.string());

@@ -44,6 +44,13 @@ Status check_recording(const Recording& recording, const std::vector<Channel>& c
       return fail({.where = channels[c].name + ": sample " + std::to_string(odd - samples.begin()),
                    .what = "a sample that is not a finite number"});
   }
+  double end_s = 0.0;
+  for (const classifier::vibro::Gap& gap : recording.gaps) {
+    if (!(gap.from_s >= end_s && gap.to_s >= gap.from_s && std::isfinite(gap.to_s)))
+      return fail({.where = "gap at " + std::to_string(gap.from_s) + " s",
+                   .what = "gaps must be in order and apart from each other"});
+    end_s = gap.to_s;
+  }
   return {};
 }
 
@@ -59,6 +66,23 @@ std::optional<Span> find_motion(const classifier::Trial& trial, const TrialRecor
     if (!out) out = Span{record.t_ns[i], record.t_ns[i]};
     out->to_ns = record.t_ns[i];
   }
+  return out;
+}
+
+/// Where another phase lies within the motion, in seconds after `begin_ns`.
+std::vector<classifier::vibro::Gap> find_gaps(const classifier::Trial& trial,
+                                              const TrialRecord& record, std::int64_t begin_ns) {
+  std::vector<classifier::vibro::Gap> out;
+  std::optional<std::size_t> last;  // sample in phase M
+  for (std::size_t i = 0; i < trial.samples(); ++i) {
+    if (trial.phase[i] != Phase::motion) continue;
+    if (last && *last + 1 < i)
+      out.push_back({1e-9 * static_cast<double>(record.t_ns[*last] - begin_ns),
+                     1e-9 * static_cast<double>(record.t_ns[i] - begin_ns)});
+    last = i;
+  }
+  std::erase_if(out, [](const auto& gap) { return gap.to_s <= 0.0; });
+  for (auto& gap : out) gap.from_s = std::max(gap.from_s, 0.0);
   return out;
 }
 
@@ -97,15 +121,17 @@ Result<std::int64_t> read_blocks(const BlockStream& stream, const BlockFormat& f
   return begin_ns;
 }
 
-// Streams have blocks of different length: all channels begin where the last of them does.
-void align(std::vector<std::int64_t> begin_ns, const std::vector<Channel>& channels,
-           std::vector<std::vector<double>>& samples) {
+// Streams have blocks of different length: all channels begin where the last of them does, which
+// is returned.
+std::int64_t align(const std::vector<std::int64_t>& begin_ns, const std::vector<Channel>& channels,
+                   std::vector<std::vector<double>>& samples) {
   const std::int64_t common_ns = std::ranges::max(begin_ns);
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const double early = 1e-9 * static_cast<double>(common_ns - begin_ns[c]) * channels[c].rate_hz;
     const auto cut = std::min(static_cast<std::size_t>(std::llround(early)), samples[c].size());
     samples[c].erase(samples[c].begin(), samples[c].begin() + static_cast<std::ptrdiff_t>(cut));
   }
+  return common_ns;
 }
 
 }  // namespace
@@ -136,6 +162,10 @@ std::string recordings_sha256(const RecordingSet& set) {
       hash.number(static_cast<std::uint64_t>(r.samples[c].size()));
       hash.numbers(std::span<const double>(r.samples[c]));
     }
+    for (const classifier::vibro::Gap& gap : r.gaps) {  // of most recordings none
+      hash.number(gap.from_s);
+      hash.number(gap.to_s);
+    }
   }
   return to_hex(hash.finish());
 }
@@ -152,6 +182,19 @@ Copies copies_in(const RecordingSet& set) {
     contents.push_back(to_hex(hash.finish()));
   }
   return copies_among(names, contents);
+}
+
+std::vector<DataWarning> find_data_warnings(const RecordingSet& set) {
+  std::vector<CheckedSignal> signals;
+  std::vector<std::string> names;
+  for (const Channel& channel : set.recordings.front().channels)
+    signals.push_back({channel.name, {}});
+  for (const Recording& r : set.recordings) {
+    names.push_back(r.file);
+    for (std::size_t c = 0; c < signals.size(); ++c)
+      signals[c].states.push_back(classifier::check_signal(r.samples[c]));
+  }
+  return describe_signals(signals, names, "channel", "recording");
 }
 
 Result<RecordingSet> extract_recordings(const Dataset& dataset,
@@ -189,7 +232,7 @@ Result<RecordingSet> extract_recordings(const Dataset& dataset,
       done = read(record.acceleration, info.acceleration, acceleration_axes,
                   acceleration_quanta_per_mps2);
     if (!done) return pass(done.error());
-    align(begin_ns, channels, own.samples);
+    own.gaps = find_gaps(trial, record, align(begin_ns, channels, own.samples));
     out.recordings.push_back(std::move(own));
   }
   if (auto fine = check(out); !fine) return pass(fine.error());

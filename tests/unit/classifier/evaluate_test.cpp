@@ -158,6 +158,57 @@ TEST_CASE("Splits of unlike size weigh by what they asked, worked by hand, in an
   CHECK(split_interval(one, {8, 8}).method == wilson_interval(6, 8).method);
 }
 
+// Groups whose trials are right with one of two probabilities.
+double coverage_of_groups(std::size_t groups, std::size_t trials, std::uint64_t seed) {
+  constexpr double good = 0.98, bad = 0.62, share_of_bad = 0.2;
+  constexpr int sets = 2000;
+  const double truth = good + share_of_bad * (bad - good);
+  RandomEngine engine(seed);
+  const auto happens = [&](double p) {
+    return static_cast<double>(engine() % 1'000'000) < 1e6 * p;
+  };
+  int covered = 0;
+  for (int set = 0; set < sets; ++set) {
+    std::vector<SplitShare> shares(groups, {0.0, static_cast<double>(trials)});
+    for (SplitShare& one : shares) {
+      const double p = happens(share_of_bad) ? bad : good;
+      for (std::size_t i = 0; i < trials; ++i) one.part += happens(p) ? 1.0 : 0.0;
+    }
+    const auto n = static_cast<double>(groups), m = static_cast<double>(trials);
+    const Interval interval = split_interval(shares, {(n - 1) * m, m, true});
+    covered += interval.low <= truth && truth <= interval.high ? 1 : 0;
+  }
+  return static_cast<double>(covered) / sets;
+}
+
+TEST_CASE("Groups are what is counted: their number is a floor, and few errors move it little") {
+  const auto interval = [](double errors) {
+    std::vector<SplitShare> shares(100, {3.0, 3.0});
+    for (int i = 0; i < errors; ++i) shares[static_cast<std::size_t>(i)].part = 2.0;
+    return split_interval(shares, {297, 3, true});
+  };
+  CHECK(interval(0).low == Approx(wilson_interval(100, 100).low));  // 96.3 %
+  CHECK(interval(0).method == "Wilson score of 100 groups, all groups agree");
+  for (int errors = 0; errors < 30; ++errors) {
+    const Interval here = interval(errors), next = interval(errors + 1);
+    CAPTURE(errors, here.low, next.low);
+    CHECK(std::abs(here.low - next.low) < 0.02);
+    CHECK(std::abs(here.high - next.high) < 0.02);
+  }
+  for (const auto& [groups, trials] : {std::pair{4U, 40U}, {10U, 10U}, {30U, 5U}}) {
+    CAPTURE(groups, trials);
+    CHECK(coverage_of_groups(groups, trials, groups) >= 0.95);
+  }
+  const std::vector<std::string> names{"a", "a", "b", "b", "c", ""}, labels(6, "x");
+  const auto left_out = leave_one_group_out(std::span(names).first(5), std::span(labels).first(5));
+  REQUIRE(left_out);
+  CHECK(mean_sizes(*left_out).whole_groups);
+  CHECK(groups_on_both_sides(*left_out, names).empty());
+  const std::vector<Split> mixed{{{0, 2, 5}, {1, 3, 4}}, {{0, 1}, {2, 3}}};
+  CHECK_FALSE(mean_sizes(mixed).whole_groups);
+  CHECK(groups_on_both_sides(mixed, names) == std::vector<std::string>{"a", "b"});
+}
+
 TEST_CASE("The interval over groups left out does not depend on which group comes first") {
   const FeatureMatrix matrix = gaussian_classes(3, 20, 4, 1.0, 11);
   std::vector<std::string> groups;

@@ -25,6 +25,31 @@ TEST_CASE("Windows cut the motion into equal parts that inherit label and group"
   CHECK(dense->size() == 5);
 }
 
+TEST_CASE("no window lies across another phase or a pause, and each run has windows of its own") {
+  Trial trial = motion_trial(std::vector<double>{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11});
+  const WindowOptions three{.window_s = 0.3, .sample_period_s = 0.1};
+  const auto firsts = [&](std::span<const std::size_t> after_pause) {
+    std::vector<double> out;
+    const auto windows = cut_windows(trial, three, after_pause);
+    REQUIRE(windows);
+    for (const Trial& window : *windows) {
+      REQUIRE(window.counts.size() == 3);
+      CHECK(window.counts[2] == window.counts[0] + 2);
+      out.push_back(window.counts[0]);
+    }
+    return out;
+  };
+  CHECK(firsts({}) == std::vector<double>{0, 3, 6, 9});
+  const std::vector<std::size_t> after_pause{5, 7};
+  CHECK(firsts(after_pause) == std::vector<double>{0, 7});
+  trial.phase[4] = Phase::none;
+  CHECK(firsts({}) == std::vector<double>{0, 5, 8});
+  for (const std::size_t i : {2U, 7U, 10U}) trial.phase[i] = Phase::press;
+  const auto refused = cut_windows(trial, three);
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == Errc::range);
+}
+
 TEST_CASE(
     "a recording's name is that of its windows without their number, and nothing else of it") {
   for (const auto& [file, recording] : {std::pair{"a.csv", "a.csv"},

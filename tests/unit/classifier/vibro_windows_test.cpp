@@ -23,6 +23,26 @@ Recording of_samples(std::size_t samples, double rate_hz) {
   return out;
 }
 
+TEST_CASE("No window holds a sample of a gap, and behind one they begin anew") {
+  Recording own = of_samples(1000, 100.0);
+  const auto starts = [&](std::size_t blocks) {
+    std::vector<double> out;
+    for (const Place& place : block_places(own, 2.0, blocks, 2.0)) out.push_back(place.start_s);
+    return out;
+  };
+  CHECK(starts(1) == std::vector<double>{0, 2, 4, 6, 8});
+  own.gaps = {{3.5, 3.5}, {7.0, 7.5}};
+  CHECK(starts(1) == std::vector<double>{0, 3.5, 7.5});
+  CHECK(starts(2) == std::vector<double>{0, 5, 7.5});
+  const auto drawn = random_places(own, 2.0, 100000, 1);
+  CHECK(drawn.size() > 200);
+  for (const Place& place : drawn) {
+    const std::size_t first = first_sample(place.start_s, 100.0), end = first + 200;
+    CHECK((end <= 350 || first >= 350));
+    CHECK((end <= 700 || first >= 750));
+  }
+}
+
 TEST_CASE("Windows that are no whole number of samples stay in their part and in the recording") {
   for (const auto& [samples, rate_hz, window_s, step_s] :
        {std::tuple(std::size_t{110250}, 11025.0, 0.5, 0.25), {263, 25.0, 0.5, 0.1}}) {

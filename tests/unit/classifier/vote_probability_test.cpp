@@ -87,6 +87,20 @@ TEST_CASE("sigmoids stay in 0 to 1 whatever they are given") {
   for (const double at : {top, -top, 0.0}) CHECK_FALSE(std::isnan(steep(at)));
 }
 
+TEST_CASE(
+    "a sigmoid without offset takes the side of the decision value, whatever it learnt from") {
+  const std::vector<double> f{2.0, 1.5, 0.8, 1.9, 0.4, -0.2};  // all but one say class a
+  const std::vector<int> sign{1, 1, -1, 1, -1, -1};
+  CHECK(fit_sigmoid(f, sign)(0.1) < 0.5);
+  const Sigmoid s = fit_sigmoid(f, sign, false);
+  CHECK(s.offset == 0.0);
+  CHECK(s.slope < 0.0);
+  CHECK(s(0.1) > 0.5);
+  CHECK(s(-0.1) < 0.5);
+  const std::vector<int> opposite{-1, -1, -1, -1, 1, 1};
+  CHECK(fit_sigmoid(f, opposite, false)(1.0) == 0.5);
+}
+
 // ---- coupling ----
 
 TEST_CASE("pairs that agree with each other give back the probabilities they came from") {

@@ -50,8 +50,7 @@ TEST_CASE("an interval of groups left out says what it is, on the curve as well"
   const auto agreed = measure(args, chosen);
   if (!agreed) FAIL(to_string(agreed.error()));
   REQUIRE(agreed->outcomes[0].evaluation.deviation == 0);
-  CHECK(agreed->outcomes[0].evaluation.ci95.method ==
-        "Wilson score of one split, all splits agree");
+  CHECK(agreed->outcomes[0].evaluation.ci95.method == "Wilson score of 2 groups, all groups agree");
   for (std::size_t row = 0; row < 3; ++row) chosen.features.labels[row] = "pile";  // some wrong
   const auto differing = measure(args, chosen);
   if (!differing) FAIL(to_string(differing.error()));
@@ -74,7 +73,7 @@ TEST_CASE(
   const CurvePoint& point = measured->curve[0];
   CHECK(point.draws == 2 * 40);
   const classifier::Interval& sure = point.values[0].ci95;
-  CHECK(sure.method.ends_with("over the groups left out"));
+  CHECK(sure.method.find("over the groups left out") != std::string::npos);
   const auto drawn = classifier::thinned(measured->splits, chosen.features.labels,
                                          chosen.features.files, 2, 40, args.training.seed);
   REQUIRE(drawn);

@@ -34,6 +34,24 @@ std::vector<std::int64_t> in_batches(std::size_t batch, double within_ms, int sa
   return times(intervals_ms, samples);
 }
 
+TEST_CASE("a pause is where no sample was taken, not where an adapter held samples back") {
+  const auto even = times({20.0}, 200);
+  CHECK(samples_after_pause(even).empty());
+  CHECK(samples_after_pause({}).empty());
+  CHECK(samples_after_pause(paused(even, {70, 130})) == std::vector<std::size_t>{70, 130});
+  auto lost = even;  // 14 samples between two that follow each other, 0.3 s
+  lost.erase(lost.begin() + 70, lost.begin() + 84);
+  CHECK(samples_after_pause(lost) == std::vector<std::size_t>{70});
+  auto one_lost = even;
+  one_lost.erase(one_lost.begin() + 70);
+  CHECK(samples_after_pause(one_lost).empty());
+  auto held_back = even;  // for 0.3 s, and then all at once
+  for (std::size_t i = 70; i < 84; ++i)
+    held_back[i] = held_back[84] + static_cast<std::int64_t>(i) - 84;
+  CHECK(samples_after_pause(held_back).empty());
+  CHECK(samples_after_pause(in_batches(10, 0.1, 500)).empty());
+}
+
 constexpr double seconds = 6.0;
 constexpr double tick_s = 0.015625;  // of Windows
 

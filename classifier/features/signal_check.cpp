@@ -1,0 +1,102 @@
+#include "classifier/features/signal_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace weft::classifier {
+namespace {
+
+constexpr double epsilon = 0x1p-52;
+constexpr std::size_t fewest_samples = 8;  // to tell a clock, or a limit
+constexpr double same_step_share = 0.95;
+constexpr std::size_t held_samples = 5;  // at a limit in a row
+constexpr std::size_t held_times = 4;    // as long as at any value between both limits
+constexpr double held_share = 0.01, between_share = 0.05;
+
+// The mean square deviation from a mean that is itself corrected, so that levels take no digits.
+double mean_square_deviation(std::span<const double> samples) {
+  const auto n = static_cast<double>(samples.size());
+  double mean = 0.0;
+  for (const double v : samples) mean += v / n;
+  double rest = 0.0;
+  for (const double v : samples) rest += (v - mean) / n;
+  mean += rest;
+  double sum = 0.0, square = 0.0;
+  for (const double v : samples) {
+    sum += v - mean;
+    square += (v - mean) * (v - mean);
+  }
+  return std::max(0.0, square / n - sum / n * (sum / n));
+}
+
+bool does_only_rise(std::span<const double> samples) {
+  if (samples.size() < fewest_samples) return false;
+  std::size_t rises = 0, falls = 0, lead = 0;
+  double usual = 0.0;  // the step that most intervals have, if there is one (Boyer and Moore 1981)
+  const auto step_at = [&](std::size_t i) { return samples[i] - samples[i - 1]; };
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    const double step = step_at(i);
+    rises += step > 0.0 ? 1 : 0;
+    falls += step < 0.0 ? 1 : 0;
+    if (lead == 0) usual = step;
+    lead += step == usual ? std::size_t{1} : std::size_t(-1);
+  }
+  const auto intervals = static_cast<double>(samples.size() - 1);
+  if (falls == 0 && static_cast<double>(rises) > intervals / 2) return true;
+  if (!(usual > 0.0)) return false;
+  std::size_t alike = 0;  // of a counter that begins anew
+  for (std::size_t i = 1; i < samples.size(); ++i) alike += step_at(i) == usual ? 1 : 0;
+  return static_cast<double>(alike) >= same_step_share * intervals;
+}
+
+// Longest run of equal samples, by whether they are at the lower end, at the upper or between.
+struct Runs {
+  std::size_t low = 0, high = 0, between = 0;
+  std::size_t at_low = 0, at_high = 0, samples_between = 0;
+};
+
+Runs count_runs(std::span<const double> samples, double low, double high) {
+  Runs out;
+  std::size_t run = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double v = samples[i];
+    run = i > 0 && v == samples[i - 1] ? run + 1 : 1;
+    std::size_t& longest = v == low ? out.low : v == high ? out.high : out.between;
+    longest = std::max(longest, run);
+    ++(v == low ? out.at_low : v == high ? out.at_high : out.samples_between);
+  }
+  return out;
+}
+
+bool is_held(std::size_t run, std::size_t at_limit, const Runs& runs, std::size_t samples) {
+  const auto n = static_cast<double>(samples);
+  return run >= std::max(held_samples, held_times * runs.between) &&
+         static_cast<double>(at_limit) >= held_share * n &&
+         static_cast<double>(runs.samples_between) >= between_share * n &&
+         runs.samples_between >= held_samples;
+}
+
+}  // namespace
+
+SignalState check_signal(std::span<const double> samples) {
+  SignalState out;
+  out.constant = true;
+  if (samples.empty()) return out;
+  const auto [low, high] = std::ranges::minmax(samples);
+  out.low.value = low;
+  out.high.value = high;
+  out.largest = std::max(std::abs(low), std::abs(high));
+  if (low == high) return out;
+  out.deviation = std::sqrt(mean_square_deviation(samples));
+  out.constant = out.deviation <= 2.0 * epsilon * out.largest;
+  if (out.constant) return out;
+  out.digits = std::min(SignalState::digits_of_all,
+                        std::log10(out.deviation / (out.largest * epsilon / 2.0)));
+  out.only_rises = does_only_rise(samples);
+  const Runs runs = count_runs(samples, low, high);
+  out.low.held = is_held(runs.low, runs.at_low, runs, samples.size());
+  out.high.held = is_held(runs.high, runs.at_high, runs, samples.size());
+  return out;
+}
+
+}  // namespace weft::classifier
