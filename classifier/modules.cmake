@@ -2,18 +2,18 @@
 weft_module(classifier/base USES protocols/base SYSTEM Eigen3::Eigen Threads::Threads)
 weft_module(classifier/features USES classifier/base)
 weft_module(classifier/selection USES classifier/base)
-weft_module(classifier/learn USES classifier/base SYSTEM ${LIBSVM})
+weft_module(classifier/learn USES classifier/base classifier/selection SYSTEM ${LIBSVM})
 weft_module(classifier/fabric USES classifier/features classifier/selection classifier/learn)
-weft_module(classifier/baseline USES classifier/fabric)
-weft_module(classifier/vote USES classifier/baseline)
+weft_module(classifier/learners USES classifier/fabric SYSTEM nlohmann_json::nlohmann_json)
+weft_module(classifier/vote USES classifier/learners)
 weft_module(classifier/evaluate USES classifier/vote)
 weft_module(classifier/model USES classifier/vote)
 weft_module(classifier/live USES classifier/model)
 weft_module(classifier/design USES classifier/evaluate)
 weft_module(classifier/imprint USES classifier/model)
-weft_module(classifier/vibro RECURSE USES classifier/evaluate SYSTEM nlohmann_json::nlohmann_json)
+weft_module(classifier/vibro USES classifier/evaluate classifier/model)
 
-set(WEFT_CLASSIFIER_MODULES base features selection learn fabric baseline vote evaluate model live design imprint vibro)
+set(WEFT_CLASSIFIER_MODULES base features selection learn fabric learners vote evaluate model live design imprint vibro)
 add_library(weft_classifier INTERFACE)  # all of it
 foreach(module ${WEFT_CLASSIFIER_MODULES})
   target_link_libraries(weft_classifier INTERFACE weft_classifier_${module})
@@ -22,7 +22,7 @@ endforeach()
 
 # Square roots that need not set errno are taken for all lanes at once.
 set_source_files_properties(classifier/features/spectrum.cpp classifier/features/taxel_block.cpp classifier/imprint/step_edges.cpp
-                            classifier/vibro/short_time.cpp classifier/vibro/learn/network.cpp classifier/vibro/level_features.cpp
+                            classifier/vibro/short_time.cpp classifier/learners/network.cpp classifier/vibro/level_features.cpp
                             classifier/vibro/real_transform.cpp PROPERTIES COMPILE_OPTIONS -fno-math-errno)
 if(WEFT_XGBOOST)
   # Loaded when it is asked for, by the name under which programs find it: that to which the name for linking leads.
@@ -30,14 +30,14 @@ if(WEFT_XGBOOST)
   if(IS_SYMLINK "${XGBOOST_LIBRARY}")
     file(READ_SYMLINK "${XGBOOST_LIBRARY}" xgboost_library)
   endif()
-  set_property(SOURCE classifier/vibro/learn/boosted.cpp APPEND
+  set_property(SOURCE classifier/learners/boosted.cpp APPEND
                PROPERTY COMPILE_DEFINITIONS "WEFT_XGBOOST_LIBRARY=\"${xgboost_library}\"" "WEFT_XGBOOST_BUILT_WITH=\"${XGBOOST_LIBRARY}\"")
-  target_link_libraries(weft_classifier_vibro PRIVATE ${CMAKE_DL_LIBS})
+  target_link_libraries(weft_classifier_learners PRIVATE ${CMAKE_DL_LIBS})
 endif()
 
 # Kernels are compiled one by one (docs/adr/0009); joined is what only reads, writes and chooses.
 file(GLOB kernels CONFIGURE_DEPENDS classifier/base/*.cpp classifier/features/*.cpp classifier/selection/*.cpp classifier/learn/*.cpp
-     classifier/fabric/*.cpp classifier/vote/*.cpp)
+     classifier/fabric/*.cpp classifier/learners/*.cpp classifier/vote/*.cpp)
 list(FILTER kernels EXCLUDE REGEX
      "classifier/(base/(line_io|interval)|fabric/(model_text|options)|vote/(postprocessing|calibration|novelty))")
 set_source_files_properties(${kernels} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "classifier/base/interval.hpp"
-#include "classifier/baseline/learner.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/fabric/options.hpp"
 #include "classifier/features/feature_matrix.hpp"
 

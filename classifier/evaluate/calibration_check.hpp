@@ -8,7 +8,7 @@
 
 #include "classifier/base/interval.hpp"
 #include "classifier/base/matrix.hpp"
-#include "classifier/baseline/learner.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/features/feature_matrix.hpp"
 #include "protocols/base/result.hpp"

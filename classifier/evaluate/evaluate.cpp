@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "classifier/base/random.hpp"
 
@@ -42,16 +43,20 @@ Status check_split(const FeatureMatrix& matrix, const Split& split) {
 }
 
 // One trial at a time on the calling thread, as the paper times it. `answer`: class of a feature
-// vector.
-template <class Predict>
+// vector. `seconds` takes what each took.
+template <class Predict, class Now>
 Result<std::vector<std::size_t>> collect_predictions(const Predict& answer,
                                                      const FeatureMatrix& matrix,
-                                                     const std::vector<std::size_t>& rows) {
+                                                     const std::vector<std::size_t>& rows,
+                                                     const Now& now, std::vector<double>& seconds) {
   std::vector<std::size_t> out;
+  double began = now();
   for (const std::size_t r : rows) {
     const Result<std::size_t> winner = answer(matrix.values.row(r));
     if (!winner) return pass(winner.error(), matrix.files[r]);
     out.push_back(*winner);
+    const double ended = now();
+    seconds.push_back(ended - std::exchange(began, ended));
   }
   return out;
 }
@@ -71,6 +76,13 @@ double count_answers(const FeatureMatrix& matrix, const Split& split,
   }
   out.answers.push_back(std::move(answers));
   return static_cast<double>(correct) / static_cast<double>(split.test.size());
+}
+
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return values.size() % 2 == 1 ? *middle
+                                : (*middle + *std::max_element(values.begin(), middle)) / 2.0;
 }
 
 void summarise(std::span<const Split> splits, Scores& out) {
@@ -109,14 +121,15 @@ Result<Scores> over_splits(const FeatureMatrix& matrix, std::span<const Split> s
   const auto now = [&] { return seconds_now ? seconds_now() : 0.0; };
   auto confusion = empty_confusion(matrix, splits);
   if (!confusion) return pass(confusion.error());
-  Scores out{std::move(*confusion), {}, {}, 0, 0, {}, 0, 0};
+  Scores out{std::move(*confusion), {}, {}, 0, 0, {}, 0, 0, 0};
+  std::vector<double> answers_s;
   for (const Split& split : splits) {
     const double start = now();
     auto trained = train_on(select_rows(matrix, split.train));
     if (!trained) return pass(trained.error());
     const double ready = now();
     auto answers = collect_predictions([&](auto features) { return answer(*trained, features); },
-                                       matrix, split.test);
+                                       matrix, split.test, now, answers_s);
     if (!answers) return pass(answers.error());
     const double tested = now();
     const double accuracy = count_answers(matrix, split, std::move(*answers), out);
@@ -125,6 +138,7 @@ Result<Scores> over_splits(const FeatureMatrix& matrix, std::span<const Split> s
     if (auto ok = sink(std::move(*trained), split); !ok) return pass(ok.error());
   }
   summarise(splits, out);
+  out.answer_s = median_of(std::move(answers_s));
   return out;
 }
 
@@ -177,61 +191,49 @@ Result<PermutationResult> permuted(const FeatureMatrix& matrix, std::uint64_t se
 }  // namespace
 
 Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> splits,
-                            const TrainOptions& options, const SecondsNow& seconds_now) {
-  std::optional<FabricModel> first;
-  auto scores = over_splits(
-      matrix, splits, seconds_now, [&](const FeatureMatrix& rows) { return train(rows, options); },
-      [](const FabricModel& model, std::span<const double> features) -> Result<std::size_t> {
-        const auto vote = model.classify(features);
-        if (!vote) return pass(vote.error());
-        return vote->winner;
-      },
-      [&](FabricModel&& model, const Split&) -> Status {
-        if (!first) first.emplace(std::move(model));
-        return {};
-      });
-  if (!scores) return pass(scores.error());
-  return Evaluation{std::move(*scores), std::move(*first)};
+                                   Learner learner, const TrainOptions& options,
+                                   const SecondsNow& seconds_now, bool calibration) {
+  return evaluate(matrix, splits, candidates(learner, options.cap), options, seconds_now,
+                  calibration);
 }
 
-Result<LearnerEvaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> splits,
-                                   Learner learner, const TrainOptions& options,
+Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> splits,
+                                   std::span<const Recipe> tried, const TrainOptions& options,
                                    const SecondsNow& seconds_now, bool calibration) {
   const auto confusion = empty_confusion(matrix, splits);
   if (!confusion) return pass(confusion.error());
   CalibrationTally tally(confusion->labels);
   std::optional<TrainedLearner> first;
   std::vector<Recipe> recipes;
-  std::vector<std::vector<RecipeScore>> candidates;
+  std::vector<std::vector<RecipeScore>> of_candidates;
+  std::size_t components = 0;
+  double explained = static_cast<double>(splits.size());
   auto scores = over_splits(
       matrix, splits, seconds_now,
-      [&](const FeatureMatrix& rows) { return train_learner(rows, learner, options); },
+      [&](const FeatureMatrix& rows) { return train_best(rows, tried, options); },
       [](const ChosenLearner& chosen, std::span<const double> features) {
         return chosen.trained.classify(features);
       },
       [&](ChosenLearner&& chosen, const Split& split) -> Status {
         Status ok = calibration ? tally.add(matrix, split, chosen.trained, options) : Status();
         recipes.push_back(chosen.recipe);
-        candidates.push_back(std::move(chosen.scores));
+        if (const auto* own = std::get_if<PrincipalComponents>(&chosen.trained.view().table())) {
+          components = std::max(components, own->axes.rows());
+          explained += own->explained - 1.0;
+        }
+        of_candidates.push_back(std::move(chosen.scores));
         if (!first) first.emplace(std::move(chosen.trained));
         return ok;
       });
   if (!scores) return pass(scores.error());
-  LearnerEvaluation out{std::move(*scores), std::move(recipes), std::move(candidates),
-                        std::move(*first)};
+  Evaluation out{std::move(*scores), std::move(recipes), std::move(of_candidates),
+                        std::move(*first), components,
+                        explained / static_cast<double>(splits.size())};
   if (tally.empty()) return out;
   auto check = tally.finish();
   if (!check) return pass(check.error());
   out.calibration = std::move(*check);
   return out;
-}
-
-Result<PermutationResult> evaluate_permuted(const FeatureMatrix& matrix, const TrainOptions& train,
-                                            const PermutationOptions& options) {
-  return permuted(matrix, train.seed, options,
-                  [&](const FeatureMatrix& shuffled, const std::vector<Split>& splits) {
-                    return evaluate(shuffled, splits, train);
-                  });
 }
 
 Result<PermutationResult> evaluate_permuted(const FeatureMatrix& matrix, Learner learner,

@@ -8,10 +8,9 @@
 #include <vector>
 
 #include "classifier/base/interval.hpp"
-#include "classifier/baseline/learner.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/evaluate/calibration_check.hpp"
 #include "classifier/evaluate/splits.hpp"
-#include "classifier/fabric/model.hpp"
 #include "classifier/features/feature_matrix.hpp"
 #include "protocols/base/result.hpp"
 
@@ -39,29 +38,32 @@ struct Scores {
   Interval ci95;
   double train_s = 0.0;            ///< mean over the splits
   double test_s_per_sample = 0.0;  ///< mean over the splits
+  double answer_s = 0.0;           ///< of one row: the median of all
 };
 
 struct Evaluation : Scores {
-  FabricModel model;  ///< of the first split: its cores illustrate the selection (Table III)
-};
-
-struct LearnerEvaluation : Scores {
   /// Of each split: what was trained, and the candidates where that was a choice.
   std::vector<Recipe> recipes;
   std::vector<std::vector<RecipeScore>> candidates;
-  TrainedLearner trained;                            ///< of the first split
+  TrainedLearner trained;  ///< of the first split
+  /// Principal components that were taken, the most of any split, and the share of the variance that
+  /// they explain, mean over the splits; 0 and 1 without them.
+  std::size_t components = 0;
+  double explained = 1.0;
   std::optional<CalibrationCheck> calibration = {};  ///< where it was asked for
 };
 
-/// Refuses: what train() refuses, no split, an empty test part, a row beyond the last, a row on
-/// both sides of a split, a test label that was not trained.
+/// Trains on every split by train_best(), a choice and its cross-validation included, and tests.
+/// With `calibration` each split's aids are learnt as well, outside the times, and the
+/// probabilities of its test answers compared with what came true. Refuses: what train_best()
+/// refuses, no split, an empty test part, a row beyond the last, a row on both sides of a split, a
+/// test label that was not trained.
 Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> splits,
-                            const TrainOptions& options, const SecondsNow& seconds_now = {});
+                                   std::span<const Recipe> candidates, const TrainOptions& options,
+                                   const SecondsNow& seconds_now = {}, bool calibration = false);
 
-/// The same for any learner; choices and their cross-validation are part of the training. With
-/// `calibration` each split's aids are learnt as well, outside the times, and the probabilities of
-/// its test answers compared with what came true.
-Result<LearnerEvaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> splits,
+/// The same of candidates(learner, options.cap).
+Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> splits,
                                    Learner learner, const TrainOptions& options,
                                    const SecondsNow& seconds_now = {}, bool calibration = false);
 
@@ -89,10 +91,6 @@ struct PermutationResult {
 /// binomial with `chance`. Whatever exceeds that means that labels reach the answers on another way
 /// than through the features. Seeds follow from `train.seed`. Refuses what stratified_splits() and
 /// evaluate() refuse, and no permutation.
-Result<PermutationResult> evaluate_permuted(const FeatureMatrix& matrix, const TrainOptions& train,
-                                            const PermutationOptions& options = {});
-
-/// The same for any learner.
 Result<PermutationResult> evaluate_permuted(const FeatureMatrix& matrix, Learner learner,
                                             const TrainOptions& train,
                                             const PermutationOptions& options = {});

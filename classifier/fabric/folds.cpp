@@ -45,9 +45,24 @@ std::vector<std::vector<std::size_t>> rows_by_class(std::span<const std::size_t>
   return out;
 }
 
+namespace {
+
+// A number per recording and part of it.
+std::vector<std::size_t> part_units(std::span<const std::size_t> recording,
+                                    std::span<const std::size_t> part) {
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> number;
+  std::vector<std::size_t> out;
+  for (std::size_t r = 0; r < part.size(); ++r)
+    out.push_back(number.emplace(std::pair(recording[r], part[r]), number.size()).first->second);
+  return out;
+}
+
+}  // namespace
+
 UnitLevels unit_levels(const FeatureMatrix& matrix, FoldUnit kind) {
   UnitLevels out{row_units(matrix, kind)};
   if (kind == FoldUnit::group) out.push_back(row_units(matrix, FoldUnit::recording));
+  if (!matrix.parts.empty()) out.push_back(part_units(out.back(), matrix.parts));
   out.push_back(numbers_below(matrix.size()));
   return out;
 }
@@ -89,7 +104,7 @@ RowsOfLabel rows_by_label(const FeatureMatrix& matrix) {
   return out;
 }
 
-Status check_labels(std::span<const std::string> labels) {
+Status check_labels(std::span<const std::string> labels, std::size_t least) {
   std::map<std::string_view, std::size_t> rows;
   for (const std::string& label : labels) ++rows[label];
   if (rows.size() < 2)
@@ -99,12 +114,12 @@ Status check_labels(std::span<const std::string> labels) {
                  .expected = "at least 2",
                  .got = std::to_string(rows.size())});
   for (const auto& [label, count] : rows)
-    if (count < 2)
+    if (count < least)
       return fail({.code = Errc::invalid_argument,
                    .where = "label " + std::string(label),
                    .what = "too few training trials",
-                   .expected = "at least 2",
-                   .got = "1",
+                   .expected = "at least " + std::to_string(least),
+                   .got = std::to_string(count),
                    .hint = "Record more trials of it or leave it out"});
   return {};
 }

@@ -41,7 +41,7 @@ std::vector<std::vector<std::size_t>> rows_by_class(std::span<const std::size_t>
 /// Units of every row, below the number of rows, from coarse to fine.
 using UnitLevels = std::vector<std::vector<std::size_t>>;
 
-/// Groups (where `kind` says so), recordings, single rows.
+/// Groups (where `kind` says so), recordings, their parts (where the matrix has them), single rows.
 UnitLevels unit_levels(const FeatureMatrix& matrix, FoldUnit kind);
 
 /// From level `from` on the first of whose units any one may be held out so that `least` of the
@@ -69,8 +69,8 @@ using RowsOfLabel = std::map<std::string, std::vector<std::size_t>>;
 /// Row numbers of every label, ascending.
 RowsOfLabel rows_by_label(const FeatureMatrix& matrix);
 
-/// Of every training row. Refuses fewer than two labels, and one of a single row.
-Status check_labels(std::span<const std::string> labels);
+/// Of every training row. Refuses fewer than two labels, and one of fewer than `least` rows.
+Status check_labels(std::span<const std::string> labels, std::size_t least = 2);
 
 /// What a core learns from: `sign` and `folds` count positions in `rows`.
 struct PairProblem {

@@ -100,6 +100,7 @@ struct TrainOptions {
   FoldUnit fold_unit = FoldUnit::recording;
   double tolerance = 1e-3;    ///< libsvm's stopping tolerance
   std::uint64_t seed = 1;     ///< of the folds, and of trees
+  std::size_t trees = 1000;   ///< of forests; as many as that of the paper of 2023 has
   std::size_t threads = 0;    ///< 0: one per core; the model does not depend on it
   FoldMaker make_folds = {};  ///< empty: stratified_folds() of units_by_label()
   /// Counts the problems that no solver brought to the tolerance; empty: nobody asks. Shared by all

@@ -38,6 +38,12 @@ Status check_sizes(const FeatureMatrix& m) {
                  .got = std::to_string(m.values.cols())});
   }
   const std::size_t rows = m.values.rows();
+  if (!m.parts.empty() && m.parts.size() != rows)
+    return fail({.code = Errc::invalid_argument,
+                 .where = "feature matrix",
+                 .what = "parts do not match the rows",
+                 .expected = std::to_string(rows) + ", or none",
+                 .got = std::to_string(m.parts.size())});
   if (m.labels.size() != rows || m.groups.size() != rows || m.files.size() != rows) {
     return fail({.code = Errc::invalid_argument,
                  .where = "feature matrix",
@@ -165,6 +171,7 @@ FeatureMatrix select_rows(const FeatureMatrix& matrix, std::span<const std::size
     out.labels.push_back(matrix.labels[r]);
     out.groups.push_back(matrix.groups[r]);
     out.files.push_back(matrix.files[r]);
+    if (!matrix.parts.empty()) out.parts.push_back(matrix.parts[r]);
   }
   return out;
 }

@@ -48,6 +48,9 @@ struct FeatureMatrix {
   std::vector<std::string> labels;
   std::vector<std::string> groups;
   std::vector<std::string> files;
+  /// Contiguous part of its recording that a row is of: what folds keep together where a label has
+  /// one recording. Empty: recordings have no parts.
+  std::vector<std::size_t> parts = {};
 
   [[nodiscard]] std::size_t size() const { return values.rows(); }
 };

@@ -7,9 +7,8 @@
 #include <vector>
 
 #include "classifier/base/parallel.hpp"
-#include "classifier/baseline/learner.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/fabric/folds.hpp"
-#include "classifier/imprint/linear_rule.hpp"
 
 namespace weft::classifier::imprint {
 namespace {
@@ -24,58 +23,6 @@ Rounds side_by_side(const std::vector<Rounds>& lists) {
   for (std::size_t k = 0; k < least; ++k)
     for (const Rounds& list : lists) out[k].insert(out[k].end(), list[k].begin(), list[k].end());
   return out;
-}
-
-// Says of a feature vector of what class it is: its name.
-using DecisionRule = std::function<Result<std::string>(std::span<const double>)>;
-
-struct Trained {
-  DecisionRule answer;
-  std::size_t rounds = 0;
-  bool converged = true;
-};
-
-DecisionRule answer_of(LinearRule rule, std::vector<std::string> names) {
-  return [rule = std::move(rule),
-          names = std::move(names)](std::span<const double> features) -> Result<std::string> {
-    const auto predicted = rule.classify(features);
-    if (!predicted) return pass(predicted.error());
-    return names[*predicted];
-  };
-}
-
-Learner learner_of(Rule rule) {
-  if (rule == Rule::cores) return Learner::pvalue;
-  if (rule == Rule::cores_all) return Learner::all;
-  return rule == Rule::lda ? Learner::lda : Learner::svc;
-}
-
-Result<Trained> train_learner_rule(const FeatureMatrix& matrix, Rule rule) {
-  auto trained = train_recipe(matrix, {.learner = learner_of(rule)}, {});
-  if (!trained) return pass(trained.error());
-  return Trained{[own = std::move(*trained)](std::span<const double> f) -> Result<std::string> {
-                   const auto predicted = own.classify(f);
-                   if (!predicted) return pass(predicted.error());
-                   return own.labels()[*predicted];
-                 },
-                 0, true};
-}
-
-Result<Trained> train_rule(const FeatureMatrix& matrix, Rule rule) {
-  Classes classes = find_classes(matrix.labels);
-  if (rule == Rule::kesler || rule == Rule::kesler_zscore) {
-    KeslerOptions options;
-    options.scaling = rule == Rule::kesler ? FeatureScaling::none : FeatureScaling::zscore;
-    auto out = train_kesler(matrix.values, classes.of_row, classes.names.size(), options);
-    if (!out) return pass(out.error());
-    return Trained{answer_of(std::move(out->rule), std::move(classes.names)), out->rounds,
-                   out->converged};
-  }
-  if (rule != Rule::least_squares) return train_learner_rule(matrix, rule);
-  auto out = train_least_squares(matrix.values, classes.of_row, classes.names.size(),
-                                 FeatureScaling::zscore);
-  if (!out) return pass(out.error());
-  return Trained{answer_of(std::move(*out), std::move(classes.names)), 0, true};
 }
 
 std::vector<std::size_t> others(std::size_t rows, const std::vector<std::size_t>& aside) {
@@ -130,12 +77,6 @@ bool is_better(const ScaleScore& a, const ScaleScore& b) {
 std::string_view to_string(Experiment experiment) {
   constexpr std::array<std::string_view, 4> names{"1/N", "2/N", "1/CLASS", "2/CLASS"};
   return names.at(static_cast<std::size_t>(experiment));
-}
-
-std::string_view to_string(Rule rule) {
-  constexpr std::array<std::string_view, 7> names{
-      "kesler", "kesler-zscore", "least-squares", "cores", "cores-all", "lda", "svc"};
-  return names.at(static_cast<std::size_t>(rule));
 }
 
 Result<Rounds> test_rounds(Experiment experiment, std::span<const std::string> labels,
@@ -198,23 +139,25 @@ Status check_rounds(const Rounds& rounds, std::span<const std::string> labels) {
 }
 
 Result<ExperimentOutcome> run_experiment(const FeatureMatrix& matrix, Experiment experiment,
-                                         Rule rule) {
+                                         Learner rule) {
   const auto rounds = test_rounds(experiment, matrix.labels, matrix.groups);
   if (!rounds) return pass(rounds.error());
   if (auto ok = check_rounds(*rounds, matrix.labels); !ok)
     return pass(ok.error(), to_string(experiment));
   ExperimentOutcome out;
   for (const auto& aside : *rounds) {
-    const auto trained = train_rule(select_rows(matrix, others(matrix.size(), aside)), rule);
+    const auto trained =
+        train_recipe(select_rows(matrix, others(matrix.size(), aside)), {.learner = rule}, {});
     if (!trained) return pass(trained.error(), to_string(experiment));
-    out.most_rounds = std::max(out.most_rounds, trained->rounds);
-    out.converged = trained->converged;
+    const FitReport report = trained->predictor().report();
+    out.most_rounds = std::max(out.most_rounds, report.rounds);
+    out.converged = report.converged;
     if (!out.converged) break;
     for (const std::size_t r : aside) {
-      const auto predicted = trained->answer(matrix.values.row(r));
+      const auto predicted = trained->classify(matrix.values.row(r));
       if (!predicted) return pass(predicted.error(), matrix.files[r]);
       ++out.total;
-      if (*predicted == matrix.labels[r])
+      if (trained->labels()[*predicted] == matrix.labels[r])
         ++out.correct;
       else
         out.wrong.push_back(r);

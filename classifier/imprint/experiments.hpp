@@ -11,6 +11,7 @@
 
 #include "classifier/base/matrix.hpp"
 #include "classifier/features/feature_matrix.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/imprint/imprint_set.hpp"
 #include "classifier/imprint/scale_features.hpp"
 #include "protocols/base/result.hpp"
@@ -40,20 +41,11 @@ Result<std::vector<std::vector<std::size_t>>> test_rounds(Experiment experiment,
 Status check_rounds(const std::vector<std::vector<std::size_t>>& rounds,
                     std::span<const std::string> labels);
 
-/// What learns.
-enum class Rule {
-  kesler,         ///< the paper's perceptron on the features as they are
-  kesler_zscore,  ///< on scaled features (choice E5)
-  least_squares,  ///< minimum squared error, on scaled features
-  cores,          ///< RBF cores of Khan et al. 2016, features with p < delta
-  cores_all,      ///< RBF cores, all features
-  lda,            ///< shrinkage LDA
-  svc             ///< one multi-class SVC
-};
-inline constexpr std::array all_rules{Rule::kesler, Rule::kesler_zscore, Rule::least_squares,
-                                      Rule::cores,  Rule::cores_all,     Rule::lda,
-                                      Rule::svc};
-std::string_view to_string(Rule rule);
+/// What learns in the tables: the paper's perceptron, on scaled features too (choice E5), minimum
+/// squared error, and ours.
+inline constexpr std::array table_learners{
+    Learner::perceptron, Learner::perceptron_zscore, Learner::least_squares, Learner::pvalue,
+    Learner::all,        Learner::lda,               Learner::svc};
 
 struct ExperimentOutcome {
   bool converged = true;    ///< of a perceptron: in every round; false is the paper's infinity
@@ -67,7 +59,7 @@ struct ExperimentOutcome {
 /// Ends with the first training that does not converge, for then convergence has failed. Refuses
 /// what test_rounds(), check_rounds() and the rule refuse.
 Result<ExperimentOutcome> run_experiment(const FeatureMatrix& matrix, Experiment experiment,
-                                         Rule rule);
+                                         Learner rule);
 
 // The search of scale space that Ellis 1986, section 4, leaves to others: which scales of smoothing
 // tell the classes apart best.
@@ -76,7 +68,7 @@ struct ScaleSearchOptions {
   std::vector<double> sigmas = {0, 0.5, 1, 1.5, 2, 2.5, 3, 3.5, 4, 5, 6};
   std::size_t most_scales = 3;
   Form form = Form::full;
-  Rule rule = Rule::least_squares;
+  Learner rule = Learner::least_squares;
   Experiment evaluated_by = Experiment::object_of_all;  ///< an object that was never seen
   std::size_t threads = 0;
 };

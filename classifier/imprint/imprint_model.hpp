@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "classifier/baseline/learner.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/fabric/model_text.hpp"
 #include "classifier/imprint/imprint_set.hpp"
 #include "classifier/vote/postprocessing.hpp"

@@ -4,16 +4,19 @@
 #include <cmath>
 #include <numbers>
 
+#include "classifier/selection/selection.hpp"
 #include "protocols/base/names.hpp"
 
 namespace weft::classifier {
 namespace {
 
-constexpr NameTable<View, 4> view_names = {{
+constexpr NameTable<View, 6> view_names = {{
     {View::plain, "plain"},
     {View::compressed, "compressed"},
     {View::ranked, "ranked"},
     {View::normal_scores, "normal-scores"},
+    {View::standardised, "standardised"},
+    {View::components, "components"},
 }};
 
 double compress(double z) {
@@ -95,11 +98,11 @@ std::string_view to_string(View view) {
 
 Result<View> view_from(std::string_view text) {
   return value_from(view_names, text, "unknown view of the features",
-                    "plain, compressed, ranked or normal-scores");
+                    name_list(view_names));
 }
 
-std::vector<View> all_views() {
-  return values_of(view_names);
+std::vector<View> tried_views() {
+  return {View::plain, View::compressed, View::ranked, View::normal_scores};
 }
 
 RankTable RankTable::fit(const Matrix& rows) {
@@ -149,14 +152,28 @@ double NormalScores::score(std::size_t feature, double value) const {
   return value_at(of_knot_, ranks_.position(feature, value));
 }
 
-FeatureView FeatureView::fit(View view, const Matrix& rows) {
-  if (view == View::compressed) return FeatureView(Table(fit_scaler(rows)));
-  if (view == View::ranked) return FeatureView(Table(RankTable::fit(rows)));
-  if (view == View::normal_scores) return FeatureView(Table(NormalScores(RankTable::fit(rows))));
-  return {};
+FeatureView FeatureView::fit(View view, const Matrix& rows, std::size_t components) {
+  switch (view) {
+    case View::plain:
+      return {};
+    case View::compressed:
+      return FeatureView(Table(fit_scaler(rows)));
+    case View::ranked:
+      return FeatureView(Table(RankTable::fit(rows)));
+    case View::normal_scores:
+      return FeatureView(Table(NormalScores(RankTable::fit(rows))));
+    case View::standardised:
+      return FeatureView(Table(Standardised{fit_scaler(rows)}));
+    case View::components:
+      break;
+  }
+  Scaler scaler = fit_scaler(rows);
+  PcaBasis basis = pca_basis(scaled(scaler, rows), components);
+  return FeatureView(Table(
+      PrincipalComponents{std::move(scaler), std::move(basis.axes), basis.explained.back()}));
 }
 
-void FeatureView::apply(std::span<double> features) const {
+void FeatureView::apply_to_each(std::span<double> features) const {
   if (const auto* scaler = std::get_if<Scaler>(&table_))
     for (std::size_t k = 0; k < features.size(); ++k)
       features[k] = compress(scaler->apply(k, features[k]));
@@ -164,10 +181,46 @@ void FeatureView::apply(std::span<double> features) const {
     for (std::size_t k = 0; k < features.size(); ++k) features[k] = ranks->place(k, features[k]);
   if (const auto* normal = std::get_if<NormalScores>(&table_))
     for (std::size_t k = 0; k < features.size(); ++k) features[k] = normal->score(k, features[k]);
+  if (const auto* own = std::get_if<Standardised>(&table_))
+    for (std::size_t k = 0; k < features.size(); ++k)
+      features[k] = own->scaler.apply(k, features[k]);
 }
 
-void FeatureView::apply(Matrix& rows) const {
-  for (std::size_t r = 0; r < rows.rows(); ++r) apply(rows.row(r));
+std::vector<double> FeatureView::apply(std::span<const double> features) const {
+  std::vector<double> own(features.begin(), features.end());
+  const auto* components = std::get_if<PrincipalComponents>(&table_);
+  if (components == nullptr) {
+    apply_to_each(own);
+    return own;
+  }
+  for (std::size_t f = 0; f < own.size(); ++f) own[f] = components->scaler.apply(f, own[f]);
+  std::vector<double> out(components->axes.rows(), 0.0);
+  for (std::size_t k = 0; k < out.size(); ++k)
+    for (std::size_t f = 0; f < own.size(); ++f) out[k] += components->axes(k, f) * own[f];
+  return out;
+}
+
+Matrix FeatureView::apply(Matrix rows) const {
+  if (kind() != View::components) {
+    for (std::size_t r = 0; r < rows.rows(); ++r) apply_to_each(rows.row(r));
+    return rows;
+  }
+  Matrix out(rows.rows(), width(rows.cols()));
+  for (std::size_t r = 0; r < rows.rows(); ++r)
+    std::ranges::copy(apply(std::span<const double>(rows.row(r))), out.row(r).begin());
+  return out;
+}
+
+std::vector<std::string> FeatureView::apply(const std::vector<std::string>& names) const {
+  if (kind() != View::components) return names;
+  std::vector<std::string> out;
+  for (std::size_t k = 1; k <= width(names.size()); ++k) out.push_back("PC" + std::to_string(k));
+  return out;
+}
+
+std::size_t FeatureView::width(std::size_t features) const {
+  const auto* components = std::get_if<PrincipalComponents>(&table_);
+  return components == nullptr ? features : components->axes.rows();
 }
 
 Scaler fit_scaler(const Matrix& rows) {

@@ -1,8 +1,10 @@
 #pragma once
 // Scaling to zero mean and unit deviation, and how a learner sees the features: as they are,
-// compressed, or by their rank among training values, as a share or as a normal score.
+// compressed, by their rank among training values, as a share or as a normal score, scaled, or as
+// principal components.
 
 #include <span>
+#include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
@@ -45,13 +47,15 @@ enum class View {
   ranked,
   /// The ranks as van der Waerden has them: where a normal distribution has that share below. No
   /// tail is left, and what is rare counts as far out: what LDA takes for granted.
-  normal_scores
+  normal_scores,
+  standardised,  ///< zero mean, unit deviation of the training rows
+  components     ///< principal components of the standardised features
 };
 
 std::string_view to_string(View view);
 Result<View> view_from(std::string_view text);
-/// In the order of the enumeration, simple ones first.
-std::vector<View> all_views();
+/// Those that a choice tries, feature by feature and without a number to set; simple ones first.
+std::vector<View> tried_views();
 
 /// Places of values among those of a training, feature by feature.
 class RankTable {
@@ -91,26 +95,45 @@ class NormalScores {
   std::vector<double> of_knot_;
 };
 
+struct Standardised {
+  Scaler scaler;
+};
+
+/// Of standardised features.
+struct PrincipalComponents {
+  Scaler scaler;
+  Matrix axes;             ///< [components x features]
+  double explained = 1.0;  ///< share of the variance of the training rows
+};
+
 /// A view and what it learnt. Immutable; may be used by several threads.
 class FeatureView {
  public:
   /// In the order of View.
-  using Table = std::variant<std::monostate, Scaler, RankTable, NormalScores>;
+  using Table = std::variant<std::monostate, Scaler, RankTable, NormalScores, Standardised,
+                             PrincipalComponents>;
 
   FeatureView() = default;  ///< plain
   explicit FeatureView(Table table) : table_(std::move(table)) {}
-  /// At least one row, all values finite.
-  static FeatureView fit(View view, const Matrix& rows);
+  /// At least one row, all values finite. `components`: the most of View::components, of fewer
+  /// features as many as there are.
+  static FeatureView fit(View view, const Matrix& rows, std::size_t components = 0);
 
   [[nodiscard]] View kind() const { return static_cast<View>(table_.index()); }
   [[nodiscard]] const Table& table() const { return table_; }
 
-  /// Features of one trial, in place. As many as the training had, all finite.
-  void apply(std::span<double> features) const;
+  /// Features of one trial. As many as the training had, all finite.
+  [[nodiscard]] std::vector<double> apply(std::span<const double> features) const;
   /// Every row so.
-  void apply(Matrix& rows) const;
+  [[nodiscard]] Matrix apply(Matrix rows) const;
+  /// Names of what apply() gives; those of the features but for View::components.
+  [[nodiscard]] std::vector<std::string> apply(const std::vector<std::string>& names) const;
+  /// Columns that apply() gives of so many features.
+  [[nodiscard]] std::size_t width(std::size_t features) const;
 
  private:
+  void apply_to_each(std::span<double> features) const;
+
   Table table_;
 };
 

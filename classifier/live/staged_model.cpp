@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "classifier/base/line_io.hpp"
-#include "classifier/baseline/class_folds.hpp"
+#include "classifier/learners/class_folds.hpp"
 #include "classifier/fabric/folds.hpp"
 
 namespace weft::classifier {

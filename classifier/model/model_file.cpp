@@ -241,8 +241,11 @@ std::optional<ModelParts> read_model_parts(LineReader& in, const LearnerHead& he
     in.refuse("features are not those that the file describes", *other.second, *other.first);
   auto learner = read_learner(in, head, std::move(labels), std::move(features));
   if (!learner) return std::nullopt;
-  const std::size_t sigmoids = learner->cores() != nullptr ? learner->cores()->cores().size() : 0;
-  auto postprocessing = read_postprocessing(in, learner->labels().size(), columns, sigmoids);
+  const FabricModel* cores = learner->cores();
+  const std::size_t sigmoids = cores != nullptr ? cores->cores().size() : 0;
+  // Cores are judged by the features that they see, other learners by those of the trial.
+  const std::size_t judged = cores != nullptr ? cores->feature_names().size() : columns;
+  auto postprocessing = read_postprocessing(in, learner->labels().size(), judged, sigmoids);
   if (!in.ok()) return std::nullopt;
   return ModelParts{std::move(*learner), std::move(postprocessing)};
 }

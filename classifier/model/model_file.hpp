@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "classifier/baseline/learner.hpp"
-#include "classifier/baseline/learner_text.hpp"
+#include "classifier/learners/learner.hpp"
+#include "classifier/learners/learner_text.hpp"
 #include "classifier/fabric/model_text.hpp"
 #include "classifier/features/feature_matrix.hpp"
 #include "classifier/vote/postprocessing.hpp"

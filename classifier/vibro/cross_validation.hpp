@@ -1,5 +1,5 @@
 #pragma once
-// Trains and tests pipelines on splits of windows.
+// Trains and tests learners on splits of windows.
 
 #include <cstddef>
 #include <span>
@@ -8,10 +8,20 @@
 #include "classifier/base/interval.hpp"
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/evaluate/splits.hpp"
-#include "classifier/vibro/learn/pipeline.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/vibro/protocol.hpp"
 
 namespace weft::classifier::vibro {
+
+/// Principal components that the paper takes.
+inline constexpr std::size_t papers_components = 3;
+
+/// A learner as the paper of 2023 trains it: on scaled features, or their principal components.
+Recipe window_recipe(Learner learner, std::size_t components = 0);
+/// The paper's ten, then shrinkage LDA and cores on all features.
+std::vector<Learner> window_learners();
+/// What `best` tries on windows: those that are quick to train, simple ones first.
+std::vector<Recipe> window_candidates(std::size_t components = 0);
 
 /// What came out over all splits.
 struct CrossValidation {
@@ -31,34 +41,21 @@ struct CrossValidation {
   double explained = 1.0;        ///< by the components, mean over the splits
   double train_s = 0.0;          ///< mean over the splits
   double answer_s = 0.0;         ///< one row at a time, scaling and components included: the median
-  std::vector<Method> chosen{};  ///< per split, where the learner was chosen
+  std::vector<Learner> chosen{};  ///< per split, where the learner was chosen
 };
 
 /// Macro F-score: the mean of 2 TP / (2 TP + FP + FN) over the labels that were asked about or
 /// answered, as scikit-learn takes it; 0 without any.
 double f_score(const Confusion& confusion);
 
-/// Refuses what Pipeline refuses, and no splits. Times are 0 without a clock.
+/// Folds keep whole groups together under Protocol::groups.
+TrainOptions window_training(TrainOptions options, Protocol protocol);
+
+/// evaluate() of windows; of several candidates the best is chosen on the training windows of each
+/// split (train_best()). Times are 0 without a clock.
 Result<CrossValidation> cross_validate(const WindowSet& windows, std::span<const Split> splits,
-                                       const PipelineOptions& options,
+                                       std::span<const Recipe> candidates,
+                                       const TrainOptions& options,
                                        const SecondsNow& seconds_now = {});
-
-/// The training rows' own splits: each block or group of theirs left out in turn; with random
-/// windows, every fifth row. Only those whose training rows have every label that `outer` trains;
-/// there may be none.
-std::vector<Split> inner_splits(const WindowSet& windows, const Split& outer, Protocol protocol);
-
-/// Refuses a split of whose training windows inner_splits() makes nothing: what
-/// cross_validate_chosen() would refuse, known before anything is trained.
-Status check_choice(const WindowSet& windows, std::span<const Split> splits, Protocol protocol);
-
-/// The same, but on every split the learner among `candidates` that answers best on parts of the
-/// training windows left out in turn: blocks or groups of them, as `protocol` says. Nothing is
-/// chosen by test windows. The first of equals. Candidates that are not available() are left out.
-Result<CrossValidation> cross_validate_chosen(const WindowSet& windows,
-                                              std::span<const Split> splits, Protocol protocol,
-                                              std::span<const Method> candidates,
-                                              const PipelineOptions& options,
-                                              const SecondsNow& seconds_now = {});
 
 }  // namespace weft::classifier::vibro

@@ -44,13 +44,33 @@ Status check_same_channels(std::span<const Recording> recordings) {
 
 }  // namespace
 
+namespace {
+
+// Of the windows of a recording: the block of each; where they are all of one, the fifth of the
+// recording's windows, by time, so that those on both sides of a fold overlap only where fifths
+// meet.
+std::vector<std::size_t> parts_of(const std::vector<Place>& places) {
+  constexpr std::size_t fifths = 5;
+  std::vector<std::size_t> out;
+  for (const Place& place : places) out.push_back(place.block);
+  if (std::ranges::any_of(out, [](std::size_t block) { return block > 0; })) return out;
+  std::vector<std::size_t> order = numbers_below(places.size());
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return places[i].start_s; });
+  for (std::size_t k = 0; k < order.size(); ++k) out[order[k]] = k * fifths / order.size();
+  return out;
+}
+
+}  // namespace
+
 WindowSet lay_out(std::span<const Recording> recordings, double window_s, const PlacesOf& places) {
   WindowSet out;
   out.window_s = window_s;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     for (const Channel& channel : recordings[r].channels) out.rates_hz.insert(channel.rate_hz);
     std::size_t k = 0;
-    for (const Place& place : places(recordings[r])) {
+    const std::vector<Place> own = places(recordings[r]);
+    std::ranges::copy(parts_of(own), std::back_inserter(out.matrix.parts));
+    for (const Place& place : own) {
       out.places.push_back(place);
       out.recording.push_back(r);
       out.matrix.files.push_back(window_name(recordings[r].file, k++));

@@ -5,52 +5,35 @@
 
 #include "classifier/base/interval.hpp"
 #include "classifier/base/random.hpp"
-#include "classifier/fabric/folds.hpp"
+#include "classifier/learners/class_folds.hpp"
+#include "classifier/learners/learners.hpp"
 #include "classifier/vibro/cross_validation.hpp"
-#include "classifier/vibro/learn/learners.hpp"
+#include "classifier/vote/novelty.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
 
-Result<double> measure_accuracy(const Pipeline& pipeline, const Matrix& rows,
+Result<double> measure_accuracy(const TrainedLearner& learner, const Matrix& rows,
                                 std::span<const std::size_t> of_row) {
   std::size_t right = 0;
   for (std::size_t r = 0; r < rows.rows(); ++r) {
-    const auto predicted = pipeline.classify(rows.row(r));
+    const auto predicted = learner.classify(rows.row(r));
     if (!predicted) return pass(predicted.error(), "row " + std::to_string(r));
     right += *predicted == of_row[r] ? 1 : 0;
   }
   return static_cast<double>(right) / static_cast<double>(rows.rows());
 }
 
-// The windows of one split with their classes.
-struct Parted {
-  Matrix train, test;
-  std::vector<std::size_t> of_train, of_test, unit_of_train;
-  std::size_t classes = 0;
-  [[nodiscard]] Training training() const { return {&train, of_train, classes, unit_of_train}; }
-};
-
-Parted parted(const WindowSet& windows, const Split& split) {
-  const Classes classes = find_classes(windows.matrix);
-  Parted out{windows.matrix.values.take(split.train),
-             windows.matrix.values.take(split.test),
-             {},
-             {},
-             fold_units(windows, split.train),
-             classes.labels.size()};
-  for (const std::size_t r : split.train) out.of_train.push_back(classes.of_row[r]);
-  for (const std::size_t r : split.test) out.of_test.push_back(classes.of_row[r]);
-  return out;
-}
-
 // Adds what permutation says on one split, a share of it, to `sum`.
-Status add_permuted(const Parted& rows, const PipelineOptions& options, std::size_t repeats,
-                    double share, std::vector<Importance>& sum) {
-  const auto pipeline = Pipeline::train(rows.training(), options);
-  if (!pipeline) return pass(pipeline.error());
-  const auto permuted =
-      permutation_importance(*pipeline, rows.test, rows.of_test, repeats, options.learner.seed);
+Status add_permuted(const FeatureMatrix& matrix, const Split& split, const Recipe& recipe,
+                    const TrainOptions& options, std::size_t repeats, double share,
+                    std::vector<Importance>& sum) {
+  const auto trained = train_recipe(select_rows(matrix, split.train), recipe, options);
+  if (!trained) return pass(trained.error());
+  const auto own = class_numbers(select_rows(matrix, split.test), trained->labels());
+  if (!own) return pass(own.error());
+  const auto permuted = permutation_importance(*trained, matrix.values.take(split.test), *own,
+                                               repeats, options.seed);
   if (!permuted) return pass(permuted.error());
   for (std::size_t f = 0; f < sum.size(); ++f) {
     sum[f].mean += share * (*permuted)[f].mean;
@@ -59,15 +42,28 @@ Status add_permuted(const Parted& rows, const PipelineOptions& options, std::siz
   return {};
 }
 
+// The folds of a split's training rows as splits of the matrix; where there are none, all of them on
+// both sides.
+std::vector<Split> inner_splits(const FeatureMatrix& matrix, const Split& outer,
+                                const TrainOptions& options) {
+  std::vector<Split> out;
+  for (const Fold& fold : class_folds(select_rows(matrix, outer.train), options).folds) {
+    Split& split = out.emplace_back();
+    for (const std::size_t i : fold.train) split.train.push_back(outer.train[i]);
+    for (const std::size_t i : fold.validate) split.test.push_back(outer.train[i]);
+  }
+  if (out.empty()) out.push_back({outer.train, outer.train});
+  return out;
+}
+
 // Of the training windows of one split, whose test windows are not looked at.
 Result<std::vector<std::size_t>> selected(const WindowSet& windows, const Split& split,
-                                          Protocol protocol, const PipelineOptions& options,
+                                          const Recipe& recipe, const TrainOptions& options,
                                           std::size_t count, std::size_t repeats) {
-  std::vector<Split> parts = inner_splits(windows, split, protocol);
-  if (parts.empty()) parts.push_back({split.train, split.train});
+  const std::vector<Split> parts = inner_splits(windows.matrix, split, options);
   std::vector<Importance> sum(windows.matrix.names.size());
   for (const Split& part : parts)
-    if (auto ok = add_permuted(parted(windows, part), options, repeats,
+    if (auto ok = add_permuted(windows.matrix, part, recipe, options, repeats,
                                1.0 / static_cast<double>(parts.size()), sum);
         !ok)
       return pass(ok.error());
@@ -87,10 +83,10 @@ WindowSet with_columns(const WindowSet& windows, std::span<const std::size_t> co
 }
 
 // Adds what is reached on one split.
-Status add_reached(const WindowSet& windows, const Split& split, const PipelineOptions& options,
-                   std::vector<std::size_t> columns, Reached& out) {
-  const auto got =
-      cross_validate(with_columns(windows, columns), std::span<const Split>(&split, 1), options);
+Status add_reached(const WindowSet& windows, const Split& split, const Recipe& recipe,
+                   const TrainOptions& options, std::vector<std::size_t> columns, Reached& out) {
+  const auto got = cross_validate(with_columns(windows, columns), std::span(&split, 1),
+                                  std::span(&recipe, 1), options);
   if (!got) return pass(got.error());
   out.split_accuracy.push_back(got->accuracy);
   const auto n = static_cast<double>(out.split_accuracy.size());
@@ -102,13 +98,13 @@ Status add_reached(const WindowSet& windows, const Split& split, const PipelineO
 
 }  // namespace
 
-Result<std::vector<Importance>> permutation_importance(const Pipeline& pipeline, const Matrix& rows,
+Result<std::vector<Importance>> permutation_importance(const TrainedLearner& learner, const Matrix& rows,
                                                        std::span<const std::size_t> of_row,
                                                        std::size_t repeats, std::uint64_t seed) {
   if (rows.rows() == 0 || of_row.size() != rows.rows() || repeats == 0)
     return fail({.code = Errc::invalid_argument,
                  .what = "importance needs rows with a class each, and a repeat"});
-  const auto whole = measure_accuracy(pipeline, rows, of_row);
+  const auto whole = measure_accuracy(learner, rows, of_row);
   if (!whole) return pass(whole.error());
   RandomEngine engine(seed);
   std::vector<Importance> out;
@@ -119,7 +115,7 @@ Result<std::vector<Importance>> permutation_importance(const Pipeline& pipeline,
     for (std::size_t i = 0; i < repeats; ++i) {
       shuffle(column, engine);
       for (std::size_t r = 0; r < rows.rows(); ++r) assigned(r, f) = column[r];
-      const auto left = measure_accuracy(pipeline, assigned, of_row);
+      const auto left = measure_accuracy(learner, assigned, of_row);
       if (!left) return pass(left.error());
       lost.push_back(*whole - *left);
     }
@@ -130,17 +126,21 @@ Result<std::vector<Importance>> permutation_importance(const Pipeline& pipeline,
 }
 
 Result<Weighed> weigh_features(const WindowSet& windows, std::span<const Split> splits,
-                               const PipelineOptions& options, std::size_t repeats) {
+                               const Recipe& recipe, const TrainOptions& options,
+                               std::size_t repeats) {
   if (splits.empty())
     return fail({.code = Errc::invalid_argument, .what = "no split to weigh features on"});
   const std::size_t features = windows.matrix.names.size();
   Weighed out{std::vector<Importance>(features), std::vector<double>(features, 0.0)};
   const double share = 1.0 / static_cast<double>(splits.size());
   for (const Split& split : splits) {
-    const Parted rows = parted(windows, split);
-    if (auto ok = add_permuted(rows, options, repeats, share, out.permutation); !ok)
+    if (auto ok = add_permuted(windows.matrix, split, recipe, options, repeats, share,
+                               out.permutation);
+        !ok)
       return pass(ok.error());
-    const auto grown = forest_importance(rows.training(), options.learner);
+    const FeatureMatrix rows = select_rows(windows.matrix, split.train);
+    const Classes classes = find_classes(rows);
+    const auto grown = forest_importance({rows, classes}, options);
     if (!grown) return pass(grown.error());
     for (std::size_t f = 0; f < features; ++f) out.forest[f] += share * (*grown)[f];
   }
@@ -148,29 +148,30 @@ Result<Weighed> weigh_features(const WindowSet& windows, std::span<const Split> 
 }
 
 Result<Reached> reach_by_selection(const WindowSet& windows, std::span<const Split> splits,
-                                   Protocol protocol, const PipelineOptions& options,
+                                   const Recipe& recipe, const TrainOptions& options,
                                    std::size_t count, std::size_t repeats) {
   if (splits.empty() || count == 0)
     return fail({.code = Errc::invalid_argument,
                  .what = "a selection needs splits and a number of features"});
   Reached out;
   for (const Split& split : splits) {
-    auto columns = selected(windows, split, protocol, options, count, repeats);
+    auto columns = selected(windows, split, recipe, options, count, repeats);
     if (!columns) return pass(columns.error());
-    if (auto ok = add_reached(windows, split, options, std::move(*columns), out); !ok)
+    if (auto ok = add_reached(windows, split, recipe, options, std::move(*columns), out); !ok)
       return pass(ok.error());
   }
   return out;
 }
 
 Result<Reached> reach_with(const WindowSet& windows, std::span<const Split> splits,
-                           const PipelineOptions& options, std::span<const std::size_t> columns) {
+                           const Recipe& recipe, const TrainOptions& options,
+                           std::span<const std::size_t> columns) {
   if (splits.empty() || columns.empty())
     return fail(
         {.code = Errc::invalid_argument, .what = "nothing is reached without splits and columns"});
   Reached out;
   for (const Split& split : splits)
-    if (auto ok = add_reached(windows, split, options, {columns.begin(), columns.end()}, out); !ok)
+    if (auto ok = add_reached(windows, split, recipe, options, {columns.begin(), columns.end()}, out); !ok)
       return pass(ok.error());
   return out;
 }

@@ -1,5 +1,5 @@
 #pragma once
-// Which features a trained pipeline leans on, the paper's selection by that, and what it reaches.
+// Which features a trained learner leans on, the paper's selection by that, and what it reaches.
 
 #include <cstddef>
 #include <cstdint>
@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "classifier/evaluate/splits.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/vibro/extract.hpp"
-#include "classifier/vibro/learn/pipeline.hpp"
 #include "classifier/vibro/protocol.hpp"
 
 namespace weft::classifier::vibro {
@@ -22,7 +22,7 @@ struct Importance {
 
 /// Permutation importance (Breiman 2001; what the paper takes from Eli5) of every feature on rows
 /// that did not train. Refuses no repeats, no rows and what classify() refuses.
-Result<std::vector<Importance>> permutation_importance(const Pipeline& pipeline, const Matrix& rows,
+Result<std::vector<Importance>> permutation_importance(const TrainedLearner& learner, const Matrix& rows,
                                                        std::span<const std::size_t> of_row,
                                                        std::size_t repeats, std::uint64_t seed);
 
@@ -37,10 +37,11 @@ struct Weighed {
   std::vector<double> forest;  ///< of the training windows, mean over the splits; its sum is 1
 };
 
-/// `repeats` times on every split; `options` as for cross_validate(), its forest's seed and trees
+/// `repeats` times on every split; `options` as for cross_validate(), seed and trees of the forest
 /// too. Refuses no splits, and what its parts refuse.
 Result<Weighed> weigh_features(const WindowSet& windows, std::span<const Split> splits,
-                               const PipelineOptions& options, std::size_t repeats);
+                               const Recipe& recipe, const TrainOptions& options,
+                               std::size_t repeats);
 
 /// Windows right with some of the columns.
 struct Reached {
@@ -51,15 +52,16 @@ struct Reached {
 };
 
 /// On every split the `count` columns that matter most to the training windows alone are selected,
-/// by permutation of parts of them left out in turn (inner_splits(); where they cannot be parted,
-/// of themselves), and the learner of `options` is trained with these and tested. Refuses no
+/// by permutation of parts of them left out in turn (class_folds(); where there are none, of
+/// themselves), and the recipe is trained with these and tested. Refuses no
 /// splits, count 0, and what its parts refuse.
 Result<Reached> reach_by_selection(const WindowSet& windows, std::span<const Split> splits,
-                                   Protocol protocol, const PipelineOptions& options,
+                                   const Recipe& recipe, const TrainOptions& options,
                                    std::size_t count, std::size_t repeats);
 
 /// The same with columns that are given, on every split.
 Result<Reached> reach_with(const WindowSet& windows, std::span<const Split> splits,
-                           const PipelineOptions& options, std::span<const std::size_t> columns);
+                           const Recipe& recipe, const TrainOptions& options,
+                           std::span<const std::size_t> columns);
 
 }  // namespace weft::classifier::vibro

@@ -137,32 +137,6 @@ Result<std::vector<Split>> split_windows(const WindowSet& windows, const Protoco
   return out;
 }
 
-std::vector<std::size_t> fold_units(const WindowSet& windows, std::span<const std::size_t> rows) {
-  constexpr std::size_t fifths = 5;
-  std::map<std::string, std::vector<std::size_t>> of_label;  // positions in `rows`
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    of_label[windows.matrix.labels[rows[i]]].push_back(i);
-  const auto recording = [&](std::size_t i) { return windows.recording[rows[i]]; };
-  const auto place = [&](std::size_t i) { return windows.places[rows[i]]; };
-  std::map<std::pair<std::size_t, std::size_t>, std::size_t> number;  // of recording and part
-  std::vector<std::size_t> out(rows.size());
-  for (auto& [label, at] : of_label) {
-    std::set<std::size_t> recordings, blocks;
-    for (const std::size_t i : at) {
-      recordings.insert(recording(i));
-      blocks.insert(place(i).block);
-    }
-    std::ranges::stable_sort(at, {}, [&](std::size_t i) { return place(i).start_s; });
-    for (std::size_t k = 0; k < at.size(); ++k) {
-      const std::size_t part = recordings.size() > 1 ? 0
-                               : blocks.size() > 1   ? place(at[k]).block
-                                                     : k * fifths / at.size();
-      out[at[k]] = number.emplace(std::pair(recording(at[k]), part), number.size()).first->second;
-    }
-  }
-  return out;
-}
-
 namespace {
 
 // Of the samples of a window of `count`, the share that another one has too.

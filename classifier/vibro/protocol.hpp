@@ -48,12 +48,6 @@ PlacesOf places_of(const ProtocolOptions& options);
 /// group that is left out may lack labels, as a recording may be missing.
 Result<std::vector<Split>> split_windows(const WindowSet& windows, const ProtocolOptions& options);
 
-/// Training::unit of some rows: windows of one recording have an equal number. Where a label has
-/// one recording alone among the rows, those of one of its blocks; where it has one block too, each
-/// fifth of its rows in the order of time, so that windows on both sides of a fold overlap only
-/// where fifths meet.
-std::vector<std::size_t> fold_units(const WindowSet& windows, std::span<const std::size_t> rows);
-
 /// How much of the test windows the training has seen. Of each, the share of its samples that its
 /// nearest training window of the same recording has too, in the channel with the largest share.
 struct Leak {

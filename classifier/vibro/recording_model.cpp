@@ -1,16 +1,22 @@
 #include "classifier/vibro/recording_model.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <optional>
+#include <set>
+#include <sstream>
 
 #include "classifier/base/line_io.hpp"
-#include "classifier/fabric/folds.hpp"
 #include "classifier/fabric/model_text.hpp"
+#include "classifier/learners/learner_text.hpp"
+#include "classifier/model/model_file.hpp"
 #include "classifier/vibro/protocol.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
 
 constexpr std::size_t most_channels = 1000;
+constexpr std::string_view header_of_version_1 = "weft-recording-model 1";
 
 PlacesOf places_in(const RecordingSetup& setup) {
   ProtocolOptions options;
@@ -49,19 +55,53 @@ RecordingSetup read_setup(LineReader& in) {
   return out;
 }
 
-Result<RecordingModel> read_body(std::string_view body) {
+// What version 1 has in the place of the parts of a model: a name of a learner, the scaling, the
+// axes of components (none: the scaled features), and the learner's own lines.
+std::optional<TrainedLearner> read_pipeline(LineReader& in, std::vector<std::string> labels,
+                                            std::vector<std::string> features) {
+  const Learner learner = read_name(in, "method", learner_from, Learner::lda);
+  Scaler scaler = read_scaler(in, features.size());
+  Matrix axes = read_matrix(in, "axes", features.size());
+  const double explained = in.not_negative("explained");
+  if (!in.ok()) return std::nullopt;
+  FeatureView view(axes.rows() == 0 ? FeatureView::Table(Standardised{std::move(scaler)})
+                                    : FeatureView::Table(PrincipalComponents{
+                                          std::move(scaler), std::move(axes), explained}));
+  std::shared_ptr<const Predictor> predictor;
+  if (learner == Learner::lda || learner == Learner::all) {
+    const LearnerHead head = read_head(in);
+    auto own = read_learner(in, head, labels, view.apply(features));
+    if (own) predictor = own->share_predictor();
+  } else {
+    predictor = read_predictor(learner, in, view.width(features.size()), labels.size());
+  }
+  if (!in.ok() || predictor == nullptr) return std::nullopt;
+  return TrainedLearner(learner, std::move(labels), std::move(features), std::move(view),
+                        std::move(predictor));
+}
+
+std::vector<std::string> names_of(const RecordingSetup& setup) {
+  std::vector<std::string> out;
+  for (const Column& column : columns_of(setup.channels, setup.features)) out.push_back(column.name);
+  return out;
+}
+
+Result<RecordingModel> read_body(std::string_view body, int version) {
   LineReader in(body);
   Provenance provenance = read_provenance(in);
   RecordingSetup setup = read_setup(in);
+  const LearnerHead head = version == 1 ? LearnerHead() : read_head(in);
   std::vector<std::string> labels = read_labels(in);
-  const Method method = read_name(in, "method", method_from, Method::lda);
   if (!in.ok()) return pass(in.status().error());
-  const std::size_t columns = columns_of(setup.channels, setup.features).size();
-  auto pipeline = Pipeline::read(in, method, columns, labels.size());
+  std::optional<TrainedLearner> learner;
+  if (version == 1) {
+    learner = read_pipeline(in, std::move(labels), names_of(setup));
+  } else if (auto parts = read_model_parts(in, head, std::move(labels), names_of(setup))) {
+    learner = std::move(parts->learner);
+  }
   in.finish();
-  if (!in.ok() || !pipeline) return pass(in.status().error());
-  return RecordingModel{std::move(provenance), std::move(setup), std::move(labels), method,
-                        std::move(*pipeline)};
+  if (!in.ok() || !learner) return pass(in.status().error());
+  return RecordingModel{std::move(provenance), std::move(setup), std::move(*learner)};
 }
 
 }  // namespace
@@ -72,9 +112,8 @@ std::vector<TooShort> too_short_for(const RecordingSetup& setup,
 }
 
 Result<RecordingModel> train_recording_model(std::span<const Recording> recordings,
-                                             const RecordingSetup& setup,
-                                             const PipelineOptions& options,
-                                             Provenance provenance) {
+                                             const RecordingSetup& setup, const Recipe& recipe,
+                                             const TrainOptions& options, Provenance provenance) {
   auto windows = cut_and_extract(recordings, setup.window_s, places_in(setup), setup.features);
   if (!windows) return pass(windows.error());
   const FeatureMatrix& matrix = windows->matrix;
@@ -83,38 +122,37 @@ Result<RecordingModel> train_recording_model(std::span<const Recording> recordin
                  .what = "no recording is as long as a window",
                  .expected = std::to_string(setup.window_s) + " s",
                  .hint = "Take a shorter --window-s"});
-  Classes classes = find_classes(matrix);
+  const std::set<std::string> labels(matrix.labels.begin(), matrix.labels.end());
   for (const TooShort& one : windows->too_short)
-    if (!std::ranges::binary_search(classes.labels, one.label))
+    if (!labels.contains(one.label))
       return fail({.code = Errc::invalid_argument,
                    .where = one.label,
                    .what = "no recording of the label is as long as a window",
                    .expected = std::to_string(setup.window_s) + " s",
                    .hint = "Take a shorter --window-s"});
-  const std::vector<std::size_t> unit = fold_units(*windows, numbers_below(matrix.size()));
-  auto pipeline =
-      Pipeline::train({&matrix.values, classes.of_row, classes.labels.size(), unit}, options);
-  if (!pipeline) return pass(pipeline.error());
+  auto learner = train_recipe(matrix, recipe, options);
+  if (!learner) return pass(learner.error());
   RecordingSetup own = setup;
   own.channels = recordings.front().channels;
-  return RecordingModel{std::move(provenance), std::move(own), std::move(classes.labels),
-                        options.method, std::move(*pipeline)};
+  return RecordingModel{std::move(provenance), std::move(own), std::move(*learner)};
 }
 
 Status save_recording_model(const RecordingModel& model, std::ostream& out) {
   LineWriter text;
   write_provenance(text, model.provenance);
   write_setup(text, model.setup);
-  write_labels(text, model.labels);
-  text.text("method", to_string(model.method));
-  model.pipeline.write(text);
+  write_model_parts(text, model.learner, std::nullopt);
   return write_checksummed(recording_model_header, text.str(), out);
 }
 
 Result<RecordingModel> load_recording_model(std::istream& in) {
-  const auto body = read_checksummed(recording_model_header, "not a model of recordings", in);
+  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  const int version = text.starts_with(std::string(header_of_version_1) + "\n") ? 1 : 2;
+  std::istringstream again(text);
+  const auto body = read_checksummed(version == 1 ? header_of_version_1 : recording_model_header,
+                                     "not a model of recordings", again);
   if (!body) return pass(body.error());
-  return read_body(*body);
+  return read_body(*body, version);
 }
 
 Result<std::vector<RecordingAnswer>> classify_recordings(const RecordingModel& model,
@@ -133,9 +171,9 @@ Result<std::vector<RecordingAnswer>> classify_recordings(const RecordingModel& m
   std::vector<RecordingAnswer> out;
   for (const Recording& recording : recordings)
     out.push_back(
-        {recording.file, recording.label, 0, std::vector<std::size_t>(model.labels.size(), 0)});
+        {recording.file, recording.label, 0, std::vector<std::size_t>(model.learner.labels().size(), 0)});
   for (std::size_t r = 0; r < windows->matrix.size(); ++r) {
-    const auto label = model.pipeline.classify(windows->matrix.values.row(r));
+    const auto label = model.learner.classify(windows->matrix.values.row(r));
     if (!label) return pass(label.error(), windows->matrix.files[r]);
     ++out[windows->recording[r]].windows[*label];
   }

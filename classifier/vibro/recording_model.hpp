@@ -1,5 +1,5 @@
 #pragma once
-// A trained pipeline as a file, with what is needed to prepare recordings as those of the training
+// A trained learner as a file, with what is needed to prepare recordings as those of the training
 // were: text, versioned, self-describing, closed by a checksum, like the model files of fabrics.
 
 #include <cstddef>
@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "classifier/fabric/model_text.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/vibro/extract.hpp"
-#include "classifier/vibro/learn/pipeline.hpp"
 
 namespace weft::classifier::vibro {
 
@@ -25,23 +25,21 @@ struct RecordingSetup {
 struct RecordingModel {
   Provenance provenance;
   RecordingSetup setup;
-  std::vector<std::string> labels;  ///< sorted, of the pipeline's classes
-  Method method = Method::lda;
-  Pipeline pipeline;
+  TrainedLearner learner;
 };
 
-/// First line of every file.
-inline constexpr std::string_view recording_model_header = "weft-recording-model 1";
+/// First line of every file; those of version 1 are read too.
+inline constexpr std::string_view recording_model_header = "weft-recording-model 2";
 
 /// Recordings of which train_recording_model() learns nothing.
 std::vector<TooShort> too_short_for(const RecordingSetup& setup,
                                     std::span<const Recording> recordings);
 
 /// Cuts, extracts and trains. Recordings shorter than a window are left out; a label that has no
-/// others is refused, and so is what cut_and_extract() and Pipeline refuse.
+/// others is refused, and so is what cut_and_extract() and train_recipe() refuse.
 Result<RecordingModel> train_recording_model(std::span<const Recording> recordings,
-                                             const RecordingSetup& setup,
-                                             const PipelineOptions& options, Provenance provenance);
+                                             const RecordingSetup& setup, const Recipe& recipe,
+                                             const TrainOptions& options, Provenance provenance);
 
 /// Errc::io when the stream fails.
 Status save_recording_model(const RecordingModel& model, std::ostream& out);
@@ -53,7 +51,7 @@ Result<RecordingModel> load_recording_model(std::istream& in);
 struct RecordingAnswer {
   std::string file;
   std::string true_label;            ///< empty: not known
-  std::size_t label = 0;             ///< into RecordingModel::labels
+  std::size_t label = 0;             ///< into the labels of the learner
   std::vector<std::size_t> windows;  ///< per label: windows that were answered so
 };
 /// One per recording. Refuses other channels than the training had, as same_sensor() tells, and a

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "classifier/base/parallel.hpp"
-#include "classifier/baseline/class_folds.hpp"
+#include "classifier/learners/class_folds.hpp"
 #include "classifier/fabric/folds.hpp"
 #include "classifier/fabric/model_text.hpp"
 #include "classifier/vote/calibration.hpp"
@@ -118,38 +118,6 @@ Calibration read_calibration(LineReader& in, std::size_t sigmoids) {
   return out;
 }
 
-// What a learner without cores says: the answer, its votes where it has any, a score per class.
-struct Predicted {
-  Ballot ballot;
-  std::vector<double> score;
-};
-
-Result<Predicted> predict_class(const TrainedLearner& learner, std::span<const double> features) {
-  const auto own = learner.prepared(features);
-  if (!own) return pass(own.error());
-  Predicted out;
-  if (const auto* svc = std::get_if<MultiClassSvc>(&learner.machine())) {
-    auto tally = svc->vote(*own);
-    if (!tally) return pass(tally.error());
-    out.score = tally->support;
-    out.ballot.winner = tally->winner;
-    out.ballot.votes = std::move(tally->votes);
-    out.ballot.support = std::move(tally->support);
-    return out;
-  }
-  if (const auto* trees = std::get_if<TreeEnsemble>(&learner.machine())) {
-    TreeEnsemble::Tally tally = trees->tally(*own);
-    out.ballot.winner = tally.winner;
-    out.score = std::move(tally.log_share);
-    return out;
-  }
-  auto score = std::get<ShrinkageLda>(learner.machine()).discriminants(*own);
-  if (!score) return pass(score.error());
-  out.ballot.winner = place_of_largest(*score);
-  out.score = std::move(*score);
-  return out;
-}
-
 std::vector<double> softmax(std::vector<double> score) {
   const double top = *std::max_element(score.begin(), score.end());
   double sum = 0.0;
@@ -160,11 +128,10 @@ std::vector<double> softmax(std::vector<double> score) {
 
 // The same learner with the parameters it has.
 Recipe recipe_of(const TrainedLearner& learner, TrainOptions& options) {
-  if (const auto* svc = std::get_if<MultiClassSvc>(&learner.machine())) {
-    options.grid.c = {svc->c()};
-    options.grid.gamma = {svc->gamma()};
-  }
-  return {learner.kind(), options.cap, learner.view().kind()};
+  learner.predictor().keep_parameters(options);
+  const auto* components = std::get_if<PrincipalComponents>(&learner.view().table());
+  return {learner.kind(), options.cap, learner.view().kind(),
+          components != nullptr ? components->axes.rows() : 0};
 }
 
 Result<HeldOut> held_out(const TrainedLearner& learner, const FeatureMatrix& matrix,
@@ -175,10 +142,10 @@ Result<HeldOut> held_out(const TrainedLearner& learner, const FeatureMatrix& mat
     const auto part = train_recipe(select_rows(matrix, fold.train), recipe, options);
     if (!part) return pass(part.error());
     for (const std::size_t r : fold.validate) {
-      auto predicted = predict_class(*part, matrix.values.row(r));
+      auto predicted = part->predict(matrix.values.row(r));
       if (!predicted) return pass(predicted.error(), matrix.files[r]);
       out.row.push_back(r);
-      out.winner.push_back(predicted->ballot.winner);
+      out.winner.push_back(predicted->winner);
       out.probability.push_back(softmax(std::move(predicted->score)));
     }
   }
@@ -363,9 +330,12 @@ Result<Prediction> predict(const TrainedLearner& learner,
                  .expected = "a model of cores",
                  .got = std::string(to_string(learner.kind())),
                  .hint = "Leave the kind of vote out, or train cores"});
-  auto predicted = predict_class(learner, features);
+  auto predicted = learner.predict(features);
   if (!predicted) return pass(predicted.error());
-  Prediction out{std::move(predicted->ballot), {}, {}, false};
+  Prediction out;
+  out.ballot.winner = predicted->winner;
+  out.ballot.votes = std::move(predicted->votes);
+  if (!out.ballot.votes.empty()) out.ballot.support = predicted->score;
   if (!postprocessing) return out;
   out.probability = softmax(std::move(predicted->score));
   sharpen(out.probability, postprocessing->calibration.sharpness);

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "classifier/base/line_io.hpp"
-#include "classifier/baseline/learner.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/fabric/model.hpp"
 #include "classifier/vote/calibration.hpp"
 #include "classifier/vote/novelty.hpp"

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "classifier/baseline/learner.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/evaluate/calibration_check.hpp"
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/features/trial.hpp"

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "classifier/base/random.hpp"
-#include "classifier/baseline/learner_text.hpp"
+#include "classifier/learners/learner_text.hpp"
 #include "classifier/features/trial.hpp"
 #include "tests/scenario/bytes_digest.hpp"
 

@@ -189,7 +189,7 @@ void print_cores(const FeatureMatrix& matrix, char** argument) {
 void print_evaluation(const FeatureMatrix& matrix, char** argument) {
   const auto [name, options] = setting_of(argument[2]);
   const Split split = or_exit(grouped_split(matrix.groups, cells(argument[0]), cells(argument[1])));
-  const LearnerEvaluation e =
+  const Evaluation e =
       or_exit(evaluate(matrix, std::vector{split}, or_exit(learner_from(name)), options));
 
   std::printf("%s: accuracy %.4f (%zu of %zu), 95 %% %.4f-%.4f, trained %s\n", argument[2],

@@ -26,7 +26,7 @@ constexpr classifier::Learner imprint_learner = classifier::Learner::best;
 
 /// A learner of all rows of a matrix, and what others like it reached that lacked some of them.
 struct EvaluatedModel {
-  classifier::LearnerEvaluation evaluation;
+  classifier::Evaluation evaluation;
   classifier::TrainedLearner learner;
   std::optional<classifier::VotePostprocessing>
       postprocessing;  ///< nothing where no fold could be made
@@ -82,7 +82,7 @@ std::string format_training(std::string_view learner, const classifier::TrainOpt
 
 /// What an evaluation says, for evaluation.json: evaluation_json() with the share of all answers
 /// and the calibration.
-ordered_json evaluated_json(const classifier::LearnerEvaluation& evaluation) {
+ordered_json evaluated_json(const classifier::Evaluation& evaluation) {
   ordered_json out = evaluation_json(evaluation);
   out["pooled_accuracy"] = evaluation.confusion.accuracy();
   if (const auto& check = evaluation.calibration)
@@ -134,7 +134,7 @@ ordered_json groups_json(const TrainingResult& training_result) {
 
 struct ImprintTrainingResult {
   TrainingTask task;
-  classifier::LearnerEvaluation evaluation;
+  classifier::Evaluation evaluation;
   ci::ImprintModel model;
   std::string words;
   double train_s = 0;
@@ -207,7 +207,7 @@ ordered_json handover_heading_json(const DatasetInfo& info, const std::string& d
 
 ordered_json model_line_json(const std::string& name, const HandoverText& model,
                              const std::string& learner, std::size_t trials,
-                             const classifier::LearnerEvaluation& e) {
+                             const classifier::Evaluation& e) {
   return model_json({name, std::string(handover_folder_name) + "/" + model.name,
                      sha256_hex(model.text), learner, trials, e.confusion.total(), e.accuracy,
                      e.ci95.low, e.ci95.high});

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "classifier/baseline/class_folds.hpp"
+#include "classifier/learners/class_folds.hpp"
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/model/model_file.hpp"
@@ -32,7 +32,7 @@ nlohmann::ordered_json handover_heading_json(const DatasetInfo& info,
 /// others like it.
 nlohmann::ordered_json model_line_json(const std::string& name, const HandoverText& model,
                                        const std::string& learner, std::size_t trials,
-                                       const classifier::LearnerEvaluation& evaluation);
+                                       const classifier::Evaluation& evaluation);
 
 // The hand-over of a campaign of presses: the experiments of Ellis 1986 on its imprints, and a
 // model of them all.
@@ -62,7 +62,7 @@ struct TrainingResult {
   LearningMaterial material;
   classifier::StoredModel model;  ///< of all trials
   std::string learner;            ///< in words
-  classifier::LearnerEvaluation evaluation;
+  classifier::Evaluation evaluation;
   std::vector<classifier::Split> splits;
   std::size_t features = 0;
   double train_s = 0;  ///< of the model, measured

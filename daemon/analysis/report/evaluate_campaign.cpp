@@ -39,9 +39,8 @@ Result<double> time_features(const std::vector<classifier::Trial>& trials,
   return (seconds_now() - began) / static_cast<double>(count);
 }
 
-classifier::TrainOptions train_options(const EvaluateOptions& options, Reduction reduction) {
+classifier::TrainOptions train_options(const EvaluateOptions& options) {
   classifier::TrainOptions train;
-  train.reduction = reduction;
   train.seed = options.seed;
   train.threads = options.threads;
   return train;
@@ -56,7 +55,7 @@ Result<BestResult> evaluate_best(const classifier::FeatureMatrix& matrix,
                                  std::span<const classifier::Split> splits,
                                  const EvaluateOptions& options) {
   constexpr auto learner = classifier::Learner::best;
-  const classifier::TrainOptions train = train_options(options, Reduction::pvalue);
+  const classifier::TrainOptions train = train_options(options);
   auto evaluation = classifier::evaluate(matrix, splits, learner, train);
   if (!evaluation) return pass(evaluation.error(), "best");
   const auto permuted = classifier::evaluate_permuted(
@@ -75,7 +74,7 @@ Result<std::vector<ReductionResult>> evaluate_without_level(
   if (!matrix) return pass(matrix.error());
   std::vector<ReductionResult> out;
   for (const Reduction reduction : reductions) {
-    auto evaluation = classifier::evaluate(*matrix, splits, train_options(options, reduction));
+    auto evaluation = classifier::evaluate(*matrix, splits, classifier::cores_with(reduction), train_options(options));
     if (!evaluation) return pass(evaluation.error(), "levels removed");
     out.push_back({reduction, std::move(*evaluation)});
   }
@@ -109,7 +108,7 @@ Result<ExplorationResult> evaluate_exploration(const Dataset& dataset,
     announce(exploration + ": " + std::string(classifier::to_string(reduction)) + ", " +
              std::to_string(splits->size()) + " trainings");
     auto evaluation =
-        classifier::evaluate(*matrix, *splits, train_options(options, reduction), seconds_now);
+        classifier::evaluate(*matrix, *splits, classifier::cores_with(reduction), train_options(options), seconds_now);
     if (!evaluation) return pass(evaluation.error(), classifier::to_string(reduction));
     out.reductions.push_back({reduction, std::move(*evaluation)});
   }
@@ -122,7 +121,7 @@ Result<ExplorationResult> evaluate_exploration(const Dataset& dataset,
     out.level_removed = std::move(*results);
   }
   const auto permuted =
-      classifier::evaluate_permuted(*matrix, train_options(options, Reduction::pvalue),
+      classifier::evaluate_permuted(*matrix, classifier::Learner::pvalue, train_options(options),
                                     {options.train_fraction, label_permutations, 1});
   if (!permuted) return pass(permuted.error());
   out.permuted_accuracy = permuted->mean;

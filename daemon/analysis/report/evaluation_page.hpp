@@ -39,7 +39,7 @@ std::string learning_curve_figure(const std::vector<CurvePoint>& curve);
 /// One learner of the evaluation.
 struct EvaluatedLearner {
   std::string name;
-  classifier::LearnerEvaluation evaluation;
+  classifier::Evaluation evaluation;
   std::string chosen;  ///< what a choice came to; empty for a learner that is none
   std::optional<classifier::Scores> level_removed =
       {};  ///< each taxel's mean of phase M subtracted

@@ -89,7 +89,7 @@ ordered_json cores_json(const std::vector<ExplorationResult>& results) {
   for (const ExplorationResult& result : results) {
     const auto* e = result.find(classifier::Reduction::pvalue);
     if (e == nullptr) continue;
-    for (const CoreLine& line : core_lines(e->model)) {
+    for (const CoreLine& line : core_lines(*e->trained.cores())) {
       ordered_json core = core_json(line);
       core["exploration"] = result.exploration;
       out.push_back(std::move(core));

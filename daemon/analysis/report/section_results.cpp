@@ -282,7 +282,7 @@ std::string timing_table(const std::vector<ExplorationResult>& results) {
 
 std::size_t total_fits(const classifier::Evaluation& e) {
   std::size_t fits = 0;
-  for (const classifier::FabricCore& core : e.model.cores()) fits += core.info().fits;
+  for (const classifier::FabricCore& core : e.trained.cores()->cores()) fits += core.info().fits;
   return fits;
 }
 
@@ -327,7 +327,7 @@ std::string core_section(const ReportInput& input) {
   for (const ExplorationResult& result : input.results) {
     const classifier::Evaluation* e = result.find(Reduction::pvalue);
     if (e == nullptr) continue;
-    const std::vector<CoreLine> lines = core_lines(e->model);
+    const std::vector<CoreLine> lines = core_lines(*e->trained.cores());
     out += figure(table_beside_paper(lines),
                   "<b>" + escape(result.exploration) +
                       ".</b> Cores of the first split (compare Table III): the paper\u2019s three "

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "classifier/baseline/learner.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/features/layout.hpp"
 #include "classifier/vote/vote.hpp"

@@ -4,7 +4,7 @@
 #include <map>
 #include <utility>
 
-#include "classifier/baseline/class_folds.hpp"
+#include "classifier/learners/class_folds.hpp"
 #include "classifier/evaluate/open_set_check.hpp"
 #include "daemon/analysis/report/confounding.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
@@ -17,7 +17,7 @@ namespace weft::daemon::cli {
 namespace {
 
 using classifier::Learner;
-using classifier::LearnerEvaluation;
+using classifier::Evaluation;
 
 // "every" leaves cores-best out: best tries the same candidates and three more kinds.
 /// Of the words of --learner; every is all but cores-best.
@@ -227,7 +227,7 @@ double seconds_of_features(const TrialChoice& choice, const ChosenTrials& chosen
 }
 
 // "lda" or "lda 4, svc 1": what a choice came to, and how often.
-std::string chosen_text(const LearnerEvaluation& e) {
+std::string chosen_text(const Evaluation& e) {
   std::map<std::string, std::size_t> count;
   for (const auto& recipe : e.recipes) ++count[to_string(recipe)];
   std::vector<std::string> out;

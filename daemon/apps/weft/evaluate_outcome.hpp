@@ -52,7 +52,7 @@ Result<std::vector<classifier::Split>> make_splits(const EvaluateArgs& args,
 
 struct Outcome {
   classifier::Learner learner = classifier::Learner::pvalue;
-  classifier::LearnerEvaluation evaluation;
+  classifier::Evaluation evaluation;
   /// What words_of() says of the folds of its trainings, where they are not those asked for, and of
   /// how many trainings.
   std::map<std::string, std::size_t> folds = {};
@@ -90,7 +90,7 @@ double seconds_of_features(const TrialChoice& choice, const ChosenTrials& chosen
                            const classifier::SecondsNow& seconds_now);
 
 /// "lda" or "lda (4 splits), svc (1 splits)": what a choice came to, and how often.
-std::string chosen_text(const classifier::LearnerEvaluation& evaluation);
+std::string chosen_text(const classifier::Evaluation& evaluation);
 
 /// Errors of the candidates in cross-validation: "lda 5/644; trees 3/129, then dropped; ...".
 std::string tried_text(const std::vector<classifier::RecipeScore>& scores);

@@ -11,10 +11,10 @@ namespace weft::daemon::cli {
 namespace {
 
 using classifier::Learner;
-using classifier::LearnerEvaluation;
+using classifier::Evaluation;
 using nlohmann::json;
 
-std::string candidates_text(const LearnerEvaluation& e) {
+std::string candidates_text(const Evaluation& e) {
   const std::size_t rounds = e.candidates.front().front().rounds;
   return tried_text(e.candidates.front()) +
          (rounds > 1 ? ", in " + std::to_string(rounds) + " rounds" : "");
@@ -31,7 +31,7 @@ std::string accuracy_table(const std::vector<Outcome>& outcomes) {
   std::vector<std::pair<std::string, std::string>> methods;
   std::string choices;
   for (const Outcome& outcome : outcomes) {
-    const LearnerEvaluation& e = outcome.evaluation;
+    const Evaluation& e = outcome.evaluation;
     std::vector<std::string> row{outcome.name(),
                                  percent(e.accuracy, 2),
                                  percent(e.ci95.low, 2) + " to " + percent(e.ci95.high, 2),
@@ -225,7 +225,7 @@ json recipe_json(const classifier::Recipe& recipe) {
 
 // Test trials and answers of every split.
 json answers_json(const classifier::FeatureMatrix& features,
-                  const std::vector<classifier::Split>& splits, const LearnerEvaluation& e) {
+                  const std::vector<classifier::Split>& splits, const Evaluation& e) {
   json out = json::array();
   for (std::size_t s = 0; s < splits.size(); ++s) {
     json of_split = json::array();
@@ -237,7 +237,7 @@ json answers_json(const classifier::FeatureMatrix& features,
 }
 
 json outcome_json(const Outcome& outcome) {
-  const LearnerEvaluation& e = outcome.evaluation;
+  const Evaluation& e = outcome.evaluation;
   json out = evaluation_json(e);
   if (outcome.level_removed) out["level_removed"] = json(accuracy_json(*outcome.level_removed));
   out["pooled_accuracy"] = e.confusion.accuracy();

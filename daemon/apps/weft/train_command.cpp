@@ -4,7 +4,7 @@
 #include <set>
 #include <sstream>
 
-#include "classifier/baseline/class_folds.hpp"
+#include "classifier/learners/class_folds.hpp"
 #include "classifier/imprint/imprint_model.hpp"
 #include "classifier/live/staged_model.hpp"
 #include "daemon/analysis/report/report.hpp"

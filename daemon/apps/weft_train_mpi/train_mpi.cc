@@ -10,7 +10,7 @@
 #include <optional>
 #include <set>
 
-#include "classifier/baseline/learner_text.hpp"
+#include "classifier/learners/learner_text.hpp"
 #include "classifier/fabric/model_text.hpp"
 #include "daemon/apps/weft/console.hpp"
 #include "daemon/apps/weft/train_command.hpp"

@@ -20,7 +20,7 @@ void name_groups_left_out(classifier::Interval& interval) {
   name_left_out(interval, "groups");
 }
 
-void name_groups_left_out(classifier::LearnerEvaluation& evaluation) {
+void name_groups_left_out(classifier::Evaluation& evaluation) {
   name_groups_left_out(evaluation.ci95);
   if (!evaluation.calibration) return;
   for (classifier::BinCheck& bin : evaluation.calibration->bins)

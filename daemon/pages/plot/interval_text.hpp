@@ -30,7 +30,7 @@ inline std::string leak_sentence(const classifier::vibro::Leak& leak) {
 void name_groups_left_out(classifier::Interval& interval);
 
 /// The same of every interval of the evaluation.
-void name_groups_left_out(classifier::LearnerEvaluation& evaluation);
+void name_groups_left_out(classifier::Evaluation& evaluation);
 
 /// Of every interval of the assessment: groups or contiguous parts are left out in turn; random
 /// splits of windows are named already.

@@ -5,8 +5,8 @@
 #include <new>
 #include <set>
 
-#include "classifier/baseline/class_folds.hpp"
-#include "classifier/baseline/learner.hpp"
+#include "classifier/learners/class_folds.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/fabric/folds.hpp"
 #include "classifier/vote/postprocessing.hpp"

@@ -4,7 +4,7 @@
 #include <limits>
 #include <optional>
 
-#include "classifier/baseline/learner.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/learn/feature_view.hpp"
 #include "classifier/vote/postprocessing.hpp"
 #include "tests/unit/classifier/support.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "classifier/baseline/learner.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/evaluate/splits.hpp"
 #include "tests/unit/classifier/support.hpp"
 

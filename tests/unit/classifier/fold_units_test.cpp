@@ -8,7 +8,7 @@
 #include <map>
 #include <set>
 
-#include "classifier/baseline/class_folds.hpp"
+#include "classifier/learners/class_folds.hpp"
 #include "classifier/vote/postprocessing.hpp"
 #include "tests/unit/classifier/support.hpp"
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "classifier/base/line_io.hpp"
-#include "classifier/baseline/decision_tree.hpp"
-#include "classifier/baseline/learner_text.hpp"
+#include "classifier/learners/decision_tree.hpp"
+#include "classifier/learners/learner_text.hpp"
 #include "classifier/model/model_file.hpp"
 #include "tests/unit/classifier/stored_model.hpp"
 

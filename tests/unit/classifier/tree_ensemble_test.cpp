@@ -1,13 +1,13 @@
 // Extremely randomised trees: what one split may be, what many say together, and their bytes.
 
-#include "classifier/baseline/tree_ensemble.hpp"
+#include "classifier/learners/tree_ensemble.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
-#include "classifier/baseline/learner.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/fabric/folds.hpp"
 #include "tests/unit/classifier/support.hpp"
 

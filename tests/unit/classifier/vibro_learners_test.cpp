@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "classifier/baseline/decision_tree.hpp"
+#include "classifier/learners/decision_tree.hpp"
 #include "classifier/vibro/learn/learners.hpp"
 #include "classifier/vibro/learn/pipeline.hpp"
 #include "tests/unit/classifier/support.hpp"

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "classifier/base/interval.hpp"
-#include "classifier/baseline/learner.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/features/trial.hpp"
 #include "sim/plant/fabric.hpp"
 #include "sim/plant/scene/scene.hpp"

@@ -1,10 +1,11 @@
-#include "classifier/baseline/multi_class_svc.hpp"
+#include "classifier/learners/multi_class_svc.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "classifier/base/parallel.hpp"
 #include "classifier/fabric/folds.hpp"
+#include "classifier/fabric/model_text.hpp"
 #include "classifier/features/feature_matrix.hpp"
 #include "classifier/learn/svm_solver.hpp"
 
@@ -192,7 +193,7 @@ Result<MultiClassSvc> MultiClassSvc::fit(const Matrix& rows, std::span<const std
   return MultiClassSvc(std::move(out));
 }
 
-Result<MultiClassSvc::Tally> MultiClassSvc::vote(std::span<const double> features) const {
+Result<ClassScores> MultiClassSvc::predict(std::span<const double> features) const {
   const Matrix& support = parts_.support;
   if (auto ok = check_length(features, support.cols(), "SVC"); !ok) return pass(ok.error());
   std::vector<double> kernel(support.rows()), z(features.size());
@@ -202,7 +203,7 @@ Result<MultiClassSvc::Tally> MultiClassSvc::vote(std::span<const double> feature
     for (std::size_t k = 0; k < z.size(); ++k) kernel[r] += (z[k] - row[k]) * (z[k] - row[k]);
   }
   exp_of_negative(kernel, parts_.gamma);
-  Tally out{0, std::vector<int>(parts_.classes), std::vector<double>(parts_.classes)};
+  ClassScores out{0, std::vector<double>(parts_.classes), std::vector<int>(parts_.classes)};
   std::size_t pair = 0;
   for (std::size_t a = 0; a < parts_.classes; ++a) {
     for (std::size_t b = a + 1; b < parts_.classes; ++b, ++pair) {
@@ -216,18 +217,61 @@ Result<MultiClassSvc::Tally> MultiClassSvc::vote(std::span<const double> feature
                      .what = "a decision is not finite",
                      .hint = "The trial is absurdly far from every training trial"});
       ++out.votes[f < 0.0 ? a : b];
-      out.support[a] -= std::tanh(f);
-      out.support[b] += std::tanh(f);
+      out.score[a] -= std::tanh(f);
+      out.score[b] += std::tanh(f);
     }
   }
   out.winner = place_of_largest(out.votes);
   return out;
 }
 
-Result<std::size_t> MultiClassSvc::classify(std::span<const double> features) const {
-  const auto tally = vote(features);
-  if (!tally) return pass(tally.error());
-  return tally->winner;
+void MultiClassSvc::keep_parameters(TrainOptions& options) const {
+  options.grid.c = {parts_.c};
+  options.grid.gamma = {parts_.gamma};
+}
+
+void MultiClassSvc::write(LineWriter& out) const {
+  out.number("C", parts_.c);
+  out.number("gamma", parts_.gamma);
+  out.count("cv_errors", parts_.cv_errors);
+  write_scaler(out, parts_.scaler);
+  write_matrix(out, "support_vectors", parts_.support);
+  for (const Machine& machine : parts_.machines) {
+    out.count("machine", machine.row.size());
+    out.counts("rows", machine.row);
+    out.numbers("coefficients", machine.coefficient);
+    out.number("bias", machine.bias);
+  }
+}
+
+namespace {
+
+constexpr std::size_t most_errors = 1'000'000'000;
+
+MultiClassSvc::Machine read_machine(LineReader& in, std::size_t support) {
+  MultiClassSvc::Machine out;
+  const std::size_t count = in.count("machine", 0, support);
+  out.row = in.counts("rows", count);
+  in.within(out.row, support, "support vector");
+  out.coefficient = in.numbers("coefficients", count);
+  out.bias = in.number("bias");
+  return out;
+}
+
+}  // namespace
+
+MultiClassSvc MultiClassSvc::read(LineReader& in, std::size_t features, std::size_t classes) {
+  Parts out;
+  out.classes = classes;
+  out.c = in.number("C");
+  out.gamma = in.positive("gamma");
+  out.cv_errors = in.count("cv_errors", 0, most_errors);
+  out.scaler = read_scaler(in, features);
+  out.support = read_matrix(in, "support_vectors", features);
+  if (out.support.rows() == 0) in.refuse("no support vectors", "at least 1", "0");
+  for (std::size_t i = 0; in.ok() && i < pair_count(classes); ++i)
+    out.machines.push_back(read_machine(in, out.support.rows()));
+  return MultiClassSvc(std::move(out));
 }
 
 }  // namespace weft::classifier

@@ -9,6 +9,7 @@
 #include "classifier/fabric/folds.hpp"
 #include "classifier/fabric/options.hpp"
 #include "classifier/learn/feature_view.hpp"
+#include "classifier/learners/predictor.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {
@@ -17,7 +18,7 @@ namespace weft::classifier {
 /// votes to the lowest class. The same model as libsvm (and scikit-learn's SVC) trains on the same
 /// scaled rows; only rows of two classes enter a pair's problem, so distances are computed once for
 /// all. Immutable; may be used by several threads.
-class MultiClassSvc {
+class MultiClassSvc final : public Predictor {
  public:
   /// The machine of one pair of classes; f > 0 votes for the second.
   struct Machine {
@@ -35,13 +36,6 @@ class MultiClassSvc {
     double gamma = 0.0;
     std::size_t cv_errors = 0;
   };
-  /// What the machines say of one trial.
-  struct Tally {
-    std::size_t winner = 0;       ///< most votes; the lowest of several
-    std::vector<int> votes;       ///< per class
-    std::vector<double> support;  ///< per class: sum of tanh(f) of its machines, in favour
-  };
-
   /// Chooses C and gamma from options.grid by the fewest errors over `folds` (then the smaller C,
   /// then the smaller gamma), scaling anew in each fold, and trains on all rows. Without folds the
   /// grid's C nearest to 8 and its gamma nearest to 1 / columns are taken, by their logarithms: a
@@ -54,9 +48,15 @@ class MultiClassSvc {
   /// A stored one; rows of machines are below support.rows().
   explicit MultiClassSvc(Parts parts) : parts_(std::move(parts)) {}
 
-  /// Refuses a vector of another length, and one so far away that a decision is not finite.
-  [[nodiscard]] Result<Tally> vote(std::span<const double> features) const;
-  [[nodiscard]] Result<std::size_t> classify(std::span<const double> features) const;
+  /// Most votes, the lowest class of several; scores are the sums of tanh(f) of a class's machines,
+  /// in favour. Refuses a vector of another length, and one so far away that a decision is not
+  /// finite.
+  [[nodiscard]] Result<ClassScores> predict(std::span<const double> features) const override;
+  void keep_parameters(TrainOptions& options) const override;
+
+  void write(LineWriter& out) const override;
+  /// What write() wrote; `in` keeps the first problem.
+  static MultiClassSvc read(LineReader& in, std::size_t features, std::size_t classes);
 
   [[nodiscard]] double c() const { return parts_.c; }
   [[nodiscard]] double gamma() const { return parts_.gamma; }

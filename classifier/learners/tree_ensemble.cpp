@@ -1,4 +1,4 @@
-#include "classifier/baseline/tree_ensemble.hpp"
+#include "classifier/learners/tree_ensemble.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -27,21 +27,18 @@ std::vector<double> TreeEnsemble::shares(std::span<const double> features) const
   return out;
 }
 
-TreeEnsemble::Tally TreeEnsemble::tally(std::span<const double> features) const {
+Result<ClassScores> TreeEnsemble::predict(std::span<const double> features) const {
+  if (auto ok = check_length(features, features_, "classify"); !ok) return pass(ok.error());
   const double trees = static_cast<double>(trees_.size());
-  Tally out{0, sums(features)};
-  out.winner = place_of_largest(out.log_share);
-  for (double& sum : out.log_share) sum = std::log(std::max(sum, 0.5) / trees);
+  ClassScores out{0, sums(features)};
+  out.winner = place_of_largest(out.score);
+  for (double& sum : out.score) sum = std::log(std::max(sum, 0.5) / trees);
   return out;
-}
-
-std::size_t TreeEnsemble::most(std::span<const double> features) const {
-  return place_of_largest(sums(features));
 }
 
 Result<std::size_t> TreeEnsemble::classify(std::span<const double> features) const {
   if (auto ok = check_length(features, features_, "classify"); !ok) return pass(ok.error());
-  return most(features);
+  return place_of_largest(sums(features));
 }
 
 void TreeEnsemble::write(LineWriter& out) const {

@@ -1,6 +1,6 @@
 #pragma once
-// The learners behind Method, each with a fit_x(), and a read_x() of what its write() wrote: null
-// where `in` has a problem. Then what they are made of.
+// The learners of the registry (learner.hpp), each with a fit_x(), and a read_x() of what its
+// write() wrote: null where `in` has a problem. Then what they are made of.
 
 #include <cstddef>
 #include <functional>
@@ -10,59 +10,70 @@
 #include <vector>
 
 #include "classifier/base/lanes.hpp"
-#include "classifier/baseline/learner.hpp"
-#include "classifier/vibro/learn/method.hpp"
+#include "classifier/learners/predictor.hpp"
 #include "protocols/base/result.hpp"
 
-namespace weft::classifier::vibro {
+namespace weft::classifier {
 
-using ClassifierPtr = std::unique_ptr<Classifier>;
+/// The largest score, the lowest class of several. Refuses scores that are not finite.
+Result<ClassScores> scores_of(std::vector<double> score, std::string_view learner);
 
 /// A normal distribution per class and feature, variances widened by 1e-9 of the largest feature's,
 /// priors from the training: scikit-learn's GaussianNB.
-Result<ClassifierPtr> fit_naive_bayes(const Training& training, const MethodOptions& options);
-ClassifierPtr read_naive_bayes(LineReader& in, std::size_t features, std::size_t classes);
+Result<PredictorPtr> fit_naive_bayes(const TrainingSet& training, const TrainOptions& options);
+PredictorPtr read_naive_bayes(LineReader& in, std::size_t features, std::size_t classes);
 
 /// Most frequent class among the five training rows that are nearest (Euclid), the lowest of
 /// several; equally near ones in the order of the training.
-Result<ClassifierPtr> fit_neighbours(const Training& training, const MethodOptions& options);
-ClassifierPtr read_neighbours(LineReader& in, std::size_t features, std::size_t classes);
+Result<PredictorPtr> fit_neighbours(const TrainingSet& training, const TrainOptions& options);
+PredictorPtr read_neighbours(LineReader& in, std::size_t features, std::size_t classes);
 
 /// One tree that looks at all features.
-Result<ClassifierPtr> fit_tree(const Training& training, const MethodOptions& options);
+Result<PredictorPtr> fit_tree(const TrainingSet& training, const TrainOptions& options);
 /// The mean of the trees' shares.
-Result<ClassifierPtr> fit_forest(const Training& training, const MethodOptions& options);
-ClassifierPtr read_trees(LineReader& in, std::size_t features, std::size_t classes);
+Result<PredictorPtr> fit_forest(const TrainingSet& training, const TrainOptions& options);
+PredictorPtr read_trees(LineReader& in, std::size_t features, std::size_t classes);
 
 /// Mean over the trees of a forest of what each feature took off the impurity; sum 1. This is how
 /// the paper ranked its ten features.
-Result<std::vector<double>> forest_importance(const Training& training,
-                                              const MethodOptions& options);
+Result<std::vector<double>> forest_importance(const TrainingSet& training,
+                                              const TrainOptions& options);
 
 /// libsvm's C-SVC, one against one, RBF with C = 1 and gamma = 1 / (features x variance of all
 /// values): the same as scikit-learn's SVC().
-Result<ClassifierPtr> fit_svm(const Training& training, const MethodOptions& options);
-ClassifierPtr read_svm(LineReader& in, std::size_t features, std::size_t classes);
+Result<PredictorPtr> fit_svm(const TrainingSet& training, const TrainOptions& options);
+PredictorPtr read_svm(LineReader& in, std::size_t features, std::size_t classes);
 
 /// A small feed-forward network with `hidden` layers of ReLU, softmax at the end, cross entropy
 /// with 1e-4 of the squared weights, Adam with steps of 1e-3 on shuffled batches of 200, until the
 /// loss of ten passes in a row is not 1e-4 below the best, or after 1000 passes: scikit-learn's
 /// MLPClassifier(hidden, max_iter=1000), in single precision. Features should be scaled.
-Result<ClassifierPtr> fit_network(const Training& training, const std::vector<std::size_t>& hidden,
-                                  const MethodOptions& options);
-ClassifierPtr read_network(LineReader& in, std::size_t features, std::size_t classes);
+Result<PredictorPtr> fit_network(const TrainingSet& training, const std::vector<std::size_t>& hidden,
+                                  const TrainOptions& options);
+PredictorPtr read_network(LineReader& in, std::size_t features, std::size_t classes);
 
 /// Softmax of linear scores; minimises the sum of the rows' cross entropies plus half the squared
 /// weights (C = 1; not the intercepts) by L-BFGS until no slope is above 1e-4: scikit-learn's
 /// LogisticRegression(max_iter=1000). liblinear has one class against the others only.
-Result<ClassifierPtr> fit_logistic(const Training& training, const MethodOptions& options);
-ClassifierPtr read_logistic(LineReader& in, std::size_t features, std::size_t classes);
+Result<PredictorPtr> fit_logistic(const TrainingSet& training, const TrainOptions& options);
+PredictorPtr read_logistic(LineReader& in, std::size_t features, std::size_t classes);
 
-/// train_recipe() of a learner that tells fabrics apart, on any rows, with its own defaults; a unit
-/// is a recording.
-Result<ClassifierPtr> fit_fabric(const Training& training, Learner learner,
-                                 const MethodOptions& options);
-ClassifierPtr read_fabric(LineReader& in, std::size_t features, std::size_t classes);
+/// Shrinkage LDA, see ShrinkageLda.
+Result<PredictorPtr> fit_lda(const TrainingSet& training, const TrainOptions& options);
+PredictorPtr read_lda(LineReader& in, std::size_t features, std::size_t classes);
+/// One multi-class SVC, tuned on class_folds(), see MultiClassSvc.
+Result<PredictorPtr> fit_svc(const TrainingSet& training, const TrainOptions& options);
+PredictorPtr read_svc(LineReader& in, std::size_t features, std::size_t classes);
+/// Extremely randomised trees, as many as options.trees; read_trees() reads them.
+Result<PredictorPtr> fit_extra_trees(const TrainingSet& training, const TrainOptions& options);
+
+/// Kesler's perceptron on features as they are, and on scaled ones; minimum squared error. Classes
+/// count in the order of their first rows (linear_rule.hpp).
+Result<PredictorPtr> fit_perceptron(const TrainingSet& training, const TrainOptions& options);
+Result<PredictorPtr> fit_scaled_perceptron(const TrainingSet& training,
+                                           const TrainOptions& options);
+Result<PredictorPtr> fit_least_squares(const TrainingSet& training, const TrainOptions& options);
+PredictorPtr read_linear(LineReader& in, std::size_t features, std::size_t classes);
 
 /// False where Weft was built without libxgboost-dev, and where the library is not installed.
 bool have_xgboost();
@@ -70,11 +81,11 @@ bool have_xgboost();
 /// XGBClassifier() of XGBoost 1.7 with n_jobs=1: 100 rounds, depth 6, rate 0.3, softprob. Splits
 /// are looked for by histograms of 256 bins (`tree_method="hist"`), the library's own default
 /// from 2.0 on, not by the exact search that 1.7 takes for few rows.
-Result<ClassifierPtr> fit_xgb(const Training& training, const MethodOptions& options);
+Result<PredictorPtr> fit_xgb(const TrainingSet& training, const TrainOptions& options);
 /// XGBRFClassifier() so: one round of 100 trees, rows and features of a node drawn at 0.8.
-Result<ClassifierPtr> fit_xgbrf(const Training& training, const MethodOptions& options);
+Result<PredictorPtr> fit_xgbrf(const TrainingSet& training, const TrainOptions& options);
 /// Of either, in the library's own words (JSON). A build without the library is a problem.
-ClassifierPtr read_boosted(LineReader& in, std::size_t features, std::size_t classes);
+PredictorPtr read_boosted(LineReader& in, std::size_t features, std::size_t classes);
 
 // A stored booster, looked over before XGBoost reads it: the library follows the nodes, groups and
 // lengths that it finds in a file, wherever they lead.
@@ -119,4 +130,4 @@ using AlignedFloats = std::vector<float, simd::LineAllocator<float>>;
 void product(const float* a, std::size_t rows, std::size_t inner, std::size_t a_stride,
              const float* b, std::size_t columns, float* out);
 
-}  // namespace weft::classifier::vibro
+}  // namespace weft::classifier

@@ -6,22 +6,16 @@
 #include <vector>
 
 #include "classifier/base/matrix.hpp"
-#include "classifier/baseline/decision_tree.hpp"
+#include "classifier/learners/decision_tree.hpp"
+#include "classifier/learners/predictor.hpp"
 #include "classifier/fabric/options.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {
 
 /// Immutable; may be used by several threads.
-class TreeEnsemble {
+class TreeEnsemble final : public Predictor {
  public:
-  /// What the trees say of one row.
-  struct Tally {
-    std::size_t winner = 0;  ///< as most() says
-    /// ln of shares(); one below half a tree's counts as half a tree, so that all are finite.
-    std::vector<double> log_share;
-  };
-
   /// `trees` at least one, of the same numbers of features and classes.
   TreeEnsemble(std::size_t features, std::size_t classes, std::vector<DecisionTree> trees)
       : features_(features), classes_(classes), trees_(std::move(trees)) {}
@@ -30,15 +24,13 @@ class TreeEnsemble {
   /// Mean over the trees of the share of each class in the leaf that a row comes to; the sum is 1.
   /// As many features as the training had, all finite.
   [[nodiscard]] std::vector<double> shares(std::span<const double> features) const;
-  /// The shares and the class of the largest, of the same features.
-  [[nodiscard]] Tally tally(std::span<const double> features) const;
+  /// ln of shares(); one below half a tree's counts as half a tree, so that all are finite. Refuses
+  /// a vector of another length.
+  [[nodiscard]] Result<ClassScores> predict(std::span<const double> features) const override;
   /// Class of the largest share; the lowest of several.
-  [[nodiscard]] std::size_t most(std::span<const double> features) const;
-  /// The same. Refuses a vector of another length.
-  [[nodiscard]] Result<std::size_t> classify(std::span<const double> features) const;
+  [[nodiscard]] Result<std::size_t> classify(std::span<const double> features) const override;
 
-  /// As lines of a stored model.
-  void write(LineWriter& out) const;
+  void write(LineWriter& out) const override;
   /// What write() wrote; `in` keeps the first problem, and without one there is at least one tree.
   static TreeEnsemble read(LineReader& in, std::size_t features, std::size_t classes);
 

@@ -7,6 +7,7 @@
 
 #include "classifier/base/matrix.hpp"
 #include "classifier/learn/feature_view.hpp"
+#include "classifier/learners/predictor.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {
@@ -21,7 +22,7 @@ double ledoit_wolf_shrinkage(const Matrix& rows);
 /// LinearDiscriminantAnalysis(solver='lsqr', shrinkage='auto'), where the covariance is regular.
 /// Columns without any spread say nothing; where no class has any spread the nearest mean wins.
 /// Immutable; may be used by several threads.
-class ShrinkageLda {
+class ShrinkageLda final : public Predictor {
  public:
   /// `of_row`: class of every row, below `classes`, each at least once. Values finite.
   static Result<ShrinkageLda> fit(const Matrix& rows, std::span<const std::size_t> of_row,
@@ -35,7 +36,11 @@ class ShrinkageLda {
   /// of another length, and one so far away that a discriminant is not finite.
   [[nodiscard]] Result<std::vector<double>> discriminants(std::span<const double> features) const;
   /// Class of the largest discriminant; the lowest of several.
-  [[nodiscard]] Result<std::size_t> classify(std::span<const double> features) const;
+  [[nodiscard]] Result<ClassScores> predict(std::span<const double> features) const override;
+
+  void write(LineWriter& out) const override;
+  /// What write() wrote; `in` keeps the first problem.
+  static ShrinkageLda read(LineReader& in, std::size_t features, std::size_t classes);
 
   [[nodiscard]] const Scaler& scaler() const { return scaler_; }
   [[nodiscard]] const Matrix& weight() const { return weight_; }

@@ -1,10 +1,11 @@
-#include "classifier/baseline/shrinkage_lda.hpp"
+#include "classifier/learners/shrinkage_lda.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "classifier/fabric/folds.hpp"
+#include "classifier/fabric/model_text.hpp"
 #include "classifier/features/feature_matrix.hpp"
 
 namespace weft::classifier {
@@ -124,10 +125,22 @@ Result<std::vector<double>> ShrinkageLda::discriminants(std::span<const double> 
   return score;
 }
 
-Result<std::size_t> ShrinkageLda::classify(std::span<const double> features) const {
-  const auto score = discriminants(features);
+Result<ClassScores> ShrinkageLda::predict(std::span<const double> features) const {
+  auto score = discriminants(features);
   if (!score) return pass(score.error());
-  return place_of_largest(*score);
+  return ClassScores{place_of_largest(*score), std::move(*score)};
+}
+
+void ShrinkageLda::write(LineWriter& out) const {
+  write_scaler(out, scaler_);
+  write_rows(out, "weight", weight_);
+  out.numbers("bias", bias_);
+}
+
+ShrinkageLda ShrinkageLda::read(LineReader& in, std::size_t features, std::size_t classes) {
+  Scaler scaler = read_scaler(in, features);
+  Matrix weight = read_rows(in, "weight", classes, features);
+  return {std::move(scaler), std::move(weight), in.numbers("bias", classes)};
 }
 
 }  // namespace weft::classifier

@@ -1,13 +1,14 @@
-#include "classifier/vibro/learn/learners.hpp"
+#include "classifier/learners/learners.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "classifier/fabric/model.hpp"
 #include "classifier/fabric/model_text.hpp"
 #include "classifier/learn/svm.hpp"
 
-namespace weft::classifier::vibro {
+namespace weft::classifier {
 namespace {
 
 constexpr std::size_t most_vectors = 100'000'000;
@@ -28,7 +29,7 @@ double compute_variance(std::span<const double> values) {
 
 // What libsvm learnt, and a model of its own kind that is made of nothing else: a trained one and
 // one that was read answer by the same code.
-class Svm final : public Classifier {
+class Svm final : public Predictor {
  public:
   // `of_class` [classes]: how many support vectors each has, which lie class by class in `rows`;
   // `coefficients` [classes - 1 x vectors]; `offsets`: one per pair of classes.
@@ -61,10 +62,23 @@ class Svm final : public Classifier {
     model_.nSV = count_.data();
   }
 
-  [[nodiscard]] std::size_t classify(std::span<const double> features) const override {
+  [[nodiscard]] Result<ClassScores> predict(std::span<const double> features) const override {
     std::vector<svm_node> nodes(features.size() + 1);
     write_nodes(features, nodes.data());
-    return static_cast<std::size_t>(svm_predict(&model_, nodes.data()));
+    std::vector<double> decision(offsets_.size());
+    const double winner = svm_predict_values(&model_, nodes.data(), decision.data());
+    const std::size_t classes = of_class_.size();
+    ClassScores out{static_cast<std::size_t>(winner), std::vector<double>(classes),
+                    std::vector<int>(classes)};
+    std::size_t pair = 0;
+    for (std::size_t a = 0; a < classes; ++a)
+      for (std::size_t b = a + 1; b < classes; ++b, ++pair) {
+        const double f = decision[pair];
+        ++out.votes[f > 0.0 ? a : b];
+        out.score[a] += std::tanh(f);
+        out.score[b] -= std::tanh(f);
+      }
+    return out;
   }
 
   void write(LineWriter& out) const override {
@@ -104,12 +118,12 @@ std::unique_ptr<Svm> taken_from(const svm_model& model, double gamma, std::size_
 
 // Rows are given class by class, so that libsvm's classes are in our order and its vote gives ties
 // to the lowest.
-Result<ClassifierPtr> fit_svm(const Training& training, const MethodOptions& /*options*/) {
-  const Matrix& rows = *training.rows;
+Result<PredictorPtr> fit_svm(const TrainingSet& training, const TrainOptions& /*options*/) {
+  const Matrix& rows = training.rows();
   const std::size_t width = rows.cols() + 1;
   std::vector<std::size_t> order = numbers_below(rows.rows());
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return training.of_row[a] < training.of_row[b];
+    return training.of_row()[a] < training.of_row()[b];
   });
   std::vector<svm_node> nodes(rows.rows() * width);
   std::vector<svm_node*> row;
@@ -117,7 +131,7 @@ Result<ClassifierPtr> fit_svm(const Training& training, const MethodOptions& /*o
   for (std::size_t i = 0; i < order.size(); ++i) {
     write_nodes(rows.row(order[i]), nodes.data() + i * width);
     row.push_back(nodes.data() + i * width);
-    label.push_back(static_cast<double>(training.of_row[order[i]]));
+    label.push_back(static_cast<double>(training.of_row()[order[i]]));
   }
   svm_parameter p{};
   p.svm_type = C_SVC;
@@ -134,7 +148,7 @@ Result<ClassifierPtr> fit_svm(const Training& training, const MethodOptions& /*o
   return taken_from(*model, p.gamma, rows.cols());
 }
 
-ClassifierPtr read_svm(LineReader& in, std::size_t features, std::size_t classes) {
+PredictorPtr read_svm(LineReader& in, std::size_t features, std::size_t classes) {
   const double gamma = in.positive("gamma");
   auto of_class = in.counts("vectors", classes);
   std::size_t vectors = 0;
@@ -150,4 +164,4 @@ ClassifierPtr read_svm(LineReader& in, std::size_t features, std::size_t classes
                                std::move(offsets));
 }
 
-}  // namespace weft::classifier::vibro
+}  // namespace weft::classifier

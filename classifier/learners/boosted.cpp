@@ -1,4 +1,4 @@
-#include "classifier/vibro/learn/learners.hpp"
+#include "classifier/learners/learners.hpp"
 
 #include <string>
 
@@ -7,12 +7,13 @@
 #include <xgboost/c_api.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
 #endif
 
-namespace weft::classifier::vibro {
+namespace weft::classifier {
 namespace {
 
 tl::unexpected<Error> not_there() {
@@ -106,30 +107,34 @@ std::vector<float> as_floats(std::span<const double> values) {
   return out;
 }
 
-Result<MatrixHandle> matrix_of(const Training& training) {
-  const auto values = as_floats(training.rows->data());
+Result<MatrixHandle> matrix_of(const TrainingSet& training) {
+  const auto values = as_floats(training.rows().data());
   DMatrixHandle handle = nullptr;
-  if (auto ok = done(xgboost().matrix_from_mat(values.data(), training.rows->rows(),
-                                               training.rows->cols(),
+  if (auto ok = done(xgboost().matrix_from_mat(values.data(), training.rows().rows(),
+                                               training.rows().cols(),
                                                std::numeric_limits<float>::quiet_NaN(), &handle));
       !ok)
     return pass(ok.error());
   MatrixHandle out(handle);
   std::vector<float> label;
-  for (const std::size_t c : training.of_row) label.push_back(static_cast<float>(c));
+  for (const std::size_t c : training.of_row()) label.push_back(static_cast<float>(c));
   if (auto ok = done(xgboost().matrix_set_float_info(handle, "label", label.data(), label.size()));
       !ok)
     return pass(ok.error());
   return out;
 }
 
-class Boosted final : public Classifier {
+class Boosted final : public Predictor {
  public:
   explicit Boosted(BoosterHandleOwner booster) : booster_(std::move(booster)) {}
 
-  // Class 0 where the library refuses, which it does not for the features that fit() has seen.
-  [[nodiscard]] std::size_t classify(std::span<const double> features) const override {
-    return place_of_largest(shares(features));
+  [[nodiscard]] Result<ClassScores> predict(std::span<const double> features) const override {
+    constexpr double least = 1e-30;  // the library's shares are of single precision
+    const std::span<const float> share = shares(features);
+    std::vector<double> score;
+    for (const float p : share) score.push_back(std::log(std::max(static_cast<double>(p), least)));
+    if (!score.empty()) return ClassScores{place_of_largest(share), std::move(score)};
+    return fail({.code = Errc::range, .where = "XGBoost", .what = xgboost().last_error()});
   }
 
   void write(LineWriter& out) const override {
@@ -164,8 +169,8 @@ class Boosted final : public Classifier {
 
 using Parameters = std::vector<std::pair<const char*, std::string>>;
 
-Result<ClassifierPtr> boost(const Training& training, Parameters parameters, int rounds,
-                            const MethodOptions& options) {
+Result<PredictorPtr> boost(const TrainingSet& training, Parameters parameters, int rounds,
+                            const TrainOptions& options) {
   if (!have_xgboost()) return not_there();
   auto matrix = matrix_of(training);
   if (!matrix) return pass(matrix.error());
@@ -174,7 +179,7 @@ Result<ClassifierPtr> boost(const Training& training, Parameters parameters, int
   if (auto ok = done(xgboost().create(handles, 1, &handle)); !ok) return pass(ok.error());
   BoosterHandleOwner booster(handle);
   parameters.insert(parameters.end(), {{"objective", "multi:softprob"},
-                                       {"num_class", std::to_string(training.classes)},
+                                       {"num_class", std::to_string(training.classes())},
                                        {"nthread", "1"},
                                        {"verbosity", "0"},
                                        {"tree_method", "hist"},
@@ -193,11 +198,11 @@ bool have_xgboost() {
   return xgboost_library() != nullptr;
 }
 
-Result<ClassifierPtr> fit_xgb(const Training& training, const MethodOptions& options) {
+Result<PredictorPtr> fit_xgb(const TrainingSet& training, const TrainOptions& options) {
   return boost(training, {}, 100, options);
 }
 
-Result<ClassifierPtr> fit_xgbrf(const Training& training, const MethodOptions& options) {
+Result<PredictorPtr> fit_xgbrf(const TrainingSet& training, const TrainOptions& options) {
   return boost(training,
                {{"num_parallel_tree", std::to_string(trees_of_forest)},
                 {"learning_rate", "1"},
@@ -207,7 +212,7 @@ Result<ClassifierPtr> fit_xgbrf(const Training& training, const MethodOptions& o
                1, options);
 }
 
-ClassifierPtr read_boosted(LineReader& in, std::size_t features, std::size_t classes) {
+PredictorPtr read_boosted(LineReader& in, std::size_t features, std::size_t classes) {
   const std::string text = in.text("booster");
   if (!have_xgboost()) in.refuse(not_there().value().what + ", which the model is of");
   const auto checked = checked_booster(text, features, classes);
@@ -224,7 +229,8 @@ ClassifierPtr read_boosted(LineReader& in, std::size_t features, std::size_t cla
     in.refuse("the booster is not one of these features and labels",
               std::to_string(features) + " features, " + std::to_string(classes) + " labels",
               ok ? std::to_string(feature_count) + " labels" : ok.error().what.substr(0, 200));
-  return in.ok() ? std::move(out) : nullptr;
+  if (!in.ok()) return nullptr;
+  return out;
 }
 
 #else
@@ -233,15 +239,15 @@ bool have_xgboost() {
   return false;
 }
 
-Result<ClassifierPtr> fit_xgb(const Training& /*training*/, const MethodOptions& /*options*/) {
+Result<PredictorPtr> fit_xgb(const TrainingSet& /*training*/, const TrainOptions& /*options*/) {
   return not_there();
 }
 
-Result<ClassifierPtr> fit_xgbrf(const Training& /*training*/, const MethodOptions& /*options*/) {
+Result<PredictorPtr> fit_xgbrf(const TrainingSet& /*training*/, const TrainOptions& /*options*/) {
   return not_there();
 }
 
-ClassifierPtr read_boosted(LineReader& in, std::size_t /*features*/, std::size_t /*classes*/) {
+PredictorPtr read_boosted(LineReader& in, std::size_t /*features*/, std::size_t /*classes*/) {
   in.text("booster");
   in.refuse(not_there().value().what + ", which the model is of");
   return nullptr;
@@ -249,4 +255,4 @@ ClassifierPtr read_boosted(LineReader& in, std::size_t /*features*/, std::size_t
 
 #endif
 
-}  // namespace weft::classifier::vibro
+}  // namespace weft::classifier

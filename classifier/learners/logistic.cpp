@@ -4,9 +4,9 @@
 #include <deque>
 
 #include "classifier/fabric/model_text.hpp"
-#include "classifier/vibro/learn/learners.hpp"
+#include "classifier/learners/learners.hpp"
 
-namespace weft::classifier::vibro {
+namespace weft::classifier {
 namespace {
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -28,13 +28,13 @@ RowMatrix with_intercept(const Matrix& rows) {
 
 // Cross entropy and penalty of weights [features + 1 x classes]; scores become probabilities less
 // the truth.
-double loss(const RowMatrix& rows, const Training& training, const std::vector<double>& x,
+double loss(const RowMatrix& rows, const TrainingSet& training, const std::vector<double>& x,
             std::vector<double>& slope) {
-  const Weights weight(x.data(), rows.cols(), index(training.classes));
+  const Weights weight(x.data(), rows.cols(), index(training.classes()));
   RowMatrix score = rows * weight;
   double sum = 0.0;
   for (Eigen::Index r = 0; r < score.rows(); ++r) {
-    const auto truth = index(training.of_row[static_cast<std::size_t>(r)]);
+    const auto truth = index(training.of_row()[static_cast<std::size_t>(r)]);
     const double most = score.row(r).maxCoeff(), own = score(r, truth);
     score.row(r) = (score.row(r).array() - most).exp();
     const double whole = score.row(r).sum();
@@ -49,23 +49,22 @@ double loss(const RowMatrix& rows, const Training& training, const std::vector<d
   return sum + 0.5 * penalised.squaredNorm();
 }
 
-class Logistic final : public Classifier {
+class Logistic final : public Predictor {
  public:
-  explicit Logistic(const Training& training) {
-    const RowMatrix rows = with_intercept(*training.rows);
+  explicit Logistic(const TrainingSet& training) {
+    const RowMatrix rows = with_intercept(training.rows());
     const auto x =
         minimum([&](const std::vector<double>& at,
                     std::vector<double>& slope) { return loss(rows, training, at, slope); },
-                std::vector<double>(static_cast<std::size_t>(rows.cols()) * training.classes, 0.0));
-    weight_ = Weights(x.data(), rows.cols(), index(training.classes));
+                std::vector<double>(static_cast<std::size_t>(rows.cols()) * training.classes(), 0.0));
+    weight_ = Weights(x.data(), rows.cols(), index(training.classes()));
   }
 
-  [[nodiscard]] std::size_t classify(std::span<const double> features) const override {
+  [[nodiscard]] Result<ClassScores> predict(std::span<const double> features) const override {
     const Eigen::Index n = index(features.size());
     const Eigen::Map<const Eigen::VectorXd> own(features.data(), n);
-    Eigen::Index best = 0;
-    (weight_.topRows(n).transpose() * own + weight_.row(n).transpose()).maxCoeff(&best);
-    return static_cast<std::size_t>(best);
+    const Eigen::VectorXd score = weight_.topRows(n).transpose() * own + weight_.row(n).transpose();
+    return scores_of({score.begin(), score.end()}, "logistic regression");
   }
 
   void write(LineWriter& out) const override {
@@ -129,13 +128,14 @@ double largest_magnitude(const Vector& v) {
 
 }  // namespace
 
-Result<ClassifierPtr> fit_logistic(const Training& training, const MethodOptions& /*options*/) {
+Result<PredictorPtr> fit_logistic(const TrainingSet& training, const TrainOptions& /*options*/) {
   return std::make_unique<Logistic>(training);
 }
 
-ClassifierPtr read_logistic(LineReader& in, std::size_t features, std::size_t classes) {
+PredictorPtr read_logistic(LineReader& in, std::size_t features, std::size_t classes) {
   auto out = std::make_unique<Logistic>(in, features, classes);
-  return in.ok() ? std::move(out) : nullptr;
+  if (!in.ok()) return nullptr;
+  return out;
 }
 
 std::vector<double> minimum(const Slopes& function, std::vector<double> x,
@@ -171,4 +171,4 @@ std::vector<double> minimum(const Slopes& function, std::vector<double> x,
   return x;
 }
 
-}  // namespace weft::classifier::vibro
+}  // namespace weft::classifier

@@ -1,4 +1,4 @@
-#include "classifier/vibro/learn/learners.hpp"
+#include "classifier/learners/learners.hpp"
 #include "protocols/base/json_text.hpp"
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace weft::classifier::vibro {
+namespace weft::classifier {
 namespace {
 
 using nlohmann::json;
@@ -227,4 +227,4 @@ Result<std::string> checked_booster(std::string_view text, std::size_t features,
   return booster.dump();
 }
 
-}  // namespace weft::classifier::vibro
+}  // namespace weft::classifier

@@ -1,4 +1,4 @@
-#include "classifier/baseline/class_folds.hpp"
+#include "classifier/learners/class_folds.hpp"
 
 #include <algorithm>
 #include <limits>

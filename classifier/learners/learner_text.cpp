@@ -1,4 +1,4 @@
-#include "classifier/baseline/learner_text.hpp"
+#include "classifier/learners/learner_text.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,14 +9,14 @@
 namespace weft::classifier {
 namespace {
 
-// Learners that can be stored, the first three as version 3 names their reductions.
+// Learners that earlier versions of a file of fabrics knew, in their order.
 constexpr std::array kinds = {Learner::pvalue, Learner::pca, Learner::all,
                               Learner::lda,    Learner::svc, Learner::trees};
 constexpr std::size_t kinds_of_version_3 = 3;
 constexpr std::size_t kinds_of_version_5 = 5;
 
-constexpr std::size_t most_errors = 1'000'000'000;
 constexpr std::size_t most_folds = 1'000'000'000;
+constexpr std::size_t most_components = 1'000'000;
 
 Learner read_kind(LineReader& in, std::string_view keyword, std::size_t known) {
   const std::string word = in.text(keyword);
@@ -37,6 +37,13 @@ void write_view(LineWriter& out, const FeatureView& view) {
     write_matrix(out, "knots", ranks->knots());
   if (const auto* normal = std::get_if<NormalScores>(&view.table()))
     write_matrix(out, "knots", normal->ranks().knots());
+  if (const auto* standardised = std::get_if<Standardised>(&view.table()))
+    write_scaler(out, standardised->scaler);
+  if (const auto* components = std::get_if<PrincipalComponents>(&view.table())) {
+    write_scaler(out, components->scaler);
+    write_matrix(out, "axes", components->axes);
+    out.number("explained", components->explained);
+  }
 }
 
 RankTable read_ranks(LineReader& in, std::size_t features) {
@@ -55,68 +62,15 @@ FeatureView read_view(LineReader& in, View view, std::size_t features) {
   if (view == View::ranked) return FeatureView(FeatureView::Table(read_ranks(in, features)));
   if (view == View::normal_scores)
     return FeatureView(FeatureView::Table(NormalScores(read_ranks(in, features))));
-  return {};
-}
-
-// Some at a time: the numbers of many cores take seconds, their texts gigabytes.
-void write_cores(LineWriter& out, const std::vector<FabricCore>& cores) {
-  constexpr std::size_t batch = 1024;
-  std::vector<std::string> text;
-  for (std::size_t from = 0; from < cores.size(); from += text.size()) {
-    text.resize(std::min(batch, cores.size() - from));
-    parallel_for(text.size(), 0, [&](std::size_t i) { text[i] = core_text(cores[from + i]); });
-    for (const std::string& lines : text) out.lines(lines);
-  }
-}
-
-void write_lda(LineWriter& out, const ShrinkageLda& lda) {
-  write_scaler(out, lda.scaler());
-  write_rows(out, "weight", lda.weight());
-  out.numbers("bias", lda.bias());
-}
-
-ShrinkageLda read_lda(LineReader& in, std::size_t classes, std::size_t features) {
+  if (view == View::standardised)
+    return FeatureView(FeatureView::Table(Standardised{read_scaler(in, features)}));
+  if (view != View::components) return {};
   Scaler scaler = read_scaler(in, features);
-  Matrix weight = read_rows(in, "weight", classes, features);
-  return {std::move(scaler), std::move(weight), in.numbers("bias", classes)};
-}
-
-void write_svc(LineWriter& out, const MultiClassSvc::Parts& svc) {
-  out.number("C", svc.c);
-  out.number("gamma", svc.gamma);
-  out.count("cv_errors", svc.cv_errors);
-  write_scaler(out, svc.scaler);
-  write_matrix(out, "support_vectors", svc.support);
-  for (const MultiClassSvc::Machine& machine : svc.machines) {
-    out.count("machine", machine.row.size());
-    out.counts("rows", machine.row);
-    out.numbers("coefficients", machine.coefficient);
-    out.number("bias", machine.bias);
-  }
-}
-
-MultiClassSvc::Machine read_machine(LineReader& in, std::size_t support) {
-  MultiClassSvc::Machine out;
-  const std::size_t count = in.count("machine", 0, support);
-  out.row = in.counts("rows", count);
-  in.within(out.row, support, "support vector");
-  out.coefficient = in.numbers("coefficients", count);
-  out.bias = in.number("bias");
-  return out;
-}
-
-MultiClassSvc read_svc(LineReader& in, std::size_t classes, std::size_t features) {
-  MultiClassSvc::Parts out;
-  out.classes = classes;
-  out.c = in.number("C");
-  out.gamma = in.positive("gamma");
-  out.cv_errors = in.count("cv_errors", 0, most_errors);
-  out.scaler = read_scaler(in, features);
-  out.support = read_matrix(in, "support_vectors", features);
-  if (out.support.rows() == 0) in.refuse("no support vectors", "at least 1", "0");
-  for (std::size_t i = 0; in.ok() && i < pair_count(classes); ++i)
-    out.machines.push_back(read_machine(in, out.support.rows()));
-  return MultiClassSvc(std::move(out));
+  Matrix axes = read_matrix(in, "axes", features);
+  if (axes.rows() == 0) in.refuse("no component", "at least 1", "0");
+  const double explained = in.not_negative("explained");
+  return FeatureView(
+      FeatureView::Table(PrincipalComponents{std::move(scaler), std::move(axes), explained}));
 }
 
 std::optional<FabricModel> read_cores(LineReader& in, Learner kind,
@@ -132,16 +86,25 @@ std::optional<FabricModel> read_cores(LineReader& in, Learner kind,
   return FabricModel(labels, features, reduction, std::move(cores));
 }
 
-std::optional<TrainedLearner::Machine> read_any(LineReader& in, Learner kind,
-                                                const std::vector<std::string>& labels,
-                                                const std::vector<std::string>& features) {
-  if (kind == Learner::lda) return read_lda(in, labels.size(), features.size());
-  if (kind == Learner::svc) return read_svc(in, labels.size(), features.size());
-  if (kind == Learner::trees) return TreeEnsemble::read(in, features.size(), labels.size());
-  return read_cores(in, kind, labels, features);
+PredictorPtr read_any(LineReader& in, Learner kind, const std::vector<std::string>& labels,
+                      const std::vector<std::string>& features) {
+  if (!is_cores(kind)) return read_predictor(kind, in, features.size(), labels.size());
+  auto cores = read_cores(in, kind, labels, features);
+  return cores ? predictor_of(std::move(*cores)) : nullptr;
 }
 
 }  // namespace
+
+// Some at a time: the numbers of many cores take seconds, their texts gigabytes.
+void write_cores(LineWriter& out, const std::vector<FabricCore>& cores) {
+  constexpr std::size_t batch = 1024;
+  std::vector<std::string> text;
+  for (std::size_t from = 0; from < cores.size(); from += text.size()) {
+    text.resize(std::min(batch, cores.size() - from));
+    parallel_for(text.size(), 0, [&](std::size_t i) { text[i] = core_text(cores[from + i]); });
+    for (const std::string& lines : text) out.lines(lines);
+  }
+}
 
 void write_head(LineWriter& out, const LearnerHead& head) {
   out.text("learner", to_string(head.kind));
@@ -150,7 +113,9 @@ void write_head(LineWriter& out, const LearnerHead& head) {
 
 LearnerHead read_head(LineReader& in, int version) {
   if (version == 3) return {read_kind(in, "reduction", kinds_of_version_3), View::plain};
-  const Learner kind = read_kind(in, "learner", version < 6 ? kinds_of_version_5 : kinds.size());
+  const Learner kind = version < 6 ? read_kind(in, "learner", kinds_of_version_5)
+                                   : read_name(in, "learner", learner_from, Learner::pvalue);
+  if (is_choice(kind)) in.refuse("a choice of learners is not trained", {}, std::string(to_string(kind)));
   if (version == 4)
     return {kind, in.count("compressed", 0, 1) == 1 ? View::compressed : View::plain};
   return {kind, read_name(in, "view", view_from, View::plain)};
@@ -158,21 +123,17 @@ LearnerHead read_head(LineReader& in, int version) {
 
 void write_learner(LineWriter& out, const TrainedLearner& learner) {
   write_view(out, learner.view());
-  if (const auto* lda = std::get_if<ShrinkageLda>(&learner.machine())) return write_lda(out, *lda);
-  if (const auto* svc = std::get_if<MultiClassSvc>(&learner.machine()))
-    return write_svc(out, svc->parts());
-  if (const auto* trees = std::get_if<TreeEnsemble>(&learner.machine())) return trees->write(out);
-  write_cores(out, learner.cores()->cores());
+  learner.predictor().write(out);
 }
 
 std::optional<TrainedLearner> read_learner(LineReader& in, const LearnerHead& head,
                                            std::vector<std::string> labels,
                                            std::vector<std::string> features) {
   FeatureView view = read_view(in, head.view, features.size());
-  std::optional<TrainedLearner::Machine> machine = read_any(in, head.kind, labels, features);
-  if (!in.ok() || !machine) return std::nullopt;
-  return TrainedLearner(std::move(labels), std::move(features), std::move(view),
-                        std::move(*machine));
+  PredictorPtr predictor = in.ok() ? read_any(in, head.kind, labels, view.apply(features)) : nullptr;
+  if (!in.ok() || predictor == nullptr) return std::nullopt;
+  return TrainedLearner(head.kind, std::move(labels), std::move(features), std::move(view),
+                        std::move(predictor));
 }
 
 std::string task_text(const CoreTask& task) {
@@ -181,6 +142,7 @@ std::string task_text(const CoreTask& task) {
   out.text("view", to_string(task.view));
   out.count("folds", task.fold ? 1 : 0);
   if (task.fold) out.count("fold", *task.fold);
+  out.count("components", task.components);
   return out.str();
 }
 
@@ -189,6 +151,7 @@ Result<CoreTask> task_from_text(std::string_view text) {
   CoreTask task{read_name(in, "reduction", reduction_from, Reduction::pvalue),
                 read_name(in, "view", view_from, View::plain)};
   if (in.count("folds", 0, 1) == 1) task.fold = in.count("fold", 0, most_folds);
+  task.components = in.count("components", 0, most_components);
   in.finish();
   if (!in.ok()) return pass(in.status().error(), "training task");
   return task;

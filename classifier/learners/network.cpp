@@ -5,9 +5,9 @@
 
 #include "classifier/base/random.hpp"
 #include "classifier/fabric/model_text.hpp"
-#include "classifier/vibro/learn/learners.hpp"
+#include "classifier/learners/learners.hpp"
 
-namespace weft::classifier::vibro {
+namespace weft::classifier {
 namespace {
 
 constexpr std::size_t most_batch = 200, most_passes = 1000, patience = 10;
@@ -71,10 +71,10 @@ void transpose(const float* from, std::size_t rows, std::size_t columns, std::si
     for (std::size_t c = 0; c < columns; ++c) to[c * rows_stride + r] = from[r * stride + c];
 }
 
-class Network final : public Classifier {
+class Network final : public Predictor {
  public:
   explicit Network(std::vector<Layer> layers) : layers_(std::move(layers)) {}
-  [[nodiscard]] std::size_t classify(std::span<const double> features) const override {
+  [[nodiscard]] Result<ClassScores> predict(std::span<const double> features) const override {
     AlignedFloats values(padded_columns(features.size()), 0.0F), next;
     std::transform(features.begin(), features.end(), values.begin(),
                    [](double v) { return static_cast<float>(v); });
@@ -85,7 +85,7 @@ class Network final : public Classifier {
       std::swap(values, next);
     }
     const auto end = values.begin() + static_cast<std::ptrdiff_t>(layers_.back().out);
-    return static_cast<std::size_t>(std::max_element(values.begin(), end) - values.begin());
+    return scores_of({values.begin(), end}, "network");
   }
 
   // A row per input, single precision as doubles: exact.
@@ -123,11 +123,11 @@ Layer read_layer(LineReader& in, std::size_t inputs) {
 
 class Trainer {
  public:
-  Trainer(const Training& training, const std::vector<std::size_t>& hidden, std::uint64_t seed)
-      : training_(training), engine_(seed), order_(numbers_below(training.rows->rows())) {
-    std::size_t from = training.rows->cols();
+  Trainer(const TrainingSet& training, const std::vector<std::size_t>& hidden, std::uint64_t seed)
+      : training_(training), engine_(seed), order_(numbers_below(training.rows().rows())) {
+    std::size_t from = training.rows().cols();
     for (const std::size_t to : hidden) add_layer(from, to);
-    add_layer(from, training.classes);
+    add_layer(from, training.classes());
     values_.resize(layers_.size() + 1);
   }
 
@@ -180,7 +180,7 @@ class Trainer {
   }
 
   void load(std::span<const std::size_t> rows) {
-    const Matrix& all = *training_.rows;
+    const Matrix& all = training_.rows();
     const std::size_t columns = padded_columns(all.cols());
     values_[0].assign(rows.size() * columns, 0.0F);
     for (std::size_t r = 0; r < rows.size(); ++r)
@@ -195,7 +195,7 @@ class Trainer {
     double loss = 0.0;
     for (std::size_t r = 0; r < rows.size(); ++r) {
       float* const score = slope_.data() + r * columns;
-      const std::size_t truth = training_.of_row[rows[r]];
+      const std::size_t truth = training_.of_row()[rows[r]];
       const float most = *std::max_element(score, score + classes), own = score[truth];
       float whole = 0.0F;
       for (std::size_t c = 0; c < classes; ++c) whole += score[c] = std::exp(score[c] - most);
@@ -239,7 +239,7 @@ class Trainer {
               layer.bias.size(), rate);
   }
 
-  const Training& training_;
+  const TrainingSet& training_;
   RandomEngine engine_;
   std::vector<std::size_t> order_;
   std::vector<Layer> layers_;
@@ -288,8 +288,8 @@ WEFT_INLINE void stripe(const float* a, std::size_t inner, std::size_t a_stride,
 
 }  // namespace
 
-Result<ClassifierPtr> fit_network(const Training& training, const std::vector<std::size_t>& hidden,
-                                  const MethodOptions& options) {
+Result<PredictorPtr> fit_network(const TrainingSet& training, const std::vector<std::size_t>& hidden,
+                                  const TrainOptions& options) {
   auto layers = Trainer(training, hidden, options.seed).train();
   for (const Layer& layer : layers)
     for (const float w : layer.weight)
@@ -301,7 +301,7 @@ Result<ClassifierPtr> fit_network(const Training& training, const std::vector<st
   return std::make_unique<Network>(std::move(layers));
 }
 
-ClassifierPtr read_network(LineReader& in, std::size_t features, std::size_t classes) {
+PredictorPtr read_network(LineReader& in, std::size_t features, std::size_t classes) {
   std::vector<Layer> layers;
   std::size_t inputs = features;
   for (std::size_t left = in.count("layers", 1, most_layers); in.ok() && left > 0; --left) {
@@ -311,7 +311,8 @@ ClassifierPtr read_network(LineReader& in, std::size_t features, std::size_t cla
   if (inputs != classes)
     in.refuse("the last layer has another number of units than there are labels",
               std::to_string(classes), std::to_string(inputs));
-  return in.ok() ? std::make_unique<Network>(std::move(layers)) : nullptr;
+  if (!in.ok()) return nullptr;
+  return std::make_unique<Network>(std::move(layers));
 }
 
 WEFT_CLONES("arch=x86-64-v4", "avx2")
@@ -323,4 +324,4 @@ void product(const float* a, std::size_t rows, std::size_t inner, std::size_t a_
   for (; r < rows; ++r) stripe<1>(a + r * a_stride, inner, a_stride, b, columns, out + r * columns);
 }
 
-}  // namespace weft::classifier::vibro
+}  // namespace weft::classifier

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "classifier/baseline/learner.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/fabric/folds.hpp"
 #include "classifier/fabric/options.hpp"
 #include "classifier/features/feature_matrix.hpp"

@@ -1,17 +1,21 @@
-#include "classifier/imprint/linear_rule.hpp"
+#include "classifier/learners/linear_rule.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "classifier/fabric/model_text.hpp"
 #include "classifier/features/feature_matrix.hpp"
+#include "classifier/learners/learners.hpp"
 #include "protocols/base/names.hpp"
 
-namespace weft::classifier::imprint {
+namespace weft::classifier {
 
 Scaler scaler_for(FeatureScaling scaling, const Matrix& rows) {
   if (scaling == FeatureScaling::zscore) return fit_scaler(rows);
@@ -43,11 +47,12 @@ Status check_training(const Matrix& rows, std::span<const std::size_t> of_row,
 
 namespace {
 
-// Class of the largest inner product of its weights with `input(k)` for every column k but the
-// last, which is the bias and is added last; the lowest of several. Nothing where a product is not
-// finite.
+// Row of the largest inner product of its weights with `input(k)` for every column k but the last,
+// which is the bias and is added last; the lowest of several. Nothing where a product is not
+// finite. The products go to `products` where it has room for them.
 template <class Input>
-std::optional<std::size_t> answer(const Matrix& weight, const Input& input) {
+std::optional<std::size_t> answer(const Matrix& weight, const Input& input,
+                                  std::span<double> products = {}) {
   const std::size_t inputs = weight.cols() - 1;
   std::size_t best = 0;
   double largest = 0.0;
@@ -57,6 +62,7 @@ std::optional<std::size_t> answer(const Matrix& weight, const Input& input) {
     for (std::size_t k = 0; k < inputs; ++k) product += w[k] * input(k);
     product += w[inputs];
     if (!std::isfinite(product)) return std::nullopt;
+    if (!products.empty()) products[c] = product;
     if (c > 0 && product <= largest) continue;
     best = c;
     largest = product;
@@ -66,15 +72,36 @@ std::optional<std::size_t> answer(const Matrix& weight, const Input& input) {
 
 }  // namespace
 
-Result<std::size_t> LinearRule::classify(std::span<const double> features) const {
+Result<ClassScores> LinearRule::predict(std::span<const double> features) const {
   if (auto ok = check_length(features, weight_.cols() - 1, "linear rule"); !ok)
     return pass(ok.error());
   const auto scaled_input = [&](std::size_t k) { return scaler_.apply(k, features[k]); };
-  if (const auto best = answer(weight_, scaled_input)) return *best;
-  return fail({.code = Errc::range,
-               .where = "linear rule",
-               .what = "a product is not finite",
-               .hint = "The imprint is absurdly far from every training imprint"});
+  std::vector<double> product(weight_.rows());
+  const auto best = answer(weight_, scaled_input, product);
+  if (!best)
+    return fail({.code = Errc::range,
+                 .where = "linear rule",
+                 .what = "a product is not finite",
+                 .hint = "The row is absurdly far from every training row"});
+  ClassScores out{class_of_row_[*best], std::vector<double>(weight_.rows())};
+  for (std::size_t c = 0; c < product.size(); ++c) out.score[class_of_row_[c]] = product[c];
+  return out;
+}
+
+void LinearRule::write(LineWriter& out) const {
+  write_scaler(out, scaler_);
+  out.counts("class_of_row", class_of_row_);
+  write_rows(out, "weight", weight_);
+}
+
+LinearRule LinearRule::read(LineReader& in, std::size_t features, std::size_t classes) {
+  Scaler scaler = read_scaler(in, features);
+  std::vector<std::size_t> class_of_row = in.counts("class_of_row", classes);
+  in.within(class_of_row, classes, "class");
+  if (std::set(class_of_row.begin(), class_of_row.end()).size() != class_of_row.size())
+    in.refuse("a class has two rows of weights");
+  Matrix weight = read_rows(in, "weight", classes, features + 1);
+  return {std::move(scaler), std::move(weight), std::move(class_of_row), {}};
 }
 
 Matrix with_ones(const Matrix& rows) {
@@ -306,4 +333,61 @@ Result<SeparabilityOutcome> separability(const Matrix& rows, std::span<const std
   return walk(hull, most_steps);
 }
 
-}  // namespace weft::classifier::imprint
+namespace {
+
+/// Classes in the order of their first rows: of equal products the perceptron takes the first.
+struct Appearance {
+  std::vector<std::size_t> of_row;    ///< place of the row's class in that order
+  std::vector<std::size_t> class_at;  ///< class by its place
+};
+
+Appearance by_appearance(std::span<const std::size_t> of_row) {
+  Appearance out;
+  std::map<std::size_t, std::size_t> place;
+  for (const std::size_t c : of_row) {
+    const auto [at, is_new] = place.emplace(c, place.size());
+    if (is_new) out.class_at.push_back(c);
+    out.of_row.push_back(at->second);
+  }
+  return out;
+}
+
+Result<PredictorPtr> fit_kesler(const TrainingSet& training, FeatureScaling scaling) {
+  Appearance order = by_appearance(training.of_row());
+  KeslerOptions options;
+  options.scaling = scaling;
+  auto out = train_kesler(training.rows(), order.of_row, training.classes(), options);
+  if (!out) return pass(out.error());
+  return std::make_unique<LinearRule>(out->rule.scaler(), out->rule.weight(),
+                                      std::move(order.class_at),
+                                      FitReport{out->converged, out->rounds});
+}
+
+}  // namespace
+
+Result<PredictorPtr> fit_perceptron(const TrainingSet& training, const TrainOptions& /*options*/) {
+  return fit_kesler(training, FeatureScaling::none);
+}
+
+Result<PredictorPtr> fit_scaled_perceptron(const TrainingSet& training,
+                                           const TrainOptions& /*options*/) {
+  return fit_kesler(training, FeatureScaling::zscore);
+}
+
+Result<PredictorPtr> fit_least_squares(const TrainingSet& training,
+                                       const TrainOptions& /*options*/) {
+  Appearance order = by_appearance(training.of_row());
+  auto out = train_least_squares(training.rows(), order.of_row, training.classes(),
+                                 FeatureScaling::zscore);
+  if (!out) return pass(out.error());
+  return std::make_unique<LinearRule>(out->scaler(), out->weight(), std::move(order.class_at),
+                                      FitReport{});
+}
+
+PredictorPtr read_linear(LineReader& in, std::size_t features, std::size_t classes) {
+  LinearRule out = LinearRule::read(in, features, classes);
+  if (!in.ok()) return nullptr;
+  return std::make_unique<LinearRule>(std::move(out));
+}
+
+}  // namespace weft::classifier

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "classifier/base/line_io.hpp"
-#include "classifier/baseline/learner.hpp"
+#include "classifier/learners/learner.hpp"
 
 namespace weft::classifier {
 
@@ -18,6 +18,9 @@ struct LearnerHead {
 void write_head(LineWriter& out, const LearnerHead& head);
 /// Of a file of fabrics of this version: 5 knows no trees, 4 no ranks either, 3 plain cores only.
 LearnerHead read_head(LineReader& in, int version = 6);
+
+/// The lines of cores.
+void write_cores(LineWriter& out, const std::vector<FabricCore>& cores);
 
 /// All but the head, labels and features.
 void write_learner(LineWriter& out, const TrainedLearner& learner);

@@ -5,12 +5,14 @@
 #include <cstddef>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "classifier/base/matrix.hpp"
 #include "classifier/learn/feature_view.hpp"
+#include "classifier/learners/predictor.hpp"
 #include "protocols/base/result.hpp"
 
-namespace weft::classifier::imprint {
+namespace weft::classifier {
 
 /// What is done to features before a rule sees them (choice E5).
 enum class FeatureScaling {
@@ -26,15 +28,27 @@ Scaler scaler_for(FeatureScaling scaling, const Matrix& rows);
 Status check_training(const Matrix& rows, std::span<const std::size_t> of_row, std::size_t classes);
 
 /// Immutable; may be used by several threads.
-class LinearRule {
+class LinearRule final : public Predictor {
  public:
   /// `weight` [classes x (features + 1)] of scaled features; the last column is the bias.
   LinearRule(Scaler scaler, Matrix weight)
-      : scaler_(std::move(scaler)), weight_(std::move(weight)) {}
+      : scaler_(std::move(scaler)),
+        weight_(std::move(weight)),
+        class_of_row_(numbers_below(weight_.rows())) {}
+  /// `class_of_row`: whose weights a row has, each class once. Equal products go to the first row.
+  LinearRule(Scaler scaler, Matrix weight, std::vector<std::size_t> class_of_row, FitReport report)
+      : scaler_(std::move(scaler)),
+        weight_(std::move(weight)),
+        class_of_row_(std::move(class_of_row)),
+        report_(report) {}
 
-  /// Class of the largest inner product; the lowest of several. Refuses a vector of another length
+  /// Class of the largest inner product; the first of several. Refuses a vector of another length
   /// and one of which a product is not finite.
-  [[nodiscard]] Result<std::size_t> classify(std::span<const double> features) const;
+  [[nodiscard]] Result<ClassScores> predict(std::span<const double> features) const override;
+  void write(LineWriter& out) const override;
+  /// What write() wrote; `in` keeps the first problem.
+  static LinearRule read(LineReader& in, std::size_t features, std::size_t classes);
+  [[nodiscard]] FitReport report() const override { return report_; }
 
   [[nodiscard]] const Scaler& scaler() const { return scaler_; }
   [[nodiscard]] const Matrix& weight() const { return weight_; }
@@ -42,6 +56,8 @@ class LinearRule {
  private:
   Scaler scaler_;
   Matrix weight_;
+  std::vector<std::size_t> class_of_row_;
+  FitReport report_ = {};
 };
 
 /// Rows with a last column of ones.
@@ -103,4 +119,4 @@ struct SeparabilityOutcome {
 Result<SeparabilityOutcome> separability(const Matrix& rows, std::span<const std::size_t> of_row,
                                          std::size_t classes, std::size_t most_steps = 20000);
 
-}  // namespace weft::classifier::imprint
+}  // namespace weft::classifier

@@ -1,4 +1,4 @@
-#include "classifier/baseline/decision_tree.hpp"
+#include "classifier/learners/decision_tree.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "classifier/vibro/learn/learners.hpp"
+#include "classifier/learners/learners.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,34 +7,34 @@
 
 #include "classifier/fabric/model_text.hpp"
 
-namespace weft::classifier::vibro {
+namespace weft::classifier {
 namespace {
 
-class NaiveBayes final : public Classifier {
+class NaiveBayes final : public Predictor {
  public:
-  explicit NaiveBayes(const Training& training)
-      : mean_(training.classes, training.rows->cols()),
-        precision_(training.classes, training.rows->cols()),
-        constant_(training.classes, 0.0) {
-    const Matrix& rows = *training.rows;
-    std::vector<double> count(training.classes, 0.0);
+  explicit NaiveBayes(const TrainingSet& training)
+      : mean_(training.classes(), training.rows().cols()),
+        precision_(training.classes(), training.rows().cols()),
+        constant_(training.classes(), 0.0) {
+    const Matrix& rows = training.rows();
+    std::vector<double> count(training.classes(), 0.0);
     for (std::size_t r = 0; r < rows.rows(); ++r) {
-      const std::size_t c = training.of_row[r];
+      const std::size_t c = training.of_row()[r];
       count[c] += 1.0;
       for (std::size_t f = 0; f < rows.cols(); ++f) mean_(c, f) += rows(r, f);
     }
-    for (std::size_t c = 0; c < training.classes; ++c)
+    for (std::size_t c = 0; c < training.classes(); ++c)
       for (double& m : mean_.row(c)) m /= count[c];
-    Matrix variance(training.classes, rows.cols());
+    Matrix variance(training.classes(), rows.cols());
     for (std::size_t r = 0; r < rows.rows(); ++r) {
-      const std::size_t c = training.of_row[r];
+      const std::size_t c = training.of_row()[r];
       for (std::size_t f = 0; f < rows.cols(); ++f) {
         const double away = rows(r, f) - mean_(c, f);
         variance(c, f) += away * away / count[c];
       }
     }
     const double widened = widening(rows);
-    for (std::size_t c = 0; c < training.classes; ++c) {
+    for (std::size_t c = 0; c < training.classes(); ++c) {
       constant_[c] = std::log(count[c] / static_cast<double>(rows.rows()));
       for (std::size_t f = 0; f < rows.cols(); ++f) {
         const double v = variance(c, f) + widened;
@@ -44,7 +44,7 @@ class NaiveBayes final : public Classifier {
     }
   }
 
-  [[nodiscard]] std::size_t classify(std::span<const double> features) const override {
+  [[nodiscard]] Result<ClassScores> predict(std::span<const double> features) const override {
     std::vector<double> score = constant_;
     for (std::size_t c = 0; c < score.size(); ++c) {
       for (std::size_t f = 0; f < features.size(); ++f) {
@@ -52,7 +52,7 @@ class NaiveBayes final : public Classifier {
         score[c] -= 0.5 * away * away * precision_(c, f);
       }
     }
-    return place_of_largest(score);
+    return scores_of(std::move(score), "naive Bayes");
   }
 
   void write(LineWriter& out) const override {
@@ -84,14 +84,14 @@ class NaiveBayes final : public Classifier {
   std::vector<double> constant_;
 };
 
-class Neighbours final : public Classifier {
+class Neighbours final : public Predictor {
  public:
-  explicit Neighbours(const Training& training)
-      : rows_(*training.rows),
-        of_row_(training.of_row.begin(), training.of_row.end()),
-        classes_(training.classes) {}
+  explicit Neighbours(const TrainingSet& training)
+      : rows_(training.rows()),
+        of_row_(training.of_row().begin(), training.of_row().end()),
+        classes_(training.classes()) {}
 
-  [[nodiscard]] std::size_t classify(std::span<const double> features) const override {
+  [[nodiscard]] Result<ClassScores> predict(std::span<const double> features) const override {
     constexpr std::size_t neighbours = 5;
     std::pair<double, std::size_t> near[neighbours];  // sorted
     std::size_t found = 0;
@@ -105,9 +105,13 @@ class Neighbours final : public Classifier {
       for (; at > 0 && distance < near[at - 1].first; --at) near[at] = near[at - 1];
       near[at] = {distance, of_row_[r]};
     }
-    std::vector<double> votes(classes_, 0.0);
-    for (std::size_t i = 0; i < found; ++i) votes[near[i].second] += 1.0;
-    return place_of_largest(votes);
+    ClassScores out{0, std::vector<double>(classes_), std::vector<int>(classes_)};
+    for (std::size_t i = 0; i < found; ++i) ++out.votes[near[i].second];
+    out.winner = place_of_largest(out.votes);
+    // The share of a class by Laplace's rule: never 0.
+    const auto whole = static_cast<double>(found + classes_);
+    for (std::size_t c = 0; c < classes_; ++c) out.score[c] = std::log((out.votes[c] + 1) / whole);
+    return out;
   }
 
   void write(LineWriter& out) const override {
@@ -129,22 +133,24 @@ class Neighbours final : public Classifier {
 
 }  // namespace
 
-Result<ClassifierPtr> fit_naive_bayes(const Training& training, const MethodOptions& /*options*/) {
+Result<PredictorPtr> fit_naive_bayes(const TrainingSet& training, const TrainOptions& /*options*/) {
   return std::make_unique<NaiveBayes>(training);
 }
 
-Result<ClassifierPtr> fit_neighbours(const Training& training, const MethodOptions& /*options*/) {
+Result<PredictorPtr> fit_neighbours(const TrainingSet& training, const TrainOptions& /*options*/) {
   return std::make_unique<Neighbours>(training);
 }
 
-ClassifierPtr read_naive_bayes(LineReader& in, std::size_t features, std::size_t classes) {
+PredictorPtr read_naive_bayes(LineReader& in, std::size_t features, std::size_t classes) {
   auto out = std::make_unique<NaiveBayes>(in, features, classes);
-  return in.ok() ? std::move(out) : nullptr;
+  if (!in.ok()) return nullptr;
+  return out;
 }
 
-ClassifierPtr read_neighbours(LineReader& in, std::size_t features, std::size_t classes) {
+PredictorPtr read_neighbours(LineReader& in, std::size_t features, std::size_t classes) {
   auto out = std::make_unique<Neighbours>(in, features, classes);
-  return in.ok() ? std::move(out) : nullptr;
+  if (!in.ok()) return nullptr;
+  return out;
 }
 
-}  // namespace weft::classifier::vibro
+}  // namespace weft::classifier
