@@ -39,10 +39,14 @@ bool is_certificate(const std::filesystem::path& path) {
 
 }  // namespace
 
-std::vector<DataWarning> warnings_of(const Dataset& dataset, const std::string& exploration) {
-  if (holds_imprints(dataset)) return {};
+std::vector<Warning> warnings_of(const Dataset& dataset, const std::string& exploration) {
+  std::vector<Warning> out = dataset.warnings;
+  if (holds_imprints(dataset)) return out;
   const bool is_sum = exploration.find('+') != std::string::npos;
-  return find_data_warnings(dataset, is_sum ? std::string_view() : std::string_view(exploration));
+  for (Warning& one :
+       find_data_warnings(dataset, is_sum ? std::string_view() : std::string_view(exploration)))
+    out.push_back(std::move(one));
+  return out;
 }
 
 Result<Dataset> open_dataset(const std::filesystem::path& path) {

@@ -37,6 +37,7 @@ std::string_view bench_text(BenchKind kind);
 struct Warning {
   std::string code;  ///< for programs: "repeated_samples"
   std::string text;  ///< for people: a sentence, with its place
+  friend bool operator==(const Warning&, const Warning&) = default;
 };
 
 // Text from outside: is it UTF-8 (RFC 3629)?

@@ -118,10 +118,10 @@ const std::vector<Fault>& all_faults() {
 
 }  // namespace
 
-std::vector<DataWarning> describe_signals(std::span<const CheckedSignal> signals,
-                                          std::span<const std::string> recordings,
-                                          std::string_view signal, std::string_view recording) {
-  std::vector<DataWarning> out;
+std::vector<Warning> describe_signals(std::span<const CheckedSignal> signals,
+                                      std::span<const std::string> recordings,
+                                      std::string_view signal, std::string_view recording) {
+  std::vector<Warning> out;
   for (const Fault& fault : all_faults()) {
     std::map<std::vector<std::size_t>, std::vector<std::string>, MostFirst> names;
     std::map<std::vector<std::size_t>, std::string> digits;
@@ -144,7 +144,7 @@ std::vector<DataWarning> describe_signals(std::span<const CheckedSignal> signals
   return out;
 }
 
-std::vector<DataWarning> find_data_warnings(const Dataset& dataset, std::string_view exploration) {
+std::vector<Warning> find_data_warnings(const Dataset& dataset, std::string_view exploration) {
   std::vector<CheckedSignal> signals;
   std::vector<std::string> names;
   std::vector<double> motion;
@@ -173,17 +173,19 @@ std::vector<DataWarning> find_data_warnings(const Dataset& dataset, std::string_
   return describe_signals(signals, names, "taxel", "trial");
 }
 
-void to_json(nlohmann::json& out, const DataWarning& warning) {
+void to_json(nlohmann::json& out, const Warning& warning) {
   out = {{"code", warning.code}, {"text", warning.text}};
 }
 
-std::string warnings_text(std::span<const DataWarning> warnings) {
+std::string warnings_text(std::span<const Warning> warnings) {
+  constexpr std::size_t most_of_kind = 5;
   std::string out;
-  for (const DataWarning& warning : warnings.first(std::min(warnings.size(), most_named)))
-    out += "WARNING: " + warning.text + ".\n";
-  if (warnings.size() > most_named)
-    out += "WARNING: " + std::to_string(warnings.size() - most_named) +
-           " more of this kind (--json lists them).\n";
+  std::map<std::string, std::size_t> of_kind;
+  for (const Warning& one : warnings)
+    if (++of_kind[one.code] <= most_of_kind) out += "WARNING: " + one.text + ".\n";
+  for (const auto& [code, count] : of_kind)
+    if (count > most_of_kind)
+      out += "WARNING: " + std::to_string(count - most_of_kind) + " more of kind " + code + ".\n";
   return out;
 }
 

@@ -10,17 +10,10 @@
 #include <vector>
 
 #include "classifier/features/signal_check.hpp"
+#include "daemon/base/text/format.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 
 namespace weft::daemon {
-
-struct DataWarning {
-  std::string code;  ///< constant, saturated, only_rises, few_digits
-  std::string
-      text;  ///< one sentence: "taxel 7 is constant in 3 of 40 trials (a.csv, b.csv, c.csv)"
-  friend bool operator==(const DataWarning&, const DataWarning&) = default;
-};
-void to_json(nlohmann::json& out, const DataWarning& warning);
 
 /// One signal of all recordings, in their order.
 struct CheckedSignal {
@@ -33,15 +26,15 @@ struct CheckedSignal {
 
 /// `signal` and `recording`: what one of them is called ("taxel", "trial"). Signals that are alike
 /// in the same recordings share a sentence.
-std::vector<DataWarning> describe_signals(std::span<const CheckedSignal> signals,
-                                          std::span<const std::string> recordings,
-                                          std::string_view signal, std::string_view recording);
+std::vector<Warning> describe_signals(std::span<const CheckedSignal> signals,
+                                      std::span<const std::string> recordings,
+                                      std::string_view signal, std::string_view recording);
 
 /// Of the motion of all complete trials, of one exploration where it is given. Imprints have none.
-std::vector<DataWarning> find_data_warnings(const Dataset& dataset,
-                                            std::string_view exploration = {});
+std::vector<Warning> find_data_warnings(const Dataset& dataset, std::string_view exploration = {});
 
-/// A line "WARNING: ..." each; of many the first few, and how many more there are.
-std::string warnings_text(std::span<const DataWarning> warnings);
+/// A line "WARNING: ..." each; of many of one kind the first few, and how many more there are.
+std::string warnings_text(std::span<const Warning> warnings);
+void to_json(nlohmann::json& out, const Warning& warning);
 
 }  // namespace weft::daemon

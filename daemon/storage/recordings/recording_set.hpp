@@ -35,7 +35,7 @@ std::string recordings_sha256(const RecordingSet& set);
 Copies copies_in(const RecordingSet& set);
 
 /// Of every channel.
-std::vector<DataWarning> find_data_warnings(const RecordingSet& set);
+std::vector<Warning> find_data_warnings(const RecordingSet& set);
 
 /// HDF5, layout "weft-recordings" (daemon/storage/recordings/README.md). Written beside `path` and
 /// renamed. Returns the digest. Errors: check()'s, io.
