@@ -131,10 +131,9 @@ Result<Scores> over_splits(const FeatureMatrix& matrix, std::span<const Split> s
     auto answers = collect_predictions([&](auto features) { return answer(*trained, features); },
                                        matrix, split.test, now, answers_s);
     if (!answers) return pass(answers.error());
-    const double tested = now();
     const double accuracy = count_answers(matrix, split, std::move(*answers), out);
     out.splits.push_back(
-        {accuracy, ready - start, (tested - ready) / static_cast<double>(split.test.size())});
+        {accuracy, ready - start, compute_mean(std::span(answers_s).last(split.test.size()))});
     if (auto ok = sink(std::move(*trained), split); !ok) return pass(ok.error());
   }
   summarise(splits, out);

@@ -187,8 +187,10 @@ Result<PredictorPtr> boost(const TrainingSet& training, Parameters parameters, i
   for (const auto& [name, value] : parameters)
     if (auto ok = done(xgboost().set_parameter(handle, name, value.c_str())); !ok)
       return pass(ok.error());
-  for (int i = 0; i < rounds; ++i)
+  for (int i = 0; i < rounds; ++i) {
+    if (auto ok = unless_stopped(options.stop); !ok) return pass(ok.error());
     if (auto ok = done(xgboost().update(handle, i, matrix->get())); !ok) return pass(ok.error());
+  }
   return std::make_unique<Boosted>(std::move(booster));
 }
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <atomic>
 #include <numeric>
 
 #include "classifier/base/parallel.hpp"
@@ -33,11 +34,19 @@ Result<Forest> grow_forest(const TrainingSet& training, const TrainOptions& opti
   Forest out;
   out.trees.resize(options.trees);
   Matrix importance(options.trees, rows.features());
+  std::vector<Status> status(options.trees);
+  std::atomic<bool> is_stopped{false};
   parallel_for(options.trees, options.threads, [&](std::size_t t) {
+    if (is_stopped) return;
+    status[t] = unless_stopped(options.stop);
+    is_stopped = is_stopped || !status[t];
+    if (!status[t]) return;
     RandomEngine engine = engine_of_tree(options.seed, t);
     out.trees[t] =
         DecisionTree::grow(rows, drawn(rows.rows(), engine), rule, engine, importance.row(t));
   });
+  for (const Status& ok : status)
+    if (!ok) return pass(ok.error());
   out.importance.assign(rows.features(), 0.0);
   for (std::size_t t = 0; t < options.trees; ++t)
     for (std::size_t f = 0; f < rows.features(); ++f)

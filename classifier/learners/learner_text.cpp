@@ -115,7 +115,7 @@ LearnerHead read_head(LineReader& in, int version) {
   if (version == 3) return {read_kind(in, "reduction", kinds_of_version_3), View::plain};
   const Learner kind = version < 6 ? read_kind(in, "learner", kinds_of_version_5)
                                    : read_name(in, "learner", learner_from, Learner::pvalue);
-  if (is_choice(kind)) in.refuse("a choice of learners is not trained", {}, std::string(to_string(kind)));
+  if (is_choice(kind)) in.refuse("a choice of learners is not trained", "one learner", std::string(to_string(kind)));
   if (version == 4)
     return {kind, in.count("compressed", 0, 1) == 1 ? View::compressed : View::plain};
   return {kind, read_name(in, "view", view_from, View::plain)};

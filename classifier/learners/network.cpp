@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <string>
 
@@ -131,10 +132,11 @@ class Trainer {
     values_.resize(layers_.size() + 1);
   }
 
-  std::vector<Layer> train() {
+  Result<std::vector<Layer>> train(const std::function<bool()>& stop) {
     double best = std::numeric_limits<double>::infinity();
     std::size_t idle = 0;
-    for (std::size_t pass = 0; pass < most_passes && idle <= patience; ++pass) {
+    for (std::size_t round = 0; round < most_passes && idle <= patience; ++round) {
+      if (auto ok = unless_stopped(stop); !ok) return pass(ok.error());
       const double loss = one_pass();
       idle = loss > best - tolerance ? idle + 1 : 0;
       best = std::min(best, loss);
@@ -290,15 +292,16 @@ WEFT_INLINE void stripe(const float* a, std::size_t inner, std::size_t a_stride,
 
 Result<PredictorPtr> fit_network(const TrainingSet& training, const std::vector<std::size_t>& hidden,
                                   const TrainOptions& options) {
-  auto layers = Trainer(training, hidden, options.seed).train();
-  for (const Layer& layer : layers)
+  auto layers = Trainer(training, hidden, options.seed).train(options.stop);
+  if (!layers) return pass(layers.error());
+  for (const Layer& layer : *layers)
     for (const float w : layer.weight)
       if (!std::isfinite(w))
         return fail({.code = Errc::range,
                      .where = "NN",
                      .what = "the weights of the network grew beyond all bounds",
                      .hint = "Scale the features first"});
-  return std::make_unique<Network>(std::move(layers));
+  return std::make_unique<Network>(std::move(*layers));
 }
 
 PredictorPtr read_network(LineReader& in, std::size_t features, std::size_t classes) {

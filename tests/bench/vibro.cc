@@ -10,13 +10,13 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "classifier/base/random.hpp"
 #include "classifier/vibro/extract.hpp"
-#include "classifier/vibro/learn/pipeline.hpp"
+#include "classifier/vibro/cross_validation.hpp"
 #include "tests/bench/figures.hpp"
 
 namespace {
@@ -132,19 +132,28 @@ void write_set(const Set& set, const std::filesystem::path& path) {
   }
 }
 
+FeatureMatrix matrix_of(const Set& set) {
+  FeatureMatrix out;
+  out.values = set.train;
+  for (std::size_t f = 0; f < set.train.cols(); ++f) out.names.push_back(std::to_string(f));
+  for (const std::size_t c : set.of_train) out.labels.push_back(std::to_string(1000 + c));
+  out.groups.resize(set.of_train.size());
+  out.files.resize(set.of_train.size());
+  return out;
+}
+
 void measure_learners(std::vector<Figure>& figures, const Set& set, const nlohmann::json& peers) {
-  for (const Method method : all_methods()) {
-    const std::string name(to_string(method));
-    if (!available(method)) {
+  const FeatureMatrix matrix = matrix_of(set);
+  for (const Learner learner : window_learners()) {
+    const std::string name(learner == Learner::all ? "Cores" : paper_name(learner));
+    if (!is_available(learner)) {
       std::printf("%s: left out, no library for it in this build\n", name.c_str());
       continue;
     }
-    PipelineOptions options{method, components, {}};
-    options.learner.threads = 1;
-    std::unique_ptr<Pipeline> trained;
+    const TrainOptions options{.threads = 1};
+    std::optional<TrainedLearner> trained;
     const double fit = compute_median(3, 1, [&] {
-      trained = std::make_unique<Pipeline>(
-          Pipeline::train({&set.train, set.of_train, classes}, options).value());
+      trained.emplace(train_recipe(matrix, window_recipe(learner, components), options).value());
     });
     std::size_t row = 0;
     const double answer = compute_median(

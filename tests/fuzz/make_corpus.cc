@@ -72,12 +72,12 @@ bool write_other_models(const std::filesystem::path& folder) {
     if (!model || !classifier::imprint::save_imprint_model(*model, text)) return false;
     write(folder / ("imprint_" + std::string(classifier::to_string(learner))), text.view());
   }
-  for (const vibro::Method method : vibro::all_methods()) {
-    if (!vibro::available(method)) continue;
-    const auto model = sample_recording_model(method);
+  for (const classifier::Learner learner : classifier::all_learners()) {
+    if (!classifier::is_available(learner) || classifier::is_choice(learner)) continue;
+    const auto model = sample_recording_model(learner);
     std::ostringstream text;
     if (!model || !vibro::save_recording_model(*model, text)) return false;
-    write(folder / ("recording_" + std::string(vibro::to_string(method))),
+    write(folder / ("recording_" + std::string(classifier::to_string(learner))),
           with_few_trees(text.str()));
   }
   return true;

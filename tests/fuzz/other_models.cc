@@ -55,8 +55,8 @@ void query(const RecordingModel& model) {
   const auto columns =
       classifier::vibro::columns_of(model.setup.channels, model.setup.features).size();
   for (const double value : {0.0, 1.0, -1e300, 1e300}) {
-    const auto label = model.pipeline.classify(std::vector<double>(columns, value));
-    if (label) demand(*label < model.labels.size(), "the answer is a label");
+    const auto label = model.learner.classify(std::vector<double>(columns, value));
+    if (label) demand(*label < model.learner.labels().size(), "the answer is a label");
   }
 }
 

@@ -1,5 +1,8 @@
 #include "tests/fuzz/samples.hpp"
 
+#include "classifier/learners/tree_ensemble.hpp"
+#include "classifier/vibro/cross_validation.hpp"
+
 namespace weft::fuzz {
 namespace {
 
@@ -92,8 +95,9 @@ Result<classifier::TrainedLearner> two_trees_of(const classifier::TrainedLearner
   for (std::size_t r = 0; r < rows.rows(); ++r) of_row.push_back(r % trained.labels().size());
   auto trees = classifier::fit_extra_trees(rows, of_row, trained.labels().size(), {}, 2);
   if (!trees) return pass(trees.error());
-  return classifier::TrainedLearner(trained.labels(), trained.feature_names(), {},
-                                    std::move(*trees));
+  return classifier::TrainedLearner(
+      classifier::Learner::trees, trained.labels(), trained.feature_names(), {},
+      std::make_shared<classifier::TreeEnsemble>(std::move(*trees)));
 }
 
 }  // namespace
@@ -160,7 +164,7 @@ Result<classifier::imprint::ImprintModel> sample_imprint_model(classifier::Learn
                       std::move(*postprocessing)};
 }
 
-Result<classifier::vibro::RecordingModel> sample_recording_model(classifier::vibro::Method method) {
+Result<classifier::vibro::RecordingModel> sample_recording_model(classifier::Learner learner) {
   using namespace classifier::vibro;
   std::vector<Recording> recordings;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -176,12 +180,11 @@ Result<classifier::vibro::RecordingModel> sample_recording_model(classifier::vib
   RecordingSetup setup;
   setup.features = {Family::smmrpfft, Combine::concat};
   setup.window_s = setup.step_s = 0.1;
-  PipelineOptions options;
-  options.method = method;
-  options.components = 2;
-  options.learner.trees = 2;
-  options.learner.threads = 1;
-  return train_recording_model(recordings, setup, options, {"simulated", "", "0", "fuzz"});
+  classifier::TrainOptions options;
+  options.trees = 2;
+  options.threads = 1;
+  return train_recording_model(recordings, setup, window_recipe(learner, 2), options,
+                               {"simulated", "", "0", "fuzz"});
 }
 
 Result<classifier::StagedModel> sample_live_model() {

@@ -23,7 +23,7 @@ Result<classifier::StoredModel> sample_model(classifier::Learner learner, classi
 Result<classifier::imprint::ImprintModel> sample_imprint_model(classifier::Learner learner);
 
 /// Two textures, one channel, windows of a tenth of a second.
-Result<classifier::vibro::RecordingModel> sample_recording_model(classifier::vibro::Method method);
+Result<classifier::vibro::RecordingModel> sample_recording_model(classifier::Learner learner);
 
 /// Two stages of three fabrics, one taxel, by LDA.
 Result<classifier::StagedModel> sample_live_model();

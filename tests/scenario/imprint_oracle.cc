@@ -17,7 +17,7 @@
 
 #include "classifier/imprint/experiments.hpp"
 #include "classifier/imprint/imprint_set.hpp"
-#include "classifier/imprint/linear_rule.hpp"
+#include "classifier/learners/linear_rule.hpp"
 #include "classifier/imprint/scale_features.hpp"
 
 namespace {
@@ -61,15 +61,14 @@ void print_experiments(const std::vector<double>& sigmas, std::string_view rule_
     one.file = std::to_string(imprints.size());
     imprints.push_back(one);
   }
-  const Rule rule = *std::find_if(all_rules.begin(), all_rules.end(),
-                                  [&](Rule r) { return to_string(r) == rule_name; });
+  const weft::classifier::Learner rule = or_exit(weft::classifier::learner_from(rule_name));
   for (const Form form : {Form::full, Form::brief}) {
     ScaleOptions options;
     options.sigmas = sigmas;
     options.form = form;
     const auto matrix = or_exit(build_matrix(imprints, options));
     const Classes classes = find_classes(matrix.labels);
-    const auto hull = or_exit(separability(matrix.values, classes.of_row, classes.names.size()));
+    const auto hull = or_exit(weft::classifier::separability(matrix.values, classes.of_row, classes.names.size()));
     for (const Experiment experiment : all_experiments) {
       const auto out = or_exit(run_experiment(matrix, experiment, rule));
       std::printf("%s,%s,%s,%d,%zu,%zu", to_string(form).data(), to_string(hull.verdict).data(),

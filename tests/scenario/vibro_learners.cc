@@ -12,13 +12,12 @@
 #include <iostream>
 #include <vector>
 
-#include "classifier/vibro/learn/pipeline.hpp"
+#include "classifier/vibro/cross_validation.hpp"
 
 namespace {
 
 using namespace weft;
 using namespace weft::classifier;
-using namespace weft::classifier::vibro;
 
 template <class T>
 std::vector<T> read(std::size_t count) {
@@ -42,26 +41,31 @@ T or_exit(Result<T>&& result) {
 
 int main(int argc, char** argv) {
   if (argc != 5) return 2;
-  PipelineOptions options;
-  options.method = or_exit(method_from(argv[1]));
-  options.learner.trees = std::stoul(argv[2]);
-  options.components = std::stoul(argv[4]);
+  const Recipe recipe =
+      vibro::window_recipe(or_exit(learner_from(argv[1])), std::stoul(argv[4]));
+  TrainOptions options;
+  options.trees = std::stoul(argv[2]);
   const auto size = read<std::uint64_t>(3);
-  Matrix rows(size[0], size[1]);
+  FeatureMatrix all;
+  all.values = Matrix(size[0], size[1]);
   const auto values = read<double>(size[0] * size[1]);
-  std::copy(values.begin(), values.end(), rows.data().begin());
-  const auto of_row = read<std::uint64_t>(size[0]);
+  std::copy(values.begin(), values.end(), all.values.data().begin());
+  for (std::size_t f = 0; f < size[1]; ++f) all.names.push_back(std::to_string(f));
+  for (const std::uint64_t c : read<std::uint64_t>(size[0]))
+    all.labels.push_back(std::to_string(1'000'000 + c));  // in the order of the classes
+  all.groups.resize(size[0]);
+  all.files.resize(size[0]);
   for (std::uint64_t seed = 0; seed < std::stoul(argv[3]); ++seed) {
-    std::vector<std::size_t> train, test, train_class;
+    std::vector<std::size_t> train, test;
     const auto trains = read<std::uint8_t>(size[0]);
     for (std::size_t r = 0; r < trains.size(); ++r) (trains[r] != 0 ? train : test).push_back(r);
-    for (const std::size_t r : train) train_class.push_back(of_row[r]);
-    options.learner.seed = seed;
-    const Matrix own = rows.take(train);
-    const Pipeline trained = or_exit(Pipeline::train({&own, train_class, size[2]}, options));
+    options.seed = seed;
+    const TrainedLearner trained = or_exit(train_recipe(select_rows(all, train), recipe, options));
     std::size_t right = 0;
-    for (const std::size_t r : test)
-      right += or_exit(trained.classify(rows.row(r))) == of_row[r] ? 1 : 0;
+    for (const std::size_t r : test) {
+      const std::size_t answer = or_exit(trained.classify(all.values.row(r)));
+      right += trained.labels()[answer] == all.labels[r] ? 1 : 0;
+    }
     std::printf("%.17g\n", static_cast<double>(right) / static_cast<double>(test.size()));
   }
   return 0;

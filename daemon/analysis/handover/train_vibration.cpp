@@ -26,8 +26,8 @@ constexpr std::size_t random_splits = 5;     // fewer tell next to nothing of th
 constexpr std::size_t tradeoff_windows = 2;  // 1 s and 2 s
 constexpr std::size_t timed_windows = 31;
 
-vibro::MethodOptions learner_options(const HandoverHooks& hooks) {
-  return {.seed = 1, .threads = hooks.threads};
+classifier::TrainOptions learner_options(const HandoverHooks& hooks, const StopRequested& stop) {
+  return {.threads = hooks.threads, .stop = stop};
 }
 
 std::set<std::string> materials_in(const RecordingSet& set) {
@@ -48,11 +48,9 @@ Result<ChosenLearner> choose_learner(const RecordingSet& set, const HandoverHook
   if (!windows) return pass(windows.error());
   const auto splits = vibro::split_windows(*windows, protocol);
   if (!splits) return pass(splits.error());
-  vibro::PipelineOptions options;
-  options.learner = learner_options(hooks);
-  options.stop = stop;
-  auto got = vibro::cross_validate_chosen(*windows, *splits, protocol.protocol,
-                                          vibro::quick_methods(), options, hooks.seconds_now);
+  auto got = vibro::cross_validate(
+      *windows, *splits, vibro::window_candidates(),
+      vibro::window_training(learner_options(hooks, stop), protocol.protocol), hooks.seconds_now);
   if (!got) return pass(got.error());
   name_left_out(*got, protocol.protocol);
   return ChosenLearner{protocol.window_s,      protocol.step_s,
@@ -60,10 +58,9 @@ Result<ChosenLearner> choose_learner(const RecordingSet& set, const HandoverHook
                        splits->size(),         std::move(*got)};
 }
 
-std::vector<vibro::Method> learners_of_every() {
-  std::vector<vibro::Method> out;
-  for (const vibro::Method method : vibro::all_methods())
-    if (vibro::available(method)) out.push_back(method);
+std::vector<classifier::Learner> learners_of_every() {
+  std::vector<classifier::Learner> out = vibro::window_learners();
+  std::erase_if(out, [](classifier::Learner one) { return !classifier::is_available(one); });
   return out;
 }
 
@@ -71,7 +68,7 @@ Result<VibroTradeoff> compare_learners(const RecordingSet& set, const HandoverHo
                                        const StopRequested& stop,
                                        const std::function<void(const std::string&)>& announce) {
   VibroTradeoffOptions options;
-  options.methods = learners_of_every();
+  options.learners = learners_of_every();
   options.families = {vibro::Family::smmrpfft};
   options.sources = {list_sources(set).back()};  // all channels
   options.honest = vibro::Protocol::groups;
@@ -80,9 +77,8 @@ Result<VibroTradeoff> compare_learners(const RecordingSet& set, const HandoverHo
       std::max<std::size_t>(set.recordings.size() / materials_in(set).size(), 1);
   options.protocol.per_recording = std::max(fewest_at_random, windows_of_a_texture / of_each);
   options.protocol.repeats = random_splits;
-  options.learner = learner_options(hooks);
+  options.training = learner_options(hooks, stop);
   options.timings = timed_windows;
-  options.stop = stop;
   const classifier::SecondsNow now =
       hooks.seconds_now ? hooks.seconds_now : classifier::SecondsNow([] { return 0.0; });
   return measure_vibro_tradeoff(
@@ -101,7 +97,7 @@ std::string format_share(double share, const classifier::Interval& ci95) {
 
 std::vector<std::string_view> chosen_in_turn(const vibro::CrossValidation& result) {
   std::vector<std::string_view> out;
-  for (const vibro::Method method : result.chosen) out.push_back(vibro::to_string(method));
+  for (const classifier::Learner one : result.chosen) out.push_back(classifier::to_string(one));
   return out;
 }
 
@@ -114,7 +110,7 @@ ordered_json learner_json(const VibroPoint& p) {
           {"window_s", p.window_s},
           {"features", vibro::to_string(p.family)},
           {"source", p.source},
-          {"learner", vibro::to_string(p.method)},
+          {"learner", classifier::to_string(p.learner)},
           {"f_score", p.result.f_score},
           {"f_score_ci95", json_of_interval(p.result.f_score_ci95)},
           {"windows_accuracy", p.result.accuracy},

@@ -113,11 +113,11 @@ Status choose_experiments(std::span<const ci::Imprint> imprints,
 Status measure_set(const TableOptions& options, PreparedSet& one) {
   const ci::Classes classes = ci::find_classes(one.matrix.labels);
   // A hull of thousands of corners is walked for seconds; beyond that the answer stays open.
-  const auto hull = ci::separability(one.matrix.values, classes.of_row, classes.names.size(), 3000);
+  const auto hull = classifier::separability(one.matrix.values, classes.of_row, classes.names.size(), 3000);
   if (!hull) return pass(hull.error());
   one.set.separability = *hull;
   for (const ci::Experiment experiment : options.experiments)
-    for (const ci::Rule rule : options.rules) {
+    for (const classifier::Learner rule : options.rules) {
       if (options.stop && options.stop())
         return fail({.code = Errc::wrong_state, .what = "stopped"});
       auto outcome = ci::run_experiment(one.matrix, experiment, rule);
@@ -181,7 +181,7 @@ ordered_json printed_json(ci::Experiment experiment, const FeatureSet& set) {
 
 std::vector<std::string> rules_head(const ImprintTables& tables, std::string first) {
   std::vector<std::string> out{std::move(first), "<span class=\"paper\">paper</span>"};
-  for (const ci::Rule rule : tables.options.rules) out.push_back(escape(to_string(rule)));
+  for (const classifier::Learner rule : tables.options.rules) out.push_back(escape(to_string(rule)));
   return out;
 }
 

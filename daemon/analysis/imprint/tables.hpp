@@ -9,7 +9,7 @@
 
 #include "classifier/imprint/experiments.hpp"
 #include "classifier/imprint/imprint_set.hpp"
-#include "classifier/imprint/linear_rule.hpp"
+#include "classifier/learners/linear_rule.hpp"
 #include "classifier/imprint/scale_features.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 
@@ -26,10 +26,9 @@ struct TableOptions {
   std::vector<std::vector<double>> scales = ellis_scales();
   std::vector<classifier::imprint::Experiment> experiments{
       classifier::imprint::all_experiments.begin(), classifier::imprint::all_experiments.end()};
-  std::vector<classifier::imprint::Rule> rules{
-      classifier::imprint::Rule::kesler, classifier::imprint::Rule::kesler_zscore,
-      classifier::imprint::Rule::least_squares, classifier::imprint::Rule::cores_all,
-      classifier::imprint::Rule::lda};
+  std::vector<classifier::Learner> rules{
+      classifier::Learner::perceptron, classifier::Learner::perceptron_zscore,
+      classifier::Learner::least_squares, classifier::Learner::all, classifier::Learner::lda};
   bool laws = true;         ///< also on Laws' energies
   std::size_t threads = 0;  ///< 0: one per core; results do not depend on it
   /// Asked between experiments, from several threads at once; empty: nothing stops it.
@@ -41,7 +40,7 @@ struct FeatureSet {
   std::vector<double> sigmas;  ///< empty: Laws
   classifier::imprint::Form form{};
   classifier::imprint::LawsSize laws{};
-  classifier::imprint::SeparabilityOutcome separability;  ///< of all imprints
+  classifier::SeparabilityOutcome separability;  ///< of all imprints
   /// [experiments x rules]
   std::vector<classifier::imprint::ExperimentOutcome> outcomes;
 

@@ -82,13 +82,15 @@ Status measure_bed(const Bed& bed, const VibroTradeoffOptions& options,
   const vibro::Leak own = vibro::measure_leak(*windows, *splits);
   if (own.median > leak.median || (own.median == leak.median && own.largest > leak.largest))
     leak = own;
-  for (const vibro::Method method : options.methods) {
-    if (!vibro::available(method)) continue;
-    auto got = vibro::cross_validate(
-        *windows, *splits, {method, options.components, options.learner, options.stop}, now);
-    if (!got) return pass(got.error(), vibro::to_string(method));
+  const classifier::TrainOptions training =
+      vibro::window_training(options.training, bed.protocol.protocol);
+  for (const classifier::Learner learner : options.learners) {
+    if (!classifier::is_available(learner)) continue;
+    const classifier::Recipe recipe = vibro::window_recipe(learner, options.components);
+    auto got = vibro::cross_validate(*windows, *splits, std::span(&recipe, 1), training, now);
+    if (!got) return pass(got.error(), classifier::to_string(learner));
     name_left_out(*got, bed.protocol.protocol);
-    out.points.push_back({method, bed.family, bed.protocol.window_s, bed.source,
+    out.points.push_back({learner, bed.family, bed.protocol.window_s, bed.source,
                           bed.protocol.protocol, std::move(*got), *features_s});
   }
   return {};
@@ -106,7 +108,7 @@ Status check_windows(const RecordingSet& set, const vibro::ProtocolOptions& prot
 }
 
 std::string point_name(const VibroPoint& p) {
-  return std::string(vibro::to_string(p.method)) + " " + std::string(vibro::to_string(p.family)) +
+  return std::string(classifier::to_string(p.learner)) + " " + std::string(vibro::to_string(p.family)) +
          " " + general(p.window_s) + " s " + p.source;
 }
 
@@ -182,8 +184,9 @@ Result<VibroTradeoff> measure_vibro_tradeoff(const RecordingSet& set,
                                              const TradeoffProgress& progress) {
   if (auto fine = check_vibro_tradeoff(set, options); !fine) return pass(fine.error());
   VibroTradeoff out;
-  for (const vibro::Method method : options.methods)
-    if (!vibro::available(method)) out.left_out.emplace_back(vibro::to_string(method));
+  for (const classifier::Learner learner : options.learners)
+    if (!classifier::is_available(learner))
+      out.left_out.emplace_back(classifier::to_string(learner));
   out.honest = options.honest;
   const auto sources = options.sources.empty() ? list_sources(set) : options.sources;
   const std::size_t steps = 2 * sources.size() * options.windows_s.size() * options.families.size();
@@ -245,9 +248,9 @@ TradeoffSet vibro_tradeoff_set(const VibroTradeoff& tradeoff, const RecordingSet
   for (const VibroPoint& p : tradeoff.points) {
     if (p.protocol != protocol) continue;
     TradeoffPoint point = vibro_tradeoff_point(set.kind, point_name(p), p.result, p.features_s);
-    point.family = vibro::to_string(p.method);
+    point.family = classifier::to_string(p.learner);
     point.contact_s = p.window_s;
-    point.settings = {{"learner", std::string(vibro::to_string(p.method))},
+    point.settings = {{"learner", std::string(classifier::to_string(p.learner))},
                       {"features", std::string(vibro::to_string(p.family))},
                       {"window_s", p.window_s},
                       {"source", p.source},

@@ -18,7 +18,7 @@
 namespace weft::daemon {
 
 struct VibroTradeoffOptions {
-  std::vector<classifier::vibro::Method> methods = classifier::vibro::all_methods();
+  std::vector<classifier::Learner> learners = classifier::vibro::window_learners();
   std::vector<classifier::vibro::Family> families = {classifier::vibro::Family::smmrp,
                                                      classifier::vibro::Family::fft,
                                                      classifier::vibro::Family::smmrpfft};
@@ -27,17 +27,16 @@ struct VibroTradeoffOptions {
   /// What leaves whole parts out beside the paper's random windows: blocks or groups.
   classifier::vibro::Protocol honest = classifier::vibro::Protocol::blocks;
   classifier::vibro::Combine combine = classifier::vibro::Combine::mean;
-  std::size_t components = 3;  ///< the paper's
+  std::size_t components = classifier::vibro::papers_components;
   /// Its window and protocol are set for each choice.
   classifier::vibro::ProtocolOptions protocol;
-  classifier::vibro::MethodOptions learner;
+  classifier::TrainOptions training;  ///< `stop` is asked before each training
   std::size_t timings = 101;  ///< of the features of a window, at least 5
-  StopRequested stop = {};    ///< asked before each training
 };
 
 /// One choice and what came of it.
 struct VibroPoint {
-  classifier::vibro::Method method{};
+  classifier::Learner learner{};
   classifier::vibro::Family family{};
   double window_s = 0.0;
   std::string source;  ///< "S", "XYZ", "SXYZ"
@@ -111,18 +110,18 @@ TradeoffSet vibro_tradeoff_set(const VibroTradeoff& tradeoff, const RecordingSet
 std::string vibro_tables_html(const VibroTradeoff& tradeoff, const std::string& badge_html);
 
 /// One learner, or the choice among several.
-struct EvaluatedMethod {
-  std::string name;  ///< "kNN", "best"
+struct WindowLearner {
+  std::string name;  ///< "knn", "best"
   classifier::vibro::CrossValidation result;
 };
 
-/// Intervals of the methods are shown as they are named.
+/// Intervals of the learners are shown as they are named.
 struct VibroEvaluation {
   BenchKind bench = BenchKind::unknown;
   std::string dataset, sha256;
   std::vector<std::pair<std::string, std::string>> facts;  ///< name and value, plain text
   double window_s = 0, features_s = 0;                     ///< features_s: of one window, measured
-  std::vector<EvaluatedMethod> methods;
+  std::vector<WindowLearner> learners;
   std::string importance;  ///< plain text; may be empty
 };
 

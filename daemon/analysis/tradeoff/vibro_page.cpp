@@ -20,7 +20,7 @@ std::string shares(const VibroEvaluation& evaluation) {
   HtmlTable out({"learner", "windows right [%]", "95 % interval", "macro F-score",
                  "recordings right [%]", "95 % interval", "of so many"},
                 1);
-  for (const EvaluatedMethod& method : evaluation.methods) {
+  for (const WindowLearner& method : evaluation.learners) {
     const vibro::CrossValidation& r = method.result;
     out.row({escape(method.name), percent(r.accuracy, 2),
              percent(r.accuracy_ci95.low) + " to " + percent(r.accuracy_ci95.high),
@@ -28,7 +28,7 @@ std::string shares(const VibroEvaluation& evaluation) {
              percent(r.voted_ci95.low) + " to " + percent(r.voted_ci95.high),
              std::to_string(r.voted)});
   }
-  const vibro::CrossValidation& first = evaluation.methods.front().result;
+  const vibro::CrossValidation& first = evaluation.learners.front().result;
   return figure(out.finish(),
                 "Windows: " + escape(first.accuracy_ci95.method) +
                     ". A recording (with blocks, a part of one) is answered by the most frequent "
@@ -39,7 +39,7 @@ std::string shares(const VibroEvaluation& evaluation) {
 
 std::string confusions(const VibroEvaluation& evaluation) {
   std::string out = "<section>\n<h2>Confusion by material</h2>\n";
-  for (const EvaluatedMethod& method : evaluation.methods)
+  for (const WindowLearner& method : evaluation.learners)
     out += figure("<div class=\"scroll\">" +
                       confusion_map(method.result.confusion, "Windows, " + method.name) + "</div>",
                   escape(method.name) + ". " +
@@ -49,18 +49,18 @@ std::string confusions(const VibroEvaluation& evaluation) {
 }
 
 using vibro::Family;
-using vibro::Method;
+using classifier::Learner;
 using vibro::Protocol;
 
-constexpr std::array paper_methods = {Method::nb,     Method::knn, Method::tree,
-                                      Method::forest, Method::svm, Method::logistic,
-                                      Method::nn,     Method::xgb, Method::xgbrf};
+constexpr std::array paper_learners = {Learner::nb,     Learner::knn, Learner::tree,
+                                      Learner::forest, Learner::svm, Learner::logistic,
+                                      Learner::nn,     Learner::xgb, Learner::xgbrf};
 
-// Table 1 of the paper, in the order of paper_methods.
+// Table 1 of the paper, in the order of paper_learners.
 struct PaperRow {
   double window_s;
   Family family;
-  std::array<double, paper_methods.size()> f_score;
+  std::array<double, paper_learners.size()> f_score;
 };
 constexpr std::array paper_table_1 = {
     PaperRow{1.0, Family::smmrp, {0.95, 0.94, 0.94, 0.95, 0.94, 0.91, 0.96, 0.97, 0.95}},
@@ -81,10 +81,10 @@ constexpr std::array paper_table_2 = {
     PaperMaterial{"sticky-fabric", 100},  PaperMaterial{"sparkle-paper-1", 95},
     PaperMaterial{"sparkle-paper-2", 92}, PaperMaterial{"toy-tire-rubber", 55}};
 
-const VibroPoint* find(const VibroTradeoff& tradeoff, Method method, Family family, double window_s,
+const VibroPoint* find(const VibroTradeoff& tradeoff, Learner learner, Family family, double window_s,
                        const std::string& source, Protocol protocol) {
   for (const VibroPoint& p : tradeoff.points)
-    if (p.method == method && p.family == family && p.window_s == window_s && p.source == source &&
+    if (p.learner == learner && p.family == family && p.window_s == window_s && p.source == source &&
         p.protocol == protocol)
       return &p;
   return nullptr;
@@ -103,7 +103,7 @@ std::string score(const VibroPoint* p) {
 std::string table_1(const VibroTradeoff& tradeoff, const std::string& source,
                     const std::string& badge) {
   std::vector<std::string> head = {"window", "features", "whose"};
-  for (const Method m : paper_methods) head.emplace_back(vibro::to_string(m));
+  for (const Learner m : paper_learners) head.emplace_back(classifier::paper_name(m));
   HtmlTable out(head, 3);
   std::size_t rows = 0;
   for (const PaperRow& row : paper_table_1) {
@@ -113,7 +113,7 @@ std::string table_1(const VibroTradeoff& tradeoff, const std::string& source,
       std::vector<std::string> cells = {fixed(row.window_s, 0) + " s",
                                         std::string(vibro::to_string(row.family)),
                                         "ours, " + protocol_name(protocol)};
-      for (const Method m : paper_methods)
+      for (const Learner m : paper_learners)
         cells.push_back(score(find(tradeoff, m, row.family, row.window_s, source, protocol)));
       out.row(cells);
     }
@@ -140,8 +140,8 @@ std::string figure_4(const VibroTradeoff& tradeoff, const std::string& badge) {
     if (p.window_s != 2.0 || p.protocol != Protocol::random) continue;
     ++rows;
     const VibroPoint* honest =
-        find(tradeoff, p.method, p.family, p.window_s, p.source, tradeoff.honest);
-    out.row({std::string(vibro::to_string(p.method)), std::string(vibro::to_string(p.family)),
+        find(tradeoff, p.learner, p.family, p.window_s, p.source, tradeoff.honest);
+    out.row({std::string(classifier::to_string(p.learner)), std::string(vibro::to_string(p.family)),
              escape(p.source), score(&p), score(honest), duration(p.features_s),
              duration(p.result.answer_s)});
   }
@@ -210,13 +210,13 @@ std::string table_2(const VibroTradeoff& tradeoff, const std::string& source,
 }  // namespace
 
 Result<std::string> vibro_evaluation_html(const VibroEvaluation& evaluation) {
-  if (evaluation.methods.empty())
+  if (evaluation.learners.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = evaluation.dataset,
                  .what = "a page without a learner"});
   TradeoffSet set{evaluation.dataset, evaluation.sha256, evaluation.bench, {}, {}, {}};
   for (const auto& [name, value] : evaluation.facts) set.facts.emplace_back(name, value);
-  for (const EvaluatedMethod& method : evaluation.methods) {
+  for (const WindowLearner& method : evaluation.learners) {
     set.points.push_back(
         vibro_tradeoff_point(evaluation.bench, method.name, method.result, evaluation.features_s));
     set.points.back().contact_s = evaluation.window_s;

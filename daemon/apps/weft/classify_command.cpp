@@ -183,11 +183,11 @@ Result<int> run_classify_recordings(const ClassifyArgs& args, Console& console) 
   for (const vibro::RecordingAnswer& a : *answers) {
     std::size_t windows = 0;
     for (const std::size_t n : a.windows) windows += n;
-    text += a.file + ": " + model->labels[a.label] + "  (" + std::to_string(a.windows[a.label]) +
+    text += a.file + ": " + model->learner.labels()[a.label] + "  (" + std::to_string(a.windows[a.label]) +
             " of " + std::to_string(windows) + " windows)\n";
     list.push_back({{"file", a.file},
-                    {"label", model->labels[a.label]},
-                    {"windows", windows_by_label(model->labels, a.windows)}});
+                    {"label", model->learner.labels()[a.label]},
+                    {"windows", windows_by_label(model->learner.labels(), a.windows)}});
     if (!a.true_label.empty()) list.back()["true_label"] = a.true_label;
   }
   print(console, text,
@@ -195,7 +195,7 @@ Result<int> run_classify_recordings(const ClassifyArgs& args, Console& console) 
          {"kind", "recordings"},
          {"model", args.model.string()},
          {"model_bench", model->provenance.bench},
-         {"method", vibro::to_string(model->method)},
+         {"learner", classifier::to_string(model->learner.kind())},
          {"bench", to_string(set->kind)},
          {"recordings", std::move(list)}});
   return exit_ok;

@@ -77,23 +77,23 @@ void add_row(const std::string& what, const std::string& key, const vibro::Reach
 // What the learner reaches with the selected columns, the paper's and all.
 Result<std::string> compare_selection(const vibro::WindowSet& windows,
                                       std::span<const classifier::Split> splits,
-                                      vibro::Protocol protocol,
-                                      const vibro::PipelineOptions& options, std::size_t repeats,
+                                      const classifier::Recipe& recipe,
+                                      const classifier::TrainOptions& options, std::size_t repeats,
                                       json& out) {
   const std::vector<std::string>& names = windows.matrix.names;
   const auto selected =
-      vibro::reach_by_selection(windows, splits, protocol, options, features_selected, repeats);
+      vibro::reach_by_selection(windows, splits, recipe, options, features_selected, repeats);
   if (!selected) return pass(selected.error());
   Table table;
   table.row({"trained with", "columns", "windows %", "F-score"});
   add_row("selected in training", "selected", *selected, names, table, out);
   if (const auto columns = papers_columns(names); !columns.empty()) {
-    const auto papers = vibro::reach_with(windows, splits, options, columns);
+    const auto papers = vibro::reach_with(windows, splits, recipe, options, columns);
     if (!papers) return pass(papers.error());
     add_row("the paper's five (SMMRP)", "smmrp", *papers, names, table, out);
   }
   const auto all =
-      vibro::reach_with(windows, splits, options, classifier::numbers_below(names.size()));
+      vibro::reach_with(windows, splits, recipe, options, classifier::numbers_below(names.size()));
   if (!all) return pass(all.error());
   add_row("all", "all", *all, names, table, out);
   return "Selected by permutation within the training windows of each split, " +
@@ -105,9 +105,10 @@ Result<std::string> compare_selection(const vibro::WindowSet& windows,
 
 Result<std::string> add_importance(const vibro::WindowSet& windows,
                                    std::span<const classifier::Split> splits,
-                                   vibro::Protocol protocol, const vibro::PipelineOptions& options,
+                                   const classifier::Recipe& recipe,
+                                   const classifier::TrainOptions& options,
                                    std::size_t repeats, json& out) {
-  const auto weighed = vibro::weigh_features(windows, splits, options, repeats);
+  const auto weighed = vibro::weigh_features(windows, splits, recipe, options, repeats);
   if (!weighed) return pass(weighed.error());
   const std::vector<std::string>& names = windows.matrix.names;
   std::vector<vibro::Importance> by_forest;
@@ -130,10 +131,10 @@ Result<std::string> add_importance(const vibro::WindowSet& windows,
                         {"permutation_sd", lost.deviation},
                         {"forest", weighed->forest[f]}});
   }
-  const std::string learner(vibro::to_string(options.method));
+  const std::string learner(classifier::to_string(recipe.learner));
   out = {{"learner", learner},           {"repeats", repeats},   {"features", features},
          {"most_permutation", retained}, {"most_forest", grown}, {"paper", papers_choice()}};
-  const auto compared = compare_selection(windows, splits, protocol, options, repeats, out);
+  const auto compared = compare_selection(windows, splits, recipe, options, repeats, out);
   if (!compared) return pass(compared.error());
   return "Importance by " + learner + ", values of a feature dealt out at random " +
          std::to_string(repeats) + " times among the test windows of each split:\n" + table.text() +

@@ -19,16 +19,15 @@ namespace {
 using classifier::Learner;
 using classifier::Evaluation;
 
-// "every" leaves cores-best out: best tries the same candidates and three more kinds.
-/// Of the words of --learner; every is all but cores-best.
+// What "every" means of slides: the paper's and ours, and best, which tries all of these.
+constexpr std::array every_learner = {Learner::pvalue, Learner::pca,   Learner::all, Learner::lda,
+                                      Learner::svc,    Learner::trees, Learner::best};
+
+/// Of the words of --learner.
 Result<std::vector<Learner>> parse_learners(const std::vector<std::string>& words) {
   std::vector<Learner> out;
   for (const std::string& word : words) {
-    if (word == "every") {
-      out = classifier::all_learners();
-      std::erase(out, Learner::cores_best);
-      return out;
-    }
+    if (word == "every") return std::vector(every_learner.begin(), every_learner.end());
     const auto one = classifier::learner_from(word);
     if (!one) return pass(one.error(), "--learner");
     if (std::find(out.begin(), out.end(), *one) == out.end()) out.push_back(*one);
@@ -36,9 +35,9 @@ Result<std::vector<Learner>> parse_learners(const std::vector<std::string>& word
   return out;
 }
 
-// LDA and trees have nothing to choose by folds; their probabilities are learnt from them.
+// Others have nothing to choose by folds; their probabilities are learnt from them.
 bool needs_folds(Learner learner, bool calibration) {
-  return calibration || (learner != Learner::lda && learner != Learner::trees);
+  return calibration || is_choice(learner) || is_cores(learner) || learner == Learner::svc;
 }
 
 std::map<std::string, std::size_t> count_folds(const EvaluateArgs& args, Learner learner,
@@ -71,7 +70,7 @@ Result<std::vector<Outcome>> evaluate_all(const EvaluateArgs& args,
 
 /// What the outcomes come to where the mountings' levels say nothing.
 Status remove_levels(const EvaluateArgs& args, const ChosenTrials& chosen, Measured& out) {
-  const bool only_choices = std::ranges::all_of(out.outcomes, is_choice, &Outcome::learner);
+  const bool only_choices = std::ranges::all_of(out.outcomes, classifier::is_choice, &Outcome::learner);
   const auto features = features_without_level(chosen, args.trials);
   if (!features) return pass(features.error(), args.dataset.string());
   for (Outcome& outcome : out.outcomes) {
@@ -163,10 +162,6 @@ double mean_seconds(std::size_t count, const classifier::SecondsNow& seconds_now
 }
 
 }  // namespace
-
-bool is_choice(Learner learner) {
-  return learner == Learner::best || learner == Learner::cores_best;
-}
 
 Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen) {
   const auto learners = parse_learners(args.learners);

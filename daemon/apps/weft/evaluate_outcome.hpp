@@ -77,9 +77,6 @@ struct Measured {
   bool confounded = false;
 };
 
-/// best or cores-best.
-bool is_choice(classifier::Learner learner);
-
 /// Refuses what make_splits(), evaluate() and thinned() refuse, and with --none-of-these what
 /// check_labels_can_be_left_out() does; but for what a training alone can tell, before the first.
 Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen);

@@ -18,27 +18,29 @@ namespace weft::daemon::cli {
 namespace {
 
 namespace vibro = classifier::vibro;
+using classifier::Learner;
 using nlohmann::json;
 
 struct RecordingsPlan {
   vibro::FeatureChoice features;
   vibro::ProtocolOptions protocol;
-  vibro::PipelineOptions pipeline;
-  std::vector<vibro::Method> methods;
+  std::size_t components = 0;
+  classifier::TrainOptions training;
+  std::vector<Learner> learners;
   bool best = false;
 };
 
-Status choose_methods(const RecordingChoice& choice, RecordingsPlan& plan) {
+Status choose_learners(const RecordingChoice& choice, RecordingsPlan& plan) {
   for (const std::string& word : choice.methods) {
     if (word == "best") {
       plan.best = true;
     } else if (word == "every") {
-      plan.methods = vibro::all_methods();
+      plan.learners = vibro::window_learners();
       plan.best = true;
-    } else if (const auto method = vibro::method_from(word)) {
-      plan.methods.push_back(*method);
+    } else if (const auto learner = classifier::learner_from(word)) {
+      plan.learners.push_back(*learner);
     } else {
-      return pass(method.error(), "--method");
+      return pass(learner.error(), "--method");
     }
   }
   plan.best = plan.best || choice.methods.empty();
@@ -77,10 +79,10 @@ Result<RecordingsPlan> make_plan(const EvaluateArgs& args) {
   out.protocol.train_groups = args.train_groups;
   out.protocol.test_groups = args.test_groups;
   out.protocol.seed = args.training.seed;
-  out.pipeline.components = choice.components;
-  out.pipeline.learner.seed = args.training.seed;
-  out.pipeline.learner.threads = args.training.threads;
-  if (auto ok = choose_methods(choice, out); !ok) return pass(ok.error());
+  out.components = choice.components;
+  out.training = vibro::window_training(
+      {.seed = args.training.seed, .threads = args.training.threads}, out.protocol.protocol);
+  if (auto ok = choose_learners(choice, out); !ok) return pass(ok.error());
   return out;
 }
 
@@ -116,7 +118,7 @@ json interval_json(const classifier::Interval& interval) {
 
 json method_json(const vibro::CrossValidation& a) {
   json chosen = json::array();
-  for (const vibro::Method m : a.chosen) chosen.push_back(vibro::to_string(m));
+  for (const Learner m : a.chosen) chosen.push_back(classifier::to_string(m));
   return {{"accuracy", a.accuracy},
           {"accuracy_of_splits", a.split_accuracy},
           {"f_score", a.f_score},
@@ -137,8 +139,8 @@ json method_json(const vibro::CrossValidation& a) {
 
 std::vector<std::string> method_row(const std::string& name, const vibro::CrossValidation& a) {
   std::string chosen;
-  for (const vibro::Method m : a.chosen)
-    chosen += (chosen.empty() ? "" : ",") + std::string(vibro::to_string(m));
+  for (const Learner m : a.chosen)
+    chosen += (chosen.empty() ? "" : ",") + std::string(classifier::to_string(m));
   return {name,
           percent(a.accuracy, 2),
           percent(a.accuracy_ci95.low, 0) + " to " + percent(a.accuracy_ci95.high, 0),
@@ -151,7 +153,7 @@ std::vector<std::string> method_row(const std::string& name, const vibro::CrossV
 
 // Notes what came of one learner.
 void add_method(const std::string& name, const RecordingsPlan& plan, vibro::CrossValidation got,
-                Table& table, json& results, std::vector<EvaluatedMethod>& all) {
+                Table& table, json& results, std::vector<WindowLearner>& all) {
   name_left_out(got, plan.protocol.protocol);
   table.row(method_row(name, got));
   results[name] = method_json(got);
@@ -161,25 +163,22 @@ void add_method(const std::string& name, const RecordingsPlan& plan, vibro::Cros
 // Fills table, results and all of them; what this build has no library for is left out by name.
 Status measure_all(const RecordingsPlan& plan, const vibro::WindowSet& windows,
                    const std::vector<classifier::Split>& splits, Table& table, json& results,
-                   std::vector<EvaluatedMethod>& all, Console& console) {
-  if (plan.best)
-    if (auto ok = vibro::check_choice(windows, splits, plan.protocol.protocol); !ok) return ok;
-  for (const vibro::Method method : plan.methods) {
-    const std::string name(vibro::to_string(method));
-    if (!vibro::available(method) && plan.methods.size() > 1) {
+                   std::vector<WindowLearner>& all, Console& console) {
+  for (const Learner learner : plan.learners) {
+    const std::string name(classifier::to_string(learner));
+    if (!classifier::is_available(learner) && plan.learners.size() > 1) {
       console.err << name << ": left out, this build of Weft has no library for it" << std::endl;
       continue;
     }
-    vibro::PipelineOptions options = plan.pipeline;
-    options.method = method;
-    auto got = vibro::cross_validate(windows, splits, options, steady_wall_seconds);
+    const classifier::Recipe recipe = vibro::window_recipe(learner, plan.components);
+    auto got = vibro::cross_validate(windows, splits, std::span(&recipe, 1), plan.training,
+                                     steady_wall_seconds);
     if (!got) return pass(got.error());
     add_method(name, plan, std::move(*got), table, results, all);
   }
   if (!plan.best) return {};
-  auto got =
-      vibro::cross_validate_chosen(windows, splits, plan.protocol.protocol, vibro::quick_methods(),
-                                   plan.pipeline, steady_wall_seconds);
+  auto got = vibro::cross_validate(windows, splits, vibro::window_candidates(plan.components),
+                                   plan.training, steady_wall_seconds);
   if (!got) return pass(got.error());
   add_method("best", plan, std::move(*got), table, results, all);
   return {};
@@ -190,10 +189,9 @@ Result<std::string> weigh(const EvaluateArgs& args, const RecordingsPlan& plan,
                           const vibro::WindowSet& windows,
                           const std::vector<classifier::Split>& splits, json& out) {
   if (args.recordings.importance == 0) return std::string();
-  vibro::PipelineOptions options = plan.pipeline;
-  options.method = plan.methods.size() == 1 ? plan.methods.front() : vibro::Method::forest;
-  return add_importance(windows, splits, plan.protocol.protocol, options,
-                        args.recordings.importance, out);
+  const Learner learner = plan.learners.size() == 1 ? plan.learners.front() : Learner::forest;
+  return add_importance(windows, splits, vibro::window_recipe(learner, plan.components),
+                        plan.training, args.recordings.importance, out);
 }
 
 }  // namespace
@@ -294,7 +292,7 @@ Result<Windows> cut_windows(const RecordingSet& set, const RecordingsPlan& plan)
 
 Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const RecordingSet& set,
                   const Windows& windows, const std::string& what,
-                  std::vector<EvaluatedMethod> measured, const std::string& weighed) {
+                  std::vector<WindowLearner> measured, const std::string& weighed) {
   std::vector<std::pair<std::string, std::string>> facts = {
       {"data", what},
       {"protocol", format_plan(plan)},
@@ -338,7 +336,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
   table.row(
       {"learner", "windows %", "95 %", "F-score", "recordings %", "training", "answer", "chosen"});
   json results = json::object(), importance;
-  std::vector<EvaluatedMethod> measured;
+  std::vector<WindowLearner> measured;
   if (auto ok =
           measure_all(*plan, windows->set, windows->splits, table, results, measured, console);
       !ok)
@@ -375,7 +373,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
          {"warnings", warnings},
          {"features", vibro::to_string(plan->features.family)},
          {"combine", vibro::to_string(plan->features.combine)},
-         {"components", plan->pipeline.components},
+         {"components", plan->components},
          {"columns", matrix.names},
          {"windows", matrix.size()},
          {"too_short", too_short_json(too_short)},

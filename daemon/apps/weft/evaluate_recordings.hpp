@@ -24,14 +24,14 @@ namespace weft::daemon::cli {
 inline constexpr std::size_t features_selected = 5;
 
 /// Weighs the columns of `windows` on the splits, and adds to `json` and the text it gives back
-/// what came out: permutation of test windows by `options.method`, and a forest of training
-/// windows. Then what the learner reaches with the columns that the same permutation selects on the
-/// training windows of each split, parted as `protocol` says, beside the paper's five and all.
+/// what came out: permutation of test windows by the recipe, and a forest of training windows. Then
+/// what the recipe reaches with the columns that the same permutation selects on folds of the
+/// training windows of each split, beside the paper's five and all.
 /// Errors: weigh_features()'s and reach_by_selection()'s.
 Result<std::string> add_importance(const classifier::vibro::WindowSet& windows,
                                    std::span<const classifier::Split> splits,
-                                   classifier::vibro::Protocol protocol,
-                                   const classifier::vibro::PipelineOptions& options,
+                                   const classifier::Recipe& recipe,
+                                   const classifier::TrainOptions& options,
                                    std::size_t repeats, nlohmann::json& json);
 
 struct EvaluateArgs;

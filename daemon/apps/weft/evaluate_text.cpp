@@ -1,3 +1,4 @@
+#include "classifier/learners/multi_class_svc.hpp"
 #include "daemon/apps/weft/evaluate_text.hpp"
 
 #include <algorithm>
@@ -255,11 +256,10 @@ json outcome_json(const Outcome& outcome) {
     }
   }
   if (e.calibration) out["calibration"] = calibration_json(*e.calibration);
-  const auto& machine = e.trained.machine();
-  if (const auto* model = std::get_if<classifier::FabricModel>(&machine)) {
+  if (const classifier::FabricModel* model = e.trained.cores()) {
     out["cores"] = json::array();
     for (const CoreLine& line : core_lines(*model)) out["cores"].push_back(json(core_json(line)));
-  } else if (const auto* svc = std::get_if<classifier::MultiClassSvc>(&machine)) {
+  } else if (const auto* svc = e.trained.as<classifier::MultiClassSvc>()) {
     out["C"] = svc->c();
     out["gamma"] = svc->gamma();
     out["cv_errors"] = svc->cv_errors();

@@ -18,6 +18,7 @@ namespace weft::daemon::cli {
 namespace {
 
 namespace ci = classifier::imprint;
+using classifier::Learner;
 
 struct ImprintSceneArgs {
   std::filesystem::path out;
@@ -67,11 +68,27 @@ std::vector<Kind> named_ones(const std::vector<std::string>& names,
   return out;
 }
 
+/// One that is not a choice between several.
+Result<Learner> one_learner(const std::string& name, std::string_view option) {
+  const auto learner = classifier::learner_from(name);
+  if (!learner) return pass(learner.error(), option);
+  if (!classifier::is_choice(*learner)) return *learner;
+  return fail({.code = Errc::invalid_argument,
+               .where = std::string(option),
+               .what = "one learner is asked for, not a choice between several",
+               .got = name});
+}
+
 Result<TableOptions> table_options(const ImprintTablesArgs& args) {
   TableOptions out;
   if (!args.experiments.empty())
     out.experiments = named_ones(args.experiments, ci::all_experiments);
-  if (!args.rules.empty()) out.rules = named_ones(args.rules, ci::all_rules);
+  if (!args.rules.empty()) out.rules.clear();
+  for (const std::string& name : args.rules) {
+    const auto learner = one_learner(name, "--rules");
+    if (!learner) return pass(learner.error());
+    out.rules.push_back(*learner);
+  }
   out.laws = !args.no_laws;
   if (!args.scales.empty()) out.scales.clear();
   for (const std::string& text : args.scales) {
@@ -85,7 +102,7 @@ Result<TableOptions> table_options(const ImprintTablesArgs& args) {
 std::string experiment_text(const ImprintTables& tables, std::size_t experiment, ci::Form form) {
   Table table;
   std::vector<std::string> head{"scales", "paper"};
-  for (const ci::Rule rule : tables.options.rules) head.emplace_back(to_string(rule));
+  for (const Learner rule : tables.options.rules) head.emplace_back(to_string(rule));
   table.row(head);
   const ci::Experiment name = tables.options.experiments[experiment];
   for (const FeatureSet& set : tables.sets) {
@@ -160,10 +177,9 @@ void add_options(CLI::App& command, ImprintTablesArgs& args) {
   add_list(command, "--experiments", args.experiments,
            "what is set aside in turn (all four): " + joined(all_names(ci::all_experiments), ","))
       ->check(CLI::IsMember(all_names(ci::all_experiments)));
-  add_list(
-      command, "--rules", args.rules,
-      "what learns: " + joined(all_names(ci::all_rules), ",") + " (without pvalue cores and svc)")
-      ->check(CLI::IsMember(all_names(ci::all_rules)));
+  add_list(command, "--rules", args.rules,
+           "what learns: any learner (" + joined(all_names(ci::table_learners), ",") +
+               ", without pvalue and svc)");
   command.add_option("--scales", args.scales,
                      "a set of scales in taxels, such as 1,2,4; may be given again (the paper's "
                      "seven sets)");
@@ -212,7 +228,9 @@ Result<ci::ScaleSearchOptions> search_options(const ImprintSearchArgs& args) {
   out.sigmas = std::move(*sigmas);
   out.most_scales = args.most_scales;
   out.form = args.form == "10" ? ci::Form::full : ci::Form::brief;
-  out.rule = named_one(args.rule, ci::all_rules);
+  const auto learner = one_learner(args.rule, "--rule");
+  if (!learner) return pass(learner.error());
+  out.rule = *learner;
   out.evaluated_by = named_one(args.evaluated_by, ci::all_experiments);
   return out;
 }
@@ -227,7 +245,7 @@ void add_options(CLI::App& command, ImprintSearchArgs& args) {
       ->capture_default_str();
   add_count(command, "--most-scales", args.most_scales, 1, 5, "largest number of scales in a set");
   add_keyword(command, "--form", args.form, {"10", "7"}, "features a scale");
-  add_keyword(command, "--rule", args.rule, all_names(ci::all_rules), "what learns");
+  command.add_option("--rule", args.rule, "what learns: any learner")->capture_default_str();
   add_keyword(command, "--judge", args.evaluated_by, all_names(ci::all_experiments),
               "what is set aside in turn");
   add_count(command, "--shown", args.shown, 1, 2000, "best sets to show");

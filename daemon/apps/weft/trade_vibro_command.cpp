@@ -35,11 +35,11 @@ struct TradeVibroArgs {
 
 Result<VibroTradeoffOptions> vibro_options(const TradeVibroArgs& args) {
   VibroTradeoffOptions out;
-  if (!args.methods.empty()) out.methods.clear();
+  if (!args.methods.empty()) out.learners.clear();
   for (const std::string& word : args.methods) {
-    const auto method = vibro::method_from(word);
-    if (!method) return pass(method.error(), "--method");
-    out.methods.push_back(*method);
+    const auto learner = classifier::learner_from(word);
+    if (!learner) return pass(learner.error(), "--method");
+    out.learners.push_back(*learner);
   }
   if (!args.families.empty()) out.families.clear();
   for (const std::string& word : args.families) {
@@ -53,7 +53,7 @@ Result<VibroTradeoffOptions> vibro_options(const TradeVibroArgs& args) {
   out.protocol.per_recording = args.per_recording;
   out.protocol.repeats = args.repeats;
   out.protocol.seed = args.seed;
-  out.learner.seed = args.seed;
+  out.training.seed = args.seed;
   out.timings = args.timings;
   return out;
 }

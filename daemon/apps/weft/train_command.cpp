@@ -1,3 +1,4 @@
+#include "classifier/learners/multi_class_svc.hpp"
 #include "daemon/apps/weft/train_command.hpp"
 
 #include <nlohmann/json.hpp>
@@ -118,7 +119,7 @@ std::string format_untested(const Trained& trained) {
   if (!trained.folds.none) return {};
   std::string out = "; not tested";
   if (!trained.scores.empty()) out += ", the simplest learner taken";
-  const auto* svc = std::get_if<classifier::MultiClassSvc>(&trained.model.learner.machine());
+  const auto* svc = trained.model.learner.as<classifier::MultiClassSvc>();
   if (svc != nullptr) out += ", C " + general(svc->c()) + ", gamma " + general(svc->gamma());
   if (!trained.model.postprocessing)
     out += ", not calibrated: no probability, no \"none of these\"";

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "classifier/vibro/cross_validation.hpp"
 #include "classifier/vibro/recording_model.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/evaluate_text.hpp"
@@ -20,7 +21,8 @@ using nlohmann::json;
 
 struct RecordingPlan {
   vibro::RecordingSetup setup;
-  vibro::PipelineOptions pipeline;
+  classifier::Recipe recipe;
+  classifier::TrainOptions training;
 };
 
 Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
@@ -35,27 +37,26 @@ Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
                  .got = joined(choice.methods, ",")});
   const auto features = parse_feature_choice(choice);
   if (!features) return pass(features.error());
-  const auto method = vibro::method_from(choice.methods.empty() ? "LDA" : choice.methods.front());
-  if (!method) return pass(method.error(), "--method");
+  const auto learner =
+      classifier::learner_from(choice.methods.empty() ? "lda" : choice.methods.front());
+  if (!learner) return pass(learner.error(), "--method");
   RecordingPlan out;
   out.setup.features = *features;
   if (args.trials.window_s > 0.0) out.setup.window_s = args.trials.window_s;
   out.setup.step_s = choice.step_s;
-  out.pipeline.method = *method;
   const std::size_t columns = vibro::columns_of(set.recordings.front().channels, *features).size();
-  out.pipeline.components = std::min(choice.components, columns);
-  out.pipeline.learner.seed = args.training.seed;
-  out.pipeline.learner.threads = args.training.threads;
+  out.recipe = vibro::window_recipe(*learner, std::min(choice.components, columns));
+  out.training = {.seed = args.training.seed, .threads = args.training.threads};
   return out;
 }
 
 std::string format_plan(const RecordingPlan& plan, const std::string& exploration) {
-  return std::string(vibro::to_string(plan.pipeline.method)) + ", " +
+  return std::string(classifier::to_string(plan.recipe.learner)) + ", " +
          std::string(vibro::to_string(plan.setup.features.family)) + " " +
          std::string(vibro::to_string(plan.setup.features.combine)) + ", " +
          general(plan.setup.window_s) + " s windows every " + general(plan.setup.step_s) + " s, " +
-         std::to_string(plan.pipeline.components) + " components, seed " +
-         std::to_string(plan.pipeline.learner.seed) +
+         std::to_string(plan.recipe.components) + " components, seed " +
+         std::to_string(plan.training.seed) +
          (exploration.empty() ? "" : ", exploration " + exploration);
 }
 
@@ -73,7 +74,7 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   if (!plan) return pass(plan.error());
   const double began_s = steady_wall_seconds();
   const auto model = vibro::train_recording_model(
-      set->recordings, plan->setup, plan->pipeline,
+      set->recordings, plan->setup, plan->recipe, plan->training,
       {std::string(to_string(set->kind)), recordings_sha256(*set), software_version(),
        format_plan(*plan, args.trials.exploration)});
   if (!model) return pass(model.error(), args.dataset.string());
@@ -86,7 +87,7 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   const std::vector<Warning> warnings = find_data_warnings(*set);
   print(console,
         bench_banner(set->kind) + warnings_text(warnings) + args.out.string() + ": " +
-            std::to_string(model->labels.size()) + " textures, " +
+            std::to_string(model->learner.labels().size()) + " textures, " +
             format_plan(*plan, args.trials.exploration) + ", trained on " +
             std::to_string(trained) + " recordings in " + duration(train_s) + "\n" +
             (too_short.empty() ? "" : "  " + format_too_short(too_short) + "\n"),
@@ -96,9 +97,9 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
          {"bench", to_string(set->kind)},
          {"dataset_sha256", model->provenance.dataset_sha256},
          {"training", model->provenance.training},
-         {"method", vibro::to_string(model->method)},
-         {"components", model->pipeline.components()},
-         {"labels", model->labels},
+         {"learner", classifier::to_string(model->learner.kind())},
+         {"components", plan->recipe.components},
+         {"labels", model->learner.labels()},
          {"recordings", trained},
          {"too_short", too_short_json(too_short)},
          {"warnings", warnings},

@@ -243,10 +243,10 @@ TEST_CASE(
 TEST_CASE("Permuting the labels brings the accuracy to chance, the true labels do not") {
   const FeatureMatrix matrix = gaussian_classes(4, 20, 20, 3.0, 1);
   const auto splits = stratified_splits(matrix.labels, 0.4, 6, 2).value();
-  const auto honest = evaluate(matrix, splits, {});
+  const auto honest = evaluate(matrix, splits, Learner::pvalue, {});
   REQUIRE(honest);
   CHECK(honest->accuracy > 0.8);
-  const auto permuted = evaluate_permuted(matrix, {}, {.permutations = 12});
+  const auto permuted = evaluate_permuted(matrix, Learner::pvalue, {}, {.permutations = 12});
   REQUIRE(permuted);
   REQUIRE(permuted->accuracy.size() == 12);
   CHECK(permuted->trials == 12 * 48);
@@ -259,22 +259,22 @@ TEST_CASE("Permuting the labels brings the accuracy to chance, the true labels d
 TEST_CASE("Permutations repeat with their seed, differ among each other, and none is refused") {
   const FeatureMatrix matrix = gaussian_classes(3, 8, 5, 2.0, 5);
   const PermutationOptions options{.train_fraction = 0.5, .permutations = 6, .splits = 2};
-  const auto once = evaluate_permuted(matrix, {.seed = 3}, options);
-  const auto again = evaluate_permuted(matrix, {.seed = 3}, options);
+  const auto once = evaluate_permuted(matrix, Learner::pvalue, {.seed = 3}, options);
+  const auto again = evaluate_permuted(matrix, Learner::pvalue, {.seed = 3}, options);
   REQUIRE(once);
   CHECK(once->trials == 6 * 2 * 12);
   CHECK(once->accuracy == again->accuracy);
   CHECK(std::set<double>(once->accuracy.begin(), once->accuracy.end()).size() > 1);
-  CHECK_FALSE(evaluate_permuted(matrix, {}, {.permutations = 0}));
-  CHECK_FALSE(evaluate_permuted(matrix, {}, {.train_fraction = 1.5}));
-  CHECK_FALSE(evaluate_permuted(matrix, {}, {.splits = 0}));
+  CHECK_FALSE(evaluate_permuted(matrix, Learner::pvalue, {}, {.permutations = 0}));
+  CHECK_FALSE(evaluate_permuted(matrix, Learner::pvalue, {}, {.train_fraction = 1.5}));
+  CHECK_FALSE(evaluate_permuted(matrix, Learner::pvalue, {}, {.splits = 0}));
 }
 
 TEST_CASE("Chance follows the answers where labels are unequally frequent") {
   // columns tell nothing; 3 of 4 trials are of one label
   FeatureMatrix matrix = gaussian_classes(2, 20, 4, 0.0, 6);
   for (std::size_t r = 20; r < 30; ++r) matrix.labels[r] = "classa";
-  const auto permuted = evaluate_permuted(matrix, {}, {.permutations = 4});
+  const auto permuted = evaluate_permuted(matrix, Learner::pvalue, {}, {.permutations = 4});
   REQUIRE(permuted);
   CHECK(permuted->chance > 0.5);
   CHECK(permuted->chance <= 0.75);
@@ -284,12 +284,13 @@ TEST_CASE("Evaluation sums the confusion, averages the splits and times with the
   const FeatureMatrix matrix = gaussian_classes(3, 10, 8, 2.0, 3);
   const auto splits = stratified_splits(matrix.labels, 0.4, 3, 1).value();
   double clock = 0.0;
-  const auto e = evaluate(matrix, splits, {}, [&] { return clock += 1.0; });
+  const auto e = evaluate(matrix, splits, Learner::pvalue, {}, [&] { return clock += 1.0; });
   REQUIRE(e);
   CHECK(e->confusion.total() == 3 * 18);
   CHECK(e->confusion.accuracy() == Approx(e->accuracy));
   CHECK(e->train_s == 1.0);
-  CHECK(e->test_s_per_sample == Approx(1.0 / 18.0));
+  CHECK(e->test_s_per_sample == 1.0);
+  CHECK(e->answer_s == 1.0);
   CHECK(e->ci95.low <= e->accuracy);
   CHECK(e->ci95.high >= e->accuracy);
 }
@@ -297,13 +298,13 @@ TEST_CASE("Evaluation sums the confusion, averages the splits and times with the
 TEST_CASE("Evaluation refuses a trial on both sides, an unknown row and a label never trained") {
   const FeatureMatrix matrix = gaussian_classes(3, 4, 3, 2.0, 4);
   const auto refused = [&](Split split) {
-    return !evaluate(matrix, std::vector{std::move(split)}, {});
+    return !evaluate(matrix, std::vector{std::move(split)}, Learner::pvalue, {});
   };
   CHECK(refused({{0, 1, 4, 5}, {1}}));
   CHECK(refused({{0, 1, 4, 5}, {99}}));
   CHECK(refused({{0, 1, 4, 5}, {8}}));
   CHECK(refused({{0, 1, 4, 5}, {}}));
-  CHECK_FALSE(evaluate(matrix, {}, {}));
+  CHECK_FALSE(evaluate(matrix, {}, Learner::pvalue, {}));
 }
 
 TEST_CASE("Leaving one group out tests every trial once, without labels that nothing trains") {

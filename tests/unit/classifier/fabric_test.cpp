@@ -294,10 +294,10 @@ TEST_CASE("Two training trials a fabric: the delta is chosen on evidence, not on
       for (std::size_t k = 20; k < 60; ++k)
         matrix.values(r, k) += ((r / trials >> (k % 2)) & 1U) != 0 ? 2.0 : 0.0;
     const auto splits = stratified_splits(matrix.labels, 2.0 / 12.0, 4, seed).value();
-    const auto result = evaluate(matrix, splits, {});
+    const auto result = evaluate(matrix, splits, Learner::pvalue, {});
     REQUIRE(result);
     accuracy += result->accuracy / 12.0;
-    for (const FabricCore& core : result->model.cores()) {
+    for (const FabricCore& core : result->trained.cores()->cores()) {
       CHECK(core.info().folds == 4);
       inputs += core.info().inputs;
     }

@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+#include "classifier/learners/multi_class_svc.hpp"
 #include "classifier/learners/class_folds.hpp"
 #include "classifier/vote/postprocessing.hpp"
 #include "tests/unit/classifier/support.hpp"
@@ -227,9 +228,10 @@ TEST_CASE(
       CHECK_FALSE(reply->none_of_these);
     }
     const auto svc = train_recipe(data, {Learner::svc}, {});
-    const auto& machine = std::get<MultiClassSvc>(svc->machine());
-    CHECK(machine.c() == 8.0);
-    CHECK(machine.gamma() == 0.125);  // of the grid the nearest to 1 / 6
+    const auto* machine = svc->as<MultiClassSvc>();
+    REQUIRE(machine != nullptr);
+    CHECK(machine->c() == 8.0);
+    CHECK(machine->gamma() == 0.125);  // of the grid the nearest to 1 / 6
   }
   CHECK(format_folds(fold_report(lone, Learner::svc, {})) ==
         "none: label classb has 2 trials, too few for 5 folds that train on 2 of each");

@@ -6,7 +6,7 @@
 
 #include "classifier/imprint/experiments.hpp"
 #include "classifier/imprint/imprint_set.hpp"
-#include "classifier/imprint/linear_rule.hpp"
+#include "classifier/learners/linear_rule.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::imprint::imprint_rules_test {
@@ -169,7 +169,7 @@ TEST_CASE("a round that leaves a class nothing to learn from is refused") {
   FeatureMatrix matrix{{"f"}, Matrix(7, 1), labels, objects, labels};
   for (std::size_t r = 0; r < 7; ++r) matrix.values(r, 0) = static_cast<double>(r);
   for (const Experiment experiment : all_experiments) {
-    const auto refused = run_experiment(matrix, experiment, Rule::least_squares);
+    const auto refused = run_experiment(matrix, experiment, Learner::least_squares);
     REQUIRE(!refused);
     CHECK(refused.error().where.find(to_string(experiment)) != std::string::npos);
   }
@@ -204,14 +204,14 @@ TEST_CASE("every rule tells stripes of three widths apart, object by object") {
   const auto matrix = build_matrix(imprints, ScaleOptions{.sigmas = {1.0, 2.0}});
   REQUIRE(matrix);
   CHECK(matrix->groups[3] == "o1");
-  for (const Rule rule : all_rules) {
+  for (const Learner rule : table_learners) {
     const auto out = run_experiment(*matrix, Experiment::object_of_all, rule);
     REQUIRE(out);
     INFO(to_string(rule));
     CHECK(out->total == 24);
     CHECK(out->correct + out->wrong.size() == out->total);
     // A perceptron stops at the first line that separates what it has seen.
-    const bool perceptron = rule == Rule::kesler || rule == Rule::kesler_zscore;
+    const bool perceptron = rule == Learner::perceptron || rule == Learner::perceptron_zscore;
     CHECK(out->wrong.size() <= (perceptron ? 2 : 0));
     CHECK(out->converged);
   }
@@ -258,11 +258,11 @@ TEST_CASE(
   const auto matrix = build_matrix(flat, ScaleOptions{.sigmas = {0.0, 1.0}});
   REQUIRE(matrix);
   for (const double value : matrix->values.data()) CHECK(value == 0.0);
-  for (const Rule rule : all_rules) {
+  for (const Learner rule : table_learners) {
     INFO(to_string(rule));
     const auto out = run_experiment(*matrix, Experiment::object_of_class, rule);
     REQUIRE(out);
-    if (rule == Rule::kesler || rule == Rule::kesler_zscore) {
+    if (rule == Learner::perceptron || rule == Learner::perceptron_zscore) {
       CHECK_FALSE(out->converged);
       CHECK(out->most_rounds == KeslerOptions{}.most_rounds);
       continue;
@@ -270,7 +270,7 @@ TEST_CASE(
     CHECK(out->total == 8);
     // Equal products and discriminants go to the first class; of a machine's two classes, whose
     // decision is 0, the second has the vote.
-    const bool first = rule == Rule::least_squares || rule == Rule::lda;
+    const bool first = rule == Learner::least_squares || rule == Learner::lda;
     CHECK(out->wrong == (first ? Rows{4, 5, 6, 7} : Rows{0, 1, 2, 3}));
   }
 }

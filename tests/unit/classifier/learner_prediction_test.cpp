@@ -168,10 +168,14 @@ TEST_CASE("A trial far from every class is none of these, whichever learner is a
   }
 }
 
-TEST_CASE("A label with a single trial is refused by every learner, by name") {
+TEST_CASE("A label with a single trial is refused by name where two are needed") {
   FeatureMatrix data = gaussian_classes(3, 4, 3, 1, 31);
   data.labels.back() = "lonely";
-  for (const Learner learner : all_learners()) {
+  for (const Learner learner : {Learner::nb, Learner::knn, Learner::perceptron})
+    CHECK(train_learner(data, learner, {}));
+  for (const Learner learner :
+       {Learner::pvalue, Learner::pca, Learner::all, Learner::lda, Learner::svc, Learner::trees,
+        Learner::cores_best, Learner::best}) {
     const auto trained = train_learner(data, learner, {});
     REQUIRE_FALSE(trained);
     CHECK(to_string(trained.error()).find("label lonely") != std::string::npos);

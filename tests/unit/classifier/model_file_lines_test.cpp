@@ -213,7 +213,7 @@ TEST_CASE("a training task reads back as it was written") {
   using Folds = std::vector<std::optional<std::size_t>>;
   std::set<std::string> texts;
   for (const Reduction reduction : {Reduction::pvalue, Reduction::pca, Reduction::all})
-    for (const View view : all_views())
+    for (const View view : tried_views())
       for (const auto& fold : Folds{std::nullopt, 0, 1, 2, 24, 1000}) {
         const std::string text = task_text({reduction, view, fold});
         CAPTURE(text);
@@ -224,7 +224,7 @@ TEST_CASE("a training task reads back as it was written") {
         CHECK(task->view == view);
         CHECK(task->fold == fold);
       }
-  CHECK(texts.size() == 3 * all_views().size() * 6);
+  CHECK(texts.size() == 3 * tried_views().size() * 6);
 }
 
 TEST_CASE("an unreadable training task is refused") {

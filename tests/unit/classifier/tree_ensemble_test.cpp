@@ -102,10 +102,10 @@ TEST_CASE("Trees know the rows they grew on, and shares are a distribution") {
   for (std::size_t r = 0; r < fresh.size(); ++r) {
     const auto shares = trees.shares(fresh.values.row(r));
     CHECK(std::accumulate(shares.begin(), shares.end(), 0.0) == Approx(1.0));
-    const auto tally = trees.tally(fresh.values.row(r));
-    CHECK(tally.winner == trees.most(fresh.values.row(r)));
+    const auto scores = trees.predict(fresh.values.row(r)).value();
+    CHECK(scores.winner == trees.classify(fresh.values.row(r)).value());
     for (std::size_t c = 0; c < shares.size(); ++c)
-      CHECK(tally.log_share[c] ==
+      CHECK(scores.score[c] ==
             Approx(std::log(std::max(shares[c], 0.01))));  // half of one of 50
   }
   CHECK_FALSE(trees.classify(std::vector{1.0}));

@@ -77,9 +77,8 @@ TEST_CASE("A group tests the labels that it has: one missing recording does not 
   std::erase_if(recordings, [](const Recording& r) { return r.file == "c3"; });
   const Cut each = cut(recordings, with(Protocol::groups));
   REQUIRE(each.splits.size() == 4);
-  PipelineOptions options;
-  options.method = Method::lda;
-  const auto got = cross_validate(each.windows, each.splits, options).value();
+  const std::vector lda{window_recipe(Learner::lda)};
+  const auto got = cross_validate(each.windows, each.splits, lda, {}).value();
   CHECK(got.voted == 11);
   CHECK(got.accuracy > 0.9);
   CHECK(got.split_f_score[2] == Approx(got.split_accuracy[2]).margin(0.1));
@@ -130,16 +129,14 @@ TEST_CASE("Splits that cannot train or test are refused") {
     CHECK(protocol_from(to_string(p)).value() == p);
 }
 
-TEST_CASE("Training windows that cannot be parted refuse a choice before anything is trained") {
-  const Cut two = cut(levels(3, 2), with(Protocol::groups));
-  CHECK_FALSE(check_choice(two.windows, two.splits, Protocol::groups));
-  std::size_t inspections = 0;
-  const auto clock = [&] { return static_cast<double>(++inspections); };
-  CHECK_FALSE(
-      cross_validate_chosen(two.windows, two.splits, Protocol::groups, quick_methods(), {}, clock));
-  CHECK(inspections == 0);
-  const Cut three = cut(levels(3, 3), with(Protocol::groups));
-  CHECK(check_choice(three.windows, three.splits, Protocol::groups));
+TEST_CASE("Training windows that cannot be parted give the first candidate, untested") {
+  const Cut two = cut(levels(3, 1), with(Protocol::blocks));
+  const std::size_t n = two.windows.matrix.size() / 3;  // windows of each label; one of them trains
+  const std::vector<Split> halves{{{0, n, 2 * n}, {1, n + 1, 2 * n + 1}}};
+  const std::vector tried{window_recipe(Learner::knn), window_recipe(Learner::nb)};
+  const auto got = cross_validate(two.windows, halves, tried, {});
+  REQUIRE(got);
+  CHECK(got->chosen == std::vector{Learner::knn});
 }
 
 TEST_CASE("The macro F-score is the mean over the labels that were asked about or answered") {
@@ -160,12 +157,11 @@ TEST_CASE("Drawing more random splits asks the same recordings, and no more is k
     recordings[r].label = std::string(1, static_cast<char>('a' + (r + r / 3) % 3));  // some wrong
   ProtocolOptions random = with(Protocol::random);
   random.per_recording = 10;
-  PipelineOptions options;
-  options.method = Method::lda;
+  const std::vector lda{window_recipe(Learner::lda)};
   const auto width = [&](std::size_t repeats) {
     random.repeats = repeats;
     const Cut c = cut(recordings, random);
-    const auto got = cross_validate(c.windows, c.splits, options).value();
+    const auto got = cross_validate(c.windows, c.splits, lda, {}).value();
     CHECK(got.voted == 6);
     CHECK(got.voted_answers == 6 * repeats);
     CHECK(got.voted_ci95.low <= got.voted_accuracy);
@@ -179,13 +175,12 @@ TEST_CASE("Drawing more random splits asks the same recordings, and no more is k
 TEST_CASE(
     "Levels of noise are told apart on blocks and on recordings, not where they mean nothing") {
   auto recordings = levels(3, 3);
-  PipelineOptions options;
-  options.method = Method::lda;
+  const std::vector lda{window_recipe(Learner::lda)};
   ProtocolOptions groups = with(Protocol::groups);
   groups.test_groups = {"3"};
   for (const ProtocolOptions& protocol : {with(Protocol::blocks), groups}) {
     const Cut c = cut(recordings, protocol);
-    const auto got = cross_validate(c.windows, c.splits, options).value();
+    const auto got = cross_validate(c.windows, c.splits, lda, {}).value();
     CHECK(got.accuracy > 0.9);
     CHECK(got.f_score == Approx(got.accuracy).margin(0.1));
     CHECK(got.voted_accuracy > 0.9);
@@ -208,33 +203,25 @@ TEST_CASE(
   for (std::size_t r = 0; r < recordings.size(); ++r)
     recordings[r].label = std::string(1, static_cast<char>('a' + (r + r / 3) % 3));
   const Cut c = cut(recordings, groups);
-  CHECK(cross_validate(c.windows, c.splits, options)->accuracy < 0.3);
+  CHECK(cross_validate(c.windows, c.splits, lda, {})->accuracy < 0.3);
 }
 
 TEST_CASE("The learner is chosen by parts of the training windows alone") {
   const auto recordings = levels(3, 1);
   const Cut c = cut(recordings, with(Protocol::blocks));
-  PipelineOptions options;
-  options.learner.trees = 20;
-  const std::vector<Method> candidates = {Method::knn, Method::lda};
-  const auto got =
-      cross_validate_chosen(c.windows, c.splits, Protocol::blocks, candidates, options);
+  TrainOptions options;
+  options.trees = 20;
+  const std::vector tried{window_recipe(Learner::knn), window_recipe(Learner::lda)};
+  const auto got = cross_validate(c.windows, c.splits, tried, options);
   REQUIRE(got);
   REQUIRE(got->chosen.size() == 5);
-  for (const Method m : got->chosen) CHECK((m == Method::knn || m == Method::lda));
+  for (const Learner one : got->chosen) CHECK((one == Learner::knn || one == Learner::lda));
   CHECK(got->accuracy > 0.9);
-  CHECK_FALSE(cross_validate_chosen(c.windows, c.splits, Protocol::blocks, {}, options));
-  // One part alone, or one that has a class for itself, leaves nothing to choose by.
-  ProtocolOptions one = with(Protocol::blocks);
-  one.blocks = 2;
-  const Cut halves = cut(levels(3, 1), one);
-  CHECK_FALSE(
-      cross_validate_chosen(halves.windows, halves.splits, Protocol::blocks, candidates, options));
-  CHECK_FALSE(cross_validate(c.windows, {}, options));
+  CHECK_FALSE(cross_validate(c.windows, c.splits, {}, options));
+  CHECK_FALSE(cross_validate(c.windows, {}, tried, options));
   int requested = 0;
   options.stop = [&] { return ++requested > 3; };
-  const auto stopped =
-      cross_validate_chosen(c.windows, c.splits, Protocol::blocks, candidates, options);
+  const auto stopped = cross_validate(c.windows, c.splits, tried, options);
   REQUIRE_FALSE(stopped);
   CHECK(stopped.error().code == Errc::wrong_state);
 }
@@ -248,18 +235,18 @@ bool follow(const std::vector<std::size_t>& unit, const Part& part) {
   return true;
 }
 
+std::vector<std::size_t> units_in(const FeatureMatrix& matrix) {
+  return units_by_label(matrix, FoldUnit::recording).of_row;
+}
+
 TEST_CASE("Units of folds are recordings, then blocks, then fifths in the order of time") {
-  const auto recordings_of = [](const WindowSet& windows) {
-    return [&](std::size_t i) { return windows.recording[i]; };
-  };
   for (const Protocol protocol : {Protocol::random, Protocol::blocks, Protocol::groups}) {
     INFO(to_string(protocol));
     const WindowSet several = cut(levels(2, 3), with(protocol)).windows;
-    const auto unit = fold_units(several, numbers_below(several.matrix.size()));
-    CHECK(follow(unit, recordings_of(several)));
+    CHECK(follow(units_in(several.matrix), [&](std::size_t i) { return several.recording[i]; }));
   }
   const WindowSet blocks = cut(levels(2, 1), with(Protocol::blocks)).windows;
-  CHECK(follow(fold_units(blocks, numbers_below(blocks.matrix.size())), [&](std::size_t i) {
+  CHECK(follow(units_in(blocks.matrix), [&](std::size_t i) {
     return std::pair(blocks.recording[i], blocks.places[i].block);
   }));
 
@@ -267,7 +254,7 @@ TEST_CASE("Units of folds are recordings, then blocks, then fifths in the order 
   random.per_recording = 50;
   const WindowSet one = cut(levels(2, 1), random).windows;
   std::map<std::size_t, std::vector<double>> starts_s;
-  const auto unit = fold_units(one, numbers_below(one.matrix.size()));
+  const auto unit = units_in(one.matrix);
   for (std::size_t i = 0; i < unit.size(); ++i)
     if (one.recording[i] == 0) starts_s[unit[i]].push_back(one.places[i].start_s);
   REQUIRE(starts_s.size() == 5);
@@ -286,7 +273,7 @@ TEST_CASE("Units of folds depend on the rows that train alone") {
   std::vector<std::size_t> rows;  // both recordings of the first label, one of the second
   for (std::size_t r = 0; r < windows.matrix.size(); ++r)
     if (windows.recording[r] < 3) rows.push_back(r);
-  CHECK(follow(fold_units(windows, rows), [&](std::size_t i) {
+  CHECK(follow(units_in(select_rows(windows.matrix, rows)), [&](std::size_t i) {
     const std::size_t recording = windows.recording[rows[i]];
     return std::pair(recording, recording < 2 ? 0 : windows.places[rows[i]].block);
   }));

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "classifier/vibro/cross_validation.hpp"
 #include "tests/unit/classifier/noise_levels.hpp"
 #include "tests/unit/classifier/support.hpp"
 
@@ -17,15 +18,13 @@ using namespace noise_levels;
 TEST_CASE("Dealing out the values of the feature that matters costs accuracy, of others nothing") {
   const auto recordings = levels(2, 1, 60.0);
   const Cut c = cut(recordings, with(Protocol::blocks), {Family::smmrp10, Combine::concat});
-  Matrix train = c.windows.matrix.values.take(c.splits[0].train),
-         test = c.windows.matrix.values.take(c.splits[0].test);
-  const auto classes = [&](const std::vector<std::size_t>& rows) {
-    std::vector<std::size_t> out;
-    for (const std::size_t r : rows) out.push_back(c.windows.matrix.labels[r] == "a" ? 0 : 1);
-    return out;
-  };
-  const auto own = classes(c.splits[0].train), other = classes(c.splits[0].test);
-  const auto tree = Pipeline::train({&train, own, 2}, {Method::tree, 0, {}}).value();
+  const Matrix test = c.windows.matrix.values.take(c.splits[0].test);
+  std::vector<std::size_t> other;
+  for (const std::size_t r : c.splits[0].test)
+    other.push_back(c.windows.matrix.labels[r] == "a" ? 0 : 1);
+  const auto tree = train_recipe(select_rows(c.windows.matrix, c.splits[0].train),
+                                 window_recipe(Learner::tree), {})
+                        .value();
   const auto importance = permutation_importance(tree, test, other, 5, 1).value();
   const auto best = most_important(importance, 5);
   REQUIRE(best.size() == 5);
@@ -47,10 +46,10 @@ TEST_CASE("Of features that cost as much the one with the larger share in a fore
 TEST_CASE("Features are weighed on test windows and by a forest, over all splits") {
   const auto recordings = levels(2, 2, 60.0);
   const Cut c = cut(recordings, with(Protocol::groups), {Family::smmrp10, Combine::concat});
-  PipelineOptions options;
-  options.method = Method::lda;
-  options.learner.trees = 50;
-  const auto weighed = weigh_features(c.windows, c.splits, options, 3).value();
+  const Recipe lda = window_recipe(Learner::lda);
+  TrainOptions options;
+  options.trees = 50;
+  const auto weighed = weigh_features(c.windows, c.splits, lda, options, 3).value();
   REQUIRE(weighed.permutation.size() == 10);
   REQUIRE(weighed.forest.size() == 10);
   CHECK(std::accumulate(weighed.forest.begin(), weighed.forest.end(), 0.0) == Approx(1.0));
@@ -59,13 +58,13 @@ TEST_CASE("Features are weighed on test windows and by a forest, over all splits
   CHECK(weighed.forest[9] < 0.25 * *most);
   CHECK(std::abs(weighed.permutation[9].mean) < 0.1);
   // One split alone is what permutation_importance() says of it.
-  const auto first = weigh_features(c.windows, std::span(c.splits).first(1), options, 3).value();
-  const auto second = weigh_features(c.windows, std::span(c.splits).last(1), options, 3).value();
+  const auto first = weigh_features(c.windows, std::span(c.splits).first(1), lda, options, 3).value();
+  const auto second = weigh_features(c.windows, std::span(c.splits).last(1), lda, options, 3).value();
   for (std::size_t f = 0; f < 10; ++f)
     CHECK(weighed.permutation[f].mean ==
           Approx((first.permutation[f].mean + second.permutation[f].mean) / 2).margin(1e-12));
-  CHECK_FALSE(weigh_features(c.windows, {}, options, 3));
-  CHECK_FALSE(weigh_features(c.windows, c.splits, options, 0));
+  CHECK_FALSE(weigh_features(c.windows, {}, lda, options, 3));
+  CHECK_FALSE(weigh_features(c.windows, c.splits, lda, options, 0));
 }
 
 // Recordings whose matrix is replaced: in training column 0 parts the classes best and column 1
@@ -89,14 +88,14 @@ Cut made_to_mislead() {
 TEST_CASE("Features are selected on the training windows of each split, never on test windows") {
   const Cut c = made_to_mislead();
   REQUIRE(c.splits.size() == 1);
-  PipelineOptions options;
-  options.method = Method::lda;
-  const auto one = reach_by_selection(c.windows, c.splits, Protocol::groups, options, 1, 5).value();
+  const Recipe lda = window_recipe(Learner::lda);
+  const TrainOptions options = window_training({}, Protocol::groups);
+  const auto one = reach_by_selection(c.windows, c.splits, lda, options, 1, 5).value();
   CHECK(one.retained == std::vector<std::vector<std::size_t>>{{0}});
   CHECK(one.accuracy < 0.7);  // which is what training could not know
   const std::vector<std::size_t> first{0}, second{1};
-  CHECK(one.accuracy == reach_with(c.windows, c.splits, options, first)->accuracy);
-  const auto other = reach_with(c.windows, c.splits, options, second).value();
+  CHECK(one.accuracy == reach_with(c.windows, c.splits, lda, options, first)->accuracy);
+  const auto other = reach_with(c.windows, c.splits, lda, options, second).value();
   CHECK(other.accuracy > 0.9);
   CHECK(other.retained.front() == second);
 
@@ -105,8 +104,8 @@ TEST_CASE("Features are selected on the training windows of each split, never on
   const Cut all = cut(recordings, with(Protocol::groups), {Family::smmrp10, Combine::concat});
   REQUIRE(all.splits.size() == 3);
   const auto whole =
-      reach_by_selection(all.windows, all.splits, Protocol::groups, options, 10, 2).value();
-  const auto assessed = cross_validate(all.windows, all.splits, options).value();
+      reach_by_selection(all.windows, all.splits, lda, options, 10, 2).value();
+  const auto assessed = cross_validate(all.windows, all.splits, std::span(&lda, 1), options).value();
   CHECK(whole.split_accuracy == assessed.split_accuracy);
   CHECK(whole.accuracy == Approx(assessed.accuracy));
   CHECK(whole.f_score == Approx(assessed.f_score));
@@ -114,12 +113,12 @@ TEST_CASE("Features are selected on the training windows of each split, never on
 
   // Two groups: the one that trains cannot be parted, and is asked about itself.
   const Cut few = cut(levels(2, 2), with(Protocol::groups), {Family::smmrp10, Combine::concat});
-  CHECK(reach_by_selection(few.windows, few.splits, Protocol::groups, options, 5, 2)->accuracy >
+  CHECK(reach_by_selection(few.windows, few.splits, lda, options, 5, 2)->accuracy >
         0.9);
-  CHECK_FALSE(reach_by_selection(c.windows, {}, Protocol::groups, options, 5, 2));
-  CHECK_FALSE(reach_by_selection(c.windows, c.splits, Protocol::groups, options, 0, 2));
-  CHECK_FALSE(reach_by_selection(c.windows, c.splits, Protocol::groups, options, 5, 0));
-  CHECK_FALSE(reach_with(c.windows, c.splits, options, {}));
+  CHECK_FALSE(reach_by_selection(c.windows, {}, lda, options, 5, 2));
+  CHECK_FALSE(reach_by_selection(c.windows, c.splits, lda, options, 0, 2));
+  CHECK_FALSE(reach_by_selection(c.windows, c.splits, lda, options, 5, 0));
+  CHECK_FALSE(reach_with(c.windows, c.splits, lda, options, {}));
 }
 
 }  // namespace

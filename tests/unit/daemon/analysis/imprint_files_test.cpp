@@ -18,7 +18,7 @@ using classifier::imprint::Image;
 TableOptions least_squares_only() {
   TableOptions out;
   out.scales = {{0}};
-  out.rules = {classifier::imprint::Rule::least_squares};
+  out.rules = {classifier::Learner::least_squares};
   out.laws = false;
   return out;
 }

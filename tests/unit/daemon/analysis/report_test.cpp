@@ -115,7 +115,7 @@ TEST_CASE("the trial shown is the one of median force error") {
 }
 
 TEST_CASE("cores shown begin with the paper's pairs, in whichever order they are named") {
-  const auto lines = core_lines(campaign().results[0].find(Reduction::pvalue)->model);
+  const auto lines = core_lines(*campaign().results[0].find(Reduction::pvalue)->trained.cores());
   REQUIRE(lines.size() == 3);
   const std::set<std::string_view> named{"knitwear1", "wool"};
   CHECK(std::ranges::any_of(lines, [&](const CoreLine& line) {

@@ -75,9 +75,10 @@ TEST_CASE("Every learner is shown under the paper's protocol and on whole slides
   std::set<std::string> seen;
   for (const VibroPoint& p : training_result->tradeoff.points)
     seen.insert(std::string(vibro::to_string(p.protocol)) + " " + std::to_string(p.window_s) + " " +
-                std::string(vibro::to_string(p.method)));
+                std::string(classifier::to_string(p.learner)));
   std::size_t available = 0;
-  for (const vibro::Method m : vibro::all_methods()) available += vibro::available(m) ? 1 : 0;
+  for (const classifier::Learner one : vibro::window_learners())
+    available += classifier::is_available(one) ? 1 : 0;
   CHECK(seen.size() == 2 * 2 * available);
   CHECK(training_result->tradeoff.random_leak.median > 0.5);
   CHECK(training_result->tradeoff.honest_leak.largest == 0.0);

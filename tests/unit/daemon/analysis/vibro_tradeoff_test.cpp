@@ -35,7 +35,7 @@ RecordingSet three_materials() {
 
 VibroTradeoffOptions few() {
   VibroTradeoffOptions out;
-  out.methods = {vibro::Method::nb, vibro::Method::knn};
+  out.learners = {classifier::Learner::nb, classifier::Learner::knn};
   out.protocol.blocks = 3;
   out.protocol.per_recording = 30;
   out.protocol.repeats = 2;
@@ -102,7 +102,7 @@ TEST_CASE("Recordings too short for a window are named, of each window and proto
     brief.samples[c].resize(static_cast<std::size_t>(1.5 * brief.channels[c].rate_hz));
   set.recordings.push_back(brief);
   VibroTradeoffOptions options = few();
-  options.methods = {vibro::Method::nb};
+  options.learners = {classifier::Learner::nb};
   const auto tradeoff = measure_vibro_tradeoff(set, options, ticks).value();
   const auto random = vibro_tradeoff_set(tradeoff, set, "d", vibro::Protocol::random).left_out;
   REQUIRE(random.size() == 1);  // of 2 s; windows of 1 s it has
@@ -156,7 +156,7 @@ TEST_CASE("A window that does not fit is refused before anything is trained, by 
 TEST_CASE("Windows of different lengths have names of their own") {
   VibroTradeoffOptions options = few();
   options.windows_s = {0.25, 0.5};
-  options.methods = {vibro::Method::nb};
+  options.learners = {classifier::Learner::nb};
   options.families = {vibro::Family::smmrp};
   const auto tradeoff = measure_vibro_tradeoff(three_materials(), options, ticks).value();
   const TradeoffSet set =
