@@ -163,6 +163,20 @@ void append_columns(const FeatureMatrix& part, const std::string& prefix, Featur
   whole.files = part.files;
 }
 
+FeatureMatrix select_columns(const FeatureMatrix& matrix, std::span<const std::size_t> columns) {
+  FeatureMatrix out;
+  out.values = Matrix(matrix.size(), columns.size());
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    out.names.push_back(matrix.names[columns[k]]);
+    for (std::size_t r = 0; r < matrix.size(); ++r) out.values(r, k) = matrix.values(r, columns[k]);
+  }
+  out.labels = matrix.labels;
+  out.groups = matrix.groups;
+  out.files = matrix.files;
+  out.parts = matrix.parts;
+  return out;
+}
+
 FeatureMatrix select_rows(const FeatureMatrix& matrix, std::span<const std::size_t> rows) {
   FeatureMatrix out;
   out.names = matrix.names;

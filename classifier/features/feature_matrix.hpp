@@ -86,6 +86,9 @@ std::size_t find_place(std::span<const std::string> sorted, const std::string& l
 /// has the same rows; labels, groups and files become those of `part`.
 void append_columns(const FeatureMatrix& part, const std::string& prefix, FeatureMatrix& whole);
 
+/// The named columns, in the order given.
+FeatureMatrix select_columns(const FeatureMatrix& matrix, std::span<const std::size_t> columns);
+
 /// The named rows, in the order given.
 FeatureMatrix select_rows(const FeatureMatrix& matrix, std::span<const std::size_t> rows);
 

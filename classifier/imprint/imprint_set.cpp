@@ -60,16 +60,6 @@ Classes find_classes(std::span<const std::string> labels) {
   return out;
 }
 
-FeatureMatrix select_columns(const FeatureMatrix& matrix, std::span<const std::size_t> columns) {
-  FeatureMatrix out{
-      {}, Matrix(matrix.size(), columns.size()), matrix.labels, matrix.groups, matrix.files};
-  for (std::size_t k = 0; k < columns.size(); ++k) {
-    out.names.push_back(matrix.names[columns[k]]);
-    for (std::size_t r = 0; r < matrix.size(); ++r) out.values(r, k) = matrix.values(r, columns[k]);
-  }
-  return out;
-}
-
 namespace {
 
 constexpr double largest_pitch_difference = 0.01;

@@ -79,9 +79,6 @@ struct Classes {
 };
 Classes find_classes(std::span<const std::string> labels);
 
-/// The named columns, in the order given.
-FeatureMatrix select_columns(const FeatureMatrix& matrix, std::span<const std::size_t> columns);
-
 // The array that imprints are read from, as far as a model of imprints needs to know it.
 
 /// An array, or the part of it that is scanned.

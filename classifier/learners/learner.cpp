@@ -141,17 +141,18 @@ Result<TrainedLearner> trained_on(FeatureMatrix rows, std::optional<std::size_t>
     return pass(ok.error());
   Classes classes = find_classes(rows);
   if (auto ok = unless_stopped(options.stop); !ok) return pass(ok.error());
-  FeatureView view = FeatureView::fit(recipe.view, rows.values, recipe.components);
   std::vector<std::string> names = rows.names;
+  if (!recipe.columns.empty()) rows = select_columns(rows, recipe.columns);
+  FeatureView view = FeatureView::fit(recipe.view, rows.values, recipe.components);
   rows.values = view.apply(std::move(rows.values));
-  rows.names = view.apply(names);
+  rows.names = view.apply(rows.names);
   options.cap = recipe.cap;
   const CoreTask task{reduction_of(recipe.learner), recipe.view, fold, recipe.components};
   auto predictor = is_cores(recipe.learner) ? train_cores_of(rows, task, options, trainer)
                                             : info_of(recipe.learner).fit({rows, classes}, options);
   if (!predictor) return pass(predictor.error());
   return TrainedLearner(recipe.learner, std::move(classes.labels), std::move(names),
-                        std::move(view), std::move(*predictor));
+                        std::move(view), std::move(*predictor), recipe.columns);
 }
 
 // `fold`: whose training rows these are.
@@ -258,7 +259,8 @@ std::string to_string(const Recipe& recipe) {
   const bool capped = recipe.learner == Learner::pvalue || recipe.learner == Learner::pca;
   return std::string(to_string(recipe.learner)) +
          (capped ? ", N " + std::to_string(recipe.cap) : "") +
-         (recipe.view == View::plain ? "" : ", " + std::string(to_string(recipe.view)));
+         (recipe.view == View::plain ? "" : ", " + std::string(to_string(recipe.view))) +
+         (recipe.features.empty() ? "" : ", " + recipe.features);
 }
 
 std::vector<Recipe> candidates(Learner learner, std::size_t cap) {
@@ -319,10 +321,14 @@ Result<std::vector<double>> TrainedLearner::prepared(std::span<const double> fea
   if (auto ok = check_length(features, features_.size(), "classify", another_sensor); !ok)
     return pass(ok.error());
   if (auto ok = check_features(features, features_); !ok) return pass(ok.error());
-  return view_.apply(features);
+  if (columns_.empty()) return view_.apply(features);
+  std::vector<double> own;
+  for (const std::size_t column : columns_) own.push_back(features[column]);
+  return view_.apply(own);
 }
 
 FeatureMatrix TrainedLearner::prepared(FeatureMatrix matrix) const {
+  if (!columns_.empty()) matrix = select_columns(matrix, columns_);
   matrix.values = view_.apply(std::move(matrix.values));
   matrix.names = view_.apply(matrix.names);
   return matrix;

@@ -71,6 +71,8 @@ struct Recipe {
   std::size_t cap = 20;               ///< cores with p-value or PCA: the paper's N
   View view = View::plain;            ///< of the features, before anything else
   std::size_t components = 0;         ///< View::components: the most of them
+  std::string features = {};          ///< name of the columns, for people
+  std::vector<std::size_t> columns = {};  ///< of the matrix, ascending; empty: all
   friend bool operator==(const Recipe&, const Recipe&) = default;
 };
 std::string to_string(const Recipe& recipe);
@@ -93,11 +95,14 @@ struct RecipeScore {
 /// A trained recipe. Immutable; may be used by several threads.
 class TrainedLearner {
  public:
+  /// `columns`: those of `features` that view and predictor take; empty: all.
   TrainedLearner(Learner kind, std::vector<std::string> labels, std::vector<std::string> features,
-                 FeatureView view, std::shared_ptr<const Predictor> predictor)
+                 FeatureView view, std::shared_ptr<const Predictor> predictor,
+                 std::vector<std::size_t> columns = {})
       : kind_(kind),
         labels_(std::move(labels)),
         features_(std::move(features)),
+        columns_(std::move(columns)),
         view_(std::move(view)),
         predictor_(std::move(predictor)) {}
   /// Plain cores.
@@ -106,6 +111,8 @@ class TrainedLearner {
   [[nodiscard]] const std::vector<std::string>& labels() const { return labels_; }  ///< sorted
   [[nodiscard]] const std::vector<std::string>& feature_names() const { return features_; }
   [[nodiscard]] Learner kind() const { return kind_; }  ///< not a choice
+  /// Of feature_names(), those that are used; empty: all. A learner that is stored uses all.
+  [[nodiscard]] const std::vector<std::size_t>& columns() const { return columns_; }
   [[nodiscard]] const FeatureView& view() const { return view_; }
   /// Takes what view() gives.
   [[nodiscard]] const Predictor& predictor() const { return *predictor_; }
@@ -134,6 +141,7 @@ class TrainedLearner {
   Learner kind_;
   std::vector<std::string> labels_;
   std::vector<std::string> features_;
+  std::vector<std::size_t> columns_;
   FeatureView view_;
   std::shared_ptr<const Predictor> predictor_;
 };

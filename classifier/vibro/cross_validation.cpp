@@ -1,6 +1,7 @@
 #include "classifier/vibro/cross_validation.hpp"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <set>
 #include <utility>
@@ -97,11 +98,38 @@ std::vector<Learner> window_learners() {
           Learner::nn, Learner::mlp2, Learner::xgb,  Learner::xgbrf,  Learner::lda, Learner::all};
 }
 
+Recipe window_recipe(Learner learner, std::size_t components, const std::vector<Channel>& channels,
+                     FeatureChoice features) {
+  Recipe out = window_recipe(learner, components);
+  out.features = to_string(features.family);
+  if (features.family == Family::wide) return out;
+  std::set<std::string> names;
+  for (const Column& column : columns_of(channels, features)) names.insert(column.name);
+  const auto all = columns_of(channels, {Family::wide, features.combine});
+  for (std::size_t k = 0; k < all.size(); ++k)
+    if (names.contains(all[k].name)) out.columns.push_back(k);
+  return out;
+}
+
+namespace {
+
+constexpr std::array quick_learners = {Learner::lda, Learner::logistic, Learner::svm,
+                                       Learner::knn, Learner::nb,       Learner::forest};
+
+}  // namespace
+
 std::vector<Recipe> window_candidates(std::size_t components) {
   std::vector<Recipe> out;
-  for (const Learner learner : {Learner::lda, Learner::logistic, Learner::svm, Learner::knn,
-                                Learner::nb, Learner::forest})
-    out.push_back(window_recipe(learner, components));
+  for (const Learner learner : quick_learners) out.push_back(window_recipe(learner, components));
+  return out;
+}
+
+std::vector<Recipe> window_candidates(const std::vector<Channel>& channels, Combine combine,
+                                      std::size_t components) {
+  std::vector<Recipe> out;
+  for (const Learner learner : quick_learners)
+    for (const Family family : {Family::smmrpfft, Family::all, Family::bands, Family::wide})
+      out.push_back(window_recipe(learner, components, channels, {family, combine}));
   return out;
 }
 
@@ -134,7 +162,7 @@ Result<CrossValidation> cross_validate(const WindowSet& windows, std::span<const
   if (!evaluation) return pass(evaluation.error());
   CrossValidation out = summary_of(windows, splits, *evaluation);
   if (candidates.size() > 1)
-    for (const Recipe& recipe : evaluation->recipes) out.chosen.push_back(recipe.learner);
+    out.chosen = evaluation->recipes;
   return out;
 }
 

@@ -20,8 +20,15 @@ inline constexpr std::size_t papers_components = 3;
 Recipe window_recipe(Learner learner, std::size_t components = 0);
 /// The paper's ten, then shrinkage LDA and cores on all features.
 std::vector<Learner> window_learners();
-/// What `best` tries on windows: those that are quick to train, simple ones first.
+/// The same on those of the columns of Family::wide that a family has.
+Recipe window_recipe(Learner learner, std::size_t components, const std::vector<Channel>& channels,
+                     FeatureChoice features);
+
+/// What `best` tries on windows: learners that are quick to train, simple ones first.
 std::vector<Recipe> window_candidates(std::size_t components = 0);
+/// The same on each of four sets of features (SMMRPFFT, ALL, BANDS, WIDE), of rows of Family::wide.
+std::vector<Recipe> window_candidates(const std::vector<Channel>& channels, Combine combine,
+                                      std::size_t components = 0);
 
 /// What came out over all splits.
 struct CrossValidation {
@@ -41,7 +48,7 @@ struct CrossValidation {
   double explained = 1.0;        ///< by the components, mean over the splits
   double train_s = 0.0;          ///< mean over the splits
   double answer_s = 0.0;         ///< one row at a time, scaling and components included: the median
-  std::vector<Learner> chosen{};  ///< per split, where the learner was chosen
+  std::vector<Recipe> chosen{};  ///< per split, where it was a choice
 };
 
 /// Macro F-score: the mean of 2 TP / (2 TP + FP + FN) over the labels that were asked about or

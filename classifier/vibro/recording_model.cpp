@@ -10,6 +10,7 @@
 #include "classifier/fabric/model_text.hpp"
 #include "classifier/learners/learner_text.hpp"
 #include "classifier/model/model_file.hpp"
+#include "classifier/vibro/cross_validation.hpp"
 #include "classifier/vibro/protocol.hpp"
 
 namespace weft::classifier::vibro {
@@ -109,6 +110,29 @@ Result<RecordingModel> read_body(std::string_view body, int version) {
 std::vector<TooShort> too_short_for(const RecordingSetup& setup,
                                     std::span<const Recording> recordings) {
   return lay_out(recordings, setup.window_s, places_in(setup)).too_short;
+}
+
+Result<ChosenRecipe> choose_recipe(std::span<const Recording> recordings,
+                                   const RecordingSetup& setup, bool features_are_named,
+                                   std::size_t components, const TrainOptions& options) {
+  FeatureChoice features = setup.features;
+  if (!features_are_named) features.family = Family::wide;
+  const auto windows = cut_and_extract(recordings, setup.window_s, places_in(setup), features);
+  if (!windows) return pass(windows.error());
+  const std::vector<Recipe> tried =
+      features_are_named
+          ? window_candidates(components)
+          : window_candidates(recordings.front().channels, features.combine, components);
+  const auto best = train_best(windows->matrix, tried, options);
+  if (!best) return pass(best.error());
+  ChosenRecipe out{best->recipe, features};
+  if (!features_are_named) {
+    const auto family = family_from(best->recipe.features);
+    if (!family) return pass(family.error());
+    out.features.family = *family;
+    out.recipe.columns.clear();
+  }
+  return out;
 }
 
 Result<RecordingModel> train_recording_model(std::span<const Recording> recordings,

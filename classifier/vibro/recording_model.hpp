@@ -35,6 +35,17 @@ inline constexpr std::string_view recording_model_header = "weft-recording-model
 std::vector<TooShort> too_short_for(const RecordingSetup& setup,
                                     std::span<const Recording> recordings);
 
+/// What `best` comes to on recordings: the learner, on the features that it takes.
+struct ChosenRecipe {
+  Recipe recipe;  ///< of all columns of `features`
+  FeatureChoice features;
+};
+/// train_best() of window_candidates() on the windows that `setup` describes; the features are those
+/// of `setup` where they are named. Refuses what cut_and_extract() and train_best() refuse.
+Result<ChosenRecipe> choose_recipe(std::span<const Recording> recordings,
+                                   const RecordingSetup& setup, bool features_are_named,
+                                   std::size_t components, const TrainOptions& options);
+
 /// Cuts, extracts and trains. Recordings shorter than a window are left out; a label that has no
 /// others is refused, and so is what cut_and_extract() and train_recipe() refuse.
 Result<RecordingModel> train_recording_model(std::span<const Recording> recordings,

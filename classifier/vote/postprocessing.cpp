@@ -131,7 +131,7 @@ Recipe recipe_of(const TrainedLearner& learner, TrainOptions& options) {
   learner.predictor().keep_parameters(options);
   const auto* components = std::get_if<PrincipalComponents>(&learner.view().table());
   return {learner.kind(), options.cap, learner.view().kind(),
-          components != nullptr ? components->axes.rows() : 0};
+          components != nullptr ? components->axes.rows() : 0, {}, learner.columns()};
 }
 
 Result<HeldOut> held_out(const TrainedLearner& learner, const FeatureMatrix& matrix,

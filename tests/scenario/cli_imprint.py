@@ -45,7 +45,7 @@ def scene_and_tables(t, d):
     page = (pathlib.Path(d) / "tables.html").read_text()
     xml.etree.ElementTree.fromstring(page.replace("<!DOCTYPE html>", "").replace("<!doctype html>", ""))
     t.expect(page.count("SIMULATED") >= 9, "every table says that it is simulated")
-    text = t.run("imprint", "tables", "zplus.h5", "--experiments", "1/N", "--rules", "kesler,lda", "--scales", "1,3", "--scales", "2", "--no-laws", cwd=d).stdout
+    text = t.run("imprint", "tables", "zplus.h5", "--experiments", "1/N", "--rules", "perceptron,lda", "--scales", "1,3", "--scales", "2", "--no-laws", cwd=d).stdout
     t.expect("SIMULATED" in text and "19 / 24" in text and "2/N" not in text, f"chosen tables: {text}")
 
 
@@ -71,7 +71,7 @@ def search(t, d):
     t.expect(found["sets"] == 10 and scores == sorted(scores, reverse=True), f"search: {found}")
     part = t.succeeds("imprint", "search", "zplus.h5", "--groups", "PLANE1,RASP1,KNIT1,PLANE2,RASP2,KNIT2", "--scales", "1,2", cwd=d)
     t.expect(part["imprints"] == 12 and part["sets"] == 3, f"search on a part: {part}")
-    raw = t.succeeds("imprint", "search", "zplus.h5", "--rule", "kesler", "--scales", "1,2,4", cwd=d)["best"]
+    raw = t.succeeds("imprint", "search", "zplus.h5", "--rule", "perceptron", "--scales", "1,2,4", cwd=d)["best"]
     t.expect({one["converged"] for one in raw} == {True, False}, f"some converge: {raw}")
     t.expect(all((one["correct"] is None) == (one["total"] is None) == (not one["converged"]) for one in raw), f"no count of what did not converge: {raw}")
     t.refuses("imprint", "search", "zplus.h5", "--groups", "NONE", cwd=d, says=["--groups"])

@@ -41,7 +41,7 @@ def components(t, d):
     ask = ("evaluate", "axes.h5", "--method", "NB", "--features", "FFT", "--window-s", "2", "--leave-one-group-out")
     right = {}
     for asked, taken in ((0, 0), (1, 1), (2, 2), (3, 2)):
-        told = t.succeeds(*ask, "--components", asked, cwd=folder)["results"]["NB"]
+        told = t.succeeds(*ask, "--components", asked, cwd=folder)["results"]["nb"]
         t.expect(told["components"] == taken, f"--components {asked}: {told['components']} taken")
         right[asked] = told["accuracy"]
     t.expect(right[2] == right[3] > right[0] + 0.2, f"what turned columns tell: {right}")

@@ -105,8 +105,8 @@ def evaluated(t, d):
     even = ["--step-s", "0.5"]  # windows at random have none
     honest = t.succeeds("evaluate", "out/dataset.h5", "--leave-one-group-out", *common, *even, cwd=d)
     t.expect(honest["bench"] == "simulated" and honest["leak"]["largest_share"] == 0 and honest["protocol"] == "groups", f"by repetition: {honest}")
-    t.expect(len(honest["results"]["LDA"]["accuracy_of_splits"]) == REPETITIONS, "a split for each repetition")
-    t.expect(honest["results"]["LDA"]["accuracy_ci95"]["low"] > 1 / TEXTURES, "better than chance by repetition")
+    t.expect(len(honest["results"]["lda"]["accuracy_of_splits"]) == REPETITIONS, "a split for each repetition")
+    t.expect(honest["results"]["lda"]["accuracy_ci95"]["low"] > 1 / TEXTURES, "better than chance by repetition")
     parts = t.succeeds("evaluate", "out/dataset.h5", "--blocks", "3", *common, *even, cwd=d)
     t.expect(parts["leak"]["largest_share"] == 0 and parts["protocol"] == "blocks", "contiguous parts share nothing")
     random = t.succeeds("evaluate", "out/dataset.h5", "--protocol", "random", "--per-recording", "30", "--repeats", "2", *common, cwd=d)
@@ -116,17 +116,17 @@ def evaluated(t, d):
 def stored(t, d):
     """A model file that knows the slides again, and refuses what it was not made for."""
     made = t.succeeds("train", "out/dataset.h5", "-o", "slides.model", "--method", "LDA", "--window-s", "1", "--step-s", "0.5", cwd=d)
-    t.expect(made["bench"] == "simulated" and made["method"] == "LDA" and len(made["labels"]) == TEXTURES, f"trained: {made}")
+    t.expect(made["bench"] == "simulated" and made["learner"] == "lda" and len(made["labels"]) == TEXTURES, f"trained: {made}")
     told = t.succeeds("classify", "slides.model", "out/dataset.h5", cwd=d)
     answers = told["recordings"]
     right = sum(a["label"] == a["true_label"] for a in answers)
     t.expect(len(answers) == TEXTURES * REPETITIONS and right > 0.8 * len(answers), f"its own slides: {right} of {len(answers)} right")
     t.expect(all(9 < sum(a["windows"].values()) < 13 for a in answers), "every window of 6 s is answered")
-    for method in ("SVM", "RForest"):
+    for method in ("svm", "forest"):
         t.succeeds("train", "out/dataset.h5", "-o", "own.model", "--method", method, "--window-s", "1", "--step-s", "0.5", cwd=d)
         own = t.succeeds("classify", "own.model", "out/dataset.h5", cwd=d)
         right = sum(a["label"] == a["true_label"] for a in own["recordings"])
-        t.expect(own["method"] == method and right > 0.8 * len(answers), f"{method}, its own slides: {right} of {len(answers)} right")
+        t.expect(own["learner"] == method and right > 0.8 * len(answers), f"{method}, its own slides: {right} of {len(answers)} right")
     model = (d / "slides.model").read_bytes()
     (d / "cut.model").write_bytes(model[:-20])
     (d / "altered.model").write_bytes(model.replace(b"window_s 1\n", b"window_s 2\n"))

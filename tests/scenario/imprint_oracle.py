@@ -93,7 +93,7 @@ def compare_experiments(oracle, tool, what, images, cls, obj, force):
     by = {s: np.stack([oracle.features(i, s)[0] for i in images]) for s in SIGMAS}
     text = "\n".join(f"{c} {o} {i.shape[0]} {i.shape[1]} " + " ".join(map(repr, i.ravel().tolist())) for c, o, i in zip(cls, obj, images))
     separable = converged = compared = 0
-    for rule, scaling in (("kesler", "none"), ("kesler-zscore", "zscore")):
+    for rule, scaling in (("perceptron", "none"), ("perceptron-zscore", "zscore")):
         for scales in ((0,), (1,), (2,), (3,), (1, 2), (1, 3), (1, 2, 4)):
             out = subprocess.run([tool, "experiments", ",".join(map(str, scales)), rule], input=text, check=True, capture_output=True,
                                  text=True).stdout

@@ -109,7 +109,7 @@ def look_at_hand_over(t, d, told):
         print(f"SIMULATED {name} at 1, 2, 4, 10 features: paper {row['paper']['correct']} of 24;",
               {rule: cell["correct"] for rule, cell in row.items() if rule != "paper"}, "of 8")
         # teeth and planes have little in common
-        t.expect(row["kesler-zscore"]["correct"] >= 7 and row["lda"]["correct"] >= 7, f"{name}: {row}")
+        t.expect(row["perceptron-zscore"]["correct"] >= 7 and row["lda"]["correct"] >= 7, f"{name}: {row}")
     [model] = told["handover"]["models"]
     print(f"SIMULATED handed-over model ({model['learner']}): {model['accuracy']} of objects never seen")
     t.expect((model["model"], model["trained"], model["asked"]) == ("handover/imprints.model", 8, 8), f"model: {model}")

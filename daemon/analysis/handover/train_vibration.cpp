@@ -44,12 +44,13 @@ Result<ChosenLearner> choose_learner(const RecordingSet& set, const HandoverHook
   protocol.step_s = window_step_s;
   const auto windows =
       vibro::cut_and_extract(set.recordings, protocol.window_s, vibro::places_of(protocol),
-                             {vibro::Family::smmrpfft, vibro::Combine::concat}, hooks.threads);
+                             {vibro::Family::wide, vibro::Combine::concat}, hooks.threads);
   if (!windows) return pass(windows.error());
   const auto splits = vibro::split_windows(*windows, protocol);
   if (!splits) return pass(splits.error());
   auto got = vibro::cross_validate(
-      *windows, *splits, vibro::window_candidates(),
+      *windows, *splits,
+      vibro::window_candidates(set.recordings.front().channels, vibro::Combine::concat),
       vibro::window_training(learner_options(hooks, stop), protocol.protocol), hooks.seconds_now);
   if (!got) return pass(got.error());
   name_left_out(*got, protocol.protocol);
@@ -95,9 +96,10 @@ std::string format_share(double share, const classifier::Interval& ci95) {
          "; " + ci95.method + ")";
 }
 
-std::vector<std::string_view> chosen_in_turn(const vibro::CrossValidation& result) {
-  std::vector<std::string_view> out;
-  for (const classifier::Learner one : result.chosen) out.push_back(classifier::to_string(one));
+std::vector<std::string> chosen_in_turn(const vibro::CrossValidation& result) {
+  std::vector<std::string> out;
+  for (const classifier::Recipe& one : result.chosen)
+    out.push_back(std::string(classifier::to_string(one.learner)) + " on " + one.features);
   return out;
 }
 
@@ -135,7 +137,7 @@ std::string vibration_heading(const std::string& exploration, const RecordingSet
          definition("channels", joined(channels)) +
          definition("windows", thousands(best.windows) + " of " + general(best.window_s) +
                                    " s, one every " + general(best.step_s) + " s, " +
-                                   std::to_string(best.columns) + " features (SMMRPFFT)") +
+                                   std::to_string(best.columns) + " features (WIDE, of which sets are chosen)") +
          definition("split", "each of " + std::to_string(best.groups) +
                                  " groups of repetitions left out in turn") +
          definition("learner", "chosen without the group: " + joined(chosen_in_turn(r))) +
@@ -222,7 +224,7 @@ HandoverEvaluation make_evaluation(const std::string& exploration, const std::st
                                    const VibrationTrainingResult& training_result) {
   const vibro::CrossValidation& r = training_result.best.result;
   const auto in_turn = chosen_in_turn(r);
-  const std::set<std::string_view> chosen(in_turn.begin(), in_turn.end());
+  const std::set<std::string> chosen(in_turn.begin(), in_turn.end());
   return {exploration,
           file,
           joined(chosen),
@@ -249,7 +251,7 @@ ordered_json vibration_json(const RecordingSet& set,
           {"best",
            {{"protocol", "groups"},
             {"groups", best.groups},
-            {"features", "SMMRPFFT"},
+            {"features", "WIDE"},
             {"combine", "concat"},
             {"window_s", best.window_s},
             {"step_s", best.step_s},

@@ -23,12 +23,21 @@ using nlohmann::json;
 
 struct RecordingsPlan {
   vibro::FeatureChoice features;
+  /// best chooses among sets of features: windows have the columns of all of them, WIDE, and named
+  /// learners take those of `features`.
+  bool chooses_features = false;
   vibro::ProtocolOptions protocol;
   std::size_t components = 0;
   classifier::TrainOptions training;
   std::vector<Learner> learners;
   bool best = false;
 };
+
+/// What windows are taken apart into.
+vibro::FeatureChoice extracted_features(const RecordingsPlan& plan) {
+  return {plan.chooses_features ? vibro::Family::wide : plan.features.family,
+          plan.features.combine};
+}
 
 Status choose_learners(const RecordingChoice& choice, RecordingsPlan& plan) {
   for (const std::string& word : choice.methods) {
@@ -83,6 +92,7 @@ Result<RecordingsPlan> make_plan(const EvaluateArgs& args) {
   out.training = vibro::window_training(
       {.seed = args.training.seed, .threads = args.training.threads}, out.protocol.protocol);
   if (auto ok = choose_learners(choice, out); !ok) return pass(ok.error());
+  out.chooses_features = out.best && choice.features.empty() && choice.importance == 0;
   return out;
 }
 
@@ -117,8 +127,11 @@ json interval_json(const classifier::Interval& interval) {
 }
 
 json method_json(const vibro::CrossValidation& a) {
-  json chosen = json::array();
-  for (const Learner m : a.chosen) chosen.push_back(classifier::to_string(m));
+  json chosen = json::array(), features = json::array();
+  for (const classifier::Recipe& one : a.chosen) {
+    chosen.push_back(classifier::to_string(one.learner));
+    if (!one.features.empty()) features.push_back(one.features);
+  }
   return {{"accuracy", a.accuracy},
           {"accuracy_of_splits", a.split_accuracy},
           {"f_score", a.f_score},
@@ -133,14 +146,18 @@ json method_json(const vibro::CrossValidation& a) {
           {"labels", a.confusion.labels},
           {"confusion", a.confusion.count},
           {"chosen", chosen},
+          {"chosen_features", features},
           {"accuracy_ci95", interval_json(a.accuracy_ci95)},
           {"recordings_ci95", interval_json(a.voted_ci95)}};
 }
 
 std::vector<std::string> method_row(const std::string& name, const vibro::CrossValidation& a) {
-  std::string chosen;
-  for (const Learner m : a.chosen)
-    chosen += (chosen.empty() ? "" : ",") + std::string(classifier::to_string(m));
+  std::vector<std::string> chosen;
+  for (const classifier::Recipe& one : a.chosen) chosen.push_back(format_chosen(one));
+  // What every split chose is said once.
+  if (std::ranges::adjacent_find(chosen, std::ranges::not_equal_to()) == chosen.end() &&
+      !chosen.empty())
+    chosen.resize(1);
   return {name,
           percent(a.accuracy, 2),
           percent(a.accuracy_ci95.low, 0) + " to " + percent(a.accuracy_ci95.high, 0),
@@ -148,7 +165,7 @@ std::vector<std::string> method_row(const std::string& name, const vibro::CrossV
           percent(a.voted_accuracy, 2) + " of " + std::to_string(a.voted),
           duration(a.train_s),
           duration(a.answer_s),
-          chosen};
+          joined(chosen)};
 }
 
 // Notes what came of one learner.
@@ -161,7 +178,8 @@ void add_method(const std::string& name, const RecordingsPlan& plan, vibro::Cros
 }
 
 // Fills table, results and all of them; what this build has no library for is left out by name.
-Status measure_all(const RecordingsPlan& plan, const vibro::WindowSet& windows,
+Status measure_all(const RecordingsPlan& plan, const std::vector<vibro::Channel>& channels,
+                   const vibro::WindowSet& windows,
                    const std::vector<classifier::Split>& splits, Table& table, json& results,
                    std::vector<WindowLearner>& all, Console& console) {
   for (const Learner learner : plan.learners) {
@@ -170,15 +188,21 @@ Status measure_all(const RecordingsPlan& plan, const vibro::WindowSet& windows,
       console.err << name << ": left out, this build of Weft has no library for it" << std::endl;
       continue;
     }
-    const classifier::Recipe recipe = vibro::window_recipe(learner, plan.components);
+    const classifier::Recipe recipe =
+        plan.chooses_features
+            ? vibro::window_recipe(learner, plan.components, channels, plan.features)
+            : vibro::window_recipe(learner, plan.components);
     auto got = vibro::cross_validate(windows, splits, std::span(&recipe, 1), plan.training,
                                      steady_wall_seconds);
     if (!got) return pass(got.error());
     add_method(name, plan, std::move(*got), table, results, all);
   }
   if (!plan.best) return {};
-  auto got = vibro::cross_validate(windows, splits, vibro::window_candidates(plan.components),
-                                   plan.training, steady_wall_seconds);
+  const std::vector<classifier::Recipe> tried =
+      plan.chooses_features
+          ? vibro::window_candidates(channels, plan.features.combine, plan.components)
+          : vibro::window_candidates(plan.components);
+  auto got = vibro::cross_validate(windows, splits, tried, plan.training, steady_wall_seconds);
   if (!got) return pass(got.error());
   add_method("best", plan, std::move(*got), table, results, all);
   return {};
@@ -197,18 +221,23 @@ Result<std::string> weigh(const EvaluateArgs& args, const RecordingsPlan& plan,
 }  // namespace
 
 Result<vibro::FeatureChoice> parse_feature_choice(const RecordingChoice& choice) {
-  const auto family = vibro::family_from(choice.features);
+  const auto family = vibro::family_from(choice.features.empty() ? "SMMRPFFT" : choice.features);
   if (!family) return pass(family.error(), "--features");
   const auto combine = vibro::combine_from(choice.combine);
   if (!combine) return pass(combine.error(), "--combine");
   return vibro::FeatureChoice{*family, *combine};
 }
 
+std::string format_chosen(const classifier::Recipe& recipe) {
+  return std::string(classifier::to_string(recipe.learner)) +
+         (recipe.features.empty() ? "" : " on " + recipe.features);
+}
+
 void add_recording_feature_options(CLI::App& command, RecordingChoice& choice) {
   command
       .add_option("--features", choice.features,
-                  "SMMRP, SMMRP10, FFT, SMMRPFFT, ALL (the paper's); BANDS, WIDE (ours)")
-      ->capture_default_str()
+                  "SMMRP, SMMRP10, FFT, SMMRPFFT, ALL (the paper's); BANDS, WIDE (ours); where none is "
+                  "named, best chooses, and others take SMMRPFFT")
       ->group(recordings_group);
   command.add_option("--combine", choice.combine, "figures of channels: concat, or their mean")
       ->capture_default_str()
@@ -224,8 +253,8 @@ void add_recording_feature_options(CLI::App& command, RecordingChoice& choice) {
 
 void add_recording_options(CLI::App& command, RecordingChoice& choice) {
   add_list(command, "--method", choice.methods,
-           "NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA, Cores; best: chosen on "
-           "training windows; every: all of them")
+           "nb, knn, tree, forest, svm, lg, nn, mlp2, xgb, xgbrf, lda, all or any other learner; "
+           "best: chosen on training windows; every: those named here, and best")
       ->group(recordings_group);
   add_keyword(command, "--protocol", choice.protocol, {"blocks", "random"},
               "blocks: contiguous parts left out; random: the paper's, which leaks")
@@ -239,7 +268,7 @@ void add_recording_options(CLI::App& command, RecordingChoice& choice) {
       .add_option(
           "--importance", choice.importance,
           "also weigh the features: so many permutations of each among test windows, by the "
-          "one --method or RForest, and a forest's own; and train with the five that the same "
+          "one --method or forest, and a forest's own; and train with the five that the same "
           "selects among training windows; try --features SMMRP10")
       ->check(CLI::Range(1, 1000))
       ->group(recordings_group);
@@ -275,12 +304,12 @@ Result<Windows> cut_windows(const RecordingSet& set, const RecordingsPlan& plan)
   for (const std::vector<std::string>& names : copies_in(set))
     for (const std::string& copy : names) protocol.drawn_as[copy] = names.front();
   auto windows = vibro::cut_and_extract(set.recordings, protocol.window_s,
-                                        vibro::places_of(protocol), plan.features);
+                                        vibro::places_of(protocol), extracted_features(plan));
   if (!windows) return pass(windows.error());
   auto splits = vibro::split_windows(*windows, plan.protocol);
   if (!splits) return pass(splits.error());
   const vibro::Leak leak = vibro::measure_leak(*windows, *splits);
-  const auto each_s = vibro_features_time(set.recordings, *windows, plan.features, features_timed,
+  const auto each_s = vibro_features_time(set.recordings, *windows, extracted_features(plan), features_timed,
                                           steady_wall_seconds);
   if (!each_s) return pass(each_s.error());
   const classifier::FeatureMatrix& matrix = windows->matrix;
@@ -338,7 +367,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
   json results = json::object(), importance;
   std::vector<WindowLearner> measured;
   if (auto ok =
-          measure_all(*plan, windows->set, windows->splits, table, results, measured, console);
+          measure_all(*plan, set->recordings.front().channels, windows->set, windows->splits, table, results, measured, console);
       !ok)
     return pass(ok.error(), args.dataset.string());
   const auto weighed = weigh(args, *plan, windows->set, windows->splits, importance);
@@ -347,7 +376,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
   const std::vector<vibro::TooShort>& too_short = windows->set.too_short;
   const std::string what = std::to_string(set->recordings.size() - too_short.size()) +
                            " recordings, " + thousands(matrix.size()) + " windows, " + columns +
-                           " columns of " + std::string(vibro::to_string(plan->features.family));
+                           " columns of " + std::string(vibro::to_string(extracted_features(*plan).family));
   const std::vector<Warning> warnings = find_data_warnings(*set);
   const std::string text = bench_banner(set->kind) + args.dataset.string() + " (" +
                            std::string(to_string(set->kind)) + "): " + what + "\n" +
@@ -371,7 +400,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
          {"twins", duplicates_json(windows->duplicates)},
          {"never_tested", never_tested_json(windows->never_tested)},
          {"warnings", warnings},
-         {"features", vibro::to_string(plan->features.family)},
+         {"features", vibro::to_string(extracted_features(*plan).family)},
          {"combine", vibro::to_string(plan->features.combine)},
          {"components", plan->components},
          {"columns", matrix.names},

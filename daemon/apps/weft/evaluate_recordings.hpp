@@ -43,7 +43,7 @@ inline constexpr const char* recordings_group = "Recordings of sound and vibrati
 struct RecordingChoice {
   std::vector<std::string> methods;  ///< learners; "every", "best"; empty: best
   std::string protocol = "blocks";
-  std::string features = "SMMRPFFT";
+  std::string features;  ///< empty: best chooses, others take SMMRPFFT
   std::string combine = "concat";
   std::size_t components = 0;
   double step_s = 0.25;
@@ -56,6 +56,8 @@ void add_recording_options(CLI::App& command, RecordingChoice& choice);
 void add_recording_feature_options(CLI::App& command, RecordingChoice& choice);
 /// What they say. Refuses names that are not known.
 Result<classifier::vibro::FeatureChoice> parse_feature_choice(const RecordingChoice& choice);
+/// "lda on WIDE", "lda".
+std::string format_chosen(const classifier::Recipe& recipe);
 
 /// Whether the file, or what was asked for, is about recordings: a file of them, or a data set
 /// with --method or --importance.

@@ -270,7 +270,8 @@ void add_options(CLI::App& command, TrainArgs& args) {
   command
       .add_option(
           "--method", args.recordings.methods,
-          "NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA (if not told) or Cores")
+          "best (if not told), nb, knn, tree, forest, svm, lg, nn, mlp2, xgb, xgbrf, lda, all or any other "
+          "learner")
       ->expected(1)
       ->group(recordings_group);
   add_recording_feature_options(command, args.recordings);
