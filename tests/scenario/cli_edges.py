@@ -238,6 +238,39 @@ def names(t, d):
     t.expect(b"vers\xfcche" not in stored and "vers\ufffdche".encode() in stored, "the set's name is UTF-8")
 
 
+def similar_names(t, d):
+    """Labels and groups that look alike are named with their characters' codes, by every command that reads the set."""
+    pairs = {"nbsp": ("denim", "denim\u00a0", "similar_names", "<U+00A0>"), "nfd": ("cr\u00e8pe", "cre\u0300pe", "similar_names", "<U+0300>"),
+             "cyrillic": ("denim", "d\u0435nim", "similar_names", "<U+0435>"), "soft": ("denim", "de\u00adnim", "similar_names", "<U+00AD>"),
+             "quoted": ("denim", " denim", "similar_names", "' denim'"), "capital": ("denim", "Denim", "capital_letters", "'Denim'"),
+             "apart": ("denim", "silk", None, "")}
+    for name, (first, second, code, shown) in pairs.items():
+        folder = d / name
+        slides(folder, groups=3)
+        write_manifest(folder, [[f"{file}{g}.csv", label, f"g{g}"] for file, label in (("denim", first), ("silk", second)) for g in range(3)])
+        expected = [code] if code else []
+        for command in (("dataset", "import", "m.csv", "-o", "d.h5"), ("dataset", "info", "d.h5"),
+                        ("train", "d.h5", "-o", "m.model", "--learner", "lda"),
+                        ("evaluate", "d.h5", "--learner", "lda", "--leave-one-group-out")):
+            made = t.succeeds(*command, cwd=folder)
+            t.expect(codes(made) == expected, f"{name}, {command}: {made['warnings']}")
+            t.expect(all(shown in w["text"] for w in made["warnings"]), f"{name}, {command}: {made['warnings']}")
+            t.expect(not code or shown in t.run(*command, cwd=folder).stdout, f"{name}, {command}: no code in the text")
+    folder = d / "others"
+    for k in range(4):
+        write_rows(folder / f"{k}.csv", "t_s,X", [[i / 100, v] for i, v in enumerate(noise(k, 300))])
+        write_rows(folder / f"i{k}.csv", ",".join(["7"] * 16), [[abs(v) for v in noise(20 * k + row, 16)] for row in range(15)])
+    write_manifest(folder, [[f"{k}.csv", ("felt", "felt\u200b")[k % 2], f"g{k // 2}"] for k in range(4)])
+    write_manifest(folder, [[f"i{k}.csv", ("felt", "felt\u200b")[k % 2], f"g{k}"] for k in range(4)], "i.csv")
+    for command in (("dataset", "import", "m.csv", "-o", "r.h5", "--format", "recordings"),
+                    ("train", "r.h5", "-o", "r.model", "--window-s", "0.5"),
+                    ("evaluate", "r.h5", "--method", "LDA", "--leave-one-group-out", "--window-s", "0.5"),
+                    ("dataset", "import", "i.csv", "-o", "i.h5", "--format", "imprints"), ("dataset", "info", "i.h5"),
+                    ("train", "i.h5", "-o", "i.model", "--learner", "lda")):
+        made = t.succeeds(*command, cwd=folder)
+        t.expect("similar_names" in codes(made), f"{command}: {made.get('warnings')}")
+
+
 def honest(t, d):
     """Intervals over groups where no group errs; groups on both sides of a random split; a vote and its probability."""
     folder = d / "groups"
@@ -332,7 +365,7 @@ def main(weft, repository, shared):
     inputs = pathlib.Path(shared) / "cases/data/inputs"
     with tempfile.TemporaryDirectory() as name:
         d = pathlib.Path(name)
-        for k, case in enumerate((units, windows, sound_windows, taxels, clocks, model_files, names, honest, two_classes)):
+        for k, case in enumerate((units, windows, sound_windows, taxels, clocks, model_files, names, similar_names, honest, two_classes)):
             case(t, d / str(k))
         (d / "bytes").mkdir()
         same_bytes(t, d / "bytes", pathlib.Path(repository))

@@ -117,25 +117,6 @@ std::string info_text(const std::filesystem::path& file, const Dataset& dataset,
          copies_text(copies_in(dataset)) + warnings_text(warnings_of(dataset));
 }
 
-json warnings_json(const std::vector<Warning>& warnings) {
-  json out = json::array();
-  for (const Warning& one : warnings) out.push_back({{"code", one.code}, {"text", one.text}});
-  return out;
-}
-
-// Of many of one kind the first few.
-std::string warnings_text(const std::vector<Warning>& warnings) {
-  constexpr std::size_t most_of_kind = 5;
-  std::string out;
-  std::map<std::string, std::size_t> of_kind;
-  for (const Warning& one : warnings)
-    if (++of_kind[one.code] <= most_of_kind) out += "WARNING: " + one.text + ".\n";
-  for (const auto& [code, count] : of_kind)
-    if (count > most_of_kind)
-      out += "WARNING: " + std::to_string(count - most_of_kind) + " more of kind " + code + ".\n";
-  return out;
-}
-
 std::string left_out_text(const CampaignContents& campaign) {
   std::vector<std::string> parts;
   for (const auto& [outcome, trials] : campaign.left_out)
@@ -278,7 +259,7 @@ Result<int> run_import_recordings(const ImportArgs& args, Console& console) {
   const auto sha256 = write_recordings(*set, args.out);
   if (!sha256) return pass(sha256.error());
   json object = recordings_json("dataset import", args.out, *set, *sha256);
-  object["warnings"] = warnings_json(set->warnings);
+  for (const Warning& one : set->warnings) object["warnings"].push_back(one);
   print(console, recordings_text(args.out, *set, *sha256) + warnings_text(set->warnings), object);
   return exit_ok;
 }
@@ -353,7 +334,7 @@ Result<int> run_import(const ImportArgs& args, Console& console) {
   const Result<std::string> sha256 = write_hdf5(*dataset, args.out);
   if (!sha256) return pass(sha256.error());
   json object = info_json("dataset import", args.out, *dataset, *sha256);
-  object["warnings"] = warnings_json(dataset->warnings);
+  for (const Warning& one : dataset->warnings) object["warnings"].push_back(one);
   print(console, info_text(args.out, *dataset, *sha256) + warnings_text(dataset->warnings), object);
   return exit_ok;
 }

@@ -39,8 +39,8 @@ bool is_certificate(const std::filesystem::path& path) {
 
 }  // namespace
 
-std::vector<DataWarning> warnings_of(const Dataset& dataset, const std::string& exploration) {
-  if (holds_imprints(dataset)) return {};
+std::vector<Warning> warnings_of(const Dataset& dataset, const std::string& exploration) {
+  if (holds_imprints(dataset)) return find_similar_labels(dataset.trials);
   const bool is_sum = exploration.find('+') != std::string::npos;
   return find_data_warnings(dataset, is_sum ? std::string_view() : std::string_view(exploration));
 }

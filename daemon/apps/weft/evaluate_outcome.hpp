@@ -70,7 +70,7 @@ struct Measured {
   std::vector<classifier::NeverTested> never_tested;  ///< labels that no split tests
   classifier::DuplicateRows duplicates;  ///< test trials that are copies of training trials
   std::vector<std::string> groups_on_both_sides;  ///< of a random split
-  std::vector<DataWarning> warnings;              ///< of the samples
+  std::vector<Warning> warnings;                  ///< of the samples
   /// Label and mounting, see shares_mountings(); of slides alone. Outcomes then have level_removed,
   /// unless the level was removed anyway; of choices, which train often, only where nothing else
   /// was asked for.

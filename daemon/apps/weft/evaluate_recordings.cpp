@@ -303,7 +303,7 @@ Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const Re
     facts.emplace_back("left out", format_too_short(windows.set.too_short, parts_of(plan)));
   if (!windows.never_tested.empty())
     facts.emplace_back("never tested", format_never_tested(windows.never_tested, "recordings"));
-  for (const DataWarning& warning : find_data_warnings(set))
+  for (const Warning& warning : find_data_warnings(set))
     facts.emplace_back("WARNING", warning.text);
   const auto page = vibro_evaluation_html(
       {set.kind, args.dataset.filename().string(), recordings_sha256(set), std::move(facts),
@@ -350,7 +350,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
   const std::string what = std::to_string(set->recordings.size() - too_short.size()) +
                            " recordings, " + thousands(matrix.size()) + " windows, " + columns +
                            " columns of " + std::string(vibro::to_string(plan->features.family));
-  const std::vector<DataWarning> warnings = find_data_warnings(*set);
+  const std::vector<Warning> warnings = find_data_warnings(*set);
   const std::string text = bench_banner(set->kind) + args.dataset.string() + " (" +
                            std::string(to_string(set->kind)) + "): " + what + "\n" +
                            format_plan(*plan) + "\n" + warnings_text(warnings) +

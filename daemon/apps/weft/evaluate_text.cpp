@@ -310,7 +310,7 @@ std::vector<std::pair<std::string, std::string>> list_facts(const EvaluateArgs& 
       {"split", split_text(args, measured.splits)}};
   if (!measured.groups_on_both_sides.empty())
     out.emplace_back("groups on both sides", format_groups(measured.groups_on_both_sides));
-  for (const DataWarning& warning : measured.warnings) out.emplace_back("WARNING", warning.text);
+  for (const Warning& warning : measured.warnings) out.emplace_back("WARNING", warning.text);
   if (measured.confounded) out.emplace_back("CONFOUNDED", std::string(confounded_with_mounting));
   if (const std::string words = format_motion(chosen.motion); !words.empty())
     out.emplace_back("motion", words);

@@ -218,7 +218,7 @@ Result<int> run_train_live(const TrainArgs& args, classifier::Learner learner, C
   if (auto ok = check_live_model_size(text.view().size()); !ok)
     return pass(ok.error(), args.out.string());
   if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());
-  const std::vector<DataWarning> warnings = warnings_of(*dataset, chosen->exploration);
+  const std::vector<Warning> warnings = warnings_of(*dataset, chosen->exploration);
   json out =
       stages_json(args, dataset->info, *model, chosen->trials.size(), options.training, train_s);
   out["warnings"] = warnings;
@@ -316,8 +316,7 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
   const auto written =
       write_streamed_file(args.out, [&](std::ostream& out) { return write_model(done, out); });
   if (!written) return pass(written.error());
-  const std::vector<DataWarning> warnings =
-      warnings_of(chosen->dataset, done.model.setup.exploration);
+  const std::vector<Warning> warnings = warnings_of(chosen->dataset, done.model.setup.exploration);
   json out = summary_json(args, chosen->dataset.info, done);
   out["warnings"] = warnings;
   print(console,

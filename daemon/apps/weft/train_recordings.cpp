@@ -83,7 +83,7 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   std::ostringstream text;
   if (auto ok = vibro::save_recording_model(*model, text); !ok) return pass(ok.error());
   if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());
-  const std::vector<DataWarning> warnings = find_data_warnings(*set);
+  const std::vector<Warning> warnings = find_data_warnings(*set);
   print(console,
         bench_banner(set->kind) + warnings_text(warnings) + args.out.string() + ": " +
             std::to_string(model->labels.size()) + " textures, " +

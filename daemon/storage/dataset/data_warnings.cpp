@@ -118,10 +118,10 @@ const std::vector<Fault>& all_faults() {
 
 }  // namespace
 
-std::vector<DataWarning> describe_signals(std::span<const CheckedSignal> signals,
-                                          std::span<const std::string> recordings,
-                                          std::string_view signal, std::string_view recording) {
-  std::vector<DataWarning> out;
+std::vector<Warning> describe_signals(std::span<const CheckedSignal> signals,
+                                      std::span<const std::string> recordings,
+                                      std::string_view signal, std::string_view recording) {
+  std::vector<Warning> out;
   for (const Fault& fault : all_faults()) {
     std::map<std::vector<std::size_t>, std::vector<std::string>, MostFirst> names;
     std::map<std::vector<std::size_t>, std::string> digits;
@@ -144,7 +144,7 @@ std::vector<DataWarning> describe_signals(std::span<const CheckedSignal> signals
   return out;
 }
 
-std::vector<DataWarning> find_data_warnings(const Dataset& dataset, std::string_view exploration) {
+std::vector<Warning> find_data_warnings(const Dataset& dataset, std::string_view exploration) {
   std::vector<CheckedSignal> signals;
   std::vector<std::string> names;
   std::vector<double> motion;
@@ -170,20 +170,24 @@ std::vector<DataWarning> find_data_warnings(const Dataset& dataset, std::string_
       signals[k].rest.push_back(rests > 0.0 ? std::optional(sum / rests) : std::nullopt);
     }
   }
-  return describe_signals(signals, names, "taxel", "trial");
+  std::vector<Warning> out = describe_signals(signals, names, "taxel", "trial");
+  for (Warning& one : find_similar_labels(dataset.trials)) out.push_back(std::move(one));
+  return out;
 }
 
-void to_json(nlohmann::json& out, const DataWarning& warning) {
+void to_json(nlohmann::json& out, const Warning& warning) {
   out = {{"code", warning.code}, {"text", warning.text}};
 }
 
-std::string warnings_text(std::span<const DataWarning> warnings) {
+std::string warnings_text(std::span<const Warning> warnings) {
   std::string out;
-  for (const DataWarning& warning : warnings.first(std::min(warnings.size(), most_named)))
-    out += "WARNING: " + warning.text + ".\n";
-  if (warnings.size() > most_named)
-    out += "WARNING: " + std::to_string(warnings.size() - most_named) +
-           " more of this kind (--json lists them).\n";
+  std::map<std::string_view, std::size_t> of_code;
+  for (const Warning& one : warnings)
+    if (++of_code[one.code] <= most_named) out += "WARNING: " + one.text + ".\n";
+  for (const auto& [code, count] : of_code)
+    if (count > most_named)
+      out += "WARNING: " + std::to_string(count - most_named) + " more of kind " +
+             std::string(code) + " (--json lists them).\n";
   return out;
 }
 

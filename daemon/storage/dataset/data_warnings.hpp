@@ -1,26 +1,22 @@
 #pragma once
 // What makes the figures of a data set doubtful and is no error: signals that are constant,
-// saturated, a clock, or too small beside their level.
+// saturated, a clock, or too small beside their level; names that look alike.
 
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "classifier/features/signal_check.hpp"
+#include "daemon/base/text/similar_names.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 
 namespace weft::daemon {
 
-struct DataWarning {
-  std::string code;  ///< constant, saturated, only_rises, few_digits
-  std::string
-      text;  ///< one sentence: "taxel 7 is constant in 3 of 40 trials (a.csv, b.csv, c.csv)"
-  friend bool operator==(const DataWarning&, const DataWarning&) = default;
-};
-void to_json(nlohmann::json& out, const DataWarning& warning);
+void to_json(nlohmann::json& out, const Warning& warning);
 
 /// One signal of all recordings, in their order.
 struct CheckedSignal {
@@ -31,17 +27,27 @@ struct CheckedSignal {
   std::vector<std::optional<double>> rest = {};
 };
 
-/// `signal` and `recording`: what one of them is called ("taxel", "trial"). Signals that are alike
-/// in the same recordings share a sentence.
-std::vector<DataWarning> describe_signals(std::span<const CheckedSignal> signals,
-                                          std::span<const std::string> recordings,
-                                          std::string_view signal, std::string_view recording);
+/// Of the codes constant, saturated, only_rises and few_digits. `signal` and `recording`: what one
+/// of them is called ("taxel", "trial"). Signals that are alike in the same recordings share a
+/// sentence: "taxel 7 is constant in 3 of 40 trials (a.csv, b.csv, c.csv)".
+std::vector<Warning> describe_signals(std::span<const CheckedSignal> signals,
+                                      std::span<const std::string> recordings,
+                                      std::string_view signal, std::string_view recording);
 
-/// Of the motion of all complete trials, of one exploration where it is given. Imprints have none.
-std::vector<DataWarning> find_data_warnings(const Dataset& dataset,
-                                            std::string_view exploration = {});
+/// Of the labels, then of the groups, of all trials or recordings: find_similar_names().
+template <class Recordings>
+std::vector<Warning> find_similar_labels(const Recordings& recordings) {
+  std::set<std::string> labels, groups;
+  for (const auto& one : recordings) labels.insert(one.label), groups.insert(one.group);
+  std::vector<Warning> out = find_similar_names(labels, "labels");
+  for (Warning& of_group : find_similar_names(groups, "groups")) out.push_back(std::move(of_group));
+  return out;
+}
 
-/// A line "WARNING: ..." each; of many the first few, and how many more there are.
-std::string warnings_text(std::span<const DataWarning> warnings);
+/// Of the names, and of the motion of all complete trials, of one exploration where it is given.
+std::vector<Warning> find_data_warnings(const Dataset& dataset, std::string_view exploration = {});
+
+/// A line "WARNING: ..." each; of many of one code the first few, and how many more there are.
+std::string warnings_text(std::span<const Warning> warnings);
 
 }  // namespace weft::daemon

@@ -4,10 +4,8 @@
 #include <charconv>
 #include <cmath>
 #include <map>
-#include <set>
 
 #include "daemon/base/text/format.hpp"
-#include "daemon/base/text/similar_names.hpp"
 #include "daemon/base/version/software_version.hpp"
 #include "daemon/storage/dataset/sample_times.hpp"
 
@@ -190,17 +188,6 @@ void warn_of_slow_rate(double rate_hz, double usual_hz, std::vector<Warning>& wa
   if (rate_hz <= 0 || rate_hz >= usual_hz) return;
   warnings.push_back({"slow_rate", "the times tell a rate of " + general(rate_hz) +
                                        " Hz: are they milliseconds? t_s is in seconds"});
-}
-
-void warn_of_similar_names(Dataset& dataset) {
-  std::set<std::string> labels, groups;
-  for (const classifier::Trial& trial : dataset.trials) {
-    labels.insert(trial.label);
-    groups.insert(trial.group);
-  }
-  for (const auto& [names, what] : {std::pair{&labels, "labels"}, {&groups, "groups"}})
-    for (Warning& one : find_similar_names(*names, what))
-      dataset.warnings.push_back(std::move(one));
 }
 
 Dataset imported_set(std::string name, std::string source, BenchKind kind) {

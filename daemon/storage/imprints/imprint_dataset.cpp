@@ -318,7 +318,6 @@ Result<Dataset> import_imprints(const std::filesystem::path& manifest) {
     if (!done) return pass(std::move(done).error(), entry.where);
   }
   if (auto ok = check(out); !ok) return pass(ok.error(), manifest.string());
-  warn_of_similar_names(out);
   return out;
 }
 
@@ -353,7 +352,6 @@ Result<Dataset> import_imprint_table(const std::filesystem::path& table, std::si
   if (auto ok = check_first_row(table.string(), out); !ok) return pass(ok.error());
   if (auto ok = check(out); !ok) return pass(ok.error(), table.string());
   for (Warning& one : csv->warnings()) out.warnings.push_back(std::move(one));
-  warn_of_similar_names(out);
   return out;
 }
 

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <regex>
-#include <set>
 
 #include "daemon/base/text/csv_table.hpp"
-#include "daemon/base/text/similar_names.hpp"
 #include "daemon/storage/dataset/sample_times.hpp"
 #include "daemon/storage/dataset/trial_csv.hpp"
 
@@ -229,9 +227,6 @@ Result<std::vector<std::vector<double>>> vibtac_channel(const std::filesystem::p
 }
 
 Result<RecordingSet> finished(RecordingSet set, const std::filesystem::path& from) {
-  std::set<std::string> labels;
-  for (const Recording& one : set.recordings) labels.insert(one.label);
-  for (Warning& one : find_similar_names(labels, "labels")) set.warnings.push_back(std::move(one));
   if (auto fine = check(set); !fine) return pass(fine.error(), from.string());
   return set;
 }

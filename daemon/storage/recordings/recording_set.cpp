@@ -184,7 +184,7 @@ Copies copies_in(const RecordingSet& set) {
   return copies_among(names, contents);
 }
 
-std::vector<DataWarning> find_data_warnings(const RecordingSet& set) {
+std::vector<Warning> find_data_warnings(const RecordingSet& set) {
   std::vector<CheckedSignal> signals;
   std::vector<std::string> names;
   for (const Channel& channel : set.recordings.front().channels)
@@ -194,7 +194,9 @@ std::vector<DataWarning> find_data_warnings(const RecordingSet& set) {
     for (std::size_t c = 0; c < signals.size(); ++c)
       signals[c].states.push_back(classifier::check_signal(r.samples[c]));
   }
-  return describe_signals(signals, names, "channel", "recording");
+  std::vector<Warning> out = describe_signals(signals, names, "channel", "recording");
+  for (Warning& one : find_similar_labels(set.recordings)) out.push_back(std::move(one));
+  return out;
 }
 
 Result<RecordingSet> extract_recordings(const Dataset& dataset,

@@ -34,8 +34,8 @@ std::string recordings_sha256(const RecordingSet& set);
 /// Recordings with the same samples in every channel, whatever their labels and groups.
 Copies copies_in(const RecordingSet& set);
 
-/// Of every channel.
-std::vector<DataWarning> find_data_warnings(const RecordingSet& set);
+/// Of every channel, and of the names.
+std::vector<Warning> find_data_warnings(const RecordingSet& set);
 
 /// HDF5, layout "weft-recordings" (daemon/storage/recordings/README.md). Written beside `path` and
 /// renamed. Returns the digest. Errors: check()'s, io.

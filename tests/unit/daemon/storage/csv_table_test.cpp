@@ -171,11 +171,20 @@ TEST_CASE("names that differ in what cannot be seen are told, others are not") {
   CHECK(count({"\u0439\u043E\u0434", "\u0438\u0306\u043E\u0434"}) == 1);
   CHECK(count({"\uAC00", "\u1100\u1161"}) == 1);
   CHECK(count({"a-b", "a\u2011b"}) == 1);
-  CHECK(count({"cr\u00E8me", "creme", "cr\u00EAme", "Creme"}) == 0);
+  CHECK(count({"denim", "d\u0435nim"}) == 1);         // Cyrillic
+  CHECK(count({"\u00B5-felt", "\u03BC-felt"}) == 1);  // micro sign, Greek
+  CHECK(count({"de\u00ADnim", "\u202Edenim", "denim"}) == 3);
+  CHECK(count({"cr\u00E8me", "creme", "cr\u00EAme"}) == 0);
   CHECK(count({"\u68C9", "\u9EBB", "a", "b", ""}) == 0);
   const auto one = find_similar_names({"denim", "denim\u00A0"}, "labels");
   CHECK(one.front().code == "similar_names");
   CHECK(one.front().text.ends_with("'denim' and 'denim<U+00A0>'"));
+  CHECK(find_similar_names({"denim", "d\u0435nim"}, "labels")
+            .front()
+            .text.ends_with("'denim' and 'd<U+0435>nim'"));
+  const auto capital = find_similar_names({"Denim", "denim ", "silk"}, "labels");
+  REQUIRE(capital.size() == 1);
+  CHECK(capital.front().code == "capital_letters");
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "daemon/storage/dataset/data_warnings.hpp"
 #include "daemon/storage/dataset/import.hpp"
 #include "daemon/storage/imprints/image_file.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
@@ -170,7 +171,7 @@ TEST_CASE("F16: labels and groups that look alike are named") {
     write_file(folder / "m.csv", "file,label,group\na.csv," + first + "\nb.csv," + second + "\n");
     const auto set = import_manifest(folder / "m.csv");
     REQUIRE(set);
-    return codes(set->warnings);
+    return codes(find_similar_labels(set->trials));
   };
   const std::set<std::string> similar{"similar_names"};
   CHECK(warnings("denim,1", "denim\u00A0,1") == similar);
@@ -181,7 +182,7 @@ TEST_CASE("F16: labels and groups that look alike are named") {
   for (const char* name : {"43_nbsp_two", "44_nfc_nfd", "47_quoted_blank", "48_zwsp"})
     if (const auto path = input("csv/" + std::string(name) + "/m.csv")) {
       CAPTURE(name);
-      CHECK(codes(import_manifest(*path).value().warnings) == similar);
+      CHECK(codes(find_data_warnings(import_manifest(*path).value())) == similar);
     }
 }
 

@@ -19,7 +19,7 @@ const std::vector<std::string> names{"a", "b", "c", "d", "e"};
 
 std::vector<std::string> texts_of(const std::vector<CheckedSignal>& signals) {
   std::vector<std::string> out;
-  for (const DataWarning& one : describe_signals(signals, names, "taxel", "trial"))
+  for (const Warning& one : describe_signals(signals, names, "taxel", "trial"))
     out.push_back(one.text);
   return out;
 }
