@@ -142,6 +142,10 @@ std::string visible(std::string_view text, std::string_view other) {
 
 }  // namespace
 
+bool is_invisible(std::string_view name) {
+  return letters_of(name).empty();
+}
+
 std::vector<Warning> find_similar_names(const std::set<std::string>& names, std::string_view what) {
   std::vector<Warning> out;
   std::map<std::string, std::vector<std::pair<Letters, std::string>>> by_key;

@@ -16,4 +16,8 @@ namespace weft::daemon {
 /// they differ in Latin capital letters besides. `what` they are: "labels".
 std::vector<Warning> find_similar_names(const std::set<std::string>& names, std::string_view what);
 
+/// Whether a name (UTF-8) cannot be told from none: blanks, as quotes keep them, and what cannot be
+/// seen.
+bool is_invisible(std::string_view name);
+
 }  // namespace weft::daemon

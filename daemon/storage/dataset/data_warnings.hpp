@@ -25,11 +25,12 @@ struct CheckedSignal {
   /// Of each recording, where it is known: what a limit must differ from, as a taxel that is not
   /// touched stays at its lowest value.
   std::vector<std::optional<double>> rest = {};
+  double least_deviation = 0.0;  ///< below it features are at their floor
 };
 
-/// Of the codes constant, saturated, only_rises and few_digits. `signal` and `recording`: what one
-/// of them is called ("taxel", "trial"). Signals that are alike in the same recordings share a
-/// sentence: "taxel 7 is constant in 3 of 40 trials (a.csv, b.csv, c.csv)".
+/// Of the codes constant, saturated, only_rises, only_falls, few_digits and small_unit. `signal`
+/// and `recording`: what one of them is called ("taxel", "trial"). Signals that are alike in the
+/// same recordings share a sentence: "taxel 7 is constant in 3 of 40 trials (a.csv, b.csv, c.csv)".
 std::vector<Warning> describe_signals(std::span<const CheckedSignal> signals,
                                       std::span<const std::string> recordings,
                                       std::string_view signal, std::string_view recording);

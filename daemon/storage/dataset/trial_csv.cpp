@@ -6,6 +6,7 @@
 #include <map>
 
 #include "daemon/base/text/format.hpp"
+#include "daemon/base/text/similar_names.hpp"
 #include "daemon/base/version/software_version.hpp"
 #include "daemon/storage/dataset/sample_times.hpp"
 
@@ -62,11 +63,6 @@ Result<std::uint32_t> read_count(const CsvTable& manifest, std::optional<std::si
   return out;
 }
 
-/// Quotes keep blanks, and a name of nothing else cannot be told from none.
-bool is_blank(std::string_view name) {
-  return name.find_first_not_of(" \t") == std::string_view::npos;
-}
-
 /// One name for a file however it is written, links followed.
 std::filesystem::path one_name(const std::filesystem::path& path) {
   std::error_code unseen;
@@ -90,8 +86,8 @@ Result<ManifestEntry> read_entry(const CsvTable& manifest, const ManifestColumns
   for (const auto* count : {&piece, &mounting, &patch})
     if (!*count) return pass(count->error());
   out.place = {*piece, *mounting, *patch};
-  if (is_blank(out.file)) return manifest.complaint("the file name is empty");
-  if (is_blank(out.label)) return manifest.complaint("the label is empty");
+  if (is_invisible(out.file)) return manifest.complaint("the file name is empty");
+  if (is_invisible(out.label)) return manifest.complaint("the label is empty");
   for (const std::string* name : {&out.file, &out.label, &out.group})
     if (!is_utf8(*name)) return manifest.complaint("a name is not UTF-8", "UTF-8 text");
   out.path = (folder / out.file).lexically_normal();

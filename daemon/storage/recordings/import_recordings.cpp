@@ -70,6 +70,13 @@ Result<TimedRate> even_rate(const std::vector<double>& times, const LongestInter
   return timed_rate(1 / step_s, 2 * worst_s / step_s / duration_s);
 }
 
+// Whether a time lies before those of many samples. Of samples that were read late some few are out
+// of order.
+bool runs_backwards(const std::vector<double>& times, double t_s) {
+  constexpr std::size_t most_out_of_order = 8;
+  return times.size() > most_out_of_order && t_s < times[times.size() - 1 - most_out_of_order];
+}
+
 // Where samples are missing between two that follow each other, at the stated rate.
 std::vector<classifier::vibro::Gap> find_pauses(const std::vector<double>& times, double rate_hz) {
   std::vector<std::int64_t> t_ns;
@@ -139,6 +146,7 @@ Result<TimedRate> read_table(const std::filesystem::path& path, const std::strin
   for (; more && *more; more = csv->next()) {
     const auto t_s = csv->time(*time_column);
     if (!t_s) return pass(t_s.error());
+    if (runs_backwards(times, *t_s)) return csv->complaint("time runs backwards");
     bool is_repeated = !times.empty() && times.back() == *t_s;
     for (std::size_t k = 0; k < columns.size(); ++k) {
       const auto value = csv->number(columns[k]);

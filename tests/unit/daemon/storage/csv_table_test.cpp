@@ -148,13 +148,21 @@ TEST_CASE("files that are no tables are told by name, and labels that look like 
                                    {"\x93NUMPY\x01\0"s, "NumPy"},
                                    {"SQLite format 3\0"s, "SQLite"},
                                    {"weft-fabric-model 6\n"s, "model"},
-                                   {"\x1f\x8b\x08"s, "gzip"}}) {
+                                   {"\x1f\x8b\x08"s, "gzip"},
+                                   {"MATLAB 7.3 MAT-file\0"s, "MATLAB"},
+                                   {"PAR1\x15\0"s, "Parquet"},
+                                   {"{\"t_s\": [0, 1]}\n"s, "JSON"},
+                                   {"<!DOCTYPE html>\n<html>"s, "web page"},
+                                   {"version https://git-lfs.github.com/spec/v1\n"s, "LFS"},
+                                   {"\x80\x04\x95\0"s, "pickle"},
+                                   {"BZh91AY&SY\0"s, "bzip2"}}) {
     const auto error = CsvTable::from_text("a.csv", text).error();
     CHECK(error.what == "not a table");
     CHECK(error.got.find(kind) != std::string::npos);
     CHECK_FALSE(error.hint.empty());
   }
-  for (const char* text : {"FORMICA,o1\n", "RIFF,o1\n", "weft-knit,1\n", "ID3,2\n"})
+  for (const char* text :
+       {"FORMICA,o1\n", "RIFF,o1\n", "weft-knit,1\n", "ID3,2\n", "PAR1,2\n", "BZh,2\n"})
     CHECK(complaint(text).empty());
 }
 
