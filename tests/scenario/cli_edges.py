@@ -372,6 +372,8 @@ def reported(t, d, inputs):
     t.expect(codes(made) == ["only_rises"] and "timestamp_ms" in made["warnings"][0]["text"], f"clock: {made['warnings']}")
     error = t.refuses("dataset", "info", "lzf.h5", cwd=work / "h5", says=["lzf", "32000", "h5repack"])
     t.expect(error.get("code") == "unsupported", f"lzf: {error}")
+    error = t.refuses("verify", "lzf.h5", cwd=work / "h5", says=["lzf", "32000", "h5repack"])
+    t.expect(error.get("code") == "unsupported", f"lzf is no damage: {error}")
     t.refuses("classify", "crlf.model", "../ml/farad/d.h5", cwd=work / "base", says=["line ends were changed on the way"])
     told = t.succeeds("evaluate", "d.h5", "--learner", "lda", "--train-groups", '"g0, left","g1, left"', "--test-groups", '"g2, left"',
                       cwd=work / "comma")
