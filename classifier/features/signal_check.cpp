@@ -9,8 +9,9 @@ namespace {
 constexpr double epsilon = 0x1p-52;
 constexpr std::size_t fewest_samples = 8;  // to tell a clock, or a limit
 constexpr double same_step_share = 0.95;
-constexpr std::size_t held_samples = 5;  // at a limit in a row
-constexpr std::size_t held_times = 4;    // as long as at any value between both limits
+constexpr double wrapping_step_share = 0.75;  // where all other steps are equal too
+constexpr std::size_t held_samples = 5;       // at a limit in a row
+constexpr std::size_t held_times = 4;         // as long as at any value between both limits
 constexpr double held_share = 0.01, between_share = 0.05;
 
 // The mean square deviation from a mean that is itself corrected, so that levels take no digits.
@@ -29,11 +30,29 @@ double mean_square_deviation(std::span<const double> samples) {
   return std::max(0.0, square / n - sum / n * (sum / n));
 }
 
-bool does_only_rise(std::span<const double> samples) {
+// One sample of each run of equal ones, where all runs but the first and the last are as long as
+// each other, to a sample: a slower clock, read more often than it ticks.
+std::vector<double> without_even_runs(std::span<const double> samples) {
+  std::vector<double> out;
+  std::vector<std::size_t> lengths;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (i == 0 || samples[i] != samples[i - 1]) {
+      out.push_back(samples[i]);
+      lengths.push_back(0);
+    }
+    ++lengths.back();
+  }
+  if (lengths.size() < fewest_samples) return {samples.begin(), samples.end()};
+  const auto [least, most] = std::minmax_element(lengths.begin() + 1, lengths.end() - 1);
+  return *most > *least + 1 ? std::vector(samples.begin(), samples.end()) : out;
+}
+
+// Of the samples times `sign`, which is 1 or -1.
+bool does_only_rise(std::span<const double> samples, double sign) {
   if (samples.size() < fewest_samples) return false;
   std::size_t rises = 0, falls = 0, lead = 0;
   double usual = 0.0;  // the step that most intervals have, if there is one (Boyer and Moore 1981)
-  const auto step_at = [&](std::size_t i) { return samples[i] - samples[i - 1]; };
+  const auto step_at = [&](std::size_t i) { return sign * (samples[i] - samples[i - 1]); };
   for (std::size_t i = 1; i < samples.size(); ++i) {
     const double step = step_at(i);
     rises += step > 0.0 ? 1 : 0;
@@ -44,9 +63,13 @@ bool does_only_rise(std::span<const double> samples) {
   const auto intervals = static_cast<double>(samples.size() - 1);
   if (falls == 0 && static_cast<double>(rises) > intervals / 2) return true;
   if (!(usual > 0.0)) return false;
-  std::size_t alike = 0;  // of a counter that begins anew
-  for (std::size_t i = 1; i < samples.size(); ++i) alike += step_at(i) == usual ? 1 : 0;
-  return static_cast<double>(alike) >= same_step_share * intervals;
+  std::vector<double> others;  // of a counter that begins anew
+  for (std::size_t i = 1; i < samples.size(); ++i)
+    if (step_at(i) != usual) others.push_back(step_at(i));
+  const double alike = 1.0 - static_cast<double>(others.size()) / intervals;
+  const bool wraps = others.size() > 1 && std::ranges::count(others, others.front()) ==
+                                              static_cast<std::ptrdiff_t>(others.size());
+  return alike >= (wraps ? wrapping_step_share : same_step_share);
 }
 
 // Longest run of equal samples, by whether they are at the lower end, at the upper or between.
@@ -92,7 +115,9 @@ SignalState check_signal(std::span<const double> samples) {
   if (out.constant) return out;
   out.digits = std::min(SignalState::digits_of_all,
                         std::log10(out.deviation / (out.largest * epsilon / 2.0)));
-  out.only_rises = does_only_rise(samples);
+  const std::vector<double> ticks = without_even_runs(samples);
+  out.only_rises = does_only_rise(ticks, 1.0);
+  out.only_falls = does_only_rise(ticks, -1.0);
   const Runs runs = count_runs(samples, low, high);
   out.low.held = is_held(runs.low, runs.at_low, runs, samples.size());
   out.high.held = is_held(runs.high, runs.at_high, runs, samples.size());

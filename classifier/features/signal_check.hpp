@@ -15,8 +15,10 @@ struct AtLimit {
 
 struct SignalState {
   bool constant = false;  ///< no spread but rounding
-  /// Never falls and mostly rises, or nearly always by one step: a clock or a counter.
+  /// Never falls and mostly rises, or nearly always by one step, read at even intervals or each
+  /// value equally often: a clock or a counter.
   bool only_rises = false;
+  bool only_falls = false;  ///< the same downwards
   AtLimit low, high;
   double largest = 0.0;           ///< magnitude
   double deviation = 0.0;         ///< root of the mean square deviation from the mean

@@ -33,7 +33,7 @@ std::string short_number(double value) {
 }
 
 double largest_of(const Image& image) {
-  double largest = 1.0;
+  double largest = 0.0;
   for (const double value : image.data()) largest = std::max(largest, std::abs(value));
   return largest;
 }

@@ -59,7 +59,7 @@ class StepEdges {
   /// at least low x noise with at least one of high x noise. In row order.
   ///
   /// Where the noise is nothing but rounding, which is at most 1e-12 of `largest` (the largest
-  /// absolute value of the smoothed image, at least 1), both thresholds are 1e-9 of that, so that
+  /// absolute value of the smoothed image), both thresholds are 1e-9 of that, so that
   /// rounding makes no edge.
   const std::vector<EdgeTaxel>& find(const Gradient& gradient, double noise, double largest,
                                      const EdgeThresholds& thresholds);

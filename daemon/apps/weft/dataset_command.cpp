@@ -258,8 +258,9 @@ Result<int> run_import_recordings(const ImportArgs& args, Console& console) {
       return pass(ok.error());
   const auto sha256 = write_recordings(*set, args.out);
   if (!sha256) return pass(sha256.error());
-  print(console, recordings_text(args.out, *set, *sha256),
-        recordings_json("dataset import", args.out, *set, *sha256));
+  json object = recordings_json("dataset import", args.out, *set, *sha256);
+  for (const Warning& one : set->warnings) object["warnings"].push_back(one);
+  print(console, recordings_text(args.out, *set, *sha256) + warnings_text(set->warnings), object);
   return exit_ok;
 }
 
@@ -332,8 +333,9 @@ Result<int> run_import(const ImportArgs& args, Console& console) {
   if (auto ok = refuse_same_files(args, *dataset); !ok) return pass(ok.error());
   const Result<std::string> sha256 = write_hdf5(*dataset, args.out);
   if (!sha256) return pass(sha256.error());
-  print(console, info_text(args.out, *dataset, *sha256),
-        info_json("dataset import", args.out, *dataset, *sha256));
+  json object = info_json("dataset import", args.out, *dataset, *sha256);
+  for (const Warning& one : dataset->warnings) object["warnings"].push_back(one);
+  print(console, info_text(args.out, *dataset, *sha256) + warnings_text(dataset->warnings), object);
   return exit_ok;
 }
 

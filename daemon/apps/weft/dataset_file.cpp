@@ -40,13 +40,9 @@ bool is_certificate(const std::filesystem::path& path) {
 }  // namespace
 
 std::vector<Warning> warnings_of(const Dataset& dataset, const std::string& exploration) {
-  std::vector<Warning> out = dataset.warnings;
-  if (holds_imprints(dataset)) return out;
+  if (holds_imprints(dataset)) return find_similar_labels(dataset.trials);
   const bool is_sum = exploration.find('+') != std::string::npos;
-  for (Warning& one :
-       find_data_warnings(dataset, is_sum ? std::string_view() : std::string_view(exploration)))
-    out.push_back(std::move(one));
-  return out;
+  return find_data_warnings(dataset, is_sum ? std::string_view() : std::string_view(exploration));
 }
 
 Result<Dataset> open_dataset(const std::filesystem::path& path) {

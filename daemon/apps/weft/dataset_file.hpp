@@ -23,8 +23,8 @@ Result<RecordingSet> open_all_recordings(const std::filesystem::path& path);
 Result<RecordingSet> open_recordings(const std::filesystem::path& path,
                                      const std::string& exploration, bool one_exploration);
 
-/// What an import said, and find_data_warnings() of slides; no signals of imprints. Of one
-/// exploration, of all where it is empty or a sum.
+/// find_data_warnings() of slides; of imprints only those of their names. Of one exploration, of
+/// all where it is empty or a sum.
 std::vector<Warning> warnings_of(const Dataset& dataset, const std::string& exploration = {});
 
 /// A data set; a campaign file is refused with the command that makes a data set of it.

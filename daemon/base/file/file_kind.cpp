@@ -20,7 +20,7 @@ struct Signature {
   FileKind kind;
   bool letters = false;  // text may begin so too; the file has zero bytes besides
 };
-constexpr std::array<Signature, 18> signatures{{
+constexpr std::array<Signature, 35> signatures{{
     {"\x89HDF\r\n\x1a\n"sv,
      {"an HDF5 file", "`weft dataset info`, `train`, `evaluate` and `classify` take data sets"}},
     {"RIFF"sv, {"a sound file (WAV)", sound_advice}, true},
@@ -38,7 +38,24 @@ constexpr std::array<Signature, 18> signatures{{
     {"PK\x03\x04"sv, {"a spreadsheet (.xlsx), .npz or another ZIP archive", table_advice}},
     {"\xD0\xCF\x11\xE0"sv, {"a spreadsheet (.xls)", table_advice}},
     {"MATLAB 5.0"sv, {"a MATLAB file", table_advice}, true},
+    {"MATLAB 7.3"sv, {"a MATLAB file", table_advice}, true},
+    {"PAR1"sv, {"a Parquet table", table_advice}, true},
+    {"ARROW1"sv, {"an Arrow table", table_advice}, true},
+    {"TDSm"sv, {"a LabVIEW file (TDMS)", table_advice}, true},
+    {"#ROSBAG"sv, {"a ROS bag", table_advice}},
+    {"\x80\x04\x95"sv, {"a Python pickle", table_advice}},
+    {"{\""sv, {"JSON text", table_advice}},
+    {"{\n"sv, {"JSON text", table_advice}},
+    {"<!DOCTYPE html"sv, {"a web page", "Was it a download? Take the file itself"}},
+    {"<html"sv, {"a web page", "Was it a download? Take the file itself"}},
+    {"version https://git-lfs"sv, {"a pointer of Git LFS, not the file", "Run `git lfs pull`"}},
+    {"%PDF-"sv, {"a PDF document", table_advice}},
     {"\x1f\x8b"sv, {"a gzip archive", "Unpack it with gunzip"}},
+    {"BZh"sv, {"a bzip2 archive", "Unpack it with bunzip2"}, true},
+    {"\xFD\x37zXZ"sv, {"an XZ archive", "Unpack it with unxz"}},
+    {"\x28\xB5\x2F\xFD"sv, {"a Zstandard archive", "Unpack it with unzstd"}},
+    {"7z\xBC\xAF\x27\x1C"sv, {"a 7-Zip archive", "Unpack it first"}},
+    {"\xFF\xFB"sv, {"a sound file (MP3)", sound_advice}},
     {"\xFF\xFE"sv, {"text in UTF-16", "Save it again as UTF-8"}},
     {"\xFE\xFF"sv, {"text in UTF-16", "Save it again as UTF-8"}},
 }};

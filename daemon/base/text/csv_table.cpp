@@ -209,6 +209,8 @@ Status CsvTable::check_line() {
 
 std::string CsvTable::width_hint() const {
   if (has_hash_) return hash_hint;
+  if (fields_.size() > width_ && fields_.back().empty())
+    return "Leave out separators at the end of lines";
   const bool has_other_mark = std::ranges::any_of(
       fields_, [](const std::string& own) { return own.find(';') != own.npos; });
   return has_other_mark || fields_.size() > width_ ? marks_hint : "";

@@ -33,7 +33,21 @@ constexpr std::array<Range, 11> unseen{{{0x00, 0x08},
                                         {0x202A, 0x202E},
                                         {0x2060, 0x206F},
                                         {0xFEFF, 0xFEFF}}};
-constexpr std::array<Range, 3> dashes{{{0x2010, 0x2015}, {0x2212, 0x2212}, {0xFE63, 0xFE63}}};
+// What is drawn alike in common fonts, of Unicode's confusables (UTS 39): dashes, apostrophes, the
+// micro sign, and letters of Greek and Cyrillic, each with the character that it is taken for.
+constexpr std::u32string_view copies =
+    U"\u2010\u2011\u2012\u2013\u2014\u2015\u2212\uFE63\u2018\u2019\u02BC\u00B5"
+    U"\u0391\u0392\u0395\u0396\u0397\u0399\u039A\u039C"
+    U"\u039D\u039F\u03A1\u03A4\u03A5\u03A7\u03BF\u03BD"
+    U"\u0410\u0412\u0415\u041A\u041C\u041D\u041E\u0420\u0421\u0422\u0425\u0405\u0406\u0408"
+    U"\u0430\u0435\u043E\u0440\u0441\u0443\u0445\u0455\u0456\u0458\u0501\u04BB";
+constexpr std::u32string_view originals =
+    U"--------'''\u03BC"
+    U"ABEZHIKM"
+    U"NOPTYXov"
+    U"ABEKMHOPCTXSIJ"
+    U"aeopcyxsijdh";
+static_assert(copies.size() == originals.size());
 // Marks that stand behind their letter, vowels and ends of Hangul syllables among them.
 constexpr std::array<Range, 6> marks{{{0x300, 0x36F},
                                       {0x1160, 0x11FF},
@@ -47,6 +61,13 @@ template <class Ranges>
 bool is_in(const Ranges& ranges, std::uint32_t c) {
   return std::ranges::any_of(ranges, [c](Range r) { return r.first <= c && c <= r.last; });
 }
+
+std::uint32_t original_of(std::uint32_t c) {
+  const std::size_t at = copies.find(static_cast<char32_t>(c));
+  return at == copies.npos ? c : originals[at];
+}
+
+constexpr std::uint32_t last_ascii = 0x7F;
 
 // The character at the front of `text`, which is UTF-8, taken off.
 std::uint32_t take_character(std::string_view& text) {
@@ -72,7 +93,7 @@ Letters letters_of(std::string_view text) {
       continue;
     }
     if (std::exchange(is_behind_blank, false)) out.emplace_back(U" ");
-    if (is_in(dashes, c)) c = U'-';
+    c = original_of(c);
     if (is_in(marks, c) && !out.empty())
       out.back() += static_cast<char32_t>(c);
     else
@@ -83,48 +104,63 @@ Letters letters_of(std::string_view text) {
 
 // Whether both may be one letter: one composed with its mark, the other followed by it.
 bool can_be_equal(const std::u32string& a, const std::u32string& b) {
-  constexpr char32_t last_ascii = 0x7F;
   if (a == b) return true;
   return (a.size() == 1 && a.front() > last_ascii && b.size() > 1) ||
          (b.size() == 1 && b.front() > last_ascii && a.size() > 1);
 }
 
-// Equal for all names that may look alike.
-std::u32string key_of(const Letters& letters) {
-  constexpr char32_t last_ascii = 0x7F;
-  std::u32string out;
-  for (const std::u32string& one : letters)
-    out += one.size() > 1 || one.front() > last_ascii ? U'\uFFFD' : one.front();
-  return out;
+// The same without the difference of capital letters, which is known of Latin alone.
+bool is_equal_but_capitals(const std::u32string& a, const std::u32string& b) {
+  const auto lower = [](char32_t c) { return c >= U'A' && c <= U'Z' ? c + (U'a' - U'A') : c; };
+  return can_be_equal(a, b) || std::ranges::equal(a, b, {}, lower, lower);
 }
 
-// With a code in place of what cannot be told apart by eye.
-std::string visible(std::string_view text) {
+// Equal for all names that may look alike, or differ in capital letters.
+std::string key_of(const Letters& letters) {
+  std::string out;
+  for (const std::u32string& one : letters)
+    out += one.size() > 1 || one.front() > last_ascii ? '\0' : static_cast<char>(one.front());
+  return lower_case(out);
+}
+
+// With a code in place of what cannot be told from the `other` name's by eye.
+std::string visible(std::string_view text, std::string_view other) {
   std::string out = "'";
   while (!text.empty()) {
     const std::string_view before = text;
     const std::uint32_t c = take_character(text);
+    const std::string_view character = before.substr(0, before.size() - text.size());
+    const bool is_copy = original_of(c) != c && other.find(character) == other.npos;
     const bool is_shown = c == ' ' || !(is_in(blanks, c) || is_in(unseen, c) ||
-                                        is_in(variants, c) || is_in(marks, c) || is_in(dashes, c));
+                                        is_in(variants, c) || is_in(marks, c) || is_copy);
     std::array<char, 16> code{};
     if (!is_shown) std::snprintf(code.data(), code.size(), "<U+%04X>", c);
-    out += is_shown ? before.substr(0, before.size() - text.size()) : std::string_view(code.data());
+    out += is_shown ? character : std::string_view(code.data());
   }
   return out + "'";
 }
 
 }  // namespace
 
+bool is_invisible(std::string_view name) {
+  return letters_of(name).empty();
+}
+
 std::vector<Warning> find_similar_names(const std::set<std::string>& names, std::string_view what) {
   std::vector<Warning> out;
-  std::map<std::u32string, std::vector<std::pair<Letters, std::string>>> by_key;
+  std::map<std::string, std::vector<std::pair<Letters, std::string>>> by_key;
   for (const std::string& name : names) {
     Letters letters = letters_of(name);
     auto& others = by_key[key_of(letters)];
-    for (const auto& [own, other] : others)
+    for (const auto& [own, other] : others) {
+      const std::string both = visible(other, name) + " and " + visible(name, other);
       if (std::ranges::equal(own, letters, can_be_equal))
-        out.push_back({"similar_names", std::string(what) + " that look alike are different: " +
-                                            visible(other) + " and " + visible(name)});
+        out.push_back(
+            {"similar_names", std::string(what) + " that look alike are different: " + both});
+      else if (std::ranges::equal(own, letters, is_equal_but_capitals))
+        out.push_back(
+            {"capital_letters", std::string(what) + " differ in capital letters alone: " + both});
+    }
     others.emplace_back(std::move(letters), name);
   }
   return out;

@@ -195,28 +195,37 @@ void compare_bytes(const FileChecksums& then, const fs::path& file,
     report.add(name, "altered: its SHA-256 disagrees");
 }
 
+/// What this build cannot read, as a filter that it lacks, is no damage.
+Status found_unless_unsupported(const Error& error, const fs::path& file, VerifyReport& report) {
+  if (error.code == Errc::unsupported) return pass(error);
+  report.add(file.filename().string(), to_string(error));
+  return {};
+}
+
 /// Sound and vibration: a data set of another layout, with a digest of its own.
-void check_recordings(const fs::path& file, VerifyReport& report) {
+Status check_recordings(const fs::path& file, VerifyReport& report) {
   const auto set = read_recordings(file);
-  if (!set) return report.add(file.filename().string(), to_string(set.error()));
+  if (!set) return found_unless_unsupported(set.error(), file, report);
   report.dataset_sha256 = recordings_sha256(*set);
   report.planned = report.complete = report.attempts = set->recordings.size();
   report.of = "recordings";
+  return {};
 }
 
-void check_dataset(const fs::path& file, const Certificate* certificate, VerifyReport& report) {
+Status check_dataset(const fs::path& file, const Certificate* certificate, VerifyReport& report) {
   if (certificate == nullptr && is_recordings_file(file)) return check_recordings(file, report);
   const auto dataset = read_hdf5(file);
   const std::string name = file.filename().string();
-  if (!dataset) return report.add(name, to_string(dataset.error()));
+  if (!dataset) return found_unless_unsupported(dataset.error(), file, report);
   report.dataset_sha256 = dataset_sha256(*dataset);
   report.software_version = dataset->info.software_version;
   check_documents(dataset->info, name + ": /provenance", report);
   if (report.campaign.empty())
     report.planned = report.complete = report.attempts = dataset->trials.size();
-  if (certificate == nullptr || certificate->dataset_sha256 == report.dataset_sha256) return;
+  if (certificate == nullptr || certificate->dataset_sha256 == report.dataset_sha256) return {};
   report.add(name, "another data set than the certified one (expected " +
                        certificate->dataset_sha256 + ", got " + report.dataset_sha256 + ")");
+  return {};
 }
 
 /// What of `path` there is to look at.
@@ -253,8 +262,8 @@ bool is_as_listed(const Certificate& certificate, const fs::path& folder, Verify
   return report.found_problems.size() == before;
 }
 
-void check_file(const fs::path& file, const Certificate* certificate,
-                const StopRequested& stop_requested, VerifyReport& report) {
+Status check_file(const fs::path& file, const Certificate* certificate,
+                  const StopRequested& stop_requested, VerifyReport& report) {
   const FileChecksums* then = certificate == nullptr ? nullptr : certified_file(*certificate, file);
   const bool is_campaign = file == report.campaign;
   if (then != nullptr) compare_bytes(*then, file, stop_requested, report);
@@ -264,11 +273,10 @@ void check_file(const fs::path& file, const Certificate* certificate,
                "was written to after it had been certified: its log is not empty");
   // One that was killed before it had written anything holds nothing that could be wrong.
   report.blank |= is_campaign && is_blank_campaign(file);
-  if (report.blank && certificate == nullptr && report.dataset.empty()) return;
-  if (is_campaign)
-    CampaignCheck(file, then == nullptr ? nullptr : certificate, stop_requested, report).run();
-  else
-    check_dataset(file, then == nullptr ? nullptr : certificate, report);
+  if (report.blank && certificate == nullptr && report.dataset.empty()) return {};
+  if (!is_campaign) return check_dataset(file, then == nullptr ? nullptr : certificate, report);
+  CampaignCheck(file, then == nullptr ? nullptr : certificate, stop_requested, report).run();
+  return {};
 }
 
 }  // namespace
@@ -289,7 +297,9 @@ Result<VerifyReport> verify(const fs::path& path, const StopRequested& stop_requ
                             ? is_as_listed(*certificate, path, *report)
                             : certified_file(*certificate, file) != nullptr;
   for (const fs::path& each : {report->campaign, report->dataset})
-    if (!each.empty()) check_file(each, certificate, stop_requested, *report);
+    if (!each.empty())
+      if (auto done = check_file(each, certificate, stop_requested, *report); !done)
+        return pass(done.error());
   if (fs::is_directory(path, ignored)) {
     check_handover(path, certificate == nullptr ? "" : certificate->dataset_sha256, *report);
     check_exports(path, stop_requested, *report);

@@ -59,7 +59,8 @@ struct VerifyReport {
 
 /// `path`: a campaign's folder, its campaign file or a data set. Damage is a finding, however bad.
 /// `stop_requested` is looked at every few megabytes. Errors: not_found; parse of a file that never
-/// was one of ours; wrong_state when it was stopped.
+/// was one of ours; unsupported, of a data set that this build cannot read (a filter that it lacks,
+/// a later layout); wrong_state when it was stopped.
 Result<VerifyReport> verify(const std::filesystem::path& path,
                             const StopRequested& stop_requested = {});
 

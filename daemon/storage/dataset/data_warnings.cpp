@@ -14,7 +14,9 @@ namespace {
 using classifier::AtLimit;
 using classifier::SignalState;
 
-constexpr std::size_t most_named = 5;   // recordings of a sentence, sentences of a text
+constexpr std::size_t most_named = 5;  // recordings of a sentence, sentences of a text
+constexpr const char* clock_advice =
+    ": a clock or a counter? It says when a recording was made; leave the column out";
 constexpr double away_from_rest = 0.1;  // of the range
 
 /// "1, 3 to 5 and 9": numbers that follow each other are joined.
@@ -74,8 +76,9 @@ bool saturates(const CheckedSignal& signal, std::size_t recording) {
 }
 
 /// A clock is one in every recording.
+template <bool SignalState::*direction>
 bool is_clock(const CheckedSignal& signal, std::size_t /*recording*/) {
-  return std::ranges::all_of(signal.states, &SignalState::only_rises);
+  return std::ranges::all_of(signal.states, direction);
 }
 
 bool has_few_digits(const CheckedSignal& signal, std::size_t recording) {
@@ -88,6 +91,11 @@ std::string format_digits(const CheckedSignal& signal, std::size_t recording) {
   return ": of 16 digits the level of " + general(state.largest) + " takes " +
          std::to_string(16 - left) + ", and " + std::to_string(left) +
          " are left for a deviation of " + general(state.deviation);
+}
+
+bool is_too_small(const CheckedSignal& signal, std::size_t recording) {
+  const SignalState& state = signal.states[recording];
+  return !state.constant && state.deviation < signal.least_deviation;
 }
 
 /// Faults of most recordings first.
@@ -110,9 +118,11 @@ const std::vector<Fault>& all_faults() {
       {"constant", [](const CheckedSignal& s, std::size_t i) { return s.states[i].constant; },
        "is constant", "are constant", ""},
       {"saturated", saturates, "is saturated", "are saturated", ""},
-      {"only_rises", is_clock, "only rises", "only rise",
-       ": a clock or a counter? It says when a recording was made; leave the column out"},
-      {"few_digits", has_few_digits, "has few digits", "have few digits", ""}};
+      {"only_rises", is_clock<&SignalState::only_rises>, "only rises", "only rise", clock_advice},
+      {"only_falls", is_clock<&SignalState::only_falls>, "only falls", "only fall", clock_advice},
+      {"few_digits", has_few_digits, "has few digits", "have few digits", ""},
+      {"small_unit", is_too_small, "is nearly silent", "are nearly silent",
+       ": its power is at the floor that features in decibels have; give it in a smaller unit"}};
   return faults;
 }
 
@@ -170,7 +180,9 @@ std::vector<Warning> find_data_warnings(const Dataset& dataset, std::string_view
       signals[k].rest.push_back(rests > 0.0 ? std::optional(sum / rests) : std::nullopt);
     }
   }
-  return describe_signals(signals, names, "taxel", "trial");
+  std::vector<Warning> out = describe_signals(signals, names, "taxel", "trial");
+  for (Warning& one : find_similar_labels(dataset.trials)) out.push_back(std::move(one));
+  return out;
 }
 
 void to_json(nlohmann::json& out, const Warning& warning) {
@@ -178,14 +190,14 @@ void to_json(nlohmann::json& out, const Warning& warning) {
 }
 
 std::string warnings_text(std::span<const Warning> warnings) {
-  constexpr std::size_t most_of_kind = 5;
   std::string out;
-  std::map<std::string, std::size_t> of_kind;
+  std::map<std::string_view, std::size_t> of_code;
   for (const Warning& one : warnings)
-    if (++of_kind[one.code] <= most_of_kind) out += "WARNING: " + one.text + ".\n";
-  for (const auto& [code, count] : of_kind)
-    if (count > most_of_kind)
-      out += "WARNING: " + std::to_string(count - most_of_kind) + " more of kind " + code + ".\n";
+    if (++of_code[one.code] <= most_named) out += "WARNING: " + one.text + ".\n";
+  for (const auto& [code, count] : of_code)
+    if (count > most_named)
+      out += "WARNING: " + std::to_string(count - most_named) + " more of kind " +
+             std::string(code) + " (--json lists them).\n";
   return out;
 }
 

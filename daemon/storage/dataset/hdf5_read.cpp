@@ -28,7 +28,8 @@ Status read_root(Reader& in, DatasetInfo& info) {
     return fail({.code = Errc::parse,
                  .what = "an HDF5 file, but not a Weft data set",
                  .expected = hdf5::format_name,
-                 .got = format});
+                 .got = format,
+                 .hint = "`weft dataset import` makes one of tables and sound files"});
   const std::uint64_t version = in.integer_attribute("/", "format_version");
   if (in.status() && version != hdf5::format_version)
     return fail({.code = Errc::unsupported,

@@ -319,7 +319,6 @@ Result<Dataset> import_manifest(const std::filesystem::path& path, double rate_h
     if (auto done = import_entry(entry, rate_hz > 0, dataset); !done)
       return pass(std::move(done).error());
   if (auto done = settle_rate(dataset, rate_hz); !done) return pass(done.error(), path.string());
-  warn_of_similar_names(dataset);
   return dataset;
 }
 

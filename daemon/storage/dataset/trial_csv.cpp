@@ -4,7 +4,6 @@
 #include <charconv>
 #include <cmath>
 #include <map>
-#include <set>
 
 #include "daemon/base/text/format.hpp"
 #include "daemon/base/text/similar_names.hpp"
@@ -64,11 +63,6 @@ Result<std::uint32_t> read_count(const CsvTable& manifest, std::optional<std::si
   return out;
 }
 
-/// Quotes keep blanks, and a name of nothing else cannot be told from none.
-bool is_blank(std::string_view name) {
-  return name.find_first_not_of(" \t") == std::string_view::npos;
-}
-
 /// One name for a file however it is written, links followed.
 std::filesystem::path one_name(const std::filesystem::path& path) {
   std::error_code unseen;
@@ -92,8 +86,8 @@ Result<ManifestEntry> read_entry(const CsvTable& manifest, const ManifestColumns
   for (const auto* count : {&piece, &mounting, &patch})
     if (!*count) return pass(count->error());
   out.place = {*piece, *mounting, *patch};
-  if (is_blank(out.file)) return manifest.complaint("the file name is empty");
-  if (is_blank(out.label)) return manifest.complaint("the label is empty");
+  if (is_invisible(out.file)) return manifest.complaint("the file name is empty");
+  if (is_invisible(out.label)) return manifest.complaint("the label is empty");
   for (const std::string* name : {&out.file, &out.label, &out.group})
     if (!is_utf8(*name)) return manifest.complaint("a name is not UTF-8", "UTF-8 text");
   out.path = (folder / out.file).lexically_normal();
@@ -190,17 +184,6 @@ void warn_of_slow_rate(double rate_hz, double usual_hz, std::vector<Warning>& wa
   if (rate_hz <= 0 || rate_hz >= usual_hz) return;
   warnings.push_back({"slow_rate", "the times tell a rate of " + general(rate_hz) +
                                        " Hz: are they milliseconds? t_s is in seconds"});
-}
-
-void warn_of_similar_names(Dataset& dataset) {
-  std::set<std::string> labels, groups;
-  for (const classifier::Trial& trial : dataset.trials) {
-    labels.insert(trial.label);
-    groups.insert(trial.group);
-  }
-  for (const auto& [names, what] : {std::pair{&labels, "labels"}, {&groups, "groups"}})
-    for (Warning& one : find_similar_names(*names, what))
-      dataset.warnings.push_back(std::move(one));
 }
 
 Dataset imported_set(std::string name, std::string source, BenchKind kind) {

@@ -69,9 +69,6 @@ double common_rate_hz(const Dataset& dataset);
 /// Errors: parse, where none is stated and the times of a trial are not regular.
 Status settle_rate(Dataset& dataset, double stated_hz);
 
-/// Labels, and groups, that look alike.
-void warn_of_similar_names(Dataset& dataset);
-
 /// An imported set without trials, with the version of this program.
 Dataset imported_set(std::string name, std::string source, BenchKind kind = BenchKind::unknown);
 

@@ -138,6 +138,13 @@ Result<ArrayHeader> read_array_header(const std::string& name, std::string_view 
   const auto type = find_header_entry(text, "descr"),
              order = find_header_entry(text, "fortran_order"),
              shape = find_header_entry(text, "shape");
+  if (type && type->starts_with('['))
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "values of this type are not read",
+                 .expected = "one number a taxel",
+                 .got = "several fields",
+                 .hint = "Save one field alone: numpy.save(file, array['name'])"});
   if (!type || !order || !shape || !type->starts_with('\''))
     return fail({.code = Errc::parse,
                  .where = name,
@@ -158,18 +165,19 @@ Result<ArrayHeader> read_array_header(const std::string& name, std::string_view 
   const auto rows = leading_number(sizes);
   sizes.remove_prefix(std::min(sizes.find_first_not_of(" ,"), sizes.size()));
   const auto cols = leading_number(sizes);
+  const std::string got(shape->substr(0, std::min<std::size_t>(shape->find(')') + 1, 80)));
   if (!rows || !cols || sizes.find_first_not_of(" ,") != std::string_view::npos)
     return fail({.code = Errc::parse,
                  .where = name,
                  .what = "an imprint has two dimensions",
                  .expected = "shape (rows, columns)",
-                 .got = std::string(shape->substr(0, 80))});
+                 .got = got});
   if (*rows == 0 || *cols == 0 || *rows > classifier::imprint::most_taxels / *cols)
     return fail({.code = Errc::parse,
                  .where = name,
                  .what = "no imprint has this size",
                  .expected = "1 to 16777216 taxels",
-                 .got = std::string(shape->substr(0, 80))});
+                 .got = got});
   out.rows = *rows;
   out.cols = *cols;
   return out;
@@ -254,6 +262,21 @@ Result<std::vector<double>> read_values(const std::string& name, const ArrayHead
   return out;
 }
 
+bool is_zero_padded(std::string_view field) {
+  return field.size() > 1 && field.front() == '0' &&
+         field.find_first_not_of("0123456789") == field.npos;
+}
+
+/// Of the fields of a line, whether those that would be behind decimal commas, and whether those
+/// before, are whole numbers that begin with a needless 0.
+struct ZeroPadding {
+  bool behind = false, before = false;
+  void add(const std::vector<std::string>& fields) {
+    for (std::size_t i = 0; fields.size() % 2 == 0 && i < fields.size(); ++i)
+      (i % 2 == 0 ? before : behind) |= is_zero_padded(fields[i]);
+  }
+};
+
 }  // namespace
 
 Result<Image> read_image(const std::filesystem::path& path) {
@@ -286,8 +309,10 @@ Result<Image> parse_image_csv(const std::string& name, std::string_view text) {
                                   .most_line_bytes = most_image_bytes});
   if (!csv) return pass(csv.error());
   std::vector<double> values;
+  ZeroPadding padding;
   auto more = csv->next();
   for (; more && *more; more = csv->next()) {
+    padding.add(csv->fields());
     const std::size_t cols = csv->fields().size();
     if (values.size() + cols > classifier::imprint::most_taxels)
       return fail({.code = Errc::range, .where = csv->where(), .what = "too many taxels"});
@@ -299,6 +324,11 @@ Result<Image> parse_image_csv(const std::string& name, std::string_view text) {
                  .where = name,
                  .what = "the file holds no imprint",
                  .expected = "rows of numbers"});
+  if (padding.behind && !padding.before && text.find(',') != text.npos)
+    return fail({.code = Errc::parse,
+                 .where = name,
+                 .what = "numbers behind commas begin with 0: the commas may be decimal marks",
+                 .hint = "Export it again with points as decimal marks"});
   Image out(values.size() / csv->fields().size(), csv->fields().size());
   std::ranges::copy(values, out.data().begin());
   return out;
@@ -336,7 +366,8 @@ Result<Image> parse_image_npy(const std::string& name, std::string_view text) {
     return fail({.code = Errc::parse,
                  .where = name,
                  .what = "no NumPy array",
-                 .expected = "a file that begins with \\x93NUMPY"});
+                 .expected = "a file that begins with \\x93NUMPY",
+                 .got = std::string(file_kind(text).name)});
   const std::size_t wide = text[6] == 1 ? 2 : 4, start = 8 + wide;
   if (text[6] < 1 || text[6] > 3 || text.size() < start)
     return fail({.code = Errc::parse,

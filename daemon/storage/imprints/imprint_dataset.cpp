@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "daemon/base/text/csv_table.hpp"
 #include "daemon/base/text/format.hpp"
+#include "daemon/base/text/similar_names.hpp"
 #include "daemon/storage/dataset/trial_csv.hpp"
 #include "daemon/storage/imprints/image_file.hpp"
 #include "recipes/engine/plan.hpp"
@@ -185,7 +187,7 @@ Result<TableColumns> find_table_columns(CsvTable& csv, std::size_t width) {
 Status import_table_line(CsvTable& csv, const TableColumns& columns, std::size_t rows,
                          std::size_t cols, Dataset& dataset) {
   const std::string &label = csv.fields()[columns.label], &group = csv.fields()[columns.group];
-  if (label.empty()) return csv.complaint("the label is empty");
+  if (is_invisible(label)) return csv.complaint("the label is empty");
   if (!is_utf8(label) || !is_utf8(group)) return csv.complaint("a name is not UTF-8", "UTF-8 text");
   std::vector<double> values;
   if (auto done = csv.append_numbers(columns.values, values); !done) return done;
@@ -198,34 +200,59 @@ Status import_table_line(CsvTable& csv, const TableColumns& columns, std::size_t
   return {};
 }
 
-/// Whether values are 0, 1, 2, ... or 1, 2, 3, ...: the numbers of columns, as a program writes
-/// that has no names for them.
+/// Whether values are n, n + 1, n + 2, ...: the numbers of columns, as a program writes that has no
+/// names for them.
 bool count_up(std::span<const double> values) {
   constexpr std::size_t fewest = 3;
-  if (values.size() < fewest || (values.front() != 0 && values.front() != 1)) return false;
+  if (values.size() < fewest) return false;
   for (std::size_t i = 1; i < values.size(); ++i)
     if (values[i] != values[i - 1] + 1) return false;
   return true;
 }
 
 /// A first row that is a heading by all but its names: its values count up, and no other row has
-/// its label. Refused where they count from 0, as programs number columns that have no names.
+/// its label. Refused where they count from 0, or on from the numbers of label and group, as
+/// programs number columns that have no names.
 Status check_first_row(const std::string& table, Dataset& dataset) {
   const classifier::Trial& first = dataset.trials.front();
   const auto is_alike = [&](const classifier::Trial& t) { return t.label == first.label; };
   if (dataset.trials.size() == 1 || !count_up(first.counts) ||
       std::ranges::count_if(dataset.trials, is_alike) > 1)
     return {};
-  if (first.counts.front() != 0) {
+  const double begin = first.counts.front();
+  const bool is_counted_on = first.label == general(begin - 2) && first.group == general(begin - 1);
+  if (begin != 0 && !is_counted_on) {
     dataset.warnings.push_back({"numbered_row", table + ": the values of the first row count up: "
                                                         "where it is a heading, leave it out"});
     return {};
   }
   return fail({.code = Errc::parse,
                .where = table,
-               .what = "the first row may be a heading: its values count up from 0",
+               .what = "the first row may be a heading: its values count up",
                .got = first.label + ", " + first.group + ", ...",
                .hint = "Leave it out, or call its first two columns label and group"});
+}
+
+bool is_heading(std::span<const double> values) {
+  return (values.front() == 0 || values.front() == 1) && count_up(values);
+}
+
+/// Of a matrix that looks like one with the numbers of its columns or rows, or like one column with
+/// decimal commas.
+void warn_of_odd_table(const Image& image, const std::string& file,
+                       std::vector<Warning>& warnings) {
+  std::vector<double> column;
+  for (std::size_t r = 0; r < image.rows(); ++r) column.push_back(image(r, 0));
+  if (image.rows() > 1 && is_heading(image.row(0)))
+    warnings.push_back({"numbered_row", file + ": the first row counts up: where it is a heading, "
+                                               "leave it out"});
+  if (image.cols() > 1 && is_heading(column))
+    warnings.push_back({"numbered_column", file + ": the first column counts up: where it has the "
+                                                  "numbers of rows, leave it out"});
+  const auto is_whole = [](double v) { return v >= 0 && v == std::floor(v); };
+  if (image.cols() == 2 && is_csv_name(file) && std::ranges::all_of(image.data(), is_whole))
+    warnings.push_back({"two_columns", file + ": rows of two whole numbers: where the commas are "
+                                              "decimal marks, write points"});
 }
 
 }  // namespace
@@ -311,14 +338,11 @@ Result<Dataset> import_imprints(const std::filesystem::path& manifest) {
   for (const ManifestEntry& entry : *entries) {
     const auto image = read_image(entry.path);
     if (!image) return pass(image.error(), entry.where);
-    if (image->rows() > 1 && entry.path.extension() != ".pgm" && count_up(image->row(0)))
-      out.warnings.push_back({"numbered_row", entry.file + ": the first row counts up: where it is "
-                                                           "a heading, leave it out"});
+    if (entry.path.extension() != ".pgm") warn_of_odd_table(*image, entry.file, out.warnings);
     auto done = append_imprint(out, *image, entry.file, entry.label, entry.group);
     if (!done) return pass(std::move(done).error(), entry.where);
   }
   if (auto ok = check(out); !ok) return pass(ok.error(), manifest.string());
-  warn_of_similar_names(out);
   return out;
 }
 
@@ -353,7 +377,6 @@ Result<Dataset> import_imprint_table(const std::filesystem::path& table, std::si
   if (auto ok = check_first_row(table.string(), out); !ok) return pass(ok.error());
   if (auto ok = check(out); !ok) return pass(ok.error(), table.string());
   for (Warning& one : csv->warnings()) out.warnings.push_back(std::move(one));
-  warn_of_similar_names(out);
   return out;
 }
 

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <regex>
-#include <set>
 
 #include "daemon/base/text/csv_table.hpp"
-#include "daemon/base/text/similar_names.hpp"
 #include "daemon/storage/dataset/sample_times.hpp"
 #include "daemon/storage/dataset/trial_csv.hpp"
 
@@ -70,6 +68,13 @@ Result<TimedRate> even_rate(const std::vector<double>& times, const LongestInter
                  .hint = "Cut the recording where samples are missing; where none are, state the "
                          "rate of the sensor: --rate-hz"});
   return timed_rate(1 / step_s, 2 * worst_s / step_s / duration_s);
+}
+
+// Whether a time lies before those of many samples. Of samples that were read late some few are out
+// of order.
+bool runs_backwards(const std::vector<double>& times, double t_s) {
+  constexpr std::size_t most_out_of_order = 8;
+  return times.size() > most_out_of_order && t_s < times[times.size() - 1 - most_out_of_order];
 }
 
 // Where samples are missing between two that follow each other, at the stated rate.
@@ -141,6 +146,7 @@ Result<TimedRate> read_table(const std::filesystem::path& path, const std::strin
   for (; more && *more; more = csv->next()) {
     const auto t_s = csv->time(*time_column);
     if (!t_s) return pass(t_s.error());
+    if (runs_backwards(times, *t_s)) return csv->complaint("time runs backwards");
     bool is_repeated = !times.empty() && times.back() == *t_s;
     for (std::size_t k = 0; k < columns.size(); ++k) {
       const auto value = csv->number(columns[k]);
@@ -229,9 +235,6 @@ Result<std::vector<std::vector<double>>> vibtac_channel(const std::filesystem::p
 }
 
 Result<RecordingSet> finished(RecordingSet set, const std::filesystem::path& from) {
-  std::set<std::string> labels;
-  for (const Recording& one : set.recordings) labels.insert(one.label);
-  for (Warning& one : find_similar_names(labels, "labels")) set.warnings.push_back(std::move(one));
   if (auto fine = check(set); !fine) return pass(fine.error(), from.string());
   return set;
 }

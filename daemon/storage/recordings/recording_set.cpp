@@ -185,18 +185,20 @@ Copies copies_in(const RecordingSet& set) {
 }
 
 std::vector<Warning> find_data_warnings(const RecordingSet& set) {
+  // Of noise the power in a bin of a frame is about 1000 times the mean square; the floor,
+  // librosa's amin, is 1e-10.
+  constexpr double least_deviation = 1e-6;
   std::vector<CheckedSignal> signals;
   std::vector<std::string> names;
   for (const Channel& channel : set.recordings.front().channels)
-    signals.push_back({channel.name, {}});
+    signals.push_back({.name = channel.name, .states = {}, .least_deviation = least_deviation});
   for (const Recording& r : set.recordings) {
     names.push_back(r.file);
     for (std::size_t c = 0; c < signals.size(); ++c)
       signals[c].states.push_back(classifier::check_signal(r.samples[c]));
   }
-  std::vector<Warning> out = set.warnings;
-  for (Warning& one : describe_signals(signals, names, "channel", "recording"))
-    out.push_back(std::move(one));
+  std::vector<Warning> out = describe_signals(signals, names, "channel", "recording");
+  for (Warning& one : find_similar_labels(set.recordings)) out.push_back(std::move(one));
   return out;
 }
 

@@ -34,7 +34,7 @@ std::string recordings_sha256(const RecordingSet& set);
 /// Recordings with the same samples in every channel, whatever their labels and groups.
 Copies copies_in(const RecordingSet& set);
 
-/// Of every channel.
+/// Of every channel, and of the names.
 std::vector<Warning> find_data_warnings(const RecordingSet& set);
 
 /// HDF5, layout "weft-recordings" (daemon/storage/recordings/README.md). Written beside `path` and

@@ -1,3 +1,4 @@
+#include "daemon/base/file/file_kind.hpp"
 #include "daemon/storage/recordings/import_recordings.hpp"
 
 #ifdef WEFT_WITH_SNDFILE
@@ -164,9 +165,13 @@ Result<SoundFile> read_sound_file(const std::filesystem::path& path) {
   SF_INFO info{};
   const std::unique_ptr<SNDFILE, int (*)(SNDFILE*)> file(
       sndfile.open(path.c_str(), SFM_READ, &info), sndfile.close);
-  if (!file)
-    return broken(path, Errc::parse, "not a sound file", "WAV or the like",
-                  sndfile.strerror(nullptr), "A table needs a name that ends in .csv");
+  if (!file) {
+    const Error error = broken(path, Errc::parse, "not a sound file", "WAV or the like",
+                               sndfile.strerror(nullptr), "A table needs a name that ends in .csv")
+                            .value();
+    Error named = with_file_kind(error, path);
+    return fail(named.got == "text" ? error : std::move(named));
+  }
   if (info.channels < 1 || info.frames < 1 || info.samplerate < 1 ||
       info.frames > most_samples / info.channels)
     return broken(path, Errc::parse, "a sound file of an impossible size", "1 to 2^28 samples",

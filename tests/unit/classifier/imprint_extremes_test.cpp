@@ -38,6 +38,29 @@ TEST_CASE("imprints without an interior, constant or saturated, have zeros only"
     check_zero(compute_features(Image(32, 32, level), all_sigmas));
 }
 
+TEST_CASE(
+    "features of an imprint in another unit are the same, times the unit where they have one") {
+  RandomEngine engine(8);
+  Image counts(24, 24);
+  for (std::size_t i = 0; i < counts.data().size(); ++i)
+    counts.data()[i] =
+        (i / 4) % 2 == 0 ? 800.0 + static_cast<double>(random_below(engine, 9)) : 0.0;
+  const std::vector<bool> has_unit{false, true, true, false, false, true, true, false, true, true};
+  for (const double unit : {0x1p-40, 0x1p-60, 0x1p40}) {  // exact
+    Image other = counts;
+    for (double& value : other.data()) value *= unit;
+    for (const double sigma : {0.0, 1.0, 2.0}) {
+      const auto expected = compute_features(counts, {sigma}),
+                 found = compute_features(other, {sigma});
+      REQUIRE(expected[0] > 0.0);
+      for (std::size_t k = 0; k < expected.size(); ++k) {
+        CAPTURE(unit, sigma, k);
+        CHECK(found[k] == Approx(expected[k] * (has_unit[k] ? unit : 1.0)).epsilon(1e-12));
+      }
+    }
+  }
+}
+
 TEST_CASE("3 x 3: one taxel has neighbours") {
   Image image(3, 3, 10.0);
   image(1, 1) = 90.0;

@@ -40,18 +40,25 @@ TEST_CASE("digits that a level leaves are counted") {
 
 TEST_CASE(
     "a clock, a counter that begins anew and one with lost frames only rise; noise does not") {
-  std::vector<double> clock, counter, lossy, ramp;
+  std::vector<double> clock, counter, lossy, nibble, slow, ramp, triangle;
   for (int i = 0; i < 300; ++i) {
     clock.push_back(1.7e12 + 10 * i + i % 3);
     counter.push_back(i % 256);
     lossy.push_back(i + i / 50);
-    ramp.push_back(i / 10);
+    nibble.push_back(i % 16);
+    slow.push_back(1000 + 10 * (i / 4));
+    ramp.push_back(std::floor(i / 10.0 + 2 * std::sin(i / 7.0)));
+    triangle.push_back(std::abs(i % 40 - 20));
   }
-  CHECK(check_signal(clock).only_rises);
-  CHECK(check_signal(counter).only_rises);
-  CHECK(check_signal(lossy).only_rises);
-  CHECK_FALSE(check_signal(ramp).only_rises);
-  CHECK_FALSE(check_signal(noise(300, 0)).only_rises);
+  for (std::vector<double>* rising : {&clock, &counter, &lossy, &nibble, &slow}) {
+    CHECK(check_signal(*rising).only_rises);
+    CHECK_FALSE(check_signal(*rising).only_falls);
+    for (double& value : *rising) value = -value;
+    CHECK_FALSE(check_signal(*rising).only_rises);
+    CHECK(check_signal(*rising).only_falls);
+  }
+  for (const std::vector<double>& other : {ramp, triangle, noise(300, 0)})
+    CHECK_FALSE((check_signal(other).only_rises || check_signal(other).only_falls));
   CHECK_FALSE(check_signal(std::vector<double>{1, 2, 3}).only_rises);
 }
 

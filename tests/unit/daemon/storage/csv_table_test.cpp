@@ -148,13 +148,21 @@ TEST_CASE("files that are no tables are told by name, and labels that look like 
                                    {"\x93NUMPY\x01\0"s, "NumPy"},
                                    {"SQLite format 3\0"s, "SQLite"},
                                    {"weft-fabric-model 6\n"s, "model"},
-                                   {"\x1f\x8b\x08"s, "gzip"}}) {
+                                   {"\x1f\x8b\x08"s, "gzip"},
+                                   {"MATLAB 7.3 MAT-file\0"s, "MATLAB"},
+                                   {"PAR1\x15\0"s, "Parquet"},
+                                   {"{\"t_s\": [0, 1]}\n"s, "JSON"},
+                                   {"<!DOCTYPE html>\n<html>"s, "web page"},
+                                   {"version https://git-lfs.github.com/spec/v1\n"s, "LFS"},
+                                   {"\x80\x04\x95\0"s, "pickle"},
+                                   {"BZh91AY&SY\0"s, "bzip2"}}) {
     const auto error = CsvTable::from_text("a.csv", text).error();
     CHECK(error.what == "not a table");
     CHECK(error.got.find(kind) != std::string::npos);
     CHECK_FALSE(error.hint.empty());
   }
-  for (const char* text : {"FORMICA,o1\n", "RIFF,o1\n", "weft-knit,1\n", "ID3,2\n"})
+  for (const char* text :
+       {"FORMICA,o1\n", "RIFF,o1\n", "weft-knit,1\n", "ID3,2\n", "PAR1,2\n", "BZh,2\n"})
     CHECK(complaint(text).empty());
 }
 
@@ -171,11 +179,20 @@ TEST_CASE("names that differ in what cannot be seen are told, others are not") {
   CHECK(count({"\u0439\u043E\u0434", "\u0438\u0306\u043E\u0434"}) == 1);
   CHECK(count({"\uAC00", "\u1100\u1161"}) == 1);
   CHECK(count({"a-b", "a\u2011b"}) == 1);
-  CHECK(count({"cr\u00E8me", "creme", "cr\u00EAme", "Creme"}) == 0);
+  CHECK(count({"denim", "d\u0435nim"}) == 1);         // Cyrillic
+  CHECK(count({"\u00B5-felt", "\u03BC-felt"}) == 1);  // micro sign, Greek
+  CHECK(count({"de\u00ADnim", "\u202Edenim", "denim"}) == 3);
+  CHECK(count({"cr\u00E8me", "creme", "cr\u00EAme"}) == 0);
   CHECK(count({"\u68C9", "\u9EBB", "a", "b", ""}) == 0);
   const auto one = find_similar_names({"denim", "denim\u00A0"}, "labels");
   CHECK(one.front().code == "similar_names");
   CHECK(one.front().text.ends_with("'denim' and 'denim<U+00A0>'"));
+  CHECK(find_similar_names({"denim", "d\u0435nim"}, "labels")
+            .front()
+            .text.ends_with("'denim' and 'd<U+0435>nim'"));
+  const auto capital = find_similar_names({"Denim", "denim ", "silk"}, "labels");
+  REQUIRE(capital.size() == 1);
+  CHECK(capital.front().code == "capital_letters");
 }
 
 }  // namespace

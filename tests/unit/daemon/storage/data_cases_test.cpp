@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "daemon/storage/dataset/data_warnings.hpp"
 #include "daemon/storage/dataset/import.hpp"
 #include "daemon/storage/imprints/image_file.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
@@ -92,6 +93,7 @@ TEST_CASE("F1: a heading that cannot be known is refused") {
   for (const char* heading :
        {"class,object,0,1,2,3\n",  // of no name, with numbers that count up
         "class,object,a,b,c,d\n",  // no numbers
+        "0,1,2,3,4,5\n",           // pandas, without any names
         "label,group,0,1,10,2\n",  // sorted as text
         ",label,group,0,1,2,3\n",  // a column of row numbers, which the rows lack
         "x,label,group\n", "label,label,0,1,2,3\n", "x,y,label,group,0,1,2,3\n"}) {
@@ -101,6 +103,12 @@ TEST_CASE("F1: a heading that cannot be known is refused") {
     CHECK(refused.error().code == Errc::parse);
     CHECK_FALSE(refused.error().what.empty());
   }
+}
+
+TEST_CASE("F1: a first row that counts up is said where it is no other row's label") {
+  CHECK(codes(table("class,object,5,6,7,8\n" + four_rows).value().warnings) ==
+        std::set<std::string>{"numbered_row"});
+  CHECK(table("felt,o0,5,6,7,8\n" + four_rows).value().warnings.empty());
 }
 
 TEST_CASE("F3: labels may begin with #, and what is left out is said") {
@@ -142,6 +150,25 @@ TEST_CASE("F7: an empty cell is refused, whatever separates the cells") {
   if (const auto path = input("imp/c_tabs_missing_all.txt")) CHECK_FALSE(read_image(*path));
 }
 
+TEST_CASE("F7: commas that may be decimal marks are refused where a number tells, else said") {
+  for (const char* text : {"0,050\n0,125\n1,000\n", "1,5\n2,05\n", "0,05,0,10\n0,15,0,20\n"}) {
+    CAPTURE(text);
+    CHECK(parse_image_csv("a.csv", text).error().hint.find("decimal marks") != std::string::npos);
+  }
+  CHECK(parse_image_csv("a.csv", "007,012\n003,004\n").value()(1, 1) == 4);
+  CHECK(parse_image_csv("a.csv", "0 0\n1 05\n").value()(1, 1) == 5);
+  CHECK(parse_image_csv("a.csv", "1.5,0.05\n2,0\n").value()(0, 1) == 0.05);
+  const auto warnings = [](const char* text) {
+    const OneFile set(text);
+    return codes(import_imprints(set.folder / "m.csv").value().warnings);
+  };
+  CHECK(warnings("1,5\n3,5\n3,25\n") == std::set<std::string>{"two_columns"});
+  CHECK(warnings("1.5,5\n2,5\n").empty());
+  CHECK(warnings("0,5,6\n1,7,8\n2,9,10\n") == std::set<std::string>{"numbered_column"});
+  CHECK(warnings("0,1,2\n5,7,8\n9,9,10\n") == std::set<std::string>{"numbered_row"});
+  CHECK(warnings("5,6,7\n6,7,8\n7,9,10\n").empty());
+}
+
 TEST_CASE("F12: a sample with the time and the values of the one before is refused or said") {
   const OneFile twice("t_s,ch1\n0,1\n0,1\n0.02,2\n0.02,2\n0.04,3\n0.04,3\n");
   CHECK(twice.trial().error().where.ends_with("a.csv:3"));
@@ -151,6 +178,13 @@ TEST_CASE("F12: a sample with the time and the values of the one before is refus
   CHECK(stated->info.taxel_rate_hz == 50);
   CHECK(codes(stated->warnings) == std::set<std::string>{"repeated_samples"});
   CHECK(OneFile("t_s,X\n0,1\n0,1\n0.001,2\n0.001,2\n").recording().error().where.ends_with(":3"));
+  std::string half;
+  for (int i = 0; i < 20; ++i) half += std::to_string(i * 0.001) + "," + std::to_string(i) + "\n";
+  const OneFile pasted("t_s,X\n" + half + half);
+  for (const double rate_hz : {0.0, 1000.0}) {
+    CHECK(pasted.recording(rate_hz).error().what == "time runs backwards");
+    CHECK(pasted.recording(rate_hz).error().where.ends_with("a.csv:22"));
+  }
   CHECK(OneFile("t_s,ch1\n0,1\n0.02,1\n0.04,1\n").trial().value().warnings.empty());
   std::string once = "t_s,ch1\n0,1\n0,1\n";  // one of two hundred
   for (int i = 1; i < 200; ++i) once += std::to_string(i * 0.02) + ",1\n";
@@ -170,7 +204,7 @@ TEST_CASE("F16: labels and groups that look alike are named") {
     write_file(folder / "m.csv", "file,label,group\na.csv," + first + "\nb.csv," + second + "\n");
     const auto set = import_manifest(folder / "m.csv");
     REQUIRE(set);
-    return codes(set->warnings);
+    return codes(find_similar_labels(set->trials));
   };
   const std::set<std::string> similar{"similar_names"};
   CHECK(warnings("denim,1", "denim\u00A0,1") == similar);
@@ -178,10 +212,15 @@ TEST_CASE("F16: labels and groups that look alike are named") {
   CHECK(warnings("denim,1", "denim\u200B,1") == similar);
   CHECK(warnings("denim,1", "denim,1\u2009") == similar);
   CHECK(warnings("denim,1", "wool,2").empty());
+  for (const char* nothing : {"\u00A0", "\" \"", "\u200B\u2003"}) {
+    CHECK(OneFile("t_s,ch1\n0,1\n0.02,2\n", "a.csv", nothing).trial().error().what ==
+          "the label is empty");
+    CHECK(table(nothing + std::string(",o1,1,2,3,4\n")).error().what == "the label is empty");
+  }
   for (const char* name : {"43_nbsp_two", "44_nfc_nfd", "47_quoted_blank", "48_zwsp"})
     if (const auto path = input("csv/" + std::string(name) + "/m.csv")) {
       CAPTURE(name);
-      CHECK(codes(import_manifest(*path).value().warnings) == similar);
+      CHECK(codes(find_data_warnings(import_manifest(*path).value())) == similar);
     }
 }
 
@@ -251,6 +290,14 @@ TEST_CASE("F29: whole numbers and floats of every width are read, others named b
   CHECK(values(npy("<f2", "\1\0\xFF\x7B"s)) == std::vector<double>{0x1p-24, 65504});
   CHECK(std::isinf(values(npy("<f2", "\0\x7C\0\xFC"s))[0]));
   CHECK(values(npy("|b1", "\1\0"s)) == std::vector<double>{1, 0});
+  for (const char* shape : {"(1, 2, 1)", "(2,)", "()"})
+    CHECK(parse_image_npy(
+              "n", std::string("\x93NUMPY\x01\0", 8) + "\x46\0"s +
+                       (std::string("{'descr': '<f8', 'fortran_order': False, 'shape': ") + shape +
+                        ", }" + std::string(70, ' '))
+                           .substr(0, 70))
+              .error()
+              .got == shape);
   CHECK(npy("<u8", std::string(16, '\xFF')).error().code == Errc::range);
   CHECK(npy("<i8", "\1\0\0\0\0\0\x20\0\0\0\0\0\0\0\0\0"s).error().code == Errc::range);
   for (const char* type : {"<f16", "|O", "<U3", "<c8", "<M8", "", "<", "i8"}) {
@@ -282,6 +329,12 @@ TEST_CASE("F42: a file of another kind is named, with the command that takes it"
   write_file(folder / "a.h5", std::string("RIFF\x24\0\0\0WAVEfmt ", 16));
   CHECK(import_trial(folder / "a.h5").error().hint.find("recordings") != std::string::npos);
   CHECK(read_image(folder / "a.h5").error().got.find("WAV") != std::string::npos);
+  write_file(folder / "a.npy", std::string("PK\x03\x04\0\0\0\0\0\0\0\0", 12));
+  CHECK(read_image(folder / "a.npy").error().got.find("npz") != std::string::npos);
+  write_file(folder / "a.wav", std::string("\x89HDF\r\n\x1a\n\0\0\0\0", 12));
+  CHECK(read_sound_file(folder / "a.wav").error().got == "an HDF5 file");
+  write_file(folder / "a.txt", "t_s,X\n0,1\n");
+  CHECK(read_sound_file(folder / "a.txt").error().hint.find(".csv") != std::string::npos);
   if (const auto path = input("h5/generic.h5")) {
     CHECK(import_manifest(*path).error().got == "an HDF5 file");
     CHECK_FALSE(import_manifest(*path).error().hint.empty());

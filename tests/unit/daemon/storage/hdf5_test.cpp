@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <thread>
 
+#include "daemon/storage/certificate/verify.hpp"
 #include "daemon/storage/dataset/hdf5_columns.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/recordings/recording_set.hpp"
@@ -288,6 +289,7 @@ TEST_CASE("a column whose filter is not there names it and says what to do") {
   H5Zunregister(number);
   const Error refused = read_error(folder / "d.h5");
   CHECK(refused.code == Errc::unsupported);
+  CHECK(verify(folder / "d.h5").error().code == Errc::unsupported);
   CHECK(refused.where.find("/taxel/t_ns") != std::string::npos);
   CHECK(refused.got.find("squeeze") != std::string::npos);
   CHECK(refused.got.find("321") != std::string::npos);
