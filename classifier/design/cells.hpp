@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "classifier/base/interval.hpp"
-#include "classifier/learners/learner.hpp"
 #include "classifier/features/feature_matrix.hpp"
+#include "classifier/learners/learner.hpp"
 
 namespace weft::classifier::design {
 

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "classifier/base/interval.hpp"
-#include "classifier/learners/learner.hpp"
 #include "classifier/fabric/options.hpp"
 #include "classifier/features/feature_matrix.hpp"
+#include "classifier/learners/learner.hpp"
 
 namespace weft::classifier::design {
 

@@ -8,9 +8,9 @@
 
 #include "classifier/base/interval.hpp"
 #include "classifier/base/matrix.hpp"
-#include "classifier/learners/learner.hpp"
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/features/feature_matrix.hpp"
+#include "classifier/learners/learner.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {

@@ -190,15 +190,15 @@ Result<PermutationResult> permuted(const FeatureMatrix& matrix, std::uint64_t se
 }  // namespace
 
 Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> splits,
-                                   Learner learner, const TrainOptions& options,
-                                   const SecondsNow& seconds_now, bool calibration) {
+                            Learner learner, const TrainOptions& options,
+                            const SecondsNow& seconds_now, bool calibration) {
   return evaluate(matrix, splits, candidates(learner, options.cap), options, seconds_now,
                   calibration);
 }
 
 Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> splits,
-                                   std::span<const Recipe> tried, const TrainOptions& options,
-                                   const SecondsNow& seconds_now, bool calibration) {
+                            std::span<const Recipe> tried, const TrainOptions& options,
+                            const SecondsNow& seconds_now, bool calibration) {
   const auto confusion = empty_confusion(matrix, splits);
   if (!confusion) return pass(confusion.error());
   CalibrationTally tally(confusion->labels);
@@ -225,9 +225,9 @@ Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> 
         return ok;
       });
   if (!scores) return pass(scores.error());
-  Evaluation out{std::move(*scores), std::move(recipes), std::move(of_candidates),
-                        std::move(*first), components,
-                        explained / static_cast<double>(splits.size())};
+  Evaluation out{
+      std::move(*scores), std::move(recipes), std::move(of_candidates),
+      std::move(*first),  components,         explained / static_cast<double>(splits.size())};
   if (tally.empty()) return out;
   auto check = tally.finish();
   if (!check) return pass(check.error());

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "classifier/base/interval.hpp"
-#include "classifier/learners/learner.hpp"
 #include "classifier/evaluate/calibration_check.hpp"
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/features/feature_matrix.hpp"
+#include "classifier/learners/learner.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {
@@ -46,8 +46,8 @@ struct Evaluation : Scores {
   std::vector<Recipe> recipes;
   std::vector<std::vector<RecipeScore>> candidates;
   TrainedLearner trained;  ///< of the first split
-  /// Principal components that were taken, the most of any split, and the share of the variance that
-  /// they explain, mean over the splits; 0 and 1 without them.
+  /// Principal components that were taken, the most of any split, and the share of the variance
+  /// that they explain, mean over the splits; 0 and 1 without them.
   std::size_t components = 0;
   double explained = 1.0;
   std::optional<CalibrationCheck> calibration = {};  ///< where it was asked for
@@ -59,13 +59,13 @@ struct Evaluation : Scores {
 /// refuses, no split, an empty test part, a row beyond the last, a row on both sides of a split, a
 /// test label that was not trained.
 Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> splits,
-                                   std::span<const Recipe> candidates, const TrainOptions& options,
-                                   const SecondsNow& seconds_now = {}, bool calibration = false);
+                            std::span<const Recipe> candidates, const TrainOptions& options,
+                            const SecondsNow& seconds_now = {}, bool calibration = false);
 
 /// The same of candidates(learner, options.cap).
 Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> splits,
-                                   Learner learner, const TrainOptions& options,
-                                   const SecondsNow& seconds_now = {}, bool calibration = false);
+                            Learner learner, const TrainOptions& options,
+                            const SecondsNow& seconds_now = {}, bool calibration = false);
 
 // What the method reaches when there is nothing to learn: labels in random order.
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "classifier/base/parallel.hpp"
-#include "classifier/learners/learner.hpp"
 #include "classifier/fabric/folds.hpp"
+#include "classifier/learners/learner.hpp"
 
 namespace weft::classifier::imprint {
 namespace {

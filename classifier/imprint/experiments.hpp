@@ -11,9 +11,9 @@
 
 #include "classifier/base/matrix.hpp"
 #include "classifier/features/feature_matrix.hpp"
-#include "classifier/learners/learner.hpp"
 #include "classifier/imprint/imprint_set.hpp"
 #include "classifier/imprint/scale_features.hpp"
+#include "classifier/learners/learner.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier::imprint {
@@ -43,9 +43,13 @@ Status check_rounds(const std::vector<std::vector<std::size_t>>& rounds,
 
 /// What learns in the tables: the paper's perceptron, on scaled features too (choice E5), minimum
 /// squared error, and ours.
-inline constexpr std::array table_learners{
-    Learner::perceptron, Learner::perceptron_zscore, Learner::least_squares, Learner::pvalue,
-    Learner::all,        Learner::lda,               Learner::svc};
+inline constexpr std::array table_learners{Learner::perceptron,
+                                           Learner::perceptron_zscore,
+                                           Learner::least_squares,
+                                           Learner::pvalue,
+                                           Learner::all,
+                                           Learner::lda,
+                                           Learner::svc};
 
 struct ExperimentOutcome {
   bool converged = true;    ///< of a perceptron: in every round; false is the paper's infinity

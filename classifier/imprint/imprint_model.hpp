@@ -9,9 +9,9 @@
 #include <string_view>
 #include <vector>
 
-#include "classifier/learners/learner.hpp"
 #include "classifier/fabric/model_text.hpp"
 #include "classifier/imprint/imprint_set.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/vote/postprocessing.hpp"
 #include "classifier/vote/vote.hpp"
 

@@ -97,8 +97,7 @@ std::string_view to_string(View view) {
 }
 
 Result<View> view_from(std::string_view text) {
-  return value_from(view_names, text, "unknown view of the features",
-                    name_list(view_names));
+  return value_from(view_names, text, "unknown view of the features", name_list(view_names));
 }
 
 std::vector<View> tried_views() {
@@ -169,8 +168,8 @@ FeatureView FeatureView::fit(View view, const Matrix& rows, std::size_t componen
   }
   Scaler scaler = fit_scaler(rows);
   PcaBasis basis = pca_basis(scaled(scaler, rows), components);
-  return FeatureView(Table(
-      PrincipalComponents{std::move(scaler), std::move(basis.axes), basis.explained.back()}));
+  return FeatureView(
+      Table(PrincipalComponents{std::move(scaler), std::move(basis.axes), basis.explained.back()}));
 }
 
 void FeatureView::apply_to_each(std::span<double> features) const {

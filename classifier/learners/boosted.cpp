@@ -170,7 +170,7 @@ class Boosted final : public Predictor {
 using Parameters = std::vector<std::pair<const char*, std::string>>;
 
 Result<PredictorPtr> boost(const TrainingSet& training, Parameters parameters, int rounds,
-                            const TrainOptions& options) {
+                           const TrainOptions& options) {
   if (!have_xgboost()) return not_there();
   auto matrix = matrix_of(training);
   if (!matrix) return pass(matrix.error());

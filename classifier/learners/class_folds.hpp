@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "classifier/learners/learner.hpp"
 #include "classifier/fabric/folds.hpp"
 #include "classifier/fabric/options.hpp"
 #include "classifier/features/feature_matrix.hpp"
+#include "classifier/learners/learner.hpp"
 
 namespace weft::classifier {
 

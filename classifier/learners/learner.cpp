@@ -284,7 +284,8 @@ PredictorPtr predictor_of(FabricModel cores) {
 PredictorPtr read_predictor(Learner learner, LineReader& in, std::size_t features,
                             std::size_t classes) {
   const Read read = info_of(learner).read;
-  if (read == nullptr) in.refuse("a learner that is stored as cores", {}, std::string(to_string(learner)));
+  if (read == nullptr)
+    in.refuse("a learner that is stored as cores", {}, std::string(to_string(learner)));
   return read == nullptr ? nullptr : read(in, features, classes);
 }
 

@@ -67,11 +67,11 @@ std::string_view paper_name(Learner learner);
 
 /// One way to train, not a choice between several.
 struct Recipe {
-  Learner learner = Learner::pvalue;  ///< not a choice
-  std::size_t cap = 20;               ///< cores with p-value or PCA: the paper's N
-  View view = View::plain;            ///< of the features, before anything else
-  std::size_t components = 0;         ///< View::components: the most of them
-  std::string features = {};          ///< name of the columns, for people
+  Learner learner = Learner::pvalue;      ///< not a choice
+  std::size_t cap = 20;                   ///< cores with p-value or PCA: the paper's N
+  View view = View::plain;                ///< of the features, before anything else
+  std::size_t components = 0;             ///< View::components: the most of them
+  std::string features = {};              ///< name of the columns, for people
   std::vector<std::size_t> columns = {};  ///< of the matrix, ascending; empty: all
   friend bool operator==(const Recipe&, const Recipe&) = default;
 };

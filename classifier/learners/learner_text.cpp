@@ -115,7 +115,8 @@ LearnerHead read_head(LineReader& in, int version) {
   if (version == 3) return {read_kind(in, "reduction", kinds_of_version_3), View::plain};
   const Learner kind = version < 6 ? read_kind(in, "learner", kinds_of_version_5)
                                    : read_name(in, "learner", learner_from, Learner::pvalue);
-  if (is_choice(kind)) in.refuse("a choice of learners is not trained", "one learner", std::string(to_string(kind)));
+  if (is_choice(kind))
+    in.refuse("a choice of learners is not trained", "one learner", std::string(to_string(kind)));
   if (version == 4)
     return {kind, in.count("compressed", 0, 1) == 1 ? View::compressed : View::plain};
   return {kind, read_name(in, "view", view_from, View::plain)};
@@ -130,7 +131,8 @@ std::optional<TrainedLearner> read_learner(LineReader& in, const LearnerHead& he
                                            std::vector<std::string> labels,
                                            std::vector<std::string> features) {
   FeatureView view = read_view(in, head.view, features.size());
-  PredictorPtr predictor = in.ok() ? read_any(in, head.kind, labels, view.apply(features)) : nullptr;
+  PredictorPtr predictor =
+      in.ok() ? read_any(in, head.kind, labels, view.apply(features)) : nullptr;
   if (!in.ok() || predictor == nullptr) return std::nullopt;
   return TrainedLearner(head.kind, std::move(labels), std::move(features), std::move(view),
                         std::move(predictor));

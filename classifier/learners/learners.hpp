@@ -48,8 +48,9 @@ PredictorPtr read_svm(LineReader& in, std::size_t features, std::size_t classes)
 /// with 1e-4 of the squared weights, Adam with steps of 1e-3 on shuffled batches of 200, until the
 /// loss of ten passes in a row is not 1e-4 below the best, or after 1000 passes: scikit-learn's
 /// MLPClassifier(hidden, max_iter=1000), in single precision. Features should be scaled.
-Result<PredictorPtr> fit_network(const TrainingSet& training, const std::vector<std::size_t>& hidden,
-                                  const TrainOptions& options);
+Result<PredictorPtr> fit_network(const TrainingSet& training,
+                                 const std::vector<std::size_t>& hidden,
+                                 const TrainOptions& options);
 PredictorPtr read_network(LineReader& in, std::size_t features, std::size_t classes);
 
 /// Softmax of linear scores; minimises the sum of the rows' cross entropies plus half the squared

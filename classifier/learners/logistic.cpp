@@ -53,10 +53,11 @@ class Logistic final : public Predictor {
  public:
   explicit Logistic(const TrainingSet& training) {
     const RowMatrix rows = with_intercept(training.rows());
-    const auto x =
-        minimum([&](const std::vector<double>& at,
-                    std::vector<double>& slope) { return loss(rows, training, at, slope); },
-                std::vector<double>(static_cast<std::size_t>(rows.cols()) * training.classes(), 0.0));
+    const auto x = minimum(
+        [&](const std::vector<double>& at, std::vector<double>& slope) {
+          return loss(rows, training, at, slope);
+        },
+        std::vector<double>(static_cast<std::size_t>(rows.cols()) * training.classes(), 0.0));
     weight_ = Weights(x.data(), rows.cols(), index(training.classes()));
   }
 

@@ -290,8 +290,9 @@ WEFT_INLINE void stripe(const float* a, std::size_t inner, std::size_t a_stride,
 
 }  // namespace
 
-Result<PredictorPtr> fit_network(const TrainingSet& training, const std::vector<std::size_t>& hidden,
-                                  const TrainOptions& options) {
+Result<PredictorPtr> fit_network(const TrainingSet& training,
+                                 const std::vector<std::size_t>& hidden,
+                                 const TrainOptions& options) {
   auto layers = Trainer(training, hidden, options.seed).train(options.stop);
   if (!layers) return pass(layers.error());
   for (const Layer& layer : *layers)

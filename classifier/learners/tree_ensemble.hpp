@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "classifier/base/matrix.hpp"
+#include "classifier/fabric/options.hpp"
 #include "classifier/learners/decision_tree.hpp"
 #include "classifier/learners/predictor.hpp"
-#include "classifier/fabric/options.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {

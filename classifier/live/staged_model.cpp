@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "classifier/base/line_io.hpp"
-#include "classifier/learners/class_folds.hpp"
 #include "classifier/fabric/folds.hpp"
+#include "classifier/learners/class_folds.hpp"
 
 namespace weft::classifier {
 namespace {

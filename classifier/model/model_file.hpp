@@ -9,10 +9,10 @@
 #include <string_view>
 #include <vector>
 
-#include "classifier/learners/learner.hpp"
-#include "classifier/learners/learner_text.hpp"
 #include "classifier/fabric/model_text.hpp"
 #include "classifier/features/feature_matrix.hpp"
+#include "classifier/learners/learner.hpp"
+#include "classifier/learners/learner_text.hpp"
 #include "classifier/vote/postprocessing.hpp"
 #include "protocols/base/result.hpp"
 

@@ -15,7 +15,7 @@ Interval over_splits(std::span<const double> figure, const SplitSizes& sizes) {
 }
 
 // A recording, or with blocks a part of one.
-using Asked = std::pair<std::size_t, std::size_t>;
+using Tested = std::pair<std::size_t, std::size_t>;
 
 // What the windows of a split say of their recordings.
 class RecordingVotes {
@@ -29,10 +29,10 @@ class RecordingVotes {
     votes.of_class.resize(classes_);
     ++votes.of_class[answer];
   }
-  [[nodiscard]] SplitShare share(std::set<Asked>& asked) const {
+  [[nodiscard]] SplitShare share(std::set<Tested>& tested) const {
     SplitShare out;
     for (const auto& [where, votes] : of_) {
-      asked.insert(where);
+      tested.insert(where);
       out.whole += 1.0;
       out.part += place_of_largest(votes.of_class) == votes.truth ? 1.0 : 0.0;
     }
@@ -46,14 +46,14 @@ class RecordingVotes {
   };
   const WindowSet& windows_;
   std::size_t classes_;
-  std::map<Asked, Votes> of_;
+  std::map<Tested, Votes> of_;
 };
 
 CrossValidation summary_of(const WindowSet& windows, std::span<const Split> splits,
                            const Evaluation& evaluation) {
   CrossValidation out{evaluation.confusion};
   const std::vector<std::string>& labels = out.confusion.labels;
-  std::set<Asked> asked;
+  std::set<Tested> tested;
   std::vector<SplitShare> voted;
   for (std::size_t s = 0; s < splits.size(); ++s) {
     Confusion own(labels);
@@ -64,7 +64,7 @@ CrossValidation summary_of(const WindowSet& windows, std::span<const Split> spli
       ++own.at(truth, answer);
       votes.add(row, truth, answer);
     }
-    voted.push_back(votes.share(asked));
+    voted.push_back(votes.share(tested));
     out.voted_answers += static_cast<std::size_t>(voted.back().whole);
     out.voted_accuracy += voted.back().part;
     out.split_accuracy.push_back(evaluation.splits[s].accuracy);
@@ -73,7 +73,7 @@ CrossValidation summary_of(const WindowSet& windows, std::span<const Split> spli
   const SplitSizes sizes = mean_sizes(splits);
   out.accuracy = evaluation.accuracy;
   out.f_score = compute_mean(out.split_f_score);
-  out.voted = asked.size();
+  out.voted = tested.size();
   out.voted_accuracy /= static_cast<double>(out.voted_answers);
   out.voted_ci95 = split_interval(voted, sizes);
   out.accuracy_ci95 = over_splits(out.split_accuracy, sizes);
@@ -94,8 +94,9 @@ Recipe window_recipe(Learner learner, std::size_t components) {
 }
 
 std::vector<Learner> window_learners() {
-  return {Learner::nb, Learner::knn,  Learner::tree, Learner::forest, Learner::svm, Learner::logistic,
-          Learner::nn, Learner::mlp2, Learner::xgb,  Learner::xgbrf,  Learner::lda, Learner::all};
+  return {Learner::nb,  Learner::knn,      Learner::tree, Learner::forest,
+          Learner::svm, Learner::logistic, Learner::nn,   Learner::mlp2,
+          Learner::xgb, Learner::xgbrf,    Learner::lda,  Learner::all};
 }
 
 Recipe window_recipe(Learner learner, std::size_t components, const std::vector<Channel>& channels,
@@ -156,13 +157,11 @@ TrainOptions window_training(TrainOptions options, Protocol protocol) {
 
 Result<CrossValidation> cross_validate(const WindowSet& windows, std::span<const Split> splits,
                                        std::span<const Recipe> candidates,
-                                       const TrainOptions& options,
-                                       const SecondsNow& seconds_now) {
+                                       const TrainOptions& options, const SecondsNow& seconds_now) {
   const auto evaluation = evaluate(windows.matrix, splits, candidates, options, seconds_now);
   if (!evaluation) return pass(evaluation.error());
   CrossValidation out = summary_of(windows, splits, *evaluation);
-  if (candidates.size() > 1)
-    out.chosen = evaluation->recipes;
+  if (candidates.size() > 1) out.chosen = evaluation->recipes;
   return out;
 }
 

@@ -32,8 +32,8 @@ Status add_permuted(const FeatureMatrix& matrix, const Split& split, const Recip
   if (!trained) return pass(trained.error());
   const auto own = class_numbers(select_rows(matrix, split.test), trained->labels());
   if (!own) return pass(own.error());
-  const auto permuted = permutation_importance(*trained, matrix.values.take(split.test), *own,
-                                               repeats, options.seed);
+  const auto permuted =
+      permutation_importance(*trained, matrix.values.take(split.test), *own, repeats, options.seed);
   if (!permuted) return pass(permuted.error());
   for (std::size_t f = 0; f < sum.size(); ++f) {
     sum[f].mean += share * (*permuted)[f].mean;
@@ -42,8 +42,8 @@ Status add_permuted(const FeatureMatrix& matrix, const Split& split, const Recip
   return {};
 }
 
-// The folds of a split's training rows as splits of the matrix; where there are none, all of them on
-// both sides.
+// The folds of a split's training rows as splits of the matrix; where there are none, all of them
+// on both sides.
 std::vector<Split> inner_splits(const FeatureMatrix& matrix, const Split& outer,
                                 const TrainOptions& options) {
   std::vector<Split> out;
@@ -98,7 +98,8 @@ Status add_reached(const WindowSet& windows, const Split& split, const Recipe& r
 
 }  // namespace
 
-Result<std::vector<Importance>> permutation_importance(const TrainedLearner& learner, const Matrix& rows,
+Result<std::vector<Importance>> permutation_importance(const TrainedLearner& learner,
+                                                       const Matrix& rows,
                                                        std::span<const std::size_t> of_row,
                                                        std::size_t repeats, std::uint64_t seed) {
   if (rows.rows() == 0 || of_row.size() != rows.rows() || repeats == 0)
@@ -134,8 +135,8 @@ Result<Weighed> weigh_features(const WindowSet& windows, std::span<const Split> 
   Weighed out{std::vector<Importance>(features), std::vector<double>(features, 0.0)};
   const double share = 1.0 / static_cast<double>(splits.size());
   for (const Split& split : splits) {
-    if (auto ok = add_permuted(windows.matrix, split, recipe, options, repeats, share,
-                               out.permutation);
+    if (auto ok =
+            add_permuted(windows.matrix, split, recipe, options, repeats, share, out.permutation);
         !ok)
       return pass(ok.error());
     const FeatureMatrix rows = select_rows(windows.matrix, split.train);
@@ -171,7 +172,9 @@ Result<Reached> reach_with(const WindowSet& windows, std::span<const Split> spli
         {.code = Errc::invalid_argument, .what = "nothing is reached without splits and columns"});
   Reached out;
   for (const Split& split : splits)
-    if (auto ok = add_reached(windows, split, recipe, options, {columns.begin(), columns.end()}, out); !ok)
+    if (auto ok =
+            add_reached(windows, split, recipe, options, {columns.begin(), columns.end()}, out);
+        !ok)
       return pass(ok.error());
   return out;
 }

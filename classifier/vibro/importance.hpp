@@ -22,7 +22,8 @@ struct Importance {
 
 /// Permutation importance (Breiman 2001; what the paper takes from Eli5) of every feature on rows
 /// that did not train. Refuses no repeats, no rows and what classify() refuses.
-Result<std::vector<Importance>> permutation_importance(const TrainedLearner& learner, const Matrix& rows,
+Result<std::vector<Importance>> permutation_importance(const TrainedLearner& learner,
+                                                       const Matrix& rows,
                                                        std::span<const std::size_t> of_row,
                                                        std::size_t repeats, std::uint64_t seed);
 

@@ -83,7 +83,8 @@ std::optional<TrainedLearner> read_pipeline(LineReader& in, std::vector<std::str
 
 std::vector<std::string> names_of(const RecordingSetup& setup) {
   std::vector<std::string> out;
-  for (const Column& column : columns_of(setup.channels, setup.features)) out.push_back(column.name);
+  for (const Column& column : columns_of(setup.channels, setup.features))
+    out.push_back(column.name);
   return out;
 }
 
@@ -194,8 +195,8 @@ Result<std::vector<RecordingAnswer>> classify_recordings(const RecordingModel& m
   if (!windows) return pass(windows.error());
   std::vector<RecordingAnswer> out;
   for (const Recording& recording : recordings)
-    out.push_back(
-        {recording.file, recording.label, 0, std::vector<std::size_t>(model.learner.labels().size(), 0)});
+    out.push_back({recording.file, recording.label, 0,
+                   std::vector<std::size_t>(model.learner.labels().size(), 0)});
   for (std::size_t r = 0; r < windows->matrix.size(); ++r) {
     const auto label = model.learner.classify(windows->matrix.values.row(r));
     if (!label) return pass(label.error(), windows->matrix.files[r]);

@@ -40,8 +40,8 @@ struct ChosenRecipe {
   Recipe recipe;  ///< of all columns of `features`
   FeatureChoice features;
 };
-/// train_best() of window_candidates() on the windows that `setup` describes; the features are those
-/// of `setup` where they are named. Refuses what cut_and_extract() and train_best() refuse.
+/// train_best() of window_candidates() on the windows that `setup` describes; the features are
+/// those of `setup` where they are named. Refuses what cut_and_extract() and train_best() refuse.
 Result<ChosenRecipe> choose_recipe(std::span<const Recording> recordings,
                                    const RecordingSetup& setup, bool features_are_named,
                                    std::size_t components, const TrainOptions& options);

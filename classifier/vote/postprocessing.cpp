@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "classifier/base/parallel.hpp"
-#include "classifier/learners/class_folds.hpp"
 #include "classifier/fabric/folds.hpp"
 #include "classifier/fabric/model_text.hpp"
+#include "classifier/learners/class_folds.hpp"
 #include "classifier/vote/calibration.hpp"
 
 namespace weft::classifier {
@@ -130,8 +130,12 @@ std::vector<double> softmax(std::vector<double> score) {
 Recipe recipe_of(const TrainedLearner& learner, TrainOptions& options) {
   learner.predictor().keep_parameters(options);
   const auto* components = std::get_if<PrincipalComponents>(&learner.view().table());
-  return {learner.kind(), options.cap, learner.view().kind(),
-          components != nullptr ? components->axes.rows() : 0, {}, learner.columns()};
+  return {learner.kind(),
+          options.cap,
+          learner.view().kind(),
+          components != nullptr ? components->axes.rows() : 0,
+          {},
+          learner.columns()};
 }
 
 Result<HeldOut> held_out(const TrainedLearner& learner, const FeatureMatrix& matrix,

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "classifier/base/line_io.hpp"
-#include "classifier/learners/learner.hpp"
 #include "classifier/fabric/model.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/vote/calibration.hpp"
 #include "classifier/vote/novelty.hpp"
 #include "classifier/vote/vote.hpp"

@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "classifier/base/random.hpp"
-#include "classifier/vibro/extract.hpp"
 #include "classifier/vibro/cross_validation.hpp"
+#include "classifier/vibro/extract.hpp"
 #include "tests/bench/figures.hpp"
 
 namespace {

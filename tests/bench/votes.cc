@@ -6,10 +6,10 @@
 #include <filesystem>
 #include <optional>
 
-#include "classifier/learners/learner.hpp"
 #include "classifier/evaluate/calibration_check.hpp"
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/features/trial.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/vote/postprocessing.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/dataset/import.hpp"

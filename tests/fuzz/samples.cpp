@@ -95,9 +95,9 @@ Result<classifier::TrainedLearner> two_trees_of(const classifier::TrainedLearner
   for (std::size_t r = 0; r < rows.rows(); ++r) of_row.push_back(r % trained.labels().size());
   auto trees = classifier::fit_extra_trees(rows, of_row, trained.labels().size(), {}, 2);
   if (!trees) return pass(trees.error());
-  return classifier::TrainedLearner(
-      classifier::Learner::trees, trained.labels(), trained.feature_names(), {},
-      std::make_shared<classifier::TreeEnsemble>(std::move(*trees)));
+  return classifier::TrainedLearner(classifier::Learner::trees, trained.labels(),
+                                    trained.feature_names(), {},
+                                    std::make_shared<classifier::TreeEnsemble>(std::move(*trees)));
 }
 
 }  // namespace

@@ -17,8 +17,8 @@
 
 #include "classifier/imprint/experiments.hpp"
 #include "classifier/imprint/imprint_set.hpp"
-#include "classifier/learners/linear_rule.hpp"
 #include "classifier/imprint/scale_features.hpp"
+#include "classifier/learners/linear_rule.hpp"
 
 namespace {
 
@@ -68,7 +68,8 @@ void print_experiments(const std::vector<double>& sigmas, std::string_view rule_
     options.form = form;
     const auto matrix = or_exit(build_matrix(imprints, options));
     const Classes classes = find_classes(matrix.labels);
-    const auto hull = or_exit(weft::classifier::separability(matrix.values, classes.of_row, classes.names.size()));
+    const auto hull = or_exit(
+        weft::classifier::separability(matrix.values, classes.of_row, classes.names.size()));
     for (const Experiment experiment : all_experiments) {
       const auto out = or_exit(run_experiment(matrix, experiment, rule));
       std::printf("%s,%s,%s,%d,%zu,%zu", to_string(form).data(), to_string(hull.verdict).data(),

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "classifier/base/random.hpp"
-#include "classifier/learners/learner_text.hpp"
 #include "classifier/features/trial.hpp"
+#include "classifier/learners/learner_text.hpp"
 #include "tests/scenario/bytes_digest.hpp"
 
 using namespace weft;

@@ -41,8 +41,7 @@ T or_exit(Result<T>&& result) {
 
 int main(int argc, char** argv) {
   if (argc != 5) return 2;
-  const Recipe recipe =
-      vibro::window_recipe(or_exit(learner_from(argv[1])), std::stoul(argv[4]));
+  const Recipe recipe = vibro::window_recipe(or_exit(learner_from(argv[1])), std::stoul(argv[4]));
   TrainOptions options;
   options.trees = std::stoul(argv[2]);
   const auto size = read<std::uint64_t>(3);

@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "classifier/learners/class_folds.hpp"
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/evaluate/splits.hpp"
+#include "classifier/learners/class_folds.hpp"
 #include "classifier/model/model_file.hpp"
 #include "classifier/vibro/cross_validation.hpp"
 #include "classifier/vote/postprocessing.hpp"

@@ -137,7 +137,8 @@ std::string vibration_heading(const std::string& exploration, const RecordingSet
          definition("channels", joined(channels)) +
          definition("windows", thousands(best.windows) + " of " + general(best.window_s) +
                                    " s, one every " + general(best.step_s) + " s, " +
-                                   std::to_string(best.columns) + " features (WIDE, of which sets are chosen)") +
+                                   std::to_string(best.columns) +
+                                   " features (WIDE, of which sets are chosen)") +
          definition("split", "each of " + std::to_string(best.groups) +
                                  " groups of repetitions left out in turn") +
          definition("learner", "chosen without the group: " + joined(chosen_in_turn(r))) +

@@ -113,7 +113,8 @@ Status choose_experiments(std::span<const ci::Imprint> imprints,
 Status measure_set(const TableOptions& options, PreparedSet& one) {
   const ci::Classes classes = ci::find_classes(one.matrix.labels);
   // A hull of thousands of corners is walked for seconds; beyond that the answer stays open.
-  const auto hull = classifier::separability(one.matrix.values, classes.of_row, classes.names.size(), 3000);
+  const auto hull =
+      classifier::separability(one.matrix.values, classes.of_row, classes.names.size(), 3000);
   if (!hull) return pass(hull.error());
   one.set.separability = *hull;
   for (const ci::Experiment experiment : options.experiments)
@@ -181,7 +182,8 @@ ordered_json printed_json(ci::Experiment experiment, const FeatureSet& set) {
 
 std::vector<std::string> rules_head(const ImprintTables& tables, std::string first) {
   std::vector<std::string> out{std::move(first), "<span class=\"paper\">paper</span>"};
-  for (const classifier::Learner rule : tables.options.rules) out.push_back(escape(to_string(rule)));
+  for (const classifier::Learner rule : tables.options.rules)
+    out.push_back(escape(to_string(rule)));
   return out;
 }
 

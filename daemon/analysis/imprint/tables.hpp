@@ -9,8 +9,8 @@
 
 #include "classifier/imprint/experiments.hpp"
 #include "classifier/imprint/imprint_set.hpp"
-#include "classifier/learners/linear_rule.hpp"
 #include "classifier/imprint/scale_features.hpp"
+#include "classifier/learners/linear_rule.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 
 namespace weft::daemon {

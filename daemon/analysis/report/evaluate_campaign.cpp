@@ -74,7 +74,8 @@ Result<std::vector<ReductionResult>> evaluate_without_level(
   if (!matrix) return pass(matrix.error());
   std::vector<ReductionResult> out;
   for (const Reduction reduction : reductions) {
-    auto evaluation = classifier::evaluate(*matrix, splits, classifier::cores_with(reduction), train_options(options));
+    auto evaluation = classifier::evaluate(*matrix, splits, classifier::cores_with(reduction),
+                                           train_options(options));
     if (!evaluation) return pass(evaluation.error(), "levels removed");
     out.push_back({reduction, std::move(*evaluation)});
   }
@@ -107,8 +108,8 @@ Result<ExplorationResult> evaluate_exploration(const Dataset& dataset,
   for (const Reduction reduction : reductions) {
     announce(exploration + ": " + std::string(classifier::to_string(reduction)) + ", " +
              std::to_string(splits->size()) + " trainings");
-    auto evaluation =
-        classifier::evaluate(*matrix, *splits, classifier::cores_with(reduction), train_options(options), seconds_now);
+    auto evaluation = classifier::evaluate(*matrix, *splits, classifier::cores_with(reduction),
+                                           train_options(options), seconds_now);
     if (!evaluation) return pass(evaluation.error(), classifier::to_string(reduction));
     out.reductions.push_back({reduction, std::move(*evaluation)});
   }

@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "classifier/learners/learner.hpp"
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/features/layout.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/vote/vote.hpp"
 #include "daemon/analysis/tradeoff/material.hpp"
 #include "daemon/analysis/tradeoff/tradeoff.hpp"

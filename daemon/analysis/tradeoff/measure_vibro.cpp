@@ -108,8 +108,8 @@ Status check_windows(const RecordingSet& set, const vibro::ProtocolOptions& prot
 }
 
 std::string point_name(const VibroPoint& p) {
-  return std::string(classifier::to_string(p.learner)) + " " + std::string(vibro::to_string(p.family)) +
-         " " + general(p.window_s) + " s " + p.source;
+  return std::string(classifier::to_string(p.learner)) + " " +
+         std::string(vibro::to_string(p.family)) + " " + general(p.window_s) + " s " + p.source;
 }
 
 }  // namespace

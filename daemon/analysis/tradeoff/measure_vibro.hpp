@@ -31,7 +31,7 @@ struct VibroTradeoffOptions {
   /// Its window and protocol are set for each choice.
   classifier::vibro::ProtocolOptions protocol;
   classifier::TrainOptions training;  ///< `stop` is asked before each training
-  std::size_t timings = 101;  ///< of the features of a window, at least 5
+  std::size_t timings = 101;          ///< of the features of a window, at least 5
 };
 
 /// One choice and what came of it.

@@ -48,13 +48,13 @@ std::string confusions(const VibroEvaluation& evaluation) {
   return out + "</section>\n";
 }
 
-using vibro::Family;
 using classifier::Learner;
+using vibro::Family;
 using vibro::Protocol;
 
 constexpr std::array paper_learners = {Learner::nb,     Learner::knn, Learner::tree,
-                                      Learner::forest, Learner::svm, Learner::logistic,
-                                      Learner::nn,     Learner::xgb, Learner::xgbrf};
+                                       Learner::forest, Learner::svm, Learner::logistic,
+                                       Learner::nn,     Learner::xgb, Learner::xgbrf};
 
 // Table 1 of the paper, in the order of paper_learners.
 struct PaperRow {
@@ -81,11 +81,11 @@ constexpr std::array paper_table_2 = {
     PaperMaterial{"sticky-fabric", 100},  PaperMaterial{"sparkle-paper-1", 95},
     PaperMaterial{"sparkle-paper-2", 92}, PaperMaterial{"toy-tire-rubber", 55}};
 
-const VibroPoint* find(const VibroTradeoff& tradeoff, Learner learner, Family family, double window_s,
-                       const std::string& source, Protocol protocol) {
+const VibroPoint* find(const VibroTradeoff& tradeoff, Learner learner, Family family,
+                       double window_s, const std::string& source, Protocol protocol) {
   for (const VibroPoint& p : tradeoff.points)
-    if (p.learner == learner && p.family == family && p.window_s == window_s && p.source == source &&
-        p.protocol == protocol)
+    if (p.learner == learner && p.family == family && p.window_s == window_s &&
+        p.source == source && p.protocol == protocol)
       return &p;
   return nullptr;
 }

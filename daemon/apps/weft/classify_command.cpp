@@ -183,8 +183,8 @@ Result<int> run_classify_recordings(const ClassifyArgs& args, Console& console) 
   for (const vibro::RecordingAnswer& a : *answers) {
     std::size_t windows = 0;
     for (const std::size_t n : a.windows) windows += n;
-    text += a.file + ": " + model->learner.labels()[a.label] + "  (" + std::to_string(a.windows[a.label]) +
-            " of " + std::to_string(windows) + " windows)\n";
+    text += a.file + ": " + model->learner.labels()[a.label] + "  (" +
+            std::to_string(a.windows[a.label]) + " of " + std::to_string(windows) + " windows)\n";
     list.push_back({{"file", a.file},
                     {"label", model->learner.labels()[a.label]},
                     {"windows", windows_by_label(model->learner.labels(), a.windows)}});

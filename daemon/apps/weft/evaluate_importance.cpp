@@ -106,8 +106,8 @@ Result<std::string> compare_selection(const vibro::WindowSet& windows,
 Result<std::string> add_importance(const vibro::WindowSet& windows,
                                    std::span<const classifier::Split> splits,
                                    const classifier::Recipe& recipe,
-                                   const classifier::TrainOptions& options,
-                                   std::size_t repeats, json& out) {
+                                   const classifier::TrainOptions& options, std::size_t repeats,
+                                   json& out) {
   const auto weighed = vibro::weigh_features(windows, splits, recipe, options, repeats);
   if (!weighed) return pass(weighed.error());
   const std::vector<std::string>& names = windows.matrix.names;

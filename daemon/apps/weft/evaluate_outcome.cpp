@@ -4,8 +4,8 @@
 #include <map>
 #include <utility>
 
-#include "classifier/learners/class_folds.hpp"
 #include "classifier/evaluate/open_set_check.hpp"
+#include "classifier/learners/class_folds.hpp"
 #include "daemon/analysis/report/confounding.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
@@ -16,8 +16,8 @@
 namespace weft::daemon::cli {
 namespace {
 
-using classifier::Learner;
 using classifier::Evaluation;
+using classifier::Learner;
 
 // What "every" means of slides: the paper's and ours, and best, which tries all of these.
 constexpr std::array every_learner = {Learner::pvalue, Learner::pca,   Learner::all, Learner::lda,
@@ -70,7 +70,8 @@ Result<std::vector<Outcome>> evaluate_all(const EvaluateArgs& args,
 
 /// What the outcomes come to where the mountings' levels say nothing.
 Status remove_levels(const EvaluateArgs& args, const ChosenTrials& chosen, Measured& out) {
-  const bool only_choices = std::ranges::all_of(out.outcomes, classifier::is_choice, &Outcome::learner);
+  const bool only_choices =
+      std::ranges::all_of(out.outcomes, classifier::is_choice, &Outcome::learner);
   const auto features = features_without_level(chosen, args.trials);
   if (!features) return pass(features.error(), args.dataset.string());
   for (Outcome& outcome : out.outcomes) {

@@ -179,9 +179,8 @@ void add_method(const std::string& name, const RecordingsPlan& plan, vibro::Cros
 
 // Fills table, results and all of them; what this build has no library for is left out by name.
 Status measure_all(const RecordingsPlan& plan, const std::vector<vibro::Channel>& channels,
-                   const vibro::WindowSet& windows,
-                   const std::vector<classifier::Split>& splits, Table& table, json& results,
-                   std::vector<WindowLearner>& all, Console& console) {
+                   const vibro::WindowSet& windows, const std::vector<classifier::Split>& splits,
+                   Table& table, json& results, std::vector<WindowLearner>& all, Console& console) {
   for (const Learner learner : plan.learners) {
     const std::string name(classifier::to_string(learner));
     if (!classifier::is_available(learner) && plan.learners.size() > 1) {
@@ -235,9 +234,10 @@ std::string format_chosen(const classifier::Recipe& recipe) {
 
 void add_recording_feature_options(CLI::App& command, RecordingChoice& choice) {
   command
-      .add_option("--features", choice.features,
-                  "SMMRP, SMMRP10, FFT, SMMRPFFT, ALL (the paper's); BANDS, WIDE (ours); where none is "
-                  "named, best chooses, and others take SMMRPFFT")
+      .add_option(
+          "--features", choice.features,
+          "SMMRP, SMMRP10, FFT, SMMRPFFT, ALL (the paper's); BANDS, WIDE (ours); where none is "
+          "named, best chooses, and others take SMMRPFFT")
       ->group(recordings_group);
   command.add_option("--combine", choice.combine, "figures of channels: concat, or their mean")
       ->capture_default_str()
@@ -309,8 +309,8 @@ Result<Windows> cut_windows(const RecordingSet& set, const RecordingsPlan& plan)
   auto splits = vibro::split_windows(*windows, plan.protocol);
   if (!splits) return pass(splits.error());
   const vibro::Leak leak = vibro::measure_leak(*windows, *splits);
-  const auto each_s = vibro_features_time(set.recordings, *windows, extracted_features(plan), features_timed,
-                                          steady_wall_seconds);
+  const auto each_s = vibro_features_time(set.recordings, *windows, extracted_features(plan),
+                                          features_timed, steady_wall_seconds);
   if (!each_s) return pass(each_s.error());
   const classifier::FeatureMatrix& matrix = windows->matrix;
   auto never = classifier::never_tested(*splits, matrix.labels, matrix.groups, matrix.files);
@@ -366,8 +366,8 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
       {"learner", "windows %", "95 %", "F-score", "recordings %", "training", "answer", "chosen"});
   json results = json::object(), importance;
   std::vector<WindowLearner> measured;
-  if (auto ok =
-          measure_all(*plan, set->recordings.front().channels, windows->set, windows->splits, table, results, measured, console);
+  if (auto ok = measure_all(*plan, set->recordings.front().channels, windows->set, windows->splits,
+                            table, results, measured, console);
       !ok)
     return pass(ok.error(), args.dataset.string());
   const auto weighed = weigh(args, *plan, windows->set, windows->splits, importance);
@@ -376,7 +376,8 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
   const std::vector<vibro::TooShort>& too_short = windows->set.too_short;
   const std::string what = std::to_string(set->recordings.size() - too_short.size()) +
                            " recordings, " + thousands(matrix.size()) + " windows, " + columns +
-                           " columns of " + std::string(vibro::to_string(extracted_features(*plan).family));
+                           " columns of " +
+                           std::string(vibro::to_string(extracted_features(*plan).family));
   const std::vector<Warning> warnings = find_data_warnings(*set);
   const std::string text = bench_banner(set->kind) + args.dataset.string() + " (" +
                            std::string(to_string(set->kind)) + "): " + what + "\n" +

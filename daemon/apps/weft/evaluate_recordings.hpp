@@ -31,8 +31,8 @@ inline constexpr std::size_t features_selected = 5;
 Result<std::string> add_importance(const classifier::vibro::WindowSet& windows,
                                    std::span<const classifier::Split> splits,
                                    const classifier::Recipe& recipe,
-                                   const classifier::TrainOptions& options,
-                                   std::size_t repeats, nlohmann::json& json);
+                                   const classifier::TrainOptions& options, std::size_t repeats,
+                                   nlohmann::json& json);
 
 struct EvaluateArgs;
 

@@ -1,5 +1,5 @@
-#include "classifier/learners/multi_class_svc.hpp"
 #include "daemon/apps/weft/evaluate_text.hpp"
+#include "classifier/learners/multi_class_svc.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -11,8 +11,8 @@
 namespace weft::daemon::cli {
 namespace {
 
-using classifier::Learner;
 using classifier::Evaluation;
+using classifier::Learner;
 using nlohmann::json;
 
 std::string candidates_text(const Evaluation& e) {

@@ -126,8 +126,9 @@ void add_options(CLI::App& command, TradeVibroArgs& args) {
                   "recordings of `weft dataset import`, or campaigns with a vibration sensor")
       ->required();
   add_options(command, args.files);
-  add_list(command, "--method", args.methods,
-           "some of nb, knn, tree, forest, svm, lg, nn, mlp2, xgb, xgbrf, lda, all, or any learner");
+  add_list(
+      command, "--method", args.methods,
+      "some of nb, knn, tree, forest, svm, lg, nn, mlp2, xgb, xgbrf, lda, all, or any learner");
   add_list(command, "--features", args.families,
            "some of SMMRP, FFT, SMMRPFFT (these without it), SMMRP10, ALL, BANDS, WIDE");
   command.add_option("--exploration", args.exploration,

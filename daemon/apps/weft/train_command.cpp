@@ -1,12 +1,12 @@
-#include "classifier/learners/multi_class_svc.hpp"
 #include "daemon/apps/weft/train_command.hpp"
+#include "classifier/learners/multi_class_svc.hpp"
 
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 
-#include "classifier/learners/class_folds.hpp"
 #include "classifier/imprint/imprint_model.hpp"
+#include "classifier/learners/class_folds.hpp"
 #include "classifier/live/staged_model.hpp"
 #include "daemon/analysis/report/report.hpp"
 #include "daemon/apps/weft/commands.hpp"
@@ -268,10 +268,10 @@ void add_options(CLI::App& command, TrainArgs& args) {
       ->excludes(windows);
   add_train_options(command, args.training);
   command
-      .add_option(
-          "--method", args.recordings.methods,
-          "best (if not told), nb, knn, tree, forest, svm, lg, nn, mlp2, xgb, xgbrf, lda, all or any other "
-          "learner")
+      .add_option("--method", args.recordings.methods,
+                  "best (if not told), nb, knn, tree, forest, svm, lg, nn, mlp2, xgb, xgbrf, lda, "
+                  "all or any other "
+                  "learner")
       ->expected(1)
       ->group(recordings_group);
   add_recording_feature_options(command, args.recordings);

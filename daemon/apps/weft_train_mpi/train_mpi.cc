@@ -10,8 +10,8 @@
 #include <optional>
 #include <set>
 
-#include "classifier/learners/learner_text.hpp"
 #include "classifier/fabric/model_text.hpp"
+#include "classifier/learners/learner_text.hpp"
 #include "daemon/apps/weft/console.hpp"
 #include "daemon/apps/weft/train_command.hpp"
 #include "daemon/apps/weft_train_mpi/ranks.hpp"

@@ -5,12 +5,12 @@
 #include <new>
 #include <set>
 
+#include "classifier/evaluate/evaluate.hpp"
+#include "classifier/fabric/folds.hpp"
 #include "classifier/learners/class_folds.hpp"
 #include "classifier/learners/learner.hpp"
 #include "classifier/learners/multi_class_svc.hpp"
 #include "classifier/learners/shrinkage_lda.hpp"
-#include "classifier/evaluate/evaluate.hpp"
-#include "classifier/fabric/folds.hpp"
 #include "classifier/vote/postprocessing.hpp"
 #include "tests/unit/classifier/support.hpp"
 

@@ -4,8 +4,8 @@
 #include <limits>
 #include <optional>
 
-#include "classifier/learners/learner.hpp"
 #include "classifier/learn/feature_view.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/vote/postprocessing.hpp"
 #include "tests/unit/classifier/support.hpp"
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "classifier/learners/learner.hpp"
 #include "classifier/evaluate/splits.hpp"
+#include "classifier/learners/learner.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::feature_view_test {
@@ -21,7 +21,8 @@ TEST_CASE("Names of views come back, others are refused with those that exist") 
   for (const View view : tried_views()) CHECK(*view_from(to_string(view)) == view);
   const auto wrong = view_from("oblique");
   REQUIRE_FALSE(wrong);
-  CHECK(wrong.error().expected == "plain, compressed, ranked, normal-scores, standardised, components");
+  CHECK(wrong.error().expected ==
+        "plain, compressed, ranked, normal-scores, standardised, components");
 }
 
 TEST_CASE("A place is the share of training values below, in the middle of equal ones") {

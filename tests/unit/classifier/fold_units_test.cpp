@@ -8,8 +8,8 @@
 #include <map>
 #include <set>
 
-#include "classifier/learners/multi_class_svc.hpp"
 #include "classifier/learners/class_folds.hpp"
+#include "classifier/learners/multi_class_svc.hpp"
 #include "classifier/vote/postprocessing.hpp"
 #include "tests/unit/classifier/support.hpp"
 

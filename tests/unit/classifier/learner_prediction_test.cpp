@@ -173,9 +173,8 @@ TEST_CASE("A label with a single trial is refused by name where two are needed")
   data.labels.back() = "lonely";
   for (const Learner learner : {Learner::nb, Learner::knn, Learner::perceptron})
     CHECK(train_learner(data, learner, {}));
-  for (const Learner learner :
-       {Learner::pvalue, Learner::pca, Learner::all, Learner::lda, Learner::svc, Learner::trees,
-        Learner::cores_best, Learner::best}) {
+  for (const Learner learner : {Learner::pvalue, Learner::pca, Learner::all, Learner::lda,
+                                Learner::svc, Learner::trees, Learner::cores_best, Learner::best}) {
     const auto trained = train_learner(data, learner, {});
     REQUIRE_FALSE(trained);
     CHECK(to_string(trained.error()).find("label lonely") != std::string::npos);

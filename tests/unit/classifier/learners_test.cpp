@@ -66,7 +66,8 @@ Result<TrainedLearner> fit(Learner learner, const Set& set, const TrainOptions& 
 
 std::vector<std::size_t> predict_all(const TrainedLearner& learner, const Matrix& rows) {
   std::vector<std::size_t> out;
-  for (std::size_t r = 0; r < rows.rows(); ++r) out.push_back(learner.classify(rows.row(r)).value());
+  for (std::size_t r = 0; r < rows.rows(); ++r)
+    out.push_back(learner.classify(rows.row(r)).value());
   return out;
 }
 
@@ -110,17 +111,22 @@ TEST_CASE("The winner has the largest score, and a score stands for every class"
       agree += place_of_largest(scores->score) == scores->winner ? 1 : 0;
     }
     // Votes of pairs are counted before their margins.
-    const bool is_of_pairs = is_cores(learner) || learner == Learner::svc || learner == Learner::svm;
+    const bool is_of_pairs =
+        is_cores(learner) || learner == Learner::svc || learner == Learner::svm;
     CHECK(agree >= (is_of_pairs ? 70 : 90));
   }
 }
 
 TEST_CASE("Learners have names, and unknown ones are refused") {
   for (const Learner one : all_learners()) CHECK(learner_from(to_string(one)).value() == one);
-  for (const auto& [name, learner] :
-       {std::pair("kNN", Learner::knn), {"RForest", Learner::forest}, {"LDA", Learner::lda},
-        {"SVM", Learner::svm}, {"Cores", Learner::all}, {"cores", Learner::pvalue},
-        {"cores-all", Learner::all}, {"kesler-zscore", Learner::perceptron_zscore}})
+  for (const auto& [name, learner] : {std::pair("kNN", Learner::knn),
+                                      {"RForest", Learner::forest},
+                                      {"LDA", Learner::lda},
+                                      {"SVM", Learner::svm},
+                                      {"Cores", Learner::all},
+                                      {"cores", Learner::pvalue},
+                                      {"cores-all", Learner::all},
+                                      {"kesler-zscore", Learner::perceptron_zscore}})
     CHECK(learner_from(name).value() == learner);
   for (const char* wrong : {"", "Knn", "rf"}) CHECK_FALSE(learner_from(wrong));
 }
@@ -315,6 +321,25 @@ TEST_CASE("As many components as there are features, or more, turn all of them")
     CHECK(right(turned) > right(plain) + 0.125);
   }
   CHECK(fit(Learner::nb, train, quick(), 1)->view().width(2) == 1);
+}
+
+TEST_CASE("A recipe of some columns looks at no other, and the better columns are chosen") {
+  Set set = gaussian_set(2, 40, 3, 0.0, 21);
+  for (std::size_t r = 0; r < set.rows.rows(); ++r)
+    set.rows(r, 2) += set.of_row[r] == 0 ? -3.0 : 3.0;
+  const FeatureMatrix matrix = set.matrix();
+  Recipe blind, sees;
+  blind.learner = sees.learner = Learner::lda;
+  blind.columns = {0, 1};
+  sees.columns = {2};
+  const auto chosen = train_best(matrix, std::vector{blind, sees}, quick());
+  REQUIRE(chosen);
+  CHECK(chosen->recipe == sees);
+  CHECK(accuracy(predict_all(chosen->trained, set.rows), set.of_row) > 0.95);
+  CHECK(accuracy(predict_all(*train_recipe(matrix, blind, quick()), set.rows), set.of_row) < 0.8);
+  Set other = set;
+  for (std::size_t r = 0; r < set.rows.rows(); ++r) other.rows(r, 0) = other.rows(r, 1) = 1e6;
+  CHECK(predict_all(chosen->trained, other.rows) == predict_all(chosen->trained, set.rows));
 }
 
 }  // namespace

@@ -7,8 +7,8 @@
 #include <limits>
 #include <numeric>
 
-#include "classifier/learners/learner.hpp"
 #include "classifier/fabric/folds.hpp"
+#include "classifier/learners/learner.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::tree_ensemble_test {
@@ -105,8 +105,7 @@ TEST_CASE("Trees know the rows they grew on, and shares are a distribution") {
     const auto scores = trees.predict(fresh.values.row(r)).value();
     CHECK(scores.winner == trees.classify(fresh.values.row(r)).value());
     for (std::size_t c = 0; c < shares.size(); ++c)
-      CHECK(scores.score[c] ==
-            Approx(std::log(std::max(shares[c], 0.01))));  // half of one of 50
+      CHECK(scores.score[c] == Approx(std::log(std::max(shares[c], 0.01))));  // half of one of 50
   }
   CHECK_FALSE(trees.classify(std::vector{1.0}));
 }

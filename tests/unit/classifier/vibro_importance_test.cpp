@@ -58,8 +58,10 @@ TEST_CASE("Features are weighed on test windows and by a forest, over all splits
   CHECK(weighed.forest[9] < 0.25 * *most);
   CHECK(std::abs(weighed.permutation[9].mean) < 0.1);
   // One split alone is what permutation_importance() says of it.
-  const auto first = weigh_features(c.windows, std::span(c.splits).first(1), lda, options, 3).value();
-  const auto second = weigh_features(c.windows, std::span(c.splits).last(1), lda, options, 3).value();
+  const auto first =
+      weigh_features(c.windows, std::span(c.splits).first(1), lda, options, 3).value();
+  const auto second =
+      weigh_features(c.windows, std::span(c.splits).last(1), lda, options, 3).value();
   for (std::size_t f = 0; f < 10; ++f)
     CHECK(weighed.permutation[f].mean ==
           Approx((first.permutation[f].mean + second.permutation[f].mean) / 2).margin(1e-12));
@@ -103,9 +105,9 @@ TEST_CASE("Features are selected on the training windows of each split, never on
   const auto recordings = levels(2, 3);
   const Cut all = cut(recordings, with(Protocol::groups), {Family::smmrp10, Combine::concat});
   REQUIRE(all.splits.size() == 3);
-  const auto whole =
-      reach_by_selection(all.windows, all.splits, lda, options, 10, 2).value();
-  const auto assessed = cross_validate(all.windows, all.splits, std::span(&lda, 1), options).value();
+  const auto whole = reach_by_selection(all.windows, all.splits, lda, options, 10, 2).value();
+  const auto assessed =
+      cross_validate(all.windows, all.splits, std::span(&lda, 1), options).value();
   CHECK(whole.split_accuracy == assessed.split_accuracy);
   CHECK(whole.accuracy == Approx(assessed.accuracy));
   CHECK(whole.f_score == Approx(assessed.f_score));
@@ -113,8 +115,7 @@ TEST_CASE("Features are selected on the training windows of each split, never on
 
   // Two groups: the one that trains cannot be parted, and is asked about itself.
   const Cut few = cut(levels(2, 2), with(Protocol::groups), {Family::smmrp10, Combine::concat});
-  CHECK(reach_by_selection(few.windows, few.splits, lda, options, 5, 2)->accuracy >
-        0.9);
+  CHECK(reach_by_selection(few.windows, few.splits, lda, options, 5, 2)->accuracy > 0.9);
   CHECK_FALSE(reach_by_selection(c.windows, {}, lda, options, 5, 2));
   CHECK_FALSE(reach_by_selection(c.windows, c.splits, lda, options, 0, 2));
   CHECK_FALSE(reach_by_selection(c.windows, c.splits, lda, options, 5, 0));

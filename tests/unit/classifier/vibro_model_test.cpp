@@ -129,8 +129,7 @@ TEST_CASE("Cores are tuned on recordings that they have not seen") {
   setup.features = {Family::smmrp10, Combine::concat};
   setup.window_s = 1.0;
   setup.step_s = 0.25;
-  const auto model =
-      train_recording_model(recordings, setup, window_recipe(Learner::all), {}, {});
+  const auto model = train_recording_model(recordings, setup, window_recipe(Learner::all), {}, {});
   REQUIRE(model);
   const auto counts = words_after(saved(*model), "cv_errors,train_rows,fits,folds");
   REQUIRE(counts.size() == 5);
@@ -149,8 +148,10 @@ TEST_CASE(
   check_corrupt(with(tree, "\nchild " + child[1] + " ", "\nchild 99999 "), "leads nowhere");
   check_corrupt(with(tree, "\nchild " + child[1] + " ", "\nchild 18446744073709551615 "),
                 "leads nowhere");
-  check_corrupt(with(tree, "\nfeature " + words_after(tree.substr(tree.find("\ntrees ")), "feature")[1] + " ", "\nfeature 4 "),
-                "beyond the last");
+  check_corrupt(
+      with(tree, "\nfeature " + words_after(tree.substr(tree.find("\ntrees ")), "feature")[1] + " ",
+           "\nfeature 4 "),
+      "beyond the last");
   check_corrupt(with(tree, "trees 1", "trees 2"), "due");
   const std::string svm = saved(trained(Learner::svm).value());
   const auto vectors = words_after(svm, "vectors");

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "classifier/base/interval.hpp"
-#include "classifier/learners/learner.hpp"
 #include "classifier/features/trial.hpp"
+#include "classifier/learners/learner.hpp"
 #include "sim/plant/fabric.hpp"
 #include "sim/plant/scene/scene.hpp"
 
