@@ -48,7 +48,7 @@ def campaigns(t, root, d, seeds):
     t.expect(accused <= 0.05 * seeds, f"{accused} of {seeds} clean campaigns accused")
 
 
-def made_up(t, d):
+def made_up(t, root, d):
     rows = made_up_cloths.write_set(d / "cloths", each=10)
     t.succeeds("dataset", "import", d / "cloths/manifest.csv", "-o", "two.h5", cwd=d)
     few = t.succeeds("audit", "two.h5", cwd=d)
@@ -60,6 +60,9 @@ def made_up(t, d):
     five = t.succeeds("audit", "five.h5", cwd=d)
     t.expect(five["permutations"]["units"] == 15 and five["splits"] == 5, f"five groups: {five['permutations']}")
     t.expect({one["name"] for one in five["not_tried"]} >= {"force error", "lost frames", "durations"}, f"{five['not_tried']}")
+    pattern = t.succeeds("audit", "five.h5", "--groups-are", "mounting", cwd=d)["verdict"]
+    t.expect(not {"pad pattern", "phase S"} & set(pattern["confounds"]) and pattern["unnamed"] == ["piece"], f"mountings: {pattern}")
+    t.expect(five["verdict"]["unnamed"] == ["mounting", "piece"], f"five groups: {five['verdict']}")
     # A session of each cloth: the group is the label.
     for row in rows:
         row[2] = row[1]
@@ -76,6 +79,7 @@ def made_up(t, d):
     shuffled = verdict(t, d, "shuffled.h5")
     t.expect(shuffled["verdict"]["code"] == "cannot_tell" and not shuffled["verdict"]["confounds"], f"shuffled: {shuffled['verdict']}")
     t.expect(verdict(t, d, "five.h5", "--seed", "3") == verdict(t, d, "five.h5", "--seed", "3", "--threads", "1"), "threads")
+    t.refuses("audit", campaign(t, root, d, "named", 1, {}), "--groups-are", "mounting", cwd=d, says=["--group mounting"])
     t.refuses("audit", "five.h5", "--group", "piece", cwd=d, says=["piece"])
     t.refuses("audit", "cloths/manifest.csv", cwd=d, says=["manifest.csv"])
 
@@ -103,8 +107,9 @@ def main():
     seeds = int(sys.argv[sys.argv.index("--seeds") + 1]) if "--seeds" in sys.argv else 1
     with tempfile.TemporaryDirectory(prefix="weft-audit-") as folder:
         d = pathlib.Path(folder)
-        made_up(t, d)
-        campaigns(t, pathlib.Path(sys.argv[2]).resolve(), d, seeds)
+        root = pathlib.Path(sys.argv[2]).resolve()
+        made_up(t, root, d)
+        campaigns(t, root, d, seeds)
         real(t, pathlib.Path(sys.argv[3]), d)
     t.finish()
 

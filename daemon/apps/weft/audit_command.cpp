@@ -19,6 +19,7 @@ constexpr double recording_window_s = 2.0;  // as the 2023 paper's
 struct AuditArgs : SplitChoice {
   std::filesystem::path dataset;
   TrialChoice trials;
+  std::string groups_are;  ///< "mounting", "piece" or empty: what the groups of an import stand for
   classifier::AuditOptions options;
   std::size_t repeats = 5;
 };
@@ -32,6 +33,10 @@ void add_options(CLI::App& command, AuditArgs& args) {
   add_keyword(command, "--group", args.trials.group,
               {"recorded", "repetition", "mounting", "piece", "patch"},
               "group the trials as recorded, or by repetition, mounting, piece or patch");
+  command
+      .add_option("--groups-are", args.groups_are,
+                  "what the groups of an import stand for, where it has no column of its own")
+      ->check(CLI::IsMember({"mounting", "piece"}));
   add_split_options(command, args,
                     "share of each label's trials that trains; without any of these, five parts "
                     "of whole groups or recordings test in turn",
@@ -76,6 +81,19 @@ Status load_tables(const AuditArgs& args, AuditReport& out) {
   out.sha256 = chosen->sha256;
   out.kind = chosen->dataset.info.kind;
   out.banner = bench_banner(chosen->dataset.info);
+  return {};
+}
+
+/// Errors: invalid_argument, where the data set names mountings (pieces) itself.
+Status name_groups(const AuditArgs& args, AuditTables& tables) {
+  if (args.groups_are.empty()) return {};
+  if (std::ranges::find(tables.columns, args.groups_are, &GroupColumn::name) !=
+      tables.columns.end())
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--groups-are",
+                 .what = "the data set names each " + args.groups_are + " itself",
+                 .hint = "Use --group " + args.groups_are});
+  tables.columns.push_back({args.groups_are, tables.full.groups, false});
   return {};
 }
 
@@ -140,6 +158,7 @@ Status add_beside(const AuditArgs& args, std::span<const classifier::Split> spli
 Result<int> run_audit(const AuditArgs& args, Console& console) {
   AuditReport out;
   if (auto ok = load_tables(args, out); !ok) return pass(ok.error());
+  if (auto ok = name_groups(args, out.tables); !ok) return pass(ok.error(), args.dataset.string());
   const auto splits = choose_splits(args, out);
   if (!splits) return pass(splits.error(), args.dataset.string());
   out.splits = splits->size();

@@ -28,10 +28,10 @@ constexpr std::array meanings = {
     Meaning{"phase S", "what the sensor shows at rest, before anything slides",
             "Lift and place the probe anew for every trial, and mount each label several times, "
             "the labels in mixed order."},
-    Meaning{
-        "pad pattern", "mounting",
-        "Mount each label at least three times, the labels in mixed order, with the mounting as "
-        "the group (column group of the manifest); then run this again."},
+    Meaning{"pad pattern", "mounting",
+            "Mount each label at least three times, the labels in mixed order; name the mounting "
+            "(column group of a manifest), and leave whole mountings out: --group mounting, of an "
+            "import --groups-are mounting."},
     Meaning{"durations", "length of the recordings",
             "Record all trials equally long, or evaluate with --window-s."},
     Meaning{
@@ -130,6 +130,17 @@ std::string remaining_text(const AuditReport& report) {
          " %, by the material or by what else one mounting or piece has in common.";
 }
 
+/// Of slides: mounting and piece, where the data set does not name them.
+std::vector<std::string> unnamed_columns(const AuditReport& report) {
+  std::vector<std::string> out;
+  if (report.tables.rows != "trials") return out;
+  for (const char* const name : {"mounting", "piece"})
+    if (std::ranges::find(report.tables.columns, name, &GroupColumn::name) ==
+        report.tables.columns.end())
+      out.emplace_back(name);
+  return out;
+}
+
 std::vector<std::string> verdict_sentences(const AuditReport& report) {
   std::vector<std::string> out;
   const auto confounds = named_probes(report, Carrier::nuisance);
@@ -155,6 +166,9 @@ std::vector<std::string> verdict_sentences(const AuditReport& report) {
   for (const std::string& column : report.single_columns)
     out.push_back("Whether the accuracy carries over to another " + column +
                   " cannot be told: each label has one.");
+  for (const std::string& column : unnamed_columns(report))
+    out.push_back("Whether the accuracy carries over to another " + column +
+                  " cannot be told: the data set does not name it.");
   return out;
 }
 
@@ -250,10 +264,15 @@ json verdict_json(const AuditReport& report) {
     return out;
   };
   const std::string why = obstacle_of(report).code;
-  return {{"code", verdict_code(report)},          {"why", why.empty() ? json() : json(why)},
-          {"confounds", names(Carrier::nuisance)}, {"undecided", names(Carrier::undecided)},
-          {"material", names(Carrier::material)},  {"single", report.single_columns},
-          {"text", verdict_sentences(report)},     {"next", next_steps(report)}};
+  return {{"code", verdict_code(report)},
+          {"why", why.empty() ? json() : json(why)},
+          {"confounds", names(Carrier::nuisance)},
+          {"undecided", names(Carrier::undecided)},
+          {"material", names(Carrier::material)},
+          {"single", report.single_columns},
+          {"unnamed", unnamed_columns(report)},
+          {"text", verdict_sentences(report)},
+          {"next", next_steps(report)}};
 }
 
 }  // namespace
