@@ -4,7 +4,8 @@
     cli_audit.py WEFT ROOT SHARED [--seeds N]      N (default 1) campaigns of each kind on the simulated rig
 
 SIMULATED: a blocked campaign with one mounting of each cloth is confounded by time of recording and by pad pattern. Cloths in
-random order on eight pieces each, with whole pieces left out, are not accused. REAL: fabricslide names its pad pattern.
+random order on eight pieces each, with whole pieces left out, are not accused; the error of the simulated force loop goes with the
+cloth in some of them, which is undecided ("by the material, or by the loop"). REAL: fabricslide names its pad pattern.
 """
 import json
 import pathlib
@@ -41,7 +42,7 @@ def campaigns(t, root, d, seeds):
         blocked = verdict(t, d, campaign(t, root, d, f"blocked{seed}", seed, {}))["verdict"]
         found += blocked["code"] == "confounded" and {"order and time", "pad pattern"} <= set(blocked["confounds"])
         clean = verdict(t, d, campaign(t, root, d, f"clean{seed}", seed, CLEAN), "--group", "piece")
-        accused += clean["verdict"]["code"] != "no_sign"
+        accused += clean["verdict"]["code"] == "confounded"
         print(f"seed {seed}, SIMULATED: blocked {blocked['confounds']}, pieces {clean['verdict']}")
     print(f"SIMULATED: {found} of {seeds} blocked campaigns found, {accused} of {seeds} clean ones accused")
     t.expect(found >= 0.95 * seeds, f"{found} of {seeds} blocked campaigns found")

@@ -16,9 +16,10 @@ namespace {
 constexpr std::size_t audit_parts = 5;
 constexpr double recording_window_s = 2.0;  // as the 2023 paper's
 
-struct AuditArgs : SplitChoice {
+struct AuditArgs {
   std::filesystem::path dataset;
   TrialChoice trials;
+  SplitChoice split;
   std::string groups_are;  ///< "mounting", "piece" or empty: what the groups of an import stand for
   classifier::AuditOptions options;
   std::size_t repeats = 5;
@@ -37,7 +38,7 @@ void add_options(CLI::App& command, AuditArgs& args) {
       .add_option("--groups-are", args.groups_are,
                   "what the groups of an import stand for, where it has no column of its own")
       ->check(CLI::IsMember({"mounting", "piece"}));
-  add_split_options(command, args,
+  add_split_options(command, args.split,
                     "share of each label's trials that trains; without any of these, five parts "
                     "of whole groups or recordings test in turn",
                     "every group tests once, all others train");
@@ -112,9 +113,9 @@ bool has_split(const SplitChoice& choice) {
 
 /// As asked for, else in parts; says how in the report.
 Result<std::vector<classifier::Split>> choose_splits(const AuditArgs& args, AuditReport& out) {
-  if (has_split(args)) {
+  if (has_split(args.split)) {
     EvaluateArgs given;
-    static_cast<SplitChoice&>(given) = args;
+    static_cast<SplitChoice&>(given) = args.split;
     given.repeats = args.repeats;
     given.training.seed = args.options.seed;
     auto splits = make_splits(given, out.tables.full);

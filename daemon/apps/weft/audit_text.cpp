@@ -54,13 +54,18 @@ const Meaning& meaning_of(const std::string& probe) {
   return *std::ranges::find(meanings, std::string_view(probe), &Meaning::probe);
 }
 
-/// What the share of a probe comes from. Level and contact differ with the material too; splits
-/// that keep mountings (pieces) whole cannot be helped by what one mounting (piece) has in common.
+bool is_contact(const ProbeFigure& one) {
+  return one.name == "phase S" || one.name == "pad pattern";
+}
+
+/// What the share of a probe comes from. Level, force error and contact differ with the material
+/// too; splits that keep mountings (pieces) whole cannot be helped by what one mounting (piece) has
+/// in common.
 enum class Carrier { nuisance, undecided, material };
 
 Carrier carrier_of(const AuditReport& report, const ProbeFigure& one) {
-  if (one.name == "level") return Carrier::undecided;
-  if (one.name != "phase S" && one.name != "pad pattern") return Carrier::nuisance;
+  if (one.name == "level" || one.name == "force error") return Carrier::undecided;
+  if (!is_contact(one)) return Carrier::nuisance;
   const auto is_whole = [&](std::string_view name) {
     return std::ranges::any_of(report.tables.columns, [name](const GroupColumn& column) {
       return column.name == name && column.whole;
@@ -141,6 +146,13 @@ std::vector<std::string> unnamed_columns(const AuditReport& report) {
   return out;
 }
 
+std::string undecided_text(const ProbeFigure& one) {
+  if (one.name == "level") return ": by the material, or by gain, distance and force.";
+  if (one.name == "force error")
+    return ": by the material, which the force loop feels, or by the loop itself.";
+  return ", with whole mountings left out: by the material, or by the one piece of it.";
+}
+
 std::vector<std::string> verdict_sentences(const AuditReport& report) {
   std::vector<std::string> out;
   const auto confounds = named_probes(report, Carrier::nuisance);
@@ -148,11 +160,7 @@ std::vector<std::string> verdict_sentences(const AuditReport& report) {
   for (const ProbeFigure* one : confounds)
     out.push_back(had_from(*one) + ": label and " + std::string(meaning_of(one->name).confounded) +
                   " are confounded.");
-  for (const ProbeFigure* one : contact)
-    out.push_back(had_from(*one) + (one->name == "level"
-                                        ? ": by the material, or by gain, distance and force."
-                                        : ", with whole mountings left out: by the material, or by "
-                                          "the one piece of it."));
+  for (const ProbeFigure* one : contact) out.push_back(had_from(*one) + undecided_text(*one));
   for (const ProbeFigure* one : named_probes(report, Carrier::material))
     out.push_back(had_from(*one) + ", with whole pieces left out: it belongs to the material.");
   const std::string code = verdict_code(report);
@@ -177,9 +185,9 @@ std::vector<std::string> next_steps(const AuditReport& report) {
   for (const ProbeFigure* one : named_probes(report, Carrier::nuisance))
     out.emplace_back(meaning_of(one->name).next);
   const auto undecided = named_probes(report, Carrier::undecided);
-  const auto is_level = [](const ProbeFigure* one) { return one->name == "level"; };
-  if (std::ranges::any_of(undecided, is_level)) out.emplace_back(meaning_of("level").next);
-  if (!std::ranges::all_of(undecided, is_level))
+  for (const ProbeFigure* one : undecided)
+    if (!is_contact(*one)) out.emplace_back(meaning_of(one->name).next);
+  if (std::ranges::any_of(undecided, [](const ProbeFigure* one) { return is_contact(*one); }))
     out.emplace_back(
         "Record each label on several pieces (\"piece\": \"each_label_split\"), and leave pieces "
         "out: weft audit --group piece.");

@@ -175,6 +175,7 @@ TEST_CASE(
   CHECK(audit_json(shared)["verdict"]["code"] == "confounded");
   CHECK(audit_json(shared)["verdict"]["confounds"] == nlohmann::json({"pad pattern"}));
   CHECK(audit_json(report_of("order and time", across))["verdict"]["code"] == "confounded");
+  CHECK(audit_json(report_of("force error", across))["verdict"]["why"] == "undecided");
   CHECK(audit_json(report_of("level", across))["verdict"]["why"] == "undecided");
 }
 
