@@ -40,6 +40,10 @@ set_tests_properties(scenario_vibro_agreement scenario_vibro_learners
 # The command line as a person meets it.
 set(cli_tests ${CMAKE_CURRENT_SOURCE_DIR}/scenario)
 add_test(NAME scenario_cli_data COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_data.py $<TARGET_FILE:weft>)
+add_test(NAME scenario_cli_audit COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_audit.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/../shared)
+add_test(NAME nightly_cli_audit CONFIGURATIONS Nightly
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_audit.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/../shared --seeds 20)
+set_tests_properties(scenario_cli_audit nightly_cli_audit PROPERTIES TIMEOUT 900 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 add_test(NAME scenario_cli_calibrate COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_calibrate.py $<TARGET_FILE:weft>)
 add_test(NAME scenario_cli_few_trials COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_few_trials.py $<TARGET_FILE:weft>)
 add_test(NAME scenario_cli_own_recordings COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_own_recordings.py $<TARGET_FILE:weft>)

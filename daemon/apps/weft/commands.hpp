@@ -81,6 +81,7 @@ void add_report_command(const CommandGroup& weft);
 void add_features_command(const CommandGroup& weft);
 void add_train_command(const CommandGroup& weft);
 void add_evaluate_command(const CommandGroup& weft);
+void add_audit_command(const CommandGroup& weft);
 void add_classify_command(const CommandGroup& weft);
 void add_trade_commands(const CommandGroup& weft);
 void add_design_commands(const CommandGroup& weft);

@@ -1,0 +1,188 @@
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "daemon/apps/weft/audit_text.hpp"
+#include "daemon/apps/weft/commands.hpp"
+#include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/evaluate_outcome.hpp"
+#include "daemon/apps/weft/options.hpp"
+#include "daemon/storage/recordings/recording_set.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+constexpr std::size_t audit_parts = 5;
+constexpr double recording_window_s = 2.0;  // as the 2023 paper's
+
+struct AuditArgs {
+  std::filesystem::path dataset;
+  TrialChoice trials;
+  SplitChoice split;
+  std::string groups_are;  ///< "mounting", "piece" or empty: what the groups of an import stand for
+  classifier::AuditOptions options;
+  std::size_t repeats = 5;
+};
+
+void add_options(CLI::App& command, AuditArgs& args) {
+  command
+      .add_option("DATASET", args.dataset, "data set, or recordings of sound and vibration (HDF5)")
+      ->required();
+  command.add_option("--exploration", args.trials.exploration,
+                     "only trials of this exploration, such as M1");
+  add_keyword(command, "--group", args.trials.group,
+              {"recorded", "repetition", "mounting", "piece", "patch"},
+              "group the trials as recorded, or by repetition, mounting, piece or patch");
+  command
+      .add_option("--groups-are", args.groups_are,
+                  "what the groups of an import stand for, where it has no column of its own")
+      ->check(CLI::IsMember({"mounting", "piece"}));
+  add_split_options(command, args.split,
+                    "share of each label's trials that trains; without any of these, five parts "
+                    "of whole groups or recordings test in turn",
+                    "every group tests once, all others train");
+  add_count(command, "--repeats", args.repeats, 1, 1000, "random splits");
+  add_count(command, "--permutations", args.options.permutations, 99, 100000,
+            "of the labels, with LDA; at most half as many with trees");
+  command.add_option("--seed", args.options.seed, "of permutations, random splits and trees")
+      ->check(seed_problem)
+      ->capture_default_str();
+  add_count(command, "--threads", args.options.threads, 0, 1024,
+            "0: one per core; results do not depend on it");
+}
+
+bool has_taxels(const Dataset& dataset) {
+  return dataset.trials.empty() || dataset.trials.front().taxels > 0;
+}
+
+Status load_recordings(const AuditArgs& args, AuditReport& out) {
+  const auto set = open_recordings(args.dataset, args.trials.exploration, false);
+  if (!set) return pass(set.error());
+  auto tables = recording_tables(*set, recording_window_s);
+  if (!tables) return pass(tables.error(), args.dataset.string());
+  out.tables = std::move(*tables);
+  out.sha256 = recordings_sha256(*set);
+  out.kind = set->kind;
+  out.banner = bench_banner(set->kind);
+  return {};
+}
+
+Status load_tables(const AuditArgs& args, AuditReport& out) {
+  out.dataset = args.dataset;
+  if (is_recordings_file(args.dataset)) return load_recordings(args, out);
+  const auto dataset = open_dataset(args.dataset);
+  if (!dataset) return pass(dataset.error());
+  if (!has_taxels(*dataset)) return load_recordings(args, out);
+  const auto chosen = load_trials(args.dataset, args.trials, true);
+  if (!chosen) return pass(chosen.error());
+  auto tables = chosen->imprint_plan ? imprint_tables(*chosen) : slide_tables(*chosen);
+  if (!tables) return pass(tables.error(), args.dataset.string());
+  out.tables = std::move(*tables);
+  out.sha256 = chosen->sha256;
+  out.kind = chosen->dataset.info.kind;
+  out.banner = bench_banner(chosen->dataset.info);
+  return {};
+}
+
+/// Errors: invalid_argument, where the data set names mountings (pieces) itself.
+Status name_groups(const AuditArgs& args, AuditTables& tables) {
+  if (args.groups_are.empty()) return {};
+  if (std::ranges::find(tables.columns, args.groups_are, &GroupColumn::name) !=
+      tables.columns.end())
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--groups-are",
+                 .what = "the data set names each " + args.groups_are + " itself",
+                 .hint = "Use --group " + args.groups_are});
+  tables.columns.push_back({args.groups_are, tables.full.groups, false});
+  return {};
+}
+
+/// Whether whole groups can be left out: every label is in at least two.
+bool can_leave_groups_out(const classifier::FeatureMatrix& matrix) {
+  std::map<std::string, std::set<std::string>> groups;
+  for (std::size_t r = 0; r < matrix.size(); ++r) groups[matrix.labels[r]].insert(matrix.groups[r]);
+  return std::ranges::all_of(groups, [](const auto& of_label) {
+    return of_label.second.size() > 1 && !of_label.second.contains("");
+  });
+}
+
+bool has_split(const SplitChoice& choice) {
+  return !choice.test_groups.empty() || choice.leave_one_group_out || choice.train_fraction != 0.0;
+}
+
+/// As asked for, else in parts; says how in the report.
+Result<std::vector<classifier::Split>> choose_splits(const AuditArgs& args, AuditReport& out) {
+  if (has_split(args.split)) {
+    EvaluateArgs given;
+    static_cast<SplitChoice&>(given) = args.split;
+    given.repeats = args.repeats;
+    given.training.seed = args.options.seed;
+    auto splits = make_splits(given, out.tables.full);
+    if (!splits) return pass(splits.error());
+    out.split_text = std::to_string(splits->size()) + " splits as asked for";
+    return splits;
+  }
+  const bool by_group = can_leave_groups_out(out.tables.full);
+  auto splits = classifier::split_in_parts(out.tables.full, by_group, audit_parts);
+  out.split_text = splits.empty()
+                       ? "no split is possible"
+                       : std::to_string(splits.size()) + " parts of whole " +
+                             (by_group ? "groups" : "recordings") + ", each left out in turn";
+  return splits;
+}
+
+Status add_beside(const AuditArgs& args, std::span<const classifier::Split> splits,
+                  AuditReport& out) {
+  const auto add = [&](const std::string& name, const classifier::FeatureMatrix& matrix,
+                       std::span<const classifier::Split> on) -> Status {
+    const auto reached = classifier::reach(matrix, on, args.options);
+    if (!reached) return pass(reached.error(), name);
+    out.beside.push_back({name, *reached});
+    return {};
+  };
+  for (const classifier::Probe& changed : out.tables.changed)
+    if (auto ok = add(changed.name, changed.features, splits); !ok) return ok;
+  for (const GroupColumn& column : out.tables.columns) {
+    classifier::FeatureMatrix matrix = out.tables.full;
+    if (column.of_row == matrix.groups) continue;  // the splits are those already
+    matrix.groups = column.of_row;
+    const auto across = classifier::split_in_parts(matrix, true, audit_parts);
+    if (across.empty())
+      out.single_columns.push_back(column.name);
+    else if (auto ok = add("across " + column.name + "s", matrix, across); !ok)
+      return ok;
+  }
+  return {};
+}
+
+Result<int> run_audit(const AuditArgs& args, Console& console) {
+  AuditReport out;
+  if (auto ok = load_tables(args, out); !ok) return pass(ok.error());
+  if (auto ok = name_groups(args, out.tables); !ok) return pass(ok.error(), args.dataset.string());
+  const auto splits = choose_splits(args, out);
+  if (!splits) return pass(splits.error(), args.dataset.string());
+  out.splits = splits->size();
+  if (!splits->empty()) {
+    note_whole_columns(out.tables.columns, out.tables.full, *splits);
+    if (!classifier::groups_on_both_sides(*splits, out.tables.full.groups).empty())
+      add_group_probe(out.tables);
+    classifier::AuditOptions options = args.options;
+    options.tree_permutations = std::max<std::size_t>(99, options.permutations / 2);
+    auto figures = classifier::audit(out.tables.full, out.tables.probes, *splits, options);
+    if (!figures) return pass(figures.error(), args.dataset.string());
+    out.figures = std::move(*figures);
+    if (auto ok = add_beside(args, *splits, out); !ok)
+      return pass(ok.error(), args.dataset.string());
+  }
+  print(console, audit_text(out), audit_json(out));
+  return exit_ok;
+}
+
+}  // namespace
+
+void add_audit_command(const CommandGroup& weft) {
+  weft.add<AuditArgs>("audit", "find how much of an accuracy is not the material", run_audit);
+}
+
+}  // namespace weft::daemon::cli
