@@ -245,7 +245,8 @@ std::optional<ModelParts> read_model_parts(LineReader& in, const LearnerHead& he
   const std::size_t sigmoids = cores != nullptr ? cores->cores().size() : 0;
   // Cores are calibrated on the features that they see, other learners by those of the trial.
   const std::size_t checked_columns = cores != nullptr ? cores->feature_names().size() : columns;
-  auto postprocessing = read_postprocessing(in, learner->labels().size(), checked_columns, sigmoids);
+  auto postprocessing =
+      read_postprocessing(in, learner->labels().size(), checked_columns, sigmoids);
   if (!in.ok()) return std::nullopt;
   return ModelParts{std::move(*learner), std::move(postprocessing)};
 }
