@@ -164,7 +164,7 @@ TEST_CASE("Windows of different lengths have names of their own") {
   std::set<std::string> names;
   for (const TradeoffPoint& p : set.points) names.insert(p.name);
   CHECK(names.size() == set.points.size());
-  CHECK(names.contains("NB SMMRP 0.25 s S"));
+  CHECK(names.contains("nb SMMRP 0.25 s S"));
 }
 
 }  // namespace
