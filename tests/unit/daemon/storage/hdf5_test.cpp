@@ -53,7 +53,7 @@ bool python_has_h5py() {
 
 bool python_verifies(const std::filesystem::path& file) {
   const std::string command = "/usr/bin/python3 " WEFT_SOURCE_DIR
-                              "/tests/unit/dataset/verify_dataset.py " +
+                              "/tests/unit/daemon/storage/verify_dataset.py " +
                               file.string() + " >/dev/null";
   return std::system(command.c_str()) == 0;
 }

@@ -88,7 +88,7 @@ TEST_CASE("a data set with vibrations goes through HDF5 unchanged, and h5py find
     return;
   }
   const std::string command = "/usr/bin/python3 " WEFT_SOURCE_DIR
-                              "/tests/unit/dataset/verify_dataset.py " +
+                              "/tests/unit/daemon/storage/verify_dataset.py " +
                               (folder / "d.h5").string() + " >/dev/null";
   CHECK(std::system(command.c_str()) == 0);
 }
