@@ -1,8 +1,6 @@
 #include <algorithm>
-#include <atomic>
 #include <numeric>
 
-#include "classifier/base/parallel.hpp"
 #include "classifier/learners/learners.hpp"
 #include "classifier/learners/tree_ensemble.hpp"
 
@@ -32,21 +30,13 @@ Result<Forest> grow_forest(const TrainingSet& training, const TrainOptions& opti
   const RankedRows rows(training.rows(), training.of_row(), training.classes());
   const SplitRule rule{features_of_a_split(rows.features())};
   Forest out;
-  out.trees.resize(options.trees);
   Matrix importance(options.trees, rows.features());
-  std::vector<Status> status(options.trees);
-  std::atomic<bool> is_stopped{false};
-  parallel_for(options.trees, options.threads, [&](std::size_t t) {
-    if (is_stopped) return;
-    status[t] = unless_stopped(options.stop);
-    is_stopped = is_stopped || !status[t];
-    if (!status[t]) return;
+  auto trees = grow_trees(options.trees, options, [&](std::size_t t) {
     RandomEngine engine = engine_of_tree(options.seed, t);
-    out.trees[t] =
-        DecisionTree::grow(rows, drawn(rows.rows(), engine), rule, engine, importance.row(t));
+    return DecisionTree::grow(rows, drawn(rows.rows(), engine), rule, engine, importance.row(t));
   });
-  for (const Status& ok : status)
-    if (!ok) return pass(ok.error());
+  if (!trees) return pass(trees.error());
+  out.trees = std::move(*trees);
   out.importance.assign(rows.features(), 0.0);
   for (std::size_t t = 0; t < options.trees; ++t)
     for (std::size_t f = 0; f < rows.features(); ++f)
@@ -71,12 +61,6 @@ Result<PredictorPtr> fit_forest(const TrainingSet& training, const TrainOptions&
   if (!grown) return pass(grown.error());
   return std::make_unique<TreeEnsemble>(training.rows().cols(), training.classes(),
                                         std::move(grown->trees));
-}
-
-PredictorPtr read_trees(LineReader& in, std::size_t features, std::size_t classes) {
-  auto trees = TreeEnsemble::read(in, features, classes);
-  if (!in.ok()) return nullptr;
-  return std::make_unique<TreeEnsemble>(std::move(trees));
 }
 
 Result<PredictorPtr> fit_extra_trees(const TrainingSet& training, const TrainOptions& options) {

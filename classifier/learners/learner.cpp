@@ -11,8 +11,10 @@
 #include "classifier/learners/class_folds.hpp"
 #include "classifier/learners/learner_text.hpp"
 #include "classifier/learners/learners.hpp"
+#include "classifier/learners/linear_rule.hpp"
 #include "classifier/learners/multi_class_svc.hpp"
 #include "classifier/learners/shrinkage_lda.hpp"
+#include "classifier/learners/tree_ensemble.hpp"
 
 namespace weft::classifier {
 namespace {
@@ -24,6 +26,19 @@ template <std::size_t layers>
 Result<PredictorPtr> fit_layers(const TrainingSet& training, const TrainOptions& options) {
   constexpr std::size_t hidden_units = 100;
   return fit_network(training, std::vector<std::size_t>(layers, hidden_units), options);
+}
+
+Result<PredictorPtr> fit_lda(const TrainingSet& training, const TrainOptions& /*options*/) {
+  auto lda = ShrinkageLda::fit(training.rows(), training.of_row(), training.classes());
+  if (!lda) return pass(lda.error());
+  return std::make_unique<ShrinkageLda>(std::move(*lda));
+}
+
+Result<PredictorPtr> fit_svc(const TrainingSet& training, const TrainOptions& options) {
+  auto svc = MultiClassSvc::fit(training.rows(), training.of_row(), training.classes(),
+                                class_folds(training.matrix, options).folds, options);
+  if (!svc) return pass(svc.error());
+  return std::make_unique<MultiClassSvc>(std::move(*svc));
 }
 
 struct LearnerInfo {
@@ -39,26 +54,26 @@ constexpr std::array<LearnerInfo, 21> registry = {{
     {Learner::pvalue, "pvalue", {"cores", "cores-pvalue"}, nullptr, nullptr, 2},
     {Learner::pca, "pca", {"cores-pca"}, nullptr, nullptr, 2},
     {Learner::all, "all", {"Cores", "cores-all"}, nullptr, nullptr, 2},
-    {Learner::lda, "lda", {"LDA"}, fit_lda, read_lda, 2},
-    {Learner::svc, "svc", {}, fit_svc, read_svc, 2},
-    {Learner::trees, "trees", {}, fit_extra_trees, read_trees, 2},
+    {Learner::lda, "lda", {"LDA"}, fit_lda, read_as<ShrinkageLda>, 2},
+    {Learner::svc, "svc", {}, fit_svc, read_as<MultiClassSvc>, 2},
+    {Learner::trees, "trees", {}, fit_extra_trees, read_as<TreeEnsemble>, 2},
     {Learner::nb, "nb", {"NB"}, fit_naive_bayes, read_naive_bayes},
     {Learner::knn, "knn", {"kNN"}, fit_neighbours, read_neighbours},
-    {Learner::tree, "tree", {"Tree"}, fit_tree, read_trees},
-    {Learner::forest, "forest", {"RForest"}, fit_forest, read_trees},
+    {Learner::tree, "tree", {"Tree"}, fit_tree, read_as<TreeEnsemble>},
+    {Learner::forest, "forest", {"RForest"}, fit_forest, read_as<TreeEnsemble>},
     {Learner::svm, "svm", {"SVM"}, fit_svm, read_svm},
     {Learner::logistic, "lg", {"LG"}, fit_logistic, read_logistic},
     {Learner::nn, "nn", {"NN"}, fit_layers<1>, read_network},
     {Learner::mlp2, "mlp2", {"MLP2"}, fit_layers<2>, read_network},
     {Learner::xgb, "xgb", {"XGB"}, fit_xgb, read_boosted},
     {Learner::xgbrf, "xgbrf", {"XGBRF"}, fit_xgbrf, read_boosted},
-    {Learner::perceptron, "perceptron", {"kesler"}, fit_perceptron, read_linear},
+    {Learner::perceptron, "perceptron", {"kesler"}, fit_perceptron, read_as<LinearRule>},
     {Learner::perceptron_zscore,
      "perceptron-zscore",
      {"kesler-zscore"},
      fit_scaled_perceptron,
-     read_linear},
-    {Learner::least_squares, "least-squares", {}, fit_least_squares, read_linear},
+     read_as<LinearRule>},
+    {Learner::least_squares, "least-squares", {}, fit_least_squares, read_as<LinearRule>},
     {Learner::cores_best, "cores-best", {}},
     {Learner::best, "best", {}},
 }};
@@ -240,6 +255,15 @@ Result<Learner> learner_from(std::string_view text) {
                .got = std::string(text)});
 }
 
+Result<Learner> single_learner_from(std::string_view text) {
+  const auto learner = learner_from(text);
+  if (!learner || !is_choice(*learner)) return learner;
+  return fail({.code = Errc::invalid_argument,
+               .what = "a choice between several learners cannot be taken here",
+               .expected = "one learner, such as lda",
+               .got = std::string(text)});
+}
+
 std::vector<Learner> all_learners() {
   std::vector<Learner> out;
   for (const LearnerInfo& info : registry) out.push_back(info.learner);
@@ -287,31 +311,6 @@ PredictorPtr read_predictor(Learner learner, LineReader& in, std::size_t feature
   if (read == nullptr)
     in.refuse("a learner that is stored as cores", {}, std::string(to_string(learner)));
   return read == nullptr ? nullptr : read(in, features, classes);
-}
-
-Result<PredictorPtr> fit_lda(const TrainingSet& training, const TrainOptions& /*options*/) {
-  auto lda = ShrinkageLda::fit(training.rows(), training.of_row(), training.classes());
-  if (!lda) return pass(lda.error());
-  return std::make_unique<ShrinkageLda>(std::move(*lda));
-}
-
-PredictorPtr read_lda(LineReader& in, std::size_t features, std::size_t classes) {
-  ShrinkageLda out = ShrinkageLda::read(in, features, classes);
-  if (!in.ok()) return nullptr;
-  return std::make_unique<ShrinkageLda>(std::move(out));
-}
-
-Result<PredictorPtr> fit_svc(const TrainingSet& training, const TrainOptions& options) {
-  auto svc = MultiClassSvc::fit(training.rows(), training.of_row(), training.classes(),
-                                build_folds(training.matrix, options), options);
-  if (!svc) return pass(svc.error());
-  return std::make_unique<MultiClassSvc>(std::move(*svc));
-}
-
-PredictorPtr read_svc(LineReader& in, std::size_t features, std::size_t classes) {
-  MultiClassSvc out = MultiClassSvc::read(in, features, classes);
-  if (!in.ok()) return nullptr;
-  return std::make_unique<MultiClassSvc>(std::move(out));
 }
 
 TrainedLearner::TrainedLearner(FabricModel cores)

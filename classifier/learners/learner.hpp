@@ -46,6 +46,8 @@ std::string_view to_string(Learner learner);
 /// By its name, or one of the names that the papers and earlier versions have for it: "cores-pca",
 /// "RForest", "kesler".
 Result<Learner> learner_from(std::string_view text);
+/// The same, without the choices between several.
+Result<Learner> single_learner_from(std::string_view text);
 /// A core per pair of labels; of what chooses between several, false.
 constexpr bool is_cores(Learner learner) {
   return learner == Learner::pvalue || learner == Learner::pca || learner == Learner::all;

@@ -1,6 +1,7 @@
 #pragma once
-// The learners of the registry (learner.hpp), each with a fit_x(), and a read_x() of what its
-// write() wrote: null where `in` has a problem. Then what they are made of.
+// The learners of the registry (learner.hpp), each with a fit_x(), and, where its class is
+// not in a header, a read_x() of what its write() wrote: null where `in` has a problem. Then what
+// they are made of.
 
 #include <cstddef>
 #include <functional>
@@ -32,7 +33,6 @@ PredictorPtr read_neighbours(LineReader& in, std::size_t features, std::size_t c
 Result<PredictorPtr> fit_tree(const TrainingSet& training, const TrainOptions& options);
 /// The mean of the trees' shares.
 Result<PredictorPtr> fit_forest(const TrainingSet& training, const TrainOptions& options);
-PredictorPtr read_trees(LineReader& in, std::size_t features, std::size_t classes);
 
 /// Mean over the trees of a forest of what each feature took off the impurity; sum 1. This is how
 /// the paper ranked its ten features.
@@ -59,13 +59,7 @@ PredictorPtr read_network(LineReader& in, std::size_t features, std::size_t clas
 Result<PredictorPtr> fit_logistic(const TrainingSet& training, const TrainOptions& options);
 PredictorPtr read_logistic(LineReader& in, std::size_t features, std::size_t classes);
 
-/// Shrinkage LDA, see ShrinkageLda.
-Result<PredictorPtr> fit_lda(const TrainingSet& training, const TrainOptions& options);
-PredictorPtr read_lda(LineReader& in, std::size_t features, std::size_t classes);
-/// One multi-class SVC, tuned on class_folds(), see MultiClassSvc.
-Result<PredictorPtr> fit_svc(const TrainingSet& training, const TrainOptions& options);
-PredictorPtr read_svc(LineReader& in, std::size_t features, std::size_t classes);
-/// Extremely randomised trees, as many as options.trees; read_trees() reads them.
+/// Extremely randomised trees, as many as options.trees.
 Result<PredictorPtr> fit_extra_trees(const TrainingSet& training, const TrainOptions& options);
 
 /// Kesler's perceptron on features as they are, and on scaled ones; minimum squared error. Classes
@@ -74,7 +68,6 @@ Result<PredictorPtr> fit_perceptron(const TrainingSet& training, const TrainOpti
 Result<PredictorPtr> fit_scaled_perceptron(const TrainingSet& training,
                                            const TrainOptions& options);
 Result<PredictorPtr> fit_least_squares(const TrainingSet& training, const TrainOptions& options);
-PredictorPtr read_linear(LineReader& in, std::size_t features, std::size_t classes);
 
 /// False where Weft was built without libxgboost-dev, and where the library is not installed.
 bool have_xgboost();

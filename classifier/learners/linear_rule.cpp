@@ -384,10 +384,4 @@ Result<PredictorPtr> fit_least_squares(const TrainingSet& training,
                                       FitReport{});
 }
 
-PredictorPtr read_linear(LineReader& in, std::size_t features, std::size_t classes) {
-  LinearRule out = LinearRule::read(in, features, classes);
-  if (!in.ok()) return nullptr;
-  return std::make_unique<LinearRule>(std::move(out));
-}
-
 }  // namespace weft::classifier

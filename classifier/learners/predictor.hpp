@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <memory>
 #include <span>
-#include <string>
+#include <utility>
 #include <vector>
 
 #include "classifier/base/line_io.hpp"
@@ -55,6 +55,15 @@ class Predictor {
   [[nodiscard]] virtual FitReport report() const { return {}; }
 };
 using PredictorPtr = std::unique_ptr<const Predictor>;
+
+/// What write() of an `Own` wrote, of rows of so many features. `in` keeps the first problem; null
+/// then.
+template <class Own>
+PredictorPtr read_as(LineReader& in, std::size_t features, std::size_t classes) {
+  Own out = Own::read(in, features, classes);
+  if (!in.ok()) return nullptr;
+  return std::make_unique<Own>(std::move(out));
+}
 
 /// All that a learner is given: training rows, as it is to see them, and their classes.
 struct TrainingSet {

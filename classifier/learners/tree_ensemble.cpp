@@ -53,6 +53,26 @@ TreeEnsemble TreeEnsemble::read(LineReader& in, std::size_t features, std::size_
   return {features, classes, std::move(trees)};
 }
 
+Result<std::vector<DecisionTree>> grow_trees(
+    std::size_t trees, const TrainOptions& options,
+    const std::function<DecisionTree(std::size_t tree)>& grow) {
+  std::vector<DecisionTree> out(trees);
+  std::vector<Status> status(trees);
+  std::atomic<bool> stopped{false};
+  parallel_for(trees, options.threads, [&](std::size_t t) {
+    if (stopped) return;
+    status[t] = unless_stopped(options.stop);
+    if (!status[t]) {
+      stopped = true;
+      return;
+    }
+    out[t] = grow(t);
+  });
+  for (const Status& ok : status)
+    if (!ok) return pass(ok.error());
+  return out;
+}
+
 Result<TreeEnsemble> fit_extra_trees(const Matrix& rows, std::span<const std::size_t> of_row,
                                      std::size_t classes, const TrainOptions& options,
                                      std::size_t trees) {
@@ -72,22 +92,12 @@ Result<TreeEnsemble> fit_extra_trees(const Matrix& rows, std::span<const std::si
   const SplitRule rule{features_of_a_split(ranked.features()), true};
   std::vector<std::uint32_t> all(ranked.rows());
   std::iota(all.begin(), all.end(), 0U);
-  std::vector<DecisionTree> grown(trees);
-  std::vector<Status> status(trees);
-  std::atomic<bool> stopped{false};
-  parallel_for(trees, options.threads, [&](std::size_t t) {
-    if (stopped) return;
-    status[t] = unless_stopped(options.stop);
-    if (!status[t]) {
-      stopped = true;
-      return;
-    }
+  auto grown = grow_trees(trees, options, [&](std::size_t t) {
     RandomEngine engine = engine_of_tree(options.seed, t);
-    grown[t] = DecisionTree::grow(ranked, all, rule, engine, {});
+    return DecisionTree::grow(ranked, all, rule, engine, {});
   });
-  for (const Status& ok : status)
-    if (!ok) return pass(ok.error());
-  return TreeEnsemble(ranked.features(), classes, std::move(grown));
+  if (!grown) return pass(grown.error());
+  return TreeEnsemble(ranked.features(), classes, std::move(*grown));
 }
 
 }  // namespace weft::classifier

@@ -2,6 +2,7 @@
 // Many decision trees that answer together: what a distribution's tails and scales do not disturb.
 
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -41,6 +42,12 @@ class TreeEnsemble final : public Predictor {
   std::size_t classes_ = 0;
   std::vector<DecisionTree> trees_;
 };
+
+/// Grows trees on options.threads threads; `grow` is called with the number of each. Errors:
+/// wrong_state, when options.stop says so; it is asked before each.
+Result<std::vector<DecisionTree>> grow_trees(
+    std::size_t trees, const TrainOptions& options,
+    const std::function<DecisionTree(std::size_t tree)>& grow);
 
 /// On the training parts of five real data sets 1000 made 931 errors in cross-validation where 300
 /// made 950; as many as the forest of the 2023 paper has.

@@ -46,7 +46,7 @@ Status choose_learners(const RecordingChoice& choice, RecordingsPlan& plan) {
     } else if (word == "every") {
       plan.learners = vibro::window_learners();
       plan.best = true;
-    } else if (const auto learner = classifier::learner_from(word)) {
+    } else if (const auto learner = classifier::single_learner_from(word)) {
       plan.learners.push_back(*learner);
     } else {
       return pass(learner.error(), "--method");

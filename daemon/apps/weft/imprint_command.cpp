@@ -68,25 +68,14 @@ std::vector<Kind> named_ones(const std::vector<std::string>& names,
   return out;
 }
 
-/// One that is not a choice between several.
-Result<Learner> one_learner(const std::string& name, std::string_view option) {
-  const auto learner = classifier::learner_from(name);
-  if (!learner) return pass(learner.error(), option);
-  if (!classifier::is_choice(*learner)) return *learner;
-  return fail({.code = Errc::invalid_argument,
-               .where = std::string(option),
-               .what = "one learner is asked for, not a choice between several",
-               .got = name});
-}
-
 Result<TableOptions> table_options(const ImprintTablesArgs& args) {
   TableOptions out;
   if (!args.experiments.empty())
     out.experiments = named_ones(args.experiments, ci::all_experiments);
   if (!args.rules.empty()) out.rules.clear();
   for (const std::string& name : args.rules) {
-    const auto learner = one_learner(name, "--rules");
-    if (!learner) return pass(learner.error());
+    const auto learner = classifier::single_learner_from(name);
+    if (!learner) return pass(learner.error(), "--rules");
     out.rules.push_back(*learner);
   }
   out.laws = !args.no_laws;
@@ -228,8 +217,8 @@ Result<ci::ScaleSearchOptions> search_options(const ImprintSearchArgs& args) {
   out.sigmas = std::move(*sigmas);
   out.most_scales = args.most_scales;
   out.form = args.form == "10" ? ci::Form::full : ci::Form::brief;
-  const auto learner = one_learner(args.rule, "--rule");
-  if (!learner) return pass(learner.error());
+  const auto learner = classifier::single_learner_from(args.rule);
+  if (!learner) return pass(learner.error(), "--rule");
   out.rule = *learner;
   out.evaluated_by = named_one(args.evaluated_by, ci::all_experiments);
   return out;

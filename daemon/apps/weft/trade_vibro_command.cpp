@@ -37,7 +37,7 @@ Result<VibroTradeoffOptions> vibro_options(const TradeVibroArgs& args) {
   VibroTradeoffOptions out;
   if (!args.methods.empty()) out.learners.clear();
   for (const std::string& word : args.methods) {
-    const auto learner = classifier::learner_from(word);
+    const auto learner = classifier::single_learner_from(word);
     if (!learner) return pass(learner.error(), "--method");
     out.learners.push_back(*learner);
   }

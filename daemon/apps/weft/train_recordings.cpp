@@ -37,17 +37,18 @@ Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
                  .got = joined(choice.methods, ",")});
   const auto features = parse_feature_choice(choice);
   if (!features) return pass(features.error());
-  const auto learner =
-      classifier::learner_from(choice.methods.empty() ? "best" : choice.methods.front());
-  if (!learner) return pass(learner.error(), "--method");
   RecordingPlan out;
   out.setup.features = *features;
   if (args.trials.window_s > 0.0) out.setup.window_s = args.trials.window_s;
   out.setup.step_s = choice.step_s;
   const std::size_t columns = vibro::columns_of(set.recordings.front().channels, *features).size();
   out.training = {.seed = args.training.seed, .threads = args.training.threads};
-  out.recipe = vibro::window_recipe(*learner, std::min(choice.components, columns));
-  if (!classifier::is_choice(*learner)) return out;
+  if (!choice.methods.empty() && choice.methods.front() != "best") {
+    const auto learner = classifier::single_learner_from(choice.methods.front());
+    if (!learner) return pass(learner.error(), "--method");
+    out.recipe = vibro::window_recipe(*learner, std::min(choice.components, columns));
+    return out;
+  }
   const auto chosen = vibro::choose_recipe(set.recordings, out.setup, !choice.features.empty(),
                                            choice.components, out.training);
   if (!chosen) return pass(chosen.error());

@@ -129,6 +129,8 @@ TEST_CASE("Learners have names, and unknown ones are refused") {
                                       {"kesler-zscore", Learner::perceptron_zscore}})
     CHECK(learner_from(name).value() == learner);
   for (const char* wrong : {"", "Knn", "rf"}) CHECK_FALSE(learner_from(wrong));
+  CHECK(single_learner_from("RForest").value() == Learner::forest);
+  for (const char* choice : {"best", "cores-best"}) CHECK_FALSE(single_learner_from(choice));
 }
 
 TEST_CASE("What cannot be learnt from rows is refused by every learner") {

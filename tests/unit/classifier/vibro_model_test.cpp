@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <iterator>
 #include <sstream>
 #include <string>
@@ -86,6 +87,50 @@ TEST_CASE("A model of recordings is read as it was written and answers the same"
       CHECK(right >= requested.size() - (is_linear ? 1 : 0));
     }
   }
+}
+
+// The lines of `text` that begin with one of these words are left out.
+std::string without(const std::string& text, const std::vector<std::string>& words) {
+  std::istringstream in(text);
+  std::string out;
+  for (std::string line; std::getline(in, line);)
+    if (std::ranges::find(words, line.substr(0, line.find(' '))) == words.end()) out += line + "\n";
+  return out;
+}
+
+// As version 1 had it: the learner after the labels and without a view, axes or none after the
+// scaling, no names of features, no aids.
+std::string as_version_1(const RecordingModel& model) {
+  const std::string text = saved(model);
+  const std::size_t begin = text.find('\n') + 1, names = text.find("\nfeatures ") + 1;
+  std::string head = without(text.substr(begin, names - begin), {"learner", "view"});
+  std::size_t rest = names;
+  while (text.compare(rest, 7, "feature") == 0) rest = text.find('\n', rest) + 1;
+  std::string body = without(text.substr(rest), {"aids", "crc32"});
+  if (body.find("\naxes ") == std::string::npos) {
+    const std::size_t after = body.find('\n', body.find("deviation ")) + 1;
+    body.insert(after, "axes 0\nexplained 1\n");
+  }
+  head += "method " + std::string(paper_name(model.learner.kind())) + "\n";
+  return with_checksum("weft-recording-model 1", head + body);
+}
+
+TEST_CASE("A model of recordings of version 1 is read and answers the same") {
+  const auto requested = three_levels(500);
+  for (const Learner learner : {Learner::nb, Learner::knn, Learner::forest})
+    for (const std::size_t components : {std::size_t{0}, std::size_t{3}}) {
+      INFO(to_string(learner) << ", " << components << " components");
+      const auto model = trained(learner, components);
+      REQUIRE(model);
+      const auto old = loaded(as_version_1(*model));
+      REQUIRE(old);
+      CHECK(saved(*old) == saved(*model));
+      const auto want = classify_recordings(*model, requested),
+                 got = classify_recordings(*old, requested);
+      REQUIRE((want && got));
+      for (std::size_t r = 0; r < requested.size(); ++r)
+        CHECK((*got)[r].windows == (*want)[r].windows);
+    }
 }
 
 // With a word exchanged and a checksum that is right again.
