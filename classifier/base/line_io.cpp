@@ -5,9 +5,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <istream>
-#include <iterator>
-#include <ostream>
 
 #include "protocols/base/bytes.hpp"
 
@@ -62,20 +59,6 @@ std::string unescaped(std::string_view text) {
     }
   }
   return out;
-}
-
-constexpr std::string_view crc_keyword = "crc32 ";
-constexpr std::size_t crc_line_bytes = 6 + 8 + 1;
-
-std::uint32_t compute_crc(std::string_view text, std::uint32_t before = 0) {
-  return crc32({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}, before);
-}
-
-std::string crc_line(std::uint32_t crc) {
-  std::array<char, 8> digits{};
-  const auto end = std::to_chars(digits.data(), digits.data() + 8, crc, 16).ptr;
-  const std::string hex(digits.data(), end);
-  return std::string(crc_keyword) + std::string(8 - hex.size(), '0') + hex + "\n";
 }
 
 }  // namespace
@@ -207,26 +190,34 @@ void LineReader::finish() {
   if (!rest_.empty()) refuse("text after the end", "nothing", std::string(rest_.substr(0, 40)));
 }
 
-std::string with_checksum(std::string_view header, std::string_view body) {
-  const std::string whole = std::string(header) + "\n" + std::string(body);
-  return whole + crc_line(compute_crc(whole));
+std::string checksum_line(std::string_view keyword, std::string_view before,
+                          std::string_view more) {
+  std::uint32_t crc = 0;
+  for (const std::string_view part : {before, more})
+    crc = crc32({reinterpret_cast<const std::uint8_t*>(part.data()), part.size()}, crc);
+  std::array<char, 8> digits{};
+  const auto end = std::to_chars(digits.data(), digits.data() + 8, crc, 16).ptr;
+  const std::string hex(digits.data(), end);
+  return std::string(keyword) + std::string(8 - hex.size(), '0') + hex + "\n";
 }
 
-Result<std::string_view> check_checksum(std::string_view text, std::size_t begin) {
-  const std::size_t at = text.size() < crc_line_bytes ? 0 : text.size() - crc_line_bytes;
-  const std::string_view trailer = text.substr(at);
-  if (at < begin || !trailer.starts_with(crc_keyword) || trailer.back() != '\n')
+std::string with_checksum(std::string_view header, std::string_view body) {
+  const std::string whole = std::string(header) + "\n" + std::string(body);
+  return whole + checksum_line(checksum_keyword, whole);
+}
+
+Result<std::string_view> check_checksum(std::string_view text) {
+  constexpr std::size_t line_bytes = checksum_keyword.size() + 8 + 1;
+  const std::string_view trailer =
+      text.substr(text.size() < line_bytes ? 0 : text.size() - line_bytes);
+  const std::string_view before = text.substr(0, text.size() - trailer.size());
+  if (!before.ends_with('\n') || !trailer.starts_with(checksum_keyword) || trailer.back() != '\n')
     return fail({.code = Errc::corrupt,
                  .what = "the model file was cut short",
                  .expected = "a last line with a checksum"});
-  if (trailer != crc_line(compute_crc(text.substr(0, at))))
-    return fail(
-        {.code = Errc::corrupt, .what = "the model file was altered: its checksum disagrees"});
-  return text.substr(begin, at - begin);
-}
-
-bool is_of_kind(std::string_view beginning, std::string_view header) {
-  return beginning.starts_with(header.substr(0, header.rfind(' ') + 1));
+  if (trailer == checksum_line(checksum_keyword, before)) return before;
+  return fail(
+      {.code = Errc::corrupt, .what = "the model file was altered: its checksum disagrees"});
 }
 
 Status check_line_ends(std::string_view beginning) {
@@ -236,35 +227,6 @@ Status check_line_ends(std::string_view beginning) {
                .expected = "lines that end in a line feed",
                .got = "a carriage return before it",
                .hint = "Copy the model file again as binary (scp, git with -text, ftp binary)"});
-}
-
-Status write_checksummed(std::string_view header, std::string_view body, std::ostream& out) {
-  const std::string first = std::string(header) + "\n";
-  out << first << body << crc_line(compute_crc(body, compute_crc(first)));
-  if (!out.flush()) return fail({.code = Errc::io, .what = "cannot write the model"});
-  return {};
-}
-
-Result<std::string> read_checksummed(std::string_view header, std::string_view not_this,
-                                     std::istream& in) {
-  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  if (in.bad()) return fail({.code = Errc::io, .what = "cannot read the model"});
-  const std::string first = text.substr(0, text.find('\n'));
-  if (!is_of_kind(first, header))
-    return fail({.code = Errc::parse,
-                 .what = std::string(not_this),
-                 .expected = std::string(header),
-                 .got = first.substr(0, 40)});
-  if (auto ok = check_line_ends(text); !ok) return pass(ok.error());
-  if (first != header)
-    return fail({.code = Errc::unsupported,
-                 .what = "a model file of another version",
-                 .expected = std::string(header),
-                 .got = first.substr(0, 40),
-                 .hint = "Train the model again with this version"});
-  const auto body = check_checksum(text, std::min(first.size() + 1, text.size()));
-  if (!body) return pass(body.error());
-  return std::string(*body);
 }
 
 }  // namespace weft::classifier

@@ -3,7 +3,6 @@
 // shortest text that reads back as the same double.
 
 #include <cstddef>
-#include <iosfwd>
 #include <span>
 #include <string>
 #include <string_view>
@@ -16,26 +15,21 @@ namespace weft::classifier {
 // A stored model as a whole: a first line that says what it is, its text, a last line with a
 // checksum.
 
+/// The last line of a file, or of its head, which is `before` and `more`; `keyword` ends in a
+/// blank.
+std::string checksum_line(std::string_view keyword, std::string_view before,
+                          std::string_view more = {});
+inline constexpr std::string_view checksum_keyword = "crc32 ";
+
 /// `header` and a line break, `body`, which ends with one, and the checksum of both.
 std::string with_checksum(std::string_view header, std::string_view body);
 
-/// What lies between the first `begin` bytes and the checksum of a whole file. Errors: corrupt, cut
-/// short or altered.
-Result<std::string_view> check_checksum(std::string_view text, std::size_t begin);
+/// Refuses a whole file whose last line is not its checksum; else what lies before that line.
+/// Errors: corrupt, cut short or altered.
+Result<std::string_view> check_checksum(std::string_view text);
 
-/// Whether a text that begins so is of the kind that `header`, "weft-imprint-model 1", names: of
-/// whatever version.
-bool is_of_kind(std::string_view beginning, std::string_view header);
 /// Refuses a first line that ends in a carriage return: a transfer as text changed the file.
 Status check_line_ends(std::string_view beginning);
-
-/// with_checksum() to a stream. Errc::io when it fails.
-Status write_checksummed(std::string_view header, std::string_view body, std::ostream& out);
-
-/// The body of a file of exactly this `header`; `not_this` says what another file is not. Errors:
-/// parse (another kind of file), unsupported (another version), corrupt (cut short or altered), io.
-Result<std::string> read_checksummed(std::string_view header, std::string_view not_this,
-                                     std::istream& in);
 
 /// Builds a text line by line.
 class LineWriter {
@@ -59,7 +53,9 @@ class LineWriter {
 /// empty or zero, so that a sequence of reads is checked once, at its end.
 class LineReader {
  public:
-  explicit LineReader(std::string_view text) : rest_(text) {}
+  /// `lines_before`: that precede the text in its file, so that a problem names the file's line.
+  explicit LineReader(std::string_view text, std::size_t lines_before = 0)
+      : rest_(text), line_(lines_before) {}
 
   std::string text(std::string_view keyword);
   /// NaN is refused; infinity as well unless `infinite`.
@@ -77,6 +73,8 @@ class LineReader {
   /// Refuses a position in a list of `size` that is not there. Call it after the line was read.
   void within(std::span<const std::size_t> positions, std::size_t size, std::string_view what);
   void finish();
+  /// Bytes that are not read yet.
+  [[nodiscard]] std::size_t left() const { return rest_.size(); }
 
   /// Notes a problem of the line read last, unless there is one already.
   void refuse(std::string message, std::string expected = {}, std::string got = {});

@@ -3,10 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "classifier/base/line_io.hpp"
-#include "classifier/fabric/model_text.hpp"
-#include "classifier/model/model_file.hpp"
-#include "classifier/vote/postprocessing.hpp"
+#include "classifier/base/content_digest.hpp"
 
 namespace weft::classifier::imprint {
 namespace {
@@ -66,50 +63,17 @@ FeaturePlan read_plan(LineReader& in) {
   return out;
 }
 
-Result<ImprintModel> read_body(std::string_view body) {
-  LineReader in(body);
-  Provenance provenance = read_provenance(in);
-  const TaxelGrid grid = read_grid(in);
-  FeaturePlan plan = read_plan(in);
-  const LearnerHead head = read_head(in);
-  std::vector<std::string> labels = read_labels(in);
-  if (!in.ok()) return pass(in.status().error());
-  const auto features = PlannedFeatures::make(plan);
-  if (!features)
-    return fail({.code = Errc::corrupt,
-                 .where = features.error().where,
-                 .what = "no imprint has the features that the file describes",
-                 .expected = features.error().expected,
-                 .got = features.error().got});
-  auto parts = read_model_parts(in, head, std::move(labels), features->names());
-  in.finish();
-  if (!in.ok() || !parts) return pass(in.status().error());
-  return ImprintModel{std::move(provenance),
-                      {grid, std::move(plan)},
-                      std::move(parts->learner),
-                      std::move(parts->postprocessing)};
-}
-
 }  // namespace
 
-Status save_imprint_model(const ImprintModel& model, std::ostream& out) {
-  const auto features = PlannedFeatures::make(model.setup.features);
-  if (!features || model.learner.feature_names() != features->names())
-    return fail({.code = Errc::invalid_argument,
-                 .where = "model",
-                 .what = "features are not those of the plan"});
-  LineWriter text;
-  write_provenance(text, model.provenance);
-  write_grid(text, model.setup.grid);
-  write_plan(text, model.setup.features);
-  write_model_parts(text, model.learner, model.postprocessing);
-  return write_checksummed(imprint_model_header, text.str(), out);
-}
-
-Result<ImprintModel> load_imprint_model(std::istream& in) {
-  const auto body = read_checksummed(imprint_model_header, "not a model of imprints", in);
-  if (!body) return pass(body.error());
-  return read_body(*body);
+std::vector<std::uint64_t> content_digests(std::span<const Imprint> imprints) {
+  std::vector<std::uint64_t> out;
+  for (const Imprint& imprint : imprints) {
+    ContentDigest digest;
+    digest.add(imprint.image.rows());
+    for (std::size_t r = 0; r < imprint.image.rows(); ++r) digest.add(imprint.image.row(r));
+    out.push_back(digest.value());
+  }
+  return out;
 }
 
 Result<std::vector<Prediction>> classify_imprints(const ImprintModel& model, const TaxelGrid& grid,
@@ -134,3 +98,26 @@ Result<std::vector<Prediction>> classify_imprints(const ImprintModel& model, con
 }
 
 }  // namespace weft::classifier::imprint
+
+namespace weft::classifier {
+
+using imprint::ImprintSetup;
+
+void SetupText<ImprintSetup>::write(LineWriter& out, const ImprintSetup& setup) {
+  imprint::write_grid(out, setup.grid);
+  imprint::write_plan(out, setup.features);
+}
+
+ImprintSetup SetupText<ImprintSetup>::read(LineReader& in) {
+  imprint::TaxelGrid grid = imprint::read_grid(in);
+  return {grid, imprint::read_plan(in)};
+}
+
+Result<std::vector<std::string>> SetupText<ImprintSetup>::feature_names(const ImprintSetup& setup,
+                                                                        std::size_t /*most*/) {
+  const auto features = imprint::PlannedFeatures::make(setup.features);
+  if (!features) return pass(features.error());
+  return features->names();
+}
+
+}  // namespace weft::classifier

@@ -62,6 +62,13 @@ Result<StoredModel> train_stage(const std::vector<Trial>& slides, double sample_
                      std::move(*postprocessing)};
 }
 
+tl::unexpected<Error> no_live_model(const char* what) {
+  return fail({.code = Errc::corrupt, .where = "live model", .what = what});
+}
+tl::unexpected<Error> cut_short() {
+  return no_live_model("the live model was cut short or altered");
+}
+
 Status has_rate(const FeatureSetup& setup, double sample_rate_hz) {
   if (std::abs(setup.sample_period_s * sample_rate_hz - 1) <= rate_rounding) return {};
   return fail({.code = Errc::corrupt,
@@ -71,99 +78,121 @@ Status has_rate(const FeatureSetup& setup, double sample_rate_hz) {
                .got = std::to_string(setup.sample_period_s) + " s"});
 }
 
-Status fits(const LiveStage& stage, const LiveStage& first, double sample_rate_hz) {
-  const FeatureSetup& setup = stage.model.setup;
-  if (setup.phases.end || setup.window_s > 0)
-    return fail({.code = Errc::corrupt,
-                 .where = "live model",
-                 .what = "a stage of a whole slide or of windows"});
-  const bool same = setup.taxels == first.model.setup.taxels &&
-                    setup.phases == first.model.setup.phases &&
-                    setup.exploration == first.model.setup.exploration &&
-                    stage.model.learner.labels() == first.model.learner.labels();
-  if (!same)
-    return fail({.code = Errc::corrupt,
-                 .where = "live model",
-                 .what = "stages of different sensors or fabrics"});
-  return has_rate(setup, sample_rate_hz);
+Status check_stages(const StagedModel& model) {
+  const LiveStage& first = model.stages.front();
+  std::size_t before = 0;
+  for (const LiveStage& stage : model.stages) {
+    const FeatureSetup& setup = stage.model.setup;
+    const bool same = setup.taxels == first.model.setup.taxels &&
+                      setup.phases == first.model.setup.phases &&
+                      setup.exploration == first.model.setup.exploration &&
+                      stage.model.learner.labels() == first.model.learner.labels();
+    if (!same) return no_live_model("stages of different sensors or fabrics");
+    if (setup.phases.end || setup.window_s > 0)
+      return no_live_model("a stage of a whole slide or of windows");
+    if (stage.motion_frames <= before) return no_live_model("stages that do not grow longer");
+    if (auto ok = has_rate(setup, model.sample_rate_hz); !ok) return ok;
+    before = stage.motion_frames;
+  }
+  return {};
 }
 
-tl::unexpected<Error> cut_short() {
-  return fail({.code = Errc::corrupt,
-               .where = "live model",
-               .what = "the live model was cut short or altered"});
+Status check_opening(const StageLines& stages) {
+  const bool right = !stages.motion_frames.empty() && stages.motion_frames.size() <= most_stages &&
+                     stages.sample_rate_hz > 0 && stages.sample_rate_hz < most_rate_hz;
+  return right ? Status() : no_live_model("no such stages or sample rate can be");
 }
 
-/// What precedes the first stage.
+// "weft-live-model 2": an opening with rate, frames and bytes of each stage and a checksum, then
+// the model files of the stages, each with its own.
+
 struct Opening {
-  struct Stage {
-    std::size_t motion_frames = 0, bytes = 0;
-  };
-  double sample_rate_hz = 0;
-  std::vector<Stage> stages;
+  StageLines stages;
+  std::vector<std::size_t> bytes;
 };
 
-constexpr std::string_view live_header_keyword = "weft-live-model ";
-constexpr std::string_view last_keyword = "\ncrc32 ";
+constexpr std::string_view header_of_version_2 = "weft-live-model 2\n";
 
-/// Refuses another kind of file, or another version.
-Status is_live_model(std::string_view text) {
-  const std::string_view first = text.substr(0, text.find('\n'));
-  if (!first.starts_with(live_header_keyword))
-    return fail({.code = Errc::parse,
-                 .what = "not a model for live votes",
-                 .expected = staged_file_header,
-                 .got = std::string(first.substr(0, 40)),
-                 .hint = "weft train --live makes one"});
-  if (auto ok = check_line_ends(text); !ok) return ok;
-  if (first == staged_file_header) return {};
-  return fail({.code = Errc::unsupported,
-               .what = "a live model of another version",
-               .expected = staged_file_header,
-               .got = std::string(first.substr(0, 40)),
-               .hint = "Train the model again with this version: weft train --live"});
-}
-
-Result<Opening> read_opening(std::string_view body) {
-  LineReader in(body);
+/// Takes it off the front.
+Result<Opening> pop_opening(std::string_view& text) {
+  const std::size_t last = text.find("\n" + std::string(checksum_keyword));
+  const std::size_t end = last == std::string_view::npos ? last : text.find('\n', last + 1);
+  if (end == std::string_view::npos) return cut_short();
+  const auto body = check_checksum(text.substr(0, end + 1));
+  if (!body) return pass(body.error(), "live model");
+  LineReader in(body->substr(header_of_version_2.size()), 1);
   Opening out;
-  out.sample_rate_hz = in.positive("sample_rate_hz");
+  out.stages.sample_rate_hz = in.positive("sample_rate_hz");
   const std::size_t stages = in.count("stages", 1, most_stages);
   for (std::size_t i = 0; in.ok() && i < stages; ++i) {
     const std::vector<std::size_t> one = in.counts("stage", 2);
-    if (in.ok()) out.stages.push_back({one[0], one[1]});
+    if (!in.ok()) break;
+    out.stages.motion_frames.push_back(one[0]);
+    out.bytes.push_back(one[1]);
   }
   in.finish();
   if (!in.ok()) return pass(in.status().error());
-  std::size_t before = 0;
-  for (const Opening::Stage& stage : out.stages) {
-    if (stage.motion_frames <= before) return cut_short();
-    before = stage.motion_frames;
-  }
-  if (out.sample_rate_hz >= most_rate_hz) return cut_short();
+  if (auto ok = check_opening(out.stages); !ok) return pass(ok.error());
+  text.remove_prefix(end + 1);
   return out;
 }
 
-/// Takes it off the front, checksum and all.
-Result<Opening> pop_opening(std::string_view& text) {
-  if (Status ok = is_live_model(text); !ok) return pass(ok.error());
-  const std::size_t last = text.find(last_keyword);
-  const std::size_t end = last == std::string_view::npos ? last : text.find('\n', last + 1);
-  if (end == std::string_view::npos) return cut_short();
-  const std::size_t header_bytes = std::string_view(staged_file_header).size() + 1;
-  const auto body = check_checksum(text.substr(0, end + 1), header_bytes);
-  if (!body) return pass(body.error(), "live model");
-  text.remove_prefix(end + 1);
-  return read_opening(*body);
+Result<StagedModel> read_version_2(std::string_view text) {
+  const auto opening = pop_opening(text);
+  if (!opening) return pass(opening.error());
+  StagedModel out{opening->stages.sample_rate_hz, {}};
+  for (std::size_t i = 0; i < opening->bytes.size(); ++i) {
+    if (opening->bytes[i] > text.size()) return cut_short();
+    std::istringstream in{std::string(text.substr(0, opening->bytes[i]))};
+    text.remove_prefix(opening->bytes[i]);
+    auto model = load_model<FeatureSetup>(in);
+    if (!model) return pass(model.error(), "stage " + std::to_string(i + 1));
+    out.stages.push_back({opening->stages.motion_frames[i], std::move(*model)});
+  }
+  if (!text.empty()) return cut_short();
+  if (auto ok = check_stages(out); !ok) return pass(ok.error());
+  return out;
 }
 
-Result<LiveStage> read_stage(std::string_view& text, const Opening::Stage& stage) {
-  if (stage.bytes > text.size()) return cut_short();
-  std::istringstream in{std::string(text.substr(0, stage.bytes))};
-  text.remove_prefix(stage.bytes);
-  auto model = load_model(in);
-  if (!model) return pass(model.error(), "stage " + std::to_string(stage.motion_frames));
-  return LiveStage{stage.motion_frames, std::move(*model)};
+/// Of the beginning of a file.
+Result<StagedHead> read_head_of_version_2(std::string_view text) {
+  const auto opening = pop_opening(text);
+  if (!opening) return pass(opening.error());
+  text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1);
+  LineReader in(text, 1);
+  Provenance provenance = read_provenance(in);
+  FeatureSetup setup = SetupText<FeatureSetup>::read(in);
+  if (!in.ok()) return pass(in.status().error());
+  return StagedHead{opening->stages.sample_rate_hz, std::move(setup), std::move(provenance)};
+}
+
+StagedHead read_staged_head(LineReader& in, StageLines& stages) {
+  stages = read_stages(in);
+  Provenance provenance = read_provenance(in);
+  FeatureSetup setup = SetupText<FeatureSetup>::read(in);
+  return {stages.sample_rate_hz, std::move(setup), std::move(provenance)};
+}
+
+Result<StagedHead> read_head_of_today(std::string_view beginning) {
+  auto lines = open_model_head(beginning, {Modality::fabric, true});
+  if (!lines) return pass(lines.error());
+  StageLines stages;
+  StagedHead out = read_staged_head(lines->in, stages);
+  if (!lines->in.ok()) return pass(lines->in.status().error());
+  return out;
+}
+
+/// What is the stage's own: how it was trained, and what it learnt.
+std::optional<LiveStage> read_stage(ModelLines& lines, const StagedHead& head,
+                                    std::size_t motion_frames) {
+  Provenance provenance = head.provenance;
+  provenance.training = lines.in.text("stage_training");
+  const auto names = SetupText<FeatureSetup>::feature_names(head.setup, lines.in.left());
+  auto parts = read_parts(lines.in, lines.learner_version, names);
+  if (!parts) return std::nullopt;
+  return LiveStage{motion_frames,
+                   {std::move(parts->learner), head.setup, std::move(provenance),
+                    std::move(parts->postprocessing)}};
 }
 
 }  // namespace
@@ -211,7 +240,7 @@ Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_ra
     longest = std::max(longest, slide.motion_samples());
   }
   if (Status ok = check_labels(labels); !ok) return pass(ok.error());
-  StagedModel out{sample_rate_hz, {}};
+  StagedModel out{sample_rate_hz, {}, content_digests(slides)};
   const double longest_s = static_cast<double>(longest) / sample_rate_hz;
   for (const double seconds : stage_seconds(longest_s * (1 + rate_rounding))) {
     const std::size_t frames = frames_in(seconds, sample_rate_hz);
@@ -234,50 +263,55 @@ Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_ra
 }
 
 Status save_staged(const StagedModel& model, std::ostream& out) {
-  LineWriter opening;
-  opening.number("sample_rate_hz", model.sample_rate_hz);
-  opening.count("stages", model.stages.size());
-  std::string models;
+  const StoredModel& first = model.stages.front().model;
+  StageLines stages{{}, model.sample_rate_hz};
+  LineWriter setup, body;
+  SetupText<FeatureSetup>::write(setup, first.setup);
   for (const LiveStage& stage : model.stages) {
-    std::ostringstream text;
-    if (Status ok = save_model(stage.model, text); !ok) return ok;
-    opening.counts("stage", std::array{stage.motion_frames, text.view().size()});
-    models += text.view();
+    const StoredModel& own = stage.model;
+    const std::size_t columns = own.learner.feature_names().size();
+    const auto names = SetupText<FeatureSetup>::feature_names(own.setup, columns);
+    if (auto ok = check_feature_names(own.learner, names); !ok) return ok;
+    stages.motion_frames.push_back(stage.motion_frames);
+    body.text("stage_training", own.provenance.training);
+    write_parts(body, own.learner, own.postprocessing);
   }
-  out << with_checksum(staged_file_header, opening.str()) << models;
-  if (!out.flush()) return fail({.code = Errc::io, .what = "cannot write the model"});
-  return {};
+  return write_model_file({Modality::fabric, true}, stages, first.provenance, setup.str(),
+                          model.trained_on, body.str(), out);
 }
 
 Result<StagedModel> load_staged(std::istream& in) {
-  const std::string whole{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  if (in.bad()) return fail({.code = Errc::io, .what = "cannot read the model"});
-  std::string_view text = whole;
-  const auto opening = pop_opening(text);
-  if (!opening) return pass(opening.error());
-  StagedModel out{opening->sample_rate_hz, {}};
-  for (const Opening::Stage& one : opening->stages) {
-    auto stage = read_stage(text, one);
-    if (!stage) return pass(stage.error());
+  const auto text = read_model_text(in);
+  if (!text) return pass(text.error());
+  if (text->starts_with(header_of_version_2)) return read_version_2(*text);
+  auto lines = open_model_file(*text, {Modality::fabric, true});
+  if (!lines) return pass(lines.error());
+  StageLines stages;
+  const StagedHead head = read_staged_head(lines->in, stages);
+  StagedModel out{stages.sample_rate_hz, {}, lines->read_trained_on()};
+  if (lines->in.ok())
+    if (auto ok = check_opening(stages); !ok) return pass(ok.error());
+  for (const std::size_t frames : stages.motion_frames) {
+    auto stage = read_stage(*lines, head, frames);
+    if (!stage) break;
     out.stages.push_back(std::move(*stage));
-    if (Status ok = fits(out.stages.back(), out.stages.front(), out.sample_rate_hz); !ok)
-      return pass(ok.error());
   }
-  if (!text.empty()) return cut_short();
+  lines->in.finish();
+  if (!lines->in.ok()) return pass(lines->in.status().error(), "live model");
+  if (auto ok = check_stages(out); !ok) return pass(ok.error());
   return out;
 }
 
 Result<StagedHead> load_staged_head(std::istream& in) {
-  std::string held(most_head_bytes, '\0');
-  in.read(held.data(), static_cast<std::streamsize>(held.size()));
+  std::string beginning(most_head_bytes, '\0');
+  in.read(beginning.data(), static_cast<std::streamsize>(beginning.size()));
   if (in.bad()) return fail({.code = Errc::io, .what = "cannot read the model"});
-  std::string_view text = std::string_view(held).substr(0, static_cast<std::size_t>(in.gcount()));
-  const auto opening = pop_opening(text);
-  if (!opening) return pass(opening.error());
-  auto first = load_model_head(text);
-  if (!first) return pass(first.error());
-  if (Status ok = has_rate(first->setup, opening->sample_rate_hz); !ok) return pass(ok.error());
-  return StagedHead{opening->sample_rate_hz, std::move(*first)};
+  beginning.resize(static_cast<std::size_t>(in.gcount()));
+  const auto out = beginning.starts_with(header_of_version_2) ? read_head_of_version_2(beginning)
+                                                              : read_head_of_today(beginning);
+  if (!out) return out;
+  if (Status ok = has_rate(out->setup, out->sample_rate_hz); !ok) return pass(ok.error());
+  return out;
 }
 
 bool is_sure(const StopRule& rule, const LivePrediction& answer) {

@@ -17,7 +17,7 @@
 #include "classifier/features/layout.hpp"
 #include "classifier/features/spectrum.hpp"
 #include "classifier/features/trial.hpp"
-#include "classifier/model/model_file.hpp"
+#include "classifier/model/stored_model.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {
@@ -31,6 +31,7 @@ struct LiveStage {
 struct StagedModel {
   double sample_rate_hz = 0;
   std::vector<LiveStage> stages;  ///< at least one; by rising length; one sensor, one set of labels
+  std::vector<std::uint64_t> trained_on = {};  ///< of the slides, see Model
 
   [[nodiscard]] double slide_s(std::size_t stage) const;
   [[nodiscard]] const StoredModel& last() const { return stages.back().model; }
@@ -67,26 +68,20 @@ struct StagedOptions {
 Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_rate_hz,
                                  const StagedOptions& options);
 
-/// First line of every file. Text: this line, the sample rate, for each stage its frames and the
-/// bytes of its model file, and a line with the checksum of all these; then the model files, each
-/// with its own checksum. Files of version 1, whose rate and lengths no checksum covered, are not
-/// read any more.
-inline constexpr const char* staged_file_header = "weft-live-model 2";
-
-/// Errc::io when the stream fails; what save_model() refuses.
+/// A model file with stages. Errc::io when the stream fails; what save_model() refuses.
 Status save_staged(const StagedModel& model, std::ostream& out);
 /// Errors: parse (not such a file), unsupported (another version), corrupt (cut short, altered,
-/// stages that do not fit each other or the sample rate), load_model()'s.
+/// stages that do not fit each other or the sample rate). "weft-live-model 2" is read too.
 Result<StagedModel> load_staged(std::istream& in);
 
 /// What a file says of itself in its first kilobytes.
 struct StagedHead {
   double sample_rate_hz = 0;
-  ModelHead first;  ///< of the first stage; the others are of the same sensor and exploration
+  FeatureSetup setup;
+  Provenance provenance;
 };
 /// Reads the beginning alone, whatever the size: its checksum is looked at, what was learnt is
-/// neither read nor checked.
-/// Errors: parse, unsupported, corrupt.
+/// neither read nor checked. Errors: parse, unsupported, corrupt.
 Result<StagedHead> load_staged_head(std::istream& in);
 
 // A vote while the slide goes on, and the rule that says when it is sure.

@@ -4,225 +4,152 @@
 #include <array>
 #include <istream>
 #include <iterator>
-#include <memory>
 #include <ostream>
-#include <string_view>
-
-#include "classifier/base/line_io.hpp"
-#include "classifier/base/parallel.hpp"
-#include "classifier/fabric/model_text.hpp"
-#include "classifier/vote/postprocessing.hpp"
 
 namespace weft::classifier {
 namespace {
 
-constexpr std::string_view header_keyword = "weft-fabric-model ";
-constexpr std::size_t most_taxels = 100'000;
+constexpr std::array<std::string_view, 3> modality_names{"fabric", "vibro", "imprint"};
+constexpr std::string_view head_checksum_keyword = "head_crc32 ";
+constexpr std::size_t most_stages_read = 1000;
+constexpr std::size_t most_recordings = 1'000'000'000;
 
-// Words of the options, in the order of their enumerators.
-constexpr std::array<std::string_view, 2> skew_names{"peaks", "signal"};
-constexpr std::array<std::string_view, 2> norm_names{"l2", "rms"};
-constexpr std::array<std::string_view, 2> spectrum_names{"amplitude", "magnitude"};
-
-std::string phase_letters(PhaseSet phases) {
-  std::string out;
-  if (phases.rest) out += to_char(Phase::rest);
-  if (phases.press) out += to_char(Phase::press);
-  out += to_char(Phase::motion);
-  if (phases.end) out += to_char(Phase::end);
-  return out;
-}
-
-// ---- writing ----
-
-void write_setup(LineWriter& out, const FeatureSetup& setup) {
-  out.count("taxels", setup.taxels);
-  out.text("phases", phase_letters(setup.phases));
-  out.text("skew", word_in(skew_names, setup.options.skew));
-  out.text("norm", word_in(norm_names, setup.options.norm));
-  out.text("spectrum", word_in(spectrum_names, setup.options.spectrum));
-  out.number("mode_bin_counts", setup.options.mode_bin_counts);
-  out.number("window_s", setup.window_s);
-  out.number("window_step_s", setup.window_step_s);
-  out.number("sample_period_s", setup.sample_period_s);
-  out.text("exploration", setup.exploration);
-}
-
-// ---- reading ----
-
-std::optional<PhaseSet> phases_from(std::string_view letters) {
-  PhaseSet phases;
-  for (const char c : letters) {
-    const auto phase = phase_from_char(c);
-    if (phase == Phase::rest) phases.rest = true;
-    if (phase == Phase::press) phases.press = true;
-    if (phase == Phase::end) phases.end = true;
-  }
-  return phase_letters(phases) == letters ? std::optional(phases) : std::nullopt;
-}
-
-FeatureSetup read_setup(LineReader& in) {
-  FeatureSetup setup;
-  setup.taxels = in.count("taxels", 1, most_taxels);
-  const std::string letters = in.text("phases");
-  const auto phases = phases_from(letters);
-  if (!phases) in.refuse("unknown phases", "letters of SPME", letters);
-  setup.phases = phases.value_or(PhaseSet{});
-  setup.options.skew = static_cast<SkewOf>(word(in, "skew", skew_names));
-  setup.options.norm = static_cast<Norm>(word(in, "norm", norm_names));
-  setup.options.spectrum = static_cast<SpectrumScale>(word(in, "spectrum", spectrum_names));
-  setup.options.mode_bin_counts = in.positive("mode_bin_counts");
-  setup.window_s = in.not_negative("window_s");
-  setup.window_step_s = in.not_negative("window_step_s");
-  setup.sample_period_s = in.not_negative("sample_period_s");
-  setup.exploration = in.text("exploration");
-  return setup;
-}
-
-Result<StoredModel> read_body(std::string_view body, int version) {
-  LineReader in(body);
-  Provenance provenance = read_provenance(in);
-  FeatureSetup setup = read_setup(in);
-  const LearnerHead head = read_head(in, version);
-  std::vector<std::string> labels = read_labels(in);
-  // Each taxel has twelve lines of names: what a short file claims costs no memory.
-  if (setup.taxels > body.size() / 12)
-    in.refuse("more taxels than the file has features for",
-              "at most " + std::to_string(body.size() / 12), std::to_string(setup.taxels));
-  if (!in.ok()) return pass(in.status().error());
-  auto parts = read_model_parts(in, head, std::move(labels),
-                                FeatureLayout(setup.taxels, setup.phases).names());
-  in.finish();
-  if (!in.ok()) return pass(in.status().error());
-  return StoredModel{std::move(parts->learner), std::move(setup), std::move(provenance),
-                     std::move(parts->postprocessing)};
-}
-
-struct Body {
-  std::string_view text;
-  int version = 0;
+/// A first line of older files: what follows it is as in those of today but for what ModelLines
+/// says.
+struct OlderHeader {
+  std::string_view line;
+  ModelKind kind;
+  int learner_version = 6;
+  bool has_pipeline = false;
+};
+constexpr std::array older_headers{
+    OlderHeader{"weft-fabric-model 6", {Modality::fabric}},
+    OlderHeader{"weft-fabric-model 5", {Modality::fabric}, 5},
+    OlderHeader{"weft-fabric-model 4", {Modality::fabric}, 4},
+    OlderHeader{"weft-fabric-model 3", {Modality::fabric}, 3},
+    OlderHeader{"weft-recording-model 2", {Modality::vibro}},
+    OlderHeader{"weft-recording-model 1", {Modality::vibro}, 6, true},
+    OlderHeader{"weft-imprint-model 1", {Modality::imprint}},
+    OlderHeader{"weft-live-model 2", {Modality::fabric, true}},
 };
 
-// By the first line; 0 for a version that is not known.
-int version_of(std::string_view header) {
-  for (const int version : {6, 5, 4, 3})
-    if (header == std::string(header_keyword) + std::to_string(version)) return version;
-  return 0;
+std::string_view first_line(std::string_view text) {
+  return text.substr(0, text.find('\n'));
 }
 
-// What follows the header.
-Result<Body> after_header(std::string_view text) {
-  if (!text.starts_with(header_keyword))
+std::string_view keyword_of(std::string_view header) {
+  return header.substr(0, header.rfind(' ') + 1);
+}
+
+bool begins_a_model(std::string_view text) {
+  const auto is_of = [text](std::string_view header) {
+    return text.starts_with(keyword_of(header));
+  };
+  return is_of(model_file_header) ||
+         std::ranges::any_of(older_headers, [&](const auto& one) { return is_of(one.line); });
+}
+
+std::string describe(ModelKind kind) {
+  return "a model of modality " + std::string(to_string(kind.modality)) +
+         (kind.is_live ? ", live" : "");
+}
+
+/// After the first line: what the file says of its kind, and where it may be read on.
+Result<ModelLines> begin_lines(std::string_view text) {
+  const std::string_view first = first_line(text);
+  const std::string_view rest = text.substr(std::min(first.size() + 1, text.size()));
+  if (!begins_a_model(text))
     return fail({.code = Errc::parse,
                  .what = "not a model file",
-                 .expected = model_file_header,
-                 .got = std::string(text.substr(0, std::min(text.find('\n'), std::size_t{40})))});
+                 .expected = std::string(model_file_header),
+                 .got = std::string(first.substr(0, 40))});
   if (auto ok = check_line_ends(text); !ok) return pass(ok.error());
-  const std::string_view first = text.substr(0, text.find('\n'));
-  const int version = version_of(first);
-  if (version == 0)
-    return fail({.code = Errc::unsupported,
-                 .what = "a model file of another version",
-                 .expected = std::string(model_file_header) + ", 5, 4 or 3",
-                 .got = std::string(first.substr(0, 40)),
-                 .hint = "Train the model again with this version"});
-  return Body{text.substr(std::min(first.size() + 1, text.size())), version};
-}
-
-// The text between header and checksum, once both are in order.
-Result<Body> body_of(std::string_view text) {
-  const Result<Body> rest = after_header(text);
-  if (!rest) return rest;
-  const Result<std::string_view> body = check_checksum(text, text.size() - rest->text.size());
-  if (!body) return pass(body.error());
-  return Body{*body, rest->version};
-}
-
-// [trials x features] of trials that the model may take; one extractor a thread.
-Result<Matrix> compute_features(const FeatureSetup& setup, std::span<const Trial> trials,
-                                std::size_t threads) {
-  for (const Trial& trial : trials)
-    if (auto ok = check_trial(setup, trial); !ok) return pass(ok.error());
-  Matrix out(trials.size(), FeatureLayout(setup.taxels, setup.phases).size());
-  std::vector<Status> done(trials.size());
-  parallel_workers(trials.size(), threads, [&] {
-    auto extractor = std::make_shared<FeatureExtractor>(setup.options);
-    return [&, extractor](std::size_t i) {
-      const auto features = extractor->extract(trials[i]);
-      if (features) std::ranges::copy(*features, out.row(i).begin());
-      if (!features) done[i] = pass(features.error());
-    };
-  });
-  for (const Status& status : done)
-    if (!status) return pass(status.error());
+  ModelLines out{LineReader(rest, 1), {}};
+  if (first == model_file_header) {
+    out.kind.modality = static_cast<Modality>(word(out.in, "modality", modality_names));
+    LineReader ahead = out.in;
+    out.kind.is_live = ahead.count("stages", 0, most_stages_read) > 0;
+    if (!ahead.ok()) return pass(ahead.status().error());
+    return out;
+  }
+  const auto older = std::ranges::find(older_headers, first, &OlderHeader::line);
+  if (older == older_headers.end())
+    return fail(
+        {.code = Errc::unsupported,
+         .what = "a model file of another version",
+         .expected = std::string(model_file_header) + ", or an older one that is still read",
+         .got = std::string(first.substr(0, 40)),
+         .hint = "Train the model again with this version"});
+  out.kind = older->kind;
+  out.learner_version = older->learner_version;
+  out.is_today = false;
+  out.has_pipeline = older->has_pipeline;
   return out;
+}
+
+Status is_expected(ModelKind got, ModelKind expected) {
+  if (got.modality != expected.modality)
+    return fail({.code = Errc::parse,
+                 .what = "a model of another modality",
+                 .expected = describe(expected),
+                 .got = describe(got)});
+  if (got.is_live == expected.is_live) return {};
+  if (got.is_live)
+    return fail({.code = Errc::unsupported,
+                 .what = "a model for votes while a slide goes on",
+                 .expected = "a model of `weft fabric train` without --live",
+                 .hint = "Name it in a recipe's classify.live, or train again without --live"});
+  return fail({.code = Errc::parse,
+               .what = "not a model for live votes",
+               .expected = "a model with stages",
+               .got = "a model of whole trials",
+               .hint = "weft fabric train --live makes one"});
 }
 
 }  // namespace
 
-Status save_model(const StoredModel& stored, std::ostream& out) {
-  const TrainedLearner& learner = stored.learner;
-  if (learner.feature_names() != FeatureLayout(stored.setup.taxels, stored.setup.phases).names())
-    return fail({.code = Errc::invalid_argument,
-                 .where = "model",
-                 .what = "features are not those of the taxels and phases"});
-  LineWriter text;
-  write_provenance(text, stored.provenance);
-  write_setup(text, stored.setup);
-  write_model_parts(text, learner, stored.postprocessing);
-  return write_checksummed(model_file_header, text.str(), out);
+std::string_view to_string(Modality modality) {
+  return word_in(modality_names, modality);
 }
 
-Result<StoredModel> load_model(std::istream& in) {
-  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  if (in.bad()) return fail({.code = Errc::io, .what = "cannot read the model"});
-  const Result<Body> body = body_of(text);
-  if (!body) return pass(body.error());
-  return read_body(body->text, body->version);
+Result<ModelKind> find_model_kind(std::string_view beginning) {
+  const auto lines = begin_lines(beginning);
+  if (!lines) return pass(lines.error());
+  return lines->kind;
 }
 
-Result<ModelHead> load_model_head(std::string_view beginning) {
-  const Result<Body> body = after_header(beginning);
-  if (!body) return pass(body.error());
-  LineReader in(body->text);
-  ModelHead out{read_provenance(in), read_setup(in)};
-  if (!in.ok()) return pass(in.status().error());
+StageLines read_stages(LineReader& in) {
+  StageLines out;
+  const std::size_t stages = in.count("stages", 0, most_stages_read);
+  if (!in.ok() || stages == 0) return out;
+  out.motion_frames = in.counts("motion_frames", stages);
+  out.sample_rate_hz = in.positive("sample_rate_hz");
   return out;
 }
 
-Status check_trial(const FeatureSetup& setup, const Trial& trial) {
-  if (trial.taxels != setup.taxels)
-    return fail({.code = Errc::invalid_argument,
-                 .where = trial.file,
-                 .what = "the model was trained for another sensor",
-                 .expected = std::to_string(setup.taxels) + " taxels",
-                 .got = std::to_string(trial.taxels)});
-  const PhaseSet phases = phases_of(trial);
-  if (phases != setup.phases)
-    return fail({.code = Errc::invalid_argument,
-                 .where = trial.file,
-                 .what = "the model was trained on other phases",
-                 .expected = phase_letters(setup.phases),
-                 .got = phase_letters(phases)});
+Status write_model_file(ModelKind kind, const StageLines& stages, const Provenance& provenance,
+                        std::string_view setup, std::span<const std::uint64_t> trained_on,
+                        std::string_view body, std::ostream& out) {
+  LineWriter head;
+  head.lines(std::string(model_file_header) + "\n");
+  head.text("modality", to_string(kind.modality));
+  head.count("stages", stages.motion_frames.size());
+  if (kind.is_live) {
+    head.counts("motion_frames", stages.motion_frames);
+    head.number("sample_rate_hz", stages.sample_rate_hz);
+  }
+  write_provenance(head, provenance);
+  head.lines(setup);
+  head.lines(checksum_line(head_checksum_keyword, head.str()));
+  head.count("trained_on", trained_on.size());
+  if (!trained_on.empty()) head.counts("digests", trained_on);
+  out << head.str() << body << checksum_line(checksum_keyword, head.str(), body);
+  if (!out.flush()) return fail({.code = Errc::io, .what = "cannot write the model"});
   return {};
 }
 
-Result<std::vector<Prediction>> classify(const StoredModel& stored, std::span<const Trial> trials,
-                                         const VoteOptions& options, std::size_t threads) {
-  const auto features = compute_features(stored.setup, trials, threads);
-  if (!features) return pass(features.error());
-  auto predicted = predict_all(stored.learner, stored.postprocessing, *features, options, threads);
-  std::vector<Prediction> out;
-  out.reserve(predicted.size());
-  for (std::size_t i = 0; i < predicted.size(); ++i) {
-    if (!predicted[i]) return pass(predicted[i].error(), trials[i].file);
-    out.push_back(std::move(*predicted[i]));
-  }
-  return out;
-}
-
-void write_model_parts(LineWriter& out, const TrainedLearner& learner,
-                       const std::optional<VotePostprocessing>& postprocessing) {
+void write_parts(LineWriter& out, const TrainedLearner& learner,
+                 const std::optional<VotePostprocessing>& postprocessing) {
   write_head(out, {learner.kind(), learner.view().kind()});
   write_labels(out, learner.labels());
   out.count("features", learner.feature_names().size());
@@ -231,9 +158,49 @@ void write_model_parts(LineWriter& out, const TrainedLearner& learner,
   write_postprocessing(out, postprocessing);
 }
 
-std::optional<ModelParts> read_model_parts(LineReader& in, const LearnerHead& head,
-                                           std::vector<std::string> labels,
-                                           const std::vector<std::string>& expected) {
+std::vector<std::uint64_t> ModelLines::read_trained_on() {
+  if (!is_today) return {};
+  in.text("head_crc32");
+  const std::size_t count = in.count("trained_on", 0, most_recordings);
+  if (!in.ok() || count == 0) return {};
+  return in.counts("digests", count);
+}
+
+Result<std::string> read_model_text(std::istream& in) {
+  std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  if (in.bad()) return fail({.code = Errc::io, .what = "cannot read the model"});
+  return text;
+}
+
+Result<ModelLines> open_model_file(std::string_view text, ModelKind expected) {
+  // Another file is told from a damaged one, so its kind is looked at before its checksum.
+  auto lines = begin_lines(text);
+  if (!lines && lines.error().code != Errc::corrupt) return lines;
+  const Result<std::string_view> whole = check_checksum(text);
+  if (!whole) return pass(whole.error());
+  lines = begin_lines(*whole);
+  if (!lines) return lines;
+  if (auto ok = is_expected(lines->kind, expected); !ok) return pass(ok.error());
+  if (lines->is_today && !expected.is_live) read_stages(lines->in);
+  return lines;
+}
+
+Result<ModelLines> open_model_head(std::string_view beginning, ModelKind expected) {
+  const std::string line = "\n" + std::string(head_checksum_keyword);
+  const std::size_t at = beginning.find(line);
+  auto lines = begin_lines(beginning);
+  if (!lines) return lines;
+  const std::string_view head = beginning.substr(0, at == std::string_view::npos ? at : at + 1);
+  if (at == std::string_view::npos ||
+      !beginning.substr(head.size()).starts_with(checksum_line(head_checksum_keyword, head)))
+    return fail({.code = Errc::corrupt, .what = "the head of the model file was cut or altered"});
+  if (auto ok = is_expected(lines->kind, expected); !ok) return pass(ok.error());
+  return lines;
+}
+
+std::optional<ModelParts> read_parts(LineReader& in, const LearnerHead& head,
+                                     std::vector<std::string> labels,
+                                     const std::vector<std::string>& expected) {
   const std::size_t columns = in.count("features", expected.size(), expected.size());
   std::vector<std::string> features = read_names(in, "feature", columns);
   const auto other = std::mismatch(features.begin(), features.end(), expected.begin());
@@ -249,6 +216,23 @@ std::optional<ModelParts> read_model_parts(LineReader& in, const LearnerHead& he
       read_postprocessing(in, learner->labels().size(), checked_columns, sigmoids);
   if (!in.ok()) return std::nullopt;
   return ModelParts{std::move(*learner), std::move(postprocessing)};
+}
+
+std::optional<ModelParts> read_parts(LineReader& in, int learner_version,
+                                     const Result<std::vector<std::string>>& expected) {
+  const LearnerHead head = read_head(in, learner_version);
+  std::vector<std::string> labels = read_labels(in);
+  if (!expected) in.refuse(expected.error().what, expected.error().expected, expected.error().got);
+  if (!in.ok()) return std::nullopt;
+  return read_parts(in, head, std::move(labels), *expected);
+}
+
+Status check_feature_names(const TrainedLearner& learner,
+                           const Result<std::vector<std::string>>& expected) {
+  if (expected && learner.feature_names() == *expected) return {};
+  return fail({.code = Errc::invalid_argument,
+               .where = "model",
+               .what = "features are not those of the setup"});
 }
 
 }  // namespace weft::classifier

@@ -1,23 +1,15 @@
 #include "classifier/vibro/recording_model.hpp"
 
 #include <algorithm>
-#include <iterator>
 #include <optional>
 #include <set>
-#include <sstream>
 
-#include "classifier/base/line_io.hpp"
-#include "classifier/fabric/model_text.hpp"
-#include "classifier/learners/learner_text.hpp"
-#include "classifier/model/model_file.hpp"
+#include "classifier/base/content_digest.hpp"
 #include "classifier/vibro/cross_validation.hpp"
 #include "classifier/vibro/protocol.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
-
-constexpr std::size_t most_channels = 1000;
-constexpr std::string_view header_of_version_1 = "weft-recording-model 1";
 
 PlacesOf places_in(const RecordingSetup& setup) {
   ProtocolOptions options;
@@ -27,86 +19,14 @@ PlacesOf places_in(const RecordingSetup& setup) {
   return places_of(options);
 }
 
-void write_setup(LineWriter& out, const RecordingSetup& setup) {
-  out.count("channels", setup.channels.size());
-  for (const Channel& channel : setup.channels) {
-    out.text("channel", channel.name);
-    out.number("rate_hz", channel.rate_hz);
-    out.text("unit", channel.unit);
-  }
-  out.text("family", to_string(setup.features.family));
-  out.text("combine", to_string(setup.features.combine));
-  out.number("window_s", setup.window_s);
-  out.number("step_s", setup.step_s);
-}
-
-RecordingSetup read_setup(LineReader& in) {
-  RecordingSetup out;
-  for (std::size_t left = in.count("channels", 1, most_channels); in.ok() && left > 0; --left) {
-    Channel channel;
-    channel.name = in.text("channel");
-    channel.rate_hz = in.positive("rate_hz");
-    channel.unit = in.text("unit");
-    out.channels.push_back(std::move(channel));
-  }
-  out.features.family = read_name(in, "family", family_from, Family::smmrpfft);
-  out.features.combine = read_name(in, "combine", combine_from, Combine::mean);
-  out.window_s = in.positive("window_s");
-  out.step_s = in.positive("step_s");
-  return out;
-}
-
-// What version 1 has in the place of the parts of a model: a name of a learner, the scaling, the
-// axes of components (none: the scaled features), and the learner's own lines.
-std::optional<TrainedLearner> read_pipeline(LineReader& in, std::vector<std::string> labels,
-                                            std::vector<std::string> features) {
-  const Learner learner = read_name(in, "method", learner_from, Learner::lda);
-  Scaler scaler = read_scaler(in, features.size());
-  Matrix axes = read_matrix(in, "axes", features.size());
-  const double explained = in.not_negative("explained");
-  if (!in.ok()) return std::nullopt;
-  FeatureView view(axes.rows() == 0 ? FeatureView::Table(Standardised{std::move(scaler)})
-                                    : FeatureView::Table(PrincipalComponents{
-                                          std::move(scaler), std::move(axes), explained}));
-  std::shared_ptr<const Predictor> predictor;
-  if (learner == Learner::lda || learner == Learner::all) {
-    const LearnerHead head = read_head(in);
-    auto own = read_learner(in, head, labels, view.apply(features));
-    if (own) predictor = own->share_predictor();
-  } else {
-    predictor = read_predictor(learner, in, view.width(features.size()), labels.size());
-  }
-  if (!in.ok() || predictor == nullptr) return std::nullopt;
-  return TrainedLearner(learner, std::move(labels), std::move(features), std::move(view),
-                        std::move(predictor));
-}
-
-std::vector<std::string> names_of(const RecordingSetup& setup) {
-  std::vector<std::string> out;
-  for (const Column& column : columns_of(setup.channels, setup.features))
-    out.push_back(column.name);
-  return out;
-}
-
-Result<RecordingModel> read_body(std::string_view body, int version) {
-  LineReader in(body);
-  Provenance provenance = read_provenance(in);
-  RecordingSetup setup = read_setup(in);
-  const LearnerHead head = version == 1 ? LearnerHead() : read_head(in);
-  std::vector<std::string> labels = read_labels(in);
-  if (!in.ok()) return pass(in.status().error());
-  std::optional<TrainedLearner> learner;
-  if (version == 1) {
-    learner = read_pipeline(in, std::move(labels), names_of(setup));
-  } else if (auto parts = read_model_parts(in, head, std::move(labels), names_of(setup))) {
-    learner = std::move(parts->learner);
-  }
-  in.finish();
-  if (!in.ok() || !learner) return pass(in.status().error());
-  return RecordingModel{std::move(provenance), std::move(setup), std::move(*learner)};
-}
-
 }  // namespace
+
+std::uint64_t content_digest(const Recording& recording) {
+  ContentDigest digest;
+  for (const Channel& channel : recording.channels) digest.add(std::span(&channel.rate_hz, 1));
+  for (const std::vector<double>& samples : recording.samples) digest.add(samples);
+  return digest.value();
+}
 
 std::vector<TooShort> too_short_for(const RecordingSetup& setup,
                                     std::span<const Recording> recordings) {
@@ -159,25 +79,9 @@ Result<RecordingModel> train_recording_model(std::span<const Recording> recordin
   if (!learner) return pass(learner.error());
   RecordingSetup own = setup;
   own.channels = recordings.front().channels;
-  return RecordingModel{std::move(provenance), std::move(own), std::move(*learner)};
-}
-
-Status save_recording_model(const RecordingModel& model, std::ostream& out) {
-  LineWriter text;
-  write_provenance(text, model.provenance);
-  write_setup(text, model.setup);
-  write_model_parts(text, model.learner, std::nullopt);
-  return write_checksummed(recording_model_header, text.str(), out);
-}
-
-Result<RecordingModel> load_recording_model(std::istream& in) {
-  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  const int version = text.starts_with(std::string(header_of_version_1) + "\n") ? 1 : 2;
-  std::istringstream again(text);
-  const auto body = read_checksummed(version == 1 ? header_of_version_1 : recording_model_header,
-                                     "not a model of recordings", again);
-  if (!body) return pass(body.error());
-  return read_body(*body, version);
+  RecordingModel out{std::move(*learner), std::move(own), std::move(provenance)};
+  for (const Recording& recording : recordings) out.trained_on.push_back(content_digest(recording));
+  return out;
 }
 
 Result<std::vector<RecordingAnswer>> classify_recordings(const RecordingModel& model,
@@ -214,3 +118,78 @@ Result<std::vector<RecordingAnswer>> classify_recordings(const RecordingModel& m
 }
 
 }  // namespace weft::classifier::vibro
+
+namespace weft::classifier {
+
+using vibro::RecordingSetup;
+
+namespace {
+constexpr std::size_t most_channels = 1000;
+}  // namespace
+
+void SetupText<RecordingSetup>::write(LineWriter& out, const RecordingSetup& setup) {
+  out.count("channels", setup.channels.size());
+  for (const vibro::Channel& channel : setup.channels) {
+    out.text("channel", channel.name);
+    out.number("rate_hz", channel.rate_hz);
+    out.text("unit", channel.unit);
+  }
+  out.text("family", to_string(setup.features.family));
+  out.text("combine", to_string(setup.features.combine));
+  out.number("window_s", setup.window_s);
+  out.number("step_s", setup.step_s);
+}
+
+RecordingSetup SetupText<RecordingSetup>::read(LineReader& in) {
+  RecordingSetup out;
+  for (std::size_t left = in.count("channels", 1, most_channels); in.ok() && left > 0; --left) {
+    vibro::Channel channel;
+    channel.name = in.text("channel");
+    channel.rate_hz = in.positive("rate_hz");
+    channel.unit = in.text("unit");
+    out.channels.push_back(std::move(channel));
+  }
+  out.features.family = read_name(in, "family", vibro::family_from, vibro::Family::smmrpfft);
+  out.features.combine = read_name(in, "combine", vibro::combine_from, vibro::Combine::mean);
+  out.window_s = in.positive("window_s");
+  out.step_s = in.positive("step_s");
+  return out;
+}
+
+Result<std::vector<std::string>> SetupText<RecordingSetup>::feature_names(
+    const RecordingSetup& setup, std::size_t /*most*/) {
+  std::vector<std::string> out;
+  for (const vibro::Column& column : vibro::columns_of(setup.channels, setup.features))
+    out.push_back(column.name);
+  return out;
+}
+
+// Labels, a name of a learner, the scaling, the axes of components (none: the scaled features), and
+// the learner's own lines.
+std::optional<ModelParts> SetupText<RecordingSetup>::read_pipeline(
+    LineReader& in, const std::vector<std::string>& names) {
+  std::vector<std::string> labels = read_labels(in);
+  std::vector<std::string> features = names;
+  const Learner learner = read_name(in, "method", learner_from, Learner::lda);
+  Scaler scaler = read_scaler(in, features.size());
+  Matrix axes = read_matrix(in, "axes", features.size());
+  const double explained = in.not_negative("explained");
+  if (!in.ok()) return std::nullopt;
+  FeatureView view(axes.rows() == 0 ? FeatureView::Table(Standardised{std::move(scaler)})
+                                    : FeatureView::Table(PrincipalComponents{
+                                          std::move(scaler), std::move(axes), explained}));
+  std::shared_ptr<const Predictor> predictor;
+  if (learner == Learner::lda || learner == Learner::all) {
+    const LearnerHead head = read_head(in);
+    auto own = read_learner(in, head, labels, view.apply(features));
+    if (own) predictor = own->share_predictor();
+  } else {
+    predictor = read_predictor(learner, in, view.width(features.size()), labels.size());
+  }
+  if (!in.ok() || predictor == nullptr) return std::nullopt;
+  return ModelParts{TrainedLearner(learner, std::move(labels), std::move(features), std::move(view),
+                                   std::move(predictor)),
+                    std::nullopt};
+}
+
+}  // namespace weft::classifier

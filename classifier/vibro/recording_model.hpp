@@ -1,18 +1,19 @@
 #pragma once
-// A trained learner as a file, with what is needed to prepare recordings as those of the training
-// were: text, versioned, self-describing, closed by a checksum, like the model files of fabrics.
+// A trained model of sound and vibration: what is needed to prepare recordings as those of the
+// training were, its training, and its answers.
 
 #include <cstddef>
-#include <iosfwd>
+#include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include "classifier/fabric/model_text.hpp"
 #include "classifier/learners/learner.hpp"
+#include "classifier/model/model_file.hpp"
 #include "classifier/vibro/extract.hpp"
 
-namespace weft::classifier::vibro {
+namespace weft::classifier {
+
+namespace vibro {
 
 /// How a recording becomes rows of features.
 struct RecordingSetup {
@@ -22,14 +23,26 @@ struct RecordingSetup {
   double step_s = 0.25;  ///< from one window to the next
 };
 
-struct RecordingModel {
-  Provenance provenance;
-  RecordingSetup setup;
-  TrainedLearner learner;
+}  // namespace vibro
+
+template <>
+struct SetupText<vibro::RecordingSetup> {
+  static constexpr Modality modality = Modality::vibro;
+  static void write(LineWriter& out, const vibro::RecordingSetup& setup);
+  static vibro::RecordingSetup read(LineReader& in);
+  static Result<std::vector<std::string>> feature_names(const vibro::RecordingSetup& setup,
+                                                        std::size_t most);
+  /// What "weft-recording-model 1" has in the place of learner, view and labels.
+  static std::optional<ModelParts> read_pipeline(LineReader& in,
+                                                 const std::vector<std::string>& names);
 };
 
-/// First line of every file; those of version 1 are read too.
-inline constexpr std::string_view recording_model_header = "weft-recording-model 2";
+namespace vibro {
+
+using RecordingModel = Model<RecordingSetup>;
+
+/// Of rates and samples, not of name, label or time.
+std::uint64_t content_digest(const Recording& recording);
 
 /// Recordings of which train_recording_model() learns nothing.
 std::vector<TooShort> too_short_for(const RecordingSetup& setup,
@@ -52,12 +65,6 @@ Result<RecordingModel> train_recording_model(std::span<const Recording> recordin
                                              const RecordingSetup& setup, const Recipe& recipe,
                                              const TrainOptions& options, Provenance provenance);
 
-/// Errc::io when the stream fails.
-Status save_recording_model(const RecordingModel& model, std::ostream& out);
-/// The same answers, bit for bit. Errors: parse (not such a file), unsupported (another version),
-/// corrupt (cut short or altered; names the line where that is known).
-Result<RecordingModel> load_recording_model(std::istream& in);
-
 /// What a model says of a recording: the label that most of its windows have, the first of equals.
 struct RecordingAnswer {
   std::string file;
@@ -70,4 +77,5 @@ struct RecordingAnswer {
 Result<std::vector<RecordingAnswer>> classify_recordings(const RecordingModel& model,
                                                          std::span<const Recording> recordings);
 
-}  // namespace weft::classifier::vibro
+}  // namespace vibro
+}  // namespace weft::classifier

@@ -69,14 +69,14 @@ bool write_other_models(const std::filesystem::path& folder) {
        {classifier::Learner::lda, classifier::Learner::svc, classifier::Learner::pvalue}) {
     const auto model = sample_imprint_model(learner);
     std::ostringstream text;
-    if (!model || !classifier::imprint::save_imprint_model(*model, text)) return false;
+    if (!model || !classifier::save_model(*model, text)) return false;
     write(folder / ("imprint_" + std::string(classifier::to_string(learner))), text.view());
   }
   for (const classifier::Learner learner : classifier::all_learners()) {
     if (!classifier::is_available(learner) || classifier::is_choice(learner)) continue;
     const auto model = sample_recording_model(learner);
     std::ostringstream text;
-    if (!model || !vibro::save_recording_model(*model, text)) return false;
+    if (!model || !classifier::save_model(*model, text)) return false;
     write(folder / ("recording_" + std::string(classifier::to_string(learner))),
           with_few_trees(text.str()));
   }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "classifier/model/model_file.hpp"
+#include "classifier/model/stored_model.hpp"
 #include "tests/fuzz/checksum.hpp"
 #include "tests/fuzz/target.hpp"
 
@@ -16,7 +16,7 @@ using classifier::StoredModel;
 
 Result<StoredModel> load(const std::string& text) {
   std::istringstream in(text);
-  return classifier::load_model(in);
+  return classifier::load_model<classifier::FeatureSetup>(in);
 }
 
 std::string save(const StoredModel& model) {

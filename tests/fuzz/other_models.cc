@@ -17,26 +17,10 @@ namespace {
 using classifier::imprint::ImprintModel;
 using classifier::vibro::RecordingModel;
 
-Result<ImprintModel> load(const std::string& text, const ImprintModel*) {
-  std::istringstream in(text);
-  return classifier::imprint::load_imprint_model(in);
-}
-Result<RecordingModel> load(const std::string& text, const RecordingModel*) {
-  std::istringstream in(text);
-  return classifier::vibro::load_recording_model(in);
-}
-
-Status save(const ImprintModel& model, std::ostream& out) {
-  return classifier::imprint::save_imprint_model(model, out);
-}
-Status save(const RecordingModel& model, std::ostream& out) {
-  return classifier::vibro::save_recording_model(model, out);
-}
-
 template <class Model>
 std::string saved(const Model& model) {
   std::ostringstream out;
-  demand(save(model, out).has_value(), "a model that was read can be stored");
+  demand(classifier::save_model(model, out).has_value(), "a model that was read can be stored");
   return out.str();
 }
 
@@ -60,13 +44,16 @@ void query(const RecordingModel& model) {
   }
 }
 
-template <class Model>
+template <class Setup>
 void try_text(const std::string& text) {
-  constexpr const Model* kind = nullptr;
-  const auto model = load(text, kind);
+  const auto load = [](const std::string& one) {
+    std::istringstream in(one);
+    return classifier::load_model<Setup>(in);
+  };
+  const auto model = load(text);
   if (!model) return demand(!model.error().what.empty(), "an error says what is wrong");
   const std::string stored = saved(*model);
-  const auto again = load(stored, kind);
+  const auto again = load(stored);
   demand(again.has_value(), "a stored model can be read");
   demand(saved(*again) == stored, "a model comes back bit for bit");
   query(*model);
@@ -77,8 +64,8 @@ void try_text(const std::string& text) {
 WEFT_FUZZ_TARGET(other_models) {
   const std::string text(reinterpret_cast<const char*>(data), size);
   for (const std::string& one : {text, with_checksum(text)}) {
-    try_text<weft::classifier::imprint::ImprintModel>(one);
-    try_text<weft::classifier::vibro::RecordingModel>(one);
+    try_text<weft::classifier::imprint::ImprintSetup>(one);
+    try_text<weft::classifier::vibro::RecordingSetup>(one);
   }
   return 0;
 }

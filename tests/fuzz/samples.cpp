@@ -158,10 +158,11 @@ Result<classifier::imprint::ImprintModel> sample_imprint_model(classifier::Learn
   if (!trained) return pass(trained.error());
   auto postprocessing = classifier::fit_postprocessing(trained->trained, *matrix, options);
   if (!postprocessing) return pass(postprocessing.error());
-  return ImprintModel{{"simulated", "", "0", "fuzz"},
+  return ImprintModel{std::move(trained->trained),
                       {grid, plan},
-                      std::move(trained->trained),
-                      std::move(*postprocessing)};
+                      {"simulated", "", "0", "fuzz"},
+                      std::move(*postprocessing),
+                      content_digests(imprints)};
 }
 
 Result<classifier::vibro::RecordingModel> sample_recording_model(classifier::Learner learner) {

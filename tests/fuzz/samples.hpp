@@ -3,7 +3,7 @@
 
 #include "classifier/imprint/imprint_model.hpp"
 #include "classifier/live/staged_model.hpp"
-#include "classifier/model/model_file.hpp"
+#include "classifier/model/stored_model.hpp"
 #include "classifier/vibro/recording_model.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 #include "daemon/storage/recordings/recording_set.hpp"

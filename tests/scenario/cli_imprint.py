@@ -144,7 +144,7 @@ def models(t, d):
     t.refuses("classify", "cut.model", "other.h5", cwd=d, says=["cut short"])
     (folder / "altered.model").write_text(whole.replace("rows 32", "rows 16", 1))
     t.refuses("classify", "altered.model", "other.h5", cwd=d, says=["checksum"])
-    (folder / "newer.model").write_text(whole.replace("weft-imprint-model 1", "weft-imprint-model 9", 1))
+    (folder / "newer.model").write_text(whole.replace("weft-model 1", "weft-model 9", 1))
     t.refuses("classify", "newer.model", "other.h5", cwd=d, says=["another version"])
 
 

@@ -164,10 +164,11 @@ Result<ImprintTrainingResult> train_imprints(
   return ImprintTrainingResult{
       std::move(task),
       std::move(got->evaluation),
-      {{std::string(to_string(data.info.kind)), dataset_sha256, software_version(), how},
+      {std::move(got->learner),
        {*grid, plan},
-       std::move(got->learner),
-       std::move(got->postprocessing)},
+       {std::string(to_string(data.info.kind)), dataset_sha256, software_version(), how},
+       std::move(got->postprocessing),
+       ci::content_digests(*imprints)},
       std::move(got->words),
       got->train_s};
 }
@@ -188,7 +189,7 @@ ordered_json training_json(const ImprintTrainingResult& training_result) {
 Status add_model(const ImprintTrainingResult& training_result, ordered_json& evaluation,
                  std::vector<HandoverText>& texts) {
   std::ostringstream model;
-  if (Status ok = ci::save_imprint_model(training_result.model, model); !ok) return ok;
+  if (Status ok = classifier::save_model(training_result.model, model); !ok) return ok;
   texts.push_back({std::string(model_name) + ".model", model.str()});
   evaluation["models"].push_back(model_line_json(model_name, texts.back(), training_result.words,
                                                  training_result.task.matrix.size(),
@@ -249,12 +250,14 @@ Result<TrainingResult> train_exploration(const Dataset& dataset, const std::stri
   const std::string how =
       format_training(wanted.learner, options, got->learner.labels().size(), got->folds);
   classifier::FeatureSetup setup = make_setup(material, info);
+  std::vector<std::uint64_t> digests = classifier::content_digests(material.trials);
   return TrainingResult{
       std::move(material),
       {std::move(got->learner),
        std::move(setup),
        {std::string(to_string(info.kind)), dataset_sha256, software_version(), how},
-       std::move(got->postprocessing)},
+       std::move(got->postprocessing),
+       std::move(digests)},
       std::move(got->words),
       std::move(got->evaluation),
       std::move(task.splits),

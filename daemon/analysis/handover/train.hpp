@@ -14,7 +14,7 @@
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/learners/class_folds.hpp"
-#include "classifier/model/model_file.hpp"
+#include "classifier/model/stored_model.hpp"
 #include "classifier/vibro/cross_validation.hpp"
 #include "classifier/vote/postprocessing.hpp"
 #include "daemon/analysis/handover/handover.hpp"

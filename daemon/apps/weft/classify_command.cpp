@@ -4,11 +4,10 @@
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
-#include "classifier/base/line_io.hpp"
 #include "classifier/imprint/imprint_model.hpp"
-#include "classifier/live/staged_model.hpp"
-#include "classifier/model/model_file.hpp"
+#include "classifier/model/stored_model.hpp"
 #include "classifier/vibro/recording_model.hpp"
 #include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
@@ -131,33 +130,131 @@ Result<LoadedImprints> load_imprints(const std::filesystem::path& path, std::ist
   return LoadedImprints{dataset->info.kind, *grid, std::move(*imprints)};
 }
 
-/// `args.model` is one of imprints.
-Result<int> run_classify_imprints(const ClassifyArgs& args, Console& console) {
+/// How an answer compares with what is known of its recording, over all of them.
+struct AnswerCounts {
+  std::size_t answers = 0;
+  std::size_t trained_on = 0;  ///< the model learnt from the very recording
+  std::size_t known = 0;       ///< recordings whose label is one of the model's
+  std::size_t right = 0;
+  std::size_t known_of_new = 0, right_of_new = 0;  ///< of recordings not trained on
+  std::vector<std::string> other_labels = {};      ///< true labels that the model does not have
+
+  void add(const Labels& labels, std::size_t winner, const std::string& true_label, bool trained) {
+    ++answers;
+    trained_on += trained ? 1 : 0;
+    if (true_label.empty()) return;
+    if (!std::ranges::binary_search(labels, true_label)) {
+      if (std::ranges::find(other_labels, true_label) == other_labels.end())
+        other_labels.push_back(true_label);
+      return;
+    }
+    const std::size_t is_right = labels[winner] == true_label ? 1 : 0;
+    ++known;
+    right += is_right;
+    known_of_new += trained ? 0 : 1;
+    right_of_new += trained ? 0 : is_right;
+  }
+};
+
+/// The last lines: of how many the model had learnt, and how many answers are right.
+std::string counts_text(const AnswerCounts& counts, const std::string& things) {
+  std::string out;
+  const auto of = [](std::size_t n, std::size_t all) {
+    return thousands(n) + " of " + thousands(all);
+  };
+  if (counts.trained_on > 0)
+    out += of(counts.trained_on, counts.answers) + " " + things +
+           " were used for training: answers on them say nothing about others.\n";
+  if (!counts.other_labels.empty())
+    out += "The model does not know " + joined(counts.other_labels) +
+           ": answers on these are not counted.\n";
+  if (counts.known == 0) return out;
+  out += of(counts.right, counts.known) + " right";
+  if (counts.trained_on > 0 && counts.known_of_new > 0)
+    out += "; " + of(counts.right_of_new, counts.known_of_new) + " of those not trained on";
+  return out + "\n";
+}
+
+/// What of a command is the same for each modality.
+json head_json(const ClassifyArgs& args, const classifier::Provenance& provenance,
+               classifier::Modality modality, classifier::Learner learner, BenchKind bench,
+               const AnswerCounts& counts) {
+  json out{{"command", "classify"},
+           {"modality", classifier::to_string(modality)},
+           {"model", args.model.string()},
+           {"model_bench", provenance.bench},
+           {"learner", classifier::to_string(learner)},
+           {"bench", to_string(bench)},
+           {"used_for_training", counts.trained_on},
+           {"labelled", counts.known},
+           {"right", counts.right},
+           {"labels_not_known", counts.other_labels}};
+  return out;
+}
+
+bool is_in(const std::vector<std::uint64_t>& digests, std::uint64_t one) {
+  return std::ranges::find(digests, one) != digests.end();
+}
+
+/// Text, counts and JSON of answers with votes, of trials or imprints.
+struct Answered {
+  std::string text;
+  AnswerCounts counts;
+  json list = json::array();
+};
+template <class Setup>
+Answered list_answers(const classifier::Model<Setup>& model,
+                      const std::vector<PredictedTrial>& answered,
+                      const std::vector<std::uint64_t>& digests) {
+  Answered out;
+  out.list = answers_json(model.learner, model.postprocessing.has_value(), answered);
+  for (std::size_t i = 0; i < answered.size(); ++i) {
+    const bool trained = is_in(model.trained_on, digests[i]);
+    out.text += answer_line(model.learner, answered[i]);
+    out.list[i]["used_for_training"] = trained;
+    out.counts.add(model.learner.labels(), answered[i].answer.ballot.winner, answered[i].true_label,
+                   trained);
+  }
+  return out;
+}
+
+template <class Setup>
+Result<classifier::Model<Setup>> open_model(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  auto model = classifier::load_model<Setup>(in);
+  if (!model) return pass(model.error(), path.string());
+  return model;
+}
+
+Result<classifier::VoteOptions> vote_options(const ClassifyArgs& args) {
   const auto kind = classifier::vote_kind_from(args.vote);
   if (!kind) return pass(kind.error(), "--vote");
-  std::ifstream in(args.model, std::ios::binary);
-  const auto model = ci::load_imprint_model(in);
-  if (!model) return pass(model.error(), args.model.string());
+  return classifier::VoteOptions{*kind, args.shortlist, nullptr};
+}
+
+Result<int> classify_imprints(const ClassifyArgs& args, Console& console) {
+  const auto options = vote_options(args);
+  if (!options) return pass(options.error());
+  const auto model = open_model<ci::ImprintSetup>(args.model);
+  if (!model) return pass(model.error());
   const auto requested = load_imprints(args.trials, console.in);
   if (!requested) return pass(requested.error(), args.trials.string());
-  const auto answers = ci::classify_imprints(*model, requested->grid, requested->imprints,
-                                             {*kind, args.shortlist, nullptr});
+  const auto answers =
+      ci::classify_imprints(*model, requested->grid, requested->imprints, *options);
   if (!answers) return pass(answers.error(), args.trials.string());
-  std::string text = bench_banner(requested->bench) + trained_banner(model->provenance);
   std::vector<PredictedTrial> list;
-  for (std::size_t i = 0; i < answers->size(); ++i) {
+  for (std::size_t i = 0; i < answers->size(); ++i)
     list.push_back({requested->imprints[i].file, requested->imprints[i].label, (*answers)[i]});
-    text += answer_line(model->learner, list.back());
-  }
-  print(console, text,
-        {{"command", "classify"},
-         {"kind", "imprints"},
-         {"model", args.model.string()},
-         {"model_bench", model->provenance.bench},
-         {"learner", classifier::to_string(model->learner.kind())},
-         {"bench", to_string(requested->bench)},
-         {"vote", args.vote},
-         {"imprints", answers_json(model->learner, model->postprocessing.has_value(), list)}});
+  const Answered out = list_answers(*model, list, ci::content_digests(requested->imprints));
+  json object = head_json(args, model->provenance, classifier::Modality::imprint,
+                          model->learner.kind(), requested->bench, out.counts);
+  object["kind"] = "imprints";
+  object["vote"] = args.vote;
+  object["imprints"] = out.list;
+  print(console,
+        bench_banner(requested->bench) + trained_banner(model->provenance) + out.text +
+            counts_text(out.counts, "imprints"),
+        object);
   return exit_ok;
 }
 
@@ -169,61 +266,37 @@ json windows_by_label(const std::vector<std::string>& labels,
   return out;
 }
 
-/// `args.model` is one of recordings.
-Result<int> run_classify_recordings(const ClassifyArgs& args, Console& console) {
-  std::ifstream in(args.model, std::ios::binary);
-  const auto model = vibro::load_recording_model(in);
-  if (!model) return pass(model.error(), args.model.string());
+Result<int> classify_recordings(const ClassifyArgs& args, Console& console) {
+  const auto model = open_model<vibro::RecordingSetup>(args.model);
+  if (!model) return pass(model.error());
   const auto set = open_all_recordings(args.trials);
   if (!set) return pass(set.error());
   const auto answers = vibro::classify_recordings(*model, set->recordings);
   if (!answers) return pass(answers.error(), args.trials.string());
-  std::string text = bench_banner(set->kind) + trained_banner(model->provenance);
-  json list = json::array();
-  for (const vibro::RecordingAnswer& a : *answers) {
-    std::size_t windows = 0;
-    for (const std::size_t n : a.windows) windows += n;
-    text += a.file + ": " + model->learner.labels()[a.label] + "  (" +
-            std::to_string(a.windows[a.label]) + " of " + std::to_string(windows) + " windows)\n";
-    list.push_back({{"file", a.file},
-                    {"label", model->learner.labels()[a.label]},
-                    {"windows", windows_by_label(model->learner.labels(), a.windows)}});
-    if (!a.true_label.empty()) list.back()["true_label"] = a.true_label;
+  const Labels& labels = model->learner.labels();
+  Answered out;
+  for (std::size_t i = 0; i < answers->size(); ++i) {
+    const vibro::RecordingAnswer& a = (*answers)[i];
+    const bool trained = is_in(model->trained_on, vibro::content_digest(set->recordings[i]));
+    const std::size_t windows = std::accumulate(a.windows.begin(), a.windows.end(), std::size_t{0});
+    out.text += a.file + ": " + labels[a.label] + "  (" + std::to_string(a.windows[a.label]) +
+                " of " + std::to_string(windows) + " windows)\n";
+    out.list.push_back({{"file", a.file},
+                        {"label", labels[a.label]},
+                        {"windows", windows_by_label(labels, a.windows)},
+                        {"used_for_training", trained}});
+    if (!a.true_label.empty()) out.list.back()["true_label"] = a.true_label;
+    out.counts.add(labels, a.label, a.true_label, trained);
   }
-  print(console, text,
-        {{"command", "classify"},
-         {"kind", "recordings"},
-         {"model", args.model.string()},
-         {"model_bench", model->provenance.bench},
-         {"learner", classifier::to_string(model->learner.kind())},
-         {"bench", to_string(set->kind)},
-         {"recordings", std::move(list)}});
+  json object = head_json(args, model->provenance, classifier::Modality::vibro,
+                          model->learner.kind(), set->kind, out.counts);
+  object["kind"] = "recordings";
+  object["recordings"] = out.list;
+  print(console,
+        bench_banner(set->kind) + trained_banner(model->provenance) + out.text +
+            counts_text(out.counts, "recordings"),
+        object);
   return exit_ok;
-}
-
-Result<StoredModel> open_model(const std::filesystem::path& path) {
-  std::error_code unseen;
-  std::ifstream in(path, std::ios::binary);
-  if (!in || std::filesystem::is_directory(path, unseen))
-    return fail({.code = Errc::not_found,
-                 .where = path.string(),
-                 .what = "cannot read the model",
-                 .expected = "a model file",
-                 .got = in ? "a folder" : ""});
-  auto model = classifier::load_model(in);
-  if (!model && model.error().code == Errc::parse)
-    return pass(with_file_kind(model.error(), path), path.string());
-  if (!model) return pass(model.error(), path.string());
-  return model;
-}
-
-// Enough of a file to know its kind; nothing of one that cannot be read.
-std::string read_beginning(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::string out(64, '\0');
-  in.read(out.data(), static_cast<std::streamsize>(out.size()));
-  out.resize(static_cast<std::size_t>(in.gcount()));
-  return out;
 }
 
 Result<Dataset> open_trials(const std::filesystem::path& path, std::istream* in) {
@@ -283,6 +356,48 @@ void add_options(CLI::App& command, ClassifyArgs& args) {
       ->each([&args](const std::string&) { args.shortlist_given = true; });
 }
 
+/// Which model the file is.
+Result<classifier::ModelKind> kind_of_model(const std::filesystem::path& path) {
+  std::error_code unseen;
+  std::ifstream in(path, std::ios::binary);
+  if (!in || std::filesystem::is_directory(path, unseen))
+    return fail({.code = Errc::not_found,
+                 .where = path.string(),
+                 .what = "cannot read the model",
+                 .expected = "a model file",
+                 .got = in ? "a folder" : ""});
+  std::string beginning(512, '\0');
+  in.read(beginning.data(), static_cast<std::streamsize>(beginning.size()));
+  beginning.resize(static_cast<std::size_t>(in.gcount()));
+  const auto kind = classifier::find_model_kind(beginning);
+  if (kind) return kind;
+  if (kind.error().code != Errc::parse) return pass(kind.error(), path.string());
+  return pass(with_file_kind(kind.error(), path), path.string());
+}
+
+Result<int> classify_trials(const ClassifyArgs& args, Console& console) {
+  const auto options = vote_options(args);
+  if (!options) return pass(options.error());
+  const Result<StoredModel> stored = open_model<classifier::FeatureSetup>(args.model);
+  if (!stored) return pass(stored.error());
+  const Result<Dataset> dataset = open_trials(args.trials, console.in);
+  if (!dataset) return pass(dataset.error());
+  const Result<std::vector<Trial>> trials = prepared(stored->setup, *dataset);
+  if (!trials) return pass(trials.error(), args.trials.string());
+  const auto list = answers(*stored, *trials, *options);
+  if (!list) return pass(list.error(), args.trials.string());
+  const Answered out = list_answers(*stored, *list, classifier::content_digests(*trials));
+  json object = head_json(args, stored->provenance, classifier::Modality::fabric,
+                          stored->learner.kind(), dataset->info.kind, out.counts);
+  object["vote"] = args.vote;
+  object["trials"] = out.list;
+  print(console,
+        bench_banner(dataset->info.kind) + trained_banner(stored->provenance) + out.text +
+            counts_text(out.counts, stored->setup.window_s > 0 ? "windows" : "trials"),
+        object);
+  return exit_ok;
+}
+
 Result<int> run_classify(const ClassifyArgs& args, Console& console) {
   if (args.shortlist_given && args.vote != "shortlist")
     return fail({.code = Errc::invalid_argument,
@@ -290,38 +405,17 @@ Result<int> run_classify(const ClassifyArgs& args, Console& console) {
                  .what = "a short-list is of another kind of vote",
                  .expected = "--vote shortlist",
                  .got = "--vote " + args.vote});
-  const auto beginning = read_beginning(args.model);
-  if (classifier::is_of_kind(beginning, vibro::recording_model_header))
-    return run_classify_recordings(args, console);
-  if (classifier::is_of_kind(beginning, ci::imprint_model_header))
-    return run_classify_imprints(args, console);
-  if (classifier::is_of_kind(beginning, classifier::staged_file_header))
-    return fail({.code = Errc::unsupported,
-                 .where = args.model.string(),
-                 .what = "a model for votes while a slide goes on",
-                 .expected = "a model of `weft train` without --live",
-                 .hint = "Name it in a recipe's classify.live, or train again without --live"});
-  const Result<classifier::VoteKind> kind = classifier::vote_kind_from(args.vote);
-  if (!kind) return pass(kind.error(), "--vote");
-  const Result<StoredModel> stored = open_model(args.model);
-  if (!stored) return pass(stored.error());
-  const Result<Dataset> dataset = open_trials(args.trials, console.in);
-  if (!dataset) return pass(dataset.error());
-  const Result<std::vector<Trial>> trials = prepared(stored->setup, *dataset);
-  if (!trials) return pass(trials.error(), args.trials.string());
-  const auto list = answers(*stored, *trials, {*kind, args.shortlist, nullptr});
-  if (!list) return pass(list.error(), args.trials.string());
-  std::string text = bench_banner(dataset->info.kind) + trained_banner(stored->provenance);
-  for (const PredictedTrial& one : *list) text += answer_line(stored->learner, one);
-  print(console, text,
-        {{"command", "classify"},
-         {"model", args.model.string()},
-         {"model_bench", stored->provenance.bench},
-         {"learner", classifier::to_string(stored->learner.kind())},
-         {"bench", to_string(dataset->info.kind)},
-         {"vote", args.vote},
-         {"trials", answers_json(stored->learner, stored->postprocessing.has_value(), *list)}});
-  return exit_ok;
+  const auto kind = kind_of_model(args.model);
+  if (!kind) return pass(kind.error());
+  switch (kind->modality) {
+    case classifier::Modality::vibro:
+      return classify_recordings(args, console);
+    case classifier::Modality::imprint:
+      return classify_imprints(args, console);
+    case classifier::Modality::fabric:
+      return classify_trials(args, console);
+  }
+  return exit_failure;
 }
 
 }  // namespace

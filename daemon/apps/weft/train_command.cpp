@@ -70,8 +70,9 @@ Result<std::optional<ci::ImprintSetup>> imprint_setup(const ChosenTrials& chosen
 Status write_model(const Trained& trained, std::ostream& out) {
   const StoredModel& model = trained.model;
   if (!trained.imprints) return classifier::save_model(model, out);
-  return ci::save_imprint_model(
-      {model.provenance, *trained.imprints, model.learner, model.postprocessing}, out);
+  return classifier::save_model(ci::ImprintModel{model.learner, *trained.imprints, model.provenance,
+                                                 model.postprocessing, model.trained_on},
+                                out);
 }
 
 json summary_json(const TrainArgs& args, const DatasetInfo& info, const Trained& trained) {
@@ -306,7 +307,8 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
   const Trained done{{std::move(trained->trained),
                       std::move(chosen->setup),
                       {std::string(to_string(kind)), chosen->sha256, software_version(), how},
-                      std::move(*postprocessing)},
+                      std::move(*postprocessing),
+                      std::move(chosen->digests)},
                      std::move(*imprints),
                      trained->recipe,
                      std::move(trained->scores),

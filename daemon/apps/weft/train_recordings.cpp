@@ -89,7 +89,7 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   const auto too_short = vibro::too_short_for(plan->setup, set->recordings);
   const std::size_t trained = set->recordings.size() - too_short.size();
   std::ostringstream text;
-  if (auto ok = vibro::save_recording_model(*model, text); !ok) return pass(ok.error());
+  if (auto ok = classifier::save_model(*model, text); !ok) return pass(ok.error());
   if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());
   const std::vector<Warning> warnings = find_data_warnings(*set);
   print(console,

@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "classifier/features/layout.hpp"
+#include "classifier/imprint/imprint_model.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/imprint_features.hpp"
 #include "daemon/base/text/format.hpp"
@@ -333,6 +334,7 @@ Result<ChosenTrials> load_imprints(const Dataset& dataset, const TrialChoice& ch
   out.setup.exploration = imprint_exploration;
   out.strokes = features->size();
   out.features = std::move(*features);
+  out.digests = classifier::imprint::content_digests(*imprints);
   return out;
 }
 
@@ -344,6 +346,7 @@ Result<ChosenTrials> load_slides(const Dataset& dataset, const TrialChoice& choi
   out.strokes = chosen->strokes;
   out.setup = make_setup(*chosen, choice, sample_period_s(dataset));
   if (choice.window_s == 0.0) out.motion = measure_lengths(chosen->trials);
+  out.digests = classifier::content_digests(chosen->trials);
   auto features = compute_features(std::move(chosen->trials), choice, out.setup.options);
   if (!features) return pass(features.error());
   out.features = std::move(*features);

@@ -9,7 +9,7 @@
 #include "classifier/features/feature_matrix.hpp"
 #include "classifier/features/trial.hpp"
 #include "classifier/imprint/imprint_set.hpp"
-#include "classifier/model/model_file.hpp"
+#include "classifier/model/stored_model.hpp"
 #include "daemon/apps/weft/options.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 #include "protocols/base/result.hpp"
@@ -52,6 +52,8 @@ struct ChosenTrials {
   MotionLengths motion;  ///< 0 of windows, of imprints, and of explorations side by side
   /// Of imprints, in the place of the setup: what was taken of each.
   std::optional<classifier::imprint::FeaturePlan> imprint_plan = {};
+  /// content_digest() of each row's trial, window or imprint; none of explorations side by side.
+  std::vector<std::uint64_t> digests = {};
 };
 
 /// Complete trials, and what they have in common.

@@ -1,17 +1,39 @@
 #pragma once
-// Model files that no reader takes.
+// Model files as older programs wrote them, and such as no reader takes.
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <sstream>
 #include <string>
+#include <vector>
 
+#include "classifier/base/line_io.hpp"
+#include "classifier/model/model_file.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier::testing {
 
+/// The lines of `text` that begin with none of these words.
+inline std::string without_lines(const std::string& text, const std::vector<std::string>& words) {
+  std::istringstream in(text);
+  std::string out;
+  for (std::string line; std::getline(in, line);)
+    if (std::ranges::find(words, line.substr(0, line.find(' '))) == words.end()) out += line + "\n";
+  return out;
+}
+
+/// What lies between first line and checksum, without the lines that "weft-model 1" brought.
+inline std::string older_body(const std::string& text) {
+  return without_lines(text.substr(text.find('\n') + 1),
+                       {"modality", "stages", "head_crc32", "trained_on", "digests", "crc32"});
+}
+
 /// What every stored model with a header line and a checksum is refused for: an altered byte behind
-/// the header of `header_size`, an end that is missing, another version, another kind of file.
+/// the header, an end that is missing, another version, another kind of file.
 template <class Load>
-void check_damage_is_refused(const std::string& text, std::size_t header_size, const Load& load) {
+void check_damage_is_refused(const std::string& text, const Load& load) {
+  const std::size_t header_size = model_file_header.size();
+  REQUIRE(text.starts_with(model_file_header));
   for (std::size_t at = header_size + 1; at < text.size(); at += 7) {
     std::string bad = text;
     bad[at] = bad[at] == 'x' ? 'y' : 'x';
@@ -27,7 +49,7 @@ void check_damage_is_refused(const std::string& text, std::size_t header_size, c
   std::string newer = text;
   newer[header_size - 1] = '9';
   CHECK(load(newer).error().code == Errc::unsupported);
-  CHECK(load("weft-fabric-model 5\n").error().code == Errc::parse);
+  CHECK(load("weft-fabric-modes 5\n").error().code == Errc::parse);
   CHECK(load("").error().code == Errc::parse);
 }
 

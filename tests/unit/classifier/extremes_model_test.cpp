@@ -4,7 +4,7 @@
 
 #include <sstream>
 
-#include "classifier/model/model_file.hpp"
+#include "classifier/model/stored_model.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::extremes_model_test {
@@ -51,7 +51,7 @@ TEST_CASE("Extremes: 1024 taxels with all phases are learnt, asked and stored") 
                             {"simulated", "abc123", "0.1.0", "made up"}};
     std::stringstream file;
     REQUIRE(save_model(model, file));
-    const auto again = load_model(file);
+    const auto again = load_model<FeatureSetup>(file);
     REQUIRE(again);
     for (const Trial& trial : requested) {
       const auto features = extract(trial, model.setup.options);

@@ -38,7 +38,7 @@ ImprintModel trained(Learner learner, const FeaturePlan& plan = {}, bool postpro
   REQUIRE(matrix);
   const auto chosen = train_learner(*matrix, learner, {});
   REQUIRE(chosen);
-  ImprintModel out{{"simulated", "abc", "1.2", "made up"}, {grid, plan}, chosen->trained, {}};
+  ImprintModel out{chosen->trained, {grid, plan}, {"simulated", "abc", "1.2", "made up"}};
   if (postprocess) {
     auto postprocessing = fit_postprocessing(out.learner, *matrix, {});
     REQUIRE(postprocessing);
@@ -49,13 +49,13 @@ ImprintModel trained(Learner learner, const FeaturePlan& plan = {}, bool postpro
 
 std::string saved(const ImprintModel& model) {
   std::ostringstream out;
-  REQUIRE(save_imprint_model(model, out));
+  REQUIRE(save_model(model, out));
   return out.str();
 }
 
 Result<ImprintModel> loaded(const std::string& text) {
   std::istringstream in(text);
-  return load_imprint_model(in);
+  return load_model<ImprintSetup>(in);
 }
 
 void check_same_answers(const ImprintModel& a, const ImprintModel& b) {
@@ -104,12 +104,16 @@ TEST_CASE("A model of imprints is read as it was written and answers the same") 
         CHECK(again->learner.feature_names() == model.learner.feature_names());
         CHECK(again->postprocessing.has_value() == postprocess);
         check_same_answers(model, *again);
+        const auto old = loaded(classifier::with_checksum("weft-imprint-model 1",
+                                                          classifier::testing::older_body(text)));
+        REQUIRE(old);
+        check_same_answers(model, *old);
       }
 }
 
 TEST_CASE("A model file of imprints that is damaged, cut short or of another version is refused") {
   const std::string text = saved(trained(Learner::lda));
-  classifier::testing::check_damage_is_refused(text, imprint_model_header.size(), loaded);
+  classifier::testing::check_damage_is_refused(text, loaded);
   CHECK(loaded("weft-recording-model 1\n").error().code == Errc::parse);
 }
 
@@ -117,7 +121,7 @@ TEST_CASE("Features that are not those of the plan are not stored") {
   ImprintModel model = trained(Learner::lda);
   model.setup.features.scales->sigmas = {1.0, 2.0};
   std::ostringstream out;
-  CHECK(!save_imprint_model(model, out));
+  CHECK(!save_model(model, out));
   CHECK(out.str().empty());
 }
 

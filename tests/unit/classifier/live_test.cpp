@@ -7,6 +7,7 @@
 
 #include "classifier/base/line_io.hpp"
 #include "classifier/live/staged_model.hpp"
+#include "tests/unit/classifier/damaged_model.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::live_test {
@@ -174,20 +175,56 @@ TEST_CASE("a staged model comes back from its file as it was, and nothing else i
   CHECK_FALSE(loaded_stages(format_text(swapped)));
 }
 
+// As version 2 had it: an opening, then a file of each stage.
+std::string as_version_2(const StagedModel& model) {
+  std::string opening = "sample_rate_hz 40\nstages " + std::to_string(model.stages.size()) + "\n";
+  std::string models;
+  for (const LiveStage& stage : model.stages) {
+    std::ostringstream out;
+    REQUIRE(save_model(stage.model, out));
+    const std::string one = with_checksum("weft-fabric-model 6", testing::older_body(out.str()));
+    opening +=
+        "stage " + std::to_string(stage.motion_frames) + " " + std::to_string(one.size()) + "\n";
+    models += one;
+  }
+  return with_checksum("weft-live-model 2", opening) + models;
+}
+
+TEST_CASE("a live model of version 2 is read, whole and its head, and answers the same") {
+  const auto model = staged();
+  const std::string text = as_version_2(*model);
+  auto old = loaded_stages(text);
+  REQUIRE(old);
+  CHECK(old->trained_on.empty());
+  old->trained_on = model->trained_on;
+  CHECK(format_text(*old) == format_text(*model));
+  std::istringstream in(text.substr(0, text.find("\nlabels ") + 1));
+  const auto head = load_staged_head(in);
+  REQUIRE(head);
+  CHECK(head->setup.exploration == "M1");
+  CHECK(head->sample_rate_hz == rate_hz);
+  for (std::size_t cut = 0; cut < text.size(); cut += 1 + text.size() / 100)
+    CHECK_FALSE(loaded_stages(text.substr(0, cut)));
+  std::string altered = text;
+  altered[altered.find("stage ") + 6] ^= 1;
+  CHECK_FALSE(loaded_stages(altered));
+  CHECK_FALSE(loaded_stages(text + "x"));
+}
+
 TEST_CASE("a live model of which any byte was altered is refused, its head where that is in it") {
   const std::string text = format_text(*train_staged(slides(3, 20), rate_hz, options_of_lda()));
-  const std::size_t first_model = text.find("weft-fabric-model");
-  REQUIRE(first_model < text.size());
+  const std::size_t head_end = text.find('\n', text.find("head_crc32 ")) + 1;
+  REQUIRE(head_end < text.size());
   std::size_t read = 0, head_read = 0;
   for (std::size_t at = 0; at < text.size(); ++at) {
-    const bool of_the_body = at > first_model && at + 20 < text.size();
+    const bool of_the_body = at > head_end && at + 20 < text.size();
     for (const int bits : {0x01, 0x10, 0x20}) {  // another digit, another sign, the other case
       if (of_the_body && bits != 0x01) continue;
       std::string altered = text;
       altered[at] = static_cast<char>(altered[at] ^ bits);
       read += loaded_stages(altered) ? 1 : 0;
       std::istringstream in(altered);
-      head_read += at < first_model && load_staged_head(in) ? 1 : 0;
+      head_read += at < head_end && load_staged_head(in) ? 1 : 0;
     }
   }
   CHECK(read == 0);
@@ -230,25 +267,26 @@ TEST_CASE(
     const auto head = head_of(beginning);
     REQUIRE(head);
     CHECK(head->sample_rate_hz == model->sample_rate_hz);
-    CHECK(head->first.setup.exploration == "M1");
-    CHECK(head->first.setup.taxels == taxels);
-    CHECK(head->first.provenance.bench == "unknown");
+    CHECK(head->setup.exploration == "M1");
+    CHECK(head->setup.taxels == taxels);
+    CHECK(head->provenance.bench == "unknown");
   }
   CHECK_FALSE(head_of(text.substr(0, text.find("exploration"))));
-  CHECK(head_of("weft-fabric-model 5\n").error().code == Errc::parse);
+  CHECK(head_of("weft-fabric-modes 5\n").error().code == Errc::parse);
   CHECK(head_of("weft-live-model 1\nsample_rate_hz 40\n").error().code == Errc::unsupported);
   CHECK(head_of("weft-live-model 2\nsample_rate_hz 40\n").error().code == Errc::corrupt);
+  const std::string old = as_version_2(*model);
+  const std::string stages = old.substr(old.find("weft-fabric-model"));
   for (const char* opening :
        {"sample_rate_hz 0\nstages 1\nstage 20 9\n", "sample_rate_hz 40\nstages 0\n",
-        "sample_rate_hz 40\nstages 2\nstage 20 9\nstage 20 9\n",
-        "sample_rate_hz 1e6\nstages 1\nstage 20 9\n",
+        "sample_rate_hz 40\nstages 65\nstage 20 9\n", "sample_rate_hz 1e6\nstages 1\nstage 20 9\n",
         "sample_rate_hz 40\nstages 1\nstage 20 9\nstage 40 9\n"})
-    CHECK(head_of(with_checksum(staged_file_header, opening) + text).error().code == Errc::corrupt);
-  const std::size_t first_model = text.find("weft-fabric-model");
-  const std::string faster =
-      with_checksum(staged_file_header, "sample_rate_hz 41\nstages 1\nstage 20 9\n");
-  CHECK(head_of(faster + text.substr(first_model)).error().what ==
-        "a stage was trained at another sample rate");
+    CHECK(head_of(with_checksum("weft-live-model 2", opening) + stages).error().code ==
+          Errc::corrupt);
+  CHECK(head_of(with_checksum("weft-live-model 2", "sample_rate_hz 41\nstages 1\nstage 20 9\n") +
+                stages)
+            .error()
+            .what == "a stage was trained at another sample rate");
 }
 
 TEST_CASE("a vote is sure at its probability and not before its seconds of slide") {

@@ -9,7 +9,7 @@
 #include "classifier/base/line_io.hpp"
 #include "classifier/learners/decision_tree.hpp"
 #include "classifier/learners/learner_text.hpp"
-#include "classifier/model/model_file.hpp"
+#include "classifier/model/stored_model.hpp"
 #include "tests/unit/classifier/stored_model.hpp"
 
 namespace weft::classifier::model_file_lines_test {

@@ -1,11 +1,13 @@
-#include "classifier/model/model_file.hpp"
+#include "classifier/model/stored_model.hpp"
 
 #include <bit>
 #include <catch2/catch.hpp>
 #include <limits>
+#include <set>
 #include <sstream>
 
 #include "classifier/base/line_io.hpp"
+#include "tests/unit/classifier/damaged_model.hpp"
 #include "tests/unit/classifier/stored_model.hpp"
 #include "tests/unit/source_text.hpp"
 
@@ -127,11 +129,30 @@ TEST_CASE("a file of version 5 with ranked features is read as such, and knows n
   CHECK(stored->learner.kind() == Learner::svc);
   CHECK(stored->learner.view().kind() == View::ranked);
   const std::string today = saved(*stored);
-  CHECK(text.substr(text.find('\n'), text.rfind("crc32 ") - text.find('\n')) ==
-        today.substr(today.find('\n'), today.rfind("crc32 ") - today.find('\n')));
-  const std::string trees = saved(trained(Learner::trees));
-  CHECK(loaded(trees));
-  CHECK_FALSE(loaded(replaced(trees, "weft-fabric-model 6", "weft-fabric-model 5")));
+  CHECK(older_body(text) == older_body(today));
+  const std::string trees = older_body(saved(trained(Learner::trees)));
+  CHECK(loaded(weft::classifier::with_checksum("weft-fabric-model 6", trees)));
+  CHECK_FALSE(loaded(weft::classifier::with_checksum("weft-fabric-model 5", trees)));
+}
+
+TEST_CASE("a model keeps the digests of its trials, which depend on samples and phases alone") {
+  StoredModel stored = trained(Learner::lda);
+  std::vector<Trial> trials = cloths(3, 6);
+  stored.trained_on = content_digests(trials);
+  const auto again = loaded(saved(stored));
+  REQUIRE(again);
+  CHECK(again->trained_on == stored.trained_on);
+  CHECK(std::set(again->trained_on.begin(), again->trained_on.end()).size() == trials.size());
+  Trial other = trials[4];
+  other.file = other.label = other.group = "else";
+  CHECK(content_digest(other) == stored.trained_on[4]);
+  other.counts[7] += 1e-9;
+  CHECK(content_digest(other) != stored.trained_on[4]);
+  other = trials[4];
+  other.phase[8] = Phase::rest;
+  CHECK(content_digest(other) != stored.trained_on[4]);
+  CHECK(loaded(replaced(saved(stored), "trained_on 18", "trained_on 17")).error().code ==
+        Errc::corrupt);
 }
 
 TEST_CASE("bench kind, data set and training options travel with a model") {
@@ -164,8 +185,14 @@ TEST_CASE("one altered byte anywhere is noticed") {
 
 TEST_CASE("another version and another file are told apart from damage") {
   const std::string text = saved(trained(Learner::all));
-  CHECK(loaded(replaced(text, "weft-fabric-model 6", "weft-fabric-model 2")).error().code ==
-        Errc::unsupported);
+  for (const char* other : {"weft-fabric-model 2", "weft-model 2"})
+    CHECK(loaded(replaced(text, std::string(model_file_header), other)).error().code ==
+          Errc::unsupported);
+  CHECK(loaded(replaced(text, "modality fabric", "modality vibro")).error().code == Errc::parse);
+  CHECK(loaded(replaced(text, "modality fabric", "modality weave")).error().code == Errc::corrupt);
+  CHECK(loaded(replaced(text, "stages 0\n", "stages 1\nmotion_frames 9\nsample_rate_hz 9\n"))
+            .error()
+            .code == Errc::unsupported);
   CHECK(loaded("t_s,ch1\n0,1\n").error().code == Errc::parse);
   CHECK(loaded("").error().code == Errc::parse);
 }

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "classifier/model/model_file.hpp"
+#include "classifier/model/stored_model.hpp"
 #include "classifier/vote/postprocessing.hpp"
 #include "protocols/base/bytes.hpp"
 #include "tests/unit/classifier/support.hpp"
@@ -66,7 +66,7 @@ inline std::string saved(const StoredModel& stored) {
 
 inline Result<StoredModel> loaded(const std::string& text) {
   std::istringstream in(text);
-  return load_model(in);
+  return load_model<FeatureSetup>(in);
 }
 
 /// `text` with a checksum that fits, so that what is tested is the parser behind it.

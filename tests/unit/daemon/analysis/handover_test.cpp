@@ -9,7 +9,7 @@
 #include <set>
 #include <sstream>
 
-#include "classifier/model/model_file.hpp"
+#include "classifier/model/stored_model.hpp"
 #include "daemon/analysis/handover/train.hpp"
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/file/sha256.hpp"
@@ -102,7 +102,7 @@ TEST_CASE("Each exploration of a complete campaign gets a model, a page and an e
     CHECK(handover_model.trained == 8);
     CHECK(handover_model.requested == 8);
     std::istringstream in(campaign.text((handover_model.exploration + ".model").c_str()));
-    const auto model = classifier::load_model(in);
+    const auto model = classifier::load_model<classifier::FeatureSetup>(in);
     REQUIRE(model);
     CHECK(model->provenance.bench == "simulated");
     CHECK(model->provenance.dataset_sha256 == done.dataset_sha256);

@@ -98,7 +98,7 @@ TEST_CASE("a model that does not fit the recipe is refused before anything moves
   says("cannot read the file");
   test::write_file(bench.folder / "text.model", "not a model");
   bench.query({{"model", "text.model"}});
-  says("not a model for live votes");
+  says("not a model file");
   bench.query(stop_early());
   CHECK(bench.refusal() == "none");
   const auto size = std::filesystem::file_size(bench.folder / "m1.model");

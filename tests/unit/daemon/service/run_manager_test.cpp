@@ -176,18 +176,20 @@ TEST_CASE("a run is taken into the line by its model's head; the rest is read on
   const std::string name = recipe["explorations"].begin().key();
   exploration["live_vote"] = {{"model", "m.live"}};
   test::write_file(bench.request.recipe, recipe.dump());
-  const std::string head =
-      classifier::with_checksum(classifier::staged_file_header,
-                                "sample_rate_hz 37\nstages 1\nstage 37 999999\n") +
-      "weft-fabric-model 5\n"
-      "bench simulated\ndataset_sha256 0\nsoftware 0\ntraining none\ntaxels 16\nphases SPM\n"
-      "skew peaks\nnorm l2\nspectrum amplitude\nmode_bin_counts 1\nwindow_s 0\nwindow_step_s 0\n"
-      "sample_period_s 0.02702702702702703\nexploration ";
-  test::write_file(folder / "m.live", head + "another\n");
+  const auto head_of = [](const std::string& exploration_name) {
+    const std::string head =
+        "weft-model 1\nmodality fabric\nstages 1\nmotion_frames 37\nsample_rate_hz 37\n"
+        "bench simulated\ndataset_sha256 0\nsoftware 0\ntraining none\ntaxels 16\nphases SPM\n"
+        "skew peaks\nnorm l2\nspectrum amplitude\nmode_bin_counts 1\nwindow_s 0\n"
+        "window_step_s 0\nsample_period_s 0.02702702702702703\nexploration " +
+        exploration_name + "\n";
+    return head + classifier::checksum_line("head_crc32 ", head);
+  };
+  test::write_file(folder / "m.live", head_of("another"));
   const auto refused = bench.submit({bench.request.recipe, {}, {}, "test"});
   REQUIRE_FALSE(refused);
   CHECK(to_string(refused.error()).find("another exploration") != std::string::npos);
-  test::write_file(folder / "m.live", head + name + "\n");
+  test::write_file(folder / "m.live", head_of(name));
   const RunView failed = bench.ended(bench.submit().stored.id());
   CHECK(failed.stored.outcome == "failed");
   CHECK(failed.stored.error.find("cut short") != std::string::npos);
