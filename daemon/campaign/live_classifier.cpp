@@ -95,8 +95,8 @@ Status check_head(const Exploration& exploration, const recipes::RigLimits& limi
   std::ifstream in(file, std::ios::binary);
   const auto head = classifier::load_staged_head(in);
   if (!head) return pass(head.error(), file.string());
-  const Status ok = fits(exploration, limits, head->sample_rate_hz, head->setup,
-                         head->provenance.bench);
+  const Status ok =
+      fits(exploration, limits, head->sample_rate_hz, head->setup, head->provenance.bench);
   return ok ? ok : Status(pass(ok.error(), file.string()));
 }
 
