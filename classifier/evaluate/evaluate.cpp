@@ -205,6 +205,7 @@ Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> 
   std::optional<TrainedLearner> first;
   std::vector<Recipe> recipes;
   std::vector<std::vector<RecipeScore>> of_candidates;
+  std::map<std::string, std::size_t> outliers;
   std::size_t components = 0;
   double explained = static_cast<double>(splits.size());
   auto scores = over_splits(
@@ -220,6 +221,7 @@ Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> 
           components = std::max(components, own->axes.rows());
           explained += own->explained - 1.0;
         }
+        for (const auto& [label, rows] : chosen.trained.outliers()) outliers[label] += rows;
         of_candidates.push_back(std::move(chosen.scores));
         if (!first) first.emplace(std::move(chosen.trained));
         return ok;
@@ -227,7 +229,8 @@ Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> 
   if (!scores) return pass(scores.error());
   Evaluation out{
       std::move(*scores), std::move(recipes), std::move(of_candidates),
-      std::move(*first),  components,         explained / static_cast<double>(splits.size())};
+      std::move(*first),  components,         explained / static_cast<double>(splits.size()),
+      std::move(outliers)};
   if (tally.empty()) return out;
   auto check = tally.finish();
   if (!check) return pass(check.error());

@@ -3,8 +3,10 @@
 
 #include <cstddef>
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "classifier/base/interval.hpp"
@@ -50,6 +52,8 @@ struct Evaluation : Scores {
   /// that they explain, mean over the splits; 0 and 1 without them.
   std::size_t components = 0;
   double explained = 1.0;
+  /// Of each label, training rows left out as outliers, over all splits; empty: none looked for.
+  std::map<std::string, std::size_t> outliers = {};
   std::optional<CalibrationCheck> calibration = {};  ///< where it was asked for
 };
 

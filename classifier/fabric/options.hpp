@@ -98,10 +98,13 @@ struct TrainOptions {
   std::size_t cap = 20;   ///< the paper's N: most features (or components) of a core
   std::size_t folds = 5;  ///< fewer when a class has fewer trials
   FoldUnit fold_unit = FoldUnit::recording;
-  double tolerance = 1e-3;    ///< libsvm's stopping tolerance
-  std::uint64_t seed = 1;     ///< of the folds, and of trees
-  std::size_t trees = 1000;   ///< of forests; as many as that of the paper of 2023 has
-  std::size_t threads = 0;    ///< 0: one per core; the model does not depend on it
+  double tolerance = 1e-3;   ///< libsvm's stopping tolerance
+  std::uint64_t seed = 1;    ///< of the folds, and of trees
+  std::size_t trees = 1000;  ///< of forests; as many as that of the paper of 2023 has
+  std::size_t threads = 0;   ///< 0: one per core; the model does not depend on it
+  /// train_recipe(): rows that have a value further than so many standard deviations from the mean
+  /// do not train (S10 in docs/reference/machine-learning.md); 0: all do.
+  double outliers = 0.0;
   FoldMaker make_folds = {};  ///< empty: stratified_folds() of units_by_label()
   /// Counts the problems that no solver brought to the tolerance; empty: nobody asks. Shared by all
   /// threads.

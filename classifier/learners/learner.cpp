@@ -13,6 +13,7 @@
 #include "classifier/learners/learners.hpp"
 #include "classifier/learners/linear_rule.hpp"
 #include "classifier/learners/multi_class_svc.hpp"
+#include "classifier/learners/outliers.hpp"
 #include "classifier/learners/shrinkage_lda.hpp"
 #include "classifier/learners/tree_ensemble.hpp"
 
@@ -152,12 +153,14 @@ Result<TrainedLearner> trained_on(FeatureMatrix rows, std::optional<std::size_t>
                  .where = std::string(to_string(recipe.learner)),
                  .what = "a recipe has one learner, not a choice"});
   if (auto ok = check(rows); !ok) return pass(ok.error());
+  std::vector<std::string> names = rows.names;
+  if (!recipe.columns.empty()) rows = select_columns(rows, recipe.columns);
+  auto outliers = remove_outliers(rows, options.outliers);
+  if (!outliers) return pass(outliers.error());
   if (auto ok = check_labels(rows.labels, info_of(recipe.learner).least_rows); !ok)
     return pass(ok.error());
   Classes classes = find_classes(rows);
   if (auto ok = unless_stopped(options.stop); !ok) return pass(ok.error());
-  std::vector<std::string> names = rows.names;
-  if (!recipe.columns.empty()) rows = select_columns(rows, recipe.columns);
   FeatureView view = FeatureView::fit(recipe.view, rows.values, recipe.components);
   rows.values = view.apply(std::move(rows.values));
   rows.names = view.apply(rows.names);
@@ -167,7 +170,8 @@ Result<TrainedLearner> trained_on(FeatureMatrix rows, std::optional<std::size_t>
                                             : info_of(recipe.learner).fit({rows, classes}, options);
   if (!predictor) return pass(predictor.error());
   return TrainedLearner(recipe.learner, std::move(classes.labels), std::move(names),
-                        std::move(view), std::move(*predictor), recipe.columns);
+                        std::move(view), std::move(*predictor), recipe.columns,
+                        std::move(*outliers));
 }
 
 // `fold`: whose training rows these are.

@@ -3,6 +3,7 @@
 // Khan et al. 2016, the ten classifiers of the paper of 2023, the rules of Ellis 1986, and ours.
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -97,14 +98,17 @@ struct RecipeScore {
 /// A trained recipe. Immutable; may be used by several threads.
 class TrainedLearner {
  public:
-  /// `columns`: those of `features` that view and predictor take; empty: all.
+  /// `columns`: those of `features` that view and predictor take; empty: all. `outliers`: see
+  /// there.
   TrainedLearner(Learner kind, std::vector<std::string> labels, std::vector<std::string> features,
                  FeatureView view, std::shared_ptr<const Predictor> predictor,
-                 std::vector<std::size_t> columns = {})
+                 std::vector<std::size_t> columns = {},
+                 std::map<std::string, std::size_t> outliers = {})
       : kind_(kind),
         labels_(std::move(labels)),
         features_(std::move(features)),
         columns_(std::move(columns)),
+        outliers_(std::move(outliers)),
         view_(std::move(view)),
         predictor_(std::move(predictor)) {}
   /// Plain cores.
@@ -115,6 +119,9 @@ class TrainedLearner {
   [[nodiscard]] Learner kind() const { return kind_; }  ///< not a choice
   /// Of feature_names(), those that are used; empty: all. A learner that is stored uses all.
   [[nodiscard]] const std::vector<std::size_t>& columns() const { return columns_; }
+  /// Per label, training rows that TrainOptions::outliers left out; empty: none were looked for, or
+  /// the learner was stored, which does not tell.
+  [[nodiscard]] const std::map<std::string, std::size_t>& outliers() const { return outliers_; }
   [[nodiscard]] const FeatureView& view() const { return view_; }
   /// Takes what view() gives.
   [[nodiscard]] const Predictor& predictor() const { return *predictor_; }
@@ -144,6 +151,7 @@ class TrainedLearner {
   std::vector<std::string> labels_;
   std::vector<std::string> features_;
   std::vector<std::size_t> columns_;
+  std::map<std::string, std::size_t> outliers_;
   FeatureView view_;
   std::shared_ptr<const Predictor> predictor_;
 };

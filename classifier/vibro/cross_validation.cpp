@@ -80,6 +80,7 @@ CrossValidation summary_of(const WindowSet& windows, std::span<const Split> spli
   out.f_score_ci95 = over_splits(out.split_f_score, sizes);
   out.components = evaluation.components;
   out.explained = evaluation.explained;
+  out.outliers = evaluation.outliers;
   out.train_s = evaluation.train_s;
   out.answer_s = evaluation.answer_s;
   return out;

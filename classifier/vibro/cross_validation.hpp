@@ -2,7 +2,9 @@
 // Trains and tests learners on splits of windows.
 
 #include <cstddef>
+#include <map>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "classifier/base/interval.hpp"
@@ -43,9 +45,11 @@ struct CrossValidation {
   std::size_t voted_answers = 0;  ///< over all splits: each is asked in every split that tests it
   /// Over the splits, split_interval(); 0 to 1 with one alone, whose windows are not independent.
   Interval accuracy_ci95{}, f_score_ci95{};
-  Interval voted_ci95{};         ///< of `voted_accuracy`: split_interval() of the splits' answers
-  std::size_t components = 0;    ///< that were taken, the most of any split; 0: none
-  double explained = 1.0;        ///< by the components, mean over the splits
+  Interval voted_ci95{};       ///< of `voted_accuracy`: split_interval() of the splits' answers
+  std::size_t components = 0;  ///< that were taken, the most of any split; 0: none
+  double explained = 1.0;      ///< by the components, mean over the splits
+  /// Of each label, training windows left out as outliers, over all splits; empty: none looked for.
+  std::map<std::string, std::size_t> outliers{};
   double train_s = 0.0;          ///< mean over the splits
   double answer_s = 0.0;         ///< one row at a time, scaling and components included: the median
   std::vector<Recipe> chosen{};  ///< per split, where it was a choice

@@ -7,6 +7,7 @@
 #include "classifier/base/random.hpp"
 #include "classifier/learners/class_folds.hpp"
 #include "classifier/learners/learners.hpp"
+#include "classifier/learners/outliers.hpp"
 #include "classifier/vibro/cross_validation.hpp"
 #include "classifier/vote/novelty.hpp"
 
@@ -139,7 +140,8 @@ Result<Weighed> weigh_features(const WindowSet& windows, std::span<const Split> 
             add_permuted(windows.matrix, split, recipe, options, repeats, share, out.permutation);
         !ok)
       return pass(ok.error());
-    const FeatureMatrix rows = select_rows(windows.matrix, split.train);
+    FeatureMatrix rows = select_rows(windows.matrix, split.train);
+    if (auto ok = remove_outliers(rows, options.outliers); !ok) return pass(ok.error());
     const Classes classes = find_classes(rows);
     const auto grown = forest_importance({rows, classes}, options);
     if (!grown) return pass(grown.error());

@@ -71,6 +71,29 @@ def what_matters(t, d):
     t.expect(f"most by permutation {', '.join(named)}\n" in t.run(*ask, cwd=d).stdout, "and so in the text")
 
 
+def outliers(t, d):
+    """A knock in a recording of one texture: with --outliers its windows do not train, all windows test, and both are told."""
+    folder = d / "knocked"
+    rows = vibrations(folder)
+    lines = (folder / "felt0.csv").read_text().splitlines()
+    lines[400] = lines[400].split(",")[0] + ",500"
+    (folder / "felt0.csv").write_text("\n".join(lines) + "\n")
+    imported(t, folder, "knocked", rows)
+    ask = ("evaluate", "knocked.h5", "--method", "NB", "--window-s", "1", "--leave-one-group-out")
+    every, told = (t.succeeds(*ask, *more, cwd=folder) for more in ((), ("--outliers", "4")))
+    t.expect(every["outliers"] == 0 and every["results"]["nb"]["outliers"] == {}, f"off by default: {every['outliers']}")
+    result = told["results"]["nb"]
+    t.expect(told["outliers"] == 4 and result["outliers"]["felt"] > 0 and result["outliers"]["foil"] == 0, f"left out: {result['outliers']}")
+    t.expect(result["windows_tested"] == every["results"]["nb"]["windows_tested"] == told["windows"], "no test window is left out")
+    made = t.succeeds("train", "knocked.h5", "-o", "k.model", "--method", "NB", "--window-s", "1", "--outliers", "4", cwd=folder)
+    t.expect(made["outliers"]["deviations"] == 4 and made["outliers"]["left_out"]["felt"] > 0, f"train: {made['outliers']}")
+    t.expect("beyond 4 standard deviations" in made["training"] and f"felt {made['outliers']['left_out']['felt']}" in made["training"] and
+             made["training"] in (folder / "k.model").read_text(), f"provenance: {made['training']}")
+    error = t.refuses(*ask, "--outliers", "0.01", cwd=folder, says=["every training row is an outlier", "--outliers"])
+    t.expect(error["code"] == "range", f"{error}")
+    t.refuses("evaluate", "clean.h5", "--outliers", "-1", "--method", "NB", cwd=d, says=["--outliers"], status=2)
+
+
 def only_of_vibtac12(t, d):
     write_manifest(d / "all.csv", [["felt0.csv", "felt", "0"], ["foil0.csv", "foil", "0"]])
     for kind in ("recordings", "manifest"):
@@ -103,6 +126,7 @@ def main():
         components(t, d)
         next_session(t, d)
         what_matters(t, d)
+        outliers(t, d)
         only_of_vibtac12(t, d)
         texts(t, d)
     t.finish()

@@ -90,14 +90,14 @@ Result<RecordingsPlan> make_plan(const EvaluateArgs& args) {
   out.protocol.seed = args.training.seed;
   out.components = choice.components;
   out.training = vibro::window_training(
-      {.seed = args.training.seed, .threads = args.training.threads}, out.protocol.protocol);
+      {.seed = args.training.seed, .threads = args.training.threads, .outliers = choice.outliers},
+      out.protocol.protocol);
   if (auto ok = choose_learners(choice, out); !ok) return pass(ok.error());
   out.chooses_features = out.best && choice.features.empty() && choice.importance == 0;
   return out;
 }
 
-std::string format_plan(const RecordingsPlan& plan) {
-  const vibro::ProtocolOptions& p = plan.protocol;
+std::string format_split(const vibro::ProtocolOptions& p) {
   const std::string windows = general(p.window_s) + " s windows";
   if (p.protocol == vibro::Protocol::random)
     return windows + ", " + std::to_string(p.per_recording) + " at random from each recording, " +
@@ -109,6 +109,10 @@ std::string format_plan(const RecordingsPlan& plan) {
     return every + ", recordings of groups " + joined(p.test_groups, ",") + " test";
   return every + ", " + std::to_string(p.blocks) +
          " contiguous parts of each recording, each left out in turn";
+}
+
+std::string format_plan(const RecordingsPlan& plan) {
+  return format_split(plan.protocol) + format_outliers(plan.training.outliers);
 }
 
 std::size_t parts_of(const RecordingsPlan& plan) {
@@ -141,6 +145,7 @@ json method_json(const vibro::CrossValidation& a) {
           {"windows_tested", a.confusion.total()},
           {"components", a.components},
           {"explained", a.explained},
+          {"outliers", a.outliers},
           {"train_s", a.train_s},
           {"answer_s", a.answer_s},
           {"labels", a.confusion.labels},
@@ -207,6 +212,15 @@ Status measure_all(const RecordingsPlan& plan, const std::vector<vibro::Channel>
   return {};
 }
 
+// What the step of outliers left out for each learner, over all splits; nothing without it.
+std::string format_left_out(double deviations, const std::vector<WindowLearner>& learners) {
+  std::string out;
+  for (const WindowLearner& one : learners)
+    if (deviations > 0.0)
+      out += "  " + one.name + format_outliers(deviations, one.result.outliers) + "\n";
+  return out;
+}
+
 // Where it was asked for: by the one learner that was named, or by the paper's forest.
 Result<std::string> weigh(const EvaluateArgs& args, const RecordingsPlan& plan,
                           const vibro::WindowSet& windows,
@@ -218,61 +232,6 @@ Result<std::string> weigh(const EvaluateArgs& args, const RecordingsPlan& plan,
 }
 
 }  // namespace
-
-Result<vibro::FeatureChoice> parse_feature_choice(const RecordingChoice& choice) {
-  const auto family = vibro::family_from(choice.features.empty() ? "SMMRPFFT" : choice.features);
-  if (!family) return pass(family.error(), "--features");
-  const auto combine = vibro::combine_from(choice.combine);
-  if (!combine) return pass(combine.error(), "--combine");
-  return vibro::FeatureChoice{*family, *combine};
-}
-
-std::string format_chosen(const classifier::Recipe& recipe) {
-  return std::string(classifier::to_string(recipe.learner)) +
-         (recipe.features.empty() ? "" : " on " + recipe.features);
-}
-
-void add_recording_feature_options(CLI::App& command, RecordingChoice& choice) {
-  command
-      .add_option(
-          "--features", choice.features,
-          "SMMRP, SMMRP10, FFT, SMMRPFFT, ALL (the paper's); BANDS, WIDE (ours); where none is "
-          "named, best chooses, and others take SMMRPFFT")
-      ->group(recordings_group);
-  command.add_option("--combine", choice.combine, "figures of channels: concat, or their mean")
-      ->capture_default_str()
-      ->group(recordings_group);
-  command
-      .add_option("--components", choice.components,
-                  "principal components, the paper's 3; 0: the features themselves")
-      ->capture_default_str()
-      ->group(recordings_group);
-  add_number(command, "--step-s", choice.step_s, 0.001, 1e6, "from one window to the next")
-      ->group(recordings_group);
-}
-
-void add_recording_options(CLI::App& command, RecordingChoice& choice) {
-  add_list(command, "--method", choice.methods,
-           "nb, knn, tree, forest, svm, lg, nn, mlp2, xgb, xgbrf, lda, all or any other learner; "
-           "best: chosen on training windows; every: those named here, and best")
-      ->group(recordings_group);
-  add_keyword(command, "--protocol", choice.protocol, {"blocks", "random"},
-              "blocks: contiguous parts left out; random: the paper's, which leaks")
-      ->group(recordings_group);
-  add_recording_feature_options(command, choice);
-  add_count(command, "--blocks", choice.blocks, 2, 1000, "contiguous parts of every recording")
-      ->group(recordings_group);
-  add_count(command, "--per-recording", choice.per_recording, 2, 100000, "windows at random")
-      ->group(recordings_group);
-  command
-      .add_option(
-          "--importance", choice.importance,
-          "also weigh the features: so many permutations of each among test windows, by the "
-          "one --method or forest, and a forest's own; and train with the five that the same "
-          "selects among training windows; try --features SMMRP10")
-      ->check(CLI::Range(1, 1000))
-      ->group(recordings_group);
-}
 
 bool is_about_recordings(const EvaluateArgs& args) {
   return !args.recordings.methods.empty() || args.recordings.importance > 0 ||
@@ -379,10 +338,11 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
                            " columns of " +
                            std::string(vibro::to_string(extracted_features(*plan).family));
   const std::vector<Warning> warnings = find_data_warnings(*set);
-  const std::string text = bench_banner(set->kind) + args.dataset.string() + " (" +
-                           std::string(to_string(set->kind)) + "): " + what + "\n" +
-                           format_plan(*plan) + "\n" + warnings_text(warnings) +
-                           format_warnings(*plan, *windows) + table.text() + *weighed;
+  const std::string text =
+      bench_banner(set->kind) + args.dataset.string() + " (" + std::string(to_string(set->kind)) +
+      "): " + what + "\n" + format_plan(*plan) + "\n" + warnings_text(warnings) +
+      format_warnings(*plan, *windows) + table.text() +
+      format_left_out(plan->training.outliers, measured) + *weighed;
   if (!args.report.empty())
     if (Status ok = write_page(args, *plan, *set, *windows, what, std::move(measured), *weighed);
         !ok)
@@ -404,6 +364,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
          {"features", vibro::to_string(extracted_features(*plan).family)},
          {"combine", vibro::to_string(plan->features.combine)},
          {"components", plan->components},
+         {"outliers", plan->training.outliers},
          {"columns", matrix.names},
          {"windows", matrix.size()},
          {"too_short", too_short_json(too_short)},

@@ -2,6 +2,7 @@
 // `weft evaluate` on recordings of sound and vibration.
 
 #include <cstddef>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
@@ -14,7 +15,8 @@
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 namespace weft::daemon::cli {
 
@@ -46,16 +48,23 @@ struct RecordingChoice {
   std::string features;  ///< empty: best chooses, others take SMMRPFFT
   std::string combine = "concat";
   std::size_t components = 0;
+  double outliers = 0.0;  ///< classifier::TrainOptions::outliers
   double step_s = 0.25;
   std::size_t blocks = 5;
   std::size_t per_recording = 100;
   std::size_t importance = 0;  ///< repeats of the permutation; 0: not asked for
 };
+/// --outliers.
+CLI::Option* add_outliers_option(CLI::App& command, double& outliers);
 void add_recording_options(CLI::App& command, RecordingChoice& choice);
 /// Those of them that say how recordings become rows of features.
 void add_recording_feature_options(CLI::App& command, RecordingChoice& choice);
 /// What they say. Refuses names that are not known.
 Result<classifier::vibro::FeatureChoice> parse_feature_choice(const RecordingChoice& choice);
+/// ", training windows beyond 3 standard deviations left out"; empty of 0. `found`: per label, as
+/// TrainedLearner::outliers(): " (felt 2, foil 0)" behind it.
+std::string format_outliers(double deviations,
+                            const std::map<std::string, std::size_t>& found = {});
 /// "lda on WIDE", "lda".
 std::string format_chosen(const classifier::Recipe& recipe);
 

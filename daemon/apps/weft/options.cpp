@@ -60,7 +60,7 @@ const std::vector<OptionRow>& options_by_kind() {
       {{"--repeats"}, for_fabrics | for_random},
       {{"--method", "--importance"}, for_recordings},
       {{"--features"}, for_recordings, {{for_imprints, "--imprint-features"}, if_vibration}},
-      {{"--combine", "--components"}, for_recordings, {if_vibration}},
+      {{"--combine", "--components", "--outliers"}, for_recordings, {if_vibration}},
       {{"--step-s"},
        for_even_steps,
        {{for_slides, "--window-step-s"}, {for_random, "--per-recording"}}},

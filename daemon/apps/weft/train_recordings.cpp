@@ -42,7 +42,8 @@ Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
   if (args.trials.window_s > 0.0) out.setup.window_s = args.trials.window_s;
   out.setup.step_s = choice.step_s;
   const std::size_t columns = vibro::columns_of(set.recordings.front().channels, *features).size();
-  out.training = {.seed = args.training.seed, .threads = args.training.threads};
+  out.training = {
+      .seed = args.training.seed, .threads = args.training.threads, .outliers = choice.outliers};
   if (!choice.methods.empty() && choice.methods.front() != "best") {
     const auto learner = classifier::single_learner_from(choice.methods.front());
     if (!learner) return pass(learner.error(), "--method");
@@ -57,14 +58,16 @@ Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
   return out;
 }
 
-std::string format_plan(const RecordingPlan& plan, const std::string& exploration) {
+std::string format_plan(const RecordingPlan& plan, const std::string& exploration,
+                        const std::map<std::string, std::size_t>& outliers) {
   return std::string(classifier::to_string(plan.recipe.learner)) + ", " +
          std::string(vibro::to_string(plan.setup.features.family)) + " " +
          std::string(vibro::to_string(plan.setup.features.combine)) + ", " +
          general(plan.setup.window_s) + " s windows every " + general(plan.setup.step_s) + " s, " +
          std::to_string(plan.recipe.components) + " components, seed " +
          std::to_string(plan.training.seed) +
-         (exploration.empty() ? "" : ", exploration " + exploration);
+         (exploration.empty() ? "" : ", exploration " + exploration) +
+         format_outliers(plan.training.outliers, outliers);
 }
 
 }  // namespace
@@ -80,11 +83,12 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   const auto plan = plan_for(args, *set);
   if (!plan) return pass(plan.error());
   const double began_s = steady_wall_seconds();
-  const auto model = vibro::train_recording_model(
+  auto model = vibro::train_recording_model(
       set->recordings, plan->setup, plan->recipe, plan->training,
-      {std::string(to_string(set->kind)), recordings_sha256(*set), software_version(),
-       format_plan(*plan, args.trials.exploration)});
+      {std::string(to_string(set->kind)), recordings_sha256(*set), software_version(), {}});
   if (!model) return pass(model.error(), args.dataset.string());
+  model->provenance.training =
+      format_plan(*plan, args.trials.exploration, model->learner.outliers());
   const double train_s = steady_wall_seconds() - began_s;
   const auto too_short = vibro::too_short_for(plan->setup, set->recordings);
   const std::size_t trained = set->recordings.size() - too_short.size();
@@ -95,8 +99,8 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   print(console,
         bench_banner(set->kind) + warnings_text(warnings) + args.out.string() + ": " +
             std::to_string(model->learner.labels().size()) + " textures, " +
-            format_plan(*plan, args.trials.exploration) + ", trained on " +
-            std::to_string(trained) + " recordings in " + duration(train_s) + "\n" +
+            model->provenance.training + ", trained on " + std::to_string(trained) +
+            " recordings in " + duration(train_s) + "\n" +
             (too_short.empty() ? "" : "  " + format_too_short(too_short) + "\n"),
         {{"command", "train"},
          {"kind", "recordings"},
@@ -106,6 +110,8 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
          {"training", model->provenance.training},
          {"learner", classifier::to_string(model->learner.kind())},
          {"components", plan->recipe.components},
+         {"outliers",
+          {{"deviations", plan->training.outliers}, {"left_out", model->learner.outliers()}}},
          {"labels", model->learner.labels()},
          {"recordings", trained},
          {"too_short", too_short_json(too_short)},
