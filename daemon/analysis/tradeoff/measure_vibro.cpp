@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "daemon/analysis/tradeoff/vibro_paper.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/pages/plot/interval_text.hpp"
 
@@ -189,6 +190,9 @@ Result<VibroTradeoff> measure_vibro_tradeoff(const RecordingSet& set,
       out.left_out.emplace_back(classifier::to_string(learner));
   out.honest = options.honest;
   const auto sources = options.sources.empty() ? list_sources(set) : options.sources;
+  out.papers_recipe = is_papers_recipe(of_source(set, sources.back()),
+                                       with(options.protocol, vibro::Protocol::random, 0.0),
+                                       options.combine, options.components);
   const std::size_t steps = 2 * sources.size() * options.windows_s.size() * options.families.size();
   std::size_t step = 0;
   for (const std::string& source : sources) {

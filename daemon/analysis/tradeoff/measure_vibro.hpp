@@ -60,6 +60,7 @@ struct VibroTradeoff {
   classifier::vibro::Leak random_leak, honest_leak;
   std::vector<std::string> left_out;  ///< learners that this build has no library for
   std::vector<VibroTooShort> too_short;
+  bool papers_recipe = false;  ///< is_papers_recipe() of its random windows
 };
 
 /// "S", "XYZ" and both where the recordings have sound and something else; else the one there is.
@@ -102,11 +103,11 @@ TradeoffPoint vibro_tradeoff_point(BenchKind bench, std::string name,
 TradeoffSet vibro_tradeoff_set(const VibroTradeoff& tradeoff, const RecordingSet& set,
                                const std::string& file, classifier::vibro::Protocol protocol);
 
-/// Table 1 (F-score for windows of 1 s and 2 s; rows of features that were measured) and the
-/// averages behind Figure 4, each cell: ours on random windows, ours on what is left out whole, the
-/// paper's where it prints one. Then Table 2: the share of right answers for each material over all
-/// learners, and what it is taken for. Of the source with most channels. `badge_html`: of the
-/// bench, on every table.
+/// Table 1 (F-score for windows of 1 s and 2 s; rows of features that were measured), the averages
+/// over its learners, and those behind Figure 4, each cell: ours on random windows, ours on what is
+/// left out whole. Then Table 2: the share of right answers for each material over all learners,
+/// and what it is taken for. Of the source with most channels. The paper's figures stand beside
+/// where its recipe was run. `badge_html`: of the bench, on every table.
 std::string vibro_tables_html(const VibroTradeoff& tradeoff, const std::string& badge_html);
 
 /// One learner, or the choice among several.

@@ -5,6 +5,7 @@
 
 #include "classifier/vibro/cross_validation.hpp"
 #include "daemon/analysis/tradeoff/measure_vibro.hpp"
+#include "daemon/analysis/tradeoff/vibro_paper.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/evaluate_text.hpp"
 #include "daemon/apps/weft/options.hpp"
@@ -221,6 +222,29 @@ std::string format_left_out(double deviations, const std::vector<WindowLearner>&
   return out;
 }
 
+// The variance that the paper's components explain, where its recipe was asked for.
+std::optional<double> explained_by_paper(const RecordingsPlan& plan, const RecordingSet& set) {
+  if (plan.chooses_features ||
+      !is_papers_recipe(set.recordings, plan.protocol, plan.features.combine, plan.components))
+    return std::nullopt;
+  return papers_explained(plan.features.family, plan.protocol.window_s);
+}
+
+// Learners of the same features have the same components, of which one line tells.
+std::string format_explained(const std::vector<WindowLearner>& learners,
+                             std::optional<double> papers) {
+  std::string out;
+  double last = 0.0;
+  for (const WindowLearner& one : learners) {
+    if (one.result.components == 0 || one.result.explained == last) continue;
+    last = one.result.explained;
+    out += "  " + one.name + ": " + std::to_string(one.result.components) + " components explain " +
+           percent(last, 2) + " % of the variance of training windows" +
+           (papers ? " (the paper: " + percent(*papers, 0) + " %)" : "") + "\n";
+  }
+  return out;
+}
+
 // Where it was asked for: by the one learner that was named, or by the paper's forest.
 Result<std::string> weigh(const EvaluateArgs& args, const RecordingsPlan& plan,
                           const vibro::WindowSet& windows,
@@ -331,6 +355,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
     return pass(ok.error(), args.dataset.string());
   const auto weighed = weigh(args, *plan, windows->set, windows->splits, importance);
   if (!weighed) return pass(weighed.error(), args.dataset.string());
+  const std::optional<double> papers = explained_by_paper(*plan, *set);
   const std::string columns = std::to_string(matrix.names.size());
   const std::vector<vibro::TooShort>& too_short = windows->set.too_short;
   const std::string what = std::to_string(set->recordings.size() - too_short.size()) +
@@ -341,7 +366,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
   const std::string text =
       bench_banner(set->kind) + args.dataset.string() + " (" + std::string(to_string(set->kind)) +
       "): " + what + "\n" + format_plan(*plan) + "\n" + warnings_text(warnings) +
-      format_warnings(*plan, *windows) + table.text() +
+      format_warnings(*plan, *windows) + table.text() + format_explained(measured, papers) +
       format_left_out(plan->training.outliers, measured) + *weighed;
   if (!args.report.empty())
     if (Status ok = write_page(args, *plan, *set, *windows, what, std::move(measured), *weighed);
@@ -370,6 +395,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
          {"too_short", too_short_json(too_short)},
          {"features_s_per_window", windows->features_s_each},
          {"importance", importance},
+         {"paper", papers ? json{{"explained", *papers}} : json()},
          {"results", results}});
   return exit_ok;
 }

@@ -225,16 +225,24 @@ Status write_json(const std::filesystem::path& file, const nlohmann::ordered_jso
 }
 
 Result<int> write_tradeoff(const TradeoffFiles& files, const TradeoffReport& report,
-                           const std::string& text, Console& console) {
+                           const std::string& text, Console& console,
+                           std::span<const nlohmann::ordered_json> more_of_set) {
   const auto page = tradeoff_html(report);
   if (!page) return pass(page.error());
-  const auto data = tradeoff_json(report);
+  auto data = tradeoff_json(report);
   if (!data) return pass(data.error());
+  for (std::size_t i = 0; i < more_of_set.size(); ++i)
+    (*data)["data_sets"][i].update(more_of_set[i]);
   if (Status ok = write_text_file(files.page, *page); !ok) return pass(ok.error());
   if (!files.data.empty())
     if (Status ok = write_json(files.data, *data, 2); !ok) return pass(ok.error());
   print(console, text + "page: " + files.page.string() + "\n", nlohmann::json(*data));
   return exit_ok;
+}
+
+Result<int> write_tradeoff(const TradeoffFiles& files, const TradeoffReport& report,
+                           const std::string& text, Console& console) {
+  return write_tradeoff(files, report, text, console, {});
 }
 
 void print_step(Console& console, std::size_t step, std::size_t steps, const std::string& what) {

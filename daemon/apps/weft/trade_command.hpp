@@ -2,6 +2,7 @@
 // What the commands of `weft trade` share, and `weft report` takes from them.
 
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 
 #include "daemon/analysis/tradeoff/tradeoff.hpp"
 #include "daemon/apps/weft/commands.hpp"
@@ -34,7 +35,11 @@ void add_options(CLI::App& command, TradeClassifierArgs& args);
 Result<TradeoffReport> measured_tradeoff(const TradeClassifierArgs& args, Console& console,
                                          std::string& text);
 
-/// Writes the page and the figures, and prints `text` and where the page is.
+/// Writes the page and the figures, and prints `text` and where the page is. `more_of_set`: per
+/// data set of the report, what its object in JSON has beside; empty: nothing.
+Result<int> write_tradeoff(const TradeoffFiles& files, const TradeoffReport& report,
+                           const std::string& text, Console& console,
+                           std::span<const nlohmann::ordered_json> more_of_set);
 Result<int> write_tradeoff(const TradeoffFiles& files, const TradeoffReport& report,
                            const std::string& text, Console& console);
 /// Bytes that are no UTF-8 become U+FFFD.

@@ -3,8 +3,10 @@
 
 #include "daemon/analysis/tradeoff/measure_vibro.hpp"
 #include "daemon/analysis/tradeoff/tradeoff.hpp"
+#include "daemon/analysis/tradeoff/vibro_paper.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/evaluate_recordings.hpp"
 #include "daemon/apps/weft/options.hpp"
 #include "daemon/apps/weft/trade_command.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
@@ -31,6 +33,7 @@ struct TradeVibroArgs {
   std::size_t repeats = 5;
   std::size_t timings = 101;
   std::uint64_t seed = 1;
+  double outliers = 0.0;
 };
 
 Result<VibroTradeoffOptions> vibro_options(const TradeVibroArgs& args) {
@@ -54,6 +57,7 @@ Result<VibroTradeoffOptions> vibro_options(const TradeVibroArgs& args) {
   out.protocol.repeats = args.repeats;
   out.protocol.seed = args.seed;
   out.training.seed = args.seed;
+  out.training.outliers = args.outliers;
   out.timings = args.timings;
   return out;
 }
@@ -94,7 +98,8 @@ TradeoffReport vibro_report(const TradeVibroArgs& args) {
   out.timing = "an answer: features of one window, median of " + std::to_string(args.timings) +
                ", and the learner with scaling and components, median over the test windows; one "
                "thread";
-  out.training = "defaults of scikit-learn and XGBoost; seed " + std::to_string(args.seed);
+  out.training = "defaults of scikit-learn and XGBoost; seed " + std::to_string(args.seed) +
+                 format_outliers(args.outliers);
   out.machine = machine_text();
   out.software = software_version();
   out.commit = software_commit();
@@ -120,6 +125,36 @@ std::string vibro_summary(const TradeoffSet& set) {
          "\n" + left_out + table.text();
 }
 
+// "+3.59 %".
+std::string format_gain(double share) {
+  return (share < 0.0 ? "" : "+") + fixed(100.0 * share, 2) + " %";
+}
+
+// Averages over the paper's learners, and what longer windows gain; nothing where none of them was
+// measured.
+std::string format_averages(const VibroTradeoff& tradeoff) {
+  const auto averages = compute_averages(tradeoff);
+  if (averages.empty()) return {};
+  Table table;
+  table.row({"average of", "window", "split", "F-score", "the paper", "windows %", "explained %",
+             "the paper"});
+  for (const VibroAverage& a : averages)
+    table.row({std::to_string(a.learners) + " on " + a.source + " " +
+                   std::string(vibro::to_string(a.family)),
+               general(a.window_s) + " s", protocol_name(a.protocol), fixed(a.f_score, 3),
+               a.papers_f_score ? fixed(*a.papers_f_score, 3) : "", percent(a.accuracy, 2),
+               percent(a.explained, 2), a.papers_explained ? percent(*a.papers_explained, 0) : ""});
+  std::string out = table.text();
+  for (const VibroGain& g : compute_gains(tradeoff, averages))
+    out += "  2 s over 1 s, " + g.source + ", " + protocol_name(g.protocol) + ": F-score " +
+           format_gain(g.f_score) + ", an answer " + format_gain(g.answer_s) +
+           (g.is_papers ? " (the paper: " + format_gain(papers_f_score_gain) + ", " +
+                              format_gain(papers_time_gain) + ")"
+                        : "") +
+           "\n";
+  return out;
+}
+
 void add_options(CLI::App& command, TradeVibroArgs& args) {
   command
       .add_option("DATASET", args.datasets,
@@ -141,6 +176,7 @@ void add_options(CLI::App& command, TradeVibroArgs& args) {
   add_count(command, "--per-recording", args.per_recording, 10, 100000, "windows at random");
   add_count(command, "--repeats", args.repeats, 2, 1000, "splits of windows at random");
   add_count(command, "--timings", args.timings, 5, 100000, "windows of which the median is shown");
+  add_outliers_option(command, args.outliers);
   command.add_option("--seed", args.seed, "of windows, splits and learners")->capture_default_str();
 }
 
@@ -151,6 +187,7 @@ Result<int> run_trade_vibro(const TradeVibroArgs& args, Console& console) {
   if (!options) return pass(options.error());
   TradeoffReport report = vibro_report(args);
   std::string text;
+  std::vector<nlohmann::ordered_json> more_of_set;
   const auto progress = [&](std::size_t step, std::size_t steps, const std::string& what) {
     print_step(console, step, steps, what);
   };
@@ -162,12 +199,14 @@ Result<int> run_trade_vibro(const TradeVibroArgs& args, Console& console) {
     for (const vibro::Protocol protocol : {vibro::Protocol::random, vibro::Protocol::blocks}) {
       report.sets.push_back(vibro_tradeoff_set(*tradeoff, set, path, protocol));
       text += vibro_summary(report.sets.back());
+      more_of_set.push_back({{"paper_2023", averages_json(*tradeoff, protocol)}});
     }
+    text += format_averages(*tradeoff);
     if (const auto tables = vibro_tables_html(*tradeoff, bench_badge(set.kind)); !tables.empty())
       report.tables_html += "<section>\n<h2>The paper's tables, " + escape(path) + "</h2>\n" +
                             tables + "</section>\n";
   }
-  return write_tradeoff(args.files, report, text, console);
+  return write_tradeoff(args.files, report, text, console, more_of_set);
 }
 
 }  // namespace
