@@ -48,6 +48,8 @@ add_test(NAME scenario_cli_calibrate COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_cal
 add_test(NAME scenario_cli_few_trials COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_few_trials.py $<TARGET_FILE:weft>)
 add_test(NAME scenario_cli_own_recordings COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_own_recordings.py $<TARGET_FILE:weft>)
 add_test(NAME scenario_cli_own_vibrations COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_own_vibrations.py $<TARGET_FILE:weft>)
+add_test(NAME scenario_cli_sound_and_axes COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_sound_and_axes.py $<TARGET_FILE:weft>)
+set_tests_properties(scenario_cli_sound_and_axes PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 add_test(NAME scenario_cli_edges COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_edges.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/../shared)
 add_test(NAME scenario_cli_output COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_output.py $<TARGET_FILE:weft>)
 add_test(NAME scenario_cli_check

@@ -312,7 +312,7 @@ Result<Dataset> import_icub20(const std::filesystem::path& path, Icub20Order ord
 }
 
 Result<Dataset> import_manifest(const std::filesystem::path& path, double rate_hz) {
-  const auto entries = read_manifest(path, true);
+  const auto entries = read_manifest(path, ManifestKind::trials);
   if (!entries) return pass(entries.error());
   Dataset dataset = imported_set(path.stem().string(), "manifest");
   for (const ManifestEntry& entry : *entries)

@@ -33,16 +33,21 @@ struct ManifestColumns {
   std::size_t label = 0;
   std::optional<std::size_t> group;
   std::optional<std::size_t> piece, mounting, patch;
+  std::optional<std::size_t> recording = {};
 };
 
-Result<ManifestColumns> read_columns(CsvTable& manifest, bool places) {
+Result<ManifestColumns> read_columns(CsvTable& manifest, ManifestKind kind) {
   const auto file = manifest.take_column("file");
   if (!file) return pass(file.error());
   const auto label = manifest.take_column("label");
   if (!label) return pass(label.error());
   ManifestColumns out{*file, *label, manifest.find_column("group"), {}, {}, {}};
   std::vector<std::string_view> known{"file", "label", "group"};
-  if (places) {
+  if (kind == ManifestKind::recordings) {
+    out.recording = manifest.find_column("recording");
+    known.emplace_back("recording");
+  }
+  if (kind == ManifestKind::trials) {
     out.piece = manifest.find_column("piece");
     out.mounting = manifest.find_column("mounting");
     out.patch = manifest.find_column("patch");
@@ -80,6 +85,7 @@ Result<ManifestEntry> read_entry(const CsvTable& manifest, const ManifestColumns
   out.file = manifest.fields()[columns.file];
   out.label = manifest.fields()[columns.label];
   if (columns.group) out.group = manifest.fields()[*columns.group];
+  if (columns.recording) out.recording = manifest.fields()[*columns.recording];
   const auto piece = read_count(manifest, columns.piece);
   const auto mounting = read_count(manifest, columns.mounting);
   const auto patch = read_count(manifest, columns.patch);
@@ -88,7 +94,7 @@ Result<ManifestEntry> read_entry(const CsvTable& manifest, const ManifestColumns
   out.place = {*piece, *mounting, *patch};
   if (is_invisible(out.file)) return manifest.complaint("the file name is empty");
   if (is_invisible(out.label)) return manifest.complaint("the label is empty");
-  for (const std::string* name : {&out.file, &out.label, &out.group})
+  for (const std::string* name : {&out.file, &out.label, &out.group, &out.recording})
     if (!is_utf8(*name)) return manifest.complaint("a name is not UTF-8", "UTF-8 text");
   out.path = (folder / out.file).lexically_normal();
   out.where = manifest.where();
@@ -210,10 +216,11 @@ Status append(Dataset& dataset, classifier::Trial trial, TrialRecord record) {
   return {};
 }
 
-Result<std::vector<ManifestEntry>> read_manifest(const std::filesystem::path& path, bool places) {
+Result<std::vector<ManifestEntry>> read_manifest(const std::filesystem::path& path,
+                                                 ManifestKind kind) {
   auto manifest = CsvTable::open(path);
   if (!manifest) return pass(std::move(manifest).error());
-  const auto columns = read_columns(*manifest, places);
+  const auto columns = read_columns(*manifest, kind);
   if (!columns) return pass(columns.error());
   std::vector<ManifestEntry> out;
   SeenFiles seen;

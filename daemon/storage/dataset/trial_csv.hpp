@@ -20,15 +20,24 @@ struct ManifestEntry {
   std::string label;
   std::string group;  ///< empty where the manifest has no such column
   TrialPlace place;   ///< likewise 0
+  /// Of which recording the file is a part; empty: it is one by itself.
+  std::string recording;
   std::string where;  ///< manifest:line
 };
 
-/// A CSV with columns `file,label[,group]` and, with `places`, `[,piece][,mounting][,patch]` in any
-/// order (quoted fields allowed); other columns, an empty file or label, a count that is none, a
+/// What a manifest may tell beside `file,label[,group]`.
+enum class ManifestKind {
+  files,      ///< nothing
+  trials,     ///< `[,piece][,mounting][,patch]`
+  recordings  ///< `[,recording]`
+};
+
+/// A CSV with columns `file,label[,group]` and those of its kind in any order (quoted fields
+/// allowed); other columns, an empty file or label, a count that is none, a
 /// file listed twice (under whatever name: `./a.csv`, a link) and a list without files are refused
 /// with file:line.
 Result<std::vector<ManifestEntry>> read_manifest(const std::filesystem::path& path,
-                                                 bool places = false);
+                                                 ManifestKind kind = ManifestKind::files);
 
 /// Which columns of a file hold what.
 struct TrialColumns {

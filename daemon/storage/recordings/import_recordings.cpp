@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <map>
+#include <optional>
 #include <regex>
+#include <span>
 
 #include "daemon/base/text/csv_table.hpp"
 #include "daemon/storage/dataset/sample_times.hpp"
@@ -89,23 +93,29 @@ std::vector<classifier::vibro::Gap> find_pauses(const std::vector<double>& times
   return out;
 }
 
-// The tables of one set are of one rate where their times do not tell otherwise: that of the first,
-// or, where a table knows better, of the one whose times tell it best.
+// The tables with the same columns of one set are of one rate where their times do not tell
+// otherwise: that of the first, or, where a table knows better, of the one whose times tell it
+// best.
 class TableRates {
  public:
-  void add(std::size_t recording, const TimedRate& own) { tables_.push_back({recording, own}); }
+  /// `first_channel`, `channels`: of the recording, which the table has.
+  void add(std::size_t recording, std::size_t first_channel, std::size_t channels,
+           const TimedRate& own) {
+    tables_.push_back({recording, first_channel, channels, own});
+  }
 
   void settle(std::vector<Recording>& recordings) const {
     if (tables_.empty()) return;
     const TimedRate rate = common();
-    for (const auto& [recording, own] : tables_)
-      for (Channel& c : recordings[recording].channels)
-        c.rate_hz = can_be_equal(own, rate) ? rate.written_hz : own.written_hz;
+    for (const Table& table : tables_)
+      for (Channel& c :
+           std::span(recordings[table.recording].channels).subspan(table.first, table.channels))
+        c.rate_hz = can_be_equal(table.own, rate) ? rate.written_hz : table.own.written_hz;
   }
 
  private:
   struct Table {
-    std::size_t recording;
+    std::size_t recording, first, channels;
     TimedRate own;
   };
 
@@ -241,25 +251,94 @@ Result<RecordingSet> finished(RecordingSet set, const std::filesystem::path& fro
 
 }  // namespace
 
+namespace {
+
+// A file of a manifest, alone. The rate of a table is that of its times.
+struct OneFile {
+  Recording recording;
+  std::optional<TimedRate> rate = {};  // of a table
+};
+
+Result<OneFile> read_file(const ManifestEntry& entry, double stated_hz,
+                          std::vector<Warning>& warnings) {
+  const std::string& name = entry.recording.empty() ? entry.file : entry.recording;
+  OneFile out{{name, entry.label, entry.group, {}, {}}};
+  if (!is_csv_name(entry.path)) {
+    if (const Status done = read_sound(entry.path, out.recording); !done)
+      return pass(done.error(), entry.where);
+    return out;
+  }
+  const auto timed = read_table(entry.path, "t_s", stated_hz, out.recording, warnings);
+  if (!timed) return pass(timed.error(), entry.where);
+  out.rate = *timed;
+  return out;
+}
+
+tl::unexpected<Error> not_of_one(const ManifestEntry& entry, const std::string& what,
+                                 const std::string& expected, const std::string& got) {
+  return fail({.code = Errc::invalid_argument,
+               .where = entry.where,
+               .what = what,
+               .expected = expected,
+               .got = got,
+               .hint = "Files with one name under `recording` were recorded at the same time"});
+}
+
+// The channels of another file beside those of a recording: both begin at the same instant.
+Status join(const ManifestEntry& entry, Recording file, Recording& whole) {
+  if (file.label != whole.label)
+    return not_of_one(entry, "another label than the recording's other file", whole.label,
+                      file.label);
+  if (file.group != whole.group)
+    return not_of_one(entry, "another group than the recording's other file", whole.group,
+                      file.group);
+  if (!file.gaps.empty() || !whole.gaps.empty())
+    return not_of_one(entry, "samples are missing in a file of a recording that has several",
+                      "tables without pauses: behind one the files are not in step", entry.file);
+  for (const Channel& channel : file.channels)
+    if (std::ranges::find(whole.channels, channel.name, &Channel::name) != whole.channels.end())
+      return not_of_one(entry, "the recording's other file has a channel of this name",
+                        "another name", channel.name);
+  std::ranges::move(file.channels, std::back_inserter(whole.channels));
+  std::ranges::move(file.samples, std::back_inserter(whole.samples));
+  return {};
+}
+
+// The place of the recording that a file is a part of; that of a new one where there is none yet.
+std::size_t place_of(const ManifestEntry& entry, std::map<std::string, std::size_t>& places,
+                     std::size_t recordings) {
+  return entry.recording.empty() ? recordings
+                                 : places.emplace(entry.recording, recordings).first->second;
+}
+
+}  // namespace
+
 Result<RecordingSet> import_recordings(const std::filesystem::path& path, double rate_hz) {
-  const auto entries = read_manifest(path);
+  const auto entries = read_manifest(path, ManifestKind::recordings);
   if (!entries) return pass(entries.error());
   RecordingSet set{path.stem().string(), "recordings", BenchKind::unknown, {}};
-  TableRates rates;
+  std::map<std::string, TableRates> rates;  // by the first column
+  std::map<std::string, std::size_t> places;
   for (const ManifestEntry& entry : *entries) {
-    Recording own{entry.file, entry.label, entry.group, {}, {}};
-    if (is_csv_name(entry.path)) {
-      const auto timed = read_table(entry.path, "t_s", rate_hz, own, set.warnings);
-      if (!timed) return pass(timed.error(), entry.where);
-      rates.add(set.recordings.size(), *timed);
-    } else if (const Status done = read_sound(entry.path, own); !done) {
-      return pass(done.error(), entry.where);
+    auto file = read_file(entry, rate_hz, set.warnings);
+    if (!file) return pass(file.error());
+    const std::size_t place = place_of(entry, places, set.recordings.size());
+    const bool is_new = place == set.recordings.size();
+    if (file->rate)
+      rates[file->recording.channels.front().name].add(
+          place, is_new ? 0 : set.recordings[place].channels.size(),
+          file->recording.channels.size(), *file->rate);
+    if (is_new) {
+      set.recordings.push_back(std::move(file->recording));
+    } else if (auto done = join(entry, std::move(file->recording), set.recordings[place]); !done) {
+      return pass(done.error());
     }
-    set.recordings.push_back(std::move(own));
   }
-  rates.settle(set.recordings);
-  if (rate_hz == 0 && !set.recordings.empty())
-    warn_of_slow_rate(set.recordings.front().channels.front().rate_hz, usual_hz, set.warnings);
+  for (const auto& [column, tables] : rates) tables.settle(set.recordings);
+  if (rate_hz == 0)
+    warn_of_slow_rate(
+        std::ranges::min(set.recordings.front().channels, {}, &Channel::rate_hz).rate_hz, usual_hz,
+        set.warnings);
   return finished(std::move(set), path);
 }
 
@@ -321,7 +400,7 @@ Result<RecordingSet> import_hapmat(const std::filesystem::path& folder, double r
     Recording own{path.filename().string(), path.stem().string(), "1", {}, {}};
     const auto timed = read_table(path, "time", rate_hz, own, set.warnings);
     if (!timed) return pass(timed.error());
-    rates.add(set.recordings.size(), *timed);
+    rates.add(set.recordings.size(), 0, own.channels.size(), *timed);
     set.recordings.push_back(std::move(own));
   }
   rates.settle(set.recordings);
