@@ -50,6 +50,22 @@ def vibtac12_sound(t, d):
     t.expect(best["accuracy"] >= AIM and best["accuracy_ci95"]["low"] > chance, f"sound tracks: {best['accuracy']}, chance {chance}")
 
 
+def papers_recipe(t, d):
+    """The five textures with all four channels, in the paper's way: its figures stand beside ours then, and only then."""
+    ask = ("--window-s", "2", "--protocol", "random", "--repeats", "1", "--combine", "mean", "--features", "SMMRP", "--method", "kNN")
+    told = evaluated(t, d, "vibtac12_all", *ask, "--components", "3")
+    t.expect(told["paper"] == {"explained": 0.95} and 0 < told["results"]["knn"]["explained"] < 1, f"explained: {told['paper']}")
+    for other in (("--components", "2"), ("--components", "3", "--per-recording", "50"), ("--components", "3", "--combine", "concat")):
+        t.expect(evaluated(t, d, "vibtac12_all", *ask, *other)["paper"] is None, f"not its recipe: {other}")
+    ran = t.run("trade", "vibro", "vibtac12_all.h5", "-o", "all.html", "--data", "all.json", "--method", "NB,kNN", "--repeats", "2", cwd=d)
+    t.expect(ran.returncode == 0 and "explained" in ran.stdout, f"trade: {ran.stderr}")
+    random, parts = (s["paper_2023"] for s in json.loads((pathlib.Path(d) / "all.json").read_text())["data_sets"])
+    t.expect(random["papers_recipe"] and not parts["papers_recipe"] and len(random["averages"]) == 3 * 2 * 3, f"averages: {random}")
+    t.expect({a["learners"] for a in random["averages"]} == {2} and all(g["paper"] is None for g in random["gains"]), "two learners are not its ten")
+    beside = {(a["source"], a["window_s"], a["features"]) for a in random["averages"] if a["paper"]}
+    t.expect(beside == {("SXYZ", w, f) for w in (1, 2) for f in ("SMMRP", "FFT")} | {("SXYZ", 2, "SMMRPFFT")}, f"the paper's figures: {beside}")
+
+
 def trade(t, d):
     data = t.run("trade", "vibro", "vibtac12.h5", "-o", "trade.html", "--data", "trade.json", "--method", "NB,kNN", "--json", cwd=d)
     t.expect(data.returncode == 0, f"trade: {data.stderr}")
@@ -83,7 +99,8 @@ def lmt_sound(t, d):
 
 
 # Name, folder, options of the import, what is done with it.
-SETS = [("vibtac12", "vibtac12", [], vibtac12), ("vibtac12_sound", "vibtac12", ["--channels", "S"], vibtac12_sound), ("hapmat", "hapmat", [], hapmat),
+SETS = [("vibtac12", "vibtac12", [], vibtac12), ("vibtac12_all", "vibtac12", ["--channels", "S,X,Y,Z"], papers_recipe),
+        ("vibtac12_sound", "vibtac12", ["--channels", "S"], vibtac12_sound), ("hapmat", "hapmat", [], hapmat),
         ("lmt_sound", "lmt_sound", [], lmt_sound)]
 
 
