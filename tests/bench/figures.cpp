@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -76,6 +77,12 @@ std::string format_limit(const Figure& figure) {
   const std::string bound = (most ? "at most " : "at least ") + text(figure.limit->bound);
   if (figure.limit->of == Limit::Of::ratio) return "ratio " + bound;
   return figure.unit.empty() ? bound : bound + " " + figure.unit;
+}
+
+double processor_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 double median(std::vector<double>& values) {

@@ -47,6 +47,9 @@ bool missed(const Figure& figure);
 /// "at most 20 us", "ratio at most 0.05"; empty without a limit.
 std::string format_limit(const Figure& figure);
 
+/// Processor time of this process, all threads: what else the machine does costs nothing.
+double processor_seconds();
+
 /// Median of an odd number of runs; the list is sorted.
 double median(std::vector<double>& values);
 

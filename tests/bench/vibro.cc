@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -29,21 +28,15 @@ using bench::Figure;
 const std::filesystem::path scratch = "out/bench";
 constexpr std::size_t classes = 12, per_class = 100, components = 3;
 
-double processor_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 // Median of one call's time over `count` batches of `calls`; reading the clock costs as much as the
 // quickest answers.
 double compute_median(std::size_t count, std::size_t calls, const std::function<void()>& work) {
   work();  // warms caches and tables
   std::vector<double> s;
   for (std::size_t i = 0; i < count; ++i) {
-    const double begun = processor_seconds();
+    const double begun = bench::processor_seconds();
     for (std::size_t k = 0; k < calls; ++k) work();
-    s.push_back((processor_seconds() - begun) / static_cast<double>(calls));
+    s.push_back((bench::processor_seconds() - begun) / static_cast<double>(calls));
   }
   return bench::median(s);
 }

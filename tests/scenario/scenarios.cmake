@@ -30,11 +30,15 @@ add_test(NAME scenario_vibro_agreement
          COMMAND ${WEFT_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/vibro_agreement.py
                  $<TARGET_FILE:vibro_agreement> ${PROJECT_SOURCE_DIR}/../shared)
 add_executable(vibro_learners ${CMAKE_CURRENT_SOURCE_DIR}/scenario/vibro_learners.cc)
-target_link_libraries(vibro_learners PRIVATE weft_classifier)
+target_link_libraries(vibro_learners PRIVATE weft_classifier weft_bench_figures)
 add_test(NAME scenario_vibro_learners
          COMMAND ${WEFT_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/vibro_learners.py
                  $<TARGET_FILE:vibro_learners> $<TARGET_FILE:vibro_agreement> ${PROJECT_SOURCE_DIR}/../shared)
-set_tests_properties(scenario_vibro_agreement scenario_vibro_learners
+# Skipped where there is no librosa (PyPI), which nothing else needs.
+add_test(NAME scenario_vibro_librosa
+         COMMAND ${WEFT_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/vibro_librosa.py
+                 $<TARGET_FILE:vibro_agreement> ${PROJECT_SOURCE_DIR}/../shared)
+set_tests_properties(scenario_vibro_agreement scenario_vibro_learners scenario_vibro_librosa
                      PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # The command line as a person meets it.

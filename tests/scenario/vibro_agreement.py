@@ -65,4 +65,5 @@ def main():
             compare(tool, oracle, f"{kind}, {seconds} s", list(windows(recordings, seconds, places)))
 
 
-main()
+if __name__ == "__main__":
+    main()
