@@ -51,7 +51,7 @@ struct LearnerInfo {
   std::size_t least_rows = 1;  ///< of each label
 };
 
-constexpr std::array<LearnerInfo, 21> registry = {{
+constexpr std::array<LearnerInfo, 22> registry = {{
     {Learner::pvalue, "pvalue", {"cores", "cores-pvalue"}, nullptr, nullptr, 2},
     {Learner::pca, "pca", {"cores-pca"}, nullptr, nullptr, 2},
     {Learner::all, "all", {"Cores", "cores-all"}, nullptr, nullptr, 2},
@@ -75,6 +75,7 @@ constexpr std::array<LearnerInfo, 21> registry = {{
      fit_scaled_perceptron,
      read_as<LinearRule>},
     {Learner::least_squares, "least-squares", {}, fit_least_squares, read_as<LinearRule>},
+    {Learner::ridge, "ridge", {}, fit_ridge, read_as<LinearRule>},
     {Learner::cores_best, "cores-best", {}},
     {Learner::best, "best", {}},
 }};

@@ -39,6 +39,7 @@ enum class Learner {
   perceptron,         ///< Kesler's, on the features as they are
   perceptron_zscore,  ///< on scaled features
   least_squares,      ///< minimum squared error
+  ridge,              ///< the same with a penalty, by generalised cross-validation
   cores_best,         ///< the cores whose vote is best in cross-validation
   best                ///< whichever of all is best in cross-validation
 };

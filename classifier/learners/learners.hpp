@@ -62,12 +62,13 @@ PredictorPtr read_logistic(LineReader& in, std::size_t features, std::size_t cla
 /// Extremely randomised trees, as many as options.trees.
 Result<PredictorPtr> fit_extra_trees(const TrainingSet& training, const TrainOptions& options);
 
-/// Kesler's perceptron on features as they are, and on scaled ones; minimum squared error. Classes
-/// count in the order of their first rows (linear_rule.hpp).
+/// Kesler's perceptron on features as they are, and on scaled ones; minimum squared error, without
+/// and with a penalty. Classes count in the order of their first rows (linear_rule.hpp).
 Result<PredictorPtr> fit_perceptron(const TrainingSet& training, const TrainOptions& options);
 Result<PredictorPtr> fit_scaled_perceptron(const TrainingSet& training,
                                            const TrainOptions& options);
 Result<PredictorPtr> fit_least_squares(const TrainingSet& training, const TrainOptions& options);
+Result<PredictorPtr> fit_ridge(const TrainingSet& training, const TrainOptions& options);
 
 /// False where Weft was built without libxgboost-dev, and where the library is not installed.
 bool have_xgboost();

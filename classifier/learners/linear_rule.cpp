@@ -352,15 +352,18 @@ Appearance by_appearance(std::span<const std::size_t> of_row) {
   return out;
 }
 
+PredictorPtr in_order(const LinearRule& rule, Appearance order, FitReport report = {}) {
+  return std::make_unique<LinearRule>(rule.scaler(), rule.weight(), std::move(order.class_at),
+                                      report);
+}
+
 Result<PredictorPtr> fit_kesler(const TrainingSet& training, FeatureScaling scaling) {
   Appearance order = by_appearance(training.of_row());
   KeslerOptions options;
   options.scaling = scaling;
   auto out = train_kesler(training.rows(), order.of_row, training.classes(), options);
   if (!out) return pass(out.error());
-  return std::make_unique<LinearRule>(out->rule.scaler(), out->rule.weight(),
-                                      std::move(order.class_at),
-                                      FitReport{out->converged, out->rounds});
+  return in_order(out->rule, std::move(order), {out->converged, out->rounds});
 }
 
 }  // namespace
@@ -380,8 +383,14 @@ Result<PredictorPtr> fit_least_squares(const TrainingSet& training,
   auto out = train_least_squares(training.rows(), order.of_row, training.classes(),
                                  FeatureScaling::zscore);
   if (!out) return pass(out.error());
-  return std::make_unique<LinearRule>(out->scaler(), out->weight(), std::move(order.class_at),
-                                      FitReport{});
+  return in_order(*out, std::move(order));
+}
+
+Result<PredictorPtr> fit_ridge(const TrainingSet& training, const TrainOptions& /*options*/) {
+  Appearance order = by_appearance(training.of_row());
+  auto out = train_ridge(training.rows(), order.of_row, training.classes());
+  if (!out) return pass(out.error());
+  return in_order(out->rule, std::move(order));
 }
 
 }  // namespace weft::classifier

@@ -1,7 +1,9 @@
 #pragma once
-// A weight vector per class; the largest inner product wins. What the perceptron and the minimum
-// squared error rule leave behind, and whether any such rule can tell the classes apart.
+// A weight vector per class; the largest inner product wins. What the perceptron, the minimum
+// squared error rule and ridge regression leave behind, and whether any such rule can tell the
+// classes apart.
 
+#include <array>
 #include <cstddef>
 #include <span>
 #include <string_view>
@@ -91,6 +93,23 @@ Result<KeslerOutcome> train_kesler(const Matrix& rows, std::span<const std::size
 /// of them where rows are fewer than features. Refuses what check_training() refuses.
 Result<LinearRule> train_least_squares(const Matrix& rows, std::span<const std::size_t> of_row,
                                        std::size_t classes, FeatureScaling scaling);
+
+/// Penalties that train_ridge() chooses from, a row, largest first: half decades from 1e3 to 1e-6.
+inline constexpr std::array ridge_penalties{1e3,  3e2,  1e2,  3e1,  1e1,  3e0,  1e0,
+                                            3e-1, 1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4,
+                                            1e-4, 3e-5, 1e-5, 3e-6, 1e-6};
+
+struct RidgeOutcome {
+  LinearRule rule;
+  double penalty = 0;  ///< that was chosen: one of ridge_penalties times the rows
+};
+
+/// The same squares of z-scored features plus `penalty` times the squares of the weights, the bias
+/// left out (ridge regression, Hoerl and Kennard 1970). The penalty, one for all classes, is that
+/// with the least generalised cross-validation (Golub, Heath and Wahba 1979), the largest of
+/// several: all of them come from one eigendecomposition. Refuses what check_training() refuses.
+Result<RidgeOutcome> train_ridge(const Matrix& rows, std::span<const std::size_t> of_row,
+                                 std::size_t classes);
 
 // Whether classes are linearly separable at all, said next to a perceptron that stops after 1000
 // rounds (choice E5).

@@ -5,6 +5,7 @@
 
 fabricslide, repetition 0 trains and 1 tests; also each pressure left out. LDA: StandardScaler and LinearDiscriminantAnalysis
 (lsqr, shrinkage='auto'). SVC: with the C and gamma that our grid chose, on which libsvm must agree with itself.
+Ridge: RidgeClassifier with the penalty that generalised cross-validation, by the whole hat matrix, chooses from our grid.
 Trees draw other random numbers: our answers must be as much like those of scikit-learn's ExtraTreesClassifier as its answers from
 two seeds are like each other, but for what chance allows.
 """
@@ -20,6 +21,7 @@ try:
     import numpy
     from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
     from sklearn.ensemble import ExtraTreesClassifier
+    from sklearn.linear_model import RidgeClassifier
     from sklearn.pipeline import make_pipeline
     from sklearn.preprocessing import StandardScaler
     from sklearn.svm import SVC
@@ -36,7 +38,7 @@ def table(path):
 
 
 def evaluated(t, d, *arguments):
-    ran = t.run("evaluate", *arguments, "--learner", "lda,svc,trees", "--norm", "rms", "--answers", "--json", cwd=d)
+    ran = t.run("evaluate", *arguments, "--learner", "lda,svc,ridge,trees", "--norm", "rms", "--answers", "--json", cwd=d)
     t.expect(ran.returncode == 0, f"{arguments}: {ran.stderr}")
     return json.loads(ran.stdout)["results"]
 
@@ -70,6 +72,21 @@ def lda():
     return LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto")
 
 
+class GcvRidge(RidgeClassifier):
+    def fit(self, x, y):
+        targets = (y[:, None] == numpy.unique(y)).astype(float)
+        targets -= targets.mean(axis=0)
+        rest = numpy.eye(len(x)) - 1 / len(x)
+        square = x @ x.T
+        scores = []
+        grid = [scale * 10.0**power for power in range(-6, 4) for scale in (1, 3)][:19]
+        for each in grid:
+            left = rest - square @ numpy.linalg.inv(square + each * len(x) * numpy.eye(len(x)))
+            scores.append((left @ targets).ravel() @ (left @ targets).ravel() / numpy.trace(left) ** 2)
+        self.alpha = len(x) * grid[int(numpy.argmin(scores))]
+        return super().fit(x, y)
+
+
 def strokes(t, source, d, group, arguments, split_of):
     t.succeeds("dataset", "import", "--format", "fabricslide", source, "--group", group, "-o", f"{group}.h5", cwd=d)
     t.succeeds("features", f"{group}.h5", "-o", f"{group}.csv", "--norm", "rms", cwd=d)
@@ -79,6 +96,8 @@ def strokes(t, source, d, group, arguments, split_of):
         tests = groups == left_out
         compare(t, f"LDA, {group} {left_out} tests", lda(), ~tests, tests, files, labels, values,
                 results["lda"]["answers"][i])
+        compare(t, f"ridge, {group} {left_out} tests", GcvRidge(), ~tests, tests, files, labels, values,
+                results["ridge"]["answers"][i])
         if i == 0:
             svc = SVC(C=results["svc"]["C"], gamma=results["svc"]["gamma"])
             compare(t, f"SVC, {group} {left_out} tests", svc, ~tests, tests, files, labels, values,

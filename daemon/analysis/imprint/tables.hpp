@@ -27,8 +27,9 @@ struct TableOptions {
   std::vector<classifier::imprint::Experiment> experiments{
       classifier::imprint::all_experiments.begin(), classifier::imprint::all_experiments.end()};
   std::vector<classifier::Learner> rules{
-      classifier::Learner::perceptron, classifier::Learner::perceptron_zscore,
-      classifier::Learner::least_squares, classifier::Learner::all, classifier::Learner::lda};
+      classifier::Learner::perceptron,    classifier::Learner::perceptron_zscore,
+      classifier::Learner::least_squares, classifier::Learner::ridge,
+      classifier::Learner::all,           classifier::Learner::lda};
   bool laws = true;         ///< also on Laws' energies
   std::size_t threads = 0;  ///< 0: one per core; results do not depend on it
   /// Asked between experiments, from several threads at once; empty: nothing stops it.

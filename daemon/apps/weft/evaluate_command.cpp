@@ -135,11 +135,11 @@ void add_options(CLI::App& command, EvaluateArgs& args) {
       .add_option(
           "--learner,--reduction", args.learners,
           "cores with p-value, PCA or all features; lda: shrinkage LDA; svc: one multi-class "
-          "SVC; trees: extremely randomised trees; cores-best, best: chosen by cross-validation of "
-          "the whole learner on the "
-          "training part; every: all of them")
+          "SVC; ridge: least squares with a penalty; trees: extremely randomised trees; "
+          "cores-best, best: chosen by cross-validation of the whole learner on the training "
+          "part; every: all but ridge and cores-best")
       ->check(CLI::IsMember({"pvalue", "pca", "all", "cores-pvalue", "cores-pca", "cores-all",
-                             "lda", "svc", "trees", "cores-best", "best", "every"}))
+                             "lda", "svc", "ridge", "trees", "cores-best", "best", "every"}))
       ->delimiter(',')
       ->allow_extra_args(false)
       ->capture_default_str();

@@ -256,10 +256,11 @@ void add_options(CLI::App& command, TrainArgs& args) {
   auto* const windows = command.get_option("--window-s");
   add_keyword(
       command, "--learner,--reduction", args.learner,
-      {"pvalue", "pca", "all", "cores-pvalue", "cores-pca", "cores-all", "lda", "svc", "trees",
-       "cores-best", "best"},
+      {"pvalue", "pca", "all", "cores-pvalue", "cores-pca", "cores-all", "lda", "svc", "ridge",
+       "trees", "cores-best", "best"},
       "cores with p-value, PCA or all features; lda: shrinkage LDA; svc: one multi-class SVC; "
-      "trees: extremely randomised trees; cores-best, best: chosen by cross-validation of the "
+      "ridge: least squares with a penalty; trees: extremely randomised trees; cores-best, best: "
+      "chosen by cross-validation of the "
       "whole learner, as `weft evaluate` does");
   command
       .add_flag(

@@ -270,7 +270,8 @@ TEST_CASE(
     CHECK(out->total == 8);
     // Equal products and discriminants go to the first class; of a machine's two classes, whose
     // decision is 0, the second has the vote.
-    const bool first = rule == Learner::least_squares || rule == Learner::lda;
+    const bool first =
+        rule == Learner::least_squares || rule == Learner::ridge || rule == Learner::lda;
     CHECK(out->wrong == (first ? Rows{4, 5, 6, 7} : Rows{0, 1, 2, 3}));
   }
 }
