@@ -11,10 +11,7 @@ namespace {
 constexpr std::size_t most_bits = 52;  // beyond it a double has no room for every count
 constexpr std::size_t most_scales = 1000;
 
-// Words of the options, in the order of their enumerators.
-constexpr std::array<std::string_view, 2> form_names{"10", "7"};
-constexpr std::array<std::string_view, 2> noise_names{"gradient", "literal"};
-constexpr std::array<std::string_view, 2> orientation_names{"circular", "linear"};
+// In the order of the enumerators.
 constexpr std::array<std::string_view, 2> laws_size_names{"3", "5"};
 
 void write_grid(LineWriter& out, const TaxelGrid& grid) {

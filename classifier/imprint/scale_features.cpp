@@ -26,6 +26,14 @@ constexpr std::array<Kind, features_per_scale> kinds{{
     {"max.std", true},
 }};
 
+constexpr std::size_t step_features = 4;  // the first of the ten
+
+bool is_in(Form form, std::size_t kind) {
+  if (form == Form::brief) return kinds.at(kind).in_short_form;
+  if (form == Form::full) return true;
+  return (kind < step_features) == (form == Form::steps);
+}
+
 std::string short_number(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.10g", value);
@@ -62,7 +70,7 @@ double circular(std::span<const EdgeTaxel> edges) {
 }  // namespace
 
 std::string_view to_string(Form form) {
-  return form == Form::full ? "10" : "7";
+  return form_names.at(static_cast<std::size_t>(form));
 }
 
 Result<ScaleFeatures> ScaleFeatures::make(const ScaleOptions& options) {
@@ -86,9 +94,9 @@ Result<ScaleFeatures> ScaleFeatures::make(const ScaleOptions& options) {
                      .expected = "each once",
                      .got = short_number(sigma)});
     out.filters_.push_back(std::move(*filter));
-    for (const Kind& kind : kinds)
-      if (options.form == Form::full || kind.in_short_form)
-        out.names_.push_back(std::string(kind.name) + "@" + short_number(sigma));
+    for (std::size_t k = 0; k < kinds.size(); ++k)
+      if (is_in(options.form, k))
+        out.names_.push_back(std::string(kinds.at(k).name) + "@" + short_number(sigma));
   }
   return out;
 }
@@ -115,7 +123,7 @@ void ScaleFeatures::add_scale(const Image& image, GaussianFilter& filter) {
                                                    high.mean,
                                                    high.deviation};
   for (std::size_t k = 0; k < kinds.size(); ++k)
-    if (options_.form == Form::full || kinds[k].in_short_form) values_.push_back(all[k]);
+    if (is_in(options_.form, k)) values_.push_back(all[k]);
 }
 
 Result<std::span<const double>> ScaleFeatures::extract(const Image& image) {

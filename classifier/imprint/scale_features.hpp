@@ -2,6 +2,7 @@
 // The ten numbers of an imprint at one scale of smoothing, and of several scales side by side
 // (Ellis 1986, sections 3.3 and 3.4.1).
 
+#include <array>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -29,6 +30,7 @@ enum class OrientationSpread {
   /// Standard deviation of the gradient's angle in (-pi, pi], as if an angle were a length.
   linear
 };
+inline constexpr std::array<std::string_view, 2> orientation_names{"circular", "linear"};
 double orientation_spread(std::span<const EdgeTaxel> edges, OrientationSpread kind);
 
 // Local minima and maxima of a smoothed imprint (Ellis 1986, section 3.3).
@@ -55,8 +57,14 @@ void find_extrema(const Image& image, Extrema& out);
 ///   max.std     deviation of the height [counts]
 inline constexpr std::size_t features_per_scale = 10;
 
-/// All ten, or the paper's seven: without the spread of orientations and the mean heights.
-enum class Form { full, brief };
+/// Which of the ten are taken.
+enum class Form {
+  full,    ///< all ten
+  brief,   ///< the paper's seven: without the spread of orientations and the mean heights
+  steps,   ///< the four of the step edges (section 3.4.6)
+  extrema  ///< the six of the extrema (section 3.4.6)
+};
+inline constexpr std::array<std::string_view, 4> form_names{"10", "7", "steps", "extrema"};
 std::string_view to_string(Form form);
 
 struct ScaleOptions {

@@ -29,6 +29,7 @@ enum class NoiseForm {
   /// The paper's words: the root of the mean square itself, counts per taxel^3.
   literal
 };
+inline constexpr std::array<std::string_view, 2> noise_names{"gradient", "literal"};
 
 /// From the third differences (1, -3, 3, -1) along rows and columns of `smoothed`; `weights` are
 /// those of the GaussianFilter that smoothed it. Lines shorter than four taxels have none; 0 where

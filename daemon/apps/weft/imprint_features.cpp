@@ -1,5 +1,6 @@
 #include "daemon/apps/weft/imprint_features.hpp"
 
+#include <algorithm>
 #include <sstream>
 
 #include "daemon/storage/imprints/image_file.hpp"
@@ -19,16 +20,44 @@ Result<std::vector<double>> scales_from(std::string_view text) {
   return list->data();
 }
 
-Result<ci::FeaturePlan> feature_plan_from(const std::string& scales, const std::string& kinds) {
+namespace {
+
+std::vector<std::string> strings(std::span<const std::string_view> names) {
+  return {names.begin(), names.end()};
+}
+
+// Place of a name, which is among them.
+template <class Kind>
+Kind kind_named(std::span<const std::string_view> names, std::string_view name) {
+  return static_cast<Kind>(std::ranges::find(names, name) - names.begin());
+}
+
+}  // namespace
+
+void EdgeChoice::apply_to(ci::ScaleOptions& scales) const {
+  scales.noise = kind_named<ci::NoiseForm>(ci::noise_names, noise);
+  scales.orientation = kind_named<ci::OrientationSpread>(ci::orientation_names, orientation);
+}
+
+void add_edge_options(CLI::App& command, EdgeChoice& choice) {
+  add_keyword(command, "--noise", choice.noise, strings(ci::noise_names),
+              "imprints: third differences converted to a gradient's noise, or as they are");
+  add_keyword(command, "--orientation", choice.orientation, strings(ci::orientation_names),
+              "imprints: spread of orientations modulo pi, or of the angle as a number");
+}
+
+Result<ci::FeaturePlan> feature_plan_from(const std::string& scales, const std::string& kinds,
+                                          const EdgeChoice& edges) {
   ci::FeaturePlan out{std::nullopt, {}};
   std::stringstream words(kinds);
   for (std::string word; std::getline(words, word, '+');) {
-    if ((word == "10" || word == "7") && !out.scales) {
+    if (std::ranges::find(ci::form_names, word) != ci::form_names.end() && !out.scales) {
       auto sigmas = scales_from(scales);
       if (!sigmas) return pass(sigmas.error(), "--scales");
       out.scales.emplace();
       out.scales->sigmas = std::move(*sigmas);
-      out.scales->form = word == "10" ? ci::Form::full : ci::Form::brief;
+      out.scales->form = kind_named<ci::Form>(ci::form_names, word);
+      edges.apply_to(*out.scales);
       if (const auto features = ci::ScaleFeatures::make(*out.scales); !features)
         return pass(features.error(), "--scales");
     } else if (word == "laws3" || word == "laws5") {
@@ -37,7 +66,7 @@ Result<ci::FeaturePlan> feature_plan_from(const std::string& scales, const std::
       return fail({.code = Errc::parse,
                    .where = "--imprint-features",
                    .what = "no such features of imprints",
-                   .expected = "10, 7, laws3, laws5 or a sum such as 10+laws5",
+                   .expected = "10, 7, steps, extrema, laws3, laws5 or a sum such as 10+laws5",
                    .got = kinds});
     }
   }

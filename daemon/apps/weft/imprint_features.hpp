@@ -9,6 +9,7 @@
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/features/feature_matrix.hpp"
 #include "classifier/imprint/imprint_set.hpp"
+#include "daemon/apps/weft/options.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 
 namespace weft::daemon::cli {
@@ -16,11 +17,21 @@ namespace weft::daemon::cli {
 /// "1,2,4" [taxels]. Errors: parse, for anything but numbers with commas between.
 Result<std::vector<double>> scales_from(std::string_view text);
 
-/// `scales`: "1,2,4" [taxels]. `kinds`: a sum of 10 or 7 (Ellis 1986, at every scale), laws3 and
-/// laws5 (Laws 1979, on the imprint as it is), such as "10+laws5". Errors: parse for words that
-/// mean nothing, and those of ScaleFeatures.
+/// How step edges are measured: the open points E2 and E3 of Ellis 1986.
+struct EdgeChoice {
+  std::string noise = "gradient";        ///< one of noise_names
+  std::string orientation = "circular";  ///< one of orientation_names
+
+  void apply_to(classifier::imprint::ScaleOptions& scales) const;
+};
+void add_edge_options(CLI::App& command, EdgeChoice& choice);
+
+/// `scales`: "1,2,4" [taxels]. `kinds`: a sum of one of form_names (Ellis 1986, at every scale),
+/// laws3 and laws5 (Laws 1979, on the imprint as it is), such as "10+laws5". Errors: parse for
+/// words that mean nothing, and those of ScaleFeatures.
 Result<classifier::imprint::FeaturePlan> feature_plan_from(const std::string& scales,
-                                                           const std::string& kinds);
+                                                           const std::string& kinds,
+                                                           const EdgeChoice& edges = {});
 
 /// The groups of `imprints`, which are the complete ones of `dataset`: those of the data set, of
 /// recorded scans the objects.

@@ -49,7 +49,7 @@ const std::vector<OptionRow>& options_by_kind() {
       {{"--window-step-s"},
        for_slides,
        {{for_even_steps, "--step-s"}, {for_random, "--per-recording"}}},
-      {{"--scales"}, for_imprints},
+      {{"--scales", "--noise", "--orientation"}, for_imprints},
       {{"--imprint-features"}, for_imprints, {{for_recordings, "--features"}}},
       {{"--permute-labels", "--none-of-these", "--learning-curve", "--curve-draws", "--calibration",
         "--answers", "--cap", "--folds", "--fold-unit", "--paper-selection", "--t-test", "--solver",

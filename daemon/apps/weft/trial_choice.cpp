@@ -125,8 +125,10 @@ void add_trial_options(CLI::App& command, TrialChoice& choice) {
       ->capture_default_str();
   command
       .add_option("--imprint-features", choice.imprint_features,
-                  "imprints: 10 or 7 a scale (Ellis 1986), laws3, laws5, or sums such as 10+laws5")
+                  "imprints: 10, 7, steps or extrema a scale (Ellis 1986), laws3, laws5, or sums "
+                  "such as 10+laws5")
       ->capture_default_str();
+  add_edge_options(command, choice.edges);
 }
 
 void add_level_option(CLI::App& command, TrialChoice& choice) {
@@ -321,7 +323,7 @@ MotionLengths measure_lengths(const std::vector<Trial>& strokes) {
 
 // Imprints have features of their own.
 Result<ChosenTrials> load_imprints(const Dataset& dataset, const TrialChoice& choice) {
-  auto plan = feature_plan_from(choice.scales, choice.imprint_features);
+  auto plan = feature_plan_from(choice.scales, choice.imprint_features, choice.edges);
   if (!plan) return pass(plan.error());
   auto features = imprint_features(dataset, *plan);
   if (!features) return pass(features.error());

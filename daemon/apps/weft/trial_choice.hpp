@@ -10,6 +10,7 @@
 #include "classifier/features/trial.hpp"
 #include "classifier/imprint/imprint_set.hpp"
 #include "classifier/model/stored_model.hpp"
+#include "daemon/apps/weft/imprint_features.hpp"
 #include "daemon/apps/weft/options.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 #include "protocols/base/result.hpp"
@@ -24,6 +25,7 @@ struct TrialChoice {
   std::string norm = "l2";
   std::string scales = "0,1,2,3,4";           ///< of imprints [taxels], as in FeaturePlan
   std::string imprint_features = "10+laws5";  ///< see feature_plan_from()
+  EdgeChoice edges = {};                      ///< of imprints
   std::string group = "recorded";             ///< see set_groups()
   std::string remove_level = {};              ///< "", "motion" or "rest"; see remove_level()
   GivenOptions given = {};  ///< of the whole command: those not of the data's kind are refused

@@ -92,7 +92,9 @@ TEST_CASE("A model of imprints is read as it was written and answers the same") 
   const FeaturePlan laws_alone{std::nullopt, {LawsSize::three}};
   for (const Learner learner :
        {Learner::lda, Learner::svc, Learner::trees, Learner::pvalue, Learner::all})
-    for (const FeaturePlan& plan : {FeaturePlan{}, odd, laws_alone})
+    for (const FeaturePlan& plan :
+         {FeaturePlan{}, odd, laws_alone, plan_of({0.0, 1.0, 2.0}, Form::steps, {}),
+          plan_of({0.0, 1.0, 2.0}, Form::extrema, {LawsSize::three})})
       for (const bool postprocess : {true, false}) {
         INFO(to_string(learner) << ", aids " << postprocess);
         const ImprintModel model = trained(learner, plan, postprocess);
