@@ -139,7 +139,7 @@ Status check_rounds(const Rounds& rounds, std::span<const std::string> labels) {
 }
 
 Result<ExperimentOutcome> run_experiment(const FeatureMatrix& matrix, Experiment experiment,
-                                         Learner rule) {
+                                         Learner rule, OnFailure on_failure) {
   const auto rounds = test_rounds(experiment, matrix.labels, matrix.groups);
   if (!rounds) return pass(rounds.error());
   if (auto ok = check_rounds(*rounds, matrix.labels); !ok)
@@ -151,16 +151,24 @@ Result<ExperimentOutcome> run_experiment(const FeatureMatrix& matrix, Experiment
     if (!trained) return pass(trained.error(), to_string(experiment));
     const FitReport report = trained->predictor().report();
     out.most_rounds = std::max(out.most_rounds, report.rounds);
-    out.converged = report.converged;
-    if (!out.converged) break;
+    ++out.trainings;
+    if (!report.converged) {
+      out.converged = false;
+      ++out.failed;
+      if (on_failure == OnFailure::stop) break;
+      continue;
+    }
     for (const std::size_t r : aside) {
       const auto predicted = trained->classify(matrix.values.row(r));
       if (!predicted) return pass(predicted.error(), matrix.files[r]);
       ++out.total;
-      if (trained->labels()[*predicted] == matrix.labels[r])
+      const std::string& answer = trained->labels()[*predicted];
+      if (answer == matrix.labels[r]) {
         ++out.correct;
-      else
-        out.wrong.push_back(r);
+        continue;
+      }
+      out.wrong.push_back(r);
+      out.taken_for.push_back(answer);
     }
   }
   return out;

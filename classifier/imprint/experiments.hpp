@@ -52,15 +52,21 @@ struct ExperimentOutcome {
   bool converged = true;    ///< of a perceptron: in every round; false is the paper's infinity
   std::size_t correct = 0;  ///< where it did not converge: in the rounds before
   std::size_t total = 0;
-  std::size_t most_rounds = 0;     ///< of a perceptron: over the data, in its longest training
-  std::size_t failed = 0;          ///< trainings that did not converge
-  std::vector<std::size_t> wrong;  ///< rows taken for another class, in the order of the rounds
+  std::size_t most_rounds = 0;  ///< of a perceptron: over the data, in its longest training
+  std::size_t trainings = 0;
+  std::size_t failed = 0;              ///< trainings that did not converge
+  std::vector<std::size_t> wrong;      ///< rows taken for another class, in the order of the rounds
+  std::vector<std::string> taken_for;  ///< class that each of them was taken for
 };
 
-/// Ends with the first training that does not converge, for then convergence has failed. Refuses
-/// what test_rounds(), check_rounds() and the rule refuse.
+enum class OnFailure {
+  stop,  ///< end with the first training that does not converge: then convergence has failed
+  count  ///< make every training; those that do not converge are asked nothing
+};
+
+/// Refuses what test_rounds(), check_rounds() and the rule refuse.
 Result<ExperimentOutcome> run_experiment(const FeatureMatrix& matrix, Experiment experiment,
-                                         Learner rule);
+                                         Learner rule, OnFailure on_failure = OnFailure::stop);
 
 // The search of scale space that Ellis 1986, section 4, leaves to others: which scales of smoothing
 // tell the classes apart best.

@@ -42,11 +42,53 @@ def scene_and_tables(t, d):
     three = next(s for s in tables["sets"] if s["scales"] == [1, 2, 4] and s["features"] == "10")
     t.expect([three["experiments"][e]["paper"]["correct"] for e in EXPERIMENTS] == [22, 18, 20, 21], "the paper's figures stand beside")
     t.expect(all(three["experiments"][e]["lda"]["correct"] > 2 * 24 / 4 - 1 for e in EXPERIMENTS), f"far above chance: {three}")
+    convergence_and_errors(t, tables)
+    literal = t.succeeds("imprint", "tables", "zplus.h5", "--noise", "literal", "--orientation", "linear", "--experiments", "1/N", "--scales", "1,2,4",
+                         "--rules", "lda", "--no-laws", cwd=d)
+    t.expect((literal["noise"], literal["orientation"], tables["noise"]) == ("literal", "linear", "gradient"), f"{literal['noise']}")
+    first = {s["features"]: s["experiments"]["1/N"]["lda"]["wrong"] for s in tables["sets"] if s["scales"] == [1, 2, 4]}
+    t.expect(any(s["experiments"]["1/N"]["lda"]["wrong"] != first[s["features"]] for s in literal["sets"]), "other edges, the same answers")
     page = (pathlib.Path(d) / "tables.html").read_text()
+    t.expect("Misclassified imprints" in page and tables["misclassified"][0]["file"] in page, "the page names no misclassified imprint")
     xml.etree.ElementTree.fromstring(page.replace("<!DOCTYPE html>", "").replace("<!doctype html>", ""))
     t.expect(page.count("SIMULATED") >= 9, "every table says that it is simulated")
     text = t.run("imprint", "tables", "zplus.h5", "--experiments", "1/N", "--rules", "perceptron,lda", "--scales", "1,3", "--scales", "2", "--no-laws", cwd=d).stdout
     t.expect("SIMULATED" in text and "19 / 24" in text and "2/N" not in text, f"chosen tables: {text}")
+
+
+def convergence_and_errors(t, tables):
+    """Section 3.4.6: every set of features with its trainings of 1/N; section 3.4.5: the misclassified imprints agree with the cells."""
+    rows = tables["convergence"]
+    t.expect(len(rows) == 4 * 7 + 2 and {r["features"] for r in rows} == {"10", "7", "steps", "extrema", "Laws 3 x 3", "Laws 5 x 5"}, f"{len(rows)} rows")
+    for row in rows:
+        raw = row["perceptron"]
+        t.expect(raw["trainings"] == 24 and raw["converged"] == (raw["failed"] == 0), f"all trainings are made: {row}")
+        t.expect(not raw["converged"] or row["linearly_separable"] != "not separable", f"converged on what is not separable: {row}")
+        t.expect(raw["rounds"] == 1000 or raw["failed"] == 0, f"a failed training goes 1000 times over the data: {row}")
+        if row["features"] in ("steps", "extrema", "Laws 3 x 3"):
+            t.expect(row["paper"] == {"converged": False}, f"paper: {row}")
+    t.expect(next(r for r in rows if r["features"] == "Laws 5 x 5")["paper"] == {"converged": "erratic"}, "Laws 5 x 5 was erratic in the paper")
+    for one in rows:
+        print(f"SIMULATED 1/N {one['features']} at {one['scales']}: {24 - one['perceptron']['failed']} of 24 trainings converge raw, "
+              f"{24 - one['perceptron-zscore']['failed']} z-scored")
+    counted = {}
+    for one in tables["sets"]:
+        for name, row in one["experiments"].items():
+            for rule, cell in row.items():
+                if rule != "paper" and cell["converged"]:
+                    t.expect(len(cell["wrong"]) == len(cell["taken_for"]), f"{name} {rule}: {cell}")
+                    for imprint, label in zip(cell["wrong"], cell["taken_for"]):
+                        counted[name, label] = counted.get((name, label), 0) + 1
+    named = {}
+    for one in tables["misclassified"]:
+        for name, row in one["experiments"].items():
+            t.expect(one["label"] not in row["taken_for"] and sum(row["taken_for"].values()) <= row["of"], f"misclassified: {one}")
+            for label, times in row["taken_for"].items():
+                named[name, label] = named.get((name, label), 0) + times
+    t.expect(named == counted, "the misclassified imprints are those of the cells")
+    wrong = [one["wrong"] for one in tables["misclassified"]]
+    t.expect(wrong == sorted(wrong, reverse=True), f"most often first: {wrong}")
+    print("SIMULATED most often misclassified:", [(one["file"], one["wrong"]) for one in tables["misclassified"][:3]])
 
 
 def classes_of_one_object(t, d):
@@ -91,6 +133,10 @@ def files(t, d):
     head, *lines = [line.split(",") for line in (folder / "m_features.csv").read_text().splitlines()]
     t.expect(len(head) == 3 + 14 + 8 and head[3] == "edges.n@0" and head[-1] == "laws.S3S3", f"columns: {head}")
     t.expect(lines[0][3:] == lines[1][3:] == lines[2][3:], "CSV, PGM and NumPy hold the same imprint")
+    for word, width in (("steps", 4), ("extrema", 6)):
+        t.succeeds("features", "m.h5", "-o", "part.csv", "--scales", "0,1.5", "--imprint-features", word, "--noise", "literal", cwd=d)
+        names = (folder / "part.csv").read_text().splitlines()[0].split(",")[3:]
+        t.expect(len(names) == 2 * width and all(n.startswith("edges.") == (word == "steps") for n in names), f"{word}: {names}")
     t.refuses("features", "m.h5", "-o", "no.csv", "--scales", "1,x", cwd=d, says=["--scales"])
     t.refuses("features", "m.h5", "-o", "no.csv", "--imprint-features", "11", cwd=d, says=["laws5"])
     t.refuses("features", "m.h5", "-o", "no.csv", "--window-s", "1", cwd=d, says=["--window-s", "stand still"])

@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "classifier/base/parallel.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/html.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
 
 namespace weft::daemon {
@@ -16,46 +14,39 @@ namespace {
 namespace ci = classifier::imprint;
 using classifier::FeatureMatrix;
 
-std::string format_left_out(const ImprintTables& tables) {
-  std::vector<std::string> out;
-  for (const auto& [experiment, why] : tables.left_out)
-    out.push_back(experiment + " (" + why + ")");
-  return joined(out);
-}
-
-// Of experiments that never ask about some imprints.
-std::string format_requested(const ImprintTables& tables) {
-  std::string out;
-  for (std::size_t e = 0; e < tables.requested.size(); ++e)
-    if (tables.requested[e] < tables.imprints)
-      out += " " + std::string(ci::to_string(tables.options.experiments[e])) + " asks about " +
-             std::to_string(tables.requested[e]) + " of them.";
-  return out;
-}
-
 struct PreparedSet {
   FeatureSet set;
   FeatureMatrix matrix;
 };
 
+bool is_partial(ci::Form form) {
+  return form == ci::Form::steps || form == ci::Form::extrema;
+}
+
+bool measures_convergence(const TableOptions& options) {
+  return std::ranges::find(options.experiments, ci::Experiment::one_of_all) !=
+         options.experiments.end();
+}
+
 Result<std::vector<PreparedSet>> prepare_sets(std::span<const ci::Imprint> imprints,
                                               const TableOptions& options) {
   std::vector<PreparedSet> out;
-  for (const ci::Form form : {ci::Form::full, ci::Form::brief})
+  for (const ci::Form form : {ci::Form::full, ci::Form::brief, ci::Form::steps, ci::Form::extrema})
     for (const auto& sigmas : options.scales) {
-      ci::ScaleOptions scales;
+      if (is_partial(form) && !measures_convergence(options)) continue;
+      ci::ScaleOptions scales = options.edges;
       scales.sigmas = sigmas;
       scales.form = form;
       auto matrix = ci::build_matrix(imprints, scales, options.threads);
       if (!matrix) return pass(matrix.error());
-      out.push_back({{sigmas, form, {}, {}, {}}, std::move(*matrix)});
+      out.push_back({{sigmas, form, {}, {}, {}, {}}, std::move(*matrix)});
     }
   if (!options.laws) return out;
   for (const ci::LawsSize size : {ci::LawsSize::three, ci::LawsSize::five}) {
     auto matrix =
         ci::build_matrix(imprints, ci::FeaturePlan{std::nullopt, {size}}, options.threads);
     if (!matrix) return pass(matrix.error());
-    out.push_back({{{}, {}, size, {}, {}}, std::move(*matrix)});
+    out.push_back({{{}, {}, size, {}, {}, {}}, std::move(*matrix)});
   }
   return out;
 }
@@ -110,6 +101,24 @@ Status choose_experiments(std::span<const ci::Imprint> imprints,
                .hint = "Name the objects in the manifest's column group"});
 }
 
+Status unless_stopped(const TableOptions& options) {
+  if (!options.stop || !options.stop()) return {};
+  return fail({.code = Errc::wrong_state, .what = "stopped"});
+}
+
+Status measure_convergence(const TableOptions& options, PreparedSet& one) {
+  constexpr std::size_t most_counted = 100;  // a training that fails goes 1000 times over the data
+  const auto on_failure =
+      one.matrix.size() <= most_counted ? ci::OnFailure::count : ci::OnFailure::stop;
+  for (const classifier::Learner rule : convergence_rules) {
+    if (auto ok = unless_stopped(options); !ok) return ok;
+    auto outcome = ci::run_experiment(one.matrix, ci::Experiment::one_of_all, rule, on_failure);
+    if (!outcome) return pass(outcome.error(), one.set.name());
+    one.set.convergence.push_back(std::move(*outcome));
+  }
+  return {};
+}
+
 Status measure_set(const TableOptions& options, PreparedSet& one) {
   const ci::Classes classes = ci::find_classes(one.matrix.labels);
   // A hull of thousands of corners is walked for seconds; beyond that the answer stays open.
@@ -117,10 +126,12 @@ Status measure_set(const TableOptions& options, PreparedSet& one) {
       classifier::separability(one.matrix.values, classes.of_row, classes.names.size(), 3000);
   if (!hull) return pass(hull.error());
   one.set.separability = *hull;
+  if (measures_convergence(options))
+    if (auto ok = measure_convergence(options, one); !ok) return ok;
+  if (is_partial(one.set.form)) return {};
   for (const ci::Experiment experiment : options.experiments)
     for (const classifier::Learner rule : options.rules) {
-      if (options.stop && options.stop())
-        return fail({.code = Errc::wrong_state, .what = "stopped"});
+      if (auto ok = unless_stopped(options); !ok) return ok;
       auto outcome = ci::run_experiment(one.matrix, experiment, rule);
       if (!outcome) return pass(outcome.error(), one.set.name());
       one.set.outcomes.push_back(std::move(*outcome));
@@ -138,82 +149,36 @@ constexpr std::array<EllisRow, 4> ellis_rows{{{ci::Experiment::one_of_all, 18, 1
                                               {ci::Experiment::one_of_class, 19, 20, 20, 21},
                                               {ci::Experiment::object_of_class, 17, 18, 21, 22}}};
 
-using nlohmann::ordered_json;
-
-struct EllisEntry {
-  bool converged;
-  std::size_t correct;
-};
-
-/// Nothing where the paper has no such entry.
-std::optional<EllisEntry> ellis_entry(ci::Experiment experiment, std::span<const double> sigmas,
-                                      ci::Form form) {
-  const auto all = ellis_scales();
-  const auto at =
-      std::ranges::find_if(all, [&](const auto& set) { return std::ranges::equal(set, sigmas); });
-  if (at == all.end()) return std::nullopt;
-  const EllisRow& row = ellis_rows.at(static_cast<std::size_t>(experiment));
-  const bool full = form == ci::Form::full;
-  if (std::ranges::equal(sigmas, all[5]))
-    return EllisEntry{true, full ? row.full_13 : row.brief_13};
-  if (std::ranges::equal(sigmas, all[6]))
-    return EllisEntry{true, full ? row.full_124 : row.brief_124};
-  // Single scales and 1 & 2 were not printed again for 1/CLASS and 2/CLASS.
-  if (experiment == ci::Experiment::one_of_all || experiment == ci::Experiment::object_of_all)
-    return EllisEntry{false, 0};
+// What the paper says of convergence in 1/N (section 3.4.6); nothing where it converged always.
+std::optional<PaperEntry> entry_of_convergence(const FeatureSet& set) {
+  using enum PaperEntry::Convergence;
+  if (set.sigmas.empty()) return PaperEntry{set.laws == ci::LawsSize::three ? never : erratic, 0};
+  if (set.form == ci::Form::steps || set.form == ci::Form::extrema) return PaperEntry{never, 0};
   return std::nullopt;
 }
 
-ordered_json experiment_json(const ci::ExperimentOutcome& outcome) {
-  return {{"converged", outcome.converged},
-          {"correct", outcome.converged ? ordered_json(outcome.correct) : ordered_json(nullptr)},
-          {"total", outcome.converged ? ordered_json(outcome.total) : ordered_json(nullptr)},
-          {"rounds", outcome.most_rounds},
-          {"wrong", outcome.wrong}};
-}
-
-ordered_json printed_json(ci::Experiment experiment, const FeatureSet& set) {
-  const auto entry =
-      set.sigmas.empty() ? std::nullopt : ellis_entry(experiment, set.sigmas, set.form);
-  if (!entry) return nullptr;
-  if (!entry->converged) return {{"converged", false}};
-  return {{"converged", true}, {"correct", entry->correct}, {"total", ellis_imprints}};
-}
-
-std::vector<std::string> rules_head(const ImprintTables& tables, std::string first) {
-  std::vector<std::string> out{std::move(first), "<span class=\"paper\">paper</span>"};
-  for (const classifier::Learner rule : tables.options.rules)
-    out.push_back(escape(to_string(rule)));
-  return out;
-}
-
-std::string experiment_table(const ImprintTables& tables, std::size_t experiment, ci::Form form) {
-  HtmlTable table(rules_head(tables, "scales [taxels]"));
-  const ci::Experiment name = tables.options.experiments[experiment];
-  for (const FeatureSet& set : tables.sets) {
-    if (set.sigmas.empty() ? form != ci::Form::full : set.form != form) continue;
-    std::vector<std::string> cells{escape(set.name()), escape(paper_text(name, set))};
-    for (std::size_t r = 0; r < tables.options.rules.size(); ++r)
-      cells.push_back(escape(cell_text(tables.outcome(set, experiment, r))));
-    table.row(cells);
-  }
-  return figure(table.finish(),
-                std::string(to_string(form)) + " features a scale. " + escape(tables_note(tables)),
-                bench_badge(tables.bench));
-}
-
-std::string separability_table(const ImprintTables& tables) {
-  HtmlTable table({"features", "scales [taxels]", "all imprints linearly separable"}, 2);
-  for (const FeatureSet& set : tables.sets)
-    table.row({escape(set.sigmas.empty() ? "Laws" : to_string(set.form)), escape(set.name()),
-               escape(to_string(set.separability.verdict))});
-  return figure(table.finish(),
-                "Whether any weights would do, proved without a perceptron: what does not converge "
-                "in 1000 rounds may still be separable.",
-                bench_badge(tables.bench));
-}
-
 }  // namespace
+
+std::optional<PaperEntry> paper_entry(ci::Experiment experiment, const FeatureSet& set) {
+  using enum PaperEntry::Convergence;
+  if (const auto entry = entry_of_convergence(set))
+    return experiment == ci::Experiment::one_of_all ? entry : std::nullopt;
+  const auto all = ellis_scales();
+  const auto at = std::ranges::find(all, set.sigmas);
+  if (at == all.end()) return std::nullopt;
+  const EllisRow& row = ellis_rows.at(static_cast<std::size_t>(experiment));
+  const bool full = set.form == ci::Form::full;
+  if (*at == all[5]) return PaperEntry{always, full ? row.full_13 : row.brief_13};
+  if (*at == all[6]) return PaperEntry{always, full ? row.full_124 : row.brief_124};
+  // Single scales and 1 & 2 were not printed again for 1/CLASS and 2/CLASS.
+  if (experiment == ci::Experiment::one_of_all || experiment == ci::Experiment::object_of_all)
+    return PaperEntry{never, 0};
+  return std::nullopt;
+}
+
+std::string_view FeatureSet::kind() const {
+  return sigmas.empty() ? "Laws" : to_string(form);
+}
 
 std::string FeatureSet::name() const {
   if (sigmas.empty()) return laws == ci::LawsSize::three ? "Laws 3 x 3" : "Laws 5 x 5";
@@ -246,89 +211,55 @@ Result<ImprintTables> measure_tables(const Dataset& dataset, TableOptions option
   out.sha256 = dataset_sha256(dataset);
   out.imprints = imprints->size();
   out.options = std::move(options);
-  for (PreparedSet& one : *prepared) out.sets.push_back(std::move(one.set));
+  for (PreparedSet& one : *prepared)
+    (is_partial(one.set.form) ? out.partial_sets : out.sets).push_back(std::move(one.set));
+  for (const ci::Imprint& one : *imprints) {
+    out.files.push_back(one.file);
+    out.labels.push_back(one.label);
+  }
   return out;
 }
 
-std::string cell_text(const ci::ExperimentOutcome& outcome) {
-  if (!outcome.converged) return "\u221E";
-  const double share = outcome.total == 0 ? 0.0
-                                          : static_cast<double>(outcome.correct) /
-                                                static_cast<double>(outcome.total);
-  return std::to_string(outcome.correct) + " / " + std::to_string(outcome.total) + " (" +
-         percent(share, 0) + " %)";
+std::string format_left_out(const ImprintTables& tables) {
+  std::vector<std::string> out;
+  for (const auto& [experiment, why] : tables.left_out)
+    out.push_back(experiment + " (" + why + ")");
+  return joined(out);
 }
 
-std::string paper_text(ci::Experiment experiment, const FeatureSet& set) {
-  if (set.sigmas.empty()) return std::string(no_value);
-  const auto entry = ellis_entry(experiment, set.sigmas, set.form);
-  if (!entry) return std::string(no_value);
-  ci::ExperimentOutcome printed;
-  printed.converged = entry->converged;
-  printed.correct = entry->correct;
-  printed.total = ellis_imprints;
-  return cell_text(printed);
+std::vector<Misclassified> list_misclassified(const ImprintTables& tables) {
+  const std::size_t experiments = tables.options.experiments.size();
+  std::vector<Misclassified> all(tables.imprints);
+  for (std::size_t r = 0; r < all.size(); ++r) {
+    all[r].row = r;
+    all[r].taken_for.resize(experiments);
+  }
+  for (const FeatureSet& set : tables.sets)
+    for (std::size_t e = 0; e < experiments; ++e)
+      for (std::size_t rule = 0; rule < tables.options.rules.size(); ++rule) {
+        const ci::ExperimentOutcome& outcome = tables.outcome(set, e, rule);
+        if (!outcome.converged) continue;
+        for (std::size_t i = 0; i < outcome.wrong.size(); ++i) {
+          Misclassified& one = all[outcome.wrong[i]];
+          ++one.taken_for[e][outcome.taken_for[i]];
+          ++one.wrong;
+        }
+      }
+  std::erase_if(all, [](const Misclassified& one) { return one.wrong == 0; });
+  std::ranges::stable_sort(all, std::ranges::greater{}, &Misclassified::wrong);
+  return all;
 }
 
-std::string tables_note(const ImprintTables& tables) {
-  return "Column \"paper\": Ellis 1986, real imprints of its own, 24 of 12 objects in 4 classes. "
-         "All "
-         "other columns: " +
-         std::to_string(tables.imprints) + " imprints of " + std::to_string(tables.objects) +
-         " objects in " + std::to_string(tables.classes) + " classes" +
-         (tables.bench == BenchKind::simulated ? ", SIMULATED" : "") +
-         "; \u221E: the perceptron did not converge in 1000 rounds." + format_requested(tables) +
-         (tables.left_out.empty() ? "" : " Left out: " + format_left_out(tables) + ".");
+std::size_t count_answers(const ImprintTables& tables, std::size_t experiment) {
+  std::size_t out = 0;
+  for (const FeatureSet& set : tables.sets)
+    for (std::size_t rule = 0; rule < tables.options.rules.size(); ++rule)
+      out += tables.outcome(set, experiment, rule).converged ? 1 : 0;
+  return out;
 }
 
 std::vector<std::vector<double>> ellis_scales() {
   return {{0}, {1}, {2}, {3}, {1, 2}, {1, 3}, {1, 2, 4}};
-}
-
-ordered_json tables_json(const ImprintTables& tables) {
-  ordered_json sets = ordered_json::array();
-  for (const FeatureSet& set : tables.sets) {
-    ordered_json one{
-        {"scales", set.sigmas},
-        {"features", set.sigmas.empty() ? set.name() : std::string(to_string(set.form))},
-        {"linearly_separable", to_string(set.separability.verdict)}};
-    for (std::size_t e = 0; e < tables.options.experiments.size(); ++e) {
-      const ci::Experiment experiment = tables.options.experiments[e];
-      ordered_json& row = one["experiments"][std::string(to_string(experiment))];
-      row["paper"] = printed_json(experiment, set);
-      for (std::size_t r = 0; r < tables.options.rules.size(); ++r)
-        row[std::string(to_string(tables.options.rules[r]))] =
-            experiment_json(tables.outcome(set, e, r));
-    }
-    sets.push_back(std::move(one));
-  }
-  ordered_json requested = ordered_json::object(), left_out = ordered_json::object();
-  for (std::size_t e = 0; e < tables.requested.size(); ++e)
-    requested[std::string(to_string(tables.options.experiments[e]))] = tables.requested[e];
-  for (const auto& [experiment, why] : tables.left_out) left_out[experiment] = why;
-  return {{"command", "imprint tables"},     {"bench", to_string(tables.bench)},
-          {"dataset", tables.dataset},       {"dataset_sha256", tables.sha256},
-          {"imprints", tables.imprints},     {"classes", tables.classes},
-          {"objects", tables.objects},       {"asked", std::move(requested)},
-          {"left_out", std::move(left_out)}, {"sets", std::move(sets)}};
-}
-
-std::string tables_html(const ImprintTables& tables) {
-  std::string out = "<header>" + bench_badge(tables.bench) +
-                    "<h1>Static imprints: " + escape(tables.dataset) + "</h1></header>\n<dl>" +
-                    definition("data set", tables.sha256) +
-                    definition("imprints", std::to_string(tables.imprints)) +
-                    definition("objects", std::to_string(tables.objects)) +
-                    definition("classes", std::to_string(tables.classes)) + "</dl>\n";
-  for (std::size_t e = 0; e < tables.options.experiments.size(); ++e) {
-    out +=
-        "<section><h2>Experiment " + escape(to_string(tables.options.experiments[e])) + "</h2>\n";
-    for (const ci::Form form : {ci::Form::full, ci::Form::brief})
-      out += experiment_table(tables, e, form);
-    out += "</section>\n";
-  }
-  out += "<section><h2>Linear separability</h2>\n" + separability_table(tables) + "</section>\n";
-  return page_around("Static imprints: " + tables.dataset, out);
 }
 
 }  // namespace weft::daemon

@@ -1,9 +1,13 @@
 #pragma once
 // The tables of Ellis 1986 measured anew on any imprints, with its figures beside ours.
 
+#include <array>
 #include <functional>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -30,11 +34,17 @@ struct TableOptions {
       classifier::Learner::perceptron,    classifier::Learner::perceptron_zscore,
       classifier::Learner::least_squares, classifier::Learner::ridge,
       classifier::Learner::all,           classifier::Learner::lda};
-  bool laws = true;         ///< also on Laws' energies
+  bool laws = true;  ///< also on Laws' energies
+  /// How step edges are measured; the scales and the form are those of each set.
+  classifier::imprint::ScaleOptions edges = {};
   std::size_t threads = 0;  ///< 0: one per core; results do not depend on it
   /// Asked between experiments, from several threads at once; empty: nothing stops it.
   std::function<bool()> stop = {};
 };
+
+/// The perceptrons whose convergence is measured on every set of features.
+inline constexpr std::array convergence_rules{classifier::Learner::perceptron,
+                                              classifier::Learner::perceptron_zscore};
 
 /// One set of features: scales and form, or Laws' energies.
 struct FeatureSet {
@@ -42,11 +52,15 @@ struct FeatureSet {
   classifier::imprint::Form form{};
   classifier::imprint::LawsSize laws{};
   classifier::SeparabilityOutcome separability;  ///< of all imprints
-  /// [experiments x rules]
+  /// [experiments x rules]; empty of steps and extrema
   std::vector<classifier::imprint::ExperimentOutcome> outcomes;
+  /// 1/N of each of convergence_rules (section 3.4.6); empty where that is not measured.
+  std::vector<classifier::imprint::ExperimentOutcome> convergence;
 
   /// "1, 2, 4" or "Laws 5 x 5".
   [[nodiscard]] std::string name() const;
+  /// "10" or "Laws".
+  [[nodiscard]] std::string_view kind() const;
 };
 
 struct ImprintTables {
@@ -59,6 +73,8 @@ struct ImprintTables {
   /// Experiments that have no meaning on this data set, and why.
   std::vector<std::pair<std::string, std::string>> left_out;
   std::vector<FeatureSet> sets;
+  std::vector<FeatureSet> partial_sets;    ///< steps and extrema alone: convergence only
+  std::vector<std::string> files, labels;  ///< of the imprints
 
   [[nodiscard]] const classifier::imprint::ExperimentOutcome& outcome(const FeatureSet& set,
                                                                       std::size_t experiment,
@@ -72,10 +88,37 @@ struct ImprintTables {
 /// rules refuse; wrong_state where it was stopped.
 Result<ImprintTables> measure_tables(const Dataset& dataset, TableOptions options);
 
+/// "2/N (no object was pressed twice)".
+std::string format_left_out(const ImprintTables& tables);
 /// "18 / 24 (75 %)"; the infinity sign where convergence failed.
 std::string cell_text(const classifier::imprint::ExperimentOutcome& outcome);
 /// The paper's entry so; a dash where it has none.
 std::string paper_text(classifier::imprint::Experiment experiment, const FeatureSet& set);
+/// "24 of 24, 87 rounds": trainings that converged and the longest of them; trainings after the
+/// first that did not converge are made for up to a hundred imprints.
+std::string convergence_text(const classifier::imprint::ExperimentOutcome& outcome);
+
+/// An imprint that some rule took for another class on some set of features (section 3.4.5).
+struct Misclassified {
+  std::size_t row = 0;
+  /// By experiment, then by the class that it was taken for: how often.
+  std::vector<std::map<std::string, std::size_t>> taken_for;
+  std::size_t wrong = 0;
+};
+/// The most often misclassified first. Sets and rules that did not converge answer nothing.
+std::vector<Misclassified> list_misclassified(const ImprintTables& tables);
+/// Sets and rules that converged in an experiment: answers about an imprint that it asks about.
+std::size_t count_answers(const ImprintTables& tables, std::size_t experiment);
+
+/// What the paper has for an experiment on a set of features.
+struct PaperEntry {
+  enum class Convergence { never, erratic, always } convergence;
+  std::size_t correct = 0;  ///< out of ellis_imprints, where it always converged
+};
+/// Nothing where it has no such entry.
+std::optional<PaperEntry> paper_entry(classifier::imprint::Experiment experiment,
+                                      const FeatureSet& set);
+
 /// The sentence that tells whose figures stand beside whose.
 std::string tables_note(const ImprintTables& tables);
 

@@ -34,6 +34,7 @@ struct ImprintTablesArgs {
   std::vector<std::string> rules;
   std::vector<std::string> scales;  ///< "1,2,4"; empty: the paper's
   bool no_laws = false;
+  EdgeChoice edges;
 };
 struct ImprintSearchArgs {
   std::filesystem::path dataset;
@@ -79,6 +80,7 @@ Result<TableOptions> table_options(const ImprintTablesArgs& args) {
     out.rules.push_back(*learner);
   }
   out.laws = !args.no_laws;
+  args.edges.apply_to(out.edges);
   if (!args.scales.empty()) out.scales.clear();
   for (const std::string& text : args.scales) {
     auto sigmas = scales_from(text);
@@ -111,11 +113,21 @@ std::string tables_text(const ImprintTables& tables) {
     for (const ci::Form form : {ci::Form::full, ci::Form::brief})
       out += experiment_text(tables, e, form);
   Table table(Align::left);
-  table.row({"features", "scales", "all imprints linearly separable"});
-  for (const FeatureSet& set : tables.sets)
-    table.row({std::string(set.sigmas.empty() ? "Laws" : to_string(set.form)), set.name(),
-               std::string(to_string(set.separability.verdict))});
-  return out + "Whether any weights at all would tell the classes apart\n" + table.text();
+  std::vector<std::string> head{"features", "scales", "paper"};
+  for (const Learner rule : convergence_rules) head.emplace_back(to_string(rule));
+  head.emplace_back("all imprints linearly separable");
+  table.row(head);
+  for (const auto* sets : {&tables.sets, &tables.partial_sets})
+    for (const FeatureSet& set : *sets) {
+      std::vector<std::string> cells{std::string(set.kind()), set.name(),
+                                     paper_text(ci::Experiment::one_of_all, set)};
+      for (std::size_t r = 0; r < convergence_rules.size(); ++r)
+        cells.push_back(set.convergence.empty() ? std::string(no_value)
+                                                : convergence_text(set.convergence[r]));
+      cells.emplace_back(to_string(set.separability.verdict));
+      table.row(cells);
+    }
+  return out + "Trainings of 1/N that converge, and whether any weights would do\n" + table.text();
 }
 
 void add_options(CLI::App& command, ImprintSceneArgs& args) {
@@ -173,6 +185,7 @@ void add_options(CLI::App& command, ImprintTablesArgs& args) {
                      "a set of scales in taxels, such as 1,2,4; may be given again (the paper's "
                      "seven sets)");
   command.add_flag("--no-laws", args.no_laws, "without Laws' energies");
+  add_edge_options(command, args.edges);
 }
 
 /// The tables of Ellis 1986 on a data set of imprints.
@@ -216,7 +229,8 @@ Result<ci::ScaleSearchOptions> search_options(const ImprintSearchArgs& args) {
   if (!sigmas) return pass(sigmas.error(), "--scales");
   out.sigmas = std::move(*sigmas);
   out.most_scales = args.most_scales;
-  out.form = args.form == "10" ? ci::Form::full : ci::Form::brief;
+  out.form =
+      static_cast<ci::Form>(std::ranges::find(ci::form_names, args.form) - ci::form_names.begin());
   const auto learner = classifier::single_learner_from(args.rule);
   if (!learner) return pass(learner.error(), "--rule");
   out.rule = *learner;
@@ -233,7 +247,8 @@ void add_options(CLI::App& command, ImprintSearchArgs& args) {
   command.add_option("--scales", args.scales, "scales to choose from [taxels]")
       ->capture_default_str();
   add_count(command, "--most-scales", args.most_scales, 1, 5, "largest number of scales in a set");
-  add_keyword(command, "--form", args.form, {"10", "7"}, "features a scale");
+  add_keyword(command, "--form", args.form, {ci::form_names.begin(), ci::form_names.end()},
+              "features a scale");
   command.add_option("--rule", args.rule, "what learns: any learner")->capture_default_str();
   add_keyword(command, "--judge", args.evaluated_by, all_names(ci::all_experiments),
               "what is set aside in turn");

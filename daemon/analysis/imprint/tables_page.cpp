@@ -1,0 +1,255 @@
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "daemon/analysis/imprint/tables.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/pages/plot/html.hpp"
+
+namespace weft::daemon {
+namespace {
+
+namespace ci = classifier::imprint;
+using nlohmann::ordered_json;
+
+// Of experiments that never ask about some imprints.
+std::string format_requested(const ImprintTables& tables) {
+  std::string out;
+  for (std::size_t e = 0; e < tables.requested.size(); ++e)
+    if (tables.requested[e] < tables.imprints)
+      out += " " + std::string(ci::to_string(tables.options.experiments[e])) + " asks about " +
+             std::to_string(tables.requested[e]) + " of them.";
+  return out;
+}
+
+ordered_json experiment_json(const ci::ExperimentOutcome& outcome) {
+  return {{"converged", outcome.converged},
+          {"correct", outcome.converged ? ordered_json(outcome.correct) : ordered_json(nullptr)},
+          {"total", outcome.converged ? ordered_json(outcome.total) : ordered_json(nullptr)},
+          {"rounds", outcome.most_rounds},
+          {"wrong", outcome.wrong},
+          {"taken_for", outcome.taken_for}};
+}
+
+ordered_json convergence_json(const ci::ExperimentOutcome& outcome) {
+  return {{"converged", outcome.converged},
+          {"trainings", outcome.trainings},
+          {"failed", outcome.failed},
+          {"rounds", outcome.most_rounds}};
+}
+
+ordered_json printed_json(ci::Experiment experiment, const FeatureSet& set) {
+  using enum PaperEntry::Convergence;
+  const auto entry = paper_entry(experiment, set);
+  if (!entry) return nullptr;
+  if (entry->convergence == never) return {{"converged", false}};
+  if (entry->convergence == erratic) return {{"converged", "erratic"}};
+  return {{"converged", true}, {"correct", entry->correct}, {"total", ellis_imprints}};
+}
+
+ordered_json convergence_json(const ImprintTables& tables) {
+  ordered_json out = ordered_json::array();
+  for (const auto* sets : {&tables.sets, &tables.partial_sets})
+    for (const FeatureSet& set : *sets) {
+      if (set.convergence.empty()) continue;
+      ordered_json row{{"features", set.sigmas.empty() ? set.name() : std::string(set.kind())},
+                       {"scales", set.sigmas},
+                       {"linearly_separable", to_string(set.separability.verdict)},
+                       {"paper", printed_json(ci::Experiment::one_of_all, set)}};
+      for (std::size_t r = 0; r < convergence_rules.size(); ++r)
+        row[std::string(to_string(convergence_rules.at(r)))] = convergence_json(set.convergence[r]);
+      out.push_back(std::move(row));
+    }
+  return out;
+}
+
+ordered_json misclassified_json(const ImprintTables& tables) {
+  ordered_json out = ordered_json::array();
+  for (const Misclassified& one : list_misclassified(tables)) {
+    ordered_json row{
+        {"file", tables.files[one.row]}, {"label", tables.labels[one.row]}, {"wrong", one.wrong}};
+    for (std::size_t e = 0; e < one.taken_for.size(); ++e)
+      if (!one.taken_for[e].empty())
+        row["experiments"][std::string(to_string(tables.options.experiments[e]))] = {
+            {"taken_for", one.taken_for[e]}, {"of", count_answers(tables, e)}};
+    out.push_back(std::move(row));
+  }
+  return out;
+}
+
+std::vector<std::string> rules_head(const ImprintTables& tables, std::string first) {
+  std::vector<std::string> out{std::move(first), "<span class=\"paper\">paper</span>"};
+  for (const classifier::Learner rule : tables.options.rules)
+    out.push_back(escape(to_string(rule)));
+  return out;
+}
+
+std::string experiment_table(const ImprintTables& tables, std::size_t experiment, ci::Form form) {
+  HtmlTable table(rules_head(tables, "scales [taxels]"));
+  const ci::Experiment name = tables.options.experiments[experiment];
+  for (const FeatureSet& set : tables.sets) {
+    if (set.sigmas.empty() ? form != ci::Form::full : set.form != form) continue;
+    std::vector<std::string> cells{escape(set.name()), escape(paper_text(name, set))};
+    for (std::size_t r = 0; r < tables.options.rules.size(); ++r)
+      cells.push_back(escape(cell_text(tables.outcome(set, experiment, r))));
+    table.row(cells);
+  }
+  return figure(table.finish(),
+                std::string(to_string(form)) + " features a scale. " + escape(tables_note(tables)),
+                bench_badge(tables.bench));
+}
+
+// Section 3.4.6: which features at which scales let a perceptron converge in 1/N.
+std::string convergence_table(const ImprintTables& tables) {
+  std::vector<std::string> head{"features", "scales [taxels]",
+                                "<span class=\"paper\">paper</span>"};
+  for (const classifier::Learner rule : convergence_rules) head.push_back(escape(to_string(rule)));
+  head.emplace_back("all imprints linearly separable");
+  HtmlTable table(head, 2);
+  for (const auto* sets : {&tables.sets, &tables.partial_sets})
+    for (const FeatureSet& set : *sets) {
+      std::vector<std::string> cells{escape(set.kind()), escape(set.name()),
+                                     escape(paper_text(ci::Experiment::one_of_all, set))};
+      for (std::size_t r = 0; r < convergence_rules.size(); ++r)
+        cells.push_back(set.convergence.empty() ? std::string(no_value)
+                                                : escape(convergence_text(set.convergence[r])));
+      cells.push_back(escape(to_string(set.separability.verdict)));
+      table.row(cells);
+    }
+  return figure(
+      table.finish(),
+      "Trainings of 1/N that converged, and the passes of the longest. Separable: whether "
+      "any weights would do, proved without a perceptron; what does not converge in 1000 "
+      "passes may still be separable.",
+      bench_badge(tables.bench));
+}
+
+// Section 3.4.5: which imprints are taken for what.
+std::string misclassified_table(const ImprintTables& tables) {
+  constexpr std::size_t most_rows = 50;
+  const std::vector<Misclassified> all = list_misclassified(tables);
+  std::vector<std::string> head{"imprint", "class"};
+  for (std::size_t e = 0; e < tables.options.experiments.size(); ++e)
+    head.push_back(escape(to_string(tables.options.experiments[e])) + ", of " +
+                   std::to_string(count_answers(tables, e)));
+  HtmlTable table(head, head.size());
+  for (const Misclassified& one : std::span(all).first(std::min(most_rows, all.size()))) {
+    std::vector<std::string> cells{escape(tables.files[one.row]), escape(tables.labels[one.row])};
+    for (const auto& answers : one.taken_for) {
+      std::vector<std::string> words;
+      for (const auto& [label, times] : answers)
+        words.push_back(label + " " + std::to_string(times));
+      cells.push_back(words.empty() ? std::string(no_value) : escape(joined(words)));
+    }
+    table.row(cells);
+  }
+  return figure(
+      table.finish(),
+      std::to_string(all.size()) +
+          " imprints were taken for another class by some rule "
+          "that converged, on some features; " +
+          (all.size() > most_rows ? "the first " + std::to_string(most_rows) + ", " : "") +
+          "most often first. Ellis 1986 found three of 24: SCREEN3-SOFT taken for a knit, "
+          "KNIT2-HARD and RASP3-SOFT for a screen.",
+      bench_badge(tables.bench));
+}
+
+}  // namespace
+
+std::string cell_text(const ci::ExperimentOutcome& outcome) {
+  if (!outcome.converged) return "\u221E";
+  const double share = outcome.total == 0 ? 0.0
+                                          : static_cast<double>(outcome.correct) /
+                                                static_cast<double>(outcome.total);
+  return std::to_string(outcome.correct) + " / " + std::to_string(outcome.total) + " (" +
+         percent(share, 0) + " %)";
+}
+
+std::string convergence_text(const ci::ExperimentOutcome& outcome) {
+  if (outcome.failed == outcome.trainings) return "\u221E";
+  return std::to_string(outcome.trainings - outcome.failed) + " of " +
+         std::to_string(outcome.trainings) +
+         (outcome.converged ? ", " + std::to_string(outcome.most_rounds) + " rounds" : "");
+}
+
+std::string paper_text(ci::Experiment experiment, const FeatureSet& set) {
+  using enum PaperEntry::Convergence;
+  const auto entry = paper_entry(experiment, set);
+  if (!entry) return std::string(no_value);
+  if (entry->convergence == erratic) return "erratic";
+  ci::ExperimentOutcome printed;
+  printed.converged = entry->convergence == always;
+  printed.correct = entry->correct;
+  printed.total = ellis_imprints;
+  return cell_text(printed);
+}
+
+std::string tables_note(const ImprintTables& tables) {
+  return "Column \"paper\": Ellis 1986, real imprints of its own, 24 of 12 objects in 4 classes. "
+         "All "
+         "other columns: " +
+         std::to_string(tables.imprints) + " imprints of " + std::to_string(tables.objects) +
+         " objects in " + std::to_string(tables.classes) + " classes" +
+         (tables.bench == BenchKind::simulated ? ", SIMULATED" : "") +
+         "; \u221E: the perceptron did not converge in 1000 rounds." + format_requested(tables) +
+         (tables.left_out.empty() ? "" : " Left out: " + format_left_out(tables) + ".");
+}
+
+ordered_json tables_json(const ImprintTables& tables) {
+  ordered_json sets = ordered_json::array();
+  for (const FeatureSet& set : tables.sets) {
+    ordered_json one{
+        {"scales", set.sigmas},
+        {"features", set.sigmas.empty() ? set.name() : std::string(to_string(set.form))},
+        {"linearly_separable", to_string(set.separability.verdict)}};
+    for (std::size_t e = 0; e < tables.options.experiments.size(); ++e) {
+      const ci::Experiment experiment = tables.options.experiments[e];
+      ordered_json& row = one["experiments"][std::string(to_string(experiment))];
+      row["paper"] = printed_json(experiment, set);
+      for (std::size_t r = 0; r < tables.options.rules.size(); ++r)
+        row[std::string(to_string(tables.options.rules[r]))] =
+            experiment_json(tables.outcome(set, e, r));
+    }
+    sets.push_back(std::move(one));
+  }
+  ordered_json requested = ordered_json::object(), left_out = ordered_json::object();
+  for (std::size_t e = 0; e < tables.requested.size(); ++e)
+    requested[std::string(to_string(tables.options.experiments[e]))] = tables.requested[e];
+  for (const auto& [experiment, why] : tables.left_out) left_out[experiment] = why;
+  return {{"command", "imprint tables"},
+          {"bench", to_string(tables.bench)},
+          {"dataset", tables.dataset},
+          {"dataset_sha256", tables.sha256},
+          {"imprints", tables.imprints},
+          {"classes", tables.classes},
+          {"objects", tables.objects},
+          {"asked", std::move(requested)},
+          {"left_out", std::move(left_out)},
+          {"sets", std::move(sets)},
+          {"noise", ci::noise_names.at(static_cast<std::size_t>(tables.options.edges.noise))},
+          {"orientation",
+           ci::orientation_names.at(static_cast<std::size_t>(tables.options.edges.orientation))},
+          {"convergence", convergence_json(tables)},
+          {"misclassified", misclassified_json(tables)}};
+}
+
+std::string tables_html(const ImprintTables& tables) {
+  std::string out = "<header>" + bench_badge(tables.bench) +
+                    "<h1>Static imprints: " + escape(tables.dataset) + "</h1></header>\n<dl>" +
+                    definition("data set", tables.sha256) +
+                    definition("imprints", std::to_string(tables.imprints)) +
+                    definition("objects", std::to_string(tables.objects)) +
+                    definition("classes", std::to_string(tables.classes)) + "</dl>\n";
+  for (std::size_t e = 0; e < tables.options.experiments.size(); ++e) {
+    out +=
+        "<section><h2>Experiment " + escape(to_string(tables.options.experiments[e])) + "</h2>\n";
+    for (const ci::Form form : {ci::Form::full, ci::Form::brief})
+      out += experiment_table(tables, e, form);
+    out += "</section>\n";
+  }
+  out += "<section><h2>Convergence</h2>\n" + convergence_table(tables) +
+         "</section>\n<section><h2>Misclassified imprints</h2>\n" + misclassified_table(tables) +
+         "</section>\n";
+  return page_around("Static imprints: " + tables.dataset, out);
+}
+
+}  // namespace weft::daemon
