@@ -238,13 +238,20 @@ Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> 
   return out;
 }
 
-Result<PermutationResult> evaluate_permuted(const FeatureMatrix& matrix, Learner learner,
+Result<PermutationResult> evaluate_permuted(const FeatureMatrix& matrix,
+                                            std::span<const Recipe> candidates,
                                             const TrainOptions& train,
                                             const PermutationOptions& options) {
   return permuted(matrix, train.seed, options,
                   [&](const FeatureMatrix& shuffled, const std::vector<Split>& splits) {
-                    return evaluate(shuffled, splits, learner, train);
+                    return evaluate(shuffled, splits, candidates, train);
                   });
+}
+
+Result<PermutationResult> evaluate_permuted(const FeatureMatrix& matrix, Learner learner,
+                                            const TrainOptions& train,
+                                            const PermutationOptions& options) {
+  return evaluate_permuted(matrix, candidates(learner, train.cap), train, options);
 }
 
 }  // namespace weft::classifier

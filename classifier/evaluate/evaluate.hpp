@@ -95,6 +95,12 @@ struct PermutationResult {
 /// binomial with `chance`. Whatever exceeds that means that labels reach the answers on another way
 /// than through the features. Seeds follow from `train.seed`. Refuses what stratified_splits() and
 /// evaluate() refuse, and no permutation.
+Result<PermutationResult> evaluate_permuted(const FeatureMatrix& matrix,
+                                            std::span<const Recipe> candidates,
+                                            const TrainOptions& train,
+                                            const PermutationOptions& options = {});
+
+/// The same of candidates(learner, train.cap).
 Result<PermutationResult> evaluate_permuted(const FeatureMatrix& matrix, Learner learner,
                                             const TrainOptions& train,
                                             const PermutationOptions& options = {});

@@ -72,7 +72,7 @@ Result<ExperimentOutcome> run_experiment(const FeatureMatrix& matrix, Experiment
 // tell the classes apart best.
 
 struct ScaleSearchOptions {
-  std::vector<double> sigmas = {0, 0.5, 1, 1.5, 2, 2.5, 3, 3.5, 4, 5, 6};
+  std::vector<double> sigmas = {0, 0.5, 1, 1.5, 2, 2.5, 3, 3.5, 4, 5, 6, 8};
   std::size_t most_scales = 3;
   Form form = Form::full;
   Learner rule = Learner::least_squares;

@@ -13,6 +13,9 @@ constexpr std::size_t most_scales = 1000;
 
 // In the order of the enumerators.
 constexpr std::array<std::string_view, 2> laws_size_names{"3", "5"};
+// What is taken of the imprint as it is; the maps joined Laws' sizes so that older files are read.
+constexpr std::array<std::string_view, 3> unsmoothed_names{"3", "5", "maps"};
+constexpr std::size_t maps_name = 2;
 
 void write_grid(LineWriter& out, const TaxelGrid& grid) {
   out.count("rows", grid.rows);
@@ -40,12 +43,13 @@ void write_plan(LineWriter& out, const FeaturePlan& plan) {
     out.number("edges_low", plan.scales->thresholds.low);
     out.number("edges_high", plan.scales->thresholds.high);
   }
-  out.count("laws", plan.laws.size());
+  out.count("laws", plan.laws.size() + (plan.maps ? 1 : 0));
   for (const LawsSize size : plan.laws) out.text("laws_size", word_in(laws_size_names, size));
+  if (plan.maps) out.text("laws_size", unsmoothed_names[maps_name]);
 }
 
 FeaturePlan read_plan(LineReader& in) {
-  FeaturePlan out{std::nullopt, {}};
+  FeaturePlan out{std::nullopt, {}, false};
   if (const std::size_t scales = in.count("scales", 0, most_scales); scales > 0) {
     ScaleOptions& own = out.scales.emplace();
     own.sigmas = in.numbers("sigmas", scales);
@@ -55,8 +59,15 @@ FeaturePlan read_plan(LineReader& in) {
     own.thresholds.low = in.not_negative("edges_low");
     own.thresholds.high = in.not_negative("edges_high");
   }
-  for (std::size_t left = in.count("laws", 0, laws_size_names.size()); in.ok() && left > 0; --left)
-    out.laws.push_back(static_cast<LawsSize>(word(in, "laws_size", laws_size_names)));
+  for (std::size_t left = in.count("laws", 0, unsmoothed_names.size()); in.ok() && left > 0;
+       --left) {
+    const std::size_t which = word(in, "laws_size", unsmoothed_names);
+    if (which == maps_name && left != 1) in.refuse("maps are not the last", "maps once");
+    if (which == maps_name)
+      out.maps = true;
+    else
+      out.laws.push_back(static_cast<LawsSize>(which));
+  }
   return out;
 }
 
@@ -112,7 +123,7 @@ ImprintSetup SetupText<ImprintSetup>::read(LineReader& in) {
 
 Result<std::vector<std::string>> SetupText<ImprintSetup>::feature_names(const ImprintSetup& setup,
                                                                         std::size_t /*most*/) {
-  const auto features = imprint::PlannedFeatures::make(setup.features);
+  const auto features = imprint::PlannedFeatures::make(setup.features, setup.grid.rows, setup.grid.cols);
   if (!features) return pass(features.error());
   return features->names();
 }

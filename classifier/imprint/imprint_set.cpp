@@ -15,13 +15,14 @@ namespace weft::classifier::imprint {
 
 Result<FeatureMatrix> build_matrix(std::span<const Imprint> imprints, const FeaturePlan& plan,
                                    std::size_t threads) {
-  const auto features = PlannedFeatures::make(plan);
-  if (!features) return pass(features.error());
   if (imprints.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = "imprints",
                  .what = "no imprint",
                  .expected = "one or more"});
+  const Image& first = imprints.front().image;
+  const auto features = PlannedFeatures::make(plan, first.rows(), first.cols());
+  if (!features) return pass(features.error());
   FeatureMatrix out;
   out.names = features->names();
   out.values.assign(imprints.size(), out.names.size());
@@ -47,7 +48,7 @@ Result<FeatureMatrix> build_matrix(std::span<const Imprint> imprints, const Feat
 
 Result<FeatureMatrix> build_matrix(std::span<const Imprint> imprints, const ScaleOptions& options,
                                    std::size_t threads) {
-  return build_matrix(imprints, FeaturePlan{options, {}}, threads);
+  return build_matrix(imprints, FeaturePlan{options, {}, false}, threads);
 }
 
 Classes find_classes(std::span<const std::string> labels) {
@@ -107,8 +108,12 @@ Status check_imprint(const TaxelGrid& grid, const Imprint& imprint) {
                .got = format_number(*beyond)});
 }
 
-Result<PlannedFeatures> PlannedFeatures::make(const FeaturePlan& plan) {
+Result<PlannedFeatures> PlannedFeatures::make(const FeaturePlan& plan, std::size_t rows,
+                                              std::size_t cols) {
   PlannedFeatures out;
+  out.maps_ = plan.maps;
+  out.rows_ = rows;
+  out.cols_ = cols;
   if (plan.scales) {
     auto scales = ScaleFeatures::make(*plan.scales);
     if (!scales) return pass(scales.error());
@@ -125,16 +130,26 @@ Result<PlannedFeatures> PlannedFeatures::make(const FeaturePlan& plan) {
     const auto names = laws_names(size);
     out.names_.insert(out.names_.end(), names.begin(), names.end());
   }
+  if (plan.maps) {
+    const auto names = map_names(rows, cols);
+    out.names_.insert(out.names_.end(), names.begin(), names.end());
+  }
   if (out.names_.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = "features",
                  .what = "no features of imprints",
-                 .expected = "scales, Laws' energies or both",
+                 .expected = "scales, Laws' energies or maps, which take 2 x 2 taxels",
                  .got = "none"});
   return out;
 }
 
 Result<std::vector<double>> PlannedFeatures::extract(const Image& image) {
+  if (maps_ && (image.rows() != rows_ || image.cols() != cols_))
+    return fail({.code = Errc::invalid_argument,
+                 .where = "maps",
+                 .what = "the imprint is of another array",
+                 .expected = std::to_string(rows_) + " x " + std::to_string(cols_) + " taxels",
+                 .got = std::to_string(image.rows()) + " x " + std::to_string(image.cols())});
   std::vector<double> out;
   out.reserve(names_.size());
   if (scales_) {
@@ -147,6 +162,53 @@ Result<std::vector<double>> PlannedFeatures::extract(const Image& image) {
     if (!values) return pass(values.error());
     out.insert(out.end(), values->begin(), values->end());
   }
+  if (maps_) {
+    const auto values = contact_maps(image);
+    if (!values) return pass(values.error());
+    out.insert(out.end(), values->begin(), values->end());
+  }
+  return out;
+}
+
+namespace {
+
+constexpr std::array<std::size_t, 3> pool_sides{2, 4, 8};
+
+// use(side, first row, first column) of every pool.
+template <class Use>
+void for_each_pool(std::size_t rows, std::size_t cols, const Use& use) {
+  for (const std::size_t side : pool_sides) {
+    if (side > rows || side > cols) continue;
+    for (std::size_t r = 0; r < rows; r += side)
+      for (std::size_t c = 0; c < cols; c += side) use(side, r, c);
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> map_names(std::size_t rows, std::size_t cols) {
+  std::vector<std::string> out;
+  for_each_pool(rows, cols, [&](std::size_t side, std::size_t r, std::size_t c) {
+    out.push_back(std::string(map_prefix) + std::to_string(side) + ".r" + std::to_string(r / side) +
+                  "c" + std::to_string(c / side));
+  });
+  return out;
+}
+
+Result<std::vector<double>> contact_maps(const Image& image) {
+  if (auto ok = check(image); !ok) return pass(ok.error());
+  double whole = 0.0;
+  for (const double count : image.data()) whole += std::abs(count);
+  std::vector<double> out;
+  for_each_pool(image.rows(), image.cols(), [&](std::size_t side, std::size_t r, std::size_t c) {
+    const std::size_t below = std::min(r + side, image.rows()),
+                      right = std::min(c + side, image.cols());
+    double sum = 0.0;
+    for (std::size_t i = r; i < below; ++i)
+      for (std::size_t k = c; k < right; ++k) sum += image(i, k);
+    const auto taxels = static_cast<double>((below - r) * (right - c));
+    out.push_back(whole == 0.0 ? 0.0 : sum / taxels / whole);
+  });
   return out;
 }
 

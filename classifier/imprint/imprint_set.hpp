@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "classifier/features/feature_matrix.hpp"
@@ -30,6 +31,19 @@ std::vector<std::string> laws_names(LawsSize size);
 /// 0 where it lies nowhere inside. Refuses what check(image) refuses.
 Result<std::vector<double>> laws_energy(const Image& image, LawsSize size);
 
+// Maps of the contact: where on the array an object presses, and how hard against elsewhere.
+
+inline constexpr std::string_view map_prefix = "map";
+
+/// "map2.r0c1": the second pool of 2 x 2 taxels of the first row. Pools of 2 x 2, 4 x 4 and 8 x 8
+/// taxels side by side from the first taxel on; those of the last row and column may be cut. None
+/// of a size that is larger than the array.
+std::vector<std::string> map_names(std::size_t rows, std::size_t cols);
+
+/// Mean count of each pool over the sum of the imprint's absolute counts, so that a press twice as
+/// hard has the same maps; zeros of an imprint of zeros. Refuses what check(image) refuses.
+Result<std::vector<double>> contact_maps(const Image& image);
+
 /// By default what told classes apart best on the training parts of what there is to learn from
 /// (daemon/storage/imprints/README.md): more than the paper's scales 1, 2 and 4 alone.
 struct FeaturePlan {
@@ -37,22 +51,27 @@ struct FeaturePlan {
   std::optional<ScaleOptions> scales = ScaleOptions{.sigmas = {0.0, 1.0, 2.0, 3.0, 4.0}};
   /// Laws 1979, on the imprint as it is.
   std::vector<LawsSize> laws = {LawsSize::five};
+  bool maps = false;  ///< contact_maps(), on the imprint as it is
 };
 
 /// Keeps its scratch memory: one object per thread.
 class PlannedFeatures {
  public:
-  /// Refuses what ScaleFeatures refuses, no feature at all, and a size of Laws' masks twice.
-  static Result<PlannedFeatures> make(const FeaturePlan& plan);
+  /// For imprints of `rows` x `cols`. Refuses what ScaleFeatures refuses, no feature at all, and a
+  /// size of Laws' masks twice.
+  static Result<PlannedFeatures> make(const FeaturePlan& plan, std::size_t rows, std::size_t cols);
 
-  /// Those of the scales first, then those of each size of Laws' masks in turn.
+  /// Those of the scales first, then those of each size of Laws' masks in turn, then the maps.
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
-  /// [names().size()], all finite. Refuses what check(image) refuses.
+  /// [names().size()], all finite. Refuses what check(image) refuses, and with maps an imprint of
+  /// another size.
   Result<std::vector<double>> extract(const Image& image);
 
  private:
   std::optional<ScaleFeatures> scales_;
   std::vector<LawsSize> laws_;
+  bool maps_ = false;
+  std::size_t rows_ = 0, cols_ = 0;
   std::vector<std::string> names_;
 };
 

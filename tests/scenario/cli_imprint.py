@@ -194,12 +194,38 @@ def models(t, d):
     t.refuses("classify", "newer.model", "other.h5", cwd=d, says=["another version"])
 
 
+def maps(t, d):
+    """Classes that only the place of the contact tells: best takes maps by itself, named features are not changed, the file answers the same."""
+    folder = d / "maps"
+    folder.mkdir()
+    corners = {"a": (1, 1), "b": (1, 7), "c": (7, 1), "d": (7, 7)}
+    def press(label, seed):
+        top, left = corners[label]
+        return [40 + (seed * 31 + r * 17 + c * 7 + r * c * (seed + 3)) % 23 if top <= r < top + 4 and left <= c < left + 4 else 0 for r in range(12) for c in range(12)]
+    for name, seeds in (("train", range(8)), ("test", range(8, 12))):
+        (folder / f"{name}.csv").write_text("".join(f"{label},{seed}," + ",".join(map(str, press(label, seed))) + "\n" for seed in seeds for label in corners))
+        t.succeeds("dataset", "import", "--format", "imprint-table", "--shape", "12x12", f"{name}.csv", "-o", f"{name}.h5", cwd=folder)
+    trained = t.succeeds("train", "train.h5", "-o", "own.model", cwd=folder)
+    t.expect(trained["feature_set"].startswith("maps") and any("maps" in one["learner"] for one in trained["candidates"]), f"trained: {trained}")
+    answers = t.succeeds("classify", "own.model", "test.h5", cwd=folder)["imprints"]
+    t.expect(len(answers) == 16 and all(one["label"] == one["true_label"] for one in answers), f"answers: {answers}")
+    named = t.succeeds("train", "train.h5", "-o", "named.model", "--imprint-features", "10+laws5", cwd=folder)
+    t.expect(named["feature_set"] == "10+laws5" and not any("maps" in one["learner"] for one in named["candidates"]), f"named: {named}")
+    both = t.succeeds("train", "train.h5", "-o", "both.model", "--imprint-features", "maps+10+laws5", "--learner", "ridge", cwd=folder)
+    t.expect(both["features"] == 5 * 10 + 24 + 36 + 9 + 4 and both["feature_set"] == "maps+10+laws5", f"both: {both}")
+    t.expect(len(t.succeeds("classify", "both.model", "test.h5", cwd=folder)["imprints"]) == 16, "classify by maps and texture")
+    asked = t.succeeds("evaluate", "train.h5", "--train-groups", "0,1,2,3,4,5", "--test-groups", "6,7", "--learner", "best,lda", "--none-of-these", cwd=folder)["results"]
+    t.expect(asked["best"]["accuracy"] == 1 and asked["best"]["chosen"][0]["feature_set"].startswith("maps"), f"best: {asked['best']}")
+    t.expect("feature_set" not in asked["lda"]["chosen"][0] and "none_of_these" in asked["best"], f"lda: {asked['lda']}")
+    t.refuses("features", "train.h5", "-o", "no.csv", "--imprint-features", "maps+maps", cwd=folder, says=["maps"])
+
+
 def tactile22(t, source, d):
     t.succeeds("dataset", "import", "--format", "imprint-table", "--shape", "28x50", source.resolve(), "-o", "t22.h5", cwd=d)
     groups = ["--train-groups", ",".join(map(str, range(1, 31))), "--test-groups", ",".join(map(str, range(31, 41)))]
     reached = {}
     for what, learners, options in (("10 features at 1, 2, 4", "best,lda,svc,pvalue", ["--scales", "1,2,4", "--imprint-features", "10"]),
-                                    ("the program's own features", "lda", [])):
+                                    ("the program's own features", "lda,best", [])):
         ran = t.run("evaluate", "t22.h5", *groups, "--learner", learners, *options, "--json", cwd=d)
         t.expect(ran.returncode == 0, ran.stderr)
         results = json.loads(ran.stdout)["results"]
@@ -235,6 +261,7 @@ def main():
         search(t, d)
         files(t, d)
         models(t, d)
+        maps(t, pathlib.Path(d))
         table = shared / "data/tactile22/tactile22.csv"
         if table.exists():
             tactile22(t, table, d)

@@ -5,6 +5,7 @@
 #include <set>
 #include <sstream>
 
+#include "classifier/imprint/feature_sets.hpp"
 #include "classifier/imprint/imprint_model.hpp"
 #include "daemon/analysis/imprint/tables.hpp"
 #include "daemon/analysis/report/evaluation_page.hpp"
@@ -31,13 +32,14 @@ struct EvaluatedModel {
   std::optional<classifier::VotePostprocessing>
       postprocessing;  ///< nothing where no fold could be made
   classifier::FoldReport folds;
-  std::string words;   ///< which learner it is: "lda, ranks"
+  classifier::Recipe recipe;
   double train_s = 0;  ///< of the model, measured
 };
 /// What to learn from, and what each split leaves out, in words.
 struct TrainingTask {
   std::string name;
   classifier::FeatureMatrix matrix;
+  std::vector<classifier::Recipe> candidates;
   std::vector<classifier::Split> splits;
   std::string left_out;
 };
@@ -52,13 +54,13 @@ Result<EvaluatedModel> evaluate_and_train(const TrainingTask& task, classifier::
   announce(task.name + ": " + std::to_string(task.splits.size()) + " trainings, each without " +
            task.left_out);
   auto evaluation =
-      classifier::evaluate(matrix, task.splits, learner, options, hooks.seconds_now, true);
+      classifier::evaluate(matrix, task.splits, task.candidates, options, hooks.seconds_now, true);
   if (!evaluation) return pass(evaluation.error());
   name_groups_left_out(*evaluation);
   announce(task.name + ": the model of all " + std::to_string(matrix.size()) + " trials");
   const auto now = [&] { return hooks.seconds_now ? hooks.seconds_now() : 0.0; };
   const double began_s = now();
-  auto chosen = classifier::train_learner(matrix, learner, options);
+  auto chosen = classifier::train_best(matrix, task.candidates, options);
   if (!chosen) return pass(chosen.error());
   const double train_s = now() - began_s;
   auto postprocessing = classifier::fit_postprocessing(chosen->trained, matrix, options);
@@ -66,7 +68,7 @@ Result<EvaluatedModel> evaluate_and_train(const TrainingTask& task, classifier::
   return EvaluatedModel{
       std::move(*evaluation),     std::move(chosen->trained),
       std::move(*postprocessing), classifier::fold_report(matrix, learner, options),
-      to_string(chosen->recipe),  train_s};
+      std::move(chosen->recipe),  train_s};
 }
 
 /// How it was trained, for the model's provenance.
@@ -151,32 +153,35 @@ Result<ImprintTrainingResult> train_imprints(
   const auto grid = find_grid(data, *imprints);
   if (!grid) return pass(grid.error());
   const ci::FeaturePlan plan;
-  auto matrix = ci::build_matrix(*imprints, plan, options.threads);
+  auto matrix = ci::build_matrix(*imprints, ci::with_maps(plan), options.threads);
   if (!matrix) return pass(matrix.error());
   // The recipe was refused unless each class has other objects to learn from.
   auto splits = classifier::leave_one_group_out(matrix->groups, matrix->labels);
   if (!splits) return pass(splits.error());
-  TrainingTask task{model_name, std::move(*matrix), std::move(*splits), "one object"};
+  auto candidates = ci::feature_set_candidates(*matrix, plan, options.cap);
+  TrainingTask task{model_name, std::move(*matrix), std::move(candidates), std::move(*splits),
+                    "one object"};
   auto got = evaluate_and_train(task, imprint_learner, options, hooks, announce);
   if (!got) return pass(got.error());
   const std::string how = format_training(to_string(imprint_learner), options,
                                           got->learner.labels().size(), got->folds);
+  ci::ChosenFeatures used = ci::used_features(plan, got->recipe, got->learner, task.matrix);
   return ImprintTrainingResult{
       std::move(task),
       std::move(got->evaluation),
-      {std::move(got->learner),
-       {*grid, plan},
+      {std::move(used.learner),
+       {*grid, std::move(used.plan)},
        {std::string(to_string(data.info.kind)), dataset_sha256, software_version(), how},
        std::move(got->postprocessing),
        ci::content_digests(*imprints)},
-      std::move(got->words),
+      to_string(got->recipe),
       got->train_s};
 }
 
 ordered_json training_json(const ImprintTrainingResult& training_result) {
   ordered_json out{{"imprints", training_result.task.matrix.size()},
                    {"array", ci::format_grid(training_result.model.setup.grid)},
-                   {"features", training_result.task.matrix.names},
+                   {"features", training_result.model.learner.feature_names()},
                    {"learner", training_result.words},
                    {"training", training_result.model.provenance.training},
                    {"left_out", training_result.task.left_out}};
@@ -242,6 +247,7 @@ Result<TrainingResult> train_exploration(const Dataset& dataset, const std::stri
   auto matrix = classifier::build_feature_matrix(material.trials, {}, options.threads);
   if (!matrix) return pass(matrix.error());
   TrainingTask task{material.exploration, std::move(*matrix),
+                    classifier::candidates(*learner, options.cap),
                     splits_by_repetition(material.repetition,
                                          recipes::repetition_groups(repetitions, wanted.groups)),
                     "one group of repetitions"};
@@ -258,7 +264,7 @@ Result<TrainingResult> train_exploration(const Dataset& dataset, const std::stri
        {std::string(to_string(info.kind)), dataset_sha256, software_version(), how},
        std::move(got->postprocessing),
        std::move(digests)},
-      std::move(got->words),
+      to_string(got->recipe),
       std::move(got->evaluation),
       std::move(task.splits),
       task.matrix.names.size(),

@@ -44,7 +44,7 @@ Result<std::vector<PreparedSet>> prepare_sets(std::span<const ci::Imprint> impri
   if (!options.laws) return out;
   for (const ci::LawsSize size : {ci::LawsSize::three, ci::LawsSize::five}) {
     auto matrix =
-        ci::build_matrix(imprints, ci::FeaturePlan{std::nullopt, {size}}, options.threads);
+        ci::build_matrix(imprints, ci::FeaturePlan{std::nullopt, {size}, false}, options.threads);
     if (!matrix) return pass(matrix.error());
     out.push_back({{{}, {}, size, {}, {}, {}}, std::move(*matrix)});
   }

@@ -22,9 +22,10 @@ Status add_permuted(const EvaluateArgs& args, const ChosenTrials& chosen,
   if (args.permute_labels == 0) return {};
   text += "Labels in random order:\n";
   for (const Outcome& outcome : outcomes) {
+    const classifier::TrainOptions options = train_options(args.training);
+    const LearningTask task = learning_task(chosen, outcome.learner, options.cap);
     const auto permuted = classifier::evaluate_permuted(
-        chosen.features, outcome.learner, train_options(args.training),
-        {args.train_fraction, args.permute_labels, 1});
+        task.matrix, task.candidates, options, {args.train_fraction, args.permute_labels, 1});
     if (!permuted) return pass(permuted.error(), args.dataset.string());
     const std::string name = outcome.name();
     out["results"][name]["permuted"] = {{"accuracy", permuted->mean},
@@ -44,8 +45,9 @@ Status add_unknown_labels(const EvaluateArgs& args, const ChosenTrials& chosen,
   if (!args.none_of_these) return {};
   text += "None of these, every fabric left out of the training in turn:\n";
   for (const Outcome& outcome : measured.outcomes) {
+    const LearningTask task = learning_task(chosen, outcome.learner, args.training.cap);
     const auto found = classifier::check_open_set(
-        chosen.features, measured.splits, outcome.evaluation.recipes, train_options(args.training));
+        task.matrix, measured.splits, outcome.evaluation.recipes, train_options(args.training));
     if (!found) return pass(found.error(), args.dataset.string());
     json unknown_labels = json::array();
     std::size_t trials = 0, answers = 0;

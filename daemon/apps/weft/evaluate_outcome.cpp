@@ -54,12 +54,14 @@ std::map<std::string, std::size_t> count_folds(const EvaluateArgs& args, Learner
 
 Result<std::vector<Outcome>> evaluate_all(const EvaluateArgs& args,
                                           const std::vector<Learner>& learners,
-                                          const classifier::FeatureMatrix& features,
+                                          const ChosenTrials& chosen,
                                           const std::vector<classifier::Split>& splits,
                                           bool calibration) {
   std::vector<Outcome> out;
   for (const Learner learner : learners) {
-    auto evaluation = classifier::evaluate(features, splits, learner, train_options(args.training),
+    const classifier::TrainOptions options = train_options(args.training);
+    const LearningTask task = learning_task(chosen, learner, options.cap);
+    auto evaluation = classifier::evaluate(task.matrix, splits, task.candidates, options,
                                            steady_wall_seconds, calibration);
     if (!evaluation) return pass(evaluation.error(), args.dataset.string());
     if (args.leave_one_group_out) name_groups_left_out(*evaluation);
@@ -128,12 +130,12 @@ classifier::Interval curve_interval(const EvaluateArgs& args, const classifier::
 
 Result<std::vector<CurvePoint>> measure_curve(const EvaluateArgs& args,
                                               const std::vector<Learner>& learners,
-                                              const classifier::FeatureMatrix& features,
+                                              const ChosenTrials& chosen,
                                               const std::vector<classifier::Split>& splits,
                                               const ThinSplits& thin) {
   std::vector<CurvePoint> out;
   for (const auto& [trials, drawn] : thin) {
-    const auto outcomes = evaluate_all(args, learners, features, drawn, false);
+    const auto outcomes = evaluate_all(args, learners, chosen, drawn, false);
     if (!outcomes) return pass(outcomes.error());
     CurvePoint point{trials, drawn.size(), {}};
     for (const Outcome& outcome : *outcomes)
@@ -183,7 +185,7 @@ Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen) {
     out.groups_on_both_sides = classifier::groups_on_both_sides(out.splits, chosen.features.groups);
   out.warnings = warnings_of(chosen.dataset, chosen.setup.exploration);
   const bool calibration = args.calibration || !args.report.empty();
-  auto outcomes = evaluate_all(args, *learners, chosen.features, out.splits, calibration);
+  auto outcomes = evaluate_all(args, *learners, chosen, out.splits, calibration);
   if (!outcomes) return pass(outcomes.error());
   out.outcomes = std::move(*outcomes);
   for (Outcome& outcome : out.outcomes)
@@ -194,7 +196,7 @@ Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen) {
   if (out.confounded && args.trials.remove_level.empty())
     if (Status ok = remove_levels(args, chosen, out); !ok) return pass(ok.error());
   if (args.leave_one_group_out) out.groups = by_group(chosen.features, out);
-  auto curve = measure_curve(args, *learners, chosen.features, out.splits, *thin);
+  auto curve = measure_curve(args, *learners, chosen, out.splits, *thin);
   if (!curve) return pass(curve.error());
   out.curve = std::move(*curve);
   return out;
@@ -205,8 +207,11 @@ double seconds_of_features(const TrialChoice& choice, const ChosenTrials& chosen
   if (choice.window_s != 0.0) return 0.0;
   if (chosen.imprint_plan) {
     const auto imprints = extract_imprints(chosen.dataset);
-    auto features = classifier::imprint::PlannedFeatures::make(*chosen.imprint_plan);
-    if (!imprints || !features) return 0.0;
+    if (!imprints) return 0.0;
+    const classifier::imprint::Image& first = imprints->front().image;
+    auto features = classifier::imprint::PlannedFeatures::make(*chosen.imprint_plan, first.rows(),
+                                                               first.cols());
+    if (!features) return 0.0;
     return mean_seconds(imprints->size(), seconds_now, [&](std::size_t i) {
       return features->extract((*imprints)[i].image).has_value();
     });

@@ -219,9 +219,11 @@ json curve_json(const Measured& measured) {
 }
 
 json recipe_json(const classifier::Recipe& recipe) {
-  return {{"learner", classifier::to_string(recipe.learner)},
-          {"cap", recipe.cap},
-          {"view", classifier::to_string(recipe.view)}};
+  json out{{"learner", classifier::to_string(recipe.learner)},
+           {"cap", recipe.cap},
+           {"view", classifier::to_string(recipe.view)}};
+  if (!recipe.features.empty()) out["feature_set"] = recipe.features;
+  return out;
 }
 
 // Test trials and answers of every split.

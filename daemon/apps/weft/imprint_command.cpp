@@ -39,7 +39,7 @@ struct ImprintTablesArgs {
 struct ImprintSearchArgs {
   std::filesystem::path dataset;
   std::vector<std::string> groups;  ///< to learn from; empty: all
-  std::string scales = "0,0.5,1,1.5,2,2.5,3,3.5,4,5,6";
+  std::string scales = "0,0.5,1,1.5,2,2.5,3,3.5,4,5,6,8";
   std::size_t most_scales = 3;
   std::string form = "10";
   std::string rule = "least-squares";

@@ -48,7 +48,7 @@ void add_edge_options(CLI::App& command, EdgeChoice& choice) {
 
 Result<ci::FeaturePlan> feature_plan_from(const std::string& scales, const std::string& kinds,
                                           const EdgeChoice& edges) {
-  ci::FeaturePlan out{std::nullopt, {}};
+  ci::FeaturePlan out{std::nullopt, {}, false};
   std::stringstream words(kinds);
   for (std::string word; std::getline(words, word, '+');) {
     if (std::ranges::find(ci::form_names, word) != ci::form_names.end() && !out.scales) {
@@ -62,15 +62,19 @@ Result<ci::FeaturePlan> feature_plan_from(const std::string& scales, const std::
         return pass(features.error(), "--scales");
     } else if (word == "laws3" || word == "laws5") {
       out.laws.push_back(word == "laws3" ? ci::LawsSize::three : ci::LawsSize::five);
+    } else if (word == "maps" && !out.maps) {
+      out.maps = true;
     } else {
-      return fail({.code = Errc::parse,
-                   .where = "--imprint-features",
-                   .what = "no such features of imprints",
-                   .expected = "10, 7, steps, extrema, laws3, laws5 or a sum such as 10+laws5",
-                   .got = kinds});
+      return fail(
+          {.code = Errc::parse,
+           .where = "--imprint-features",
+           .what = "no such features of imprints",
+           .expected = "10, 7, steps, extrema, laws3, laws5, maps or a sum such as 10+laws5",
+           .got = kinds});
     }
   }
-  if (const auto features = ci::PlannedFeatures::make(out); !features)
+  constexpr std::size_t any_side = 8;  // what an array is too small for is found when it is read
+  if (const auto features = ci::PlannedFeatures::make(out, any_side, any_side); !features)
     return pass(features.error(), "--imprint-features");
   return out;
 }

@@ -27,8 +27,8 @@ struct EdgeChoice {
 void add_edge_options(CLI::App& command, EdgeChoice& choice);
 
 /// `scales`: "1,2,4" [taxels]. `kinds`: a sum of one of form_names (Ellis 1986, at every scale),
-/// laws3 and laws5 (Laws 1979, on the imprint as it is), such as "10+laws5". Errors: parse for
-/// words that mean nothing, and those of ScaleFeatures.
+/// laws3 and laws5 (Laws 1979) and maps (contact_maps()), these of the imprint as it is, such as
+/// "10+laws5". Errors: parse for words that mean nothing, and those of ScaleFeatures.
 Result<classifier::imprint::FeaturePlan> feature_plan_from(const std::string& scales,
                                                            const std::string& kinds,
                                                            const EdgeChoice& edges = {});

@@ -5,6 +5,7 @@
 #include <set>
 #include <sstream>
 
+#include "classifier/imprint/feature_sets.hpp"
 #include "classifier/imprint/imprint_model.hpp"
 #include "classifier/learners/class_folds.hpp"
 #include "classifier/live/staged_model.hpp"
@@ -66,6 +67,15 @@ Result<std::optional<ci::ImprintSetup>> imprint_setup(const ChosenTrials& chosen
   return ci::ImprintSetup{*grid, *chosen.imprint_plan};
 }
 
+// Of imprints, whose features were chosen too: a stored learner uses all that it is given.
+void take_used_features(ChosenTrials& chosen, classifier::ChosenLearner& trained) {
+  ci::ChosenFeatures used =
+      ci::used_features(*chosen.imprint_plan, trained.recipe, trained.trained, *chosen.with_maps);
+  chosen.imprint_plan = std::move(used.plan);
+  chosen.features = std::move(used.matrix);
+  trained.trained = std::move(used.learner);
+}
+
 // The model file of fabrics, or of imprints.
 Status write_model(const Trained& trained, std::ostream& out) {
   const StoredModel& model = trained.model;
@@ -98,6 +108,7 @@ json summary_json(const TrainArgs& args, const DatasetInfo& info, const Trained&
   if (trained.imprints) {
     out["kind"] = "imprints";
     out["array"] = ci::format_grid(trained.imprints->grid);
+    out["feature_set"] = to_string(trained.imprints->features);
   }
   if (!trained.scores.empty()) out["candidates"] = candidates_json(trained.scores);
   if (const classifier::FabricModel* model = stored.learner.cores()) {
@@ -242,7 +253,8 @@ Result<int> run_train(const TrainArgs& args, Console& console) {
   }
   const Trainer here = [](const ChosenTrials& chosen, classifier::Learner learner,
                           const classifier::TrainOptions& options) {
-    return classifier::train_learner(chosen.features, learner, options);
+    const LearningTask task = learning_task(chosen, learner, options.cap);
+    return classifier::train_best(task.matrix, task.candidates, options);
   };
   return run_train_with(here, args, console);
 }
@@ -291,13 +303,14 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
   if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());
   Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, true);
   if (!chosen) return pass(chosen.error());
-  auto imprints = imprint_setup(*chosen);
-  if (!imprints) return pass(imprints.error(), args.dataset.string());
   const classifier::TrainOptions options = train_options(args.training);
   const double began_s = steady_wall_seconds();
   auto trained = trainer(*chosen, *learner, options);
   if (!trained) return pass(trained.error(), args.dataset.string());
   const double train_s = steady_wall_seconds() - began_s;
+  if (!trained->recipe.columns.empty()) take_used_features(*chosen, *trained);
+  auto imprints = imprint_setup(*chosen);
+  if (!imprints) return pass(imprints.error(), args.dataset.string());
   auto postprocessing = classifier::fit_postprocessing(trained->trained, chosen->features, options);
   if (!postprocessing) return pass(postprocessing.error(), args.dataset.string());
   const double calibrate_s = steady_wall_seconds() - began_s - train_s;

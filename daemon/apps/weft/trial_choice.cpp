@@ -1,12 +1,14 @@
 #include "daemon/apps/weft/trial_choice.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <set>
 #include <tuple>
 
 #include "classifier/features/layout.hpp"
+#include "classifier/imprint/feature_sets.hpp"
 #include "classifier/imprint/imprint_model.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/imprint_features.hpp"
@@ -124,9 +126,10 @@ void add_trial_options(CLI::App& command, TrialChoice& choice) {
   command.add_option("--scales", choice.scales, "imprints: scales of smoothing [taxels]")
       ->capture_default_str();
   command
-      .add_option("--imprint-features", choice.imprint_features,
-                  "imprints: 10, 7, steps or extrema a scale (Ellis 1986), laws3, laws5, or sums "
-                  "such as 10+laws5")
+      .add_option(
+          "--imprint-features", choice.imprint_features,
+          "imprints: 10, 7, steps or extrema a scale (Ellis 1986), laws3, laws5, maps of the "
+          "contact, or sums such as 10+laws5; where not named, best also tries maps")
       ->capture_default_str();
   add_edge_options(command, choice.edges);
 }
@@ -325,9 +328,18 @@ MotionLengths measure_lengths(const std::vector<Trial>& strokes) {
 Result<ChosenTrials> load_imprints(const Dataset& dataset, const TrialChoice& choice) {
   auto plan = feature_plan_from(choice.scales, choice.imprint_features, choice.edges);
   if (!plan) return pass(plan.error());
-  auto features = imprint_features(dataset, *plan);
+  const bool is_named =
+      std::ranges::any_of(std::array{"--imprint-features", "--scales", "--noise", "--orientation"},
+                          [&](const char* option) { return choice.given.contains(option); });
+  auto features =
+      imprint_features(dataset, is_named ? *plan : classifier::imprint::with_maps(*plan));
   if (!features) return pass(features.error());
   ChosenTrials out;
+  if (!is_named) {
+    out.with_maps = std::move(*features);
+    features =
+        select_columns(*out.with_maps, classifier::imprint::columns_without_maps(*out.with_maps));
+  }
   out.imprint_plan = std::move(*plan);
   const auto imprints = extract_imprints(dataset);
   if (!imprints) return pass(imprints.error());
@@ -360,6 +372,14 @@ bool names_several(const TrialChoice& choice) {
 }
 
 }  // namespace
+
+LearningTask learning_task(const ChosenTrials& chosen, classifier::Learner learner,
+                           std::size_t cap) {
+  if (learner == classifier::Learner::best && chosen.with_maps)
+    return {*chosen.with_maps, classifier::imprint::feature_set_candidates(
+                                   *chosen.with_maps, *chosen.imprint_plan, cap)};
+  return {chosen.features, classifier::candidates(learner, cap)};
+}
 
 Result<classifier::FeatureMatrix> features_without_level(const ChosenTrials& chosen,
                                                          TrialChoice choice) {

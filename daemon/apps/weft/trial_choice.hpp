@@ -9,6 +9,7 @@
 #include "classifier/features/feature_matrix.hpp"
 #include "classifier/features/trial.hpp"
 #include "classifier/imprint/imprint_set.hpp"
+#include "classifier/learners/learner.hpp"
 #include "classifier/model/stored_model.hpp"
 #include "daemon/apps/weft/imprint_features.hpp"
 #include "daemon/apps/weft/options.hpp"
@@ -56,7 +57,18 @@ struct ChosenTrials {
   std::optional<classifier::imprint::FeaturePlan> imprint_plan = {};
   /// content_digest() of each row's trial, window or imprint; none of explorations side by side.
   std::vector<std::uint64_t> digests = {};
+  /// Of imprints whose features the user has not named: `features` and the maps behind them, from
+  /// which `best` chooses.
+  std::optional<classifier::FeatureMatrix> with_maps = {};
 };
+
+/// What a learner tries, on which features. Refers to the trials that were chosen.
+struct LearningTask {
+  const classifier::FeatureMatrix& matrix;
+  std::vector<classifier::Recipe> candidates;
+};
+LearningTask learning_task(const ChosenTrials& chosen, classifier::Learner learner,
+                           std::size_t cap);
 
 /// Complete trials, and what they have in common.
 struct TrialSelection {

@@ -113,7 +113,11 @@ Result<classifier::ChosenLearner> train_on_all(const Ranks& ranks, const cli::Ch
   if (auto ok = agree(ranks, chosen.sha256); !ok) return pass(ok.error());
   const auto& labels = chosen.features.labels;
   const std::size_t classes = std::set<std::string>(labels.begin(), labels.end()).size();
-  return classifier::train_learner(chosen.features, learner, options, [&](const CoreTask& task) {
+  const cli::LearningTask work = cli::learning_task(chosen, learner, options.cap);
+  // A task names no columns: a choice between features of imprints is trained here alone, seconds.
+  if (&work.matrix != &chosen.features)
+    return classifier::train_best(work.matrix, work.candidates, options);
+  return classifier::train_best(work.matrix, work.candidates, options, [&](const CoreTask& task) {
     return train_shared(ranks, chosen.features, classifier::pair_count(classes), options, task);
   });
 }
