@@ -1,8 +1,12 @@
 #include "daemon/apps/weft/imprint_features.hpp"
 
 #include <algorithm>
+#include <array>
 #include <sstream>
 
+#include "classifier/imprint/feature_sets.hpp"
+#include "classifier/imprint/imprint_model.hpp"
+#include "daemon/apps/weft/trial_choice.hpp"
 #include "daemon/storage/imprints/image_file.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
 
@@ -97,6 +101,39 @@ Result<classifier::FeatureMatrix> imprint_features(const Dataset& dataset,
   if (!out) return pass(out.error());
   out->groups = imprint_groups(dataset, *imprints);
   return out;
+}
+
+Result<ChosenTrials> load_imprints(const Dataset& dataset, const TrialChoice& choice) {
+  auto plan = feature_plan_from(choice.scales, choice.imprint_features, choice.edges);
+  if (!plan) return pass(plan.error());
+  const bool is_named =
+      std::ranges::any_of(std::array{"--imprint-features", "--scales", "--noise", "--orientation"},
+                          [&](const char* option) { return choice.given.contains(option); });
+  auto features = imprint_features(dataset, is_named ? *plan : ci::with_maps(*plan));
+  if (!features) return pass(features.error());
+  ChosenTrials out;
+  if (!is_named) {
+    out.with_maps = std::move(*features);
+    features = select_columns(*out.with_maps, ci::columns_without_maps(*out.with_maps));
+  }
+  out.imprint_plan = std::move(*plan);
+  const auto imprints = extract_imprints(dataset);
+  if (!imprints) return pass(imprints.error());
+  const ci::Image& first = imprints->front().image;
+  out.setup.taxels = first.rows() * first.cols();  // a trial of imprints is a row of them wide
+  out.setup.exploration = imprint_exploration;
+  out.strokes = features->size();
+  out.features = std::move(*features);
+  out.digests = ci::content_digests(*imprints);
+  return out;
+}
+
+LearningTask learning_task(const ChosenTrials& chosen, classifier::Learner learner,
+                           std::size_t cap) {
+  if (learner == classifier::Learner::best && chosen.with_maps)
+    return {*chosen.with_maps,
+            ci::feature_set_candidates(*chosen.with_maps, *chosen.imprint_plan, cap)};
+  return {chosen.features, classifier::candidates(learner, cap)};
 }
 
 }  // namespace weft::daemon::cli

@@ -1,15 +1,12 @@
 #include "daemon/apps/weft/trial_choice.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <set>
 #include <tuple>
 
 #include "classifier/features/layout.hpp"
-#include "classifier/imprint/feature_sets.hpp"
-#include "classifier/imprint/imprint_model.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/imprint_features.hpp"
 #include "daemon/base/text/format.hpp"
@@ -324,34 +321,6 @@ MotionLengths measure_lengths(const std::vector<Trial>& strokes) {
   return {shortest, longest};
 }
 
-// Imprints have features of their own.
-Result<ChosenTrials> load_imprints(const Dataset& dataset, const TrialChoice& choice) {
-  auto plan = feature_plan_from(choice.scales, choice.imprint_features, choice.edges);
-  if (!plan) return pass(plan.error());
-  const bool is_named =
-      std::ranges::any_of(std::array{"--imprint-features", "--scales", "--noise", "--orientation"},
-                          [&](const char* option) { return choice.given.contains(option); });
-  auto features =
-      imprint_features(dataset, is_named ? *plan : classifier::imprint::with_maps(*plan));
-  if (!features) return pass(features.error());
-  ChosenTrials out;
-  if (!is_named) {
-    out.with_maps = std::move(*features);
-    features =
-        select_columns(*out.with_maps, classifier::imprint::columns_without_maps(*out.with_maps));
-  }
-  out.imprint_plan = std::move(*plan);
-  const auto imprints = extract_imprints(dataset);
-  if (!imprints) return pass(imprints.error());
-  const classifier::imprint::Image& first = imprints->front().image;
-  out.setup.taxels = first.rows() * first.cols();  // a trial of imprints is a row of them wide
-  out.setup.exploration = imprint_exploration;
-  out.strokes = features->size();
-  out.features = std::move(*features);
-  out.digests = classifier::imprint::content_digests(*imprints);
-  return out;
-}
-
 Result<ChosenTrials> load_slides(const Dataset& dataset, const TrialChoice& choice,
                                  bool one_exploration) {
   Result<TrialSelection> chosen = choose_trials(dataset, choice, one_exploration);
@@ -372,14 +341,6 @@ bool names_several(const TrialChoice& choice) {
 }
 
 }  // namespace
-
-LearningTask learning_task(const ChosenTrials& chosen, classifier::Learner learner,
-                           std::size_t cap) {
-  if (learner == classifier::Learner::best && chosen.with_maps)
-    return {*chosen.with_maps, classifier::imprint::feature_set_candidates(
-                                   *chosen.with_maps, *chosen.imprint_plan, cap)};
-  return {chosen.features, classifier::candidates(learner, cap)};
-}
 
 Result<classifier::FeatureMatrix> features_without_level(const ChosenTrials& chosen,
                                                          TrialChoice choice) {

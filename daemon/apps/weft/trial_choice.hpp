@@ -62,6 +62,9 @@ struct ChosenTrials {
   std::optional<classifier::FeatureMatrix> with_maps = {};
 };
 
+/// Imprints have features of their own. Errors: those of feature_plan_from() and build_matrix().
+Result<ChosenTrials> load_imprints(const Dataset& dataset, const TrialChoice& choice);
+
 /// What a learner tries, on which features. Refers to the trials that were chosen.
 struct LearningTask {
   const classifier::FeatureMatrix& matrix;

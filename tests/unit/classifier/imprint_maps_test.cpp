@@ -88,10 +88,10 @@ TEST_CASE("A choice takes maps where the place of the contact tells the class, a
   CHECK(to_string(used.plan) == chosen->recipe.features);
   CHECK(used.matrix.names == used.learner.feature_names());
   std::ostringstream text;
-  REQUIRE(
-      save_imprint_model({{"simulated", "", "", ""}, {grid, used.plan}, used.learner, {}}, text));
+  REQUIRE(save_model(
+      ImprintModel{used.learner, {grid, used.plan}, {"simulated", "", "", ""}}, text));
   std::istringstream in(text.str());
-  const auto again = load_imprint_model(in);
+  const auto again = load_model<ImprintSetup>(in);
   REQUIRE(again);
   CHECK(again->setup.features.maps);
   const auto others = four_places(2);
