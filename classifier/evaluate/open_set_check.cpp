@@ -16,11 +16,15 @@ class Tally {
   // What is left out from here on belongs to one split more.
   void begin_split() { by_split_.emplace_back(); }
 
-  Status leave_out(const std::string& label, const Split& split, const Recipe& recipe) {
+  // Novelty is of the features that the learner takes, as in a stored model.
+  Status leave_out(const std::string& label, const Split& split, Recipe recipe) {
+    const FeatureMatrix own =
+        recipe.columns.empty() ? matrix_ : select_columns(matrix_, recipe.columns);
+    recipe.columns.clear();
     std::vector<std::size_t> rest;
     for (const std::size_t r : split.train)
       if (matrix_.labels[r] != label) rest.push_back(r);
-    const FeatureMatrix known = select_rows(matrix_, rest);
+    const FeatureMatrix known = select_rows(own, rest);
     const auto trained = train_recipe(known, recipe, options_);
     if (!trained) return pass(trained.error());
     const auto postprocessing = fit_postprocessing(*trained, known, options_);
@@ -30,7 +34,7 @@ class Tally {
       return {};
     }
     for (const std::size_t r : split.test) {
-      const auto predicted = predict(*trained, *postprocessing, matrix_.values.row(r));
+      const auto predicted = predict(*trained, *postprocessing, own.values.row(r));
       if (!predicted) return pass(predicted.error(), matrix_.files[r]);
       count(r, matrix_.labels[r] == label, predicted->none_of_these);
     }

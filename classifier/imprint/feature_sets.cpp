@@ -55,15 +55,18 @@ std::vector<Recipe> feature_set_candidates(const FeatureMatrix& matrix, const Fe
   return out;
 }
 
-ChosenFeatures used_features(const FeaturePlan& plan, const Recipe& chosen,
-                             const TrainedLearner& learner, const FeatureMatrix& matrix) {
-  FeaturePlan used = plan;
-  if (chosen.features == to_string(maps_alone())) used = maps_alone();
-  if (chosen.features == to_string(with_maps(plan))) used = with_maps(plan);
-  FeatureMatrix own = select_columns(matrix, chosen.columns);
+FeaturePlan chosen_plan(const FeaturePlan& plan, const Recipe& recipe) {
+  for (const FeaturePlan& one : {maps_alone(), with_maps(plan)})
+    if (recipe.features == to_string(one)) return one;
+  return plan;
+}
+
+UsedFeatures used_features(const TrainedLearner& learner, const FeatureMatrix& matrix) {
+  if (learner.columns().empty()) return {learner, matrix};
+  FeatureMatrix own = select_columns(matrix, learner.columns());
   TrainedLearner same(learner.kind(), learner.labels(), own.names, learner.view(),
                       learner.share_predictor());
-  return {std::move(used), std::move(same), std::move(own)};
+  return {std::move(same), std::move(own)};
 }
 
 }  // namespace weft::classifier::imprint

@@ -25,13 +25,14 @@ std::vector<std::size_t> columns_without_maps(const FeatureMatrix& matrix);
 std::vector<Recipe> feature_set_candidates(const FeatureMatrix& matrix, const FeaturePlan& plan,
                                            std::size_t cap);
 
-/// What was chosen among feature_set_candidates(), as it is stored.
-struct ChosenFeatures {
-  FeaturePlan plan;        ///< of the columns that the learner uses
-  TrainedLearner learner;  ///< takes these columns alone
-  FeatureMatrix matrix;    ///< of these columns
+/// The features of a recipe of feature_set_candidates(), `plan` where that is none of them.
+FeaturePlan chosen_plan(const FeaturePlan& plan, const Recipe& recipe);
+
+/// A learner as it is stored, with the features that it takes: none that it does not use.
+struct UsedFeatures {
+  TrainedLearner learner;
+  FeatureMatrix matrix;
 };
-ChosenFeatures used_features(const FeaturePlan& plan, const Recipe& chosen,
-                             const TrainedLearner& learner, const FeatureMatrix& matrix);
+UsedFeatures used_features(const TrainedLearner& learner, const FeatureMatrix& matrix);
 
 }  // namespace weft::classifier::imprint

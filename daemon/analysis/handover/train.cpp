@@ -63,10 +63,11 @@ Result<EvaluatedModel> evaluate_and_train(const TrainingTask& task, classifier::
   auto chosen = classifier::train_best(matrix, task.candidates, options);
   if (!chosen) return pass(chosen.error());
   const double train_s = now() - began_s;
-  auto postprocessing = classifier::fit_postprocessing(chosen->trained, matrix, options);
+  auto used = ci::used_features(chosen->trained, matrix);
+  auto postprocessing = classifier::fit_postprocessing(used.learner, used.matrix, options);
   if (!postprocessing) return pass(postprocessing.error());
   return EvaluatedModel{
-      std::move(*evaluation),     std::move(chosen->trained),
+      std::move(*evaluation),     std::move(used.learner),
       std::move(*postprocessing), classifier::fold_report(matrix, learner, options),
       std::move(chosen->recipe),  train_s};
 }
@@ -165,12 +166,11 @@ Result<ImprintTrainingResult> train_imprints(
   if (!got) return pass(got.error());
   const std::string how = format_training(to_string(imprint_learner), options,
                                           got->learner.labels().size(), got->folds);
-  ci::ChosenFeatures used = ci::used_features(plan, got->recipe, got->learner, task.matrix);
   return ImprintTrainingResult{
       std::move(task),
       std::move(got->evaluation),
-      {std::move(used.learner),
-       {*grid, std::move(used.plan)},
+      {std::move(got->learner),
+       {*grid, ci::chosen_plan(plan, got->recipe)},
        {std::string(to_string(data.info.kind)), dataset_sha256, software_version(), how},
        std::move(got->postprocessing),
        ci::content_digests(*imprints)},

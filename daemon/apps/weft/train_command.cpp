@@ -69,9 +69,8 @@ Result<std::optional<ci::ImprintSetup>> imprint_setup(const ChosenTrials& chosen
 
 // Of imprints, whose features were chosen too: a stored learner uses all that it is given.
 void take_used_features(ChosenTrials& chosen, classifier::ChosenLearner& trained) {
-  ci::ChosenFeatures used =
-      ci::used_features(*chosen.imprint_plan, trained.recipe, trained.trained, *chosen.with_maps);
-  chosen.imprint_plan = std::move(used.plan);
+  ci::UsedFeatures used = ci::used_features(trained.trained, *chosen.with_maps);
+  chosen.imprint_plan = ci::chosen_plan(*chosen.imprint_plan, trained.recipe);
   chosen.features = std::move(used.matrix);
   trained.trained = std::move(used.learner);
 }

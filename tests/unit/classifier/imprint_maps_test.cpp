@@ -84,12 +84,19 @@ TEST_CASE("A choice takes maps where the place of the contact tells the class, a
   const auto chosen = train_best(*matrix, tried, {});
   REQUIRE(chosen);
   CHECK(chosen->recipe.features.starts_with("maps"));
-  const ChosenFeatures used = used_features(plan, chosen->recipe, chosen->trained, *matrix);
-  CHECK(to_string(used.plan) == chosen->recipe.features);
+  const FeaturePlan stored = chosen_plan(plan, chosen->recipe);
+  CHECK(to_string(stored) == chosen->recipe.features);
+  const UsedFeatures used = used_features(chosen->trained, *matrix);
   CHECK(used.matrix.names == used.learner.feature_names());
+  // Together with the probabilities and the reject rule, which know as many features.
+  auto postprocessing = fit_postprocessing(used.learner, used.matrix, {});
+  REQUIRE(postprocessing);
   std::ostringstream text;
-  REQUIRE(save_model(
-      ImprintModel{used.learner, {grid, used.plan}, {"simulated", "", "", ""}}, text));
+  REQUIRE(save_model(ImprintModel{used.learner,
+                                  {grid, stored},
+                                  {"simulated", "", "", ""},
+                                  std::move(*postprocessing)},
+                     text));
   std::istringstream in(text.str());
   const auto again = load_model<ImprintSetup>(in);
   REQUIRE(again);

@@ -94,7 +94,8 @@ TEST_CASE("A model of imprints is read as it was written and answers the same") 
        {Learner::lda, Learner::svc, Learner::trees, Learner::pvalue, Learner::all})
     for (const FeaturePlan& plan :
          {FeaturePlan{}, odd, laws_alone, plan_of({0.0, 1.0, 2.0}, Form::steps, {}),
-          plan_of({0.0, 1.0, 2.0}, Form::extrema, {LawsSize::three})})
+          plan_of({0.0, 1.0, 2.0}, Form::extrema, {LawsSize::three}),
+          FeaturePlan{std::nullopt, {LawsSize::five, LawsSize::three}, true}})
       for (const bool postprocess : {true, false}) {
         INFO(to_string(learner) << ", aids " << postprocess);
         const ImprintModel model = trained(learner, plan, postprocess);

@@ -43,6 +43,22 @@ TEST_CASE("Fabrics far from each other are strangers to each other, equal ones a
   }
 }
 
+TEST_CASE("Columns that a learner does not take say nothing of strangers") {
+  FeatureMatrix matrix = testing::gaussian_classes(4, 20, 4, 40.0, 3);
+  const std::vector<Split> splits = {halves(matrix)};
+  const std::vector<Recipe> all = {Recipe{Learner::lda, 20}};
+  const OpenSetCheck want = check_open_set(matrix, splits, all, {}).value();
+  std::vector<Recipe> first = all;
+  for (std::size_t k = 0; k < matrix.names.size(); ++k) first.front().columns.push_back(k);
+  FeatureMatrix noise = matrix;
+  RandomEngine engine(9);
+  for (double& value : noise.values.data()) value = 1e3 * testing::normal(engine);
+  append_columns(noise, "noise.", matrix);
+  const OpenSetCheck got = check_open_set(matrix, splits, first, {}).value();
+  CHECK(got.false_accept == want.false_accept);
+  CHECK(got.false_reject == want.false_reject);
+}
+
 TEST_CASE("Leaving one of two fabrics out is refused, and so are splits without recipes") {
   const FeatureMatrix two = testing::gaussian_classes(2, 8, 3, 3.0, 5);
   const std::vector<Split> splits = {halves(two)};
