@@ -123,7 +123,8 @@ ImprintSetup SetupText<ImprintSetup>::read(LineReader& in) {
 
 Result<std::vector<std::string>> SetupText<ImprintSetup>::feature_names(const ImprintSetup& setup,
                                                                         std::size_t /*most*/) {
-  const auto features = imprint::PlannedFeatures::make(setup.features, setup.grid.rows, setup.grid.cols);
+  const auto features =
+      imprint::PlannedFeatures::make(setup.features, setup.grid.rows, setup.grid.cols);
   if (!features) return pass(features.error());
   return features->names();
 }

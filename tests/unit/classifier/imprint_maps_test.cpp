@@ -92,11 +92,10 @@ TEST_CASE("A choice takes maps where the place of the contact tells the class, a
   auto postprocessing = fit_postprocessing(used.learner, used.matrix, {});
   REQUIRE(postprocessing);
   std::ostringstream text;
-  REQUIRE(save_model(ImprintModel{used.learner,
-                                  {grid, stored},
-                                  {"simulated", "", "", ""},
-                                  std::move(*postprocessing)},
-                     text));
+  REQUIRE(save_model(
+      ImprintModel{
+          used.learner, {grid, stored}, {"simulated", "", "", ""}, std::move(*postprocessing)},
+      text));
   std::istringstream in(text.str());
   const auto again = load_model<ImprintSetup>(in);
   REQUIRE(again);
