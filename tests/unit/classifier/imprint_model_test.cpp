@@ -117,7 +117,9 @@ TEST_CASE("A model of imprints is read as it was written and answers the same") 
 TEST_CASE("A model file of imprints that is damaged, cut short or of another version is refused") {
   const std::string text = saved(trained(Learner::lda));
   classifier::testing::check_damage_is_refused(text, loaded);
-  CHECK(loaded("weft-recording-model 1\n").error().code == Errc::parse);
+  CHECK(loaded(classifier::with_checksum("weft-recording-model 1", "bench real\n")).error().code ==
+        Errc::parse);
+  CHECK(loaded("weft-recording-model 1\n").error().code == Errc::corrupt);
 }
 
 TEST_CASE("Features that are not those of the plan are not stored") {
