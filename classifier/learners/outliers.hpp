@@ -11,7 +11,7 @@
 namespace weft::classifier {
 
 /// Takes out the rows that have a value further from the mean of its column than `deviations`
-/// standard deviations, both over all rows given; once, not again over what remains (T1 in
+/// standard deviations, both over all rows given; once, not again over what remains (S10 in
 /// docs/reference/machine-learning.md). Returns how many of each label, 0 of most; of `deviations`
 /// 0 nothing, and every row stays. Errors: range, naming the label, where one would have no row
 /// left; `rows` is then as it was. Pure but for `rows`, which needs one row.
