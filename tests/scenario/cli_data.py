@@ -325,7 +325,7 @@ def damaged_files(t, d):
         t.refuses("classify", "bad_model", "new.csv", cwd=d, says=["bad_model"])
     t.refuses("classify", "gone.weft", "new.csv", cwd=d, says=["gone.weft"])
     t.succeeds("train", "d.h5", "-o", "live.weft", "--live", "--learner", "lda", cwd=d)
-    t.refuses("classify", "live.weft", "new.csv", cwd=d, says=["live.weft", "while a slide goes on", "classify.live"])
+    t.refuses("classify", "live.weft", "new.csv", cwd=d, says=["live.weft", "while a slide goes on", "live_vote"])
 
 
 def outputs_refused_before_the_work(t, d):
