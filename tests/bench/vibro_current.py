@@ -19,6 +19,7 @@ import warnings
 import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "scenario"))
+from vibro_data import splits  # noqa: E402
 
 SPLITS, TREES, SINGLE = 10, 1000, 31
 
@@ -41,16 +42,6 @@ def recorded(tool, data):
             cut += [("", 200.0, np.ascontiguousarray(axis[k, first:first + 400])) for axis in axes]
     figures = ours(tool, cut).reshape(-1, 3, 11)
     return np.hstack([figures[:, :, [0, 1, 2, 3, 8]].mean(1), figures[:, :, 10]]), np.array(label)
-
-
-def splits_of(label):
-    rng = np.random.default_rng(2)
-    out = np.zeros((SPLITS, len(label)), np.uint8)
-    for s in range(SPLITS):
-        for k in set(label):
-            rows = rng.permutation(np.flatnonzero(label == k))
-            out[s, rows[:round(0.8 * len(rows))]] = 1
-    return out
 
 
 def ours_on(tool, name, x, y, trains):
@@ -137,7 +128,7 @@ def main():
         print("  learner   ours    peer    se      same   peer's  training  an answer  in a batch")
         out["sets"][title] = {}
         for name, make in peers().items():
-            got = compare(tool, name, make, x, y, splits_of(y))
+            got = compare(tool, name, make, x, y, splits(y, SPLITS))
             if got is None:
                 print(f"  {name:8} left out: this build has no library for it")
                 continue

@@ -13,7 +13,7 @@ import subprocess
 import sys
 import tempfile
 
-from vibro_data import need_sound_reference, synthetic
+from vibro_data import need_sound_reference, splits, synthetic
 
 SPLITS, PER_CLASS, FIVE = 30, 40, [0, 1, 2, 3, 8]
 
@@ -36,17 +36,6 @@ def features(tool, shared):
     out = subprocess.run([tool], input=sent, check=True, capture_output=True).stdout.decode()
     figures = np.array([[float(v) for v in line.split(",")] for line in out.splitlines()]).reshape(-1, 4, 11)
     return np.hstack([figures[:, :, FIVE].mean(1), figures[:, :, 10]]), np.array(label, np.uint64)
-
-
-def splits(label):
-    import numpy as np
-    rng = np.random.default_rng(2)
-    out = np.zeros((SPLITS, len(label)), np.uint8)
-    for s in range(SPLITS):
-        for k in set(label):
-            rows = rng.permutation(np.flatnonzero(label == k))
-            out[s, rows[:round(0.8 * len(rows))]] = 1
-    return out
 
 
 def ours(tool, method, trees, x, y, chosen):
@@ -107,7 +96,7 @@ def main():
     import numpy as np
     warnings.filterwarnings("ignore")
     x, y = features(features_tool, shared)
-    chosen = splits(y)
+    chosen = splits(y, SPLITS)
     failed = []
     for name, trees, count, make in peers("--full" in sys.argv):
         a = ours(tool, name, trees, x, y, chosen[:count])
