@@ -62,10 +62,6 @@ bool has_papers_channels(std::span<const vibro::Channel> channels) {
   return channels.size() == 4 && std::ranges::count(channels, "S", &vibro::Channel::name) == 1;
 }
 
-std::string signed_percent(double share) {
-  return (share < 0.0 ? "" : "+") + fixed(100.0 * share, 2) + " %";
-}
-
 ordered_json gain_json(const VibroGain& g) {
   ordered_json papers;
   if (g.is_papers) papers = {{"f_score", papers_f_score_gain}, {"time", papers_time_gain}};
@@ -143,6 +139,10 @@ std::string table_of_gains(std::span<const VibroGain> gains, const std::string& 
 }
 
 }  // namespace
+
+std::string signed_percent(double share) {
+  return (share < 0.0 ? "" : "+") + fixed(100.0 * share, 2) + " %";
+}
 
 bool is_papers_recipe(std::span<const vibro::Recording> recordings,
                       const vibro::ProtocolOptions& protocol, vibro::Combine combine,

@@ -15,6 +15,9 @@
 
 namespace weft::daemon {
 
+/// "+3.59 %" of 0.0359.
+std::string signed_percent(double share);
+
 /// Whether windows are cut, split and reduced as the paper does: 100 at random of each label, a
 /// fifth of them tests, three components of figures that are means over the channels, sound S and
 /// three others. Its figures stand beside ours only then.

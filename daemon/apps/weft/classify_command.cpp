@@ -179,17 +179,16 @@ std::string counts_text(const AnswerCounts& counts, const std::string& things) {
 json head_json(const ClassifyArgs& args, const classifier::Provenance& provenance,
                classifier::Modality modality, classifier::Learner learner, BenchKind bench,
                const AnswerCounts& counts) {
-  json out{{"command", "classify"},
-           {"modality", classifier::to_string(modality)},
-           {"model", args.model.string()},
-           {"model_bench", provenance.bench},
-           {"learner", classifier::to_string(learner)},
-           {"bench", to_string(bench)},
-           {"used_for_training", counts.trained_on},
-           {"labelled", counts.known},
-           {"right", counts.right},
-           {"labels_not_known", counts.other_labels}};
-  return out;
+  return {{"command", "classify"},
+          {"modality", classifier::to_string(modality)},
+          {"model", args.model.string()},
+          {"model_bench", provenance.bench},
+          {"learner", classifier::to_string(learner)},
+          {"bench", to_string(bench)},
+          {"used_for_training", counts.trained_on},
+          {"labelled", counts.known},
+          {"right", counts.right},
+          {"labels_not_known", counts.other_labels}};
 }
 
 bool is_in(const std::vector<std::uint64_t>& digests, std::uint64_t one) {

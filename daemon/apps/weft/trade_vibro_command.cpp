@@ -125,11 +125,6 @@ std::string vibro_summary(const TradeoffSet& set) {
          "\n" + left_out + table.text();
 }
 
-// "+3.59 %".
-std::string format_gain(double share) {
-  return (share < 0.0 ? "" : "+") + fixed(100.0 * share, 2) + " %";
-}
-
 // Averages over the paper's learners, and what longer windows gain; nothing where none of them was
 // measured.
 std::string format_averages(const VibroTradeoff& tradeoff) {
@@ -147,9 +142,9 @@ std::string format_averages(const VibroTradeoff& tradeoff) {
   std::string out = table.text();
   for (const VibroGain& g : compute_gains(tradeoff, averages))
     out += "  2 s over 1 s, " + g.source + ", " + protocol_name(g.protocol) + ": F-score " +
-           format_gain(g.f_score) + ", an answer " + format_gain(g.answer_s) +
-           (g.is_papers ? " (the paper: " + format_gain(papers_f_score_gain) + ", " +
-                              format_gain(papers_time_gain) + ")"
+           signed_percent(g.f_score) + ", an answer " + signed_percent(g.answer_s) +
+           (g.is_papers ? " (the paper: " + signed_percent(papers_f_score_gain) + ", " +
+                              signed_percent(papers_time_gain) + ")"
                         : "") +
            "\n";
   return out;
