@@ -33,14 +33,14 @@ def let_signals_through():
 
 
 def start(t, d, rig, out):
-    """A long campaign with two trials done."""
+    """A long campaign with two trials done and another under way."""
     process = subprocess.Popen(
         [t.weft, "run", "recipe.json", "--rig", str(rig), "--out", out, "--json"], cwd=d, text=True,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=let_signals_through)
     campaign, end = d / out / "campaign.sqlite", time.monotonic() + PATIENCE_S
     while process.poll() is None and time.monotonic() < end:
         try:
-            if campaign.exists() and trials(campaign, "complete") >= 2:
+            if campaign.exists() and trials(campaign, "complete") >= 2 and trials(campaign, None) == 1:
                 return process, campaign
         except sqlite3.OperationalError:
             pass  # not all of the tables are there yet
