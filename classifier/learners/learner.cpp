@@ -292,8 +292,16 @@ std::string to_string(const Recipe& recipe) {
          (recipe.features.empty() ? "" : ", " + recipe.features);
 }
 
+// Learners that add up squares or products of features of one unit: beside a fifth moment nothing
+// else would count. The others scale by themselves, or do not care.
+constexpr bool needs_scale(Learner learner) {
+  return learner == Learner::knn || learner == Learner::svm || learner == Learner::logistic ||
+         learner == Learner::nn || learner == Learner::mlp2;
+}
+
 std::vector<Recipe> candidates(Learner learner, std::size_t cap) {
-  if (!is_choice(learner)) return {{learner, cap}};
+  if (!is_choice(learner))
+    return {{learner, cap, needs_scale(learner) ? View::standardised : View::plain}};
   std::vector<Recipe> out;
   for (const View view : tried_views()) {
     if (learner == Learner::best)

@@ -82,7 +82,7 @@ struct Recipe {
 std::string to_string(const Recipe& recipe);
 
 /// What a choice tries on features of fabrics, simple ones first; of a learner that is not a choice
-/// itself alone.
+/// itself alone, on standardised features where it needs a common scale.
 std::vector<Recipe> candidates(Learner learner, std::size_t cap = 20);
 
 /// How a recipe did in the cross-validation of the whole learner, vote included, on the training

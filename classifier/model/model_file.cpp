@@ -97,13 +97,13 @@ Status is_expected(ModelKind got, ModelKind expected) {
   if (got.is_live)
     return fail({.code = Errc::unsupported,
                  .what = "a model for votes while a slide goes on",
-                 .expected = "a model of `weft train` without --live",
+                 .expected = "a model of `weft ... train` without --live",
                  .hint = "Name it under live_vote in a recipe, or train again without --live"});
   return fail({.code = Errc::parse,
                .what = "not a model for live votes",
                .expected = "a model with stages",
                .got = "a model of whole trials",
-               .hint = "weft train --live makes one"});
+               .hint = "weft fabric train --live makes one"});
 }
 
 }  // namespace

@@ -56,7 +56,8 @@ Status knows_enough(const recipes::Exploration& exploration, const classifier::S
   return fail(
       {.code = Errc::unsupported,
        .what = "the model knows no probability, so it is never sure",
-       .hint = "weft train --live writes one that does, of three slides or more of each label"});
+       .hint =
+           "weft fabric train --live writes one that does, of three slides or more of each label"});
 }
 
 using recipes::Exploration;

@@ -202,7 +202,7 @@ void read_live_vote(ObjectReader& exploration, StatedExploration& stated, Proble
   vote.model = reader->text("model").value_or("");
   if (reader->has("model") && (vote.model.empty() || vote.model.size() > longest_model_name))
     problems.add({reader->at("model"), "not the name of a file", "1 to 1000 bytes",
-                  std::to_string(vote.model.size()), "weft train --live makes one"});
+                  std::to_string(vote.model.size()), "weft fabric train --live makes one"});
   vote.stop_early = read_stop_early(*reader);
   reader->finish();
   stated.exploration.live_vote = std::move(vote);

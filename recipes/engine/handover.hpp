@@ -31,8 +31,8 @@ struct Handover {
   friend bool operator==(const Handover&, const Handover&) = default;
 };
 
-/// Names as `weft train --learner` takes them; of vibration "best", chosen on training windows
-/// alone, and "every": the paper's ten, ours, and best; of imprints "every" rule there is.
+/// Names as `weft fabric train --learner` takes them; of vibration "best", chosen on training
+/// windows alone, and "every": the paper's ten, ours, and best; of imprints "every" rule there is.
 const std::vector<std::string_view>& handover_learners(HandoverSource from);
 
 /// Reads the recipe's "hand_over", where it has one. A problem as well: fewer than two fabrics,

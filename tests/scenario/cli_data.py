@@ -102,7 +102,7 @@ def every_learner(t, d):
     t.expect(len(chosen["candidates"]) == len(e["results"]["best"]["candidates"]), "the same candidates as evaluate")
     t.succeeds("train", "d.h5", "-o", "l.weft", "--learner", "lda", cwd=d)
     t.refuses("classify", "l.weft", "new.csv", "--vote", "dag", cwd=d, says=["dag", "lda", "cores"])
-    t.refuses("train", "d.h5", "-o", "x.weft", "--learner", "forest", cwd=d, says=["--learner"], status=2)
+    t.refuses("train", "d.h5", "-o", "x.weft", "--learner", "oracle", cwd=d, says=["--learner"], status=2)
 
 
 def name_of(recipe):
@@ -181,12 +181,24 @@ def splits_and_curves(t, d):
     with open(d / "level.csv", newline="") as f:
         rows = list(csv.DictReader(f))
     t.expect(all(abs(float(r[f"mean.M.{k}"])) <= 0.5 for r in rows for k in (1, 2, 3)), "level removed")
+    spelt = ["--train-groups", "A", "--test-groups", "B", "--window-s", "1", "--norm", "rms", "--learner"]
+    old = t.succeeds("evaluate", "d.h5", *spelt, "lda,trees", "--window-step-s", "0.5", cwd=d)["results"]
+    new = t.succeeds("fabric", "evaluate", *spelt, "lda", "trees", "d.h5", "--step-s", "0.5", cwd=d)["results"]
+    t.expect(set(new) == {"lda", "trees"} and all(new[k]["confusion"] == old[k]["confusion"] for k in old), f"two spellings: {old} {new}")
+    forest = t.succeeds("fabric", "evaluate", "d.h5", "--train-groups", "A", "--test-groups", "B", "--learner", "forest,knn,nb", cwd=d)["results"]
+    t.expect(all(forest[k]["accuracy"] > 0.5 for k in ("forest", "knn", "nb")), f"learners of sound on fabrics: {forest}")
+    for learner in ("forest", "knn"):
+        t.succeeds("fabric", "train", "d.h5", "-o", "own.weft", "--learner", learner, cwd=d)
+        told = t.succeeds("fabric", "classify", "own.weft", "d.h5", cwd=d)
+        t.expect(told["learner"] == learner and told["right"] > 0.8 * told["labelled"], f"{learner}: {told['right']} of {told['labelled']}")
+    t.refuses("imprint", "classify", "own.weft", "d.h5", cwd=d, says=["Take weft fabric"])
+    t.refuses("fabric", "evaluate", "d.h5", "--leave-one-group-out", "--learner", "oracle", cwd=d, says=["unknown learner"], status=2)
     e = t.succeeds("evaluate", "d.h5", "--leave-one-group-out", "--learner", "lda", "--remove-level", "rest", cwd=d)
     t.expect(e["remove_level"] == "rest" and e["results"]["lda"]["accuracy"] > 0.5, f"level: {e['results']}")
     t.refuses("train", "d.h5", "-o", "bad.weft", "--remove-level", "motion", cwd=d, says=["--remove-level"], status=2)
     for live in ([], ["--live"]):
         t.refuses("train", "d.h5", "-o", "bad.weft", "--exploration", "M1+M2", *live, cwd=d,
-                  says=["a model is of one exploration", "weft evaluate"])
+                  says=["a model is of one exploration", "weft fabric evaluate"])
 
 
 def strangers(t, d):

@@ -93,11 +93,16 @@ def explorations(t, d):
         t.refuses("features", "d.h5", "-o", "bad.csv", "--exploration", wrong, cwd=d, says=["--exploration", "not a sum"])
 
 
+def help_of(t, command, d):
+    brief = t.run(*command.split(), "--help", cwd=d).stdout
+    return t.run(*command.split(), "--help-all", cwd=d).stdout if "--help-all" in brief else brief
+
+
 def numbers(t, d):
     """What is no number, or has no end, is in no range: "nan" was, and made windows without end."""
     seen = 0
-    for command in ("run", "doctor", "features", "train", "evaluate", "trade classifier", "trade vibro", "design analyse", "design repetitions"):
-        options = re.findall(r"(--[\w-]+) FLOAT:FLOAT in", t.run(*command.split(), "--help", cwd=d).stdout)
+    for command in ("run", "doctor", "features", "train", "evaluate", "vibro evaluate", "trade classifier", "trade vibro", "design analyse", "design repetitions"):
+        options = re.findall(r"(--[\w-]+) NUMBER", help_of(t, command, d))
         seen += len(options)
         for option in options:
             for value in ("nan", "-NaN", "inf"):

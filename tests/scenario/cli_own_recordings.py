@@ -3,6 +3,7 @@
 
     cli_own_recordings.py WEFT
 """
+import csv
 import pathlib
 import random
 import shutil
@@ -327,7 +328,12 @@ def sounds(t, d):
         write_vibration(folder / name, 1, 3 + k)
     write_manifest(folder / "upper.csv", [["T.CSV", "felt", "1"], ["T.Csv", "felt", "1"]])
     t.succeeds("dataset", "import", "--format", "recordings", "upper.csv", "-o", "upper.h5", cwd=folder)
-    t.refuses("features", "m.h5", "-o", "bad.csv", cwd=folder, says=["recordings of sound and vibration", "weft train"])
+    made = t.succeeds("vibro", "features", "m.h5", "-o", "m.csv", "--window-s", "0.2", "--step-s", "0.1", "--features", "SMMRP10", cwd=folder)
+    with open(folder / "m.csv", newline="") as f:
+        table = list(csv.DictReader(f))
+    t.expect(len(table) == made["rows"] > made["recordings"], f"a row for every window: {made}")
+    t.expect(len(table[0]) == made["features"] + 3 and {r["label"] for r in table} == {"felt", "foil"}, f"columns: {list(table[0])}")
+    t.refuses("fabric", "features", "m.h5", "-o", "bad.csv", cwd=folder, says=["Take weft vibro"])
 
 
 def durations(t, d):

@@ -108,6 +108,8 @@ def evaluated(t, d):
     t.expect(len(honest["results"]["lda"]["accuracy_of_splits"]) == REPETITIONS, "a split for each repetition")
     t.expect(honest["results"]["lda"]["accuracy_ci95"]["low"] > 1 / TEXTURES, "better than chance by repetition")
     parts = t.succeeds("evaluate", "out/dataset.h5", "--blocks", "3", *common, *even, cwd=d)
+    spelt = t.succeeds("vibro", "evaluate", "out/dataset.h5", "--parts", "3", "--window-s", "1", "--learner", "LDA", "kNN", *even, cwd=d)
+    t.expect(all(spelt["results"][k]["confusion"] == parts["results"][k]["confusion"] for k in ("lda", "knn")), "two spellings, one evaluation")
     t.expect(parts["leak"]["largest_share"] == 0 and parts["protocol"] == "blocks", "contiguous parts share nothing")
     random = t.succeeds("evaluate", "out/dataset.h5", "--protocol", "random", "--per-recording", "30", "--repeats", "2", *common, cwd=d)
     t.expect(random["leak"]["median_share"] > 0.5, f"random windows leak: {random['leak']}")

@@ -126,7 +126,8 @@ def rig_page():
 
 
 def help_of(*words):
-    return subprocess.run([*words, "--help"], capture_output=True, text=True, check=True).stdout.strip("\n")
+    text = subprocess.run([*words, *([] if words[-1] == "--help-all" else ["--help"])], capture_output=True, text=True, check=True).stdout.strip("\n")
+    return help_of(*words, "--help-all") if "--help-all" in text and words[-1] != "--help-all" else text
 
 
 def commands_in(text):

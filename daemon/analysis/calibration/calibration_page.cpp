@@ -175,7 +175,8 @@ std::string provenance_html(const CalibrationResult& result, const CalibrationSo
 
 constexpr std::string_view not_computed_html =
     "<p>The intraclass correlation of features is not computed here, because it needs the "
-    "classifier. The accuracy of a classifier is not computed either: <code>weft evaluate</code> "
+    "classifier. The accuracy of a classifier is not computed either: <code>weft fabric "
+    "evaluate</code> "
     "trains and tests on the groups of a data set. A calibration that passes makes signals alike "
     "and promises no accuracy. <code>docs/howto/calibrate-the-simulation.md</code> explains this "
     "page.</p>\n";

@@ -39,9 +39,9 @@ nlohmann::ordered_json model_line_json(const std::string& name, const HandoverTe
 
 /// What evaluation.json says; adds imprints.html, imprints.json and imprints.model to `texts`.
 /// The tables of daemon/storage/imprints on the complete trials of `data`, with all scales, forms
-/// and rules; a model with `weft train`'s defaults, and its accuracy by leaving each object out in
-/// turn. Errors: a data set without imprints, what the rules and the learners refuse, wrong_state
-/// where it is stopped.
+/// and rules; a model with `weft imprint train`'s defaults, and its accuracy by leaving each object
+/// out in turn. Errors: a data set without imprints, what the rules and the learners refuse,
+/// wrong_state where it is stopped.
 Result<nlohmann::ordered_json> run_imprint_handover(
     const Dataset& data, const std::string& dataset_sha256, const recipes::Handover& wanted,
     const HandoverHooks& hooks, const StopRequested& stop, std::vector<HandoverText>& texts);

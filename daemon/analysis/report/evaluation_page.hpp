@@ -1,5 +1,6 @@
 #pragma once
-// What `weft evaluate` found, as one page: Tables II to IV, probabilities, curves, groups left out.
+// What `weft fabric evaluate` found, as one page: Tables II to IV, probabilities, curves, groups
+// left out.
 
 #include <cstddef>
 #include <optional>

@@ -18,7 +18,7 @@ std::string best_note(const std::vector<ExplorationResult>& results) {
     if (result.best) splits = std::max(splits, result.best->scores.splits.size());
   if (splits == 0) return {};
   return " \u201cbest\u201d: the learner that cross-validation of the training part chooses, what "
-         "weft train takes without --learner; it trains long, so over the first " +
+         "weft fabric train takes without --learner; it trains long, so over the first " +
          std::to_string(splits) + " splits alone.";
 }
 

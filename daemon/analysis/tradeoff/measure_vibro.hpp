@@ -1,7 +1,7 @@
 #pragma once
 // `weft tradeoff vibro`: learner x features x window x source on recordings of sound and vibration,
-// under the paper's protocol and an honest one; the paper's tables; and what `weft evaluate` found
-// on such recordings, as one page.
+// under the paper's protocol and an honest one; the paper's tables; and what `weft vibro evaluate`
+// found on such recordings, as one page.
 
 #include <string>
 #include <utility>

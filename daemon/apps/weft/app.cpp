@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "daemon/apps/weft/commands.hpp"
+#include "daemon/apps/weft/help_text.hpp"
 #include "daemon/base/version/software_version.hpp"
 #include "drivers/api/config.hpp"
 
@@ -77,7 +78,8 @@ std::string mistake(const CLI::App& root, std::span<const char* const> arguments
 std::optional<int> parse(CLI::App& root, int argc, const char* const* argv, Console& console) {
   try {
     const std::span arguments(argv, static_cast<std::size_t>(argc));
-    std::vector<std::string> words = stop_arguments({arguments.begin() + 1, arguments.end()});
+    std::vector<std::string> words =
+        join_learners(stop_arguments({arguments.begin() + 1, arguments.end()}));
     std::ranges::reverse(words);  // as the library takes them
     root.parse(std::move(words));
     return std::nullopt;
@@ -94,12 +96,12 @@ std::optional<int> parse(CLI::App& root, int argc, const char* const* argv, Cons
 void add_commands(CLI::App& root, ChosenCommand& chosen) {
   const CommandGroup weft(root, chosen);
   for (const auto add :
-       {add_run_command,      add_check_command,  add_doctor_command,   add_align_command,
-        add_dataset_commands, add_verify_command, add_export_command,   add_report_command,
-        add_features_command, add_train_command,  add_evaluate_command, add_audit_command,
-        add_classify_command, add_trade_commands, add_design_commands,  add_imprint_commands,
-        add_daemon_commands,  add_stop_commands,  add_rig_commands,     add_data_commands,
-        add_page_command,     add_queue_commands, add_token_commands,   add_sim_commands})
+       {add_run_command,       add_check_command,  add_doctor_command, add_align_command,
+        add_dataset_commands,  add_verify_command, add_export_command, add_report_command,
+        add_modality_commands, add_audit_command,  add_trade_commands, add_design_commands,
+        add_daemon_commands,   add_stop_commands,  add_rig_commands,   add_data_commands,
+        add_page_command,      add_queue_commands, add_token_commands, add_sim_commands,
+        add_earlier_commands})
     add(weft);
   add_texts(root, chosen);
 }
@@ -110,6 +112,7 @@ int run(int argc, const char* const* argv, Console& console) {
   root.add_flag("--json", console.json, "one JSON object on standard output");
   root.set_version_flag("--version", "weft " + software_version());
   root.require_subcommand(1);
+  root.formatter(std::make_shared<HelpText>());
   try {
     add_commands(root, chosen);
     if (const auto status = parse(root, argc, argv, console)) return *status;

@@ -37,6 +37,7 @@ struct ClassifyArgs {
   std::string vote = "majority";
   std::size_t shortlist = 20;
   bool shortlist_given = false;  ///< on the command line
+  CommandModality modality = {};
 };
 
 using Labels = std::vector<std::string>;
@@ -340,13 +341,22 @@ Result<std::vector<PredictedTrial>> answers(const StoredModel& stored,
 }
 
 void add_options(CLI::App& command, ClassifyArgs& args) {
-  command.add_option("MODEL", args.model, "model file of `weft train`")->required();
+  command.add_option("MODEL", args.model, "model file of `weft ... train`")->required();
+  const auto text_for = [&](classifier::Modality modality, const std::string& text) {
+    return !args.modality || *args.modality == modality ? text : "";
+  };
   command
-      .add_option("TRIALS", args.trials,
-                  "a trial (.csv), a data set (.h5), or - for either on standard input; recordings "
-                  "(.h5) for a model of recordings; imprints (.h5), or one (.csv, .txt, .pgm, "
-                  ".npy), for a model of imprints")
+      .add_option(
+          "DATA", args.trials,
+          text_for(classifier::Modality::fabric,
+                   "a trial (.csv), a data set (.h5), or - for either on standard input") +
+              (args.modality ? "" : "; ") +
+              text_for(classifier::Modality::vibro, "recordings of sound and vibration (.h5)") +
+              (args.modality ? "" : "; ") +
+              text_for(classifier::Modality::imprint,
+                       "imprints (.h5), or one (.csv, .txt, .pgm, .npy)"))
       ->required();
+  if (args.modality == classifier::Modality::vibro) return;  // its answers are no votes of cores
   add_keyword(
       command, "--vote", args.vote, {"majority", "soft", "dag", "shortlist"},
       "majority or soft: all cores; dag: one core less than fabrics; shortlist: the cores of "
@@ -406,6 +416,13 @@ Result<int> run_classify(const ClassifyArgs& args, Console& console) {
                  .got = "--vote " + args.vote});
   const auto kind = kind_of_model(args.model);
   if (!kind) return pass(kind.error());
+  if (args.modality && *args.modality != kind->modality)
+    return fail({.code = Errc::invalid_argument,
+                 .where = args.model.string(),
+                 .what = "the model is of another modality than the command",
+                 .expected = std::string(to_string(*args.modality)),
+                 .got = std::string(to_string(kind->modality)),
+                 .hint = "Take weft " + std::string(to_string(kind->modality)) + " classify"});
   switch (kind->modality) {
     case classifier::Modality::vibro:
       return classify_recordings(args, console);
@@ -429,8 +446,11 @@ std::string answer_line(const classifier::TrainedLearner& learner, const Predict
   return out + votes_text(labels, ballot) + disagreement_text(labels, answered.answer) + "\n";
 }
 
-void add_classify_command(const CommandGroup& weft) {
-  weft.add<ClassifyArgs>("classify", "what a model says of a trial", run_classify);
+CLI::App* add_classify_command(const CommandGroup& group, CommandModality modality) {
+  ClassifyArgs preset;
+  preset.modality = modality;
+  return group.add<ClassifyArgs>("classify", "what a model says of recordings", run_classify,
+                                 preset);
 }
 
 }  // namespace weft::daemon::cli

@@ -1,5 +1,5 @@
 #pragma once
-// What `weft classify` says of one trial.
+// What `weft fabric classify` says of one trial.
 
 #include <string>
 

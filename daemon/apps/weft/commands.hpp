@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "daemon/apps/weft/console.hpp"
+#include "daemon/apps/weft/options.hpp"
 
 namespace weft::daemon::cli {
 
@@ -49,16 +50,19 @@ class CommandGroup {
   }
 
   /// A command. add_options(CLI::App&, Args&) says what can be typed, and `execute` gets it.
+  /// `preset`: what is not typed.
   template <class Args>
-  void add(const char* name, const char* text,
-           const std::function<Result<int>(const Args&, Console&)>& execute) const {
+  CLI::App* add(const char* name, const char* text,
+                const std::function<Result<int>(const Args&, Console&)>& execute,
+                const Args& preset = {}) const {
     CLI::App* const command = app_->add_subcommand(name, text);
     command->fallthrough();
-    const auto args = std::make_shared<Args>();
+    const auto args = std::make_shared<Args>(preset);
     add_options(*command, *args);
     command->callback([chosen = chosen_, args, execute] {
       *chosen = [args, execute](Console& console) { return execute(*args, console); };
     });
+    return command;
   }
 
  private:
@@ -69,6 +73,14 @@ class CommandGroup {
 /// All commands of `weft`, in the order in which --help lists them.
 void add_commands(CLI::App& root, ChosenCommand& chosen);
 
+// The four that learn, under a modality, or under none for all kinds of data.
+CLI::App* add_features_command(const CommandGroup& group, CommandModality modality);
+CLI::App* add_evaluate_command(const CommandGroup& group, CommandModality modality);
+CLI::App* add_train_command(const CommandGroup& group, CommandModality modality);
+CLI::App* add_classify_command(const CommandGroup& group, CommandModality modality);
+/// scene, tables and search.
+void add_imprint_commands(const CommandGroup& imprint);
+
 // Each in a file of its own, with the arguments that it takes.
 void add_run_command(const CommandGroup& weft);
 void add_check_command(const CommandGroup& weft);
@@ -78,14 +90,13 @@ void add_dataset_commands(const CommandGroup& weft);
 void add_verify_command(const CommandGroup& weft);
 void add_export_command(const CommandGroup& weft);
 void add_report_command(const CommandGroup& weft);
-void add_features_command(const CommandGroup& weft);
-void add_train_command(const CommandGroup& weft);
-void add_evaluate_command(const CommandGroup& weft);
 void add_audit_command(const CommandGroup& weft);
-void add_classify_command(const CommandGroup& weft);
+/// fabric, vibro and imprint, each with features, evaluate, train and classify.
+void add_modality_commands(const CommandGroup& weft);
+/// The four of any modality: version 1 had no others.
+void add_earlier_commands(const CommandGroup& weft);
 void add_trade_commands(const CommandGroup& weft);
 void add_design_commands(const CommandGroup& weft);
-void add_imprint_commands(const CommandGroup& weft);
 void add_sim_commands(const CommandGroup& weft);
 /// What is asked of a running weftd.
 void add_daemon_commands(const CommandGroup& weft);

@@ -57,7 +57,7 @@ Result<Dataset> open_dataset(const std::filesystem::path& path) {
     return fail({.code = Errc::unsupported,
                  .where = path.string(),
                  .what = "recordings of sound and vibration, not a data set of slides",
-                 .hint = "weft train, evaluate, classify and trade vibro take them"});
+                 .hint = "weft vibro train, evaluate, classify and weft trade vibro take them"});
   return read_hdf5(path);
 }
 

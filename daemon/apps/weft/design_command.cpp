@@ -143,7 +143,8 @@ Result<int> run_design_analyse(const DesignAnalyseArgs& args, Console& console) 
 void add_options(CLI::App& command, DesignRepetitionsArgs& args) {
   command.add_option("DATA", args.dataset, "data set")->required();
   command.add_option("-o,--output", args.out, "page to write (HTML)");
-  add_trial_options(command, args.trials);
+  LearningOptions options(command, {}, args.trials.given);
+  add_trial_options(command, options, args.trials);
   command.add_option("--learner", args.learner, "that tells the fabrics apart")
       ->capture_default_str();
   add_count(command, "--predict", args.predict, 3, 100'000,
@@ -158,7 +159,7 @@ void add_options(CLI::App& command, DesignRepetitionsArgs& args) {
   add_count(command, "--resamples", args.resamples, 100, 1'000'000,
             "of the repetitions, for the intervals");
   command.add_option("--seed", args.seed, "of draws and resamples")->capture_default_str();
-  record_given(command, args.trials.given);
+  options.finish();
 }
 
 Result<int> run_design_repetitions(const DesignRepetitionsArgs& args, Console& console) {

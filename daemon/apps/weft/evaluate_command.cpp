@@ -100,7 +100,9 @@ Status write_page(const EvaluateArgs& args, const ChosenTrials& chosen, const Me
 }
 
 Result<int> run_evaluate(const EvaluateArgs& args, Console& console) {
-  if (is_about_recordings(args)) return run_evaluate_recordings(args, console);
+  if (is_about_recordings(args.trials, args.dataset,
+                          !args.recordings.methods.empty() || args.recordings.importance > 0))
+    return run_evaluate_recordings(args, console);
   if (!args.report.empty())
     if (Status ok = check_output(args.dataset, args.report); !ok) return pass(ok.error());
   const Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, true, true);
@@ -121,47 +123,51 @@ Result<int> run_evaluate(const EvaluateArgs& args, Console& console) {
 
 }  // namespace
 
-void add_options(CLI::App& command, EvaluateArgs& args) {
-  command
-      .add_option("DATASET", args.dataset, "data set, or recordings of sound and vibration (HDF5)")
-      ->required();
-  add_split_options(command, args, "share of each label's trials that trains, such as 0.4",
-                    "every group tests once, all others train; try --fold-unit group with it");
+namespace {
+
+/// What is measured beside the accuracy, of slides and imprints.
+void add_measure_options(CLI::App& command, EvaluateArgs& args) {
   command
       .add_option("--permute-labels", args.permute_labels,
                   "also train and test with labels in random order, so often: must give chance")
       ->needs("--train-fraction")
       ->check(CLI::Range(1, 100000));
-  add_count(command, "--repeats", args.repeats, 1, 100000, "random splits");
-  command
-      .add_option(
-          "--learner,--reduction", args.learners,
-          "cores with p-value, PCA or all features; lda: shrinkage LDA; svc: one multi-class "
-          "SVC; ridge: least squares with a penalty; trees: extremely randomised trees; "
-          "cores-best, best: chosen by cross-validation of the whole learner on the training "
-          "part; every: all but ridge and cores-best")
-      ->check(CLI::IsMember({"pvalue", "pca", "all", "cores-pvalue", "cores-pca", "cores-all",
-                             "lda", "svc", "ridge", "trees", "cores-best", "best", "every"}))
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->capture_default_str();
   add_list(command, "--learning-curve", args.curve,
            "also with so many training trials of each label: 2,4,8")
       ->check(CLI::Range(2, 1000000));
   command.add_flag("--calibration", args.calibration,
                    "also compare the probabilities of test answers with what came true");
   command.add_flag("--none-of-these", args.none_of_these,
-                   "also leave every fabric out of the training in turn: how often is it taken for "
-                   "another (trains as often as there are fabrics, for every split)");
-  command.add_option("--report", args.report, "also write all of it as a page (HTML)");
+                   "also leave every label out of the training in turn: how often is it taken for "
+                   "another (trains as often as there are labels, for every split)");
   command.add_flag("--answers", args.answers, "with --json: the answer on every test trial");
   add_count(command, "--curve-draws", args.curve_draws, 1, 1000,
             "random draws for each split and number");
-  add_trial_options(command, args.trials);
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, EvaluateArgs& args) {
+  LearningOptions options(command, args.trials.modality, args.trials.given);
+  command.add_option("DATASET", args.dataset, "data set (HDF5)")->required();
+  add_split_options(command, args, "share of each label's trials that trains, such as 0.4",
+                    "every group tests once, all others train");
+  add_count(command, "--repeats", args.repeats, 1, 100000, "random splits");
+  add_learners_option(
+      options.place_of("--learner"), args.trials.modality ? "--learner" : "--learner,--reduction",
+      args.learners,
+      "pvalue, pca, all: cores with these features; lda: shrinkage LDA; svc: one multi-class SVC; "
+      "trees: extremely randomised trees; any other learner; cores-best, best: chosen by "
+      "cross-validation of the whole learner on the training part; every: those named here but "
+      "cores-best")
+      ->capture_default_str();
+  command.add_option("--report", args.report, "also write all of it as a page (HTML)");
+  add_measure_options(command, args);
+  add_trial_options(command, options, args.trials);
   add_level_option(command, args.trials);
   add_train_options(command, args.training);
-  add_recording_options(command, args.recordings);
-  record_given(command, args.trials.given);
+  add_recording_options(command, options, args.recordings);
+  options.finish();
 }
 
 void add_split_options(CLI::App& command, SplitChoice& choice, const std::string& fraction,
@@ -203,8 +209,11 @@ Result<std::vector<classifier::Split>> make_splits(const EvaluateArgs& args,
                                        args.training.seed);
 }
 
-void add_evaluate_command(const CommandGroup& weft) {
-  weft.add<EvaluateArgs>("evaluate", "train and test on splits of a data set", run_evaluate);
+CLI::App* add_evaluate_command(const CommandGroup& group, CommandModality modality) {
+  EvaluateArgs preset;
+  preset.trials.modality = modality;
+  return group.add<EvaluateArgs>("evaluate", "train and test on splits of a data set", run_evaluate,
+                                 preset);
 }
 
 }  // namespace weft::daemon::cli

@@ -1,5 +1,5 @@
 #pragma once
-// What `weft evaluate` is asked and what it measures, before it is shown.
+// What `weft ... evaluate` is asked and what it measures, before it is shown.
 
 #include <filesystem>
 #include <map>

@@ -79,7 +79,7 @@ Result<RecordingsPlan> make_plan(const EvaluateArgs& args) {
   out.features = *features;
   const bool by_group = !args.test_groups.empty() || args.leave_one_group_out;
   out.protocol.protocol = by_group ? vibro::Protocol::groups : *protocol;
-  if (auto ok = check_given(args.trials.given, kind_of(out.protocol.protocol)); !ok)
+  if (auto ok = check_command(args.trials, kind_of(out.protocol.protocol)); !ok)
     return pass(ok.error(), args.dataset.string());
   if (args.trials.window_s > 0.0) out.protocol.window_s = args.trials.window_s;
   out.protocol.step_s = choice.step_s;
@@ -257,9 +257,10 @@ Result<std::string> weigh(const EvaluateArgs& args, const RecordingsPlan& plan,
 
 }  // namespace
 
-bool is_about_recordings(const EvaluateArgs& args) {
-  return !args.recordings.methods.empty() || args.recordings.importance > 0 ||
-         is_recordings_file(args.dataset);
+bool is_about_recordings(const TrialChoice& choice, const std::filesystem::path& file,
+                         bool asked_for) {
+  if (choice.modality) return choice.modality == classifier::Modality::vibro;
+  return asked_for || is_recordings_file(file);
 }
 
 namespace {

@@ -1,5 +1,5 @@
 #pragma once
-// `weft evaluate` on recordings of sound and vibration.
+// `weft vibro evaluate` on recordings of sound and vibration.
 
 #include <cstddef>
 #include <map>
@@ -11,16 +11,12 @@
 #include "classifier/vibro/importance.hpp"
 #include "classifier/vibro/recording.hpp"
 #include "daemon/apps/weft/console.hpp"
+#include "daemon/apps/weft/options.hpp"
 #include "protocols/base/result.hpp"
-
-namespace CLI {
-class App;
-class Option;
-}  // namespace CLI
 
 namespace weft::daemon::cli {
 
-// `weft evaluate --importance`: which features of sound and vibration a learner leans on.
+// `weft vibro evaluate --importance`: which features of sound and vibration a learner leans on.
 
 /// How many features the paper kept of its ten.
 inline constexpr std::size_t features_selected = 5;
@@ -37,9 +33,11 @@ Result<std::string> add_importance(const classifier::vibro::WindowSet& windows,
                                    nlohmann::json& json);
 
 struct EvaluateArgs;
-
-/// Heading of their options.
-inline constexpr const char* recordings_group = "Recordings of sound and vibration";
+struct TrialChoice;
+/// Whether a command is about recordings: those of a modality know; else whether the file holds
+/// them, or something of theirs was asked for.
+bool is_about_recordings(const TrialChoice& choice, const std::filesystem::path& file,
+                         bool asked_for);
 
 /// What evaluate needs to know of recordings beside the options that it has for slides.
 struct RecordingChoice {
@@ -56,9 +54,9 @@ struct RecordingChoice {
 };
 /// --outliers.
 CLI::Option* add_outliers_option(CLI::App& command, double& outliers);
-void add_recording_options(CLI::App& command, RecordingChoice& choice);
+void add_recording_options(CLI::App& command, LearningOptions& options, RecordingChoice& choice);
 /// Those of them that say how recordings become rows of features.
-void add_recording_feature_options(CLI::App& command, RecordingChoice& choice);
+void add_recording_feature_options(LearningOptions& options, RecordingChoice& choice);
 /// What they say. Refuses names that are not known.
 Result<classifier::vibro::FeatureChoice> parse_feature_choice(const RecordingChoice& choice);
 /// ", training windows beyond 3 standard deviations left out"; empty of 0. `found`: per label, as
@@ -67,10 +65,6 @@ std::string format_outliers(double deviations,
                             const std::map<std::string, std::size_t>& found = {});
 /// "lda on WIDE", "lda".
 std::string format_chosen(const classifier::Recipe& recipe);
-
-/// Whether the file, or what was asked for, is about recordings: a file of them, or a data set
-/// with --method or --importance.
-bool is_about_recordings(const EvaluateArgs& args);
 
 Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console);
 

@@ -1,5 +1,5 @@
 #pragma once
-// What `weft evaluate` measured, for people and for programs.
+// What `weft ... evaluate` measured, for people and for programs.
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>

@@ -4,8 +4,11 @@
 #include <nlohmann/json.hpp>
 
 #include "classifier/features/layout.hpp"
+#include "classifier/vibro/protocol.hpp"
 #include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/evaluate_recordings.hpp"
+#include "daemon/apps/weft/evaluate_text.hpp"
 #include "daemon/apps/weft/options.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
 #include "daemon/base/text/format.hpp"
@@ -17,10 +20,13 @@ namespace {
 
 using nlohmann::json;
 
+namespace vibro = classifier::vibro;
+
 struct FeaturesArgs {
   std::filesystem::path dataset;
   std::filesystem::path out;
   TrialChoice trials;
+  RecordingChoice recordings;
 };
 struct CampaignExportArgs {
   std::filesystem::path folder;
@@ -63,13 +69,51 @@ json units_json(const std::vector<Unit>& units) {
 void add_options(CLI::App& command, FeaturesArgs& args) {
   command.add_option("DATASET", args.dataset, "data set (HDF5)")->required();
   command.add_option("-o,--output", args.out, "table to write (CSV)")->required();
-  add_trial_options(command, args.trials);
+  LearningOptions options(command, args.trials.modality, args.trials.given);
+  add_trial_options(command, options, args.trials);
   add_level_option(command, args.trials);
-  record_given(command, args.trials.given);
+  add_recording_feature_options(options, args.recordings);
+  options.finish();
+}
+
+// A row for every window, of sound and vibration.
+Result<int> run_window_features(const FeaturesArgs& args, Console& console) {
+  if (auto ok = check_command(args.trials, DataKind::whole_recordings); !ok)
+    return pass(ok.error(), args.dataset.string());
+  const auto set = open_recordings(args.dataset, args.trials.exploration, false);
+  if (!set) return pass(set.error());
+  const auto features = parse_feature_choice(args.recordings);
+  if (!features) return pass(features.error());
+  vibro::ProtocolOptions cut;
+  cut.protocol = vibro::Protocol::groups;  // whole recordings
+  cut.step_s = args.recordings.step_s;
+  if (args.trials.window_s > 0.0) cut.window_s = args.trials.window_s;
+  const auto windows =
+      vibro::cut_and_extract(set->recordings, cut.window_s, vibro::places_of(cut), *features);
+  if (!windows) return pass(windows.error(), args.dataset.string());
+  if (auto ok = export_features_csv(args.out, windows->matrix, {}); !ok) return pass(ok.error());
+  const std::size_t columns = windows->matrix.names.size();
+  print(console,
+        bench_banner(set->kind) + args.out.string() + ": " + thousands(windows->matrix.size()) +
+            " windows of " + std::to_string(columns) + " features\n" +
+            (windows->too_short.empty() ? "" : format_too_short(windows->too_short) + "\n"),
+        {{"command", "features"},
+         {"file", args.out.string()},
+         {"bench", to_string(set->kind)},
+         {"dataset_sha256", recordings_sha256(*set)},
+         {"rows", windows->matrix.size()},
+         {"recordings", set->recordings.size()},
+         {"too_short", too_short_json(windows->too_short)},
+         {"window_s", cut.window_s},
+         {"step_s", cut.step_s},
+         {"features", columns}});
+  return exit_ok;
 }
 
 Result<int> run_features(const FeaturesArgs& args, Console& console) {
   if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());
+  if (is_about_recordings(args.trials, args.dataset, false))
+    return run_window_features(args, console);
   const Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, false, true);
   if (!chosen) return pass(chosen.error());
   if (auto ok = export_features_csv(args.out, chosen->features,
@@ -143,8 +187,11 @@ Result<int> run_campaign_export(const CampaignExportArgs& args, Console& console
 
 }  // namespace
 
-void add_features_command(const CommandGroup& weft) {
-  weft.add<FeaturesArgs>("features", "the features of a data set as a table", run_features);
+CLI::App* add_features_command(const CommandGroup& group, CommandModality modality) {
+  FeaturesArgs preset;
+  preset.trials.modality = modality;
+  return group.add<FeaturesArgs>("features", "the features of a data set as a table", run_features,
+                                 preset);
 }
 
 void add_export_command(const CommandGroup& weft) {

@@ -298,8 +298,7 @@ Result<int> run_imprint_search(const ImprintSearchArgs& args, Console& console) 
 
 }  // namespace
 
-void add_imprint_commands(const CommandGroup& weft) {
-  const CommandGroup imprint = weft.group("imprint", "texture of static imprints (Ellis 1986)");
+void add_imprint_commands(const CommandGroup& imprint) {
   imprint.add<ImprintSceneArgs>("scene", "simulated imprints of twelve objects as a data set",
                                 run_imprint_scene);
   imprint.add<ImprintTablesArgs>("tables",

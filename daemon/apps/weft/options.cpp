@@ -1,9 +1,12 @@
 #include "daemon/apps/weft/options.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string_view>
 
+#include "classifier/learners/learner.hpp"
+#include "daemon/apps/weft/help_text.hpp"
 #include "daemon/base/text/format.hpp"
 
 namespace weft::daemon::cli {
@@ -35,12 +38,43 @@ struct OptionRow {
   std::vector<Instead> instead = {};
 };
 
+/// Of one modality: what is called otherwise where no other modality has the name.
+struct OtherName {
+  classifier::Modality modality;
+  std::string_view of_all, own;
+};
+constexpr std::array other_names = {
+    OtherName{classifier::Modality::fabric, "--window-step-s", "--step-s"},
+    OtherName{classifier::Modality::imprint, "--imprint-features", "--features"},
+    OtherName{classifier::Modality::vibro, "--method", "--learner"},
+    OtherName{classifier::Modality::vibro, "--blocks", "--parts"},
+};
+
+/// The first page of help is for everybody; these are for the few.
+constexpr std::array<std::string_view, 20> rarely_needed = {
+    "--permute-labels", "--curve-draws", "--norm",       "--remove-level",  "--cap",
+    "--folds",          "--fold-unit",   "--t-test",     "--solver",        "--tie",
+    "--answers",        "--combine",     "--components", "--outliers",      "--importance",
+    "--noise",          "--orientation", "--threads",    "--per-recording", "--paper-selection"};
+
+Kinds kinds_of(classifier::Modality modality) {
+  switch (modality) {
+    case classifier::Modality::fabric:
+      return for_slides;
+    case classifier::Modality::vibro:
+      return for_recordings;
+    case classifier::Modality::imprint:
+      return for_imprints;
+  }
+  return for_all;
+}
+
 // A slide may have been heard: then its sound and vibration can be asked about.
 constexpr Instead if_vibration{for_slides, "--method with it"};
 
 const std::vector<OptionRow>& options_by_kind() {
   static const std::vector<OptionRow> rows = {
-      {{"DATASET", "DATA", "--help", "--output", "--report", "--seed", "--threads",
+      {{"DATASET", "DATA", "--help", "--output", "--report", "--seed", "--threads", "--help-all",
         "--train-groups", "--test-groups", "--leave-one-group-out", "--group", "--predict",
         "--accuracy", "--most", "--first", "--strokes", "--draws", "--resamples"},
        for_all},
@@ -71,6 +105,16 @@ const std::vector<OptionRow>& options_by_kind() {
   return rows;
 }
 
+/// nullptr: nothing is known of it.
+const OptionRow* find_row(std::string_view option) {
+  const auto row = std::ranges::find_if(options_by_kind(), [&](const OptionRow& one) {
+    return std::ranges::find(one.options, option) != one.options.end();
+  });
+  return row == options_by_kind().end() ? nullptr : &*row;
+}
+
+}  // namespace
+
 std::string_view describe_kind(DataKind kind) {
   switch (kind) {
     case DataKind::slides:
@@ -86,8 +130,6 @@ std::string_view describe_kind(DataKind kind) {
   }
   return {};
 }
-
-}  // namespace
 
 std::optional<std::vector<std::string>> split_names(std::string_view list) {
   std::vector<std::string> out(1);
@@ -105,6 +147,51 @@ std::optional<std::vector<std::string>> split_names(std::string_view list) {
     }
   }
   return quoted ? std::nullopt : std::optional(out);
+}
+
+namespace {
+
+std::string learner_problem(const std::string& name) {
+  const auto learner = classifier::learner_from(name);
+  return learner ? std::string() : to_string(learner.error());
+}
+
+/// "lda", "lda,best": nothing but learners.
+bool names_learners(const std::string& word) {
+  const auto names = split_names(word.ends_with(',') ? word.substr(0, word.size() - 1) : word);
+  return names && std::ranges::all_of(*names, [](const std::string& name) {
+           return name == "every" || classifier::learner_from(name);
+         });
+}
+
+}  // namespace
+
+CLI::Option* add_learners_option(CLI::App& command, const std::string& name,
+                                 std::vector<std::string>& learners, const std::string& text) {
+  return add_list(command, name, learners, text)
+      ->check([](const std::string& word) { return word == "every" ? "" : learner_problem(word); })
+      ->type_name("NAME,...");
+}
+
+CLI::Option* add_learner_option(CLI::App& command, const std::string& name, std::string& learner,
+                                const std::string& text) {
+  return command.add_option(name, learner, text)
+      ->check(learner_problem)
+      ->type_name("NAME")
+      ->capture_default_str();
+}
+
+std::vector<std::string> join_learners(const std::vector<std::string>& words) {
+  std::vector<std::string> out;
+  bool is_list = false;
+  for (const std::string& word : words) {
+    if (is_list && names_learners(word) && !out.back().starts_with("--"))
+      out.back() += (out.back().ends_with(',') ? "" : ",") + word;
+    else
+      out.push_back(word);
+    is_list = (is_list && names_learners(word)) || word == "--learner" || word == "--method";
+  }
+  return out;
 }
 
 CLI::Option* add_name_list(CLI::App& command, const std::string& name,
@@ -144,23 +231,52 @@ CLI::Option* add_keyword(CLI::App& command, const std::string& name, std::string
   return command.add_option(name, word, text)->check(CLI::IsMember(words))->capture_default_str();
 }
 
-void record_given(CLI::App& command, GivenOptions& given) {
-  for (CLI::Option* option : command.get_options())
-    option->each([&given, name = option->get_name()](const std::string&) { given.insert(name); });
+namespace {
+
+bool is_for(CommandModality modality, std::string_view option) {
+  const OptionRow* const row = find_row(option);
+  return !modality || row == nullptr || (row->kinds & kinds_of(*modality)) != 0;
+}
+
+}  // namespace
+
+CLI::App& LearningOptions::place_of(std::string_view option) {
+  return is_for(modality_, option) ? *command_ : others_;
+}
+
+std::string LearningOptions::name_of(std::string_view option) const {
+  for (const OtherName& other : other_names)
+    if (modality_ == other.modality && option == other.of_all) return std::string(other.own);
+  return std::string(option);
+}
+
+void LearningOptions::finish() {
+  command_->set_help_all_flag("--help-all", "also the options that are rarely needed");
+  for (CLI::Option* option : command_->get_options()) {
+    const std::string typed = option->get_name();
+    std::string of_all = typed;
+    for (const OtherName& other : other_names)
+      if (modality_ == other.modality && typed == other.own) of_all = other.of_all;
+    if (!is_for(modality_, of_all)) {
+      command_->remove_option(option);
+      continue;
+    }
+    option->each([given = given_, of_all, typed](const std::string&) { (*given)[of_all] = typed; });
+    if (std::ranges::find(rarely_needed, typed) != rarely_needed.end())
+      option->group(rarely_needed_group);
+  }
 }
 
 Status check_given(const GivenOptions& given, DataKind kind) {
   std::vector<std::string> refused, instead;
-  for (const std::string& option : given) {
-    const auto row = std::ranges::find_if(options_by_kind(), [&](const OptionRow& one) {
-      return std::ranges::find(one.options, option) != one.options.end();
-    });
-    if (row != options_by_kind().end() && (row->kinds & bit(kind)) != 0) continue;
-    refused.push_back(option);
-    if (row == options_by_kind().end()) continue;
+  for (const auto& [option, typed] : given) {
+    const OptionRow* const row = find_row(option);
+    if (row != nullptr && (row->kinds & bit(kind)) != 0) continue;
+    refused.push_back(typed);
+    if (row == nullptr) continue;
     for (const Instead& other : row->instead)
       if ((other.kinds & bit(kind)) != 0)
-        instead.push_back("for " + option + " take " + std::string(other.take));
+        instead.push_back("for " + typed + " take " + std::string(other.take));
   }
   if (refused.empty()) return {};
   std::string hint = joined(instead);

@@ -3,12 +3,13 @@
 // files: it brings CLI11.
 
 #include <CLI/CLI.hpp>
+#include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "classifier/model/model_file.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon::cli {
@@ -37,6 +38,16 @@ CLI::Option* add_list(CLI::App& command, const std::string& name, std::vector<Va
   return command.add_option(name, values, text)->delimiter(',')->allow_extra_args(false);
 }
 
+/// Learners by name, or "best" and "every", between commas or blanks; others are not understood.
+CLI::Option* add_learners_option(CLI::App& command, const std::string& name,
+                                 std::vector<std::string>& learners, const std::string& text);
+/// One of them.
+CLI::Option* add_learner_option(CLI::App& command, const std::string& name, std::string& learner,
+                                const std::string& text);
+/// The words after "weft" with the learners that follow --learner joined by commas: nothing else
+/// ends the list of names before that of the data set.
+std::vector<std::string> join_learners(const std::vector<std::string>& words);
+
 /// Names between commas: "a,b". A name that has commas itself stands in quotes ("g0, left",g1), in
 /// which two quotes are one. Nothing where a quote has no end.
 std::optional<std::vector<std::string>> split_names(std::string_view list);
@@ -57,12 +68,38 @@ enum class DataKind : unsigned {
   whole_recordings = 16
 };
 
-/// Options that were typed, by their first long name.
-using GivenOptions = std::set<std::string>;
+/// "slides over a tactile array".
+std::string_view describe_kind(DataKind kind);
 
-/// Has every option that `command` has by now note its name in `given` when it is typed. `given`
-/// must stay where it is.
-void record_given(CLI::App& command, GivenOptions& given);
+/// Options that were typed, by their names in the commands of all kinds, and as they were typed.
+using GivenOptions = std::map<std::string, std::string>;
+
+/// Whose data a learning command is about; empty: the file tells.
+using CommandModality = std::optional<classifier::Modality>;
+
+/// Where the options of a learning command are declared: `weft fabric evaluate` has those alone
+/// that say something about slides, `weft evaluate` those of all kinds of data.
+class LearningOptions {
+ public:
+  /// All of them outlive the parsing.
+  LearningOptions(CLI::App& command, CommandModality modality, GivenOptions& given)
+      : command_(&command), modality_(modality), given_(&given) {}
+
+  /// The command, or, where another option has its name here, one that nobody types.
+  [[nodiscard]] CLI::App& place_of(std::string_view option);
+  /// What the option is called here; `option` in commands of all kinds.
+  [[nodiscard]] std::string name_of(std::string_view option) const;
+  [[nodiscard]] CommandModality modality() const { return modality_; }
+  /// Once all are declared: takes away what says nothing about the modality's data, notes what is
+  /// typed, and leaves to --help-all what is rarely needed.
+  void finish();
+
+ private:
+  CLI::App* command_;
+  CommandModality modality_;
+  GivenOptions* given_;
+  CLI::App others_;
+};
 
 /// Errors: invalid_argument, one for all options that say nothing about this kind (where: their
 /// names), with what to take for them where there is something. An option that nothing is known of

@@ -33,47 +33,40 @@ CLI::Option* add_outliers_option(CLI::App& command, double& outliers) {
                     "from the mean of all; 0: none");
 }
 
-void add_recording_feature_options(CLI::App& command, RecordingChoice& choice) {
-  command
-      .add_option(
-          "--features", choice.features,
-          "SMMRP, SMMRP10, FFT, SMMRPFFT, ALL (the paper's); BANDS, WIDE (ours); where none is "
-          "named, best chooses, and others take SMMRPFFT")
-      ->group(recordings_group);
+void add_recording_feature_options(LearningOptions& options, RecordingChoice& choice) {
+  CLI::App& command = options.place_of("--combine");
+  command.add_option(
+      "--features", choice.features,
+      "of sound and vibration: SMMRP, SMMRP10, FFT, SMMRPFFT, ALL (the paper's); BANDS, WIDE "
+      "(ours); where none is named, best chooses, and others take SMMRPFFT");
   command.add_option("--combine", choice.combine, "figures of channels: concat, or their mean")
-      ->capture_default_str()
-      ->group(recordings_group);
+      ->capture_default_str();
   command
       .add_option("--components", choice.components,
                   "principal components, the paper's 3; 0: the features themselves")
-      ->capture_default_str()
-      ->group(recordings_group);
-  add_outliers_option(command, choice.outliers)->group(recordings_group);
-  add_number(command, "--step-s", choice.step_s, 0.001, 1e6, "from one window to the next")
-      ->group(recordings_group);
+      ->capture_default_str();
+  add_outliers_option(command, choice.outliers);
+  add_number(command, "--step-s", choice.step_s, 0.001, 1e6,
+             "from one window of sound and vibration to the next");
 }
 
-void add_recording_options(CLI::App& command, RecordingChoice& choice) {
-  add_list(command, "--method", choice.methods,
-           "nb, knn, tree, forest, svm, lg, nn, mlp2, xgb, xgbrf, lda, all or any other learner; "
-           "best: chosen on training windows; every: those named here, and best")
-      ->group(recordings_group);
+void add_recording_options(CLI::App& command, LearningOptions& options, RecordingChoice& choice) {
+  add_learners_option(command, options.name_of("--method"), choice.methods,
+                      "of sound and vibration: nb, knn, tree, forest, svm, lg, nn, mlp2, xgb, "
+                      "xgbrf, lda or any other learner; best (where none is named): chosen on "
+                      "training windows; every: those named here, and best");
   add_keyword(command, "--protocol", choice.protocol, {"blocks", "random"},
-              "blocks: contiguous parts left out; random: the paper's, which leaks")
-      ->group(recordings_group);
-  add_recording_feature_options(command, choice);
-  add_count(command, "--blocks", choice.blocks, 2, 1000, "contiguous parts of every recording")
-      ->group(recordings_group);
-  add_count(command, "--per-recording", choice.per_recording, 2, 100000, "windows at random")
-      ->group(recordings_group);
+              "blocks: contiguous parts left out; random: the paper's, which leaks");
+  add_recording_feature_options(options, choice);
+  add_count(command, options.name_of("--blocks"), choice.blocks, 2, 1000,
+            "contiguous parts of every recording");
+  add_count(command, "--per-recording", choice.per_recording, 2, 100000, "windows at random");
   command
-      .add_option(
-          "--importance", choice.importance,
-          "also weigh the features: so many permutations of each among test windows, by the "
-          "one --method or forest, and a forest's own; and train with the five that the same "
-          "selects among training windows; try --features SMMRP10")
-      ->check(CLI::Range(1, 1000))
-      ->group(recordings_group);
+      .add_option("--importance", choice.importance,
+                  "also weigh the features: so many permutations of each among test windows, by "
+                  "the one learner or forest, and a forest's own; and train with the five that the "
+                  "same selects among training windows; try --features SMMRP10")
+      ->check(CLI::Range(1, 1000));
 }
 
 }  // namespace weft::daemon::cli

@@ -302,9 +302,10 @@ Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, double
                 << summary.dataset_file.string() << ": " << to_string(*report->not_classified)
                 << '\n';
   if (report->selected)
-    console.err << "weft: the campaign was not classified: slides of it ended early, and the whole "
-                   "ones are those that the vote was unsure of; weft evaluate does it all the "
-                   "same\n";
+    console.err
+        << "weft: the campaign was not classified: slides of it ended early, and the whole "
+           "ones are those that the vote was unsure of; weft fabric evaluate does it all the "
+           "same\n";
   const auto result = handover_of_run(summary, args.out, console);
   if (result && result->failed)
     console.err << "weft: the campaign was not handed over, its data are kept in "

@@ -209,7 +209,7 @@ std::size_t label_count(const std::vector<classifier::Trial>& trials) {
 Result<int> run_train_live(const TrainArgs& args, classifier::Learner learner, Console& console) {
   auto dataset = open_dataset(args.dataset);
   if (!dataset) return pass(dataset.error());
-  if (auto ok = check_given(args.trials.given, kind_of(*dataset)); !ok)
+  if (auto ok = check_command(args.trials, kind_of(*dataset)); !ok)
     return pass(ok.error(), args.dataset.string());
   auto chosen = choose_trials(*dataset, args.trials, true);
   if (!chosen) return pass(chosen.error(), args.dataset.string());
@@ -243,7 +243,8 @@ Result<int> run_train_live(const TrainArgs& args, classifier::Learner learner, C
 }
 
 Result<int> run_train(const TrainArgs& args, Console& console) {
-  if (is_about_recordings(args)) return run_train_recordings(args, console);
+  if (is_about_recordings(args.trials, args.dataset, !args.recordings.methods.empty()))
+    return run_train_recordings(args, console);
   if (args.live) {
     const auto learner = classifier::learner_from(args.learner);
     if (!learner) return pass(learner.error(), "--learner");
@@ -263,16 +264,15 @@ Result<int> run_train(const TrainArgs& args, Console& console) {
 void add_options(CLI::App& command, TrainArgs& args) {
   command.add_option("DATASET", args.dataset, "data set (HDF5)")->required();
   command.add_option("-o,--output", args.out, "model file to write")->required();
-  add_trial_options(command, args.trials);
+  LearningOptions options(command, args.trials.modality, args.trials.given);
+  add_trial_options(command, options, args.trials);
   auto* const windows = command.get_option("--window-s");
-  add_keyword(
-      command, "--learner,--reduction", args.learner,
-      {"pvalue", "pca", "all", "cores-pvalue", "cores-pca", "cores-all", "lda", "svc", "ridge",
-       "trees", "cores-best", "best"},
-      "cores with p-value, PCA or all features; lda: shrinkage LDA; svc: one multi-class SVC; "
-      "ridge: least squares with a penalty; trees: extremely randomised trees; cores-best, best: "
-      "chosen by cross-validation of the "
-      "whole learner, as `weft evaluate` does");
+  add_learner_option(
+      options.place_of("--learner"), args.trials.modality ? "--learner" : "--learner,--reduction",
+      args.learner,
+      "pvalue, pca, all: cores with these features; lda: shrinkage LDA; svc: one multi-class SVC; "
+      "trees: extremely randomised trees; any other learner; cores-best, best: chosen by "
+      "cross-validation of the whole learner");
   command
       .add_flag(
           "--live", args.live,
@@ -280,15 +280,12 @@ void add_options(CLI::App& command, TrainArgs& args) {
           "s of slide, without phase E")
       ->excludes(windows);
   add_train_options(command, args.training);
-  command
-      .add_option("--method", args.recordings.methods,
-                  "best (if not told), nb, knn, tree, forest, svm, lg, nn, mlp2, xgb, xgbrf, lda, "
-                  "all or any other "
-                  "learner")
-      ->expected(1)
-      ->group(recordings_group);
-  add_recording_feature_options(command, args.recordings);
-  record_given(command, args.trials.given);
+  add_learners_option(command, options.name_of("--method"), args.recordings.methods,
+                      "of sound and vibration: best (where none is named), nb, knn, tree, forest, "
+                      "svm, lg, nn, mlp2, xgb, xgbrf, lda or any other learner")
+      ->expected(1);
+  add_recording_feature_options(options, args.recordings);
+  options.finish();
 }
 
 Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Console& console) {
@@ -298,7 +295,7 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
     return fail({.code = Errc::unsupported,
                  .where = "--live",
                  .what = "models for live votes are trained by one machine",
-                 .expected = "weft train --live"});
+                 .expected = "weft fabric train --live"});
   if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());
   Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, true);
   if (!chosen) return pass(chosen.error());
@@ -343,8 +340,10 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
   return exit_ok;
 }
 
-void add_train_command(const CommandGroup& weft) {
-  weft.add<TrainArgs>("train", "train a model", run_train);
+CLI::App* add_train_command(const CommandGroup& group, CommandModality modality) {
+  TrainArgs preset;
+  preset.trials.modality = modality;
+  return group.add<TrainArgs>("train", "train a model", run_train, preset);
 }
 
 }  // namespace weft::daemon::cli

@@ -1,5 +1,6 @@
 #pragma once
-// `weft train`: all complete trials of a data set into a model file; the options of a training.
+// `weft fabric train`: all complete trials of a data set into a model file; the options of a
+// training.
 
 #include <cstdint>
 #include <filesystem>
@@ -13,7 +14,7 @@
 
 namespace weft::daemon::cli {
 
-/// Options of the training that `weft train`, `evaluate` and `trade classifier` share.
+/// Options of the training that `weft fabric train`, `evaluate` and `trade classifier` share.
 struct TrainChoice {
   std::uint64_t seed = 1;
   std::size_t cap = 20;
@@ -56,8 +57,6 @@ struct TrainArgs {
 };
 void add_options(CLI::App& command, TrainArgs& args);
 
-/// Whether `args` is about recordings: a file of them, or a data set with --method.
-bool is_about_recordings(const TrainArgs& args);
 Result<int> run_train_recordings(const TrainArgs& args, Console& console);
 
 /// Trains on slides or imprints, with the training itself done by `trainer`, which must give what

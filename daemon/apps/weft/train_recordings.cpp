@@ -27,7 +27,7 @@ struct RecordingPlan {
 
 Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
   const RecordingChoice& choice = args.recordings;
-  if (auto ok = check_given(args.trials.given, DataKind::whole_recordings); !ok)
+  if (auto ok = check_command(args.trials, DataKind::whole_recordings); !ok)
     return pass(ok.error(), args.dataset.string());
   if (choice.methods.size() > 1)
     return fail({.code = Errc::invalid_argument,
@@ -71,10 +71,6 @@ std::string format_plan(const RecordingPlan& plan, const std::string& exploratio
 }
 
 }  // namespace
-
-bool is_about_recordings(const TrainArgs& args) {
-  return !args.recordings.methods.empty() || is_recordings_file(args.dataset);
-}
 
 Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());

@@ -46,12 +46,13 @@ Result<std::optional<std::string>> find_exploration(const Dataset& dataset,
                  .hint = "Choose one with --exploration"});
   }
   if (wanted.find('+') != std::string::npos)
-    return fail({.code = Errc::unsupported,
-                 .where = "--exploration",
-                 .what = "a model is of one exploration",
-                 .expected = joined(present),
-                 .got = wanted,
-                 .hint = "weft evaluate and weft features take several, side by side"});
+    return fail(
+        {.code = Errc::unsupported,
+         .where = "--exploration",
+         .what = "a model is of one exploration",
+         .expected = joined(present),
+         .got = wanted,
+         .hint = "weft fabric evaluate and weft fabric features take several, side by side"});
   if (std::ranges::find(present, wanted) == present.end())
     return fail({.code = Errc::not_found,
                  .where = "--exploration",
@@ -103,16 +104,19 @@ Status set_groups(Dataset& dataset, std::string_view by) {
   return {};
 }
 
-void add_trial_options(CLI::App& command, TrialChoice& choice) {
+void add_trial_options(CLI::App& command, const LearningOptions& options, TrialChoice& choice) {
   command.add_option("--exploration", choice.exploration,
-                     "only trials of this exploration, such as M1; evaluate and features also take "
-                     "M1+M2, the features of both side by side");
+                     "only this exploration, such as M1; evaluate and features also take M1+M2, "
+                     "the features of both side by side");
   command
       .add_option("--window-s", choice.window_s,
-                  "cut phase M into windows of this many seconds; without it whole strokes")
+                  options.modality() == classifier::Modality::vibro
+                      ? "length of a window, 2 where not told"
+                      : "cut phase M into windows of this many seconds; without it whole strokes")
       ->check(number_range(1e-3, 1e6));
   command
-      .add_option("--window-step-s", choice.window_step_s, "from one window's start to the next")
+      .add_option(options.name_of("--window-step-s"), choice.window_step_s,
+                  "from one window's start to the next")
       ->check(number_range(1e-3, 1e6))
       ->needs("--window-s");
   add_keyword(command, "--norm", choice.norm, {"l2", "rms"},
@@ -124,7 +128,7 @@ void add_trial_options(CLI::App& command, TrialChoice& choice) {
       ->capture_default_str();
   command
       .add_option(
-          "--imprint-features", choice.imprint_features,
+          options.name_of("--imprint-features"), choice.imprint_features,
           "imprints: 10, 7, steps or extrema a scale (Ellis 1986), laws3, laws5, maps of the "
           "contact, or sums such as 10+laws5; where not named, best also tries maps")
       ->capture_default_str();
@@ -143,6 +147,20 @@ Status remove_level(Trial& trial, const TrialChoice& choice) {
   if (choice.remove_level.empty()) return {};
   return classifier::without_level(trial,
                                    choice.remove_level == "rest" ? Phase::rest : Phase::motion);
+}
+
+Status check_command(const TrialChoice& choice, DataKind kind) {
+  using classifier::Modality;
+  const Modality of_data = kind == DataKind::slides     ? Modality::fabric
+                           : kind == DataKind::imprints ? Modality::imprint
+                                                        : Modality::vibro;
+  if (choice.modality && *choice.modality != of_data)
+    return fail({.code = Errc::invalid_argument,
+                 .what = "the command is of other data",
+                 .expected = "data for weft " + std::string(to_string(*choice.modality)),
+                 .got = std::string(describe_kind(kind)),
+                 .hint = "Take weft " + std::string(to_string(of_data))});
+  return check_given(choice.given, kind);
 }
 
 DataKind kind_of(const Dataset& dataset) {
@@ -353,9 +371,12 @@ Result<classifier::FeatureMatrix> features_without_level(const ChosenTrials& cho
 
 Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialChoice& choice,
                                  bool one_exploration, bool can_join) {
+  if (choice.modality && is_recordings_file(path))
+    if (auto ok = check_command(choice, DataKind::whole_recordings); !ok)
+      return pass(ok.error(), path.string());
   Result<Dataset> dataset = open_dataset(path);
   if (!dataset) return pass(dataset.error());
-  if (auto ok = check_given(choice.given, kind_of(*dataset)); !ok)
+  if (auto ok = check_command(choice, kind_of(*dataset)); !ok)
     return pass(ok.error(), path.string());
   const bool is_sum = can_join && names_several(choice);
   if (is_sum && choice.group != "recorded")

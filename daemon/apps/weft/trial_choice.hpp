@@ -30,8 +30,9 @@ struct TrialChoice {
   std::string group = "recorded";             ///< see set_groups()
   std::string remove_level = {};              ///< "", "motion" or "rest"; see remove_level()
   GivenOptions given = {};  ///< of the whole command: those not of the data's kind are refused
+  CommandModality modality = {};  ///< the command's: other data are refused
 };
-void add_trial_options(CLI::App& command, TrialChoice& choice);
+void add_trial_options(CLI::App& command, const LearningOptions& options, TrialChoice& choice);
 /// --remove-level, for commands that make no model: a model file does not know of it.
 void add_level_option(CLI::App& command, TrialChoice& choice);
 
@@ -115,6 +116,9 @@ Result<classifier::FeatureMatrix> features_without_level(const ChosenTrials& cho
 
 /// Slides, or imprints.
 DataKind kind_of(const Dataset& dataset);
+/// Refuses data of another modality than the command's, naming the command's of theirs, and what
+/// check_given() refuses of their kind.
+Status check_command(const TrialChoice& choice, DataKind kind);
 
 /// Mean sample period of a data set [s]; 0 when not known.
 double sample_period_s(const Dataset& dataset);

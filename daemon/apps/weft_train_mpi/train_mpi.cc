@@ -1,5 +1,5 @@
-// `weft-train-mpi`: `weft train` with its cores shared among the ranks of an MPI job. Every rank
-// reads the data set by itself; rank r of n trains cores r, r + n, r + 2n ... and sends them to
+// `weft-train-mpi`: `weft fabric train` with its cores shared among the ranks of an MPI job. Every
+// rank reads the data set by itself; rank r of n trains cores r, r + n, r + 2n ... and sends them to
 // rank 0 as lines of the model file, which holds them bit for bit. Only rank 0 writes, at the end.
 
 #include <unistd.h>
@@ -160,7 +160,7 @@ int run(int argc, char** argv) {
   const Ranks ranks;
   if (ranks.root()) std::signal(SIGTERM, on_terminate);
   cli::Console console{std::cout, std::cerr, false, false, nullptr};
-  CLI::App command("weft train, shared among the ranks of an MPI job", "weft-train-mpi");
+  CLI::App command("weft fabric train, shared among the ranks of an MPI job", "weft-train-mpi");
   cli::TrainArgs args;
   cli::add_options(command, args);
   command.add_flag("--json", console.json, "one JSON object on standard output");

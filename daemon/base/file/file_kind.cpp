@@ -68,7 +68,7 @@ bool is_text(std::string_view bytes) {
 
 FileKind file_kind(std::string_view bytes) {
   if (bytes.starts_with("weft-") && bytes.substr(0, bytes.find('\n')).find("-model ") != bytes.npos)
-    return {"a model of Weft", "`weft classify MODEL DATA` takes it as MODEL"};
+    return {"a model of Weft", "`weft ... classify MODEL DATA` takes it as MODEL"};
   const auto* const found = std::ranges::find_if(signatures, [&](const Signature& one) {
     return bytes.starts_with(one.bytes) && !(one.letters && is_text(bytes));
   });

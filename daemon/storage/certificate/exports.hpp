@@ -34,7 +34,7 @@ inline constexpr const char* export_list_name = "list.json";
 
 enum class ExportFormat : std::uint8_t {
   hdf5,         ///< the complete trials, as `weft dataset export` writes them
-  features_csv  ///< their features, as `weft features` writes them
+  features_csv  ///< their features, as `weft fabric features` writes them
 };
 std::string_view to_string(ExportFormat format);
 std::optional<ExportFormat> export_format_from(std::string_view word);

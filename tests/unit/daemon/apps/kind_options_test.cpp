@@ -1,7 +1,9 @@
 // Options that say nothing about the kind of the data are refused, never dropped.
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
 #include "daemon/apps/weft/commands.hpp"
@@ -58,26 +60,107 @@ std::string imprints_in(const TemporaryFolder& folder) {
   return folder / "i.h5";
 }
 
-TEST_CASE("every option of a command that takes several kinds of data is about one of them") {
+TEST_CASE("every option of a command that learns is about one kind of data") {
   CLI::App root;
   ChosenCommand chosen;
   add_commands(root, chosen);
-  const CLI::App* const design = root.get_subcommand("design");
-  GivenOptions all;
-  for (const CLI::App* const command :
-       {root.get_subcommand("evaluate"), root.get_subcommand("train"),
-        root.get_subcommand("features"), design->get_subcommand("repetitions")})
-    for (const CLI::Option* option : command->get_options()) all.insert(option->get_name());
+  const std::vector<std::string> learning{"features", "evaluate", "train"};
+  std::set<std::string> all;
+  for (const std::string& name : learning)
+    for (const CLI::Option* option : root.get_subcommand(name)->get_options())
+      all.insert(option->get_name());
+  for (const CLI::Option* option :
+       root.get_subcommand("design")->get_subcommand("repetitions")->get_options())
+    all.insert(option->get_name());
   CHECK(all.contains("--permute-labels"));
   for (const std::string& option : all) {
     CAPTURE(option);
     bool known = false;
     for (const DataKind kind : {DataKind::slides, DataKind::imprints, DataKind::parts,
                                 DataKind::random_windows, DataKind::whole_recordings})
-      known = known || check_given({option}, kind);
+      known = known || check_given({{option, option}}, kind);
     CHECK(known);
   }
-  CHECK_FALSE(check_given({"--colour"}, DataKind::slides));
+  CHECK_FALSE(check_given({{"--colour", "--colour"}}, DataKind::slides));
+}
+
+TEST_CASE("the commands of a modality have its options alone, under one name") {
+  CLI::App root;
+  ChosenCommand chosen;
+  add_commands(root, chosen);
+  const auto has = [&](const char* modality, const char* command, const std::string& option) {
+    const CLI::App* const found = root.get_subcommand(modality)->get_subcommand(command);
+    return found->get_option_no_throw(option) != nullptr;
+  };
+  for (const char* modality : {"fabric", "vibro", "imprint"})
+    for (const char* option : {"--learner", "--report", "--seed", "--leave-one-group-out"})
+      CHECK(has(modality, "evaluate", option));
+  for (const char* option :
+       {"--method", "--reduction", "--window-step-s", "--imprint-features", "--blocks"})
+    for (const char* modality : {"fabric", "vibro", "imprint"})
+      CHECK_FALSE(has(modality, "evaluate", option));
+  CHECK(has("fabric", "evaluate", "--step-s"));
+  CHECK(has("vibro", "evaluate", "--step-s"));
+  CHECK_FALSE(has("imprint", "evaluate", "--step-s"));
+  CHECK_FALSE(has("fabric", "evaluate", "--features"));
+  CHECK(has("vibro", "train", "--features"));
+  CHECK(has("imprint", "train", "--features"));
+  CHECK(has("vibro", "evaluate", "--parts"));
+  CHECK(has("fabric", "train", "--live"));
+  CHECK_FALSE(has("vibro", "train", "--live"));
+  CHECK_FALSE(has("vibro", "classify", "--vote"));
+  CHECK(has("imprint", "tables", "--rules"));
+}
+
+TEST_CASE("a command of one modality refuses the data of another and names its own") {
+  const TemporaryFolder folder;
+  const std::string sound = recordings_in(folder), slides = slides_in(folder);
+  const std::string imprints = imprints_in(folder);
+  const auto refused = [&](const char* modality, const std::string& file) {
+    return refusal({modality, "evaluate", file, "--leave-one-group-out"});
+  };
+  CHECK(refused("fabric", sound).find("Take weft vibro.") != std::string::npos);
+  CHECK(refused("fabric", imprints).find("Take weft imprint.") != std::string::npos);
+  CHECK(refused("imprint", sound).find("Take weft vibro.") != std::string::npos);
+  CHECK(refused("imprint", slides).find("Take weft fabric.") != std::string::npos);
+  CHECK(refused("vibro", slides).find(slides) != std::string::npos);
+  CHECK(refusal({"vibro", "evaluate", sound, "--protocol", "random", "--parts", "3"})
+            .find(": --parts: not for windows at random") != std::string::npos);
+  CHECK(
+      refusal({"imprint", "features", slides, "-o", folder / "x.csv"}).find("Take weft fabric.") !=
+      std::string::npos);
+  CHECK(refusal({"imprint", "train", slides, "-o", folder / "x.model"}).find("Take weft fabric.") !=
+        std::string::npos);
+}
+
+TEST_CASE("learners after --learner are one list, with commas or blanks") {
+  using Words = std::vector<std::string>;
+  CHECK(join_learners({"evaluate", "--learner", "best", "lda", "data.h5", "lda"}) ==
+        Words{"evaluate", "--learner", "best,lda", "data.h5", "lda"});
+  CHECK(join_learners({"--learner", "best,", "lda", "RForest,every", "x.h5"}) ==
+        Words{"--learner", "best,lda,RForest,every", "x.h5"});
+  CHECK(join_learners({"x.h5", "lda", "svc"}) == Words{"x.h5", "lda", "svc"});
+  CHECK(join_learners({"--learner", "best", "--seed", "lda"}) ==
+        Words{"--learner", "best", "--seed", "lda"});
+  CHECK(join_learners({"--learner"}) == Words{"--learner"});
+}
+
+TEST_CASE("help leaves out what is rarely needed, --help-all has it") {
+  const auto said = [](const char* flag) {
+    const std::vector<const char*> words{"weft", "fabric", "evaluate", flag};
+    std::ostringstream out, err;
+    Console console{out, err};
+    CHECK(run(static_cast<int>(words.size()), words.data(), console) == exit_ok);
+    return out.str();
+  };
+  const std::string brief = said("--help"), whole = said("--help-all");
+  CHECK(std::ranges::count(brief, '\n') <= 48);
+  CHECK(brief.find("--learner") != std::string::npos);
+  CHECK(brief.find("--paper-selection") == std::string::npos);
+  CHECK(whole.find("--learner") != std::string::npos);
+  CHECK(whole.find("--paper-selection") != std::string::npos);
+  std::istringstream lines(brief);
+  for (std::string line; std::getline(lines, line);) CHECK(line.size() <= 80);
 }
 
 TEST_CASE("recordings refuse the options of slides in one sentence, with their own beside") {
