@@ -1,6 +1,7 @@
 // `weft-train-mpi`: `weft fabric train` with its cores shared among the ranks of an MPI job. Every
-// rank reads the data set by itself; rank r of n trains cores r, r + n, r + 2n ... and sends them to
-// rank 0 as lines of the model file, which holds them bit for bit. Only rank 0 writes, at the end.
+// rank reads the data set by itself; rank r of n trains cores r, r + n, r + 2n ... and sends them
+// to rank 0 as lines of the model file, which holds them bit for bit. Only rank 0 writes, at the
+// end.
 
 #include <unistd.h>
 

@@ -146,14 +146,14 @@ TEST_CASE("learners after --learner are one list, with commas or blanks") {
 }
 
 TEST_CASE("help leaves out what is rarely needed, --help-all has it") {
-  const auto said = [](const char* flag) {
+  const auto reply = [](const char* flag) {
     const std::vector<const char*> words{"weft", "fabric", "evaluate", flag};
     std::ostringstream out, err;
     Console console{out, err};
     CHECK(run(static_cast<int>(words.size()), words.data(), console) == exit_ok);
     return out.str();
   };
-  const std::string brief = said("--help"), whole = said("--help-all");
+  const std::string brief = reply("--help"), whole = reply("--help-all");
   CHECK(std::ranges::count(brief, '\n') <= 48);
   CHECK(brief.find("--learner") != std::string::npos);
   CHECK(brief.find("--paper-selection") == std::string::npos);
