@@ -258,9 +258,9 @@ Result<std::string> weigh(const EvaluateArgs& args, const RecordingsPlan& plan,
 }  // namespace
 
 bool is_about_recordings(const TrialChoice& choice, const std::filesystem::path& file,
-                         bool asked_for) {
+                         bool is_requested) {
   if (choice.modality) return choice.modality == classifier::Modality::vibro;
-  return asked_for || is_recordings_file(file);
+  return is_requested || is_recordings_file(file);
 }
 
 namespace {

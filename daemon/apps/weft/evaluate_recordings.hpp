@@ -37,7 +37,7 @@ struct TrialChoice;
 /// Whether a command is about recordings: those of a modality know; else whether the file holds
 /// them, or something of theirs was asked for.
 bool is_about_recordings(const TrialChoice& choice, const std::filesystem::path& file,
-                         bool asked_for);
+                         bool is_requested);
 
 /// What evaluate needs to know of recordings beside the options that it has for slides.
 struct RecordingChoice {
