@@ -33,6 +33,20 @@ def one_manifest(t, d, rows):
     t.refuses("dataset", "import", "wrong.csv", "-o", "bad.h5", "--format", "recordings", cwd=d, says=["wrong.csv:1", "'grp'"])
 
 
+def stated_bench(t, d, rows):
+    """The bench that an import states stands in every result."""
+    made = imported(t, d, "nobody", rows, "--format", "recordings")
+    t.expect(made["bench"] == "unknown", f"no bench stated: {made['bench']}")
+    imported(t, d, "bench", rows, "--format", "recordings", "--bench", "simulated")
+    t.expect(t.succeeds("dataset", "info", "bench.h5", cwd=d)["bench"] == "simulated", "kept in the file")
+    ask = ("evaluate", "bench.h5", "--method", "LDA", "--leave-one-group-out")
+    t.expect(t.succeeds(*ask, cwd=d)["bench"] == "simulated" and t.run(*ask, cwd=d).stdout.startswith("SIMULATED"), "evaluate says so")
+    imported(t, d, "real", rows, "--format", "recordings", "--bench", "real")
+    t.expect(not t.run("evaluate", "real.h5", *ask[2:], cwd=d).stdout.startswith(("SIMULATED", "Data of unknown")), "no banner over real data")
+    t.refuses("dataset", "import", ".", "-o", "bad.h5", "--format", "hapmat", "--bench", "simulated", cwd=d, says=["--bench"])
+    t.refuses("dataset", "import", "nobody.csv", "-o", "bad.h5", "--format", "recordings", "--bench", "emulated", cwd=d, says=["--bench"], status=2)
+
+
 def copies_of_recordings(t, d, rows):
     made = imported(t, d, "clean", rows, "--format", "recordings")
     t.expect(made["copies"] == [], f"no copies: {made}")
@@ -364,6 +378,7 @@ def main():
         d = pathlib.Path(name) / "own"
         rows = vibrations(d)
         one_manifest(t, d, rows)
+        stated_bench(t, d, rows)
         copies_of_recordings(t, d, rows)
         silence_and_labels(t, d, rows)
         copies_of_slides(t, d)

@@ -30,6 +30,9 @@ struct ImportArgs {
   std::string order;                  ///< icub20: empty is "time"
   std::vector<std::string> channels;  ///< vibtac12; empty: X, Y, Z
   double rate_hz = 0;                 ///< tables with times; 0: as they tell
+  std::string bench;                  ///< empty: as the manifest tells, or unknown
+
+  [[nodiscard]] std::optional<BenchKind> stated_bench() const { return bench_kind_from(bench); }
 };
 struct ExportArgs {
   std::filesystem::path campaign;
@@ -175,13 +178,14 @@ Result<Dataset> import(const ImportArgs& args) {
   if (args.format == "icub20")
     return import_icub20(args.source,
                          args.order == "filed" ? Icub20Order::filed : Icub20Order::time);
-  if (args.format == "imprints") return import_imprints(args.source);
+  if (args.format == "imprints") return import_imprints(args.source, args.stated_bench());
   if (args.format == "imprint-table") {
     const auto shape = shape_from(args.shape);
     if (!shape) return pass(shape.error(), "--shape");
-    return import_imprint_table(args.source, shape->first, shape->second);
+    return import_imprint_table(args.source, shape->first, shape->second,
+                                args.stated_bench().value_or(BenchKind::unknown));
   }
-  return import_manifest(args.source, args.rate_hz);
+  return import_manifest(args.source, args.rate_hz, args.stated_bench());
 }
 
 json recordings_json(const char* command, const std::filesystem::path& file,
@@ -246,7 +250,7 @@ Result<RecordingSet> import_set(const ImportArgs& args) {
                                             : args.channels);
   if (args.format == "lmt_sound") return import_lmt_sound(args.source);
   if (args.format == "hapmat") return import_hapmat(args.source, args.rate_hz);
-  return import_recordings(args.source, args.rate_hz);
+  return import_recordings(args.source, args.rate_hz, args.stated_bench());
 }
 
 Result<int> run_import_recordings(const ImportArgs& args, Console& console) {
@@ -295,6 +299,11 @@ void add_options(CLI::App& command, ImportArgs& args) {
                   "manifest, fabricslide, recordings, hapmat: rate of the sensor; needed where the "
                   "times are not evenly spaced (default: as the times tell)")
       ->check(CLI::Range(1e-3, 1e6));
+  command
+      .add_option("--bench", args.bench,
+                  "manifest, imprints, imprint-table, recordings: the bench that recorded them, "
+                  "which every result names (default: the manifest's column bench, or unknown)")
+      ->check(CLI::IsMember({"real", "simulated", "unknown"}));
 }
 
 /// Options that say nothing about the format that was asked for.
@@ -321,6 +330,8 @@ Status check_format_options(const ImportArgs& args) {
     return refused("--order", "only icub20 has two orders", {.got = args.order});
   if (!is({"manifest", "fabricslide", "recordings", "hapmat"}) && args.rate_hz != 0)
     return refused("--rate-hz", args.format + " has no column of times");
+  if (!is({"manifest", "imprints", "imprint-table", "recordings"}) && !args.bench.empty())
+    return refused("--bench", "the bench of this published set is known", {.expected = "real"});
   return {};
 }
 

@@ -311,11 +311,12 @@ Result<Dataset> import_icub20(const std::filesystem::path& path, Icub20Order ord
   return dataset;
 }
 
-Result<Dataset> import_manifest(const std::filesystem::path& path, double rate_hz) {
-  const auto entries = read_manifest(path, ManifestKind::trials);
-  if (!entries) return pass(entries.error());
-  Dataset dataset = imported_set(path.stem().string(), "manifest");
-  for (const ManifestEntry& entry : *entries)
+Result<Dataset> import_manifest(const std::filesystem::path& path, double rate_hz,
+                                std::optional<BenchKind> bench) {
+  const auto manifest = read_manifest(path, ManifestKind::trials, bench);
+  if (!manifest) return pass(manifest.error());
+  Dataset dataset = imported_set(path.stem().string(), "manifest", manifest->bench);
+  for (const ManifestEntry& entry : manifest->entries)
     if (auto done = import_entry(entry, rate_hz > 0, dataset); !done)
       return pass(std::move(done).error());
   if (auto done = settle_rate(dataset, rate_hz); !done) return pass(done.error(), path.string());

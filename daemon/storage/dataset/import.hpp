@@ -10,11 +10,12 @@
 
 namespace weft::daemon {
 
-/// Reads a manifest with columns `file,label[,group]` in any order (quoted fields allowed) and each
-/// trial file it names, relative to the manifest: `t_s,[phase,]ch1..chN`, no phase column means all
-/// M. Errors carry file:line. Bench kind of the result: unknown. `rate_hz`: as stated, or 0 for
-/// that of the times, which must then be regular (sample_times.hpp).
-Result<Dataset> import_manifest(const std::filesystem::path& manifest, double rate_hz = 0);
+/// Reads a manifest (read_manifest(), kind trials) and each trial file it names, relative to the
+/// manifest: `t_s,[phase,]ch1..chN`, no phase column means all M. Errors carry file:line.
+/// `rate_hz`: as stated, or 0 for that of the times, which must then be regular (sample_times.hpp).
+/// `bench`: as stated; else the manifest's, or unknown.
+Result<Dataset> import_manifest(const std::filesystem::path& manifest, double rate_hz = 0,
+                                std::optional<BenchKind> bench = {});
 
 /// One such trial file by itself: a data set of one trial without label or group.
 Result<Dataset> import_trial(const std::filesystem::path& path);

@@ -33,7 +33,7 @@ struct ManifestColumns {
   std::size_t label = 0;
   std::optional<std::size_t> group;
   std::optional<std::size_t> piece, mounting, patch;
-  std::optional<std::size_t> recording = {};
+  std::optional<std::size_t> recording = {}, bench = {};
 };
 
 Result<ManifestColumns> read_columns(CsvTable& manifest, ManifestKind kind) {
@@ -42,7 +42,8 @@ Result<ManifestColumns> read_columns(CsvTable& manifest, ManifestKind kind) {
   const auto label = manifest.take_column("label");
   if (!label) return pass(label.error());
   ManifestColumns out{*file, *label, manifest.find_column("group"), {}, {}, {}};
-  std::vector<std::string_view> known{"file", "label", "group"};
+  out.bench = manifest.find_column("bench");
+  std::vector<std::string_view> known{"file", "label", "group", "bench"};
   if (kind == ManifestKind::recordings) {
     out.recording = manifest.find_column("recording");
     known.emplace_back("recording");
@@ -66,6 +67,22 @@ Result<std::uint32_t> read_count(const CsvTable& manifest, std::optional<std::si
   if (error != std::errc() || end != text.data() + text.size() || out == 0)
     return manifest.complaint("not a whole number from 1 on", "1 or more", text.substr(0, 40));
   return out;
+}
+
+/// Of the manifest's current line; `bench`: as the lines before have it, or as stated.
+Status read_bench(const CsvTable& manifest, std::optional<std::size_t> column,
+                  std::optional<BenchKind>& bench) {
+  if (!column) return {};
+  const std::string& word = manifest.fields()[*column];
+  const auto own = bench_kind_from(word);
+  if (!own)
+    return manifest.complaint("no such bench", "real, simulated or unknown", shortened(word));
+  if (bench && *own != *bench)
+    return manifest.complaint("another bench than the lines before, or --bench, have",
+                              std::string(to_string(*bench)), word,
+                              "Make a data set of the recordings of each bench");
+  bench = own;
+  return {};
 }
 
 /// One name for a file however it is written, links followed.
@@ -216,22 +233,24 @@ Status append(Dataset& dataset, classifier::Trial trial, TrialRecord record) {
   return {};
 }
 
-Result<std::vector<ManifestEntry>> read_manifest(const std::filesystem::path& path,
-                                                 ManifestKind kind) {
+Result<Manifest> read_manifest(const std::filesystem::path& path, ManifestKind kind,
+                               std::optional<BenchKind> bench) {
   auto manifest = CsvTable::open(path);
   if (!manifest) return pass(std::move(manifest).error());
   const auto columns = read_columns(*manifest, kind);
   if (!columns) return pass(columns.error());
-  std::vector<ManifestEntry> out;
+  Manifest out;
   SeenFiles seen;
   auto more = manifest->next();
   for (; more && *more; more = manifest->next()) {
     auto entry = read_entry(*manifest, *columns, path.parent_path(), seen);
     if (!entry) return pass(std::move(entry).error());
-    out.push_back(std::move(*entry));
+    if (auto ok = read_bench(*manifest, columns->bench, bench); !ok) return pass(ok.error());
+    out.entries.push_back(std::move(*entry));
   }
   if (!more) return pass(std::move(more).error());
-  if (out.empty()) return manifest->complaint("a header but no trials");
+  if (out.entries.empty()) return manifest->complaint("a header but no trials");
+  out.bench = bench.value_or(BenchKind::unknown);
   return out;
 }
 

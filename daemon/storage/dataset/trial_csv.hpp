@@ -25,19 +25,25 @@ struct ManifestEntry {
   std::string where;  ///< manifest:line
 };
 
-/// What a manifest may tell beside `file,label[,group]`.
+/// What a manifest may tell beside `file,label[,group][,bench]`.
 enum class ManifestKind {
   files,      ///< nothing
   trials,     ///< `[,piece][,mounting][,patch]`
   recordings  ///< `[,recording]`
 };
 
-/// A CSV with columns `file,label[,group]` and those of its kind in any order (quoted fields
-/// allowed); other columns, an empty file or label, a count that is none, a
+struct Manifest {
+  std::vector<ManifestEntry> entries;
+  BenchKind bench = BenchKind::unknown;  ///< that recorded all of them
+};
+
+/// A CSV with columns `file,label[,group][,bench]` and those of its kind in any order (quoted
+/// fields allowed); other columns, an empty file or label, a count that is none, several benches, a
 /// file listed twice (under whatever name: `./a.csv`, a link) and a list without files are refused
-/// with file:line.
-Result<std::vector<ManifestEntry>> read_manifest(const std::filesystem::path& path,
-                                                 ManifestKind kind = ManifestKind::files);
+/// with file:line. `bench`: as stated by other means, with which the column must agree.
+Result<Manifest> read_manifest(const std::filesystem::path& path,
+                               ManifestKind kind = ManifestKind::files,
+                               std::optional<BenchKind> bench = {});
 
 /// Which columns of a file hold what.
 struct TrialColumns {

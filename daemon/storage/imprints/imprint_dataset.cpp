@@ -331,23 +331,23 @@ bool holds_scans(const Dataset& dataset) {
   return grid_of_scans(dataset).has_value();
 }
 
-Result<Dataset> import_imprints(const std::filesystem::path& manifest) {
-  const auto entries = read_manifest(manifest);
-  if (!entries) return pass(entries.error());
-  Dataset out = imported_set(manifest.stem().string(), "imprints");
-  for (const ManifestEntry& entry : *entries) {
+Result<Dataset> import_imprints(const std::filesystem::path& path, std::optional<BenchKind> bench) {
+  const auto manifest = read_manifest(path, ManifestKind::files, bench);
+  if (!manifest) return pass(manifest.error());
+  Dataset out = imported_set(path.stem().string(), "imprints", manifest->bench);
+  for (const ManifestEntry& entry : manifest->entries) {
     const auto image = read_image(entry.path);
     if (!image) return pass(image.error(), entry.where);
     if (entry.path.extension() != ".pgm") warn_of_odd_table(*image, entry.file, out.warnings);
     auto done = append_imprint(out, *image, entry.file, entry.label, entry.group);
     if (!done) return pass(std::move(done).error(), entry.where);
   }
-  if (auto ok = check(out); !ok) return pass(ok.error(), manifest.string());
+  if (auto ok = check(out); !ok) return pass(ok.error(), path.string());
   return out;
 }
 
 Result<Dataset> import_imprint_table(const std::filesystem::path& table, std::size_t rows,
-                                     std::size_t cols) {
+                                     std::size_t cols, BenchKind bench) {
   if (rows == 0 || cols == 0 || rows > classifier::imprint::most_taxels / cols)
     return fail({.code = Errc::range,
                  .where = "--shape",
@@ -366,7 +366,7 @@ Result<Dataset> import_imprint_table(const std::filesystem::path& table, std::si
   if (!csv) return pass(csv.error());
   const auto columns = find_table_columns(*csv, width);
   if (!columns) return pass(columns.error());
-  Dataset out = imported_set(table.stem().string(), "imprint-table");
+  Dataset out = imported_set(table.stem().string(), "imprint-table", bench);
   auto more = csv->next();
   for (; more && *more; more = csv->next())
     if (auto done = import_table_line(*csv, *columns, rows, cols, out); !done)

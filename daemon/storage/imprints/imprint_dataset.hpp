@@ -18,15 +18,16 @@ namespace weft::daemon {
 
 /// A manifest `file,label[,group]` as import_manifest() takes it; each file is one imprint that
 /// read_image() reads, all with the same number of columns. A group is the object that was pressed,
-/// or the number of the press.
-Result<Dataset> import_imprints(const std::filesystem::path& manifest);
+/// or the number of the press. `bench` likewise.
+Result<Dataset> import_imprints(const std::filesystem::path& manifest,
+                                std::optional<BenchKind> bench = {});
 
 /// One file, one imprint a line: label, group, then rows x cols values, row by row. A first line
 /// that names a column `label` is a heading, and columns go by its names. A line that begins with #
 /// is an imprint where it has all fields; others are left out with a warning. Errors carry
 /// file:line.
 Result<Dataset> import_imprint_table(const std::filesystem::path& table, std::size_t rows,
-                                     std::size_t cols);
+                                     std::size_t cols, BenchKind bench = BenchKind::unknown);
 
 // Imprints in what a run has recorded: trials whose frames are scans of a dense array
 // (docs/dataset.md, "Imprints"). The imprint of a trial is the last scan of phase P, when the force

@@ -313,13 +313,14 @@ std::size_t place_of(const ManifestEntry& entry, std::map<std::string, std::size
 
 }  // namespace
 
-Result<RecordingSet> import_recordings(const std::filesystem::path& path, double rate_hz) {
-  const auto entries = read_manifest(path, ManifestKind::recordings);
-  if (!entries) return pass(entries.error());
-  RecordingSet set{path.stem().string(), "recordings", BenchKind::unknown, {}};
+Result<RecordingSet> import_recordings(const std::filesystem::path& path, double rate_hz,
+                                       std::optional<BenchKind> bench) {
+  const auto manifest = read_manifest(path, ManifestKind::recordings, bench);
+  if (!manifest) return pass(manifest.error());
+  RecordingSet set{path.stem().string(), "recordings", manifest->bench, {}};
   std::map<std::string, TableRates> rates;  // by the first column
   std::map<std::string, std::size_t> places;
-  for (const ManifestEntry& entry : *entries) {
+  for (const ManifestEntry& entry : manifest->entries) {
     auto file = read_file(entry, rate_hz, set.warnings);
     if (!file) return pass(file.error());
     const std::size_t place = place_of(entry, places, set.recordings.size());
