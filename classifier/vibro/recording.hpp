@@ -82,8 +82,9 @@ struct Recording {
   std::string label;  ///< texture
   std::string group;  ///< what must not be split between training and test
   std::vector<Channel> channels;
-  std::vector<std::vector<double>> samples;  ///< per channel, from the same instant on
-  std::vector<Gap> gaps = {};                ///< ascending, apart from each other
+  std::vector<std::vector<double>> samples;    ///< per channel, from the same instant on
+  std::vector<Gap> gaps = {};                  ///< ascending, apart from each other
+  std::vector<std::string> group_values = {};  ///< by which it can be grouped besides
 
   /// Of the shortest channel.
   [[nodiscard]] double duration_s() const;

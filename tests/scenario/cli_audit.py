@@ -71,6 +71,7 @@ def made_up(t, root, d):
     t.succeeds("dataset", "import", d / "cloths/manifest.csv", "-o", "session.h5", cwd=d)
     session = verdict(t, d, "session.h5")
     t.expect(session["verdict"]["code"] == "confounded" and "group" in session["verdict"]["confounds"], f"{session['verdict']}")
+    columns(t, d, rows)
     labels = [row[1] for row in rows]
     random.Random(5).shuffle(labels)
     for k, row in enumerate(rows):
@@ -83,6 +84,24 @@ def made_up(t, root, d):
     t.refuses("audit", campaign(t, root, d, "named", 1, {}), "--groups-are", "mounting", cwd=d, says=["--group mounting"])
     t.refuses("audit", "five.h5", "--group", "piece", cwd=d, says=["piece"])
     t.refuses("audit", "cloths/manifest.csv", cwd=d, says=["manifest.csv"])
+
+
+def columns(t, d, rows):
+    """A session of each cloth, in a column of its own, is a confound; sessions that all cloths share are left out in turn."""
+    for name, day in (("own", lambda k, row: row[1]), ("shared", lambda k, row: k % 5)):
+        made_up_cloths.write_manifest(d / "cloths/columns.csv", [[row[0], row[1], day(k, row)] for k, row in enumerate(rows)])
+        text = (d / "cloths/columns.csv").read_text()
+        (d / "cloths/columns.csv").write_text(text.replace("file,label,group", "file,label,session", 1))
+        made = t.succeeds("dataset", "import", d / "cloths/columns.csv", "-o", f"{name}.h5", cwd=d)
+        t.expect(made["group_columns"] == {"session": 3 if name == "own" else 5}, f"{name}: {made['group_columns']}")
+    own = verdict(t, d, "own.h5")["verdict"]
+    t.expect(own["code"] == "confounded" and "column session" in own["confounds"] and own["single"] == ["session"], f"own: {own}")
+    shared = verdict(t, d, "shared.h5")
+    t.expect("column session" not in shared["verdict"]["confounds"], f"shared: {shared['verdict']}")
+    t.expect("across sessions" in {one["name"] for one in shared["beside"]}, f"shared: {shared['beside']}")
+    grouped = verdict(t, d, "shared.h5", "--group", "session")
+    t.expect(grouped["permutations"]["unit"] == "label in a group" and grouped["splits"] == 5, f"grouped: {grouped['permutations']}")
+    t.refuses("audit", "shared.h5", "--group", "sesion", cwd=d, says=["Did you mean session?"])
 
 
 def real(t, shared, d):

@@ -29,8 +29,8 @@ def one_manifest(t, d, rows):
         write_manifest(d / "twice.csv", rows + [[twice, "felt", "9"]])
         t.refuses("dataset", "import", "twice.csv", "-o", "bad.h5", "--format", "recordings", cwd=d,
                   says=["twice.csv:10", "the file is listed twice", "twice.csv:2 as 'felt0.csv'"])
-    (d / "wrong.csv").write_text("file,label,grp\nfelt0.csv,felt,1\n")
-    t.refuses("dataset", "import", "wrong.csv", "-o", "bad.h5", "--format", "recordings", cwd=d, says=["wrong.csv:1", "'grp'"])
+    (d / "wrong.csv").write_text("file,label,Group\nfelt0.csv,felt,1\n")
+    t.refuses("dataset", "import", "wrong.csv", "-o", "bad.h5", "--format", "recordings", cwd=d, says=["wrong.csv:1", "'Group'"])
 
 
 def stated_bench(t, d, rows):

@@ -36,6 +36,7 @@ DatasetInfo stroke_info(const DatasetInfo& recorded, BenchKind kind) {
   out.source = recorded.source;  // says how names and repetitions are to be read
   out.taxel_rate_hz = recorded.taxel_rate_hz;
   out.factors = recorded.factors;
+  out.group_columns = recorded.group_columns;
   return out;
 }
 

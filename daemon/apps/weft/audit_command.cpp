@@ -8,6 +8,7 @@
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/evaluate_outcome.hpp"
 #include "daemon/apps/weft/options.hpp"
+#include "daemon/storage/dataset/group_columns.hpp"
 #include "daemon/storage/recordings/recording_set.hpp"
 
 namespace weft::daemon::cli {
@@ -20,6 +21,7 @@ struct AuditArgs {
   std::filesystem::path dataset;
   TrialChoice trials;
   SplitChoice split;
+  std::string group{recorded_column};  ///< see group_labels()
   std::string groups_are;  ///< "mounting", "piece" or empty: what the groups of an import stand for
   classifier::AuditOptions options;
   std::size_t repeats = 5;
@@ -31,9 +33,11 @@ void add_options(CLI::App& command, AuditArgs& args) {
       ->required();
   command.add_option("--exploration", args.trials.exploration,
                      "only trials of this exploration, such as M1");
-  add_keyword(command, "--group", args.trials.group,
-              {"recorded", "repetition", "mounting", "piece", "patch"},
-              "group the trials as recorded, or by repetition, mounting, piece or patch");
+  command
+      .add_option("--group", args.group,
+                  "group the rows as recorded, by repetition, mounting, piece or patch, or by "
+                  "another column that the data set names")
+      ->capture_default_str();
   command
       .add_option("--groups-are", args.groups_are,
                   "what the groups of an import stand for, where it has no column of its own")
@@ -56,9 +60,26 @@ bool has_taxels(const Dataset& dataset) {
   return dataset.trials.empty() || dataset.trials.front().taxels > 0;
 }
 
+tl::unexpected<Error> wrong_group(const AuditArgs& args, const Error& error) {
+  return pass(error, args.dataset.string() + ": --group");
+}
+
+/// Rows of imprints that are grouped as recorded go by their objects, which load_trials() knows.
+Status set_groups(const AuditArgs& args, ChosenTrials& chosen) {
+  if (args.group == recorded_column) return {};
+  const auto groups = group_labels(chosen.dataset, args.group);
+  if (!groups) return wrong_group(args, groups.error());
+  const auto trials = trials_of_rows(chosen.dataset, chosen.features);
+  for (std::size_t r = 0; r < trials.size(); ++r) chosen.features.groups[r] = (*groups)[trials[r]];
+  return {};
+}
+
 Status load_recordings(const AuditArgs& args, AuditReport& out) {
-  const auto set = open_recordings(args.dataset, args.trials.exploration, false);
+  auto set = open_recordings(args.dataset, args.trials.exploration, false);
   if (!set) return pass(set.error());
+  const auto groups = group_labels(*set, args.group);
+  if (!groups) return wrong_group(args, groups.error());
+  for (std::size_t r = 0; r < groups->size(); ++r) set->recordings[r].group = (*groups)[r];
   auto tables = recording_tables(*set, recording_window_s);
   if (!tables) return pass(tables.error(), args.dataset.string());
   out.tables = std::move(*tables);
@@ -74,8 +95,9 @@ Status load_tables(const AuditArgs& args, AuditReport& out) {
   const auto dataset = open_dataset(args.dataset);
   if (!dataset) return pass(dataset.error());
   if (!has_taxels(*dataset)) return load_recordings(args, out);
-  const auto chosen = load_trials(args.dataset, args.trials, true);
+  auto chosen = load_trials(args.dataset, args.trials, true);
   if (!chosen) return pass(chosen.error());
+  if (auto ok = set_groups(args, *chosen); !ok) return ok;
   auto tables = chosen->imprint_plan ? imprint_tables(*chosen) : slide_tables(*chosen);
   if (!tables) return pass(tables.error(), args.dataset.string());
   out.tables = std::move(*tables);
@@ -88,7 +110,7 @@ Status load_tables(const AuditArgs& args, AuditReport& out) {
 /// Errors: invalid_argument, where the data set names mountings (pieces) itself.
 Status name_groups(const AuditArgs& args, AuditTables& tables) {
   if (args.groups_are.empty()) return {};
-  if (std::ranges::find(tables.columns, args.groups_are, &GroupColumn::name) !=
+  if (std::ranges::find(tables.columns, args.groups_are, &AuditColumn::name) !=
       tables.columns.end())
     return fail({.code = Errc::invalid_argument,
                  .where = "--groups-are",
@@ -143,7 +165,7 @@ Status add_beside(const AuditArgs& args, std::span<const classifier::Split> spli
   };
   for (const classifier::Probe& changed : out.tables.changed)
     if (auto ok = add(changed.name, changed.features, splits); !ok) return ok;
-  for (const GroupColumn& column : out.tables.columns) {
+  for (const AuditColumn& column : out.tables.columns) {
     classifier::FeatureMatrix matrix = out.tables.full;
     if (column.of_row == matrix.groups) continue;  // the splits are those already
     matrix.groups = column.of_row;
@@ -167,6 +189,7 @@ Result<int> run_audit(const AuditArgs& args, Console& console) {
     note_whole_columns(out.tables.columns, out.tables.full, *splits);
     if (!classifier::groups_on_both_sides(*splits, out.tables.full.groups).empty())
       add_group_probe(out.tables);
+    add_column_probes(out.tables);
     classifier::AuditOptions options = args.options;
     options.tree_permutations = std::max<std::size_t>(99, options.permutations / 2);
     auto figures = classifier::audit(out.tables.full, out.tables.probes, *splits, options);

@@ -9,6 +9,7 @@
 
 #include "classifier/vibro/extract.hpp"
 #include "classifier/vibro/protocol.hpp"
+#include "daemon/storage/dataset/group_columns.hpp"
 #include "daemon/storage/dataset/sample_times.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
 
@@ -131,14 +132,6 @@ Rows order_and_time(const Dataset& dataset, const std::vector<std::size_t>& tria
   return out;
 }
 
-std::vector<std::size_t> trials_of_rows(const Dataset& dataset, const FeatureMatrix& full) {
-  std::map<std::string_view, std::size_t> place;
-  for (std::size_t i = 0; i < dataset.trials.size(); ++i) place[dataset.trials[i].file] = i;
-  std::vector<std::size_t> out;
-  for (const std::string& file : full.files) out.push_back(place.at(file));
-  return out;
-}
-
 Rows rows_of(const std::vector<std::size_t>& trials,
              const std::function<std::vector<double>(std::size_t)>& row) {
   Rows out;
@@ -146,20 +139,33 @@ Rows rows_of(const std::vector<std::size_t>& trials,
   return out;
 }
 
-/// Mounting and piece, where every trial names them.
-void add_columns(const Dataset& dataset, const std::vector<std::size_t>& trials,
+/// Those that have a value in each of `rows`: mounting and piece, then the others that the data set
+/// names. Repetition and patch are of a campaign's plan, and probes of their own.
+void add_columns(const std::vector<GroupColumn>& named, const std::vector<std::size_t>& rows,
                  AuditTables& tables) {
-  const auto add = [&](const char* name, std::uint32_t TrialPlace::*number) {
-    GroupColumn column{name, {}, false};
-    for (const std::size_t i : trials) {
-      const std::uint32_t of_trial = dataset.records[i].spec.place.*number;
-      if (of_trial == 0) return;
-      column.of_row.push_back(std::to_string(of_trial));
-    }
-    tables.columns.push_back(std::move(column));
-  };
-  add("mounting", &TrialPlace::mounting);
-  add("piece", &TrialPlace::piece);
+  const std::set<std::string_view> of_cloth{"mounting", "piece"}, of_plan{"repetition", "patch"};
+  for (const GroupColumn& one : named) {
+    if (of_plan.contains(one.name)) continue;
+    AuditColumn column{one.name, {}, false, of_cloth.contains(one.name)};
+    for (const std::size_t i : rows) column.of_row.push_back(one.of_row[i]);
+    if (std::ranges::find(column.of_row, std::string()) == column.of_row.end())
+      tables.columns.push_back(std::move(column));
+  }
+  std::ranges::stable_partition(tables.columns, &AuditColumn::of_cloth);
+}
+
+/// 1 in the column of a row's value.
+Rows indicators(const std::vector<std::string>& values) {
+  const std::set<std::string> all(values.begin(), values.end());
+  // Values of one row each only number the rows.
+  const bool numbers_rows = 2 * all.size() > values.size();
+  Rows rows;
+  for (const std::string& own : values) {
+    rows.emplace_back();
+    if (!numbers_rows)
+      for (const std::string& value : all) rows.back().push_back(own == value ? 1.0 : 0.0);
+  }
+  return rows;
 }
 
 Result<FeatureMatrix> changed_features(const ChosenTrials& chosen,
@@ -233,14 +239,22 @@ double rms(const std::vector<double>& samples) {
 
 }  // namespace
 
-void note_whole_columns(std::vector<GroupColumn>& columns, const FeatureMatrix& full,
+void note_whole_columns(std::vector<AuditColumn>& columns, const FeatureMatrix& full,
                         std::span<const classifier::Split> splits) {
-  for (GroupColumn& column : columns) {
+  for (AuditColumn& column : columns) {
     std::vector<std::string> keys;
     for (std::size_t r = 0; r < full.size(); ++r)
       keys.push_back(full.labels[r] + '\n' + column.of_row[r]);
     column.whole = classifier::groups_on_both_sides(splits, keys).empty();
   }
+}
+
+std::vector<std::size_t> trials_of_rows(const Dataset& dataset, const FeatureMatrix& full) {
+  std::map<std::string_view, std::size_t> place;
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i) place[dataset.trials[i].file] = i;
+  std::vector<std::size_t> out;
+  for (const std::string& file : full.files) out.push_back(place.at(file));
+  return out;
 }
 
 void remove_pad_pattern(Trial& trial) {
@@ -266,7 +280,7 @@ Result<AuditTables> slide_tables(const ChosenTrials& chosen) {
   add_probe(out, "order and time", order_and_time(dataset, trials));
   add("lost frames", [&](std::size_t i) { return lost_frames(dataset.records[i]); });
   add("force error", [&](std::size_t i) { return force_error(dataset.records[i]); });
-  add_columns(dataset, trials, out);
+  add_columns(list_group_columns(dataset), trials, out);
   if (auto ok = add_changed(chosen, trials, out); !ok) return pass(ok.error());
   return out;
 }
@@ -281,6 +295,8 @@ Result<AuditTables> imprint_tables(const ChosenTrials& chosen) {
   if (chosen.dataset.info.source == "campaign")
     add_probe(out, "order and time",
               order_and_time(chosen.dataset, trials_of_rows(chosen.dataset, out.full)));
+  if (!chosen.dataset.info.group_columns.empty())
+    add_columns(list_group_columns(chosen.dataset), trials_of_rows(chosen.dataset, out.full), out);
   return out;
 }
 
@@ -288,12 +304,14 @@ Result<AuditTables> recording_tables(const RecordingSet& set, double window_s) {
   auto full = recording_features(set.recordings, window_s);
   if (!full) return pass(full.error());
   AuditTables out{"recordings", std::move(*full), {}, {}, {}, {}};
-  std::map<std::string_view, const classifier::vibro::Recording*> by_file;
-  for (const auto& recording : set.recordings) by_file[recording.file] = &recording;
+  std::map<std::string_view, std::size_t> place;
+  for (std::size_t i = 0; i < set.recordings.size(); ++i) place[set.recordings[i].file] = i;
+  std::vector<std::size_t> of_row;
   Rows level, duration;
   std::vector<classifier::vibro::Recording> scaled;
   for (const std::string& file : out.full.files) {
-    auto& copy = scaled.emplace_back(*by_file.at(file));
+    of_row.push_back(place.at(file));
+    auto& copy = scaled.emplace_back(set.recordings[of_row.back()]);
     level.emplace_back();
     for (auto& samples : copy.samples) {
       const double own = rms(samples);
@@ -306,6 +324,7 @@ Result<AuditTables> recording_tables(const RecordingSet& set, double window_s) {
   add_probe(out, "level", level);
   add_probe(out, "durations", duration);
   out.absent.emplace_back("order and time", not_recorded);
+  add_columns(list_group_columns(set), of_row, out);
   auto without = recording_features(scaled, window_s);
   if (!without) return pass(without.error(), "without level");
   out.changed.push_back({"without level", std::move(*without)});
@@ -313,16 +332,15 @@ Result<AuditTables> recording_tables(const RecordingSet& set, double window_s) {
 }
 
 void add_group_probe(AuditTables& tables) {
-  const std::set<std::string> groups(tables.full.groups.begin(), tables.full.groups.end());
-  // Groups of one row each only number the rows.
-  const bool numbers_rows = 2 * groups.size() > tables.full.size();
-  Rows rows;
-  for (const std::string& own : tables.full.groups) {
-    rows.emplace_back();
-    if (!numbers_rows)
-      for (const std::string& group : groups) rows.back().push_back(own == group ? 1.0 : 0.0);
-  }
-  add_probe(tables, "group", rows, "nearly every row has a group of its own");
+  add_probe(tables, "group", indicators(tables.full.groups),
+            "nearly every row has a group of its own");
+}
+
+void add_column_probes(AuditTables& tables) {
+  for (const AuditColumn& column : tables.columns)
+    if (!column.of_cloth && column.of_row != tables.full.groups)
+      add_probe(tables, std::string(column_probe) + column.name, indicators(column.of_row),
+                "nearly every row has a value of its own");
 }
 
 }  // namespace weft::daemon::cli

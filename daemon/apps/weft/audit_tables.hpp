@@ -4,6 +4,7 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -14,14 +15,15 @@
 namespace weft::daemon::cli {
 
 /// A column of the data set that groups its rows.
-struct GroupColumn {
-  std::string name;                 ///< "mounting" or "piece", counted within a label
+struct AuditColumn {
+  std::string name;                 ///< "mounting" or "piece", counted within a label, or another
   std::vector<std::string> of_row;  ///< one value only: nothing is left out by it
   bool whole = false;               ///< in every split; see note_whole_columns()
+  bool of_cloth = true;             ///< mounting, piece: belongs to one label
 };
 
-/// Sets GroupColumn::whole: no split has rows of one mounting (piece) on both sides.
-void note_whole_columns(std::vector<GroupColumn>& columns, const classifier::FeatureMatrix& full,
+/// Sets AuditColumn::whole: no split has rows of one mounting (piece) on both sides.
+void note_whole_columns(std::vector<AuditColumn>& columns, const classifier::FeatureMatrix& full,
                         std::span<const classifier::Split> splits);
 
 struct AuditTables {
@@ -30,7 +32,7 @@ struct AuditTables {
   std::vector<classifier::Probe> probes;
   std::vector<std::pair<std::string, std::string>> absent;  ///< probe, and why it is not there
   std::vector<classifier::Probe> changed;  ///< full features without level, without pattern
-  std::vector<GroupColumn> columns;        ///< that the data set names
+  std::vector<AuditColumn> columns;        ///< that the data set names
 };
 
 /// Scales every pad so that its mean of phase M is that of all pads. A pad whose mean is not
@@ -45,7 +47,14 @@ Result<AuditTables> imprint_tables(const ChosenTrials& chosen);
 /// after another; shorter recordings are left out. Errors: those of cut_and_extract().
 Result<AuditTables> recording_tables(const RecordingSet& set, double window_s);
 
+/// The trial of each row, by its file.
+std::vector<std::size_t> trials_of_rows(const Dataset& dataset,
+                                        const classifier::FeatureMatrix& rows);
+
 /// Adds which group a row is in as a probe, for splits that do not keep groups whole.
 void add_group_probe(AuditTables& tables);
+/// Adds each column that is not of the cloth as a probe: `column session`.
+void add_column_probes(AuditTables& tables);
+inline constexpr std::string_view column_probe = "column ";
 
 }  // namespace weft::daemon::cli

@@ -54,6 +54,24 @@ const Meaning& meaning_of(const std::string& probe) {
   return *std::ranges::find(meanings, std::string_view(probe), &Meaning::probe);
 }
 
+/// The name of a column that is a probe; empty of other probes.
+std::string column_of(const ProbeFigure& one) {
+  return one.name.starts_with(column_probe) ? one.name.substr(column_probe.size()) : "";
+}
+
+/// What goes with the label.
+std::string confounded_by(const ProbeFigure& one) {
+  const std::string column = column_of(one);
+  return column.empty() ? std::string(meaning_of(one.name).confounded) : column;
+}
+
+std::string next_step(const ProbeFigure& one) {
+  const std::string column = column_of(one);
+  if (column.empty()) return std::string(meaning_of(one.name).next);
+  return "Record every label with every " + column + ", and leave each " + column +
+         " out in turn: --group " + column + " --leave-one-group-out.";
+}
+
 bool is_contact(const ProbeFigure& one) {
   return one.name == "phase S" || one.name == "pad pattern";
 }
@@ -67,7 +85,7 @@ Carrier carrier_of(const AuditReport& report, const ProbeFigure& one) {
   if (one.name == "level" || one.name == "force error") return Carrier::undecided;
   if (!is_contact(one)) return Carrier::nuisance;
   const auto is_whole = [&](std::string_view name) {
-    return std::ranges::any_of(report.tables.columns, [name](const GroupColumn& column) {
+    return std::ranges::any_of(report.tables.columns, [name](const AuditColumn& column) {
       return column.name == name && column.whole;
     });
   };
@@ -140,7 +158,7 @@ std::vector<std::string> unnamed_columns(const AuditReport& report) {
   std::vector<std::string> out;
   if (report.tables.rows != "trials") return out;
   for (const char* const name : {"mounting", "piece"})
-    if (std::ranges::find(report.tables.columns, name, &GroupColumn::name) ==
+    if (std::ranges::find(report.tables.columns, name, &AuditColumn::name) ==
         report.tables.columns.end())
       out.emplace_back(name);
   return out;
@@ -158,8 +176,7 @@ std::vector<std::string> verdict_sentences(const AuditReport& report) {
   const auto confounds = named_probes(report, Carrier::nuisance);
   const auto contact = named_probes(report, Carrier::undecided);
   for (const ProbeFigure* one : confounds)
-    out.push_back(had_from(*one) + ": label and " + std::string(meaning_of(one->name).confounded) +
-                  " are confounded.");
+    out.push_back(had_from(*one) + ": label and " + confounded_by(*one) + " are confounded.");
   for (const ProbeFigure* one : contact) out.push_back(had_from(*one) + undecided_text(*one));
   for (const ProbeFigure* one : named_probes(report, Carrier::material))
     out.push_back(had_from(*one) + ", with whole pieces left out: it belongs to the material.");
@@ -183,17 +200,19 @@ std::vector<std::string> verdict_sentences(const AuditReport& report) {
 std::vector<std::string> next_steps(const AuditReport& report) {
   std::vector<std::string> out;
   for (const ProbeFigure* one : named_probes(report, Carrier::nuisance))
-    out.emplace_back(meaning_of(one->name).next);
+    out.push_back(next_step(*one));
   const auto undecided = named_probes(report, Carrier::undecided);
   for (const ProbeFigure* one : undecided)
-    if (!is_contact(*one)) out.emplace_back(meaning_of(one->name).next);
+    if (!is_contact(*one)) out.push_back(next_step(*one));
   if (std::ranges::any_of(undecided, [](const ProbeFigure* one) { return is_contact(*one); }))
     out.emplace_back(
         "Record each label on several pieces (\"piece\": \"each_label_split\"), and leave pieces "
         "out: weft audit --group piece.");
   if (const std::string next = obstacle_of(report).next; !next.empty()) out.push_back(next);
   for (const std::string& column : report.single_columns)
-    out.push_back("Record each label with another " + column + " (\"repetition\" in the recipe).");
+    out.push_back(
+        "Record each label with another " + column +
+        (column == "mounting" || column == "piece" ? " (\"repetition\" in the recipe)." : "."));
   return out;
 }
 

@@ -10,6 +10,7 @@
 #include "daemon/apps/weft/trial_choice.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
+#include "daemon/storage/dataset/group_columns.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/dataset/import.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
@@ -87,11 +88,16 @@ json info_json(const char* command, const std::filesystem::path& file, const Dat
           {"taxel_rate_hz", info.taxel_rate_hz},
           {"labels", counts.label},
           {"groups", counts.groups},
+          {"group_columns", count_values(list_group_columns(dataset))},
           {"explorations", counts.explorations},
           {"outcomes", counts.outcome},
           {"copies", copies_in(dataset)},
           {"warnings", warnings_of(dataset)},
           {"ended_early", json(ended_early_json(info))}};
+}
+
+void add_columns_row(const std::vector<GroupColumn>& columns, Table& facts) {
+  if (!columns.empty()) facts.row({"grouped by", format_columns(columns)});
 }
 
 std::string info_text(const std::filesystem::path& file, const Dataset& dataset,
@@ -113,6 +119,7 @@ std::string info_text(const std::filesystem::path& file, const Dataset& dataset,
                    (dataset.info.taxel_rate_hz > 0 ? fixed(dataset.info.taxel_rate_hz, 2) + " Hz"
                                                    : "a rate that is not known")});
   facts.row({"groups", joined(counts.groups)});
+  add_columns_row(list_group_columns(dataset), facts);
   facts.row({"sha256", sha256});
   Table labels;
   for (const auto& [label, trials] : counts.label) labels.row({label, std::to_string(trials)});
@@ -199,19 +206,13 @@ json recordings_json(const char* command, const std::filesystem::path& file,
   json channels = json::array();
   for (const auto& c : set.recordings.front().channels)
     channels.push_back({{"name", c.name}, {"rate_hz", c.rate_hz}, {"unit", c.unit}});
-  return {{"command", command},
-          {"file", file.string()},
-          {"kind", "recordings"},
-          {"name", set.name},
-          {"source", set.source},
-          {"bench", to_string(set.kind)},
-          {"dataset_sha256", sha256},
-          {"recordings", set.recordings.size()},
-          {"channels", channels},
-          {"labels", labels},
-          {"groups", groups},
-          {"copies", copies_in(set)},
-          {"warnings", find_data_warnings(set)}};
+  return {{"command", command},       {"file", file.string()},
+          {"kind", "recordings"},     {"name", set.name},
+          {"source", set.source},     {"bench", to_string(set.kind)},
+          {"dataset_sha256", sha256}, {"recordings", set.recordings.size()},
+          {"channels", channels},     {"labels", labels},
+          {"groups", groups},         {"group_columns", count_values(list_group_columns(set))},
+          {"copies", copies_in(set)}, {"warnings", find_data_warnings(set)}};
 }
 
 std::string recordings_text(const std::filesystem::path& file, const RecordingSet& set,
@@ -233,6 +234,7 @@ std::string recordings_text(const std::filesystem::path& file, const RecordingSe
   for (const auto& c : set.recordings.front().channels)
     facts.row({"channel", c.name + " at " + fixed(c.rate_hz, 2) + " Hz [" + c.unit + "]"});
   facts.row({"groups", joined(groups)});
+  add_columns_row(list_group_columns(set), facts);
   facts.row({"sha256", sha256});
   return bench_banner(set.kind) + facts.text() + copies_text(copies_in(set)) +
          warnings_text(find_data_warnings(set));

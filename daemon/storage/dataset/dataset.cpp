@@ -9,6 +9,7 @@
 #include <unordered_set>
 
 #include "daemon/base/file/sha256.hpp"
+#include "daemon/storage/dataset/group_columns.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -65,6 +66,8 @@ Status check_record(const TrialRecord& record, std::size_t samples, const Datase
     return sizes_disagree("factors", info.factors.size(), record.spec.factors.size());
   if (!std::ranges::all_of(record.spec.factors, [](double x) { return std::isfinite(x); }))
     return fail({.what = "a factor's value that is not a finite number"});
+  if (auto fine = check_group_values(record.spec.group_values, info.group_columns.size()); !fine)
+    return fine;
   if (record.t_ns.size() != samples) return sizes_disagree("times", samples, record.t_ns.size());
   if (!record.device_us.empty() && record.device_us.size() != samples)
     return sizes_disagree("device times", samples, record.device_us.size());
@@ -117,6 +120,13 @@ void add_factors(Sha256& hash, const std::vector<double>& factors) {
   add_list(hash, factors);
 }
 
+/// Likewise a trial of a set without group columns.
+void add_group_values(Sha256& hash, const std::vector<std::string>& values) {
+  if (values.empty()) return;
+  hash.text("weft group columns 1\n").number(static_cast<std::uint32_t>(values.size()));
+  for (const std::string& value : values) hash.sized_text(value);
+}
+
 /// Likewise a trial whose place is not known.
 void add_place(Sha256& hash, const TrialPlace& place) {
   if (place == TrialPlace{}) return;
@@ -156,6 +166,7 @@ Sha256Digest trial_digest(const classifier::Trial& trial, const TrialRecord& rec
   add_factors(hash, record.spec.factors);
   add_place(hash, record.spec.place);
   add_rest(hash, record.quality.rest);
+  add_group_values(hash, record.spec.group_values);
   return hash.finish();
 }
 
@@ -212,6 +223,7 @@ Status check(const Dataset& dataset) {
   if (dataset.trials.empty()) return fail({.what = "a data set without trials"});
   if (dataset.records.size() != dataset.trials.size())
     return sizes_disagree("records", dataset.trials.size(), dataset.records.size());
+  if (auto fine = check_group_names(dataset.info.group_columns); !fine) return fine;
   std::unordered_set<std::string_view> files;
   for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
     const classifier::Trial& trial = dataset.trials[i];
@@ -292,6 +304,7 @@ Result<DatasetDigest> compute_digest(const Dataset& dataset, const StopRequested
     hash.number(static_cast<std::uint32_t>(dataset.info.factors.size()));
     for (const std::string& factor : dataset.info.factors) hash.sized_text(factor);
   }
+  add_group_values(hash, dataset.info.group_columns);
   hash.number(static_cast<std::uint64_t>(dataset.trials.size()));
   for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
     if (stop_requested && stop_requested()) return pass(stopped_early("digests"));

@@ -51,6 +51,7 @@ struct TrialSpec {
   std::uint64_t patch_seed = 0;  ///< simulated bench: of the touch
   TrialPlace place = {};
   std::vector<double> factors = {};  ///< SI, in the order of DatasetInfo::factors; none: no sweep
+  std::vector<std::string> group_values = {};  ///< in the order of DatasetInfo::group_columns
 };
 
 /// Mean normal force while the probe rests on the cloth, which its weight should be [N].
@@ -176,8 +177,9 @@ struct DatasetInfo {
   BlockFormat acceleration, sound;
   std::vector<Axis> axes;  ///< of every StageStream
   std::vector<DeviceInfo> devices;
-  std::vector<std::string> factors;     ///< of a sweep: "force_n", "speed_mps"; as a rule none
-  std::vector<EndedEarly> ended_early;  ///< left out; by label, then exploration; as a rule none
+  std::vector<std::string> factors;        ///< of a sweep: "force_n", "speed_mps"; as a rule none
+  std::vector<EndedEarly> ended_early;     ///< left out; by label, then exploration; as a rule none
+  std::vector<std::string> group_columns;  ///< that an import names besides, in byte order
   bool operator==(const DatasetInfo&) const = default;
 };
 

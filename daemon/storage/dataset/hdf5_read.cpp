@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "daemon/storage/dataset/dataset.hpp"
+#include "daemon/storage/dataset/group_columns.hpp"
 #include "daemon/storage/dataset/hdf5_columns.hpp"
 #include "daemon/storage/dataset/hdf5_derived.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
@@ -200,6 +201,14 @@ Status read_factors(Reader& in, Dataset& dataset) {
   return {};
 }
 
+Status read_columns_of_groups(Reader& in, Dataset& dataset) {
+  StoredGroupColumns stored = read_group_columns(in, dataset.records.size());
+  dataset.info.group_columns = std::move(stored.names);
+  for (std::size_t i = 0; i < stored.of_row.size(); ++i)
+    dataset.records[i].spec.group_values = std::move(stored.of_row[i]);
+  return in.status();
+}
+
 Status read_phases(Reader& in, const std::vector<std::uint64_t>& extents, Dataset& dataset) {
   const auto letters = in.column<std::uint8_t>("/taxel/phase");
   std::vector<Phase> phases;
@@ -368,6 +377,7 @@ Result<Dataset> read_columns(const std::filesystem::path& path, bool verify_dige
   if (done) done = read_axes(*in, dataset.info);
   if (done) done = read_trial_table(*in, dataset);
   if (done) done = read_factors(*in, dataset);
+  if (done) done = read_columns_of_groups(*in, dataset);
   if (done) done = read_taxels(*in, dataset);
   if (done) {
     read_block_format(*in, "/acceleration", dataset.info.acceleration);

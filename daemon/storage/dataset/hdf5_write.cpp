@@ -5,6 +5,7 @@
 
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
+#include "daemon/storage/dataset/group_columns.hpp"
 #include "daemon/storage/dataset/hdf5_columns.hpp"
 #include "daemon/storage/dataset/hdf5_derived.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
@@ -59,6 +60,14 @@ void write_factors(Writer& out, const Dataset& dataset) {
   out.column("/factors/name", dataset.info.factors);
   out.column("/factors/values", values, dataset.info.factors.size());
   out.attribute("/factors/values", "unit", "SI, as the names say");
+}
+
+void write_columns_of_groups(Writer& out, const Dataset& dataset) {
+  write_group_columns(out, dataset.info.group_columns,
+                      concatenate(
+                          dataset.records, [](const TrialRecord& record) -> auto& {
+                            return record.spec.group_values;
+                          }));
 }
 
 /// Columns of their own, where the place of any trial is known.
@@ -265,6 +274,7 @@ Status write_columns(const Dataset& dataset, const DatasetDigest& digest,
   write_selection(out, dataset.info);
   write_trial_table(out, dataset, digest);
   write_factors(out, dataset);
+  write_columns_of_groups(out, dataset);
   constexpr std::array groups{write_taxels, write_phase_runs, write_wrench, write_stages,
                               write_vibrations};
   for (const auto write_group : groups) {

@@ -240,6 +240,7 @@ Status import_entry(const ManifestEntry& entry, bool is_rate_stated, Dataset& da
   trial.label = entry.label;
   trial.group = entry.group;
   record.spec.place = entry.place;
+  record.spec.group_values = entry.group_values;
   auto done = read_trial(CsvTable::open(entry.path), std::move(trial), std::move(record),
                          is_rate_stated, dataset);
   if (!done) return pass(std::move(done).error(), entry.where);
@@ -316,6 +317,7 @@ Result<Dataset> import_manifest(const std::filesystem::path& path, double rate_h
   const auto manifest = read_manifest(path, ManifestKind::trials, bench);
   if (!manifest) return pass(manifest.error());
   Dataset dataset = imported_set(path.stem().string(), "manifest", manifest->bench);
+  dataset.info.group_columns = manifest->group_columns;
   for (const ManifestEntry& entry : manifest->entries)
     if (auto done = import_entry(entry, rate_hz > 0, dataset); !done)
       return pass(std::move(done).error());

@@ -1,6 +1,7 @@
 #include "daemon/storage/dataset/trial_csv.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <map>
@@ -8,6 +9,7 @@
 #include "daemon/base/text/format.hpp"
 #include "daemon/base/text/similar_names.hpp"
 #include "daemon/base/version/software_version.hpp"
+#include "daemon/storage/dataset/group_columns.hpp"
 #include "daemon/storage/dataset/sample_times.hpp"
 
 namespace weft::daemon {
@@ -34,7 +36,28 @@ struct ManifestColumns {
   std::optional<std::size_t> group;
   std::optional<std::size_t> piece, mounting, patch;
   std::optional<std::size_t> recording = {}, bench = {};
+  std::vector<std::size_t> rest = {};  // in the order of their names
 };
+
+/// Of a column that is no standard one: a name by which rows can be grouped.
+Status check_group_name(const CsvTable& manifest, const std::string& name,
+                        const std::vector<std::string_view>& standard) {
+  // What --group and the file already mean by it.
+  constexpr std::array taken{"recorded", "exploration", "recording", "outcome"};
+  if (is_invisible(name))
+    return manifest.complaint("a column without a name", "a name for every column", {},
+                              "Leave the column out, or name it");
+  if (!is_utf8(name)) return manifest.complaint("a column's name is not UTF-8", "UTF-8 text");
+  const std::string plain = lower_case(trimmed(name));
+  if (std::ranges::find(standard, plain) != standard.end())
+    return manifest.complaint("the column '" + shortened(name) + "' could be taken for another",
+                              joined(standard), {}, "Did you mean " + plain + "?");
+  if (std::ranges::find(taken, plain) != taken.end())
+    return manifest.complaint(
+        "the name of the column '" + shortened(name) + "' means something else here",
+        "another name", {}, "Rename it");
+  return {};
+}
 
 Result<ManifestColumns> read_columns(CsvTable& manifest, ManifestKind kind) {
   const auto file = manifest.take_column("file");
@@ -54,7 +77,11 @@ Result<ManifestColumns> read_columns(CsvTable& manifest, ManifestKind kind) {
     out.patch = manifest.find_column("patch");
     known.insert(known.end(), {"piece", "mounting", "patch"});
   }
-  if (auto done = manifest.check_rest(known); !done) return pass(done.error());
+  out.rest = manifest.take_rest();
+  for (const std::size_t c : out.rest)
+    if (auto ok = check_group_name(manifest, manifest.header()[c], known); !ok)
+      return pass(ok.error());
+  std::ranges::sort(out.rest, {}, [&](std::size_t c) { return manifest.header()[c]; });
   return out;
 }
 
@@ -103,6 +130,7 @@ Result<ManifestEntry> read_entry(const CsvTable& manifest, const ManifestColumns
   out.label = manifest.fields()[columns.label];
   if (columns.group) out.group = manifest.fields()[*columns.group];
   if (columns.recording) out.recording = manifest.fields()[*columns.recording];
+  for (const std::size_t c : columns.rest) out.group_values.push_back(manifest.fields()[c]);
   const auto piece = read_count(manifest, columns.piece);
   const auto mounting = read_count(manifest, columns.mounting);
   const auto patch = read_count(manifest, columns.patch);
@@ -113,6 +141,8 @@ Result<ManifestEntry> read_entry(const CsvTable& manifest, const ManifestColumns
   if (is_invisible(out.label)) return manifest.complaint("the label is empty");
   for (const std::string* name : {&out.file, &out.label, &out.group, &out.recording})
     if (!is_utf8(*name)) return manifest.complaint("a name is not UTF-8", "UTF-8 text");
+  if (auto ok = check_group_values(out.group_values, columns.rest.size()); !ok)
+    return pass(ok.error(), manifest.where());
   out.path = (folder / out.file).lexically_normal();
   out.where = manifest.where();
   std::error_code unseen;
@@ -240,6 +270,7 @@ Result<Manifest> read_manifest(const std::filesystem::path& path, ManifestKind k
   const auto columns = read_columns(*manifest, kind);
   if (!columns) return pass(columns.error());
   Manifest out;
+  for (const std::size_t c : columns->rest) out.group_columns.push_back(manifest->header()[c]);
   SeenFiles seen;
   auto more = manifest->next();
   for (; more && *more; more = manifest->next()) {

@@ -22,7 +22,8 @@ struct ManifestEntry {
   TrialPlace place;   ///< likewise 0
   /// Of which recording the file is a part; empty: it is one by itself.
   std::string recording;
-  std::string where;  ///< manifest:line
+  std::vector<std::string> group_values;  ///< in the order of Manifest::group_columns
+  std::string where;                      ///< manifest:line
 };
 
 /// What a manifest may tell beside `file,label[,group][,bench]`.
@@ -34,13 +35,15 @@ enum class ManifestKind {
 
 struct Manifest {
   std::vector<ManifestEntry> entries;
-  BenchKind bench = BenchKind::unknown;  ///< that recorded all of them
+  BenchKind bench = BenchKind::unknown;    ///< that recorded all of them
+  std::vector<std::string> group_columns;  ///< all others, in byte order
 };
 
 /// A CSV with columns `file,label[,group][,bench]` and those of its kind in any order (quoted
-/// fields allowed); other columns, an empty file or label, a count that is none, several benches, a
-/// file listed twice (under whatever name: `./a.csv`, a link) and a list without files are refused
-/// with file:line. `bench`: as stated by other means, with which the column must agree.
+/// fields allowed), and others, by which its rows can be grouped. A name that could be taken for
+/// another column's, an empty file or label, a count that is none, several benches, a file listed
+/// twice (under whatever name: `./a.csv`, a link) and a list without files are refused with
+/// file:line. `bench`: as stated by other means, with which the column must agree.
 Result<Manifest> read_manifest(const std::filesystem::path& path,
                                ManifestKind kind = ManifestKind::files,
                                std::optional<BenchKind> bench = {});

@@ -335,12 +335,14 @@ Result<Dataset> import_imprints(const std::filesystem::path& path, std::optional
   const auto manifest = read_manifest(path, ManifestKind::files, bench);
   if (!manifest) return pass(manifest.error());
   Dataset out = imported_set(path.stem().string(), "imprints", manifest->bench);
+  out.info.group_columns = manifest->group_columns;
   for (const ManifestEntry& entry : manifest->entries) {
     const auto image = read_image(entry.path);
     if (!image) return pass(image.error(), entry.where);
     if (entry.path.extension() != ".pgm") warn_of_odd_table(*image, entry.file, out.warnings);
     auto done = append_imprint(out, *image, entry.file, entry.label, entry.group);
     if (!done) return pass(std::move(done).error(), entry.where);
+    out.records.back().spec.group_values = entry.group_values;
   }
   if (auto ok = check(out); !ok) return pass(ok.error(), path.string());
   return out;

@@ -262,7 +262,7 @@ struct OneFile {
 Result<OneFile> read_file(const ManifestEntry& entry, double stated_hz,
                           std::vector<Warning>& warnings) {
   const std::string& name = entry.recording.empty() ? entry.file : entry.recording;
-  OneFile out{{name, entry.label, entry.group, {}, {}}};
+  OneFile out{{name, entry.label, entry.group, {}, {}, {}, entry.group_values}};
   if (!is_csv_name(entry.path)) {
     if (const Status done = read_sound(entry.path, out.recording); !done)
       return pass(done.error(), entry.where);
@@ -292,6 +292,9 @@ Status join(const ManifestEntry& entry, Recording file, Recording& whole) {
   if (file.group != whole.group)
     return not_of_one(entry, "another group than the recording's other file", whole.group,
                       file.group);
+  if (file.group_values != whole.group_values)
+    return not_of_one(entry, "other values of further columns than the recording's other file",
+                      joined(whole.group_values), joined(file.group_values));
   if (!file.gaps.empty() || !whole.gaps.empty())
     return not_of_one(entry, "samples are missing in a file of a recording that has several",
                       "tables without pauses: behind one the files are not in step", entry.file);
@@ -318,6 +321,7 @@ Result<RecordingSet> import_recordings(const std::filesystem::path& path, double
   const auto manifest = read_manifest(path, ManifestKind::recordings, bench);
   if (!manifest) return pass(manifest.error());
   RecordingSet set{path.stem().string(), "recordings", manifest->bench, {}};
+  set.group_columns = manifest->group_columns;
   std::map<std::string, TableRates> rates;  // by the first column
   std::map<std::string, std::size_t> places;
   for (const ManifestEntry& entry : manifest->entries) {

@@ -71,6 +71,14 @@ Status read_gaps(hdf5::Reader& in, RecordingSet& set) {
   return in.status();
 }
 
+Status read_columns_of_groups(hdf5::Reader& in, RecordingSet& set) {
+  StoredGroupColumns stored = read_group_columns(in, set.recordings.size());
+  set.group_columns = std::move(stored.names);
+  for (std::size_t r = 0; r < stored.of_row.size(); ++r)
+    set.recordings[r].group_values = std::move(stored.of_row[r]);
+  return in.status();
+}
+
 Status read_root(hdf5::Reader& in, RecordingSet& set, std::string& digest) {
   const std::string format = in.text_attribute("/", "format");
   if (!in.status() || format != format_name)
@@ -135,6 +143,7 @@ Result<RecordingSet> read_checked(hdf5::Reader& in) {
   if (auto done = read_root(in, set, digest); !done) return pass(done.error());
   if (auto done = read_table(in, set); !done) return pass(done.error());
   if (auto done = read_gaps(in, set); !done) return pass(done.error());
+  if (auto done = read_columns_of_groups(in, set); !done) return pass(done.error());
   const std::size_t channels = set.recordings.empty() ? 0 : set.recordings.front().channels.size();
   for (std::size_t c = 0; c < channels; ++c)
     if (auto done = read_samples(in, set, c); !done) return pass(done.error());
@@ -167,6 +176,8 @@ Result<std::string> write_recordings(const RecordingSet& set, const std::filesys
   out.attribute("/", "sha256", digest);
   write_table(out, set);
   write_gaps(out, set);
+  write_group_columns(out, set.group_columns,
+                      hdf5::concatenate(set.recordings, &Recording::group_values));
   for (std::size_t c = 0; c < set.recordings.front().channels.size(); ++c)
     write_samples(out, set, c);
   if (auto done = out.close(); !done) return pass(done.error(), path.string());

@@ -140,13 +140,29 @@ Status check(const RecordingSet& set) {
   if (set.recordings.empty()) return fail({.what = "a data set without recordings"});
   const auto& channels = set.recordings.front().channels;
   if (auto fine = check_channels(channels); !fine) return fine;
+  if (auto fine = check_group_names(set.group_columns); !fine) return fine;
   std::set<std::string_view> files;
   for (const Recording& r : set.recordings) {
     if (r.file.empty() || !files.insert(r.file).second)
       return fail({.where = r.file, .what = "the name of a recording must be present and unique"});
     if (auto fine = check_recording(r, channels); !fine) return pass(fine.error(), r.file);
+    if (auto fine = check_group_values(r.group_values, set.group_columns.size()); !fine)
+      return pass(fine.error(), r.file);
   }
   return {};
+}
+
+std::vector<GroupColumn> list_group_columns(const RecordingSet& set) {
+  return transposed_columns(
+      set.group_columns, set.recordings.size(), [&](std::size_t r) -> auto& {
+        return set.recordings[r].group_values;
+      });
+}
+
+Result<std::vector<std::string>> group_labels(const RecordingSet& set, std::string_view column) {
+  std::vector<std::string> groups, files;
+  for (const Recording& r : set.recordings) groups.push_back(r.group), files.push_back(r.file);
+  return find_group_labels(list_group_columns(set), column, std::move(groups), files);
 }
 
 std::string recordings_sha256(const RecordingSet& set) {
@@ -167,6 +183,10 @@ std::string recordings_sha256(const RecordingSet& set) {
       hash.number(gap.to_s);
     }
   }
+  if (!set.group_columns.empty()) hash.sized_text("weft group columns 1");
+  for (const std::string& name : set.group_columns) hash.sized_text(name);
+  for (const Recording& r : set.recordings)
+    for (const std::string& value : r.group_values) hash.sized_text(value);
   return to_hex(hash.finish());
 }
 

@@ -10,6 +10,7 @@
 #include "classifier/vibro/recording.hpp"
 #include "daemon/storage/dataset/data_warnings.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
+#include "daemon/storage/dataset/group_columns.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon {
@@ -20,12 +21,18 @@ struct RecordingSet {
   BenchKind kind = BenchKind::unknown;
   std::vector<classifier::vibro::Recording> recordings;  ///< all with the same channels
   std::vector<Warning> warnings = {};                    ///< of an import; in no file
+  std::vector<std::string> group_columns = {};           ///< names of each Recording::group_values
 };
 
 /// The first broken promise, if any: no recordings, names that are missing or not unique, a missing
 /// label, other channels than the first one's, a rate that is not positive, samples that are not
 /// finite, a channel without samples.
 Status check(const RecordingSet& set);
+
+/// The named columns.
+std::vector<GroupColumn> list_group_columns(const RecordingSet& set);
+/// As that of a data set of trials.
+Result<std::vector<std::string>> group_labels(const RecordingSet& set, std::string_view column);
 
 /// SHA-256 of the content: kind, channels, files, labels, groups and samples. Lower-case
 /// hexadecimal.

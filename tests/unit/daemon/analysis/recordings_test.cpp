@@ -176,7 +176,8 @@ TEST_CASE("A manifest of recordings is read as strictly as one of slides") {
   };
   CHECK(complaint("file,label\none.csv,a\none.csv,a\n") == "the file is listed twice");
   CHECK(complaint("file,label\none.csv,a\n./one.csv,b\n") == "the file is listed twice");
-  CHECK(complaint("file,label,grp\none.csv,a,1\n") == "unknown column 'grp'");
+  CHECK(complaint("file,label,Group\none.csv,a,1\n") ==
+        "the column 'Group' could be taken for another");
   CHECK(complaint("file,label\none.csv,\" \"\n") == "the label is empty");
   CHECK(complaint("file,label\none.csv,caf\xe9\n") == "a name is not UTF-8");
   CHECK(complaint("file,label\n") == "a header but no trials");

@@ -138,6 +138,28 @@ TEST_CASE("groups are a probe, but not where nearly every row has its own") {
   CHECK_FALSE(why_absent(single, "group").empty());
 }
 
+TEST_CASE("a column of the data set is a probe and may be left out, a piece is no probe") {
+  ChosenTrials chosen = four_trials();
+  chosen.dataset.info.group_columns = {"empty", "session"};
+  const char* sessions[] = {"a", "b", "b", "a"};
+  for (std::size_t i = 0; i < 4; ++i)
+    chosen.dataset.records[i].spec.group_values = {i == 0 ? "" : "x", sessions[i]};
+  AuditTables tables = slide_tables(chosen).value();
+  REQUIRE(tables.columns.size() == 3);
+  CHECK(tables.columns[0].of_cloth);
+  CHECK(tables.columns[1].of_cloth);
+  CHECK(tables.columns[2].name == "session");
+  CHECK(tables.columns[2].of_row == std::vector<std::string>{"a", "b", "b", "a"});
+  const std::size_t before = tables.probes.size();
+  add_column_probes(tables);
+  REQUIRE(tables.probes.size() == before + 1);
+  CHECK(probe(tables, "column session").values(0, 0) == 1);
+  CHECK(probe(tables, "column session").values(1, 1) == 1);
+  tables.full.groups = tables.columns[2].of_row;
+  add_column_probes(tables);
+  CHECK(tables.probes.size() == before + 1);
+}
+
 /// With one probe named by statistics.
 AuditReport report_of(const std::string& name, std::span<const classifier::Split> splits) {
   AuditReport out;
@@ -177,6 +199,9 @@ TEST_CASE(
   CHECK(audit_json(report_of("order and time", across))["verdict"]["code"] == "confounded");
   CHECK(audit_json(report_of("force error", across))["verdict"]["why"] == "undecided");
   CHECK(audit_json(report_of("level", across))["verdict"]["why"] == "undecided");
+  const auto column = audit_json(report_of("column session", across))["verdict"];
+  CHECK(column["confounds"] == nlohmann::json({"column session"}));
+  CHECK(column["next"][0].get<std::string>().find("--group session") != std::string::npos);
 }
 
 TEST_CASE("without a split nothing can be told") {

@@ -202,7 +202,6 @@ TEST_CASE("a manifest's columns and lines must make sense") {
   CHECK(manifest_error("file,label,piece\na.csv,Silk,0\n").what == "not a whole number from 1 on");
   CHECK(manifest_error("file,label,mounting\na.csv,Silk,1.5\n").what ==
         "not a whole number from 1 on");
-  CHECK(manifest_error("file,label,colour\na.csv,Silk,red\n").what == "unknown column 'colour'");
   CHECK(manifest_error("file,group\na.csv,0\n").what == "the column label is missing");
   CHECK(manifest_error("label\nSilk\n").what == "the column file is missing");
   CHECK(manifest_error("file,label\na.csv,\n").what == "the label is empty");
