@@ -101,6 +101,8 @@ def columns(t, d, rows):
     t.expect("across sessions" in {one["name"] for one in shared["beside"]}, f"shared: {shared['beside']}")
     grouped = verdict(t, d, "shared.h5", "--group", "session")
     t.expect(grouped["permutations"]["unit"] == "label in a group" and grouped["splits"] == 5, f"grouped: {grouped['permutations']}")
+    left_out = t.succeeds("fabric", "evaluate", "shared.h5", "--group", "session", "--leave-one-group-out", "--learner", "lda", cwd=d)
+    t.expect([one["group"] for one in left_out["groups"]] == ["0", "1", "2", "3", "4"], f"sessions: {left_out['groups']}")
     t.refuses("audit", "shared.h5", "--group", "sesion", cwd=d, says=["Did you mean session?"])
 
 

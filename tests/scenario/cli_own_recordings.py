@@ -325,6 +325,15 @@ def sounds(t, d):
         print("sound files: not tested, this build reads none")
         return
     t.expect(ran.returncode == 0, f"two sounds: {ran.stderr}")
+    for name, level, seed in (("c.wav", 2000, 5), ("d.wav", 9000, 6)):
+        write_sound(folder / name, level, seed)
+    with open(folder / "days.csv", "w", newline="") as f:
+        csv.writer(f).writerows([["file", "label", "group", "session"], *([*row, "mon"] for row in rows), ["c.wav", "felt", "1", "tue"], ["d.wav", "foil", "1", "tue"]])
+    t.succeeds("dataset", "import", "--format", "recordings", "days.csv", "-o", "days.h5", cwd=folder)
+    ask = ("vibro", "evaluate", "days.h5", "--leave-one-group-out", "--window-s", "0.5", "--learner", "lda")
+    by_day = t.succeeds(*ask, "--group", "session", cwd=folder)
+    t.expect(len(by_day["results"]["lda"]["accuracy_of_splits"]) == 2 and by_day["leak"]["largest_share"] == 0, f"two sessions: {by_day['results']}")
+    t.refuses(*ask, cwd=folder, says=["group"])
     (folder / "cut.wav").write_bytes((folder / "a.wav").read_bytes()[:5000])
     write_manifest(folder / "cut.csv", rows + [["cut.wav", "felt", "2"]])
     t.refuses("dataset", "import", "--format", "recordings", "cut.csv", "-o", "bad.h5", cwd=folder, says=["cut.csv:4", "cut.wav", "cut short", "48044 bytes"])

@@ -21,7 +21,6 @@ struct AuditArgs {
   std::filesystem::path dataset;
   TrialChoice trials;
   SplitChoice split;
-  std::string group{recorded_column};  ///< see group_labels()
   std::string groups_are;  ///< "mounting", "piece" or empty: what the groups of an import stand for
   classifier::AuditOptions options;
   std::size_t repeats = 5;
@@ -33,11 +32,7 @@ void add_options(CLI::App& command, AuditArgs& args) {
       ->required();
   command.add_option("--exploration", args.trials.exploration,
                      "only trials of this exploration, such as M1");
-  command
-      .add_option("--group", args.group,
-                  "group the rows as recorded, by repetition, mounting, piece or patch, or by "
-                  "another column that the data set names")
-      ->capture_default_str();
+  add_group_option(command, args.trials.group);
   command
       .add_option("--groups-are", args.groups_are,
                   "what the groups of an import stand for, where it has no column of its own")
@@ -60,26 +55,11 @@ bool has_taxels(const Dataset& dataset) {
   return dataset.trials.empty() || dataset.trials.front().taxels > 0;
 }
 
-tl::unexpected<Error> wrong_group(const AuditArgs& args, const Error& error) {
-  return pass(error, args.dataset.string() + ": --group");
-}
-
-/// Rows of imprints that are grouped as recorded go by their objects, which load_trials() knows.
-Status set_groups(const AuditArgs& args, ChosenTrials& chosen) {
-  if (args.group == recorded_column) return {};
-  const auto groups = group_labels(chosen.dataset, args.group);
-  if (!groups) return wrong_group(args, groups.error());
-  const auto trials = trials_of_rows(chosen.dataset, chosen.features);
-  for (std::size_t r = 0; r < trials.size(); ++r) chosen.features.groups[r] = (*groups)[trials[r]];
-  return {};
-}
-
 Status load_recordings(const AuditArgs& args, AuditReport& out) {
   auto set = open_recordings(args.dataset, args.trials.exploration, false);
   if (!set) return pass(set.error());
-  const auto groups = group_labels(*set, args.group);
-  if (!groups) return wrong_group(args, groups.error());
-  for (std::size_t r = 0; r < groups->size(); ++r) set->recordings[r].group = (*groups)[r];
+  if (auto ok = set_groups(*set, args.trials.group); !ok)
+    return pass(ok.error(), args.dataset.string());
   auto tables = recording_tables(*set, recording_window_s);
   if (!tables) return pass(tables.error(), args.dataset.string());
   out.tables = std::move(*tables);
@@ -97,7 +77,6 @@ Status load_tables(const AuditArgs& args, AuditReport& out) {
   if (!has_taxels(*dataset)) return load_recordings(args, out);
   auto chosen = load_trials(args.dataset, args.trials, true);
   if (!chosen) return pass(chosen.error());
-  if (auto ok = set_groups(args, *chosen); !ok) return ok;
   auto tables = chosen->imprint_plan ? imprint_tables(*chosen) : slide_tables(*chosen);
   if (!tables) return pass(tables.error(), args.dataset.string());
   out.tables = std::move(*tables);

@@ -338,8 +338,10 @@ std::string format_warnings(const RecordingsPlan& plan, const Windows& windows) 
 Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) {
   if (!args.report.empty())
     if (Status ok = check_output(args.dataset, args.report); !ok) return pass(ok.error());
-  const auto set = open_recordings(args.dataset, args.trials.exploration, false);
+  auto set = open_recordings(args.dataset, args.trials.exploration, false);
   if (!set) return pass(set.error());
+  if (auto ok = set_groups(*set, args.trials.group); !ok)
+    return pass(ok.error(), args.dataset.string());
   const auto plan = make_plan(args);
   if (!plan) return pass(plan.error());
   const auto windows = cut_windows(*set, *plan);

@@ -7,6 +7,7 @@
 #include "classifier/imprint/feature_sets.hpp"
 #include "classifier/imprint/imprint_model.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
+#include "daemon/storage/dataset/group_columns.hpp"
 #include "daemon/storage/imprints/image_file.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
 
@@ -111,6 +112,9 @@ Result<ChosenTrials> load_imprints(const Dataset& dataset, const TrialChoice& ch
                           [&](const char* option) { return choice.given.contains(option); });
   auto features = imprint_features(dataset, is_named ? *plan : ci::with_maps(*plan));
   if (!features) return pass(features.error());
+  if (choice.group != recorded_column)
+    for (std::size_t r = 0; const classifier::Trial& trial : complete_trials(dataset))
+      features->groups[r++] = trial.group;
   ChosenTrials out;
   if (!is_named) {
     out.with_maps = std::move(*features);

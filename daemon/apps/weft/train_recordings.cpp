@@ -74,8 +74,10 @@ std::string format_plan(const RecordingPlan& plan, const std::string& exploratio
 
 Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());
-  const auto set = open_recordings(args.dataset, args.trials.exploration, true);
+  auto set = open_recordings(args.dataset, args.trials.exploration, true);
   if (!set) return pass(set.error());
+  if (auto ok = set_groups(*set, args.trials.group); !ok)
+    return pass(ok.error(), args.dataset.string());
   const auto plan = plan_for(args, *set);
   if (!plan) return pass(plan.error());
   const double began_s = steady_wall_seconds();

@@ -10,6 +10,7 @@
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/imprint_features.hpp"
 #include "daemon/base/text/format.hpp"
+#include "daemon/storage/dataset/group_columns.hpp"
 #include "daemon/storage/dataset/sample_times.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
 
@@ -79,29 +80,33 @@ classifier::FeatureSetup make_setup(const TrialSelection& chosen, const TrialCho
 
 }  // namespace
 
-Status set_groups(Dataset& dataset, std::string_view by) {
-  if (by == "recorded") return {};
-  const auto number = [by](const TrialSpec& spec) {
-    if (by == "mounting") return spec.place.mounting;
-    if (by == "piece") return spec.place.piece;
-    return by == "patch" ? spec.place.patch : spec.repetition;
-  };
-  std::set<std::uint32_t> numbers;
-  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
-    const std::uint32_t of_trial = number(dataset.records[i].spec);
-    numbers.insert(of_trial);
-    dataset.trials[i].group = std::to_string(of_trial);
-  }
-  if (numbers.contains(0))
-    return fail({.code = Errc::unsupported,
-                 .where = "--group",
-                 .what = "this data set does not say which " + std::string(by) + " a trial had"});
-  if (numbers.size() < 2)
-    return fail({.code = Errc::unsupported,
-                 .where = "--group",
-                 .what = "every trial has the same " + std::string(by),
-                 .hint = "Record another: see \"repetition\" in the recipe"});
+namespace {
+
+/// Gives each row the group that a column has of it.
+template <class Data, class Rows>
+Status group_by(const Data& data, Rows& rows, std::string_view column) {
+  const auto labels = group_labels(data, column);
+  if (!labels) return pass(labels.error(), "--group");
+  for (std::size_t r = 0; r < labels->size(); ++r) rows[r].group = (*labels)[r];
   return {};
+}
+
+}  // namespace
+
+Status set_groups(Dataset& dataset, std::string_view by) {
+  return group_by(dataset, dataset.trials, by);
+}
+
+Status set_groups(RecordingSet& set, std::string_view by) {
+  return group_by(set, set.recordings, by);
+}
+
+void add_group_option(CLI::App& command, std::string& group) {
+  command
+      .add_option("--group", group,
+                  "groups as recorded, or by repetition, mounting, piece, patch or another column "
+                  "of the manifest")
+      ->capture_default_str();
 }
 
 void add_trial_options(CLI::App& command, const LearningOptions& options, TrialChoice& choice) {
@@ -121,9 +126,7 @@ void add_trial_options(CLI::App& command, const LearningOptions& options, TrialC
       ->needs("--window-s");
   add_keyword(command, "--norm", choice.norm, {"l2", "rms"},
               "F_norm: l2 as in the paper, or rms for motions of different lengths");
-  add_keyword(command, "--group", choice.group,
-              {"recorded", "repetition", "mounting", "piece", "patch"},
-              "group the trials as recorded, or by repetition, mounting, piece or patch");
+  add_group_option(command, choice.group);
   command.add_option("--scales", choice.scales, "imprints: scales of smoothing [taxels]")
       ->capture_default_str();
   command

@@ -14,6 +14,7 @@
 #include "daemon/apps/weft/imprint_features.hpp"
 #include "daemon/apps/weft/options.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
+#include "daemon/storage/recordings/recording_set.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon::cli {
@@ -33,12 +34,14 @@ struct TrialChoice {
   CommandModality modality = {};  ///< the command's: other data are refused
 };
 void add_trial_options(CLI::App& command, const LearningOptions& options, TrialChoice& choice);
+/// --group.
+void add_group_option(CLI::App& command, std::string& group);
 /// --remove-level, for commands that make no model: a model file does not know of it.
 void add_level_option(CLI::App& command, TrialChoice& choice);
 
-/// Makes the trials' groups by what of the cloth they touched: "repetition", "mounting", "piece" or
-/// "patch"; "recorded" leaves them. Refuses what the data set does not say, or has but one of.
+/// Makes the groups those of a column: group_labels(), whose errors it has.
 Status set_groups(Dataset& dataset, std::string_view by);
+Status set_groups(RecordingSet& set, std::string_view by);
 
 /// Samples of phase M of the shortest and the longest whole stroke.
 struct MotionLengths {
