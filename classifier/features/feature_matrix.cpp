@@ -201,7 +201,7 @@ Result<std::span<const double>> FeatureExtractor::extract(const Trial& trial) {
         trial.phase[from],
         std::span(trial.counts).subspan(from * trial.taxels, (to - from) * trial.taxels));
   }
-  auto features = stream_->features();
+  auto features = stream_->features(wanted_);
   if (!features) return pass(features.error(), trial.file);
   return features;
 }

@@ -25,15 +25,18 @@ namespace weft::classifier {
 /// motion: no allocation once it has seen trials of the size. One object per thread.
 class FeatureExtractor {
  public:
-  explicit FeatureExtractor(FeatureOptions options = {}) : options_(options) {}
+  explicit FeatureExtractor(FeatureOptions options = {}, BlockSet wanted = BlockSet::all())
+      : options_(options), wanted_(wanted) {}
 
   /// Features in the order of FeatureLayout(trial.taxels, phases_of(trial)), all finite; valid
   /// until the next call. Refuses: sizes that disagree, no sample in phase M, a NaN or infinite
-  /// sample (named by its index and taxel), samples so large that a moment overflows.
+  /// sample (named by its index and taxel), samples so large that a moment overflows. `wanted`: see
+  /// FeatureStream::features().
   Result<std::span<const double>> extract(const Trial& trial);
 
  private:
   FeatureOptions options_;
+  BlockSet wanted_;
   std::optional<FeatureStream> stream_;
 };
 

@@ -170,7 +170,7 @@ Status FeatureStream::check_finite() const {
                .hint = "Are these raw counts?"});
 }
 
-Result<std::span<const double>> FeatureStream::features() {
+Result<std::span<const double>> FeatureStream::features(BlockSet wanted) {
   if (motion_frames() == 0) {
     return fail({.code = Errc::invalid_argument,
                  .what = "phase M is empty",
@@ -186,14 +186,15 @@ Result<std::span<const double>> FeatureStream::features() {
                  .got = std::to_string(options_.mode_bin_counts)});
   }
   const Lead first_ones = lead();
-  features_.resize(first_ones.count + taxel_blocks.size() * taxels_);
+  features_.assign(first_ones.count + taxel_blocks.size() * taxels_, 0.0);
   std::copy_n(first_ones.value.begin(), first_ones.count, features_.begin());
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const std::size_t first = b * TaxelBlock::taxels;
-    const TaxelBlock::Features of_block = blocks_[b].features(options_, tools_);
+    const TaxelBlock::Features of_block = blocks_[b].features(options_, tools_, wanted);
     for (std::size_t f = 0; f < of_block.size(); ++f)
-      copy_some(of_block[f], blocks_[b].used(),
-                features_.data() + first_ones.count + f * taxels_ + first);
+      if (wanted.has(taxel_blocks[f]))
+        copy_some(of_block[f], blocks_[b].used(),
+                  features_.data() + first_ones.count + f * taxels_ + first);
   }
   if (Status ok = check_finite(); !ok) return pass(ok.error());
   return std::span<const double>(features_);

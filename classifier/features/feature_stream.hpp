@@ -47,9 +47,10 @@ class FeatureStream {
   [[nodiscard]] PhaseSet phases() const;
 
   /// In the order of FeatureLayout(taxels(), phases()); all finite; valid until the next call of
-  /// any function. Refuses: no frame of phase M yet, an unusable option, counts so large that a
-  /// moment overflows.
-  Result<std::span<const double>> features();
+  /// any function. Features of a taxel whose block is not `wanted` are 0, and what they alone need
+  /// is not computed; the others are the same to the bit whatever else is wanted. Refuses: no frame
+  /// of phase M yet, an unusable option, counts so large that a moment that is wanted overflows.
+  Result<std::span<const double>> features(BlockSet wanted = BlockSet::all());
 
  private:
   friend class FeatureExtractor;

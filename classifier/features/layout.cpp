@@ -66,6 +66,13 @@ FeatureLayout::FeatureLayout(std::size_t taxels, PhaseSet phases)
   }
 }
 
+BlockSet FeatureLayout::blocks_of(std::span<const std::size_t> columns) const {
+  if (columns.empty()) return BlockSet::all();
+  BlockSet out;
+  for (const std::size_t column : columns) out.add(columns_[column].block);
+  return out;
+}
+
 std::vector<std::string> FeatureLayout::names() const {
   std::vector<std::string> out;
   out.reserve(columns_.size());

@@ -3,6 +3,9 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -58,6 +61,31 @@ inline constexpr std::array taxel_blocks = {Block::max,  Block::min,  Block::mea
                                             Block::norm, Block::kurt, Block::skew, Block::range,
                                             Block::mode, Block::m5,   Block::hfrq, Block::sh};
 
+/// Some of the blocks.
+class BlockSet {
+ public:
+  constexpr BlockSet() = default;  ///< none
+  constexpr BlockSet(std::initializer_list<Block> blocks) {
+    for (const Block block : blocks) add(block);
+  }
+  static constexpr BlockSet all() {
+    BlockSet out;
+    out.bits_ = ~0U;
+    return out;
+  }
+
+  constexpr void add(Block block) { bits_ |= bit_of(block); }
+  [[nodiscard]] constexpr bool has(Block block) const { return (bits_ & bit_of(block)) != 0; }
+  /// Whether the two have a block in common.
+  [[nodiscard]] constexpr bool meets(BlockSet other) const { return (bits_ & other.bits_) != 0; }
+  friend bool operator==(const BlockSet&, const BlockSet&) = default;
+
+ private:
+  static constexpr std::uint32_t bit_of(Block block) { return 1U << static_cast<unsigned>(block); }
+
+  std::uint32_t bits_ = 0;
+};
+
 /// Which of the phases around M a trial has. M itself is always required.
 struct PhaseSet {
   bool rest = false;
@@ -89,6 +117,8 @@ class FeatureLayout {
   [[nodiscard]] PhaseSet phases() const { return phases_; }
   [[nodiscard]] const std::vector<FeatureInfo>& columns() const { return columns_; }
   [[nodiscard]] std::vector<std::string> names() const;
+  /// Those that the numbered columns are of; all where `columns` is empty.
+  [[nodiscard]] BlockSet blocks_of(std::span<const std::size_t> columns) const;
 
  private:
   std::size_t taxels_;

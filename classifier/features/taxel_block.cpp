@@ -257,6 +257,12 @@ bool is_tiny(const TaxelBlock::Running& running, std::size_t k) {
   return range < tiny_range && range > least_range;
 }
 
+// Blocks that need a pass over the samples of their own; the mean is one of the powers because its
+// rounding is judged by them.
+constexpr BlockSet of_spectrum{Block::hfrq, Block::sh};
+constexpr BlockSet of_powers{Block::mean, Block::var,  Block::kurt, Block::skew,
+                             Block::m5,   Block::hfrq, Block::sh};
+
 // Exponent of the unit of a feature whose signal's unit is 2^exponent.
 constexpr int exponent_of(Block block) {
   switch (block) {
@@ -332,9 +338,14 @@ void TaxelBlock::shape_of_one(Features& out) const {
   for (std::size_t k = 0; k < taxels; ++k) norm[k] = std::sqrt(running_.square[k]);
 }
 
+TaxelBlock::PerTaxel TaxelBlock::modes(const FeatureOptions& options, BlockTools& tools) const {
+  return tools.modes.find(rows_.data(), width_, samples_, running_.low, running_.high,
+                          options.mode_bin_counts);
+}
+
 // Features of signals scaled to about 1, scaled back; the mode has a grid of its own.
-TaxelBlock::Features TaxelBlock::features_of_tiny(const FeatureOptions& options,
-                                                  BlockTools& tools) const {
+TaxelBlock::Features TaxelBlock::features_of_tiny(const FeatureOptions& options, BlockTools& tools,
+                                                  BlockSet wanted) const {
   std::array<int, taxels> exponent{};
   for (std::size_t k = 0; k < width_; ++k)
     if (is_tiny(running_, k)) exponent[k] = std::ilogb(largest_value(running_, k));
@@ -343,30 +354,30 @@ TaxelBlock::Features TaxelBlock::features_of_tiny(const FeatureOptions& options,
     scaled[i] = std::ldexp(rows_[i], -exponent[i % width_]);
   TaxelBlock block(used_);
   block.add(scaled.data(), width_, samples_);
-  Features out = block.features(options, tools);
+  Features out = block.features(options, tools, wanted);
   for (std::size_t f = 0; f < out.size(); ++f)
     for (std::size_t k = 0; k < width_; ++k)
       out[f][k] = std::ldexp(out[f][k], exponent_of(taxel_blocks[f]) * exponent[k]);
-  at<Block::mode>(out) = tools.modes.find(rows_.data(), width_, samples_, running_.low,
-                                          running_.high, options.mode_bin_counts);
+  if (wanted.has(Block::mode)) at<Block::mode>(out) = modes(options, tools);
   return out;
 }
 
-TaxelBlock::Features TaxelBlock::features(const FeatureOptions& options, BlockTools& tools) const {
+TaxelBlock::Features TaxelBlock::features(const FeatureOptions& options, BlockTools& tools,
+                                          BlockSet wanted) const {
   for (std::size_t k = 0; k < used_; ++k)
-    if (is_tiny(running_, k)) return features_of_tiny(options, tools);
+    if (is_tiny(running_, k)) return features_of_tiny(options, tools, wanted);
   Features out{};
   at<Block::max>(out) = running_.high;
   at<Block::min>(out) = running_.low;
-  at<Block::mode>(out) = tools.modes.find(rows_.data(), width_, samples_, running_.low,
-                                          running_.high, options.mode_bin_counts);
+  if (wanted.has(Block::mode)) at<Block::mode>(out) = modes(options, tools);
   if (samples_ == 1) {
     shape_of_one(out);
     return out;
   }
-  const Powers p = powers_of(rows_.data(), width_, samples_, running_);
+  Powers p;
+  if (wanted.meets(of_powers)) p = powers_of(rows_.data(), width_, samples_, running_);
   at<Block::mean>(out) = p.mean;
-  add_spectrum(p.mean, options, tools, out);
+  if (wanted.meets(of_spectrum)) add_spectrum(p.mean, options, tools, out);
   const Shape shape{p, running_, options, static_cast<double>(samples_)};
   narrow() ? shape_two(shape, out) : shape_sixteen(shape, out);
   return out;

@@ -59,8 +59,11 @@ class TaxelBlock {
   /// where the motion is longer than any before.
   void add(const double* counts, std::size_t stride, std::size_t count);
 
-  /// Features of the samples so far, at least one. Those of taxels beyond the used are of zeros.
-  [[nodiscard]] Features features(const FeatureOptions& options, BlockTools& tools) const;
+  /// Features of the samples so far, at least one. Those of taxels beyond the used are of zeros;
+  /// those of blocks that are not `wanted` mean nothing, and the passes that they alone need are
+  /// left out.
+  [[nodiscard]] Features features(const FeatureOptions& options, BlockTools& tools,
+                                  BlockSet wanted = BlockSet::all()) const;
 
   /// Kept up to date by add(). Sums of counts are exact: below 2^53.
   struct Running {
@@ -75,7 +78,9 @@ class TaxelBlock {
   void add_spectrum(const PerTaxel& mean, const FeatureOptions& options, BlockTools& tools,
                     Features& out) const;
   void shape_of_one(Features& out) const;
-  [[nodiscard]] Features features_of_tiny(const FeatureOptions& options, BlockTools& tools) const;
+  [[nodiscard]] Features features_of_tiny(const FeatureOptions& options, BlockTools& tools,
+                                          BlockSet wanted) const;
+  [[nodiscard]] PerTaxel modes(const FeatureOptions& options, BlockTools& tools) const;
   [[nodiscard]] bool narrow() const { return width_ < taxels; }
 
   std::size_t used_;

@@ -247,6 +247,11 @@ void DecisionTree::add_shares(std::span<const double> features, std::span<double
   for (std::size_t c = 0; c < classes_; ++c) shares[c] += own[c];
 }
 
+void DecisionTree::add_features(std::set<std::size_t>& features) const {
+  for (const Node& node : nodes_)
+    if (node.feature >= 0) features.insert(static_cast<std::size_t>(node.feature));
+}
+
 void DecisionTree::write(LineWriter& out) const {
   std::vector<std::size_t> feature, child;
   std::vector<double> threshold;

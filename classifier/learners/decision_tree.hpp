@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -61,6 +62,8 @@ class DecisionTree {
 
   /// Adds the share of each class in the leaf that a row comes to.
   void add_shares(std::span<const double> features, std::span<double> shares) const;
+  /// Adds the features that it splits on.
+  void add_features(std::set<std::size_t>& features) const;
   [[nodiscard]] std::size_t leaves() const { return (nodes_.size() + 1) / 2; }
 
   /// As lines of a stored model.

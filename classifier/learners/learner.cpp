@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <set>
 
 #include "classifier/base/parallel.hpp"
 #include "classifier/fabric/folds.hpp"
@@ -100,6 +101,12 @@ class Cores final : public Predictor {
     return ClassScores{vote->winner, std::move(vote->support), std::move(vote->votes)};
   }
   void write(LineWriter& out) const override { write_cores(out, model_.cores()); }
+  [[nodiscard]] std::vector<std::size_t> used_columns() const override {
+    std::set<std::size_t> out;
+    for (const FabricCore& core : model_.cores())
+      out.insert(core.reducer().columns().begin(), core.reducer().columns().end());
+    return {out.begin(), out.end()};
+  }
   [[nodiscard]] const FabricModel* cores() const override { return &model_; }
 
  private:
@@ -357,6 +364,16 @@ Result<std::size_t> TrainedLearner::classify(std::span<const double> features) c
   const auto own = prepared(features);
   if (!own) return pass(own.error());
   return predictor_->classify(*own);
+}
+
+// A view but View::components takes every column by itself.
+std::vector<std::size_t> TrainedLearner::used_columns() const {
+  if (view_.kind() == View::components) return columns_;
+  std::vector<std::size_t> out = predictor_->used_columns();
+  if (out.empty()) return columns_;
+  if (!columns_.empty())
+    for (std::size_t& column : out) column = columns_[column];
+  return out;
 }
 
 Result<std::vector<FabricCore>> train_task(const FeatureMatrix& matrix, const CoreTask& task,

@@ -144,6 +144,10 @@ class TrainedLearner {
 
   /// What the predictor says of a row. Refuses what prepared() and the predictor refuse.
   [[nodiscard]] Result<ClassScores> predict(std::span<const double> features) const;
+  /// Of feature_names(), those that an answer depends on, ascending; empty: all. Others may have
+  /// any value that prepared() takes.
+  [[nodiscard]] std::vector<std::size_t> used_columns() const;
+
   /// Index into labels().
   [[nodiscard]] Result<std::size_t> classify(std::span<const double> features) const;
 

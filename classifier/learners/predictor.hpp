@@ -48,6 +48,8 @@ class Predictor {
   [[nodiscard]] virtual Result<std::size_t> classify(std::span<const double> row) const;
   /// What was learnt as lines of a stored model.
   virtual void write(LineWriter& out) const = 0;
+  /// Columns that an answer depends on, ascending; empty: all. Others may have any finite value.
+  [[nodiscard]] virtual std::vector<std::size_t> used_columns() const { return {}; }
   /// nullptr where there are none.
   [[nodiscard]] virtual const FabricModel* cores() const { return nullptr; }
   /// Narrows the grid to the parameters that were chosen, so that a further training keeps them.

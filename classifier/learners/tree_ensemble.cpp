@@ -41,6 +41,12 @@ Result<std::size_t> TreeEnsemble::classify(std::span<const double> features) con
   return place_of_largest(sums(features));
 }
 
+std::vector<std::size_t> TreeEnsemble::used_columns() const {
+  std::set<std::size_t> out;
+  for (const DecisionTree& tree : trees_) tree.add_features(out);
+  return {out.begin(), out.end()};
+}
+
 void TreeEnsemble::write(LineWriter& out) const {
   out.count("trees", trees_.size());
   for (const DecisionTree& tree : trees_) tree.write(out);

@@ -31,6 +31,8 @@ class TreeEnsemble final : public Predictor {
   /// Class of the largest share; the lowest of several.
   [[nodiscard]] Result<std::size_t> classify(std::span<const double> features) const override;
 
+  /// Those that a tree splits on.
+  [[nodiscard]] std::vector<std::size_t> used_columns() const override;
   void write(LineWriter& out) const override;
   /// What write() wrote; `in` keeps the first problem, and without one there is at least one tree.
   static TreeEnsemble read(LineReader& in, std::size_t features, std::size_t classes);

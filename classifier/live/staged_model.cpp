@@ -321,8 +321,9 @@ bool is_sure(const StopRule& rule, const LivePrediction& answer) {
 }
 
 LiveVoter::LiveVoter(std::shared_ptr<const StagedModel> model)
-    : model_(std::move(model)),
-      stream_(model_->last().setup.taxels, model_->last().setup.options) {}
+    : model_(std::move(model)), stream_(model_->last().setup.taxels, model_->last().setup.options) {
+  for (const LiveStage& stage : model_->stages) wanted_.push_back(used_blocks(stage.model));
+}
 
 void LiveVoter::restart() {
   stream_.restart();
@@ -350,7 +351,7 @@ Result<std::optional<LivePrediction>> LiveVoter::add(Phase phase, std::span<cons
 
 Result<LivePrediction> LiveVoter::check() {
   const StoredModel& model = model_->stages[next_stage_].model;
-  const auto features = stream_.features();
+  const auto features = stream_.features(wanted_[next_stage_]);
   if (!features) return pass(features.error());
   auto predicted = predict(model.learner, model.postprocessing, *features);
   if (!predicted) return pass(predicted.error());

@@ -124,6 +124,7 @@ class LiveVoter {
   Result<LivePrediction> check();
 
   std::shared_ptr<const StagedModel> model_;
+  std::vector<BlockSet> wanted_;  // of each stage
   FeatureStream stream_;
   std::size_t next_stage_ = 0;
 };

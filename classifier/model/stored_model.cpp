@@ -38,14 +38,14 @@ std::optional<PhaseSet> phases_from(std::string_view letters) {
 }
 
 // [trials x features] of trials that the model may take; one extractor a thread.
-Result<Matrix> compute_features(const FeatureSetup& setup, std::span<const Trial> trials,
-                                std::size_t threads) {
+Result<Matrix> compute_features(const FeatureSetup& setup, BlockSet wanted,
+                                std::span<const Trial> trials, std::size_t threads) {
   for (const Trial& trial : trials)
     if (auto ok = check_trial(setup, trial); !ok) return pass(ok.error());
   Matrix out(trials.size(), FeatureLayout(setup.taxels, setup.phases).size());
   std::vector<Status> done(trials.size());
   parallel_workers(trials.size(), threads, [&] {
-    auto extractor = std::make_shared<FeatureExtractor>(setup.options);
+    auto extractor = std::make_shared<FeatureExtractor>(setup.options, wanted);
     return [&, extractor](std::size_t i) {
       const auto features = extractor->extract(trials[i]);
       if (features) std::ranges::copy(*features, out.row(i).begin());
@@ -131,9 +131,17 @@ Status check_trial(const FeatureSetup& setup, const Trial& trial) {
   return {};
 }
 
+BlockSet used_blocks(const StoredModel& stored) {
+  if (stored.postprocessing) return BlockSet::all();
+  return FeatureLayout(stored.setup.taxels, stored.setup.phases)
+      .blocks_of(stored.learner.used_columns());
+}
+
 Result<std::vector<Prediction>> classify(const StoredModel& stored, std::span<const Trial> trials,
                                          const VoteOptions& options, std::size_t threads) {
-  const auto features = compute_features(stored.setup, trials, threads);
+  // a short-list measures distances in every column too
+  const BlockSet wanted = options.profile == nullptr ? used_blocks(stored) : BlockSet::all();
+  const auto features = compute_features(stored.setup, wanted, trials, threads);
   if (!features) return pass(features.error());
   auto predicted = predict_all(stored.learner, stored.postprocessing, *features, options, threads);
   std::vector<Prediction> out;

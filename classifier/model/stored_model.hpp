@@ -46,6 +46,10 @@ std::vector<std::uint64_t> content_digests(std::span<const Trial> trials);
 /// phases than the training had.
 Status check_trial(const FeatureSetup& setup, const Trial& trial);
 
+/// Blocks of features that the answers depend on: those of the columns that the learner uses; all
+/// where there is postprocessing, whose open-set rule measures distances in every column.
+BlockSet used_blocks(const StoredModel& stored);
+
 /// The answers on such trials, without Ballot::decision. Refuses, by name, a trial that
 /// check_trial() refuses, or whose features or answer cannot be had.
 Result<std::vector<Prediction>> classify(const StoredModel& stored, std::span<const Trial> trials,

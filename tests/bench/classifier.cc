@@ -16,6 +16,7 @@
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/fabric/model.hpp"
 #include "classifier/features/feature_matrix.hpp"
+#include "classifier/learners/learner.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "tests/bench/classifier_libsvm.hpp"
 #include "tests/bench/classifier_set.hpp"
@@ -62,10 +63,14 @@ Set split_set(std::string name, const FeatureMatrix& all) {
   return {std::move(name), select_rows(all, split.train), select_rows(all, split.test)};
 }
 
-std::optional<Set> campaign_set() {
+// None where there is no campaign.
+std::vector<Trial> campaign_trials() {
   const auto dataset = daemon::read_hdf5("out/demo/dataset.h5");
-  if (!dataset) return std::nullopt;
-  const auto matrix = build_feature_matrix(daemon::complete_trials(*dataset, "M1"));
+  return dataset ? daemon::complete_trials(*dataset, "M1") : std::vector<Trial>();
+}
+
+std::optional<Set> campaign_set(const std::vector<Trial>& trials) {
+  const auto matrix = build_feature_matrix(trials);
   if (!matrix) return std::nullopt;
   return split_set("simulated campaign M1", *matrix);
 }
@@ -183,6 +188,53 @@ void voting(const Set& set, std::vector<Figure>& out) {
                  std::to_string(right) + " of " + std::to_string(set.test.size()) +
                      " right; arithmetic alone " + text(limit * 1e6) + " us; " + load_average(),
                  bench::at_most(20)});
+}
+
+// What an answer takes from samples to winner, with all features and with those that the model
+// uses, in turn.
+void predict_once(const TrainedLearner& learner, const std::vector<Trial>& trials, std::size_t at,
+                  FeatureExtractor& extractor) {
+  const auto features = extractor.extract(trials[at % trials.size()]);
+  if (!features || !learner.classify(*features)) std::abort();
+}
+
+std::string names_of(BlockSet blocks) {
+  std::string out;
+  const FeatureLayout layout(1, {});
+  for (const FeatureInfo& column : layout.columns())
+    if (!blocks.has(column.block))
+      out += (out.empty() ? "" : " ") + column.name.substr(0, column.name.find('.'));
+  return out.empty() ? "no block left out" : "left out: " + out;
+}
+
+void predictions(const std::string& name, const std::vector<Trial>& trials,
+                 std::vector<Figure>& out) {
+  const FeatureMatrix matrix = build_feature_matrix(trials).value();
+  const FeatureLayout layout(trials.front().taxels, phases_of(trials.front()));
+  for (const std::size_t cap : {std::size_t{5}, std::size_t{10}, std::size_t{20}}) {
+    const TrainedLearner learner = train_recipe(matrix, {Learner::pvalue, cap}, {}).value();
+    const std::vector<std::size_t> columns = learner.used_columns();
+    const BlockSet wanted = layout.blocks_of(columns);
+    FeatureExtractor all, some({}, wanted);
+    std::vector<double> before, after, answer;
+    for (std::size_t i = 0; i < 101 + trials.size(); ++i) {  // the first round fills the tables
+      predict_once(learner, trials, i, all);  // whoever reads the trial first waits for memory
+      const double slow = seconds_of([&] { predict_once(learner, trials, i, all); });
+      const double fast = seconds_of([&] { predict_once(learner, trials, i, some); });
+      const auto row = matrix.values.row(i % matrix.size());
+      const double vote = seconds_of([&] {
+        if (!learner.classify(row)) std::abort();
+      });
+      if (i < trials.size()) continue;
+      before.push_back(slow), after.push_back(fast), answer.push_back(vote);
+    }
+    out.push_back({"one prediction, N " + std::to_string(cap) + ": " + name,
+                   bench::median(after) * 1e6, "us", "all features computed",
+                   bench::median(before) * 1e6,
+                   std::to_string(columns.size()) + " of " + std::to_string(layout.size()) +
+                       " columns used; " + names_of(wanted) + "; the vote alone " +
+                       text(bench::median(answer) * 1e6) + " us; " + load_average()});
+  }
 }
 
 double extraction_seconds(const Trial& trial) {
@@ -358,12 +410,16 @@ int main(int argc, char** argv) {
   std::vector<Figure> out;
   const Set made =
       split_set("made up", build_feature_matrix(bench::made_trials(17, 20, 7)).value());
-  const std::optional<Set> campaign = campaign_set();
+  const std::optional<Set> campaign = campaign_set(campaign_trials());
   if (!campaign) std::printf("no out/demo/dataset.h5: the simulated campaign is left out\n");
   training(made, quick ? 0 : 5, out);
   if (campaign) training(*campaign, quick ? 0 : 5, out);
   voting(made, out);
   if (campaign) voting(*campaign, out);
+  for (const std::size_t fabrics : {std::size_t{2}, std::size_t{5}, std::size_t{17}})
+    predictions("made up, " + std::to_string(fabrics) + " fabrics",
+                bench::made_trials(fabrics, 8, 7), out);
+  if (campaign) predictions("simulated campaign M1", campaign_trials(), out);
   features(out);
   any_length(quick, out);
   if (!quick) growth(out);
