@@ -42,6 +42,10 @@ def made_afterwards(t, d, root, ran):
     for same in "results", "dataset_sha256", "trials_complete", "simulation", "seed", "recipe_sha256":
         was, found = strip_times(then[same]), strip_times(now[same])
         t.expect(was == found, f"{same} is what the run's own report has")
+    one = now["audit"]["explorations"]["M1"]
+    t.expect(one["verdict"] == now["audit"]["verdict"] and one["permutations"] == 99, f"audit: {now['audit']}")
+    t.expect(one["probe"]["full_accuracy"] == t.succeeds("audit", "small/dataset.h5", cwd=d)["full"]["accuracy"], f"as weft audit has it: {one}")
+    t.expect(one["text"].split(": ", 1)[1].replace("&", "&amp;") in page and "SIMULATED" in one["text"] and then["audit"] is None, f"audit: {one}")
     t.expect(abs(now["force_rms_error_n"] - ran["force_rms_error_n"]) < 0.02 * ran["force_rms_error_n"], "the force, computed again")
 
 
@@ -81,6 +85,22 @@ def stopped(t, d, root):
     t.expect("How well the force was held" in (d / "cut.html").read_text(), "what there is of it is on the page")
 
 
+def few(t, d, root):
+    """Of too few repetitions the audit says what is missing, and why there is no figure."""
+    for repetitions, verdict, why in ((1, "cannot_tell", "one_recording"), (2, None, None)):
+        recipe = json.loads((d / "small.json").read_text())
+        recipe.update(name=f"few{repetitions}", fabrics=["denim", "velvet"], repetitions=repetitions)
+        recipe.pop("hand_over", None)
+        (d / "few.json").write_text(json.dumps(recipe))
+        ran = t.run("run", "few.json", "--rig", root / "sim/rigs/bench17.json", "--out", f"few{repetitions}", "--no-evaluate", cwd=d)
+        t.expect(ran.returncode == 0, f"run: {ran.stderr}")
+        t.succeeds("report", f"few{repetitions}", "-o", "short.html", "--no-trade", cwd=d)
+        one = json.loads((d / "short.json").read_text())["audit"]["explorations"]["M1"]
+        t.expect((one["verdict"], one["why"], one["probe"]) == (verdict, why, None) and one["reason"], f"{repetitions} repetitions: {one}")
+        t.succeeds("report", f"few{repetitions}", "-o", "short.html", "--no-trade", "--no-audit", cwd=d)
+        t.expect(json.loads((d / "short.json").read_text())["audit"] is None, "--no-audit")
+
+
 def refused(t, d):
     t.refuses("report", "small", "-o", "page.pdf", cwd=d, says=["page.pdf", ".html"])
     t.refuses("report", "small", "-o", "nowhere/page.html", cwd=d, says=["nowhere"])
@@ -108,6 +128,7 @@ def main():
         made_afterwards(t, d, root, ran)
         exported(t, d, ran)
         stopped(t, d, root)
+        few(t, d, root)
         refused(t, d)
         damaged(t, d)
     return t.finish()

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "daemon/analysis/report/audit_headline.hpp"
 #include "daemon/analysis/report/evaluate_campaign.hpp"
 #include "daemon/analysis/report/paper.hpp"
 #include "daemon/campaign/campaign.hpp"
@@ -38,6 +39,7 @@ struct ReportInput {
   std::string tradeoff_html = {};  ///< speed against accuracy, whole sections; may be empty
   /// Campaigns that differ in what a repetition is; may be empty.
   const std::vector<CampaignBeside>* beside = nullptr;
+  std::vector<AuditHeadline> audit = {};  ///< of each exploration; empty: not asked for
 };
 
 /// Every planned trial is there and nothing went wrong. What is shown of any other run says so.
@@ -121,6 +123,7 @@ std::string accuracy_section(const ReportInput& input);
 std::string repetition_section(const ReportInput& input);
 std::string core_section(const ReportInput& input);
 std::string timing_section(const ReportInput& input);
+std::string audit_section(const ReportInput& input);
 std::string force_section(const ReportInput& input);
 std::string wall_time_section(const ReportInput& input);
 

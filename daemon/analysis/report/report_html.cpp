@@ -329,8 +329,8 @@ std::string report_html(const ReportInput& input) {
       ") \u2013 Weft campaign report</title>\n<style>" + std::string(style_sheet()) +
       more_style(input) + paper_style(input) + "</style>\n</head>\n<body>\n<main>\n";
   out += heading_section(input) + trace_section(input) + accuracy_section(input) +
-         repetition_section(input) + input.design.html + core_section(input) +
-         timing_section(input) + input.tradeoff_html + force_section(input) +
+         repetition_section(input) + audit_section(input) + input.design.html +
+         core_section(input) + timing_section(input) + input.tradeoff_html + force_section(input) +
          certificate_section(input) + wall_time_section(input) + provenance_section(input);
   return out + "</main>\n</body>\n</html>\n";
 }

@@ -280,6 +280,7 @@ std::string report_json(const ReportInput& input) {
   for (const ExplorationResult& result : input.results)
     out["results"][result.exploration] = result_json(result);
   if (input.beside != nullptr) out["beside"] = beside_json(*input.beside);
+  out["audit"] = headlines_json(input.audit, input.dataset.info.kind);
   out["cores"] = cores_json(input.results);
   out["design"] =
       input.design.json.empty() ? ordered_json() : ordered_json::parse(input.design.json);

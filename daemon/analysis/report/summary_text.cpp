@@ -156,6 +156,15 @@ std::string timing_lines(const std::vector<ExplorationResult>& results) {
   return out;
 }
 
+std::string audit_lines(const ReportInput& input) {
+  std::string out;
+  for (const AuditHeadline& one : input.audit)
+    out += wrapped("Audit, " + printable(format_headline(one, input.dataset.info.kind)), "  ");
+  if (const std::string note = quick_form_note(input.audit); !note.empty())
+    out += wrapped(note, "    ");
+  return out.empty() ? out : "\n" + out;
+}
+
 }  // namespace
 
 std::string summary_text(const ReportInput& input) {
@@ -164,9 +173,9 @@ std::string summary_text(const ReportInput& input) {
   if (!input.run.level.empty()) out += " (plant " + printable(input.run.level) + ")";
   if (!is_complete(input.run)) out += ", " + format_incomplete(input.run);
   out += "\n" + run_lines(input);
-  if (input.results.empty()) return out;
-  out +=
-      accuracy_lines(input.results) + repetition_lines(input) + "\n" + timing_lines(input.results);
+  if (input.results.empty()) return out + audit_lines(input);
+  out += accuracy_lines(input.results) + repetition_lines(input) + "\n" +
+         timing_lines(input.results) + audit_lines(input);
   if (kind == BenchKind::simulated && paper::accuracies_beside(input.results).empty())
     out += "\n  All figures are SIMULATED.\n";
   else if (kind == BenchKind::simulated)

@@ -1,8 +1,11 @@
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
+#include <tuple>
 
+#include "daemon/apps/weft/audit_headline.hpp"
 #include "daemon/apps/weft/audit_text.hpp"
 #include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
@@ -157,31 +160,87 @@ Status add_beside(const AuditArgs& args, std::span<const classifier::Split> spli
   return {};
 }
 
-Result<int> run_audit(const AuditArgs& args, Console& console) {
+enum class AuditForm { whole, quick };  // quick: LDA alone is permuted, nothing stands beside
+
+Status measure_audit(const AuditArgs& args, AuditForm form,
+                     std::span<const classifier::Split> splits, AuditReport& out) {
+  note_whole_columns(out.tables.columns, out.tables.full, splits);
+  if (!classifier::groups_on_both_sides(splits, out.tables.full.groups).empty())
+    add_group_probe(out.tables);
+  add_column_probes(out.tables);
+  classifier::AuditOptions options = args.options;
+  options.tree_permutations =
+      form == AuditForm::quick ? 0 : std::max<std::size_t>(99, options.permutations / 2);
+  auto figures = classifier::audit(out.tables.full, out.tables.probes, splits, options);
+  if (!figures) return pass(figures.error(), args.dataset.string());
+  out.figures = std::move(*figures);
+  if (form == AuditForm::quick) return {};
+  if (auto ok = add_beside(args, splits, out); !ok) return pass(ok.error(), args.dataset.string());
+  return {};
+}
+
+Result<AuditReport> compute_audit(const AuditArgs& args, AuditForm form) {
   AuditReport out;
   if (auto ok = load_tables(args, out); !ok) return pass(ok.error());
   if (auto ok = name_groups(args, out.tables); !ok) return pass(ok.error(), args.dataset.string());
   const auto splits = choose_splits(args, out);
   if (!splits) return pass(splits.error(), args.dataset.string());
   out.splits = splits->size();
-  if (!splits->empty()) {
-    note_whole_columns(out.tables.columns, out.tables.full, *splits);
-    if (!classifier::groups_on_both_sides(*splits, out.tables.full.groups).empty())
-      add_group_probe(out.tables);
-    add_column_probes(out.tables);
-    classifier::AuditOptions options = args.options;
-    options.tree_permutations = std::max<std::size_t>(99, options.permutations / 2);
-    auto figures = classifier::audit(out.tables.full, out.tables.probes, *splits, options);
-    if (!figures) return pass(figures.error(), args.dataset.string());
-    out.figures = std::move(*figures);
-    if (auto ok = add_beside(args, *splits, out); !ok)
-      return pass(ok.error(), args.dataset.string());
-  }
-  print(console, audit_text(out), audit_json(out));
+  if (!splits->empty())
+    if (auto ok = measure_audit(args, form, *splits, out); !ok) return pass(ok.error());
+  return out;
+}
+
+Result<int> run_audit(const AuditArgs& args, Console& console) {
+  const auto report = compute_audit(args, AuditForm::whole);
+  if (!report) return pass(report.error());
+  print(console, audit_text(*report), audit_json(*report));
   return exit_ok;
 }
 
+std::optional<StrongestProbe> find_strongest(const AuditReport& report) {
+  if (!report.figures || report.figures->probes.empty()) return std::nullopt;
+  const auto order = [](const classifier::ProbeFigure& one) {
+    return std::tuple(one.named, one.share);
+  };
+  const auto strongest = std::ranges::max_element(report.figures->probes, {}, order);
+  return StrongestProbe{strongest->name, strongest->reached.accuracy,   strongest->share,
+                        strongest->p,    report.figures->full.accuracy, strongest->chance,
+                        strongest->named};
+}
+
+AuditHeadline make_headline(const std::string& exploration, const Result<AuditReport>& report) {
+  AuditHeadline out{exploration, {}, {}, {}};
+  if (!report) {
+    out.reason = to_string(report.error());
+    return out;
+  }
+  const nlohmann::json verdict = audit_json(*report)["verdict"];
+  out.verdict = verdict["code"];
+  if (verdict["why"].is_string()) out.why = verdict["why"];
+  if (out.verdict == "cannot_tell") out.reason = obstacle_text(*report);
+  out.probe = find_strongest(*report);
+  if (report->figures) out.permutations = report->figures->permutations;
+  return out;
+}
+
 }  // namespace
+
+std::vector<AuditHeadline> audit_quickly(const std::filesystem::path& file,
+                                         const Dataset& dataset) {
+  std::vector<AuditHeadline> out;
+  if (!dataset.info.ended_early.empty() || !dataset.info.factors.empty())
+    return {{"all", "", "",
+             "slides that a live vote ended early, and cells of a sweep, are no one experiment"}};
+  for (const std::string& exploration : list_explorations(dataset)) {
+    AuditArgs args;
+    args.dataset = file;
+    args.trials.exploration = exploration;
+    args.options.permutations = 99;  // the fewest whose p can be 2 %
+    out.push_back(make_headline(exploration, compute_audit(args, AuditForm::quick)));
+  }
+  return out;
+}
 
 void add_audit_command(const CommandGroup& weft) {
   weft.add<AuditArgs>("audit", "find how much of an accuracy is not the material", run_audit);

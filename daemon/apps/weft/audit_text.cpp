@@ -304,6 +304,10 @@ json verdict_json(const AuditReport& report) {
 
 }  // namespace
 
+std::string obstacle_text(const AuditReport& report) {
+  return obstacle_of(report).text;
+}
+
 std::string audit_text(const AuditReport& report) {
   const classifier::FeatureMatrix& full = report.tables.full;
   const std::set<std::string> labels(full.labels.begin(), full.labels.end());

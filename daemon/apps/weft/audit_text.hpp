@@ -38,4 +38,7 @@ std::string audit_text(const AuditReport& report);
 
 nlohmann::json audit_json(const AuditReport& report);
 
+/// Why nothing can be told, without a full stop; empty where it can.
+std::string obstacle_text(const AuditReport& report);
+
 }  // namespace weft::daemon::cli

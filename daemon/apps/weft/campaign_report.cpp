@@ -97,6 +97,7 @@ Result<CampaignReport> write_report(const CampaignSummary& summary, const Datase
   if (!beside->empty()) input.beside = &*beside;
   input.verified = extras.verified;
   input.tradeoff_html = extras.tradeoff_html;
+  input.audit = extras.audit;
   if (auto ok = write_report_html(input, report.html); !ok) return pass(ok.error());
   if (auto ok = write_report_json(input, report.json); !ok) return pass(ok.error());
   report.summary = summary_text(input);

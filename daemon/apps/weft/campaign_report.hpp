@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/analysis/report/audit_headline.hpp"
 #include "daemon/apps/weft/console.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/storage/certificate/handover_file.hpp"
@@ -47,6 +48,7 @@ struct ReportExtras {
   std::string tradeoff_html = {};  ///< sections
   /// Folders of campaigns that differ in what a repetition is: rows beside this one's.
   std::vector<std::filesystem::path> beside = {};
+  std::vector<AuditHeadline> audit = {};  ///< see ReportInput
 };
 /// --beside, for run and report.
 void add_beside_option(CLI::App& command, std::vector<std::filesystem::path>& beside);

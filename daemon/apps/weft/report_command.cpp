@@ -5,6 +5,7 @@
 #include "daemon/analysis/report/report.hpp"
 #include "daemon/analysis/report/trace.hpp"
 #include "daemon/analysis/tradeoff/sim/sim_page.hpp"
+#include "daemon/apps/weft/audit_headline.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"
 #include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
@@ -27,6 +28,7 @@ struct ReportArgs {
   std::size_t repeats = 30;      ///< random splits, as of weft run
   std::vector<std::string> vary{"features", "learner", "slide"};  ///< of the classifier's trade
   bool no_tradeoff = false;
+  bool no_audit = false;
   std::size_t tradeoff_splits = 5;
   std::vector<std::filesystem::path> beside = {};  ///< campaigns that differ in the repetition
   std::filesystem::path fidelity;  ///< table of weft trade sim; empty: no such section
@@ -179,6 +181,8 @@ void add_options(CLI::App& command, ReportArgs& args) {
   add_count(command, "--trade-splits", args.tradeoff_splits, 1, 100000, "random splits of that");
   add_beside_option(command, args.beside);
   command.add_flag("--no-trade", args.no_tradeoff, "leave speed against accuracy out");
+  command.add_flag("--no-audit", args.no_audit,
+                   "leave out how much of the accuracy is not the material (weft audit)");
   command
       .add_option("--fidelity", args.fidelity,
                   "table of weft trade sim, such as sim/fidelity.json: what the plant's fidelity "
@@ -208,6 +212,10 @@ Result<int> run_report(const ReportArgs& args, Console& console) {
   const auto fidelity = fidelity_section(args, *summary);
   if (!fidelity) return pass(fidelity.error());
   extras.tradeoff_html += *fidelity;
+  if (!args.no_audit) {
+    console.err << "audit, in its quick form" << std::endl;
+    extras.audit = audit_quickly(summary->dataset_file, *dataset);
+  }
   const auto report = write_report(*summary, *dataset, args.out, args.repeats, extras, console);
   if (!report) return pass(report.error());
   if (report->not_classified)

@@ -1,0 +1,85 @@
+#include "daemon/analysis/report/audit_headline.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "daemon/analysis/report/report.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/pages/plot/html.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json text_or_null(std::string_view text) {
+  return text.empty() ? ordered_json() : ordered_json(text);
+}
+
+std::string verdict_text(const AuditHeadline& one) {
+  if (one.verdict.empty()) return "not made";
+  if (one.verdict == "no_sign") return "no sign of a confound";
+  return one.verdict == "cannot_tell" ? "cannot be told" : one.verdict;
+}
+
+ordered_json probe_json(const AuditHeadline& one) {
+  if (!one.probe) return {};
+  const StrongestProbe& probe = *one.probe;
+  return {{"name", probe.name},     {"accuracy", probe.accuracy}, {"full_accuracy", probe.full},
+          {"chance", probe.chance}, {"share", probe.share},       {"p", probe.p},
+          {"named", probe.is_named}};
+}
+
+}  // namespace
+
+std::string format_headline(const AuditHeadline& one, BenchKind bench) {
+  std::string out = (one.exploration.empty() ? "" : one.exploration + ": ") + verdict_text(one);
+  if (!one.reason.empty()) out += ": " + one.reason;
+  if (!out.ends_with('.')) out += ".";
+  if (one.probe)
+    out += (one.probe->name == "phase S" ? " Phase S" : " The " + one.probe->name) +
+           std::string(" alone reaches ") + percent(one.probe->accuracy, 1) +
+           " %, the full features " + percent(one.probe->full, 1) + " %, chance " +
+           percent(one.probe->chance, 1) + " %" +
+           (bench == BenchKind::real ? "" : " (" + std::string(bench_text(bench)) + ")") + ".";
+  return out;
+}
+
+std::string_view overall_verdict(std::span<const AuditHeadline> all) {
+  for (const std::string_view verdict : {"confounded", "cannot_tell", "no_sign"})
+    if (std::ranges::find(all, verdict, &AuditHeadline::verdict) != all.end()) return verdict;
+  return {};
+}
+
+std::string quick_form_note(std::span<const AuditHeadline> all) {
+  const auto made = std::ranges::find_if(all, [](const auto& one) { return one.permutations > 0; });
+  if (made == all.end()) return {};
+  return "Quick form of weft audit: p of " + std::to_string(made->permutations) +
+         " permutations with LDA and none with trees, so what only trees would find is not "
+         "accused; nothing without level or pad pattern. weft audit does all.";
+}
+
+ordered_json headlines_json(std::span<const AuditHeadline> all, BenchKind bench) {
+  if (all.empty()) return {};
+  ordered_json explorations = ordered_json::object();
+  for (const AuditHeadline& one : all)
+    explorations[one.exploration] = {
+        {"verdict", text_or_null(one.verdict)}, {"why", text_or_null(one.why)},
+        {"reason", text_or_null(one.reason)},   {"probe", probe_json(one)},
+        {"permutations", one.permutations},     {"text", format_headline(one, bench)}};
+  return {{"verdict", text_or_null(overall_verdict(all))},
+          {"bench", to_string(bench)},
+          {"quick", true},
+          {"explorations", std::move(explorations)}};
+}
+
+std::string audit_section(const ReportInput& input) {
+  if (input.audit.empty()) return {};
+  std::string body;
+  for (const AuditHeadline& one : input.audit)
+    body += "<p>" + escape(format_headline(one, input.dataset.info.kind)) + "</p>\n";
+  return "<section>\n<h2>How much of it is not the material</h2>\n" +
+         figure(body, escape(quick_form_note(input.audit)), badge_html(input)) + "</section>\n";
+}
+
+}  // namespace weft::daemon
