@@ -353,14 +353,33 @@ double Confusion::accuracy() const {
   return share(correct(), total());
 }
 
+std::size_t Confusion::tested(std::size_t truth) const {
+  std::size_t trials = 0;
+  for (std::size_t p = 0; p < classes(); ++p) trials += at(truth, p);
+  return trials;
+}
+
 std::vector<double> Confusion::recall() const {
   std::vector<double> out;
-  for (std::size_t t = 0; t < classes(); ++t) {
-    std::size_t trials = 0;
-    for (std::size_t p = 0; p < classes(); ++p) trials += at(t, p);
-    out.push_back(share(at(t, t), trials));
-  }
+  for (std::size_t t = 0; t < classes(); ++t) out.push_back(share(at(t, t), tested(t)));
   return out;
+}
+
+double Confusion::balanced_accuracy() const {
+  double sum = 0.0;
+  std::size_t number = 0;
+  for (std::size_t t = 0; t < classes(); ++t) {
+    if (tested(t) == 0) continue;
+    sum += share(at(t, t), tested(t));
+    ++number;
+  }
+  return number == 0 ? 0.0 : sum / static_cast<double>(number);
+}
+
+double Confusion::base_rate() const {
+  std::size_t most = 0;
+  for (std::size_t t = 0; t < classes(); ++t) most = std::max(most, tested(t));
+  return share(most, total());
 }
 
 DuplicateRows find_duplicates(const FeatureMatrix& matrix, std::span<const Split> splits) {

@@ -36,6 +36,13 @@ struct Confusion {
   [[nodiscard]] double accuracy() const;
   /// Share of each class's trials that were recognised; 0 for a class without trials.
   [[nodiscard]] std::vector<double> recall() const;
+  /// Its mean over the classes that were tested: the accuracy if all had as many trials.
+  [[nodiscard]] double balanced_accuracy() const;
+  /// Share of the most frequent class: what naming it always would give.
+  [[nodiscard]] double base_rate() const;
+
+ private:
+  [[nodiscard]] std::size_t tested(std::size_t truth) const;
 };
 
 /// Row numbers, ascending.

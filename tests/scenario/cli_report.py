@@ -19,7 +19,7 @@ SECTIONS = ["Which fabric was it?", "What tells two fabrics apart", "How long it
 
 def campaign(t, d, root):
     recipe = json.loads((root / "recipes/library/m1.json").read_text())
-    recipe.update(name="small", fabrics=["denim", "velvet", "pile"], repetitions=5)
+    recipe.update(name="small", fabrics=["denim", "velvet", "pile"], repetitions=5, hand_over={"learner": "lda", "groups": 5})
     del recipe["$schema"]
     (d / "small.json").write_text(json.dumps(recipe))
     ran = t.run("run", "small.json", "--rig", root / "sim/rigs/bench17.json", "--out", "small", "--json", cwd=d)
@@ -39,9 +39,15 @@ def made_afterwards(t, d, root, ran):
     t.expect('@top-right{content:"SIMULATED"' in page and page.count("SIMULATED") > len(SECTIONS), "the bench is named on paper and in every caption")
     t.expect("<script" not in page and "http://" not in page.replace("http://www.w3.org", ""), "one file, nothing from outside")
     then, now = json.loads((d / "small/report.json").read_text()), json.loads((d / "page.json").read_text())
-    for same in "results", "dataset_sha256", "trials_complete", "simulation", "seed", "recipe_sha256":
+    for same in "headline", "results", "dataset_sha256", "trials_complete", "simulation", "seed", "recipe_sha256":
         was, found = strip_times(then[same]), strip_times(now[same])
         t.expect(was == found, f"{same} is what the run's own report has")
+    handed, headline = ran["handover"]["models"][0], now["headline"][0]
+    t.expect([headline[k] for k in ("accuracy", "ci95", "tested", "learner")] == [handed["accuracy"], handed["ci95"], handed["asked"], handed["learner"]],
+             f"one accuracy: report {headline}, hand-over {handed}")
+    evaluation = json.loads((d / "small/handover/evaluation.json").read_text())
+    t.expect(evaluation["explorations"]["M1"]["accuracy"] == headline["accuracy"] and headline["base_rate"] == 1 / 3, f"one accuracy: {headline}")
+    t.expect(f"M1: {100 * headline['accuracy']:.1f} %" in page, "the headline on the page")
     one = now["audit"]["explorations"]["M1"]
     t.expect(one["verdict"] == now["audit"]["verdict"] and one["permutations"] == 99, f"audit: {now['audit']}")
     t.expect(one["probe"]["full_accuracy"] == t.succeeds("audit", "small/dataset.h5", cwd=d)["full"]["accuracy"], f"as weft audit has it: {one}")

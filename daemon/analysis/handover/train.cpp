@@ -9,6 +9,7 @@
 #include "classifier/imprint/imprint_model.hpp"
 #include "daemon/analysis/imprint/tables.hpp"
 #include "daemon/analysis/report/evaluation_page.hpp"
+#include "daemon/analysis/report/headline.hpp"
 #include "daemon/analysis/report/report.hpp"
 #include "daemon/base/file/sha256.hpp"
 #include "daemon/base/text/format.hpp"
@@ -217,19 +218,6 @@ ordered_json model_line_json(const std::string& name, const HandoverText& model,
   return model_json({name, std::string(handover_folder_name) + "/" + model.name,
                      sha256_hex(model.text), learner, trials, e.confusion.total(), e.accuracy,
                      e.ci95.low, e.ci95.high});
-}
-
-std::vector<classifier::Split> splits_by_repetition(const std::vector<std::uint32_t>& repetition,
-                                                    const std::vector<std::size_t>& group_of) {
-  std::vector<classifier::Split> out;
-  const std::set<std::size_t> groups(group_of.begin(), group_of.end());
-  for (const std::size_t group : groups) {
-    classifier::Split split;
-    for (std::size_t row = 0; row < repetition.size(); ++row)
-      (group_of.at(repetition[row] - 1) == group ? split.test : split.train).push_back(row);
-    if (!split.test.empty()) out.push_back(std::move(split));
-  }
-  return out;
 }
 
 Result<TrainingResult> train_exploration(const Dataset& dataset, const std::string& exploration,

@@ -53,11 +53,6 @@ struct LearningMaterial {
   std::vector<std::uint32_t> repetition;  ///< from 1, index by index
 };
 
-/// Each group of repetitions tests once, all others train; a group without trials tests nothing.
-/// `group_of`: of repetition i + 1, see recipes::repetition_groups().
-std::vector<classifier::Split> splits_by_repetition(const std::vector<std::uint32_t>& repetition,
-                                                    const std::vector<std::size_t>& group_of);
-
 struct TrainingResult {
   LearningMaterial material;
   classifier::StoredModel model;  ///< of all trials

@@ -9,6 +9,7 @@
 
 #include "daemon/analysis/report/audit_headline.hpp"
 #include "daemon/analysis/report/evaluate_campaign.hpp"
+#include "daemon/analysis/report/headline.hpp"
 #include "daemon/analysis/report/paper.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/simulation.hpp"
@@ -40,6 +41,7 @@ struct ReportInput {
   /// Campaigns that differ in what a repetition is; may be empty.
   const std::vector<CampaignBeside>* beside = nullptr;
   std::vector<AuditHeadline> audit = {};  ///< of each exploration; empty: not asked for
+  std::vector<Headline> headlines = {};   ///< of each exploration; may be empty
 };
 
 /// Every planned trial is there and nothing went wrong. What is shown of any other run says so.

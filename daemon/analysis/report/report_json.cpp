@@ -153,6 +153,7 @@ ordered_json evaluation_json(const classifier::Scores& e) {
   for (const classifier::SplitOutcome& split : e.splits) accuracies.push_back(split.accuracy);
   ordered_json out = accuracy_json(e);
   out["accuracy_of_splits"] = std::move(accuracies);
+  out["balanced_accuracy"] = e.confusion.balanced_accuracy();
   out["confusion"] = confusion_json(e.confusion);
   out["train_s"] = e.train_s;
   out["test_s_per_sample"] = e.test_s_per_sample;
@@ -276,6 +277,13 @@ std::string report_json(const ReportInput& input) {
   out["bench"] = to_string(input.dataset.info.kind);
   out.update(run_json(input.run));
   out["force_by_fabric"] = force_json(input.dataset);
+  out["headline"] = ordered_json::array();
+  for (const Headline& headline : input.headlines)
+    out["headline"].push_back(headline_json(headline));
+  out["other_protocols"] = ordered_json::array();
+  for (const OtherProtocol& other :
+       other_protocols(!input.results.empty(), !input.design.json.empty()))
+    out["other_protocols"].push_back({{"key", other.name}, {"why", other.text}});
   out["results"] = ordered_json::object();
   for (const ExplorationResult& result : input.results)
     out["results"][result.exploration] = result_json(result);

@@ -66,7 +66,7 @@ std::string_view repetition_note(Repeated repeated) {
              "of a split; all are of one piece. ";
     case Repeated::piece:
       return "A fabric has several pieces, and trials of one may be on both sides of a split: weft "
-             "evaluate --group piece asks about pieces that were not trained on. ";
+             "fabric evaluate --group piece asks about pieces that were not trained on. ";
   }
   return {};
 }
@@ -127,9 +127,9 @@ std::string_view reduction_text(Reduction reduction) {
   return reduction == Reduction::pca ? "PCA" : "all features";
 }
 
-double paper_accuracy(std::string_view exploration, Reduction reduction) {
+double paper_accuracy(const ExplorationResult& result, Reduction reduction) {
   for (const paper::Accuracy& row : paper::accuracies) {
-    if (row.exploration != exploration) continue;
+    if (!paper::is_papers(result, row.exploration)) continue;
     if (reduction == Reduction::pvalue) return row.pvalue;
     return reduction == Reduction::pca ? row.pca : row.all;
   }
@@ -168,7 +168,7 @@ std::string accuracy_figure(const std::vector<ExplorationResult>& results) {
       canvas.text({140, y + 4},
                   result.exploration + "  " + std::string(reduction_text(r.reduction)), "row-name",
                   Anchor::end);
-      const double printed = paper_accuracy(result.exploration, r.reduction);
+      const double printed = paper_accuracy(result, r.reduction);
       if (printed >= 0) canvas.diamond({axes.x(printed * 100), y}, 7, "paper-mark");
       draw_accuracy(canvas, axes, y, r.evaluation);
       y += 26;
@@ -177,8 +177,10 @@ std::string accuracy_figure(const std::vector<ExplorationResult>& results) {
   }
   canvas.circle({20, 14}, 5, "mark");
   canvas.text({31, 18}, "this run, with 95 % interval", "key");
-  canvas.diamond({236, 14}, 7, "paper-mark");
-  canvas.text({248, 18}, "printed in the paper, real fabrics", "key");
+  if (!paper::accuracies_beside(results).empty()) {
+    canvas.diamond({236, 14}, 7, "paper-mark");
+    canvas.text({248, 18}, "printed in the paper, real fabrics", "key");
+  }
   return canvas.finish();
 }
 
@@ -199,18 +201,27 @@ std::string printed_inputs(const CoreLine& line) {
                          : "<span class=\"paper\">" + std::to_string(core->inputs) + "</span>";
 }
 
-std::string table_beside_paper(const std::vector<CoreLine>& lines) {
-  HtmlTable table(
-      {"core", "top four features", "<span class=\"paper\">paper, real fabrics</span>", "features",
-       "<span class=\"paper\">paper</span>", "least p", "delta", "C", "gamma", "CV errors"},
-      3);
-  for (const CoreLine& line : shown_cores(lines, cores_beside_paper))
-    table.row(
-        {escape(line.a + " vs " + line.b), first_features_html(line), printed_features(line),
-         std::to_string(line.info->inputs), printed_inputs(line),
-         line.features.empty() ? std::string(no_value) : p_value_html(line.features.front().log_p),
+/// `beside`: the paper's figures of its three pairs too.
+std::string table_of_cores(const std::vector<CoreLine>& lines, bool beside) {
+  std::vector<std::string> head{"core", "top four features"};
+  if (beside) head.push_back("<span class=\"paper\">paper, real fabrics</span>");
+  head.push_back("features");
+  if (beside) head.push_back("<span class=\"paper\">paper</span>");
+  for (const char* const name : {"least p", "delta", "C", "gamma", "CV errors"})
+    head.emplace_back(name);
+  HtmlTable table(head, beside ? 3 : 2);
+  for (const CoreLine& line : shown_cores(lines, cores_beside_paper)) {
+    std::vector<std::string> cells{escape(line.a + " vs " + line.b), first_features_html(line)};
+    if (beside) cells.push_back(printed_features(line));
+    cells.push_back(std::to_string(line.info->inputs));
+    if (beside) cells.push_back(printed_inputs(line));
+    cells.insert(
+        cells.end(),
+        {line.features.empty() ? std::string(no_value) : p_value_html(line.features.front().log_p),
          general(line.info->threshold), general(line.info->c), power_of_two_html(line.info->gamma),
          std::to_string(line.info->cv_errors) + " of " + std::to_string(line.info->train_rows)});
+    table.row(cells);
+  }
   return table.finish();
 }
 
@@ -235,12 +246,13 @@ std::string printed(double seconds) {
 
 using Cell = std::function<std::string(const ExplorationResult&)>;
 
-// One column per exploration, then the paper's.
+// One column per exploration, then the paper's where it has any of them.
 void add_row(HtmlTable& table, const std::vector<ExplorationResult>& results,
              const std::string& name, const Cell& cell, const std::string& paper_html) {
   std::vector<std::string> cells = {name};
   for (const ExplorationResult& result : results) cells.push_back(cell(result));
-  cells.push_back(paper_html.empty() ? std::string(no_value) : paper_html);
+  if (!paper::accuracies_beside(results).empty())
+    cells.push_back(paper_html.empty() ? std::string(no_value) : paper_html);
   table.row(cells);
 }
 
@@ -262,7 +274,8 @@ std::string timing_table(const std::vector<ExplorationResult>& results) {
   std::vector<std::string> head = {"step"};
   for (const ExplorationResult& result : results)
     head.push_back(escape(result.exploration) + ", this run");
-  head.push_back("<span class=\"paper\">paper, its own machine</span>");
+  if (!paper::accuracies_beside(results).empty())
+    head.push_back("<span class=\"paper\">paper, its own machine</span>");
   HtmlTable table(head);
   const auto features = [](const ExplorationResult& r) { return measured(r.feature_s_per_sample); };
   add_row(table, results, "features of one trial", features, printed(paper::feature_s_per_sample));
@@ -286,7 +299,8 @@ std::size_t total_fits(const classifier::Evaluation& e) {
   return fits;
 }
 
-std::string timing_caption(const ExplorationResult& result) {
+std::string timing_caption(const std::vector<ExplorationResult>& results) {
+  const ExplorationResult& result = results.front();
   std::string out = "Wall times of this software on this machine";
   const classifier::Evaluation* e = result.find(Reduction::pvalue);
   if (e != nullptr)
@@ -295,6 +309,7 @@ std::string timing_caption(const ExplorationResult& result) {
            std::to_string(result.threads) +
            " threads, mean over the splits; features and test "
            "are one trial at a time on one thread, vote included";
+  if (paper::accuracies_beside(results).empty()) return out + ".";
   return out +
          ". <b>The training times are not comparable:</b> the paper\u2019s 0.566 s is 4.2 ms per "
          "core, about one MATLAB fit each, so it is very likely the final fit with parameters "
@@ -303,14 +318,34 @@ std::string timing_caption(const ExplorationResult& result) {
          "from Table II, whose training time is that of M2 in Table IV.";
 }
 
+std::string headline_html(const ReportInput& input) {
+  std::string out;
+  for (const Headline& headline : input.headlines)
+    out += "<p class=\"headline\"><b>" + escape(headline_text(headline)) + ".</b> " +
+           badge_html(input) + "</p>\n";
+  return out;
+}
+
+std::string other_protocols_html(const ReportInput& input) {
+  std::string out = "<ul>\n";
+  for (const OtherProtocol& other : other_protocols(true, !input.design.json.empty()))
+    out += "<li>" + escape(std::string(other.text)) + "</li>\n";
+  return out + "</ul>\n";
+}
+
 }  // namespace
 
 std::string accuracy_section(const ReportInput& input) {
-  if (input.results.empty() || input.results.front().reductions.empty()) return {};
+  if (input.results.empty() || input.results.front().reductions.empty())
+    return input.headlines.empty()
+               ? ""
+               : "<section>\n<h2>Which one was it?</h2>\n" + headline_html(input) + "</section>\n";
   const std::string badge = badge_html(input);
   const ExplorationResult& first = input.results.front();
   const classifier::Evaluation& e = first.reductions.front().evaluation;
-  std::string out = "<section>\n<h2>Which fabric was it?</h2>\n" + format_method(input, first, e);
+  std::string out = "<section>\n<h2>Which fabric was it?</h2>\n" + headline_html(input) +
+                    "<details><summary>Other protocols</summary>\n" + other_protocols_html(input) +
+                    format_method(input, first, e);
   out += figure("<div class=\"scroll\">" + accuracy_figure(input.results) + "</div>\n",
                 "Accuracy by exploration and by how the features of a core are reduced; lines: 95 "
                 "% interval (" +
@@ -319,7 +354,7 @@ std::string accuracy_section(const ReportInput& input) {
   out += figure(accuracy_table(input.results), table_caption(input.results), badge);
   out += "<div class=\"pair\">\n";
   for (const ExplorationResult& result : input.results) out += confusion_figure(result, badge);
-  return out + "</div>\n</section>\n";
+  return out + "</div>\n</details>\n</section>\n";
 }
 
 std::string core_section(const ReportInput& input) {
@@ -328,13 +363,14 @@ std::string core_section(const ReportInput& input) {
     const classifier::Evaluation* e = result.find(Reduction::pvalue);
     if (e == nullptr) continue;
     const std::vector<CoreLine> lines = core_lines(*e->trained.cores());
-    out += figure(table_beside_paper(lines),
-                  "<b>" + escape(result.exploration) +
-                      ".</b> Cores of the first split (compare Table III): the paper\u2019s three "
-                      "pairs, then those with the most cross-validation errors. " +
-                      format_size(lines) +
-                      " Lower indices name the feature and the pad, upper ones the phase.",
-                  badge_html(input));
+    const bool beside = !paper::accuracies_beside(std::vector{result}).empty();
+    out +=
+        figure(table_of_cores(lines, beside),
+               "<b>" + escape(result.exploration) + ".</b> Cores of the first split" +
+                   (beside ? " (compare Table III): the paper\u2019s three pairs, then " : ": ") +
+                   "those with the most cross-validation errors. " + format_size(lines) +
+                   " Lower indices name the feature and the pad, upper ones the phase.",
+               badge_html(input));
   }
   return out.empty() ? out
                      : "<section>\n<h2>What tells two fabrics apart</h2>\n" + out + "</section>\n";
@@ -343,8 +379,7 @@ std::string core_section(const ReportInput& input) {
 std::string timing_section(const ReportInput& input) {
   if (input.results.empty()) return {};
   return "<section>\n<h2>How long it takes</h2>\n" +
-         figure(timing_table(input.results), timing_caption(input.results.front()),
-                badge_html(input)) +
+         figure(timing_table(input.results), timing_caption(input.results), badge_html(input)) +
          "</section>\n";
 }
 

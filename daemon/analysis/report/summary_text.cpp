@@ -94,12 +94,21 @@ std::string confounding_line(const std::vector<ExplorationResult>& results) {
   return wrapped(std::string(confounded_with_mounting) + splits, "  ");
 }
 
+std::string headline_lines(const std::vector<Headline>& headlines) {
+  std::string out = headlines.empty() ? "" : "\n  Accuracy\n";
+  for (const Headline& headline : headlines)
+    out += wrapped(printable(headline_text(headline)), "  ");
+  return out;
+}
+
 std::string printed_cell(double share) {
   return padded(share < 0 ? "-" : percent(share, 0), cell_width);
 }
 
 std::string accuracy_lines(const std::vector<ExplorationResult>& results) {
-  std::string out = "\n  " + padded("accuracy [%]", name_width) + padded("p-value", cell_width) +
+  std::string out = "\n  Other protocols\n" +
+                    wrapped(std::string(other_protocols(true, false).front().text), "  ") + "  " +
+                    padded("accuracy [%]", name_width) + padded("p-value", cell_width) +
                     padded("PCA", cell_width) + "all features\n";
   for (const ExplorationResult& result : results) {
     const std::string name = printable(result.exploration);
@@ -173,9 +182,10 @@ std::string summary_text(const ReportInput& input) {
   if (!input.run.level.empty()) out += " (plant " + printable(input.run.level) + ")";
   if (!is_complete(input.run)) out += ", " + format_incomplete(input.run);
   out += "\n" + run_lines(input);
-  if (input.results.empty()) return out + audit_lines(input);
-  out += accuracy_lines(input.results) + repetition_lines(input) + "\n" +
-         timing_lines(input.results) + audit_lines(input);
+  out += headline_lines(input.headlines) + audit_lines(input);
+  if (input.results.empty()) return out;
+  out +=
+      accuracy_lines(input.results) + repetition_lines(input) + "\n" + timing_lines(input.results);
   if (kind == BenchKind::simulated && paper::accuracies_beside(input.results).empty())
     out += "\n  All figures are SIMULATED.\n";
   else if (kind == BenchKind::simulated)

@@ -40,6 +40,15 @@ Result<std::vector<CampaignBeside>> evaluated_beside(
   return out;
 }
 
+/// `can_measure`: there are slides to be told apart.
+Result<std::vector<Headline>> headlines_of(const Dataset& dataset, const HandoverResult* handover,
+                                           bool can_measure, Console& console) {
+  if (handover != nullptr) return handover_headlines(*handover, dataset);
+  if (!can_measure) return std::vector<Headline>{};
+  console.err << "classify: the headline, each group of repetitions left out in turn" << std::endl;
+  return measure_headlines(dataset);
+}
+
 std::string share_text(const HandoverShare& share) {
   return percent(share.share, 1) + " % (95 %: " + percent(share.ci95_low, 1) + " to " +
          percent(share.ci95_high, 1) + ")";
@@ -95,6 +104,9 @@ Result<CampaignReport> write_report(const CampaignSummary& summary, const Datase
   const auto beside = evaluated_beside(extras.beside, options, console);
   if (!beside) return pass(beside.error());
   if (!beside->empty()) input.beside = &*beside;
+  auto headlines = headlines_of(dataset, extras.handover, results && !results->empty(), console);
+  if (!headlines) return pass(headlines.error());
+  input.headlines = std::move(*headlines);
   input.verified = extras.verified;
   input.tradeoff_html = extras.tradeoff_html;
   input.audit = extras.audit;

@@ -46,6 +46,8 @@ struct CampaignReport {
 struct ReportExtras {
   const VerifyReport* verified = nullptr;
   std::string tradeoff_html = {};  ///< sections
+  /// Of the campaign: its headline is this one's; nullptr: measured for the report.
+  const HandoverResult* handover = nullptr;
   /// Folders of campaigns that differ in what a repetition is: rows beside this one's.
   std::vector<std::filesystem::path> beside = {};
   std::vector<AuditHeadline> audit = {};  ///< see ReportInput

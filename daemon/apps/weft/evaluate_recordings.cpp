@@ -139,6 +139,7 @@ json method_json(const vibro::CrossValidation& a) {
   }
   return {{"accuracy", a.accuracy},
           {"accuracy_of_splits", a.split_accuracy},
+          {"balanced_accuracy", a.confusion.balanced_accuracy()},
           {"f_score", a.f_score},
           {"recordings_accuracy", a.voted_accuracy},
           {"recordings_tested", a.voted},
@@ -366,11 +367,17 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
                            " columns of " +
                            std::string(vibro::to_string(extracted_features(*plan).family));
   const std::vector<Warning> warnings = find_data_warnings(*set);
-  const std::string text =
-      bench_banner(set->kind) + args.dataset.string() + " (" + std::string(to_string(set->kind)) +
-      "): " + what + "\n" + format_plan(*plan) + "\n" + warnings_text(warnings) +
-      format_warnings(*plan, *windows) + table.text() + format_explained(measured, papers) +
-      format_left_out(plan->training.outliers, measured) + *weighed;
+  // None where this build has a library for none of the learners.
+  const double base_rate = measured.empty() ? 0.0 : measured.front().result.confusion.base_rate();
+  const std::string balance =
+      measured.empty() ? ""
+                       : "windows: " + format_balance(measured.front().result.confusion) + "\n";
+  const std::string text = bench_banner(set->kind) + args.dataset.string() + " (" +
+                           std::string(to_string(set->kind)) + "): " + what + "\n" +
+                           format_plan(*plan) + "\n" + warnings_text(warnings) +
+                           format_warnings(*plan, *windows) + balance + table.text() +
+                           format_explained(measured, papers) +
+                           format_left_out(plan->training.outliers, measured) + *weighed;
   if (!args.report.empty())
     if (Status ok = write_page(args, *plan, *set, *windows, what, std::move(measured), *weighed);
         !ok)
@@ -395,6 +402,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
          {"outliers", plan->training.outliers},
          {"columns", matrix.names},
          {"windows", matrix.size()},
+         {"base_rate", base_rate},
          {"too_short", too_short_json(too_short)},
          {"features_s_per_window", windows->features_s_each},
          {"importance", importance},

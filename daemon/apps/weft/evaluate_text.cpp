@@ -295,6 +295,14 @@ std::string format_duplicates(const classifier::DuplicateRows& duplicates, std::
          "wrong";
 }
 
+std::string format_balance(const classifier::Confusion& confusion) {
+  return "of " + thousands(confusion.total()) + " answers " + percent(confusion.base_rate(), 1) +
+         " % are on the most frequent label; a guess among " + std::to_string(confusion.classes()) +
+         " is right in " +
+         percent(1.0 / static_cast<double>(std::max<std::size_t>(1, confusion.classes())), 1) +
+         " %";
+}
+
 std::vector<std::pair<std::string, std::string>> list_facts(const EvaluateArgs& args,
                                                             const ChosenTrials& chosen,
                                                             const Measured& measured) {
@@ -321,6 +329,7 @@ std::vector<std::pair<std::string, std::string>> list_facts(const EvaluateArgs& 
   if (measured.duplicates.found > 0)
     out.emplace_back("LEAK", format_duplicates(measured.duplicates,
                                                args.trials.window_s != 0.0 ? "windows" : "trials"));
+  out.emplace_back("balance", format_balance(measured.outcomes.front().evaluation.confusion));
   out.emplace_back("training", describe(args.training));
   return out;
 }
@@ -406,6 +415,7 @@ json report_json(const EvaluateArgs& args, const ChosenTrials& chosen, const Mea
            {"remove_level", args.trials.remove_level},
            {"confounded", measured.confounded ? json("mounting") : json()},
            {"labels", outcomes.front().evaluation.confusion.labels},
+           {"base_rate", outcomes.front().evaluation.confusion.base_rate()},
            {"splits", splits.size()},
            {"train_rows", splits.front().train.size()},
            {"test_rows", splits.front().test.size()},

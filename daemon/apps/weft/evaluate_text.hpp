@@ -26,6 +26,9 @@ nlohmann::json duplicates_json(const classifier::DuplicateRows& duplicates);
 /// The files of recordings into which no window fits.
 nlohmann::json too_short_json(const std::vector<classifier::vibro::TooShort>& recordings);
 
+/// How often the most frequent label is tested, and what a guess would give.
+std::string format_balance(const classifier::Confusion& confusion);
+
 /// What stands above every table: data, features, split, labels that it never tests, training.
 std::vector<std::pair<std::string, std::string>> list_facts(const EvaluateArgs& args,
                                                             const ChosenTrials& chosen,

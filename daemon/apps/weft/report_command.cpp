@@ -199,7 +199,9 @@ Result<int> run_report(const ReportArgs& args, Console& console) {
   if (!dataset) return pass(dataset.error());
   const auto summary = load_summary(args.folder, *verified, *dataset);
   if (!summary) return pass(summary.error());
-  ReportExtras extras{&*verified, {}, args.beside};
+  const auto handover = read_handover(args.folder);
+  if (!handover) return pass(handover.error());
+  ReportExtras extras{&*verified, {}, *handover ? &**handover : nullptr, args.beside};
   if (tradeoffs(args, *dataset)) {
     auto sections = tradeoff_sections(args, *summary, console);
     const bool is_whole = summary->outcome == recipes::Outcome::complete;

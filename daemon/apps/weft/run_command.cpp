@@ -265,11 +265,11 @@ int unconcluded(const CampaignSummary& s, Console& console) {
 
 /// The data set is given back before anything else is read.
 Result<CampaignReport> report_of(const RunArgs& args, const CampaignSummary& summary,
-                                 Console& console) {
+                                 const HandoverResult* handover, Console& console) {
   const Result<Dataset> dataset = read_hdf5(summary.dataset_file);
   if (!dataset) return pass(dataset.error());
   return write_report(summary, *dataset, args.out / "report.html", args.repeats,
-                      {nullptr, {}, args.beside}, console);
+                      {nullptr, {}, handover, args.beside}, console);
 }
 
 /// Of a campaign that came to its end.
@@ -292,7 +292,9 @@ Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, double
     print(console, summary_text(summary), summary_json(summary));
     return recorded;
   }
-  const Result<CampaignReport> report = report_of(args, summary, console);
+  const auto result = handover_of_run(summary, args.out, console);
+  const Result<CampaignReport> report =
+      report_of(args, summary, result && result->done ? &*result->done : nullptr, console);
   if (!report) return pass(report.error());
   if (!is_complete(summary))
     console.err << "weft: the campaign is not complete (" << format_incomplete(summary)
@@ -306,7 +308,6 @@ Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, double
         << "weft: the campaign was not classified: slides of it ended early, and the whole "
            "ones are those that the vote was unsure of; weft fabric evaluate does it all the "
            "same\n";
-  const auto result = handover_of_run(summary, args.out, console);
   if (result && result->failed)
     console.err << "weft: the campaign was not handed over, its data are kept in "
                 << summary.dataset_file.string() << ": " << to_string(*result->failed) << '\n';

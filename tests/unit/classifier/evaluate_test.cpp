@@ -98,6 +98,8 @@ TEST_CASE("Recall and accuracy of a confusion matrix worked by hand") {
   CHECK(c.total() == 6);
   CHECK(c.accuracy() == Approx(5.0 / 6.0));
   CHECK(c.recall() == std::vector<double>{0.75, 1.0, 0.0});
+  CHECK(c.balanced_accuracy() == 0.875);  // of the two that were tested
+  CHECK(c.base_rate() == Approx(4.0 / static_cast<double>(c.total())));
 }
 
 TEST_CASE("Wilson's interval has its published values") {

@@ -193,7 +193,56 @@ TEST_CASE("every figure says that it is simulated") {
   CHECK(count_of(page, "<svg") <= count_of(page, badge) + 4);  // four pads share one figure
   const std::string text = summary_text(campaign().input());
   CHECK(text.find("SIMULATED bench") != std::string::npos);
-  CHECK(text.find("not comparable one to one") != std::string::npos);
+  CHECK(text.find("All figures are SIMULATED.") != std::string::npos);
+}
+
+TEST_CASE("the paper's figures stand beside its own task alone") {
+  CHECK(paper::accuracies_beside(campaign().results).empty());
+  CHECK(count_of(report_html(campaign().input()), "class=\"paper-mark\"") == 0);
+  std::vector<ExplorationResult> results = campaign().results;
+  ExplorationResult& m1 = results.front();
+  weft::classifier::Confusion& confusion = m1.reductions.front().evaluation.confusion;
+  confusion.labels.assign(paper::fabrics, "fabric");
+  confusion.count.assign(paper::fabrics * paper::fabrics, 1);
+  CHECK(paper::accuracies_beside(results).empty());  // of 18 trials
+  m1.trials = paper::trials_of_exploration;
+  REQUIRE(paper::accuracies_beside(results).size() == 1);
+  CHECK(paper::accuracies_beside(results).front().exploration == "M1");
+  m1.exploration = "M3";
+  CHECK(paper::accuracies_beside(results).empty());
+}
+
+TEST_CASE("the headline is of groups of repetitions, with what naming one label would give") {
+  const auto measured = measure_headlines(campaign().set, 1);
+  REQUIRE(measured.has_value());
+  REQUIRE(measured->size() == 1);
+  const Headline& one = measured->front();
+  CHECK(one.exploration == "M1");
+  CHECK(one.tested == 18);
+  CHECK(one.labels == 3);
+  CHECK(one.base_rate == Approx(1.0 / 3));
+  CHECK(one.accuracy.share == 1.0);
+  CHECK(one.accuracy.ci95_low < 1.0);
+  ReportInput input = campaign().input();
+  input.headlines = *measured;
+  const json document = json::parse(report_json(input));
+  CHECK(document["headline"][0]["accuracy"] == 1.0);
+  CHECK(document["headline"][0]["tested"] == 18);
+  CHECK(document["other_protocols"][0]["key"] == "results");
+  CHECK(report_html(input).find(headline_text(one)) != std::string::npos);
+  HandoverResult handover{"simulated", "", {{"M1", "", "", "lda", 18, 18, .5, .3, .7}}, {}};
+  const auto given = handover_headlines(handover, campaign().set);
+  REQUIRE(given.size() == 1);
+  CHECK(given.front().accuracy.share == .5);
+  CHECK(given.front().base_rate == Approx(1.0 / 3));
+}
+
+TEST_CASE("splits by repetition leave a whole group out, and none is empty") {
+  Dataset set = campaign().set;
+  for (TrialRecord& record : set.records) record.spec.repetition = 1;
+  const auto none = measure_headlines(set, 1);  // one group: nothing is left to train
+  REQUIRE(none.has_value());
+  CHECK(none->empty());
 }
 
 TEST_CASE("an interval is shown with what it is") {

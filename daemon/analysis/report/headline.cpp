@@ -1,0 +1,168 @@
+#include "daemon/analysis/report/headline.hpp"
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "classifier/evaluate/evaluate.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/pages/plot/interval_text.hpp"
+#include "daemon/storage/imprints/imprint_dataset.hpp"
+#include "recipes/engine/handover.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// Labels and base rate of what was tested.
+void add_balance(const Dataset& dataset, Headline& headline) {
+  std::map<std::string_view, std::size_t> count;
+  std::size_t all = 0, most = 0;
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
+    const TrialRecord& record = dataset.records[i];
+    if (record.outcome != TrialOutcome::complete ||
+        (!holds_imprints(dataset) && record.spec.exploration != headline.exploration))
+      continue;
+    ++all;
+    most = std::max(most, ++count[dataset.trials[i].label]);
+  }
+  headline.labels = count.size();
+  if (all > 0) headline.base_rate = static_cast<double>(most) / static_cast<double>(all);
+}
+
+constexpr const char* by_repetition = "each group of repetitions left out in turn";
+
+/// "lda" or "lda, svc": what a choice came to in the splits.
+std::string format_chosen(const classifier::Evaluation& evaluation) {
+  std::set<std::string> names;
+  for (const classifier::Recipe& recipe : evaluation.recipes) names.insert(to_string(recipe));
+  return joined(std::vector<std::string>(names.begin(), names.end()), " or ");
+}
+
+/// Those that can be asked: of an incomplete campaign a group may have a label that no other has.
+std::vector<classifier::Split> usable(std::vector<classifier::Split> splits,
+                                      const classifier::FeatureMatrix& matrix) {
+  for (classifier::Split& split : splits) {
+    const std::set<std::string> trained = classifier::labels_in(matrix, split.train);
+    std::erase_if(split.test, [&](std::size_t r) { return !trained.contains(matrix.labels[r]); });
+  }
+  std::erase_if(splits, [&](const classifier::Split& split) {
+    return split.test.empty() || classifier::labels_in(matrix, split.train).size() < 2;
+  });
+  return splits;
+}
+
+Result<std::vector<Headline>> measure_exploration(const Dataset& dataset,
+                                                  const std::string& exploration,
+                                                  const classifier::TrainOptions& options) {
+  std::vector<std::uint32_t> repetition;
+  for (const TrialRecord& record : dataset.records)
+    if (record.outcome == TrialOutcome::complete && record.spec.exploration == exploration)
+      repetition.push_back(record.spec.repetition);
+  if (repetition.empty() || std::ranges::min(repetition) == 0) return std::vector<Headline>{};
+  auto matrix =
+      classifier::build_feature_matrix(complete_trials(dataset, exploration), {}, options.threads);
+  if (!matrix) return pass(matrix.error());
+  const recipes::Handover defaults;
+  const auto splits = usable(
+      splits_by_repetition(
+          repetition, recipes::repetition_groups(std::ranges::max(repetition), defaults.groups)),
+      *matrix);
+  if (splits.empty()) return std::vector<Headline>{};
+  auto evaluation = classifier::evaluate(*matrix, splits, classifier::Learner::best, options);
+  if (!evaluation) return pass(evaluation.error());
+  name_groups_left_out(*evaluation);
+  Headline out{exploration,   format_chosen(*evaluation),
+               by_repetition, evaluation->confusion.total(),
+               "trials",      {evaluation->accuracy, evaluation->ci95.low, evaluation->ci95.high}};
+  add_balance(dataset, out);
+  return std::vector{std::move(out)};
+}
+
+ordered_json share_json(const HandoverShare& share) {
+  return {{"accuracy", share.share}, {"ci95", {share.ci95_low, share.ci95_high}}};
+}
+
+}  // namespace
+
+std::vector<classifier::Split> splits_by_repetition(const std::vector<std::uint32_t>& repetition,
+                                                    const std::vector<std::size_t>& group_of) {
+  std::vector<classifier::Split> out;
+  const std::set<std::size_t> groups(group_of.begin(), group_of.end());
+  for (const std::size_t group : groups) {
+    classifier::Split split;
+    for (std::size_t row = 0; row < repetition.size(); ++row)
+      (group_of.at(repetition[row] - 1) == group ? split.test : split.train).push_back(row);
+    if (!split.test.empty()) out.push_back(std::move(split));
+  }
+  return out;
+}
+
+std::vector<Headline> handover_headlines(const HandoverResult& handover, const Dataset& dataset) {
+  std::vector<Headline> out;
+  const bool imprints = holds_imprints(dataset);
+  for (const HandoverModel& model : handover.models)
+    out.push_back({model.exploration,
+                   model.learner,
+                   imprints ? "each object left out in turn" : by_repetition,
+                   model.requested,
+                   imprints ? "imprints" : "trials",
+                   {model.accuracy, model.ci95_low, model.ci95_high}});
+  for (const HandoverEvaluation& one : handover.evaluations)
+    out.push_back(
+        {one.exploration, one.learner, by_repetition, one.recordings, "slides heard", one.slides});
+  for (Headline& headline : out) add_balance(dataset, headline);
+  return out;
+}
+
+Result<std::vector<Headline>> measure_headlines(const Dataset& dataset, std::size_t threads) {
+  classifier::TrainOptions options;
+  options.threads = threads;
+  std::vector<Headline> out;
+  for (const std::string& exploration : list_explorations(dataset)) {
+    auto one = measure_exploration(dataset, exploration, options);
+    if (!one) return pass(one.error(), exploration);
+    for (Headline& headline : *one) out.push_back(std::move(headline));
+  }
+  return out;
+}
+
+std::string headline_text(const Headline& headline) {
+  const HandoverShare& a = headline.accuracy;
+  return headline.exploration + ": " + percent(a.share, 1) + " % (95 %: " + percent(a.ci95_low, 1) +
+         " to " + percent(a.ci95_high, 1) + ") of " + thousands(headline.tested) + " " +
+         headline.unit + ", " + headline.learner + "; " + headline.protocol + "; of " +
+         std::to_string(headline.labels) + " labels the most frequent one has " +
+         percent(headline.base_rate, 1) + " %";
+}
+
+ordered_json headline_json(const Headline& headline) {
+  ordered_json out{{"exploration", headline.exploration},
+                   {"learner", headline.learner},
+                   {"protocol", headline.protocol}};
+  out.update(share_json(headline.accuracy));
+  out.update(ordered_json{
+      {"tested", headline.tested},
+      {"unit", headline.unit},
+      {"labels", headline.labels},
+      {"base_rate", headline.base_rate},
+      {"chance", headline.labels == 0 ? 0.0 : 1.0 / static_cast<double>(headline.labels)}});
+  return out;
+}
+
+std::vector<OtherProtocol> other_protocols(bool random_splits, bool learning_curve) {
+  std::vector<OtherProtocol> out;
+  if (random_splits)
+    out.push_back({"results",
+                   "Random splits, as in the paper: repetitions next to each other in time are on "
+                   "both sides, and fewer trials train."});
+  if (learning_curve)
+    out.push_back({"design",
+                   "Learning curve and what more repetitions would give: one learner, trained on "
+                   "fewer repetitions, so that sizes can be compared."});
+  return out;
+}
+
+}  // namespace weft::daemon
