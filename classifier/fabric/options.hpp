@@ -105,6 +105,10 @@ struct TrainOptions {
   /// train_recipe(): rows that have a value further than so many standard deviations from the mean
   /// do not train (S10 in docs/reference/machine-learning.md); 0: all do.
   double outliers = 0.0;
+  /// train_best(): most that the test of all candidates may cost, by a formula of their shapes
+  /// (training_cost()) and by no clock. 0 or infinite: whatever it costs. [s of the reference
+  /// machine]
+  double budget = 60.0;
   FoldMaker make_folds = {};  ///< empty: stratified_folds() of units_by_label()
   /// Counts the problems that no solver brought to the tolerance; empty: nobody asks. Shared by all
   /// threads.

@@ -16,6 +16,7 @@
 #include "classifier/learners/multi_class_svc.hpp"
 #include "classifier/learners/outliers.hpp"
 #include "classifier/learners/shrinkage_lda.hpp"
+#include "classifier/learners/training_cost.hpp"
 #include "classifier/learners/tree_ensemble.hpp"
 
 namespace weft::classifier {
@@ -207,28 +208,36 @@ struct Choice {
   std::size_t taken = 0;
 };
 
+/// Of what this build has a library for.
+std::vector<Recipe> available_of(std::span<const Recipe> recipes) {
+  std::vector<Recipe> out;
+  for (const Recipe& recipe : recipes)
+    if (is_available(recipe.learner)) out.push_back(recipe);
+  return out;
+}
+
 Result<Choice> choose(const FeatureMatrix& matrix, std::span<const Recipe> recipes,
                       const TrainOptions& options, const TaskTrainer& trainer) {
   const std::vector<Fold> folds = folds_of_choice(matrix, options);
-  Choice out;
+  const TrainingShape shape{matrix.size(), matrix.names.size(), find_classes(matrix).labels.size(),
+                            folds.size()};
+  Choice out{within_budget(available_of(recipes), shape, options)};
   std::size_t least = std::numeric_limits<std::size_t>::max();  // errors of the one taken
-  for (const Recipe& recipe : recipes) {
-    if (!is_available(recipe.learner)) continue;
-    RecipeScore score{recipe, 0, 0, rounds_of(matrix, options)};
-    for (std::size_t f = 0; f < folds.size() && score.errors < least; ++f) {
+  for (std::size_t i = 0; i < out.scores.size(); ++i) {
+    RecipeScore& score = out.scores[i];
+    score.rounds = rounds_of(matrix, options);
+    for (std::size_t f = 0; f < folds.size() && score.errors < least && !score.skipped(); ++f) {
       const auto trained =
-          train_on(select_rows(matrix, folds[f].train), f, recipe, options, trainer);
+          train_on(select_rows(matrix, folds[f].train), f, score.recipe, options, trainer);
       if (!trained) return pass(trained.error());
       const auto errors = errors_on(matrix, folds[f], *trained);
       if (!errors) return pass(errors.error());
       score.errors += *errors;
       score.tested += folds[f].validate.size();
     }
-    if (score.errors < least) {
-      least = score.errors;
-      out.taken = out.scores.size();
-    }
-    out.scores.push_back(score);
+    if (score.skipped() || score.errors >= least) continue;
+    least = score.errors;
+    out.taken = i;
   }
   return out;
 }
@@ -331,49 +340,6 @@ PredictorPtr read_predictor(Learner learner, LineReader& in, std::size_t feature
   if (read == nullptr)
     in.refuse("a learner that is stored as cores", {}, std::string(to_string(learner)));
   return read == nullptr ? nullptr : read(in, features, classes);
-}
-
-TrainedLearner::TrainedLearner(FabricModel cores)
-    : TrainedLearner(cores_with(cores.reduction()), cores.labels(), cores.feature_names(), {},
-                     predictor_of(cores)) {}
-
-Result<std::vector<double>> TrainedLearner::prepared(std::span<const double> features) const {
-  if (auto ok = check_length(features, features_.size(), "classify", another_sensor); !ok)
-    return pass(ok.error());
-  if (auto ok = check_features(features, features_); !ok) return pass(ok.error());
-  if (columns_.empty()) return view_.apply(features);
-  std::vector<double> own;
-  for (const std::size_t column : columns_) own.push_back(features[column]);
-  return view_.apply(own);
-}
-
-FeatureMatrix TrainedLearner::prepared(FeatureMatrix matrix) const {
-  if (!columns_.empty()) matrix = select_columns(matrix, columns_);
-  matrix.values = view_.apply(std::move(matrix.values));
-  matrix.names = view_.apply(matrix.names);
-  return matrix;
-}
-
-Result<ClassScores> TrainedLearner::predict(std::span<const double> features) const {
-  const auto own = prepared(features);
-  if (!own) return pass(own.error());
-  return predictor_->predict(*own);
-}
-
-Result<std::size_t> TrainedLearner::classify(std::span<const double> features) const {
-  const auto own = prepared(features);
-  if (!own) return pass(own.error());
-  return predictor_->classify(*own);
-}
-
-// A view but View::components takes every column by itself.
-std::vector<std::size_t> TrainedLearner::used_columns() const {
-  if (view_.kind() == View::components) return columns_;
-  std::vector<std::size_t> out = predictor_->used_columns();
-  if (out.empty()) return columns_;
-  if (!columns_.empty())
-    for (std::size_t& column : out) column = columns_[column];
-  return out;
 }
 
 Result<std::vector<FabricCore>> train_task(const FeatureMatrix& matrix, const CoreTask& task,

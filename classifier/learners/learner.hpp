@@ -94,6 +94,10 @@ struct RecipeScore {
   /// of a label that is never held out (class_folds()). 0: rows were too few for folds.
   std::size_t tested = 0;
   std::size_t rounds = 1;  ///< over new folds
+  double cost_s = 0.0;     ///< of its test, see training_cost()
+  double budget_s = 0.0;   ///< TrainOptions::budget that it exceeds, so it was not tried; 0: it was
+
+  [[nodiscard]] bool skipped() const { return budget_s > 0.0; }
 };
 
 /// A trained recipe. Immutable; may be used by several threads.
@@ -192,17 +196,18 @@ Result<TrainedLearner> train_recipe(const FeatureMatrix& matrix, const Recipe& r
 struct ChosenLearner {
   TrainedLearner trained;
   Recipe recipe;
-  std::vector<RecipeScore> scores;  ///< of a choice: all candidates; else empty
+  std::vector<RecipeScore> scores;  ///< of a choice: all candidates, in order; else empty
 };
 
 /// Trains the one recipe; of several first chooses the one with the fewest errors, of as many the
 /// first, which should be the simplest. Errors are counted after the vote, over class_folds() of
 /// the training part; below a hundred trials in five rounds from as many seeds (one where groups
 /// are the folds). A candidate that has as many errors as one that is through is not tried further;
-/// one that this build has no library for is not tried. Where there are no folds (fewer than two
-/// labels with three trials) nothing is tested, every candidate has 0 errors of 0, and the first is
-/// taken. All cores come from `trainer`, which must give what train_task() would (empty: that is
-/// asked); everything else is done here. Refuses no candidates.
+/// one that this build has no library for is not tried, nor one that exceeds options.budget
+/// (within_budget(); where already the first does it is taken untested). Where there are no folds
+/// (fewer than two labels with three trials) nothing is tested, every candidate has 0 errors of 0,
+/// and the first is taken. All cores come from `trainer`, which must give what train_task() would
+/// (empty: that is asked); everything else is done here. Refuses no candidates.
 Result<ChosenLearner> train_best(const FeatureMatrix& matrix, std::span<const Recipe> candidates,
                                  const TrainOptions& options, const TaskTrainer& trainer = {});
 

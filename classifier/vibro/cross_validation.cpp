@@ -162,7 +162,10 @@ Result<CrossValidation> cross_validate(const WindowSet& windows, std::span<const
   const auto evaluation = evaluate(windows.matrix, splits, candidates, options, seconds_now);
   if (!evaluation) return pass(evaluation.error());
   CrossValidation out = summary_of(windows, splits, *evaluation);
-  if (candidates.size() > 1) out.chosen = evaluation->recipes;
+  if (candidates.size() > 1) {
+    out.chosen = evaluation->recipes;
+    out.candidates = evaluation->candidates;
+  }
   return out;
 }
 

@@ -53,6 +53,7 @@ struct CrossValidation {
   double train_s = 0.0;          ///< mean over the splits
   double answer_s = 0.0;         ///< one row at a time, scaling and components included: the median
   std::vector<Recipe> chosen{};  ///< per split, where it was a choice
+  std::vector<std::vector<RecipeScore>> candidates{};  ///< the same: what became of each
 };
 
 /// Macro F-score: the mean of 2 TP / (2 TP + FP + FN) over the labels that were asked about or

@@ -46,7 +46,7 @@ Result<ChosenRecipe> choose_recipe(std::span<const Recording> recordings,
           : window_candidates(recordings.front().channels, features.combine, components);
   const auto best = train_best(windows->matrix, tried, options);
   if (!best) return pass(best.error());
-  ChosenRecipe out{best->recipe, features};
+  ChosenRecipe out{best->recipe, features, best->scores};
   if (!features_are_named) {
     const auto family = family_from(best->recipe.features);
     if (!family) return pass(family.error());

@@ -52,6 +52,7 @@ std::vector<TooShort> too_short_for(const RecordingSetup& setup,
 struct ChosenRecipe {
   Recipe recipe;  ///< of all columns of `features`
   FeatureChoice features;
+  std::vector<RecipeScore> scores;  ///< of all candidates; none tested where nothing can be
 };
 /// train_best() of window_candidates() on the windows that `setup` describes; the features are
 /// those of `setup` where they are named. Refuses what cut_and_extract() and train_best() refuse.

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "classifier/evaluate/open_set_check.hpp"
 #include "classifier/learners/class_folds.hpp"
+#include "classifier/learners/training_cost.hpp"
 #include "daemon/analysis/report/confounding.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
@@ -237,13 +239,28 @@ std::string chosen_text(const Evaluation& e) {
   return joined(out);
 }
 
+nlohmann::json candidates_json(const std::vector<classifier::RecipeScore>& scores) {
+  nlohmann::json out = nlohmann::json::array();
+  for (const auto& score : scores)
+    out.push_back({{"learner", to_string(score.recipe)},
+                   {"errors", score.errors},
+                   {"tested", score.tested},
+                   {"rounds", score.rounds},
+                   {"cost_s", score.cost_s},
+                   {"skipped", score.skipped()}});
+  return out;
+}
+
 std::string tried_text(const std::vector<classifier::RecipeScore>& scores) {
   std::size_t most = 0;
   for (const auto& score : scores) most = std::max(most, score.tested);
   std::vector<std::string> out;
   for (const auto& score : scores)
-    out.push_back(to_string(score.recipe) + " " + std::to_string(score.errors) + "/" +
-                  std::to_string(score.tested) + (score.tested < most ? ", then dropped" : ""));
+    if (!score.skipped())
+      out.push_back(to_string(score.recipe) + " " + std::to_string(score.errors) + "/" +
+                    std::to_string(score.tested) + (score.tested < most ? ", then dropped" : ""));
+  if (auto skipped = classifier::format_skipped(scores); !skipped.empty())
+    out.push_back(std::move(skipped));
   return joined(out, "; ");
 }
 

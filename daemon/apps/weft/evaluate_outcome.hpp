@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -89,7 +90,11 @@ double seconds_of_features(const TrialChoice& choice, const ChosenTrials& chosen
 /// "lda" or "lda (4 splits), svc (1 splits)": what a choice came to, and how often.
 std::string chosen_text(const classifier::Evaluation& evaluation);
 
-/// Errors of the candidates in cross-validation: "lda 5/644; trees 3/129, then dropped; ...".
+/// Errors of the candidates in cross-validation: "lda 5/644; trees 3/129, then dropped; ...", and
+/// which were not tried (format_skipped()).
 std::string tried_text(const std::vector<classifier::RecipeScore>& scores);
+
+/// What became of each candidate, one that was not tried included.
+nlohmann::json candidates_json(const std::vector<classifier::RecipeScore>& scores);
 
 }  // namespace weft::daemon::cli

@@ -254,6 +254,8 @@ json outcome_json(const Outcome& outcome) {
       line["errors"] = score.errors;
       line["tested"] = score.tested;
       line["rounds"] = score.rounds;
+      line["cost_s"] = score.cost_s;
+      line["skipped"] = score.skipped();
       out["candidates"].push_back(std::move(line));
     }
   }

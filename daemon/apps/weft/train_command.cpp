@@ -43,16 +43,6 @@ struct Trained {
   classifier::FoldReport folds;
 };
 
-json candidates_json(const std::vector<classifier::RecipeScore>& scores) {
-  json out = json::array();
-  for (const classifier::RecipeScore& score : scores)
-    out.push_back({{"learner", to_string(score.recipe)},
-                   {"errors", score.errors},
-                   {"tested", score.tested},
-                   {"rounds", score.rounds}});
-  return out;
-}
-
 json folds_json(const classifier::FoldReport& report) {
   return {{"none", report.none}, {"finer", report.finer}, {"not_tested", report.untested}};
 }

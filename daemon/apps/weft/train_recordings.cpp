@@ -2,9 +2,11 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "classifier/learners/training_cost.hpp"
 #include "classifier/vibro/cross_validation.hpp"
 #include "classifier/vibro/recording_model.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/evaluate_outcome.hpp"
 #include "daemon/apps/weft/evaluate_text.hpp"
 #include "daemon/apps/weft/train_command.hpp"
 #include "daemon/base/file/atomic_file.hpp"
@@ -23,6 +25,7 @@ struct RecordingPlan {
   vibro::RecordingSetup setup;
   classifier::Recipe recipe;
   classifier::TrainOptions training;
+  std::vector<classifier::RecipeScore> scores = {};  // of a choice
 };
 
 Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
@@ -55,7 +58,21 @@ Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
   if (!chosen) return pass(chosen.error());
   out.recipe = chosen->recipe;
   out.setup.features = chosen->features;
+  out.scores = chosen->scores;
   return out;
+}
+
+// How the choice went; nothing without one.
+std::string choice_text(const RecordingPlan& plan) {
+  if (plan.scores.empty()) return {};
+  const classifier::RecipeScore& first = plan.scores.front();
+  if (first.tested == 0 && !first.skipped())
+    return "  one training group: windows cannot be parted, " + to_string(first.recipe) +
+           " taken untested\n";
+  if (first.skipped())
+    return "  " + to_string(first.recipe) + " taken untested; " +
+           classifier::format_skipped(plan.scores) + "\n";
+  return "  windows wrong in cross-validation: " + tried_text(plan.scores) + "\n";
 }
 
 std::string format_plan(const RecordingPlan& plan, const std::string& exploration,
@@ -98,7 +115,7 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
         bench_banner(set->kind) + warnings_text(warnings) + args.out.string() + ": " +
             std::to_string(model->learner.labels().size()) + " textures, " +
             model->provenance.training + ", trained on " + std::to_string(trained) +
-            " recordings in " + duration(train_s) + "\n" +
+            " recordings in " + duration(train_s) + "\n" + choice_text(*plan) +
             (too_short.empty() ? "" : "  " + format_too_short(too_short) + "\n"),
         {{"command", "train"},
          {"kind", "recordings"},
@@ -111,6 +128,7 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
          {"outliers",
           {{"deviations", plan->training.outliers}, {"left_out", model->learner.outliers()}}},
          {"labels", model->learner.labels()},
+         {"candidates", candidates_json(plan->scores)},
          {"recordings", trained},
          {"too_short", too_short_json(too_short)},
          {"warnings", warnings},
