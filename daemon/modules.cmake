@@ -29,7 +29,7 @@ weft_module(daemon/campaign/diagnostics USES daemon/campaign)
 weft_module(daemon/pages/plot USES daemon/base/text classifier/vibro)
 
 # analysis: what is computed and shown about data that exist
-weft_module(daemon/analysis/report USES daemon/campaign daemon/pages/plot)
+weft_module(daemon/analysis/report USES daemon/storage/imprints daemon/campaign daemon/pages/plot)
 weft_module(daemon/analysis/tradeoff RECURSE USES daemon/campaign daemon/analysis/report daemon/pages/plot daemon/storage/recordings classifier/live recipes
             sim/devices)
 weft_module(daemon/analysis/calibration USES daemon/storage/dataset daemon/pages/plot sim/plant SYSTEM Eigen3::Eigen)

@@ -334,6 +334,10 @@ def sounds(t, d):
     by_day = t.succeeds(*ask, "--group", "session", cwd=folder)
     t.expect(len(by_day["results"]["lda"]["accuracy_of_splits"]) == 2 and by_day["leak"]["largest_share"] == 0, f"two sessions: {by_day['results']}")
     t.refuses(*ask, cwd=folder, says=["group"])
+    choose = ("vibro", "train", "days.h5", "-o", "days.model", "--window-s", "0.5", "--group", "session")
+    for budget, skipped in (("1e-9", True), ("0", False)):
+        tried = t.succeeds(*choose, "--time-budget", budget, cwd=folder)["candidates"]
+        t.expect(len(tried) > 10 and all(one["skipped"] == skipped for one in tried) and (tried[0]["tested"] == 0) == skipped, f"budget {budget}: {tried}")
     (folder / "cut.wav").write_bytes((folder / "a.wav").read_bytes()[:5000])
     write_manifest(folder / "cut.csv", rows + [["cut.wav", "felt", "2"]])
     t.refuses("dataset", "import", "--format", "recordings", "cut.csv", "-o", "bad.h5", cwd=folder, says=["cut.csv:4", "cut.wav", "cut short", "48044 bytes"])

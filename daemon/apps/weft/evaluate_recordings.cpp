@@ -90,9 +90,11 @@ Result<RecordingsPlan> make_plan(const EvaluateArgs& args) {
   out.protocol.test_groups = args.test_groups;
   out.protocol.seed = args.training.seed;
   out.components = choice.components;
-  out.training = vibro::window_training(
-      {.seed = args.training.seed, .threads = args.training.threads, .outliers = choice.outliers},
-      out.protocol.protocol);
+  out.training = vibro::window_training({.seed = args.training.seed,
+                                         .threads = args.training.threads,
+                                         .outliers = choice.outliers,
+                                         .budget = args.training.time_budget_s},
+                                        out.protocol.protocol);
   if (auto ok = choose_learners(choice, out); !ok) return pass(ok.error());
   out.chooses_features = out.best && choice.features.empty() && choice.importance == 0;
   return out;

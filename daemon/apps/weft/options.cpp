@@ -74,9 +74,11 @@ constexpr Instead if_vibration{for_slides, "--method with it"};
 
 const std::vector<OptionRow>& options_by_kind() {
   static const std::vector<OptionRow> rows = {
-      {{"DATASET", "DATA", "--help", "--output", "--report", "--seed", "--threads", "--help-all",
-        "--train-groups", "--test-groups", "--leave-one-group-out", "--group", "--predict",
-        "--accuracy", "--most", "--first", "--strokes", "--draws", "--resamples"},
+      {{"DATASET",    "DATA",           "--help",        "--output",
+        "--report",   "--seed",         "--threads",     "--time-budget",
+        "--help-all", "--train-groups", "--test-groups", "--leave-one-group-out",
+        "--group",    "--predict",      "--accuracy",    "--most",
+        "--first",    "--strokes",      "--draws",       "--resamples"},
        for_all},
       {{"--window-s", "--exploration"}, for_slides | for_recordings},
       {{"--norm", "--remove-level", "--live"}, for_slides},

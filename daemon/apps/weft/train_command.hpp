@@ -25,6 +25,7 @@ struct TrainChoice {
   std::string solver = "own";
   std::string tie = "auto";
   std::size_t threads = 0;
+  double time_budget_s = 60.0;  ///< classifier::TrainOptions::budget
 };
 
 /// What is wrong with `text` as a seed, or nothing. CLI11 by itself takes -1 and saturates numbers

@@ -27,6 +27,9 @@ void add_train_options(CLI::App& command, TrainChoice& choice) {
   command.add_option("--seed", choice.seed, "of folds, random splits and trees")
       ->check(seed_problem)
       ->capture_default_str();
+  add_number(command, "--time-budget", choice.time_budget_s, 0.0, 1e6,
+             "what best may try: candidates of so many seconds in all, of the reference machine "
+             "and by their shapes, so that every machine chooses alike; 0: all");
   add_count(command, "--cap", choice.cap, 1, 100000,
             "most features or components of a core, the paper's N");
   add_count(command, "--folds", choice.folds, 2, 1000, "of the cross-validation");
@@ -63,6 +66,7 @@ classifier::TrainOptions train_options(const TrainChoice& choice) {
   options.fold_unit =
       choice.fold_unit == "group" ? classifier::FoldUnit::group : classifier::FoldUnit::recording;
   options.seed = choice.seed;
+  options.budget = choice.time_budget_s;
   options.threads = choice.threads;
   options.unconverged = std::make_shared<std::atomic<std::size_t>>(0);
   return options;

@@ -45,8 +45,10 @@ Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
   if (args.trials.window_s > 0.0) out.setup.window_s = args.trials.window_s;
   out.setup.step_s = choice.step_s;
   const std::size_t columns = vibro::columns_of(set.recordings.front().channels, *features).size();
-  out.training = {
-      .seed = args.training.seed, .threads = args.training.threads, .outliers = choice.outliers};
+  out.training = {.seed = args.training.seed,
+                  .threads = args.training.threads,
+                  .outliers = choice.outliers,
+                  .budget = args.training.time_budget_s};
   if (!choice.methods.empty() && choice.methods.front() != "best") {
     const auto learner = classifier::single_learner_from(choice.methods.front());
     if (!learner) return pass(learner.error(), "--method");
