@@ -132,7 +132,7 @@ Status check_trial(const FeatureSetup& setup, const Trial& trial) {
 }
 
 BlockSet used_blocks(const StoredModel& stored) {
-  if (stored.postprocessing) return BlockSet::all();
+  if (stored.postprocessing && !stored.postprocessing->profile.empty()) return BlockSet::all();
   return FeatureLayout(stored.setup.taxels, stored.setup.phases)
       .blocks_of(stored.learner.used_columns());
 }

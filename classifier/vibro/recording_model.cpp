@@ -7,6 +7,7 @@
 #include "classifier/base/content_digest.hpp"
 #include "classifier/vibro/cross_validation.hpp"
 #include "classifier/vibro/protocol.hpp"
+#include "classifier/vibro/recording_probability.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
@@ -56,6 +57,14 @@ Result<ChosenRecipe> choose_recipe(std::span<const Recording> recordings,
   return out;
 }
 
+std::string reason_without_probability(std::span<const Recording> recordings,
+                                       const RecordingSetup& setup, const Recipe& recipe,
+                                       const TrainOptions& options) {
+  WindowSet windows = lay_out(recordings, setup.window_s, places_in(setup));
+  windows.matrix.values = Matrix(windows.places.size(), 0);
+  return reason_without_probability(windows.matrix, recipe.learner, options);
+}
+
 Result<RecordingModel> train_recording_model(std::span<const Recording> recordings,
                                              const RecordingSetup& setup, const Recipe& recipe,
                                              const TrainOptions& options, Provenance provenance) {
@@ -79,7 +88,10 @@ Result<RecordingModel> train_recording_model(std::span<const Recording> recordin
   if (!learner) return pass(learner.error());
   RecordingSetup own = setup;
   own.channels = recordings.front().channels;
-  RecordingModel out{std::move(*learner), std::move(own), std::move(provenance)};
+  auto calibrated = calibrate_recordings(*learner, *windows, options);
+  if (!calibrated) return pass(calibrated.error());
+  RecordingModel out{std::move(*learner), std::move(own), std::move(provenance),
+                     std::move(*calibrated)};
   for (const Recording& recording : recordings) out.trained_on.push_back(content_digest(recording));
   return out;
 }
@@ -99,8 +111,11 @@ Result<std::vector<RecordingAnswer>> classify_recordings(const RecordingModel& m
   if (!windows) return pass(windows.error());
   std::vector<RecordingAnswer> out;
   for (const Recording& recording : recordings)
-    out.push_back({recording.file, recording.label, 0,
-                   std::vector<std::size_t>(model.learner.labels().size(), 0)});
+    out.push_back({recording.file,
+                   recording.label,
+                   0,
+                   std::vector<std::size_t>(model.learner.labels().size(), 0),
+                   {}});
   for (std::size_t r = 0; r < windows->matrix.size(); ++r) {
     const auto label = model.learner.classify(windows->matrix.values.row(r));
     if (!label) return pass(label.error(), windows->matrix.files[r]);
@@ -113,6 +128,9 @@ Result<std::vector<RecordingAnswer>> classify_recordings(const RecordingModel& m
                    .where = answer.file,
                    .what = "the recording is shorter than a window",
                    .expected = std::to_string(setup.window_s) + " s"});
+    if (model.postprocessing)
+      answer.probability =
+          share_of_windows(answer.windows, model.postprocessing->calibration.sharpness);
   }
   return out;
 }

@@ -60,11 +60,18 @@ Result<ChosenRecipe> choose_recipe(std::span<const Recording> recordings,
                                    const RecordingSetup& setup, bool features_are_named,
                                    std::size_t components, const TrainOptions& options);
 
-/// Cuts, extracts and trains. Recordings shorter than a window are left out; a label that has no
-/// others is refused, and so is what cut_and_extract() and train_recipe() refuse.
+/// Cuts, extracts, trains and calibrates (calibrate_recordings()). Recordings shorter than a window
+/// are left out; a label that has no others is refused, and so is what cut_and_extract() and
+/// train_recipe() refuse.
 Result<RecordingModel> train_recording_model(std::span<const Recording> recordings,
                                              const RecordingSetup& setup, const Recipe& recipe,
                                              const TrainOptions& options, Provenance provenance);
+
+/// Why a model trained so would give no probability; empty where it does. See
+/// reason_without_probability() of windows.
+std::string reason_without_probability(std::span<const Recording> recordings,
+                                       const RecordingSetup& setup, const Recipe& recipe,
+                                       const TrainOptions& options);
 
 /// What a model says of a recording: the label that most of its windows have, the first of equals.
 struct RecordingAnswer {
@@ -72,6 +79,7 @@ struct RecordingAnswer {
   std::string true_label;            ///< empty: not known
   std::size_t label = 0;             ///< into the labels of the learner
   std::vector<std::size_t> windows;  ///< per label: windows that were answered so
+  std::vector<double> probability;   ///< per label; empty where the model is not calibrated
 };
 /// One per recording. Refuses other channels than the training had, as same_sensor() tells, and a
 /// recording shorter than a window.

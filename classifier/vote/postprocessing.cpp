@@ -156,21 +156,33 @@ Result<HeldOut> held_out(const TrainedLearner& learner, const FeatureMatrix& mat
   return out;
 }
 
+Result<std::optional<CalibratedHeldOut>> held_out_of_cores(const TrainedLearner& learner,
+                                                           const FeatureMatrix& matrix,
+                                                           const TrainOptions& options) {
+  const FabricModel& model = *learner.cores();
+  const FeatureMatrix own = learner.prepared(matrix);
+  const auto decisions = cross_decisions(model, own, options);
+  if (!decisions) return pass(decisions.error());
+  CalibratedHeldOut out;
+  out.calibration.sigmoid = fit_sigmoids(model, *decisions, options.threads);
+  out.rows = held_out_answers(model, own, *decisions, out.calibration, options.threads);
+  return std::optional(std::move(out));
+}
+
 Result<std::optional<VotePostprocessing>> learn_without_cores(const TrainedLearner& learner,
                                                               const FeatureMatrix& matrix,
                                                               const TrainOptions& options,
                                                               double false_reject) {
-  const std::vector<Fold> folds = class_folds(matrix, options).folds;
-  if (folds.empty()) return std::optional<VotePostprocessing>{};
+  const auto held = predict_held_out(learner, matrix, options);
+  if (!held) return pass(held.error());
+  if (!*held) return std::optional<VotePostprocessing>{};
   auto profile = fit_profile(matrix, learner.labels());
   if (!profile) return pass(profile.error());
   const auto own = class_numbers(matrix, learner.labels());
   if (!own) return pass(own.error());
-  const auto held = held_out(learner, matrix, folds, options);
-  if (!held) return pass(held.error());
-  VotePostprocessing begun;
-  begun.profile = std::move(*profile);
-  return std::optional(with_held_out(std::move(begun), *held, matrix, *own, options, false_reject));
+  VotePostprocessing begun{std::move(*profile), (*held)->calibration, {}};
+  return std::optional(
+      with_held_out(std::move(begun), (*held)->rows, matrix, *own, options, false_reject));
 }
 
 Result<std::optional<VotePostprocessing>> learn_of_cores(const TrainedLearner& learner,
@@ -223,6 +235,17 @@ void predict_with_all_cores(const TrainedLearner& learner,
 }
 
 }  // namespace
+
+Result<std::optional<CalibratedHeldOut>> predict_held_out(const TrainedLearner& learner,
+                                                          const FeatureMatrix& matrix,
+                                                          const TrainOptions& options) {
+  if (learner.cores() != nullptr) return held_out_of_cores(learner, matrix, options);
+  const std::vector<Fold> folds = class_folds(matrix, options).folds;
+  if (folds.empty()) return std::optional<CalibratedHeldOut>{};
+  auto rows = held_out(learner, matrix, folds, options);
+  if (!rows) return pass(rows.error());
+  return std::optional(CalibratedHeldOut{{}, std::move(*rows)});
+}
 
 VotePostprocessing with_held_out(VotePostprocessing postprocessing, const HeldOut& held_out,
                                  const FeatureMatrix& matrix, std::span<const std::size_t> own,
@@ -278,6 +301,7 @@ Prediction postprocess(Ballot ballot, const VotePostprocessing& postprocessing,
   Prediction out;
   out.ballot = std::move(ballot);
   out.probability = probabilities(postprocessing.calibration, out.ballot);
+  if (postprocessing.profile.empty()) return out;
   const double p = out.probability.empty() ? 1.0 : out.probability[out.ballot.winner];
   out.novelty =
       novelty(postprocessing.reject, postprocessing.profile, features, out.ballot.winner, p);
@@ -287,8 +311,13 @@ Prediction postprocess(Ballot ballot, const VotePostprocessing& postprocessing,
 
 void write_postprocessing(LineWriter& out,
                           const std::optional<VotePostprocessing>& postprocessing) {
-  out.count("aids", postprocessing ? 1 : 0);
+  const bool calibration_alone = postprocessing && postprocessing->profile.empty();
+  out.count("aids", !postprocessing ? 0 : calibration_alone ? 2 : 1);
   if (!postprocessing) return;
+  if (calibration_alone) {
+    write_calibration(out, postprocessing->calibration);
+    return;
+  }
   write_rows(out, "class_mean", postprocessing->profile.mean);
   out.numbers("class_deviation", postprocessing->profile.deviation);
   write_calibration(out, postprocessing->calibration);
@@ -297,8 +326,13 @@ void write_postprocessing(LineWriter& out,
 
 std::optional<VotePostprocessing> read_postprocessing(LineReader& in, std::size_t classes,
                                                       std::size_t features, std::size_t sigmoids) {
-  if (in.count("aids", 0, 1) == 0) return std::nullopt;
+  const std::size_t kind = in.count("aids", 0, 2);
+  if (kind == 0) return std::nullopt;
   VotePostprocessing out;
+  if (kind == 2) {
+    out.calibration = read_calibration(in, sigmoids);
+    return out;
+  }
   out.profile.mean = read_rows(in, "class_mean", classes, features);
   out.profile.deviation = in.positives("class_deviation", features);
   out.calibration = read_calibration(in, sigmoids);
@@ -343,6 +377,7 @@ Result<Prediction> predict(const TrainedLearner& learner,
   if (!postprocessing) return out;
   out.probability = softmax(std::move(predicted->score));
   sharpen(out.probability, postprocessing->calibration.sharpness);
+  if (postprocessing->profile.empty()) return out;
   out.novelty = novelty(postprocessing->reject, postprocessing->profile, features,
                         out.ballot.winner, out.probability[out.ballot.winner]);
   out.none_of_these = postprocessing->reject.refuses(out.novelty);

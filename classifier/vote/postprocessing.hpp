@@ -18,7 +18,7 @@
 namespace weft::classifier {
 
 struct VotePostprocessing {
-  ClassProfile profile;
+  ClassProfile profile;  ///< empty: nothing is refused, and `reject` says nothing
   Calibration calibration;
   RejectRule reject;
 };
@@ -29,6 +29,17 @@ struct HeldOut {
   std::vector<std::size_t> winner;
   std::vector<std::vector<double>> probability;  ///< per class, not sharpened
 };
+
+/// The same with what turns scores into its probabilities: of cores their sigmoids.
+struct CalibratedHeldOut {
+  Calibration calibration;
+  HeldOut rows;
+};
+/// Of any learner, as fit_postprocessing() trains it again. Nothing where there are no folds.
+/// Refuses what fit_postprocessing() refuses.
+Result<std::optional<CalibratedHeldOut>> predict_held_out(const TrainedLearner& learner,
+                                                          const FeatureMatrix& matrix,
+                                                          const TrainOptions& options);
 
 /// What held-out answers teach: the sharpness, between 1/8 and 8, under which the true classes
 /// `own` (per training row) are most likely, and the reject rule with its thresholds.
@@ -70,7 +81,7 @@ Prediction postprocess(Ballot ballot, const VotePostprocessing& postprocessing,
 
 // Vote aids as lines of a stored model.
 
-/// One section; nothing is written as "aids 0".
+/// One section; nothing is written as "aids 0", one without profile and reject rule as "aids 2".
 void write_postprocessing(LineWriter& out, const std::optional<VotePostprocessing>& postprocessing);
 
 /// The section back, bit for bit; `in` keeps the first problem. Sizes must fit the model's;

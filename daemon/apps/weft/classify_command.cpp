@@ -279,12 +279,15 @@ Result<int> classify_recordings(const ClassifyArgs& args, Console& console) {
     const vibro::RecordingAnswer& a = (*answers)[i];
     const bool trained = is_in(model->trained_on, vibro::content_digest(set->recordings[i]));
     const std::size_t windows = std::accumulate(a.windows.begin(), a.windows.end(), std::size_t{0});
-    out.text += a.file + ": " + labels[a.label] + "  (" + std::to_string(a.windows[a.label]) +
-                " of " + std::to_string(windows) + " windows)\n";
+    out.text += a.file + ": " + labels[a.label] +
+                (a.probability.empty() ? "" : " " + percent(a.probability[a.label], 0) + " %") +
+                "  (" + std::to_string(a.windows[a.label]) + " of " + std::to_string(windows) +
+                " windows)\n";
     out.list.push_back({{"file", a.file},
                         {"label", labels[a.label]},
                         {"windows", windows_by_label(labels, a.windows)},
                         {"used_for_training", trained}});
+    if (!a.probability.empty()) out.list.back()["probability"] = by_label(labels, a.probability);
     if (!a.true_label.empty()) out.list.back()["true_label"] = a.true_label;
     out.counts.add(labels, a.label, a.true_label, trained);
   }

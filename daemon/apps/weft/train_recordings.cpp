@@ -107,6 +107,8 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   model->provenance.training =
       format_plan(*plan, args.trials.exploration, model->learner.outliers());
   const double train_s = steady_wall_seconds() - began_s;
+  const std::string withheld =
+      vibro::reason_without_probability(set->recordings, plan->setup, plan->recipe, plan->training);
   const auto too_short = vibro::too_short_for(plan->setup, set->recordings);
   const std::size_t trained = set->recordings.size() - too_short.size();
   std::ostringstream text;
@@ -118,6 +120,7 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
             std::to_string(model->learner.labels().size()) + " textures, " +
             model->provenance.training + ", trained on " + std::to_string(trained) +
             " recordings in " + duration(train_s) + "\n" + choice_text(*plan) +
+            (withheld.empty() ? "" : "  not calibrated, no probability: " + withheld + "\n") +
             (too_short.empty() ? "" : "  " + format_too_short(too_short) + "\n"),
         {{"command", "train"},
          {"kind", "recordings"},
@@ -131,6 +134,8 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
           {{"deviations", plan->training.outliers}, {"left_out", model->learner.outliers()}}},
          {"labels", model->learner.labels()},
          {"candidates", candidates_json(plan->scores)},
+         {"calibrated", model->postprocessing.has_value()},
+         {"not_calibrated", withheld},
          {"recordings", trained},
          {"too_short", too_short_json(too_short)},
          {"warnings", warnings},

@@ -112,8 +112,9 @@ TEST_CASE("A model of recordings of version 1 is read and answers the same") {
   for (const Learner learner : {Learner::nb, Learner::knn, Learner::forest})
     for (const std::size_t components : {std::size_t{0}, std::size_t{3}}) {
       INFO(to_string(learner) << ", " << components << " components");
-      const auto model = trained(learner, components);
+      auto model = trained(learner, components);
       REQUIRE(model);
+      model->postprocessing.reset();  // as it had none
       const auto old = loaded(as_version_1(*model));
       REQUIRE(old);
       const auto same = loaded(
@@ -124,7 +125,7 @@ TEST_CASE("A model of recordings of version 1 is read and answers the same") {
                  got = classify_recordings(*old, requested);
       REQUIRE((want && got));
       for (std::size_t r = 0; r < requested.size(); ++r)
-        CHECK((*got)[r].windows == (*want)[r].windows);
+        CHECK(((*got)[r].windows == (*want)[r].windows && (*got)[r].probability.empty()));
     }
 }
 

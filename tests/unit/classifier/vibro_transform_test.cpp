@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "classifier/vibro/bin_tables.hpp"
+#include "classifier/vibro/level_features.hpp"
 #include "classifier/vibro/real_transform.hpp"
 #include "classifier/vibro/short_time.hpp"
 #include "tests/unit/classifier/features_support.hpp"
