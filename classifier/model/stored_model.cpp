@@ -92,12 +92,16 @@ FeatureSetup SetupText<FeatureSetup>::read(LineReader& in) {
 
 Result<std::vector<std::string>> SetupText<FeatureSetup>::feature_names(const FeatureSetup& setup,
                                                                         std::size_t most) {
-  const FeatureLayout layout(setup.taxels, setup.phases);
-  if (layout.size() <= most) return layout.names();
+  // Before there is a layout: a short file that claims many taxels claims no memory.
+  if (setup.taxels <= most / taxel_blocks.size()) {
+    const FeatureLayout layout(setup.taxels, setup.phases);
+    if (layout.size() <= most) return layout.names();
+  }
   return fail({.code = Errc::corrupt,
                .what = "more taxels than the file has features for",
                .expected = "at most " + std::to_string(most) + " features",
-               .got = std::to_string(layout.size())});
+               .got = std::to_string(setup.taxels) + " taxels of " +
+                      std::to_string(taxel_blocks.size()) + " features and more"});
 }
 
 std::uint64_t content_digest(const Trial& trial) {
