@@ -23,12 +23,12 @@ struct Size {
 
 // Answers of cores that take all features, for a fold.
 double answers(const Size& n) {
-  return 6e-10 * n.squared() * n.columns * n.classes;
+  return 1.5e-10 * n.squared() * n.columns * n.classes;
 }
 
 // Of extremely randomised trees and forests, which grow until their leaves are pure.
 double trees_cost(const Size& n, double trees, double each) {
-  return each * trees * n.rows * std::sqrt(n.columns) + 2e-9 * n.cells() * n.classes;
+  return each * trees * n.rows * std::sqrt(n.columns) + 2e-10 * n.cells() * n.classes;
 }
 
 // Seconds of one core for one training and the answers on its fold. How well the features part the
@@ -38,29 +38,29 @@ double fit_cost(Learner learner, const Size& n, const TrainOptions& options) {
     case Learner::lda:
     case Learner::least_squares:
     case Learner::ridge:
-      return 1e-9 * n.gram() + 2e-9 * n.cells() * n.classes;
+      return 2e-10 * n.gram() + 4e-10 * n.cells() * n.classes;
     case Learner::svc:
-      return n.squared() * (1e-6 + 2e-9 * n.columns) + 3e-5 * n.rows * n.classes;
+      return n.squared() * (3e-7 + 7e-10 * n.columns) + 1e-5 * n.rows * n.classes;
     case Learner::all:
-      return n.squared() * (4e-7 + 2e-9 * n.columns) + 3e-5 * n.rows * n.classes + answers(n);
+      return n.squared() * (1e-7 + 5e-10 * n.columns) + 7e-6 * n.rows * n.classes + answers(n);
     case Learner::pca:
-      return n.squared() * (1e-6 + 1e-8 * n.columns) + 5e-5 * n.rows * n.classes + answers(n);
+      return n.squared() * (4e-7 + 4e-9 * n.columns) + 2e-5 * n.rows * n.classes + answers(n);
     case Learner::pvalue:
-      return n.squared() * (5e-6 + 1e-9 * n.columns) + 5e-5 * n.rows * n.classes;
+      return n.squared() * (1.5e-6 + 3e-10 * n.columns) + 1.5e-5 * n.rows * n.classes;
     case Learner::trees:
-      return trees_cost(n, static_cast<double>(extra_trees), 1.5e-7);
+      return trees_cost(n, static_cast<double>(extra_trees), 6e-8);
     case Learner::forest:
-      return trees_cost(n, static_cast<double>(options.trees), 3.5e-7);
+      return trees_cost(n, static_cast<double>(options.trees), 1.8e-7);
     case Learner::tree:
-      return trees_cost(n, n.columns, 3.5e-7);
+      return trees_cost(n, n.columns, 1.8e-7);
     case Learner::nb:
-      return 2e-9 * n.cells() * n.classes;
+      return 2e-10 * n.cells() * n.classes;
     case Learner::knn:
-      return 3e-10 * n.squared() * n.columns + 2e-9 * n.cells() * n.classes;
+      return 5e-11 * n.squared() * n.columns + 2e-10 * n.cells() * n.classes;
     case Learner::svm:
-      return n.squared() * (2e-8 + 2e-9 * n.columns) + 2e-9 * n.cells() * n.classes;
+      return n.squared() * (7e-9 + 7e-10 * n.columns) + 2e-10 * n.cells() * n.classes;
     case Learner::logistic:
-      return n.rows * n.classes * (6e-6 + 2.4e-7 * n.columns);
+      return n.rows * n.classes * (1.2e-6 + 5e-8 * n.columns);
     default:  // perceptrons, networks and boosters, which no choice of ours has: not measured
       return 1e-5 * n.cells() * n.classes;
   }
@@ -79,9 +79,9 @@ double training_cost(const Recipe& recipe, const TrainingShape& shape,
   const std::size_t columns = recipe.columns.empty() ? shape.columns : recipe.columns.size();
   Size n{static_cast<double>(shape.rows), static_cast<double>(columns),
          static_cast<double>(shape.classes)};
-  double view = 1e-7 * n.cells();  // copied, scaled or ranked
+  double view = 2e-8 * n.cells();  // copied, scaled or ranked
   if (recipe.view == View::components && recipe.components > 0) {
-    view += 2e-9 * n.gram();
+    view += 4e-10 * n.gram();
     n.columns = std::min(n.columns, static_cast<double>(recipe.components));
   }
   return static_cast<double>(shape.trainings) * (view + fit_cost(recipe.learner, n, options)) /

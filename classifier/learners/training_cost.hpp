@@ -20,8 +20,9 @@ struct TrainingShape {
 };
 
 /// Seconds that the cross-validation of a recipe takes on the reference machine, two cores of an
-/// EPYC as in classifier/MEASURED.md, where none of its folds is spared. Mostly right to a factor
-/// of three, of p-value cores to one of fifteen; rises with every number of the shape.
+/// EPYC as in classifier/MEASURED.md, where none of its folds is spared. On the sets there mostly
+/// right to a factor of three, of p-value cores to one of ten either way: how well the features
+/// part the classes counts too. Rises with every number of the shape.
 double training_cost(const Recipe& recipe, const TrainingShape& shape, const TrainOptions& options);
 
 /// Which candidates a choice tests: in their order as long as the sum of their costs is within
